@@ -1,0 +1,1 @@
+//! A thin CPU reference integrator, film and image metrics.

@@ -1,0 +1,18 @@
+//! Geometry, materials with lobes, emitters, cameras, importers and ray queries.
+//!
+//! A scene goes through two stages. [`SceneDescription`] is plain data that importers, the built-in scenes and
+//! guests write; [`Scene`](crate) is what rays are traced against, and its constructor validates the description.
+
+mod color;
+mod description;
+mod material;
+mod texture;
+
+pub use color::{Rgb, luminance};
+pub use description::{
+    CameraDescription, EmitterDescription, EnvironmentMap, Geometry, Projection, RenderSettings,
+    SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
+};
+pub use glam;
+pub use material::{ConductorIor, Material, Microfacet, Roughness};
+pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};

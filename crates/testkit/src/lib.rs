@@ -1,0 +1,1 @@
+//! Statistics, quadrature, exact enumeration and planted faults for tests of estimators.
