@@ -1,0 +1,516 @@
+//! The render loop: samples of every pixel, spread over threads, until a budget is spent.
+
+use crate::film::FilmTile;
+use crate::{Film, ImageError, process_cpu_seconds};
+use lightshed_scene::Rgb;
+use rayon::prelude::*;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
+
+/// Something that estimates the value of a pixel by independent samples.
+///
+/// With box reconstruction the value of pixel `(x, y)` is `I = ∫ L(u) du` over the pixel's unit square, and
+/// `E[sample(x, y, s, seed)] = I` for every `s`. The result is a function of the four arguments alone: that is what makes
+/// an image independent of the number of threads, and any sample repeatable by itself.
+pub trait PixelEstimator: Sync {
+    /// Sample number `sample_index` of the pixel in column `x` of row `y` (row 0 at the top).
+    fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb;
+}
+
+impl<E: PixelEstimator + ?Sized> PixelEstimator for &E {
+    #[inline]
+    fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
+        (**self).sample(x, y, sample_index, seed)
+    }
+}
+
+impl<E: PixelEstimator + ?Sized> PixelEstimator for Box<E>
+where
+    Box<E>: Sync,
+{
+    #[inline]
+    fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
+        (**self).sample(x, y, sample_index, seed)
+    }
+}
+
+/// When a rendering is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// After this many samples in every pixel (at least one).
+    Samples(u32),
+    /// After about this many seconds of wall time: whole passes only, at least one, ending as near to the budget as a
+    /// pass of one sample in every pixel allows.
+    Seconds(f64),
+}
+
+/// Size, budget, seed and threads of a rendering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// When the rendering is done.
+    pub budget: Budget,
+    /// Handed to the estimator. Images of different seeds are independent.
+    pub seed: u64,
+    /// Number of threads; 0 is one for every processor. It does not change the image.
+    pub threads: usize,
+}
+
+impl RenderOptions {
+    /// Options with seed 0 and a thread for every processor.
+    pub fn new(width: u32, height: u32, budget: Budget) -> Self {
+        let (seed, threads) = (0, 0);
+        Self {
+            width,
+            height,
+            budget,
+            seed,
+            threads,
+        }
+    }
+}
+
+/// Most threads that a rendering may ask for.
+pub const MAX_THREADS: usize = 1024;
+
+/// Why a rendering could not start.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The image cannot have this size.
+    Size(ImageError),
+    /// A budget of no samples, or of a time that is not positive and finite.
+    Budget(Budget),
+    /// More than [`MAX_THREADS`] threads.
+    Threads(usize),
+    /// The threads could not be started.
+    ThreadPool(rayon::ThreadPoolBuildError),
+}
+
+impl fmt::Display for RenderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size(error) => write!(f, "{error}"),
+            Self::Budget(Budget::Samples(samples)) => {
+                write!(f, "a budget of {samples} samples a pixel is no budget")
+            }
+            Self::Budget(Budget::Seconds(seconds)) => {
+                write!(f, "a budget of {seconds} seconds is not a positive time")
+            }
+            Self::Threads(threads) => write!(f, "{threads} threads are more than the {MAX_THREADS} allowed"),
+            Self::ThreadPool(error) => write!(f, "cannot start the threads: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for RenderError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Size(error) => Some(error),
+            Self::ThreadPool(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+/// How far a rendering is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Samples taken so far, over all pixels.
+    pub samples_done: u64,
+    /// Samples to take in all; `None` if the budget is a time.
+    pub samples_total: Option<u64>,
+    /// Wall time since the start, seconds.
+    pub seconds: f64,
+}
+
+/// What a rendering gave.
+#[derive(Clone, Debug)]
+pub struct RenderOutcome {
+    /// Statistics of every pixel; each has had [`samples_per_pixel`](Self::samples_per_pixel) samples.
+    pub film: Film,
+    /// Samples in every pixel; less than asked for if interrupted, even zero.
+    pub samples_per_pixel: u32,
+    /// Wall time, seconds.
+    pub seconds: f64,
+    /// Processor time of the process during the rendering, seconds, where the platform tells.
+    pub cpu_seconds: Option<f64>,
+    /// Whether `cancel` ended it before the budget was spent.
+    pub interrupted: bool,
+}
+
+/// Length of a pass that is aimed at, seconds: what an interruption loses at most, and how often threads meet.
+const PASS_SECONDS: f64 = 0.25;
+
+/// Renders: asks `estimator` for samples of every pixel until the budget is spent or `cancel` is set.
+///
+/// Work goes out in passes, a pass in tiles of [`TILE_SIZE`](crate::TILE_SIZE)². The first pass takes one sample a pixel, and each
+/// later one as many as fit into a quarter of a second or what is left of the budget. A pass counts whole or not at
+/// all: samples of an interrupted one are discarded, so all pixels have the same number. A pixel's samples are added in
+/// their order, so the film is the same, bit for bit, for any number of threads and any lengths of passes.
+///
+/// `observer` hears of every finished tile, from whichever thread finished it.
+///
+/// # Errors
+///
+/// An impossible size, budget or number of threads, or threads that cannot be started. Nothing has been rendered then.
+///
+/// # Example
+///
+/// ```
+/// use lightshed_integrator::{Budget, PixelEstimator, RenderOptions, render};
+/// use lightshed_scene::Rgb;
+/// use std::sync::atomic::AtomicBool;
+///
+/// struct Ramp;
+/// impl PixelEstimator for Ramp {
+///     fn sample(&self, x: u32, y: u32, _: u32, _: u64) -> Rgb {
+///         Rgb::new(x as f32, y as f32, 1.0)
+///     }
+/// }
+///
+/// let options = RenderOptions::new(16, 9, Budget::Samples(4));
+/// let outcome = render(&Ramp, &options, &|_| (), &AtomicBool::new(false))?;
+/// assert_eq!(outcome.film.mean_image().get(15, 8), Some([15.0, 8.0, 1.0]));
+/// # Ok::<(), lightshed_integrator::RenderError>(())
+/// ```
+pub fn render<E: PixelEstimator>(
+    estimator: &E,
+    options: &RenderOptions,
+    observer: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<RenderOutcome, RenderError> {
+    match options.budget {
+        Budget::Samples(samples) if samples > 0 => (),
+        Budget::Seconds(seconds) if seconds > 0.0 && seconds.is_finite() => (),
+        budget => return Err(RenderError::Budget(budget)),
+    }
+    if options.threads > MAX_THREADS {
+        return Err(RenderError::Threads(options.threads));
+    }
+    let mut film = Film::new(options.width, options.height).map_err(RenderError::Size)?;
+    let mut next = Film::new(options.width, options.height).map_err(RenderError::Size)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build()
+        .map_err(RenderError::ThreadPool)?;
+
+    let pixels = u64::from(options.width) * u64::from(options.height);
+    let report = Report {
+        start: Instant::now(),
+        done: AtomicU64::new(0),
+        total: match options.budget {
+            Budget::Samples(samples) => Some(pixels * u64::from(samples)),
+            Budget::Seconds(_) => None,
+        },
+        observer,
+    };
+    let cpu_before = process_cpu_seconds();
+    let mut samples_per_pixel = 0;
+    let mut seconds_per_sample = f64::INFINITY;
+    while let Some(batch) = next_batch(
+        options.budget,
+        samples_per_pixel,
+        report.seconds(),
+        seconds_per_sample,
+    ) {
+        let pass_start = Instant::now();
+        let last = samples_per_pixel + batch;
+        let whole = pool.install(|| {
+            let tiles = film
+                .tiles_mut()
+                .into_par_iter()
+                .zip(next.tiles_mut())
+                .with_max_len(1);
+            tiles.all(|(before, mut tile)| {
+                tile.copy_from(&before);
+                let whole = sample_tile(
+                    estimator,
+                    &mut tile,
+                    samples_per_pixel..last,
+                    options.seed,
+                    cancel,
+                );
+                if whole {
+                    report.tile_done(u64::from(tile.width() * tile.height()) * u64::from(batch));
+                }
+                whole
+            })
+        });
+        if !whole {
+            break;
+        }
+        std::mem::swap(&mut film, &mut next);
+        samples_per_pixel = last;
+        seconds_per_sample = pass_start.elapsed().as_secs_f64() / f64::from(batch);
+        if cancel.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    let seconds = report.seconds();
+    let cpu_seconds = cpu_before.and_then(|before| Some(process_cpu_seconds()? - before));
+    let interrupted = match options.budget {
+        Budget::Samples(samples) => samples_per_pixel < samples,
+        Budget::Seconds(_) => {
+            cancel.load(Ordering::Relaxed)
+                && next_batch(options.budget, samples_per_pixel, seconds, seconds_per_sample).is_some()
+        }
+    };
+    Ok(RenderOutcome {
+        film,
+        samples_per_pixel,
+        seconds,
+        cpu_seconds,
+        interrupted,
+    })
+}
+
+/// Samples a pixel of the next pass, or `None` if the budget is spent. `elapsed` is the time since the start and
+/// `per_sample` that of one sample in every pixel, both in seconds.
+fn next_batch(budget: Budget, done: u32, elapsed: f64, per_sample: f64) -> Option<u32> {
+    let most = match budget {
+        Budget::Samples(samples) => samples - done,
+        Budget::Seconds(_) => u32::MAX - done,
+    };
+    if done == 0 || most == 0 {
+        return (most > 0).then_some(1);
+    }
+    let pass = match budget {
+        Budget::Samples(_) => PASS_SECONDS,
+        Budget::Seconds(seconds) => {
+            // Stopping half a sample early or late is as near as whole passes get.
+            let left = seconds - elapsed;
+            if left < 0.5 * per_sample {
+                return None;
+            }
+            left.min(PASS_SECONDS)
+        }
+    };
+    // The cast saturates: an immeasurably short pass takes all that is left.
+    Some(((pass / per_sample) as u32).clamp(1, most))
+}
+
+/// Adds the samples of one pass to one tile; false if `cancel` was set before the end.
+fn sample_tile<E: PixelEstimator>(
+    estimator: &E,
+    tile: &mut FilmTile<'_>,
+    samples: std::ops::Range<u32>,
+    seed: u64,
+    cancel: &AtomicBool,
+) -> bool {
+    for (x, y, statistics) in tile.pixels_mut() {
+        if cancel.load(Ordering::Relaxed) {
+            return false;
+        }
+        let mut sums = *statistics;
+        for sample_index in samples.clone() {
+            sums.add(estimator.sample(x, y, sample_index, seed));
+        }
+        *statistics = sums;
+    }
+    true
+}
+
+/// Counts finished samples and tells the observer.
+struct Report<'a> {
+    start: Instant,
+    done: AtomicU64,
+    total: Option<u64>,
+    observer: &'a (dyn Fn(&Progress) + Sync),
+}
+
+impl Report<'_> {
+    fn seconds(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    fn tile_done(&self, samples: u64) {
+        let samples_done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
+        let (samples_total, seconds) = (self.total, self.seconds());
+        (self.observer)(&Progress {
+            samples_done,
+            samples_total,
+            seconds,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Mutex;
+
+    /// A value in `[0, 1)` that hangs on all four arguments.
+    fn hash(x: u32, y: u32, s: u32, seed: u64) -> f32 {
+        let mut h = seed ^ (u64::from(x) << 40) ^ (u64::from(y) << 20) ^ u64::from(s);
+        for _ in 0..2 {
+            h = (h ^ (h >> 31)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        }
+        (h >> 40) as f32 / (1 << 24) as f32
+    }
+
+    struct Noise;
+
+    impl PixelEstimator for Noise {
+        fn sample(&self, x: u32, y: u32, s: u32, seed: u64) -> Rgb {
+            Rgb::new(hash(x, y, s, seed), hash(y, x, s, seed), f32::from(x % 2 == 0))
+        }
+    }
+
+    /// Sleeps, so that passes take time.
+    struct Slow;
+
+    impl PixelEstimator for Slow {
+        fn sample(&self, x: u32, _: u32, s: u32, _: u64) -> Rgb {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+            Rgb::new(x as f32, s as f32, 0.0)
+        }
+    }
+
+    fn run(estimator: &impl PixelEstimator, options: &RenderOptions) -> RenderOutcome {
+        render(estimator, options, &|_| (), &AtomicBool::new(false)).unwrap()
+    }
+
+    #[test]
+    fn any_number_of_threads_gives_the_film_of_a_plain_loop() {
+        let (width, height, seed) = (37, 21, 5);
+        let mut expected = Film::new(width, height).unwrap();
+        for s in 0..100 {
+            for y in 0..height {
+                (0..width).for_each(|x| expected.add(x, y, Noise.sample(x, y, s, seed)));
+            }
+        }
+        for threads in [1, 2, 3, 7] {
+            let options = RenderOptions {
+                seed,
+                threads,
+                ..RenderOptions::new(width, height, Budget::Samples(100))
+            };
+            let outcome = run(&Noise, &options);
+            assert_eq!(outcome.samples_per_pixel, 100);
+            assert!(!outcome.interrupted);
+            assert_eq!(outcome.film, expected, "{threads} threads");
+        }
+        // A run of another seed differs: the comparison can fail.
+        let other = run(&Noise, &RenderOptions::new(width, height, Budget::Samples(100)));
+        assert_ne!(other.film, expected);
+    }
+
+    #[test]
+    fn a_time_budget_ends_near_its_time_with_equal_counts() {
+        let options = RenderOptions {
+            threads: 2,
+            ..RenderOptions::new(16, 8, Budget::Seconds(0.6))
+        };
+        let outcome = run(&Slow, &options);
+        assert!(!outcome.interrupted && outcome.samples_per_pixel >= 1);
+        assert_eq!(
+            outcome.film.samples(),
+            16 * 8 * u64::from(outcome.samples_per_pixel)
+        );
+        for (x, y) in [(0, 0), (15, 7)] {
+            assert_eq!(
+                outcome.film.get(x, y).unwrap().count(),
+                u64::from(outcome.samples_per_pixel)
+            );
+        }
+        // A pass takes about 64 ms here and at least one is always run; a loaded machine may stretch them.
+        assert!(outcome.seconds > 0.3, "{} s", outcome.seconds);
+        assert!(outcome.cpu_seconds.is_none_or(|cpu| cpu >= 0.0));
+    }
+
+    #[test]
+    fn an_interrupted_pass_is_discarded() {
+        let cancel = AtomicBool::new(false);
+        let observer = |progress: &Progress| {
+            if progress.samples_done > 3 * 16 * 8 {
+                cancel.store(true, Ordering::Relaxed);
+            }
+        };
+        let options = RenderOptions {
+            threads: 2,
+            ..RenderOptions::new(16, 8, Budget::Samples(1_000))
+        };
+        let outcome = render(&Slow, &options, &observer, &cancel).unwrap();
+        assert!(outcome.interrupted);
+        let samples = outcome.samples_per_pixel;
+        assert!((1..1_000).contains(&samples), "{samples}");
+        let options = RenderOptions {
+            budget: Budget::Samples(samples),
+            ..options
+        };
+        assert_eq!(outcome.film, run(&Slow, &options).film);
+    }
+
+    #[test]
+    fn cancelled_at_once_there_is_nothing() {
+        let options = RenderOptions::new(4, 4, Budget::Samples(1));
+        let outcome = render(&Noise, &options, &|_| (), &AtomicBool::new(true)).unwrap();
+        assert!(outcome.interrupted);
+        assert_eq!((outcome.samples_per_pixel, outcome.film.samples()), (0, 0));
+    }
+
+    #[test]
+    fn progress_reaches_the_total() {
+        let most = Mutex::new(0);
+        let observer = |progress: &Progress| {
+            assert_eq!(progress.samples_total, Some(20 * 20 * 10));
+            let mut most = most.lock().unwrap();
+            *most = progress.samples_done.max(*most);
+        };
+        let options = RenderOptions::new(20, 20, Budget::Samples(10));
+        render(&Noise, &options, &observer, &AtomicBool::new(false)).unwrap();
+        assert_eq!(*most.lock().unwrap(), 20 * 20 * 10);
+    }
+
+    #[test]
+    fn batches_fill_passes_and_end_with_the_budget() {
+        let samples = Budget::Samples(100);
+        assert_eq!(next_batch(samples, 0, 0.0, f64::INFINITY), Some(1));
+        assert_eq!(next_batch(samples, 1, 1.0, 0.01), Some(25));
+        assert_eq!(next_batch(samples, 90, 1.0, 0.01), Some(10));
+        assert_eq!(next_batch(samples, 90, 1.0, 100.0), Some(1));
+        assert_eq!(next_batch(samples, 90, 1.0, 0.0), Some(10));
+        assert_eq!(next_batch(samples, 100, 1.0, 0.01), None);
+        let seconds = Budget::Seconds(2.0);
+        assert_eq!(next_batch(seconds, 0, 0.0, f64::INFINITY), Some(1));
+        assert_eq!(next_batch(seconds, 1, 1.0, 0.01), Some(25));
+        assert_eq!(next_batch(seconds, 1, 1.96, 0.01), Some(4));
+        assert_eq!(next_batch(seconds, 1, 1.6, 0.7), Some(1));
+        assert_eq!(next_batch(seconds, 1, 1.7, 0.7), None);
+        assert_eq!(next_batch(seconds, 1, 2.1, 0.01), None);
+    }
+
+    #[test]
+    fn impossible_options_are_errors() {
+        let attempt = |options: RenderOptions| {
+            render(&Noise, &options, &|_| (), &AtomicBool::new(false))
+                .unwrap_err()
+                .to_string()
+        };
+        let sound = RenderOptions::new(4, 4, Budget::Samples(1));
+        assert!(attempt(RenderOptions { width: 0, ..sound }).contains("0x4"));
+        assert!(
+            attempt(RenderOptions {
+                budget: Budget::Samples(0),
+                ..sound
+            })
+            .contains("0 samples")
+        );
+        for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let budget = Budget::Seconds(seconds);
+            assert!(attempt(RenderOptions { budget, ..sound }).contains("not a positive time"));
+        }
+        assert!(
+            attempt(RenderOptions {
+                threads: 1_000_000,
+                ..sound
+            })
+            .contains("1000000 threads")
+        );
+    }
+}
