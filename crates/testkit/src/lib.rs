@@ -1,1 +1,47 @@
 //! Statistics, quadrature, exact enumeration and planted faults for tests of estimators.
+//!
+//! An estimator is held to something it did not compute itself. This crate supplies the things to hold it to:
+//!
+//! | question | tool |
+//! |---|---|
+//! | is `E[f(Y) W]` exactly `Σ f` on a finite domain? | [`expectation`], [`expectation_vector`], [`distribution`] |
+//! | does a histogram match a density? | [`chi_squared_test`], [`kolmogorov_smirnov_test`] |
+//! | is a Monte Carlo mean right? | [`MeanTest`] |
+//! | does a density integrate to one? | [`integrate`], [`integrate_rectangle`], [`integrate_sphere`], [`integrate_lobe`] |
+//! | is a Jacobian right? | [`jacobian_determinant`] |
+//! | do two images agree? | [`compare_tiles`] |
+//! | is an `f32` result close to an `f64` truth? | [`ulp_error`], [`hostile_f32`] |
+//! | can this test fail at all? | [`check_faults`] |
+//!
+//! Every statistical test takes a `significance`: the probability that it rejects a *correct* implementation.
+//! With the fixed seeds of [`rng`] a test that passes once passes always; the significance says how (un)lucky a
+//! seed can be, and so how much a failure means.
+#![forbid(unsafe_code)]
+
+mod chi2;
+mod enumerate;
+mod fault;
+mod jacobian;
+mod ks;
+mod mean;
+mod quadrature;
+mod rejection;
+mod sphere;
+mod tiles;
+mod ulp;
+mod uniform;
+
+pub use chi2::{ChiSquaredReport, chi_squared_test, family_significance};
+pub use enumerate::{
+    Chooser, Expectation, VectorExpectation, distribution, expectation, expectation_vector, for_each_outcome,
+};
+pub use fault::{CaughtFault, FaultError, check_faults};
+pub use jacobian::{JacobianEstimate, jacobian_determinant};
+pub use ks::{KolmogorovSmirnovReport, kolmogorov_smirnov_test};
+pub use mean::{MeanReport, MeanTest};
+pub use quadrature::{GaussLegendre, Integral, integrate, integrate_rectangle};
+pub use rejection::StatisticsError;
+pub use sphere::{integrate_hemisphere, integrate_lobe, integrate_sphere};
+pub use tiles::{ChannelRatio, ImageMoments, TileOptions, TileReport, TileScore, compare_tiles};
+pub use ulp::{hostile_f32, hostile_unit_f32, relative_error, ulp_distance, ulp_error, ulp_size};
+pub use uniform::{rng, uniform_f32, uniform_f64};
