@@ -1,0 +1,240 @@
+//! Textures: constants, images and checkerboards over texture coordinates.
+//!
+//! **Orientation.** A mesh's `(u, v)` has `v` upwards: image row 0 is at `v = 1`, as in OBJ. A texture first turns it
+//! into texture space `(s, t) = to_uv · (u, 1 − v)`, where row 0 is at `t = 0`. Texture space is that of Mitsuba 3
+//! (whose OBJ reader flips `v` on reading by default, and whose PLY reader and analytic shapes do not) and of
+//! glTF 2.0, so a file's own transform is used as it stands.
+//!
+//! **Texels.** Texel `i` of `W` covers `s ∈ [i/W, (i+1)/W)`; its centre is `(i + ½)/W`.
+
+mod image;
+
+pub use image::Image;
+
+use crate::{Rgb, luminance};
+use glam::{Affine2, Vec2};
+use std::sync::Arc;
+
+/// Filtering between texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// Bilinear between the four nearest texel centres.
+    #[default]
+    Bilinear,
+    /// The nearest texel.
+    Nearest,
+}
+
+/// What lies outside the unit square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The image repeats.
+    #[default]
+    Repeat,
+    /// The image repeats mirrored.
+    Mirror,
+    /// The edge goes on.
+    Clamp,
+}
+
+/// One channel of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Red.
+    Red,
+    /// Green.
+    Green,
+    /// Blue.
+    Blue,
+    /// Luminance of the colour.
+    Luminance,
+}
+
+/// An image over texture coordinates.
+#[derive(Clone, Debug)]
+pub struct ImageTexture {
+    /// Texels.
+    pub image: Arc<Image>,
+    /// Texture space from `(u, 1 − v)`: the file's own transform (Mitsuba's `to_uv`, glTF's `KHR_texture_transform`).
+    pub to_uv: Affine2,
+    /// Filtering.
+    pub filter: Filter,
+    /// Outside the unit square.
+    pub wrap: Wrap,
+    /// Multiplies the texel.
+    pub scale: Rgb,
+}
+
+/// Mitsuba's checkerboard: `color0` where both or neither of the fractional parts of `(s, t)` is above one half.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checkerboard {
+    /// Colour of the squares at the origin.
+    pub color0: Rgb,
+    /// Colour of the others.
+    pub color1: Rgb,
+    /// Texture space from `(u, 1 − v)`.
+    pub to_uv: Affine2,
+}
+
+/// A colour that may vary over texture coordinates.
+#[derive(Clone, Debug)]
+pub enum ColorTexture {
+    /// The same everywhere.
+    Constant(Rgb),
+    /// An image.
+    Image(ImageTexture),
+    /// A checkerboard.
+    Checkerboard(Checkerboard),
+}
+
+/// A number that may vary over texture coordinates.
+#[derive(Clone, Debug)]
+pub enum FloatTexture {
+    /// The same everywhere.
+    Constant(f32),
+    /// One channel of an image.
+    Image(ImageTexture, Channel),
+}
+
+/// Texture space `to_uv · (u, 1 − v)`; the origin where that overflows.
+#[inline]
+fn texture_space(to_uv: &Affine2, uv: Vec2) -> Vec2 {
+    let st = to_uv.transform_point2(Vec2::new(uv.x, 1.0 - uv.y));
+    if st.is_finite() { st } else { Vec2::ZERO }
+}
+
+impl Wrap {
+    /// A finite coordinate folded into `[0, 1]`.
+    #[inline]
+    fn fold(self, s: f32) -> f32 {
+        match self {
+            Wrap::Repeat => s - s.floor(),
+            Wrap::Mirror => {
+                let period = s - 2.0 * (0.5 * s).floor();
+                if period > 1.0 { 2.0 - period } else { period }
+            }
+            Wrap::Clamp => s.clamp(0.0, 1.0),
+        }
+    }
+
+    /// The two texels of `count` whose centres enclose the folded coordinate `s ∈ [0, 1]`, and the share of the
+    /// second.
+    #[inline]
+    fn neighbours(self, s: f32, count: u32) -> (u32, u32, f32) {
+        let position = s * count as f32 - 0.5;
+        let below = position.floor();
+        let share = position - below;
+        let last = i64::from(count) - 1;
+        let below = below as i64;
+        // A mirrored image meets its own edge texel at the edge, so clamping is right there too.
+        let wrap = |index: i64| match self {
+            Wrap::Repeat if index < 0 => last,
+            Wrap::Repeat if index > last => 0,
+            _ => index.clamp(0, last),
+        };
+        (wrap(below) as u32, wrap(below + 1) as u32, share)
+    }
+}
+
+impl ImageTexture {
+    /// Filtered linear RGB at mesh coordinates `uv`, times the scale.
+    pub fn at(&self, uv: Vec2) -> Rgb {
+        let st = texture_space(&self.to_uv, uv);
+        let (s, t) = (self.wrap.fold(st.x), self.wrap.fold(st.y));
+        let image = &*self.image;
+        let (width, height) = (image.width(), image.height());
+        let texel = match self.filter {
+            // `texel` clamps, which is what `s = 1` needs.
+            Filter::Nearest => image.texel((s * width as f32) as u32, (t * height as f32) as u32),
+            Filter::Bilinear => {
+                let (x0, x1, share_x) = self.wrap.neighbours(s, width);
+                let (y0, y1, share_y) = self.wrap.neighbours(t, height);
+                let upper = image.texel(x0, y0).lerp(image.texel(x1, y0), share_x);
+                let lower = image.texel(x0, y1).lerp(image.texel(x1, y1), share_x);
+                upper.lerp(lower, share_y)
+            }
+        };
+        texel * self.scale
+    }
+}
+
+impl Checkerboard {
+    /// The colour at mesh coordinates `uv`.
+    pub fn at(&self, uv: Vec2) -> Rgb {
+        let st = texture_space(&self.to_uv, uv);
+        let above = st - st.floor();
+        if (above.x > 0.5) == (above.y > 0.5) {
+            self.color0
+        } else {
+            self.color1
+        }
+    }
+}
+
+impl ColorTexture {
+    /// Linear RGB at mesh coordinates `uv`.
+    #[inline(always)]
+    pub fn at(&self, uv: Vec2) -> Rgb {
+        match self {
+            Self::Constant(rgb) => *rgb,
+            Self::Image(image) => image.at(uv),
+            Self::Checkerboard(board) => board.at(uv),
+        }
+    }
+
+    /// Mean linear RGB over the unit square of texture space.
+    pub fn mean(&self) -> Rgb {
+        match self {
+            Self::Constant(rgb) => *rgb,
+            Self::Image(texture) => texture.image.mean() * texture.scale,
+            Self::Checkerboard(board) => 0.5 * (board.color0 + board.color1),
+        }
+    }
+}
+
+impl Channel {
+    /// The channel's value of a colour.
+    #[inline]
+    pub fn of(self, rgb: Rgb) -> f32 {
+        match self {
+            Self::Red => rgb.x,
+            Self::Green => rgb.y,
+            Self::Blue => rgb.z,
+            Self::Luminance => luminance(rgb),
+        }
+    }
+}
+
+impl FloatTexture {
+    /// The value at mesh coordinates `uv`.
+    #[inline(always)]
+    pub fn at(&self, uv: Vec2) -> f32 {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Image(image, channel) => channel.of(image.at(uv)),
+        }
+    }
+
+    /// Mean value over the unit square of texture space.
+    pub fn mean(&self) -> f32 {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Image(texture, channel) => channel.of(texture.image.mean() * texture.scale),
+        }
+    }
+}
+
+impl From<Rgb> for ColorTexture {
+    fn from(rgb: Rgb) -> Self {
+        Self::Constant(rgb)
+    }
+}
+
+impl From<f32> for FloatTexture {
+    fn from(value: f32) -> Self {
+        Self::Constant(value)
+    }
+}
+
+#[cfg(test)]
+mod tests;

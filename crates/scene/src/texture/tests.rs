@@ -1,0 +1,128 @@
+use super::*;
+
+/// A 2×2 image: red, green above blue, white.
+fn quad(filter: Filter, wrap: Wrap) -> ImageTexture {
+    let pixels = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]];
+    ImageTexture {
+        image: Arc::new(Image::from_linear(2, 2, pixels).unwrap()),
+        to_uv: Affine2::IDENTITY,
+        filter,
+        wrap,
+        scale: Rgb::ONE,
+    }
+}
+
+#[test]
+fn row_zero_is_at_v_one() {
+    for filter in [Filter::Nearest, Filter::Bilinear] {
+        let texture = quad(filter, Wrap::Clamp);
+        assert_eq!(texture.at(Vec2::new(0.25, 0.75)), Rgb::X);
+        assert_eq!(texture.at(Vec2::new(0.75, 0.75)), Rgb::Y);
+        assert_eq!(texture.at(Vec2::new(0.25, 0.25)), Rgb::Z);
+        assert_eq!(texture.at(Vec2::new(0.75, 0.25)), Rgb::ONE);
+    }
+}
+
+#[test]
+fn the_transform_acts_in_texture_space() {
+    // Doubling in texture space keeps the image's upper left corner where it is, at v = 1.
+    let mut texture = quad(Filter::Nearest, Wrap::Clamp);
+    texture.to_uv = Affine2::from_scale(Vec2::new(2.0, 2.0));
+    assert_eq!(texture.at(Vec2::new(0.1, 0.9)), Rgb::X);
+    assert_eq!(texture.at(Vec2::new(0.3, 0.9)), Rgb::Y);
+    assert_eq!(texture.at(Vec2::new(0.1, 0.7)), Rgb::Z);
+}
+
+#[test]
+fn bilinear_mixes_and_wraps() {
+    let middle = quad(Filter::Bilinear, Wrap::Repeat).at(Vec2::splat(0.5));
+    assert!((middle - Rgb::new(0.5, 0.5, 0.5)).abs().max_element() < 1e-6);
+    // At the left edge of the upper row: half of the right texel when repeating, none of it otherwise.
+    let edge = Vec2::new(0.0, 0.75);
+    let repeated = quad(Filter::Bilinear, Wrap::Repeat).at(edge);
+    assert!((repeated - Rgb::new(0.5, 0.5, 0.0)).abs().max_element() < 1e-6);
+    for wrap in [Wrap::Mirror, Wrap::Clamp] {
+        assert_eq!(quad(Filter::Bilinear, wrap).at(edge), Rgb::X);
+    }
+}
+
+#[test]
+fn wraps_follow_a_naive_oracle() {
+    // Index by index: what a texel outside the image stands for.
+    let oracle = |wrap: Wrap, index: i64, count: i64| match wrap {
+        Wrap::Repeat => index.rem_euclid(count),
+        Wrap::Mirror => {
+            let folded = index.rem_euclid(2 * count);
+            if folded < count {
+                folded
+            } else {
+                2 * count - 1 - folded
+            }
+        }
+        Wrap::Clamp => index.clamp(0, count - 1),
+    };
+    let pixels: Vec<[f32; 3]> = (0..5).map(|i| [i as f32, 0.0, 0.0]).collect();
+    for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+        let mut texture = quad(Filter::Nearest, wrap);
+        texture.image = Arc::new(Image::from_linear(5, 1, pixels.clone()).unwrap());
+        let texel = |index: i64| oracle(wrap, index, 5) as f32;
+        for step in -120..120 {
+            let position = step as f32 / 8.0 + 0.0625;
+            let uv = Vec2::new(position / 5.0, 0.5);
+            texture.filter = Filter::Nearest;
+            assert_eq!(
+                texture.at(uv).x,
+                texel(position.floor() as i64),
+                "{wrap:?} nearest at {position}"
+            );
+            texture.filter = Filter::Bilinear;
+            let (below, share) = ((position - 0.5).floor(), (position - 0.5).rem_euclid(1.0));
+            let expected = texel(below as i64) * (1.0 - share) + texel(below as i64 + 1) * share;
+            assert!(
+                (texture.at(uv).x - expected).abs() < 1e-4,
+                "{wrap:?} bilinear at {position}"
+            );
+        }
+    }
+}
+
+#[test]
+fn extreme_coordinates_stay_finite() {
+    for filter in [Filter::Nearest, Filter::Bilinear] {
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+            let mut texture = quad(filter, wrap);
+            for u in [0.0, 1.0, -1.0, 1e30, -1e30, f32::MAX, f32::MIN, 1e-40, -1e-40] {
+                texture.to_uv = Affine2::from_scale(Vec2::new(3.0, -7.0));
+                assert!(texture.at(Vec2::new(u, u)).is_finite());
+            }
+        }
+    }
+}
+
+#[test]
+fn checkerboard_follows_mitsuba() {
+    let board = Checkerboard {
+        color0: Rgb::X,
+        color1: Rgb::Y,
+        to_uv: Affine2::IDENTITY,
+    };
+    // In texture space: (0.25, 0.25) and (0.75, 0.75) are color0, the others color1.
+    assert_eq!(board.at(Vec2::new(0.25, 0.75)), Rgb::X);
+    assert_eq!(board.at(Vec2::new(0.75, 0.25)), Rgb::X);
+    assert_eq!(board.at(Vec2::new(0.75, 0.75)), Rgb::Y);
+    assert_eq!(board.at(Vec2::new(-0.25, 0.75)), Rgb::Y);
+}
+
+#[test]
+fn channels_and_means() {
+    let texture = quad(Filter::Bilinear, Wrap::Repeat);
+    let blue = FloatTexture::Image(texture.clone(), Channel::Blue);
+    assert_eq!(blue.at(Vec2::new(0.25, 0.25)), 1.0);
+    assert!((blue.mean() - 0.5).abs() < 1e-6);
+    assert!(
+        (ColorTexture::Image(texture).mean() - Rgb::splat(0.5))
+            .abs()
+            .max_element()
+            < 1e-6
+    );
+}
