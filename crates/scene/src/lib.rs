@@ -3,8 +3,10 @@
 //! A scene goes through two stages. [`SceneDescription`] is plain data that importers, the built-in scenes and
 //! guests write; [`Scene`](crate) is what rays are traced against, and its constructor validates the description.
 
+pub mod builtin;
 mod color;
 mod description;
+pub mod import;
 mod material;
 mod texture;
 

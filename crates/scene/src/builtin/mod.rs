@@ -1,0 +1,35 @@
+//! Scenes made in code: no file is read, and each is the same bits every time.
+
+mod cornell;
+mod mesh;
+
+use crate::SceneDescription;
+
+pub use cornell::{cornell, cornell_glossy};
+pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
+
+/// Names that [`by_name`] knows.
+pub const NAMES: [&str; 2] = ["cornell", "cornell-glossy"];
+
+/// The built-in scene of that name, or `None`.
+pub fn by_name(name: &str) -> Option<SceneDescription> {
+    Some(match name {
+        "cornell" => cornell(),
+        "cornell-glossy" => cornell_glossy(),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_name_has_a_scene() {
+        for name in super::NAMES {
+            let scene = super::by_name(name).unwrap();
+            let materials = scene.materials.len() as u32;
+            assert!(scene.shapes.iter().all(|shape| shape.material < materials));
+            assert!(!scene.emitters.is_empty() || scene.shapes.iter().any(|shape| shape.emission.is_some()));
+        }
+        assert!(super::by_name("cornel").is_none());
+    }
+}

@@ -1,0 +1,172 @@
+//! What can go wrong while a scene is read, and where in which file.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A place inside a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Position {
+    /// Line number from 1, for text files.
+    Line(u32),
+    /// Offset in bytes from 0, for binary files.
+    Byte(u64),
+}
+
+/// A file, and where known the place in it and the element concerned.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// The file.
+    pub path: PathBuf,
+    /// Line or offset.
+    pub position: Option<Position>,
+    /// Path of elements to the one concerned, such as `scene/shape[floor]/bsdf`.
+    pub element: Option<String>,
+}
+
+impl Location {
+    /// A file as a whole.
+    pub fn file(path: impl AsRef<Path>) -> Self {
+        Self {
+            path: path.as_ref().to_path_buf(),
+            position: None,
+            element: None,
+        }
+    }
+
+    /// A line of a text file, counted from 1.
+    pub fn line(path: impl AsRef<Path>, line: u32) -> Self {
+        Self {
+            position: Some(Position::Line(line)),
+            ..Self::file(path)
+        }
+    }
+
+    /// An offset in bytes into a binary file.
+    pub fn byte(path: impl AsRef<Path>, byte: u64) -> Self {
+        Self {
+            position: Some(Position::Byte(byte)),
+            ..Self::file(path)
+        }
+    }
+
+    /// The same place with the element concerned.
+    pub fn element(mut self, element: impl Into<String>) -> Self {
+        self.element = Some(element.into());
+        self
+    }
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        match self.position {
+            Some(Position::Line(line)) => write!(f, ":{line}")?,
+            Some(Position::Byte(byte)) => write!(f, ", byte {byte}")?,
+            None => {}
+        }
+        match &self.element {
+            Some(element) => write!(f, " ({element})"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Why a scene, mesh or image could not be imported. Every variant names the file; where one file refers to another,
+/// the chain of [`source`](std::error::Error::source)s leads from the reference to the cause.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// The file could not be opened or read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+    /// The file name's extension names no format known here.
+    #[error("{}: unknown file extension, expected one of {expected}", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+        /// Extensions that would have been understood.
+        expected: &'static str,
+    },
+    /// The file breaks its own format: truncated, out of range, not a number.
+    #[error("{location}: {message}")]
+    Malformed {
+        /// Where.
+        location: Location,
+        /// What.
+        message: String,
+    },
+    /// The file asks for something that this library does not do.
+    #[error("{location}: {message}")]
+    Unsupported {
+        /// Where.
+        location: Location,
+        /// What.
+        message: String,
+    },
+    /// A decoder of a third-party format gave up.
+    #[error("cannot decode {}", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// The decoder's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A file that this file refers to could not be imported.
+    #[error("{location}: the file referred to could not be imported")]
+    Referenced {
+        /// Where the reference stands.
+        location: Location,
+        /// What is wrong with the file referred to.
+        source: Box<ImportError>,
+    },
+    /// A definition given by the caller that the scene has no use for.
+    #[error("{}: the definition of `{name}` is used nowhere in the scene", path.display())]
+    UnusedDefine {
+        /// The scene.
+        path: PathBuf,
+        /// Name of the definition.
+        name: String,
+    },
+}
+
+impl ImportError {
+    pub(crate) fn malformed(location: Location, message: impl Into<String>) -> Self {
+        Self::Malformed {
+            location,
+            message: message.into(),
+        }
+    }
+
+    #[allow(dead_code)]
+    pub(crate) fn unsupported(location: Location, message: impl Into<String>) -> Self {
+        Self::Unsupported {
+            location,
+            message: message.into(),
+        }
+    }
+
+    /// The whole chain of causes in one line, separated by `: `.
+    pub fn chain(&self) -> String {
+        let mut text = self.to_string();
+        let mut cause = std::error::Error::source(self);
+        while let Some(error) = cause {
+            text.push_str(": ");
+            text.push_str(&error.to_string());
+            cause = error.source();
+        }
+        text
+    }
+}
+
+/// The whole file as bytes.
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, ImportError> {
+    std::fs::read(path).map_err(|source| ImportError::Read {
+        path: path.to_path_buf(),
+        source,
+    })
+}

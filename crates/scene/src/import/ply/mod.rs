@@ -1,0 +1,215 @@
+//! Stanford PLY meshes: ASCII and binary, little- and big-endian.
+//!
+//! Read are the element `vertex` with `x y z`, optionally `nx ny nz` and one of `u v`, `s t`, `texture_u texture_v`
+//! (in any order, of any number type), and the element `face` with a list `vertex_indices` or `vertex_index` of any
+//! integer type. Polygons become fans around their first vertex, which is right for convex ones. Other elements and
+//! properties are skipped.
+
+mod body;
+mod header;
+
+use crate::TriangleMesh;
+use crate::import::error::{ImportError, read_file};
+use crate::import::normals::mend_normals;
+use body::{Ascii, Binary, Numbers};
+use glam::{Vec2, Vec3};
+use header::{Element, Encoding, Header, Property};
+use std::path::Path;
+
+/// Reads a PLY mesh. Texture coordinates are as in the file.
+///
+/// # Errors
+///
+/// The file cannot be read, is truncated, has a vertex, normal or texture coordinate that is not finite, an index out
+/// of range, a face of fewer than three vertices, or no triangle at all. The message names the line or the offset.
+pub fn read_ply(path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
+    let path = path.as_ref();
+    parse_ply(&read_file(path)?, path)
+}
+
+/// Parses a PLY mesh that is already in memory; `path` is for messages only.
+///
+/// # Errors
+///
+/// As [`read_ply`], less those of reading.
+pub fn parse_ply(bytes: &[u8], path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
+    let path = path.as_ref();
+    let header = Header::parse(bytes, path)?;
+    match header.encoding {
+        Encoding::Ascii => parse_body(&header, Ascii::new(bytes, header.body, header.body_line), path),
+        Encoding::LittleEndian => parse_body(&header, Binary::<false>::new(bytes, header.body), path),
+        Encoding::BigEndian => parse_body(&header, Binary::<true>::new(bytes, header.body), path),
+    }
+}
+
+fn parse_body<N: Numbers>(header: &Header, mut numbers: N, path: &Path) -> Result<TriangleMesh, ImportError> {
+    let mut mesh = TriangleMesh::default();
+    let mut seen_vertices = false;
+    let mut seen_faces = false;
+    for element in &header.elements {
+        let outcome = match element.name.as_str() {
+            "vertex" if !seen_vertices => {
+                seen_vertices = true;
+                read_vertices(element, header.encoding, &mut numbers, &mut mesh)
+            }
+            "face" if seen_vertices && !seen_faces => {
+                seen_faces = true;
+                read_faces(element, header.encoding, &mut numbers, &mut mesh)
+            }
+            "vertex" | "face" => Err("expected one element `vertex`, then one element `face`".to_owned()),
+            _ => skip_element(element, &mut numbers),
+        };
+        outcome.map_err(|message| ImportError::malformed(numbers.location(path), message))?;
+    }
+    if mesh.indices.is_empty() {
+        return Err(ImportError::malformed(
+            numbers.location(path),
+            "the mesh has no triangle",
+        ));
+    }
+    mend_normals(&mut mesh);
+    Ok(mesh)
+}
+
+/// Where a vertex property goes: slots 0–2 position, 3–5 normal, 6–7 texture coordinate, 8 nowhere.
+fn vertex_slot(name: &str) -> usize {
+    match name {
+        "x" => 0,
+        "y" => 1,
+        "z" => 2,
+        "nx" => 3,
+        "ny" => 4,
+        "nz" => 5,
+        "u" | "s" | "texture_u" => 6,
+        "v" | "t" | "texture_v" => 7,
+        _ => 8,
+    }
+}
+
+fn read_vertices(
+    element: &Element,
+    encoding: Encoding,
+    numbers: &mut impl Numbers,
+    mesh: &mut TriangleMesh,
+) -> Result<(), String> {
+    let slots: Vec<usize> = element.properties.iter().map(|p| vertex_slot(p.name())).collect();
+    let has = |wanted: &[usize]| wanted.iter().all(|slot| slots.contains(slot));
+    if !has(&[0, 1, 2]) {
+        return Err("the vertices lack one of the properties `x`, `y`, `z`".into());
+    }
+    let (with_normals, with_uvs) = (has(&[3, 4, 5]), has(&[6, 7]));
+    let capacity = element.capacity(encoding, numbers.remaining());
+    mesh.positions.reserve(capacity);
+    mesh.normals.reserve(if with_normals { capacity } else { 0 });
+    mesh.uvs.reserve(if with_uvs { capacity } else { 0 });
+    for vertex in 0..element.count {
+        let at_vertex = |what: &str| format!("{what} (vertex {vertex})");
+        let mut values = [0.0_f32; 9];
+        for (property, &slot) in element.properties.iter().zip(&slots) {
+            match *property {
+                Property::Scalar { of, .. } => values[slot] = numbers.next(of).map_err(at_vertex)? as f32,
+                Property::List { count, of, .. } => {
+                    skip_list(numbers, count, of).map_err(|e| at_vertex(&e))?
+                }
+            }
+        }
+        if !values[..8].iter().all(|v| v.is_finite()) {
+            return Err(at_vertex(
+                "a coordinate, normal or texture coordinate is not finite",
+            ));
+        }
+        mesh.positions.push(Vec3::new(values[0], values[1], values[2]));
+        if with_normals {
+            mesh.normals.push(Vec3::new(values[3], values[4], values[5]));
+        }
+        if with_uvs {
+            mesh.uvs.push(Vec2::new(values[6], values[7]));
+        }
+    }
+    Ok(())
+}
+
+fn read_faces(
+    element: &Element,
+    encoding: Encoding,
+    numbers: &mut impl Numbers,
+    mesh: &mut TriangleMesh,
+) -> Result<(), String> {
+    let wanted = |p: &Property| matches!(p.name(), "vertex_indices" | "vertex_index");
+    match element.properties.iter().find(|p| wanted(p)) {
+        Some(Property::List { of, .. }) if of.is_integer() => {}
+        Some(_) => return Err("`vertex_indices` is not a list of integers".into()),
+        None => return Err("the faces lack the list `vertex_indices`".into()),
+    }
+    let vertices = mesh.positions.len() as f64;
+    mesh.indices
+        .reserve(element.capacity(encoding, numbers.remaining()));
+    for face in 0..element.count {
+        let at_face = |what: &str| format!("{what} (face {face})");
+        for property in &element.properties {
+            match *property {
+                Property::List { count, of, .. } if wanted(property) => {
+                    let corners = list_length(numbers, count).map_err(|e| at_face(&e))?;
+                    if corners < 3 {
+                        return Err(at_face(&format!("a face of {corners} vertices")));
+                    }
+                    let mut index = || -> Result<u32, String> {
+                        let value = numbers.next(of).map_err(at_face)?;
+                        if value >= 0.0 && value < vertices && value <= f64::from(u32::MAX) {
+                            Ok(value as u32)
+                        } else {
+                            Err(at_face(&format!("index {value} of {vertices} vertices")))
+                        }
+                    };
+                    let (first, mut last) = (index()?, index()?);
+                    for _ in 2..corners {
+                        let next = index()?;
+                        mesh.indices.push([first, last, next]);
+                        last = next;
+                    }
+                }
+                Property::List { count, of, .. } => skip_list(numbers, count, of).map_err(|e| at_face(&e))?,
+                Property::Scalar { of, .. } => {
+                    numbers.next(of).map_err(at_face)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn skip_element(element: &Element, numbers: &mut impl Numbers) -> Result<(), String> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match *property {
+                Property::Scalar { of, .. } => {
+                    numbers.next(of)?;
+                }
+                Property::List { count, of, .. } => skip_list(numbers, count, of)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+fn list_length(numbers: &mut impl Numbers, count: header::Scalar) -> Result<u64, String> {
+    let length = numbers.next(count)?;
+    if length >= 0.0 {
+        Ok(length as u64)
+    } else {
+        Err(format!("a list of {length} items"))
+    }
+}
+
+fn skip_list(numbers: &mut impl Numbers, count: header::Scalar, of: header::Scalar) -> Result<(), String> {
+    for _ in 0..list_length(numbers, count)? {
+        numbers.next(of)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
