@@ -357,7 +357,11 @@ mod tests {
 
     impl PixelEstimator for Noise {
         fn sample(&self, x: u32, y: u32, s: u32, seed: u64) -> Rgb {
-            Rgb::new(hash(x, y, s, seed), hash(y, x, s, seed), f32::from(x % 2 == 0))
+            Rgb::new(
+                hash(x, y, s, seed),
+                hash(y, x, s, seed),
+                f32::from(x.is_multiple_of(2)),
+            )
         }
     }
 
