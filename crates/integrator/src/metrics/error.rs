@@ -47,19 +47,22 @@ impl std::error::Error for MetricError {}
 pub(super) type PixelPairs<'a> =
     std::iter::Zip<std::slice::Iter<'a, [f32; 3]>, std::slice::Iter<'a, [f32; 3]>>;
 
-/// Pairs the pixels of two images, or tells that their sizes differ.
+/// Tells if the sizes of two images differ.
+pub(super) fn same_size(image: &RgbImage, reference: &RgbImage) -> Result<(), MetricError> {
+    let size = |image: &RgbImage| [image.width(), image.height()];
+    let (image, reference) = (size(image), size(reference));
+    if image == reference {
+        Ok(())
+    } else {
+        Err(MetricError::Size { image, reference })
+    }
+}
+
+/// Pairs the pixels of two images of the same size.
 pub(super) fn paired<'a>(
     image: &'a RgbImage,
     reference: &'a RgbImage,
 ) -> Result<PixelPairs<'a>, MetricError> {
-    let size = |image: &RgbImage| [image.width(), image.height()];
-    let (image_size, reference_size) = (size(image), size(reference));
-    if image_size == reference_size {
-        Ok(image.pixels().iter().zip(reference.pixels()))
-    } else {
-        Err(MetricError::Size {
-            image: image_size,
-            reference: reference_size,
-        })
-    }
+    same_size(image, reference)?;
+    Ok(image.pixels().iter().zip(reference.pixels()))
 }

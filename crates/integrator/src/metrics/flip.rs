@@ -1,7 +1,7 @@
 //! The perceptual difference ꟻLIP.
 
 use super::MetricError;
-use super::error::paired;
+use super::error::same_size;
 use crate::RgbImage;
 use crate::output::srgb_bytes;
 
@@ -12,7 +12,7 @@ use crate::output::srgb_bytes;
 ///
 /// The images differ in size.
 pub fn flip(image: &RgbImage, reference: &RgbImage) -> Result<f64, MetricError> {
-    paired(image, reference)?;
+    same_size(image, reference)?;
     let displayed = |image: &RgbImage| {
         nv_flip::FlipImageRgb8::with_data(image.width(), image.height(), &srgb_bytes(image, 0.0))
     };

@@ -1,7 +1,7 @@
 //! Metrics that are means over pixels. All take linear values and sum in `f64`.
 
 use super::MetricError;
-use super::error::paired;
+use super::error::{paired, same_size};
 use crate::RgbImage;
 use lightshed_scene::{Rgb, luminance};
 
@@ -78,7 +78,7 @@ pub fn mean_absolute_percentage_error(image: &RgbImage, reference: &RgbImage) ->
 ///
 /// The images differ in size.
 pub fn relative_mean(image: &RgbImage, reference: &RgbImage) -> Result<[Option<f64>; 3], MetricError> {
-    paired(image, reference)?;
+    same_size(image, reference)?;
     let (found, expected) = (image.mean(), reference.mean());
     Ok(std::array::from_fn(|c| {
         (expected[c] != 0.0).then(|| found[c] / expected[c] - 1.0)
