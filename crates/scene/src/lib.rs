@@ -3,6 +3,7 @@
 //! A scene goes through two stages. [`SceneDescription`] is plain data that importers, the built-in scenes and
 //! guests write; [`Scene`](crate) is what rays are traced against, and its constructor validates the description.
 
+mod accel;
 pub mod builtin;
 mod color;
 mod description;
@@ -10,6 +11,7 @@ pub mod import;
 mod material;
 mod texture;
 
+pub use accel::{Accelerator, AcceleratorKind, BuildQuality, Hit, Ray, Sphere, intersect_triangle};
 pub use color::{Rgb, luminance};
 pub use description::{
     CameraDescription, EmitterDescription, EnvironmentMap, Geometry, Projection, RenderSettings,

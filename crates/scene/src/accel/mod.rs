@@ -1,0 +1,264 @@
+//! Ray queries: the nearest hit, and whether there is any.
+//!
+//! [`Accelerator`] holds one of three trees over the same primitives. All start from a binary tree by obvhs (PLOC
+//! with re-insertion, Meister and Bittner 2018, 2022); two are traversed by obvhs itself, the third is this crate's
+//! own, with eight full-precision boxes a node and eight triangles a leaf tested at once. The default is what
+//! `docs/performance.md` shows to be the fastest.
+
+mod ray;
+mod simd;
+mod sphere;
+mod stack;
+mod triangle;
+mod wide;
+
+#[cfg(test)]
+mod tests;
+
+pub use ray::{Hit, Ray};
+pub use sphere::Sphere;
+pub use triangle::intersect_triangle;
+
+use glam::{Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::cwbvh::CwBvh;
+use obvhs::ray::{Ray as ObvhsRay, RayHit};
+use obvhs::triangle::Triangle as ObvhsTriangle;
+use std::time::Duration;
+use wide::{Primitives, WideBvh};
+
+/// Which tree rays are traced through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AcceleratorKind {
+    /// This crate's eight-wide tree.
+    #[default]
+    Wide,
+    /// obvhs' binary tree.
+    Bvh2,
+    /// obvhs' compressed eight-wide tree.
+    Cwbvh,
+}
+
+/// How much time to spend on the tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BuildQuality {
+    /// For geometry that changes every frame.
+    Fast,
+    /// Re-insertion of a twentieth of the nodes.
+    Medium,
+    /// Large triangles split, re-insertion of a fifth of the nodes: for renders that take longer than a second.
+    #[default]
+    High,
+}
+
+enum Tree {
+    Wide(WideBvh),
+    Bvh2(Bvh2),
+    Cwbvh(CwBvh),
+    Empty,
+}
+
+/// A tree over triangles and spheres. Primitives are numbered triangles first, then spheres.
+pub struct Accelerator {
+    tree: Tree,
+    /// What obvhs' traversals test; empty with the wide tree, which has its own copies.
+    triangles: Vec<[Vec3; 3]>,
+    spheres: Vec<Sphere>,
+}
+
+impl Accelerator {
+    /// Builds a tree. Coordinates must be finite and radii positive (`Scene` checks); no primitive at all is an empty
+    /// scene that no ray hits.
+    pub fn build(
+        triangles: &[[Vec3; 3]],
+        spheres: &[Sphere],
+        kind: AcceleratorKind,
+        quality: BuildQuality,
+    ) -> Self {
+        let kept = if kind == AcceleratorKind::Wide {
+            (Vec::new(), Vec::new())
+        } else {
+            (triangles.to_vec(), spheres.to_vec())
+        };
+        let tree = if triangles.is_empty() && spheres.is_empty() {
+            Tree::Empty
+        } else {
+            build_tree(triangles, spheres, kind, quality)
+        };
+        Self {
+            tree,
+            triangles: kept.0,
+            spheres: kept.1,
+        }
+    }
+
+    /// The nearest hit in the open segment.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        match &self.tree {
+            Tree::Wide(bvh) => bvh.intersect(ray),
+            Tree::Bvh2(bvh) => self.nearest_by_obvhs(ray, &bvh.primitive_indices, |ray, test| {
+                bvh.ray_traverse(ray, &mut RayHit::none(), test);
+            }),
+            Tree::Cwbvh(bvh) => self.nearest_by_obvhs(ray, &bvh.primitive_indices, |ray, test| {
+                bvh.ray_traverse(ray, &mut RayHit::none(), test);
+            }),
+            Tree::Empty => None,
+        }
+    }
+
+    /// Whether anything lies in the open segment.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        match &self.tree {
+            Tree::Wide(bvh) => bvh.occluded(ray),
+            Tree::Bvh2(bvh) => {
+                !bvh.ray_traverse_miss(to_obvhs(ray).0, self.obvhs_test(ray, &bvh.primitive_indices))
+            }
+            Tree::Cwbvh(bvh) => {
+                !bvh.ray_traverse_miss(to_obvhs(ray).0, self.obvhs_test(ray, &bvh.primitive_indices))
+            }
+            Tree::Empty => false,
+        }
+    }
+
+    /// Bytes of the eight-wide tree with its copies of the triangles; 0 for the others.
+    pub fn wide_bytes(&self) -> usize {
+        match &self.tree {
+            Tree::Wide(bvh) => bvh.bytes(),
+            _ => 0,
+        }
+    }
+
+    #[inline(always)]
+    fn test_primitive(&self, ray: &Ray, primitive: u32, t_max: f32) -> Option<Hit> {
+        match self.triangles.get(primitive as usize) {
+            Some(corners) => intersect_triangle(ray, corners, primitive, t_max),
+            None => self.spheres[primitive as usize - self.triangles.len()]
+                .intersect(ray.origin, ray.direction, t_max)
+                .map(|t| Hit {
+                    t,
+                    primitive,
+                    barycentric: [0.0; 2],
+                }),
+        }
+    }
+
+    /// The test that obvhs calls for each primitive, in units of the normalised ray.
+    #[inline(always)]
+    fn obvhs_test<'a>(&'a self, ray: &'a Ray, order: &'a [u32]) -> impl FnMut(&ObvhsRay, usize) -> f32 + 'a {
+        let length = to_obvhs(ray).1;
+        move |_, slot| {
+            self.test_primitive(ray, order[slot], ray.t_max)
+                .map_or(f32::INFINITY, |hit| hit.t * length)
+        }
+    }
+
+    #[inline(always)]
+    fn nearest_by_obvhs(
+        &self,
+        ray: &Ray,
+        order: &[u32],
+        traverse: impl FnOnce(ObvhsRay, &mut dyn FnMut(&ObvhsRay, usize) -> f32),
+    ) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        let (normalised, length) = to_obvhs(ray);
+        traverse(normalised, &mut |_, slot| {
+            let t_max = best.map_or(ray.t_max, |hit| hit.t);
+            match self.test_primitive(ray, order[slot], t_max) {
+                Some(hit) => {
+                    best = Some(hit);
+                    hit.t * length
+                }
+                None => f32::INFINITY,
+            }
+        });
+        best
+    }
+}
+
+/// obvhs takes direction components below `f32::EPSILON` for zero, so it gets the direction normalised; also the
+/// length of the direction before.
+#[inline(always)]
+fn to_obvhs(ray: &Ray) -> (ObvhsRay, f32) {
+    let length = ray.direction.length();
+    let direction = Vec3A::from(ray.direction / length);
+    // The far end is widened, since the primitive's own test decides at the end of the segment.
+    (
+        ObvhsRay::new(
+            Vec3A::from(ray.origin),
+            direction,
+            0.0,
+            ray.t_max * length * 1.000_001,
+        ),
+        length,
+    )
+}
+
+fn build_tree(
+    triangles: &[[Vec3; 3]],
+    spheres: &[Sphere],
+    kind: AcceleratorKind,
+    quality: BuildQuality,
+) -> Tree {
+    let params = match quality {
+        BuildQuality::Fast => BvhBuildParams::very_fast_build(),
+        BuildQuality::Medium => BvhBuildParams::medium_build(),
+        BuildQuality::High => BvhBuildParams::slow_build(),
+    };
+    let (max_prims_per_leaf, mut time) = (if kind == AcceleratorKind::Bvh2 { 8 } else { 1 }, Duration::ZERO);
+    let params = BvhBuildParams {
+        max_prims_per_leaf,
+        ..params
+    };
+    let boxes = primitive_boxes(triangles, spheres);
+    // Splitting is done on triangles alone, so a scene with spheres goes without.
+    let split: Option<Vec<ObvhsTriangle>> = spheres.is_empty().then(|| {
+        triangles
+            .iter()
+            .map(|&[a, b, c]| ObvhsTriangle {
+                v0: a.into(),
+                v1: b.into(),
+                v2: c.into(),
+            })
+            .collect()
+    });
+    let binary = |time: &mut Duration| match &split {
+        Some(triangles) => obvhs::bvh2::builder::build_bvh2_from_tris(triangles, params, time),
+        None => obvhs::bvh2::builder::build_bvh2(&boxes, params, time),
+    };
+    match kind {
+        AcceleratorKind::Wide => Tree::Wide(wide::build(
+            &binary(&mut time),
+            &boxes,
+            &Primitives { triangles, spheres },
+        )),
+        AcceleratorKind::Bvh2 => Tree::Bvh2(binary(&mut time)),
+        AcceleratorKind::Cwbvh => {
+            let params = BvhBuildParams {
+                max_prims_per_leaf: 3,
+                ..params
+            };
+            Tree::Cwbvh(match &split {
+                Some(triangles) => obvhs::cwbvh::builder::build_cwbvh_from_tris(triangles, params, &mut time),
+                None => obvhs::cwbvh::builder::build_cwbvh(&boxes, params, &mut time),
+            })
+        }
+    }
+}
+
+fn primitive_boxes(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Vec<Aabb> {
+    let triangles = triangles
+        .iter()
+        .map(|corners| Aabb::from_points(&corners.map(Vec3A::from)));
+    let spheres = spheres.iter().map(|sphere| {
+        // A hit may lie an ulp outside the exact box.
+        let radius = Vec3::splat(sphere.radius * (1.0 + 4.0 * f32::EPSILON));
+        let slack = sphere.center.abs() * f32::EPSILON;
+        let (min, max) = (sphere.center - radius - slack, sphere.center + radius + slack);
+        Aabb::new(min.into(), max.into())
+    });
+    triangles.chain(spheres).collect()
+}

@@ -1,0 +1,58 @@
+//! A tree with eight children a node and watertight tests of eight triangles at a time.
+
+mod build;
+mod node;
+mod traverse;
+
+pub use build::build;
+
+use super::sphere::Sphere;
+use node::{Node, TriangleBlock};
+
+/// What a tree is built over.
+pub struct Primitives<'a> {
+    /// Corners of each triangle.
+    pub triangles: &'a [[glam::Vec3; 3]],
+    /// Spheres; primitive `triangles.len() + i` is sphere `i`.
+    pub spheres: &'a [Sphere],
+}
+
+/// The tree. Not empty.
+#[derive(Clone, Debug)]
+pub struct WideBvh {
+    nodes: Vec<Node>,
+    blocks: Vec<TriangleBlock>,
+    spheres: Vec<Sphere>,
+    /// Primitive index of the first sphere.
+    first_sphere: u32,
+    lanes: super::simd::LaneChoice,
+}
+
+impl WideBvh {
+    fn from_parts(
+        nodes: Vec<Node>,
+        blocks: Vec<TriangleBlock>,
+        spheres: Vec<Sphere>,
+        first_sphere: u32,
+    ) -> Self {
+        Self {
+            nodes,
+            blocks,
+            spheres,
+            first_sphere,
+            lanes: super::simd::LaneChoice::best(),
+        }
+    }
+
+    /// Bytes of the tree and the triangles in it.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..]) + size_of_val(&self.spheres[..])
+    }
+
+    /// The same tree on the lanes of the specification.
+    #[cfg(test)]
+    pub fn on_array_lanes(mut self) -> Self {
+        self.lanes = super::simd::LaneChoice::Array;
+        self
+    }
+}

@@ -1,0 +1,113 @@
+//! Nodes and leaves of the eight-wide tree.
+
+use glam::Vec3;
+
+/// Reference to a child: a node, a block of triangles, a sphere, or nothing.
+///
+/// The two top bits are the kind, the others an index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Child(pub u32);
+
+/// What a [`Child`] refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChildKind {
+    Node,
+    Triangles,
+    Sphere,
+}
+
+impl Child {
+    const KIND_SHIFT: u32 = 30;
+    const INDEX_MASK: u32 = (1 << Self::KIND_SHIFT) - 1;
+    /// An unused slot. Its box is empty, so that no ray reaches it.
+    pub const EMPTY: Self = Self(u32::MAX);
+    /// The largest index that fits.
+    pub const MAX_INDEX: usize = Self::INDEX_MASK as usize - 1;
+
+    #[inline(always)]
+    pub fn new(kind: ChildKind, index: usize) -> Self {
+        debug_assert!(index <= Self::MAX_INDEX);
+        let kind = match kind {
+            ChildKind::Node => 0,
+            ChildKind::Triangles => 1,
+            ChildKind::Sphere => 2,
+        };
+        Self(kind << Self::KIND_SHIFT | index as u32)
+    }
+
+    #[inline(always)]
+    pub fn kind(self) -> ChildKind {
+        match self.0 >> Self::KIND_SHIFT {
+            0 => ChildKind::Node,
+            1 => ChildKind::Triangles,
+            _ => ChildKind::Sphere,
+        }
+    }
+
+    #[inline(always)]
+    pub fn index(self) -> usize {
+        (self.0 & Self::INDEX_MASK) as usize
+    }
+}
+
+/// Eight children with their boxes, one row of eight a bound: `min.x, min.y, min.z, max.x, max.y, max.z`.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub struct Node {
+    pub bounds: [[f32; 8]; 6],
+    pub children: [Child; 8],
+}
+
+const _: () = assert!(size_of::<Node>() == 224);
+
+impl Node {
+    /// A node without children.
+    pub fn empty() -> Self {
+        let mut bounds = [[f32::INFINITY; 8]; 6];
+        bounds[3..].fill([f32::NEG_INFINITY; 8]);
+        Self {
+            bounds,
+            children: [Child::EMPTY; 8],
+        }
+    }
+
+    /// Sets child `slot` with its box.
+    pub fn set(&mut self, slot: usize, min: Vec3, max: Vec3, child: Child) {
+        for axis in 0..3 {
+            self.bounds[axis][slot] = min[axis];
+            self.bounds[3 + axis][slot] = max[axis];
+        }
+        self.children[slot] = child;
+    }
+}
+
+/// Up to eight triangles, one row of eight a coordinate: `vertices[v][axis][lane]`.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub struct TriangleBlock {
+    pub vertices: [[[f32; 8]; 3]; 3],
+    /// Index of the triangle in the order that the tree was built from.
+    pub primitives: [u32; 8],
+}
+
+const _: () = assert!(size_of::<TriangleBlock>() == 320);
+
+impl TriangleBlock {
+    /// A block of the given triangles (at most eight). Unused lanes hold a point at NaN, which no ray hits.
+    pub fn new(triangles: impl IntoIterator<Item = (u32, [Vec3; 3])>) -> Self {
+        let mut block = Self {
+            vertices: [[[f32::NAN; 8]; 3]; 3],
+            primitives: [u32::MAX; 8],
+        };
+        for (lane, (primitive, corners)) in triangles.into_iter().enumerate() {
+            block.primitives[lane] = primitive;
+            for (v, corner) in corners.iter().enumerate() {
+                for axis in 0..3 {
+                    block.vertices[v][axis][lane] = corner[axis];
+                }
+            }
+        }
+        block
+    }
+}
