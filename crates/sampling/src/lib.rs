@@ -1,13 +1,25 @@
 //! Random numbers, measures and densities, warps and discrete distributions for light transport.
 #![forbid(unsafe_code)]
 
+mod alias;
 mod frame;
 mod measure;
+mod piecewise;
+mod piecewise2d;
 mod rng;
+mod sum;
 mod uniform;
+mod weights;
 
+pub use alias::{AliasEntry, AliasTable};
 pub use frame::Frame;
 pub use glam;
 pub use measure::{Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic};
+pub use piecewise::{PiecewiseConstant1d, PiecewiseSample};
+pub use piecewise2d::{PiecewiseConstant2d, PiecewiseSample2d};
 pub use rng::{CounterRng, PathSeed, threefry4x32};
-pub use uniform::{ONE_MINUS_EPSILON, f32_from_u32, f64_from_u64};
+pub use sum::{CompensatedSum, Real, pairwise_sum, pairwise_sum_iter};
+pub use uniform::{
+    Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from_u32, f64_from_u64, remap, u32_from_f32,
+};
+pub use weights::WeightsError;

@@ -54,61 +54,57 @@ const LANES: usize = 8;
 /// Words computed at once.
 const BUFFER: usize = 4 * LANES;
 
-/// `a += b; b = rotl(b, distance) ^ a` in every lane.
+/// One round: rotations `ROTATIONS[round % 8]`, odd rounds with words 1 and 3 exchanged.
 #[inline(always)]
-fn mix<const L: usize>(a: &mut [u32; L], b: &mut [u32; L], distance: u32) {
-    for lane in 0..L {
-        a[lane] = a[lane].wrapping_add(b[lane]);
-        b[lane] = b[lane].rotate_left(distance) ^ a[lane];
-    }
+fn mix(x: &mut [u32; 4], round: usize) {
+    let [r0, r1] = ROTATIONS[round % 8];
+    let (a, b) = if round.is_multiple_of(2) { (1, 3) } else { (3, 1) };
+    x[0] = x[0].wrapping_add(x[a]);
+    x[a] = x[a].rotate_left(r0) ^ x[0];
+    x[2] = x[2].wrapping_add(x[b]);
+    x[b] = x[b].rotate_left(r1) ^ x[2];
 }
 
-/// Threefry-4×32 of `L` counters under one key, word-major: `result[word][lane]`.
+/// Rounds `4·group` to `4·group + 3` and the key addition after them.
 #[inline(always)]
-fn threefry_lanes<const N: usize, const L: usize>(counters: [[u32; L]; 4], key: [u32; 4]) -> [[u32; L]; 4] {
-    let schedule = [
-        key[0],
-        key[1],
-        key[2],
-        key[3],
-        PARITY ^ key[0] ^ key[1] ^ key[2] ^ key[3],
-    ];
-    let [mut x0, mut x1, mut x2, mut x3] = counters;
-    for lane in 0..L {
-        x0[lane] = x0[lane].wrapping_add(schedule[0]);
-        x1[lane] = x1[lane].wrapping_add(schedule[1]);
-        x2[lane] = x2[lane].wrapping_add(schedule[2]);
-        x3[lane] = x3[lane].wrapping_add(schedule[3]);
-    }
-    for round in 0..N {
-        let [r0, r1] = ROTATIONS[round % 8];
-        if round % 2 == 0 {
-            mix(&mut x0, &mut x1, r0);
-            mix(&mut x2, &mut x3, r1);
-        } else {
-            mix(&mut x0, &mut x3, r0);
-            mix(&mut x2, &mut x1, r1);
-        }
-        if round % 4 == 3 {
-            let s = round / 4 + 1;
-            for lane in 0..L {
-                x0[lane] = x0[lane].wrapping_add(schedule[s % 5]);
-                x1[lane] = x1[lane].wrapping_add(schedule[(s + 1) % 5]);
-                x2[lane] = x2[lane].wrapping_add(schedule[(s + 2) % 5]);
-                x3[lane] = x3[lane].wrapping_add(schedule[(s + 3) % 5].wrapping_add(s as u32));
-            }
-        }
-    }
-    [x0, x1, x2, x3]
+fn mix_four(x: &mut [u32; 4], schedule: &[u32; 5], group: usize) {
+    mix(x, 4 * group);
+    mix(x, 4 * group + 1);
+    mix(x, 4 * group + 2);
+    mix(x, 4 * group + 3);
+    let s = group + 1;
+    x[0] = x[0].wrapping_add(schedule[s % 5]);
+    x[1] = x[1].wrapping_add(schedule[(s + 1) % 5]);
+    x[2] = x[2].wrapping_add(schedule[(s + 2) % 5]);
+    x[3] = x[3].wrapping_add(schedule[(s + 3) % 5].wrapping_add(s as u32));
 }
 
 /// Threefry-4×32 with `N` rounds: the four words of the block `counter` under `key`.
 ///
 /// A bijection of the 2¹²⁸ counters for every key. With `N = 20` this is the paper's default.
-#[inline]
+#[inline(always)]
 pub fn threefry4x32<const N: usize>(counter: [u32; 4], key: [u32; 4]) -> [u32; 4] {
-    let [[a], [b], [c], [d]] = threefry_lanes::<N, 1>(counter.map(|word| [word]), key);
-    [a, b, c, d]
+    let [k0, k1, k2, k3] = key;
+    let schedule = [k0, k1, k2, k3, PARITY ^ k0 ^ k1 ^ k2 ^ k3];
+    let mut x: [u32; 4] = core::array::from_fn(|word| counter[word].wrapping_add(schedule[word]));
+    // Up to twelve rounds stand here one by one: compilers do not make vector code of a loop (over lanes) around a
+    // loop (over rounds).
+    if N >= 4 {
+        mix_four(&mut x, &schedule, 0);
+    }
+    if N >= 8 {
+        mix_four(&mut x, &schedule, 1);
+    }
+    if N >= 12 {
+        mix_four(&mut x, &schedule, 2);
+    }
+    for group in 3..N / 4 {
+        mix_four(&mut x, &schedule, group);
+    }
+    for round in N / 4 * 4..N {
+        mix(&mut x, round);
+    }
+    x
 }
 
 /// A stream of random numbers for one sample of one pixel, or for one path ([`PathSeed`]).
@@ -198,12 +194,17 @@ impl CounterRng {
     #[inline(never)]
     fn refill(&mut self) {
         let block = self.dimension / 4;
-        // Dimensions wrap at 2³², blocks with them at 2³⁰.
-        let indices = core::array::from_fn(|lane| block.wrapping_add(lane as u32) & (u32::MAX / 4));
-        self.buffer = threefry_lanes::<{ Self::ROUNDS }, LANES>(
-            [indices, [self.stream; LANES], [0; LANES], [0; LANES]],
-            self.key,
-        );
+        // Into locals, so that nothing here can alias and the loop over lanes becomes vector code.
+        let (key, stream) = (self.key, self.stream);
+        let mut buffer = [[0; LANES]; 4];
+        let [b0, b1, b2, b3] = &mut buffer;
+        for lane in 0..LANES {
+            // Dimensions wrap at 2³², blocks with them at 2³⁰.
+            let index = block.wrapping_add(lane as u32) & (u32::MAX / 4);
+            let words = threefry4x32::<{ Self::ROUNDS }>([index, stream, 0, 0], key);
+            [b0[lane], b1[lane], b2[lane], b3[lane]] = words;
+        }
+        self.buffer = buffer;
         self.first = block * 4;
     }
 

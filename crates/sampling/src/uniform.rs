@@ -19,3 +19,106 @@ pub const fn f32_from_u32(bits: u32) -> f32 {
 pub const fn f64_from_u64(bits: u64) -> f64 {
     (bits >> 11) as f64 * F64_STEP
 }
+
+/// Uniform bits from a uniform number in [0, 1): `⌊u · 2³²⌋`, of which the low eight bits are zero when `u` has 24.
+/// Anything below 0 and NaN give 0, anything from 1 up gives `u32::MAX`.
+#[inline(always)]
+pub const fn u32_from_f32(u: f32) -> u32 {
+    // The cast saturates.
+    (u * 4_294_967_296.0) as u32
+}
+
+/// Reuses a uniform number: given that `u` fell into `[low, high)`, its place there, `(u − low) / (high − low)`, is
+/// uniform in [0, 1) and independent of the choice.
+///
+/// Always in `[0, ONE_MINUS_EPSILON]`, also where rounding would say 1, `u` lies outside, the interval is empty or an
+/// argument is NaN. What is left are `log₂(high − low)` bits fewer: after several choices draw a fresh number.
+#[inline(always)]
+pub fn remap(u: f32, low: f32, high: f32) -> f32 {
+    let fraction = (u - low) / (high - low);
+    // Written so that NaN (an empty interval) fails the comparison.
+    if fraction > 0.0 {
+        fraction.min(ONE_MINUS_EPSILON)
+    } else {
+        0.0
+    }
+}
+
+/// What [`choose`] chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// Index of the chosen weight.
+    pub index: usize,
+    /// Its probability, `w_index / Σ w`; positive.
+    pub pmf: f32,
+    /// The uniform number's place within the chosen interval: uniform in [0, 1), never 1, independent of `index`.
+    pub remapped: f32,
+}
+
+/// A weight takes part in a choice if it is positive and finite (false for NaN).
+#[inline(always)]
+fn is_usable(weight: f32) -> bool {
+    weight > 0.0 && weight < f32::INFINITY
+}
+
+/// Sum of the usable weights, and the least weight whose share of it an `f32` can state.
+#[inline(always)]
+fn usable_sum(weights: &[f32]) -> (f64, f64) {
+    const LEAST_SHARE: f64 = 1.401_298_464_324_817_1e-45; // 2⁻¹⁴⁹
+    let sum: f64 = weights
+        .iter()
+        .filter(|weight| is_usable(**weight))
+        .map(|&weight| f64::from(weight))
+        .sum();
+    (sum, sum * LEAST_SHARE)
+}
+
+/// The probability with which [`choose`] chooses `index` among `weights`; 0 out of range.
+pub fn choose_pmf(weights: &[f32], index: usize) -> f32 {
+    let (sum, least) = usable_sum(weights);
+    match weights.get(index) {
+        Some(&weight) if is_usable(weight) && f64::from(weight) >= least => (f64::from(weight) / sum) as f32,
+        _ => 0.0,
+    }
+}
+
+/// Chooses among a few `weights` in proportion, by one uniform `u` in [0, 1): lobes, techniques, children of a node.
+///
+/// The index is the first with `u · Σw < w_0 + … + w_index`; no weight is divided by a sum, so tiny and huge weights
+/// work. Negative, infinite and NaN weights count as zero; a weight that counts as zero is never chosen, whatever `u`,
+/// nor one whose share is below the smallest `f32`. `None` if no weight is positive.
+///
+/// Linear in `weights.len()`; for more than a dozen build an [`AliasTable`](crate::AliasTable).
+///
+/// ```
+/// use lightshed_sampling::choose;
+/// let choice = choose(&[1.0, 0.0, 3.0], 0.5).unwrap();
+/// assert_eq!((choice.index, choice.pmf), (2, 0.75));
+/// ```
+#[inline]
+pub fn choose(weights: &[f32], u: f32) -> Option<Choice> {
+    let (sum, least) = usable_sum(weights);
+    let target = f64::from(u) * sum;
+    let mut before = 0.0;
+    let mut chosen = None;
+    for (index, &weight) in weights.iter().enumerate() {
+        if !is_usable(weight) {
+            continue;
+        }
+        let weight = f64::from(weight);
+        if weight >= least {
+            // Kept also when `target` lies further on: should rounding put it past the end, the last one is chosen.
+            chosen = Some((index, weight, before));
+            if target < before + weight {
+                break;
+            }
+        }
+        before += weight;
+    }
+    let (index, weight, before) = chosen?;
+    Some(Choice {
+        index,
+        pmf: (weight / sum) as f32,
+        remapped: remap(((target - before) / weight) as f32, 0.0, 1.0),
+    })
+}

@@ -1,0 +1,182 @@
+//! Piecewise-constant densities on the unit square: the sampler of an environment map.
+//!
+//! `width × height` values `f_ij ≥ 0`, row by row, define `p(u, v) = f_ij / mean(f)` on cells of equal size, a density with
+//! respect to *area on the unit square*. A row is chosen by the marginal `p(v) ∝ Σ_j f_ij`, then a column by the
+//! conditional `p(u | v)`, both in the fixed point of [`PiecewiseConstant1d`](crate::PiecewiseConstant1d): see there for
+//! what is exact.
+//!
+//! Two binary searches of contiguous words; one word of memory a cell.
+
+use crate::piecewise::{accumulate, accumulate_with, bin_of, locate, point_in_bin, width};
+use crate::uniform::u32_from_f32;
+use crate::weights::{WeightsError, validate};
+
+/// A sample of a [`PiecewiseConstant2d`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PiecewiseSample2d {
+    /// The point sampled, in [0, 1)² and within `cell`.
+    pub uv: [f32; 2],
+    /// Its density with respect to area on the unit square; positive.
+    pub pdf: f32,
+    /// Column and row.
+    pub cell: [u32; 2],
+}
+
+/// A piecewise-constant density on [0, 1)².
+///
+/// # Example
+///
+/// ```
+/// use lightshed_sampling::{CounterRng, PiecewiseConstant2d};
+/// // Two rows of three; the first row is v < ½.
+/// let density = PiecewiseConstant2d::new(&[0.0, 1.0, 1.0, 0.0, 0.0, 4.0], 3)?;
+/// let sample = density.sample(CounterRng::new(0, 0, 0).next_2d());
+/// assert!(sample.pdf > 0.0 && sample.pdf == density.pdf(sample.uv));
+/// assert_eq!(density.pdf([0.1, 0.1]), 0.0);
+/// # Ok::<(), lightshed_sampling::WeightsError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PiecewiseConstant2d {
+    width: u32,
+    /// Row distribution.
+    marginal: Vec<u32>,
+    marginal_last: u32,
+    /// Column distributions, row by row.
+    conditional: Vec<u32>,
+    /// Last positive column of each row (0 in a row of zeros, which the marginal never chooses).
+    conditional_last: Vec<u32>,
+    integral: f64,
+}
+
+impl PiecewiseConstant2d {
+    /// The most columns, and the most rows, of a density.
+    pub const MAX_SIDE: usize = 1 << 22;
+
+    /// The density proportional to `values`, given row by row in rows of `width`.
+    ///
+    /// # Errors
+    ///
+    /// No value, rows that are not full, too many rows or columns, a value that is negative or not finite, or all
+    /// zero: see [`WeightsError`].
+    pub fn new(values: &[f32], width: usize) -> Result<Self, WeightsError> {
+        let largest = validate(values, usize::MAX)?;
+        if width == 0 || !values.len().is_multiple_of(width) {
+            return Err(WeightsError::RaggedRows {
+                count: values.len(),
+                width,
+            });
+        }
+        let height = values.len() / width;
+        if width.max(height) > Self::MAX_SIDE {
+            return Err(WeightsError::TooMany {
+                count: width.max(height),
+                limit: Self::MAX_SIDE,
+            });
+        }
+        let scale = 1.0 / largest;
+        let mut conditional = vec![0; values.len()];
+        let (conditional_last, row_sums): (Vec<u32>, Vec<f64>) = values
+            .chunks_exact(width)
+            .zip(conditional.chunks_exact_mut(width))
+            .map(|(row, starts)| {
+                let (last, sum) = accumulate(row, scale, starts);
+                (last.unwrap_or(0), sum)
+            })
+            .unzip();
+        let mut marginal = vec![0; height];
+        let (marginal_last, sum) = accumulate_with(height, |row| row_sums[row], &mut marginal);
+        Ok(Self {
+            width: width as u32,
+            marginal_last: marginal_last.ok_or(WeightsError::AllZero)?,
+            marginal,
+            conditional,
+            conditional_last,
+            integral: sum / values.len() as f64 * largest,
+        })
+    }
+
+    #[inline(always)]
+    fn row(&self, row: u32) -> (&[u32], u32) {
+        let begin = row as usize * self.width as usize;
+        (
+            &self.conditional[begin..begin + self.width as usize],
+            self.conditional_last[row as usize],
+        )
+    }
+
+    /// `p = p(v) p(u|v)` from the words owned by the row and by the column.
+    #[inline(always)]
+    fn density(&self, row_width: u64, column_width: u64) -> f32 {
+        const TWO_POW_MINUS_64: f64 = 1.0 / 18_446_744_073_709_551_616.0;
+        let cells = f64::from(self.width) * self.marginal.len() as f64;
+        (row_width as f64 * column_width as f64 * (cells * TWO_POW_MINUS_64)) as f32
+    }
+
+    /// Samples by a uniform point of [0, 1)²: `u[0]` chooses the column and `u[1]` the row.
+    #[inline(always)]
+    pub fn sample(&self, u: [f32; 2]) -> PiecewiseSample2d {
+        self.sample_words(u.map(u32_from_f32))
+    }
+
+    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the 24 bits of an
+    /// `f32` leave 12 for the place within a cell; these leave 20.
+    #[inline(always)]
+    pub fn sample_words(&self, u: [u32; 2]) -> PiecewiseSample2d {
+        let row = locate(&self.marginal, self.marginal_last, u[1]);
+        let (starts, last) = self.row(row.index);
+        let column = locate(starts, last, u[0]);
+        PiecewiseSample2d {
+            uv: [
+                point_in_bin(column.index, column.fraction, self.width),
+                point_in_bin(row.index, row.fraction, self.marginal.len() as u32),
+            ],
+            pdf: self.density(row.width, column.width),
+            cell: [column.index, row.index],
+        }
+    }
+
+    /// The density at `uv`, with respect to area on the unit square; outside [0, 1)² that of the nearest cell.
+    #[inline]
+    pub fn pdf(&self, uv: [f32; 2]) -> f32 {
+        self.cell_pdf([
+            bin_of(uv[0], self.width),
+            bin_of(uv[1], self.marginal.len() as u32),
+        ])
+    }
+
+    /// The density on a cell (column, row), with respect to area on the unit square; 0 out of range.
+    #[inline]
+    pub fn cell_pdf(&self, cell: [u32; 2]) -> f32 {
+        let [column, row] = cell;
+        if column >= self.width || row as usize >= self.marginal.len() {
+            return 0.0;
+        }
+        let (starts, last) = self.row(row);
+        self.density(
+            width(&self.marginal, self.marginal_last, row),
+            width(starts, last, column),
+        )
+    }
+
+    /// Of the 2⁶⁴ pairs of words, how many choose a cell (column, row): the distribution realised, exactly.
+    pub fn exact_count(&self, cell: [u32; 2]) -> u128 {
+        let [column, row] = cell;
+        if column >= self.width || row as usize >= self.marginal.len() {
+            return 0;
+        }
+        let (starts, last) = self.row(row);
+        u128::from(width(&self.marginal, self.marginal_last, row)) * u128::from(width(starts, last, column))
+    }
+
+    /// `∫∫ f`, the mean of the values.
+    #[inline]
+    pub fn integral(&self) -> f64 {
+        self.integral
+    }
+
+    /// Columns and rows.
+    #[inline]
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.marginal.len() as u32]
+    }
+}
