@@ -102,7 +102,7 @@ impl fmt::Display for RenderError {
                 write!(f, "a budget of {seconds} seconds is not a positive time")
             }
             Self::Threads(threads) => write!(f, "{threads} threads are more than the {MAX_THREADS} allowed"),
-            Self::ThreadPool(error) => write!(f, "cannot start the threads: {error}"),
+            Self::ThreadPool(_) => write!(f, "cannot start the threads"),
         }
     }
 }
@@ -110,7 +110,6 @@ impl fmt::Display for RenderError {
 impl std::error::Error for RenderError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
-            Self::Size(error) => Some(error),
             Self::ThreadPool(error) => Some(error),
             _ => None,
         }

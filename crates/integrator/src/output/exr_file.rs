@@ -9,7 +9,7 @@ use std::fmt;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// Why an OpenEXR file could not be read.
+/// Why an OpenEXR file could not be read; what lies behind it is the [`source`](std::error::Error::source).
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ExrError {
@@ -26,7 +26,7 @@ pub enum ExrError {
 impl fmt::Display for ExrError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::File(error) => write!(f, "{error}"),
+            Self::File(_) => write!(f, "no readable OpenEXR file"),
             Self::Channels(names) => write!(f, "no channels R, G, B among [{}]", names.join(", ")),
             Self::Subsampled => write!(f, "subsampled channels are not supported"),
             Self::Image(error) => write!(f, "{error}"),
@@ -38,7 +38,6 @@ impl std::error::Error for ExrError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::File(error) => Some(error),
-            Self::Image(error) => Some(error),
             _ => None,
         }
     }

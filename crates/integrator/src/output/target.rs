@@ -31,7 +31,8 @@ impl ImageFormat {
     }
 }
 
-/// Why an image cannot be written; each names the path.
+/// Why an image cannot be written; each names the path, and what lies behind it is the
+/// [`source`](std::error::Error::source).
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -57,8 +58,7 @@ impl fmt::Display for OutputError {
             ),
             Self::Folder(path) => write!(f, "cannot write {}: its folder does not exist", path.display()),
             Self::NotAFile(path) => write!(f, "cannot write {}: it exists and is no file", path.display()),
-            Self::Io(path, error) => write!(f, "cannot write {}: {error}", path.display()),
-            Self::Exr(path, error) => write!(f, "cannot write {}: {error}", path.display()),
+            Self::Io(path, _) | Self::Exr(path, _) => write!(f, "cannot write {}", path.display()),
         }
     }
 }
