@@ -4,6 +4,8 @@
 //! feature a crate; a renderer usually depends on the single crate it needs.
 #[cfg(feature = "integrator")]
 pub use lightshed_integrator as integrator;
+#[cfg(feature = "resampling")]
+pub use lightshed_resampling as resampling;
 #[cfg(feature = "sampling")]
 pub use lightshed_sampling as sampling;
 #[cfg(feature = "scene")]

@@ -1,0 +1,36 @@
+//! Reservoirs, resampled importance sampling, MIS families, GRIS, conditional RIS and spatiotemporal reuse.
+//!
+//! Generic over the sample, the integration domain and the shift mapping: no scene, no renderer, no thread pool.
+//! Implement [`Domain`] for a pixel (or a cell, or a suffix space behind a prefix), [`ShiftMapping`] between two of them,
+//! and [`merge`] reuses samples among them without bias.
+//!
+//! Equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray Tracing*, ch. 6 and
+//! app. B) and Kettunen 2023 (*Conditional Resampled Importance Sampling and ReSTIR*).
+#![forbid(unsafe_code)]
+
+mod choose;
+mod domain;
+mod merge;
+mod mis;
+mod real;
+mod reservoir;
+mod ris;
+mod selection;
+mod space;
+mod weight;
+
+pub use choose::Choose;
+pub use domain::{
+    BrokenLaw, Domain, IdentityShift, Jacobian, Pulled, ShiftMapping, Shifted, Undefined, round_trip,
+};
+pub use merge::{
+    DomainReservoir, Evaluations, Exchange, Input, MergeError, MergeReport, Merged, PairwiseStream,
+    UndefinedShifts, integrate, merge, merge_and_integrate,
+};
+pub use mis::{Mis, MisError, Pairwise, Technique};
+pub use real::Real;
+pub use reservoir::Reservoir;
+pub use ris::{MixtureRis, Ris, RisMany, balance_over_techniques};
+pub use selection::{Selection, Selections};
+pub use space::{Counting, Given, Joint, Space};
+pub use weight::{ConditionallyIndependent, ContributionWeight, Tractable, WeightError};
