@@ -26,4 +26,3 @@ impl<R: Rng + ?Sized> Choose for R {
 pub(crate) fn uniform<R: Rng + ?Sized>(rng: &mut R) -> f64 {
     (rng.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }
-

@@ -28,7 +28,10 @@ impl<X, S: Space> MixtureRis<X, S> {
     /// No candidates yet.
     #[inline]
     pub const fn new() -> Self {
-        Self { selection: Selection::new(), space: PhantomData }
+        Self {
+            selection: Selection::new(),
+            space: PhantomData,
+        }
     }
 
     /// A candidate `x` with `p̂(x)`, `m_i(x)` and its contribution weight.
@@ -63,6 +66,11 @@ impl<X, S: Space> MixtureRis<X, S> {
 /// technique is asked about `x`, also those that drew nothing useful. 0 if technique `t` cannot produce `x` or does not exist.
 #[inline]
 pub fn balance_over_techniques(techniques: &[(u32, f64)], technique: usize) -> f64 {
-    let total: f64 = techniques.iter().map(|&(count, density)| f64::from(count) * sanitised(density)).sum();
-    techniques.get(technique).map_or(0.0, |&(_, density)| share(sanitised(density), total))
+    let total: f64 = techniques
+        .iter()
+        .map(|&(count, density)| f64::from(count) * sanitised(density))
+        .sum();
+    techniques
+        .get(technique)
+        .map_or(0.0, |&(_, density)| share(sanitised(density), total))
 }

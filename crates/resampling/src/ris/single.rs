@@ -26,7 +26,11 @@ impl<X, S: Space> Ris<X, S> {
     /// No candidates yet.
     #[inline]
     pub const fn new() -> Self {
-        Self { selection: Selection::new(), candidates: 0, space: PhantomData }
+        Self {
+            selection: Selection::new(),
+            candidates: 0,
+            space: PhantomData,
+        }
     }
 
     /// A candidate `x` with `p̂(x)` and its contribution weight (`1/p` where drawn from a density). Every candidate drawn must be
@@ -41,7 +45,8 @@ impl<X, S: Space> Ris<X, S> {
     ) -> bool {
         let target = sanitised(target);
         self.candidates += 1;
-        self.selection.offer((x, target), product([target, weight.value().to_f64()]), choose)
+        self.selection
+            .offer((x, target), product([target, weight.value().to_f64()]), choose)
     }
 
     /// The outcome of an earlier stage as a candidate, with this stage's target. An empty one counts in `M`.
@@ -76,7 +81,11 @@ impl<X, S: Space> Ris<X, S> {
 
     /// `Σ_i w_i = 1/M Σ p̂ W`, an estimate of `∫ p̂`.
     pub fn target_integral(&self) -> f64 {
-        if self.candidates > 0 { self.selection.weight_sum() / self.candidates as f64 } else { 0.0 }
+        if self.candidates > 0 {
+            self.selection.weight_sum() / self.candidates as f64
+        } else {
+            0.0
+        }
     }
 
     /// `Y` with `W_Y = (1/p̂(Y)) (1/M) Σ p̂ W`, trusted by `confidence` (1 as in Lin 2022 §6.5.2, or `M`; a choice that must not
@@ -106,7 +115,11 @@ impl<X: Clone, S: Space, const N: usize> RisMany<X, S, N> {
     /// No candidates yet.
     #[inline]
     pub fn new() -> Self {
-        Self { selections: Selections::new(), candidates: 0, space: PhantomData }
+        Self {
+            selections: Selections::new(),
+            candidates: 0,
+            space: PhantomData,
+        }
     }
 
     /// A candidate; see [`Ris::candidate`].
@@ -120,14 +133,22 @@ impl<X: Clone, S: Space, const N: usize> RisMany<X, S, N> {
     ) {
         let target = sanitised(target);
         self.candidates += 1;
-        self.selections.offer_with(product([target, weight.value().to_f64()]), choose, || (x.clone(), target));
+        self.selections
+            .offer_with(product([target, weight.value().to_f64()]), choose, || {
+                (x.clone(), target)
+            });
     }
 
     /// The `N` samples. An estimate of `∫ f` is the *mean* of their `f(Y) W_Y`.
     pub fn finish<R: Real>(self, confidence: f32) -> [Reservoir<X, S, R>; N] {
-        let integral =
-            if self.candidates > 0 { self.selections.weight_sum() / self.candidates as f64 } else { 0.0 };
-        self.selections.into_items().map(|item| finished(item, integral, confidence))
+        let integral = if self.candidates > 0 {
+            self.selections.weight_sum() / self.candidates as f64
+        } else {
+            0.0
+        };
+        self.selections
+            .into_items()
+            .map(|item| finished(item, integral, confidence))
     }
 }
 

@@ -20,7 +20,10 @@ impl<X, const N: usize> Selections<X, N> {
     /// Nothing seen yet.
     #[inline]
     pub fn new() -> Self {
-        Self { items: core::array::from_fn(|_| None), weight_sum: 0.0 }
+        Self {
+            items: core::array::from_fn(|_| None),
+            weight_sum: 0.0,
+        }
     }
 
     /// Offers an item to each of the `N` slots: one decision a slot. `item` is built once for each slot that takes it.
