@@ -9,6 +9,7 @@ mod piecewise2d;
 mod rng;
 mod sum;
 mod uniform;
+mod warp;
 mod weights;
 
 pub use alias::{AliasEntry, AliasTable};
@@ -21,5 +22,9 @@ pub use rng::{CounterRng, PathSeed, threefry4x32};
 pub use sum::{CompensatedSum, Real, pairwise_sum, pairwise_sum_iter};
 pub use uniform::{
     Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from_u32, f64_from_u64, remap, u32_from_f32,
+};
+pub use warp::{
+    ConcentricDisk, CosineHemisphere, Ggx, MicrofacetDistribution, PolarDisk, UniformHemisphere,
+    sin_cos_turns,
 };
 pub use weights::WeightsError;

@@ -1,0 +1,85 @@
+//! Sine and cosine of a fraction of a full turn.
+
+/// `(sin 2πt, cos 2πt)` for `t` in [0, 1], the azimuth of most warps. Values outside are clamped to that range, NaN to 0.
+///
+/// # Precision
+/// Absolute error below 1.1·10⁻⁷; exact at multiples of a quarter turn. `sin² + cos²` is one to 3·10⁻⁷.
+///
+/// # Performance
+/// Additions and multiplications only: several times faster than `f32::sin_cos`, and the same bits on every
+/// platform, GPUs without contraction included.
+#[inline(always)]
+pub fn sin_cos_turns(t: f32) -> (f32, f32) {
+    // The nearest multiple of a quarter turn is removed exactly. Truncation is the floor here, and far cheaper where the
+    // target has no instruction for the latter.
+    let quarters = 4.0 * t.max(0.0).min(1.0);
+    let quadrant = (quarters + 0.5) as i32;
+    let nearest = quadrant as f32;
+    let (sin, cos) = sin_cos_quarter(quarters - nearest);
+    // The remaining quarters swap and negate.
+    let (sin, cos) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };
+    (
+        if quadrant & 2 == 0 { sin } else { -sin },
+        if (quadrant + 1) & 2 == 0 { cos } else { -cos },
+    )
+}
+
+/// `(sin(πr/2), cos(πr/2))` for `r` in [−½, ½]: polynomials in `r²` that interpolate at Chebyshev nodes (relative errors
+/// 3.4·10⁻⁹ and 6.5·10⁻¹⁰ before rounding).
+#[inline(always)]
+pub(crate) fn sin_cos_quarter(r: f32) -> (f32, f32) {
+    let t = r * r;
+    let sin = r * (1.570_796_3 + t * (-0.645_963_5 + t * (0.079_680_22 + t * -0.004_602_149)));
+    let cos = 1.0 - t * (1.233_700_5 + t * (-0.253_669_4 + t * (0.020_861_529 + t * -0.000_906_739_9)));
+    (sin, cos)
+}
+
+/// The fraction of a full turn in [0, 1) at which `(x, y)` lies; 0 for the origin.
+#[inline(always)]
+pub(crate) fn turns_of(x: f32, y: f32) -> f32 {
+    let turns = y.atan2(x) * core::f32::consts::FRAC_1_PI * 0.5;
+    let turns = if turns < 0.0 { turns + 1.0 } else { turns };
+    turns.min(crate::ONE_MINUS_EPSILON)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn agrees_with_double_precision() {
+        let mut worst: f64 = 0.0;
+        for i in 0..=(1 << 20) {
+            let t = i as f32 / (1 << 20) as f32;
+            let (sin, cos) = sin_cos_turns(t);
+            let (true_sin, true_cos) = (core::f64::consts::TAU * f64::from(t)).sin_cos();
+            worst = worst
+                .max((f64::from(sin) - true_sin).abs())
+                .max((f64::from(cos) - true_cos).abs());
+        }
+        assert!(worst < 1.1e-7, "{worst}");
+    }
+
+    #[test]
+    fn quarters_are_exact_and_other_arguments_are_clamped() {
+        assert_eq!(sin_cos_turns(0.0), (0.0, 1.0));
+        assert_eq!(sin_cos_turns(0.25), (1.0, 0.0));
+        assert_eq!(sin_cos_turns(0.5).1, -1.0);
+        assert_eq!(sin_cos_turns(0.75).0, -1.0);
+        assert_eq!(sin_cos_turns(1.0), (0.0, 1.0));
+        for t in [-3.75, f32::MAX, f32::NAN, f32::INFINITY] {
+            assert_eq!(sin_cos_turns(t), (0.0, 1.0));
+        }
+    }
+
+    #[test]
+    fn turns_round_trip_and_stay_below_one() {
+        for i in 1..1000 {
+            let t = i as f32 / 1000.0;
+            let (sin, cos) = sin_cos_turns(t);
+            assert!((turns_of(cos, sin) - t).abs() < 1e-6);
+        }
+        assert!(turns_of(1.0, -1e-30) < 1.0);
+        assert_eq!(turns_of(0.0, 0.0), 0.0);
+    }
+}
