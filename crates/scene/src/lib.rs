@@ -18,5 +18,7 @@ pub use description::{
     SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
 };
 pub use glam;
-pub use material::{ConductorIor, Material, Microfacet, Roughness};
+pub use material::{
+    Bsdf, BsdfSample, BsdfValue, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,
+};
 pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};

@@ -1,5 +1,16 @@
 //! Materials as data, and the BSDFs with explicit lobes that they become at a surface point.
 
+mod bsdf;
+mod component;
+mod error;
+mod fresnel;
+mod microfacet;
+mod resolve;
+mod validate;
+
+pub use bsdf::{Bsdf, BsdfSample, BsdfValue, LobeSample};
+pub use error::MaterialError;
+
 use crate::{ColorTexture, FloatTexture, Rgb};
 
 /// Microfacet normal distribution.

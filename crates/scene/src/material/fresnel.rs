@@ -1,0 +1,157 @@
+//! Reflectance of smooth interfaces (unpolarised Fresnel equations).
+
+use crate::Rgb;
+
+/// What a smooth dielectric interface does to light at one angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DielectricFresnel {
+    /// Share of radiant power that is reflected, `F ∈ [0, 1]`.
+    pub reflectance: f32,
+    /// `|cos θ_t|` of the refracted direction; 0 in total internal reflection.
+    pub cos_transmitted: f32,
+}
+
+/// Fresnel reflectance at `cos_incident = |cos θ_i| ∈ [0, 1]`, `eta = η_t/η_i` the index of refraction of the far
+/// side over that of the near side.
+///
+/// `cos θ_t = √(1 − sin²θ_i/η²)`; a radicand that is not positive is total internal reflection.
+/// `F = ½ (r_s² + r_p²)` with `r_s = (cos θ_i − η cos θ_t)/(cos θ_i + η cos θ_t)`,
+/// `r_p = (η cos θ_i − cos θ_t)/(η cos θ_i + cos θ_t)` (Born & Wolf, *Principles of Optics*, §1.5.2).
+#[inline]
+pub(super) fn dielectric(cos_incident: f32, eta: f32) -> DielectricFresnel {
+    if eta == 1.0 {
+        // Both amplitudes are 0/0 at grazing incidence: matched indices reflect nothing.
+        return DielectricFresnel {
+            reflectance: 0.0,
+            cos_transmitted: cos_incident,
+        };
+    }
+    let sin2_transmitted = (1.0 - cos_incident * cos_incident).max(0.0) / (eta * eta);
+    let radicand = 1.0 - sin2_transmitted;
+    if radicand <= 0.0 {
+        return DielectricFresnel {
+            reflectance: 1.0,
+            cos_transmitted: 0.0,
+        };
+    }
+    let cos_transmitted = radicand.sqrt();
+    let senkrecht = (cos_incident - eta * cos_transmitted) / (cos_incident + eta * cos_transmitted);
+    let parallel = (eta * cos_incident - cos_transmitted) / (eta * cos_incident + cos_transmitted);
+    DielectricFresnel {
+        reflectance: 0.5 * (senkrecht * senkrecht + parallel * parallel),
+        cos_transmitted,
+    }
+}
+
+/// Fresnel reflectance of a conductor with complex index `eta + i k` relative to the outside, per channel, at
+/// `cos_incident ∈ [0, 1]`.
+///
+/// With `t = η² − k² − sin²θ`, `a² + b² = √(t² + 4η²k²)`, `a² − b² = t`:
+/// `R_s = ((a − cosθ)² + b²)/((a + cosθ)² + b²)` and
+/// `R_p = R_s ((a cosθ − sin²θ)² + b² cos²θ)/((a cosθ + sin²θ)² + b² cos²θ)` (Born & Wolf §14.2, with the
+/// differences taken before squaring so that they lose no digits).
+#[inline]
+pub(super) fn conductor(cos_incident: f32, eta: Rgb, k: Rgb) -> Rgb {
+    let c = Rgb::splat(cos_incident);
+    let c2 = cos_incident * cos_incident;
+    let s2 = (1.0 - c2).max(0.0);
+    let eta2_k2 = eta * eta * k * k;
+    let t = eta * eta - k * k - Rgb::splat(s2);
+    let modulus = (t * t + 4.0 * eta2_k2).map(f32::sqrt);
+    // The larger of a² and b² is a sum; the other follows from a²b² = η²k² without cancellation.
+    let larger = 0.5 * (modulus + t.abs());
+    let smaller = (eta2_k2 / larger.max(Rgb::splat(f32::MIN_POSITIVE))).min(larger);
+    let positive = t.cmpge(Rgb::ZERO);
+    let a = Rgb::select(positive, larger, smaller).map(f32::sqrt);
+    let b2 = Rgb::select(positive, smaller, larger);
+    let square = |v: Rgb| v * v;
+    let floor = Rgb::splat(f32::MIN_POSITIVE);
+    let senkrecht = (square(a - c) + b2) / (square(a + c) + b2).max(floor);
+    let s2 = Rgb::splat(s2);
+    let ratio = (square(a * c - s2) + b2 * c2) / (square(a * c + s2) + b2 * c2).max(floor);
+    0.5 * senkrecht * (Rgb::ONE + ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Complex Fresnel equations in `f64`, by complex arithmetic alone.
+    fn conductor_oracle(cos: f64, eta: f64, k: f64) -> f64 {
+        let mul = |a: (f64, f64), b: (f64, f64)| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
+        let abs2 = |a: (f64, f64)| a.0 * a.0 + a.1 * a.1;
+        let n2 = mul((eta, k), (eta, k));
+        let radicand = (n2.0 - (1.0 - cos * cos), n2.1); // n² − sin²θ = (n cosθ_t)²
+        let modulus = abs2(radicand).sqrt().sqrt();
+        let half = 0.5 * radicand.1.atan2(radicand.0);
+        let q = (modulus * half.cos(), modulus * half.sin());
+        let rs = abs2((cos - q.0, -q.1)) / abs2((cos + q.0, q.1));
+        let n2c = (n2.0 * cos, n2.1 * cos);
+        let rp = abs2((n2c.0 - q.0, n2c.1 - q.1)) / abs2((n2c.0 + q.0, n2c.1 + q.1));
+        0.5 * (rs + rp)
+    }
+
+    #[test]
+    fn conductor_matches_complex_arithmetic() {
+        for (eta, k) in [
+            (0.2004, 3.912),
+            (1.5, 0.0),
+            (0.0, 1.0),
+            (2.5, 0.01),
+            (0.05, 30.0),
+            (4.0, 4.0),
+            (0.5, 0.0),
+        ] {
+            for step in 0..=100 {
+                let cos = step as f64 / 100.0;
+                let expected = conductor_oracle(cos, eta, k);
+                let found = conductor(cos as f32, Rgb::splat(eta as f32), Rgb::splat(k as f32)).x as f64;
+                assert!(
+                    (found - expected).abs() < 2e-6,
+                    "eta {eta} k {k} cos {cos}: {found} for {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn dielectric_is_a_conductor_without_absorption() {
+        for eta in [1.0f64 / 1.5, 0.9, 1.000_1, 1.33, 1.5, 2.4, 10.0] {
+            for step in 1..=100 {
+                let cos = step as f64 / 100.0;
+                let expected = conductor_oracle(cos, eta, 0.0);
+                let found = dielectric(cos as f32, eta as f32).reflectance as f64;
+                assert!(
+                    (found - expected).abs() < 1e-5,
+                    "eta {eta} cos {cos}: {found} for {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn total_internal_reflection_starts_at_the_critical_angle() {
+        let eta = 1.0 / 1.5f32;
+        let critical = (1.0 - eta * eta).sqrt();
+        assert_eq!(dielectric(critical - 1e-3, eta).reflectance, 1.0);
+        assert_eq!(dielectric(critical - 1e-3, eta).cos_transmitted, 0.0);
+        assert!(dielectric(critical + 1e-3, eta).reflectance < 0.95);
+        assert!((dielectric(1.0, 1.5).reflectance - 0.04).abs() < 1e-6);
+        assert!((dielectric(0.6, 1.5).cos_transmitted - (1.0f32 - 0.64 / 2.25).sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn hostile_arguments_stay_finite() {
+        for cos in [0.0, 1e-30, 1.0] {
+            for eta in [1e-3, 1.0, 1.0 + f32::EPSILON, 1.0 - f32::EPSILON, 1e3] {
+                assert!((0.0..=1.0).contains(&dielectric(cos, eta).reflectance));
+            }
+            for eta in [0.0, 1e-20, 1.0, 1e4] {
+                for k in [0.0, 1e-20, 1e4] {
+                    let found = conductor(cos, Rgb::splat(eta), Rgb::splat(k)).x;
+                    assert!((0.0..=1.000_001).contains(&found), "{cos} {eta} {k}: {found}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! From a material to its BSDF at a point.
+
+use super::bsdf::{Bsdf, Entry, MAX_COMPONENTS, Side};
+use super::component::{
+    Component, Diffuse, Mirror, RoughConductor, RoughDielectric, SmoothConductor, SmoothDielectric,
+    ThinDielectric,
+};
+use super::microfacet::Distribution;
+use super::{Material, Roughness};
+use glam::Vec2;
+
+impl Material {
+    /// The scattering function at mesh coordinates `uv`: textures looked up, blends and sides laid flat. Neither
+    /// allocates nor fails; of a material that [`Material::validate`] refuses it makes something finite.
+    ///
+    /// A rough dielectric whose index matches the outside's is a smooth one: it lets all light pass unbent.
+    #[inline]
+    pub fn at(&self, uv: Vec2) -> Bsdf {
+        match self {
+            Self::Diffuse { reflectance } => Bsdf::diffuse(reflectance.at(uv), Side::Front),
+            Self::TwoSided { front, back: None } => match &**front {
+                Self::Diffuse { reflectance } => Bsdf::diffuse(reflectance.at(uv), Side::Both),
+                _ => self.resolve(uv),
+            },
+            _ => self.resolve(uv),
+        }
+    }
+
+    #[inline(never)]
+    fn resolve(&self, uv: Vec2) -> Bsdf {
+        let mut leaves = Leaves {
+            entries: [BLACK; MAX_COMPONENTS],
+            count: 0,
+        };
+        self.collect(uv, 1.0, None, &mut leaves);
+        Bsdf::from_entries(&leaves.entries[..leaves.count])
+    }
+
+    /// Adds the leaves of this material. `side` is what an enclosing [`Material::TwoSided`] has settled.
+    fn collect(&self, uv: Vec2, weight: f32, side: Option<Side>, leaves: &mut Leaves) {
+        let (component, natural_side) = match self {
+            Self::Blend {
+                weight: second_share,
+                first,
+                second,
+            } => {
+                let share = second_share.at(uv).clamp(0.0, 1.0);
+                first.collect(uv, weight * (1.0 - share), side, leaves);
+                second.collect(uv, weight * share, side, leaves);
+                return;
+            }
+            Self::TwoSided { front, back } => {
+                match (back, side) {
+                    (None, _) => front.collect(uv, weight, side.or(Some(Side::Both)), leaves),
+                    (Some(_), Some(settled)) => front.collect(uv, weight, Some(settled), leaves),
+                    (Some(back), None) => {
+                        front.collect(uv, weight, Some(Side::Front), leaves);
+                        back.collect(uv, weight, Some(Side::Back), leaves);
+                    }
+                }
+                return;
+            }
+            Self::Diffuse { reflectance } => (
+                Component::Diffuse(Diffuse {
+                    reflectance: reflectance.at(uv),
+                }),
+                Side::Front,
+            ),
+            Self::Mirror { reflectance } => (
+                Component::Mirror(Mirror {
+                    reflectance: reflectance.at(uv),
+                }),
+                Side::Front,
+            ),
+            Self::Conductor {
+                ior,
+                roughness,
+                specular_reflectance,
+            } => {
+                let smooth = SmoothConductor {
+                    eta: ior.eta,
+                    k: ior.k,
+                    tint: specular_reflectance.at(uv),
+                };
+                let component = match roughness {
+                    None => Component::SmoothConductor(smooth),
+                    Some(roughness) => Component::RoughConductor(RoughConductor {
+                        smooth,
+                        distribution: roughness.at(uv),
+                    }),
+                };
+                (component, Side::Front)
+            }
+            Self::Dielectric {
+                eta,
+                roughness,
+                specular_reflectance,
+                specular_transmittance,
+            } => {
+                let smooth = SmoothDielectric {
+                    eta: *eta,
+                    reflection_tint: specular_reflectance.at(uv),
+                    transmission_tint: specular_transmittance.at(uv),
+                };
+                let component = match roughness {
+                    Some(roughness) if *eta != 1.0 => Component::RoughDielectric(RoughDielectric {
+                        smooth,
+                        distribution: roughness.at(uv),
+                    }),
+                    _ => Component::SmoothDielectric(smooth),
+                };
+                (component, Side::Both)
+            }
+            Self::ThinDielectric {
+                eta,
+                specular_reflectance,
+                specular_transmittance,
+            } => (
+                Component::ThinDielectric(ThinDielectric {
+                    eta: *eta,
+                    reflection_tint: specular_reflectance.at(uv),
+                    transmission_tint: specular_transmittance.at(uv),
+                }),
+                Side::Both,
+            ),
+            Self::Plastic {
+                diffuse_reflectance, ..
+            } => (
+                Component::Diffuse(Diffuse {
+                    reflectance: diffuse_reflectance.at(uv),
+                }),
+                Side::Front,
+            ),
+            Self::MetallicRoughness { base_color, .. } => (
+                Component::Diffuse(Diffuse {
+                    reflectance: base_color.at(uv),
+                }),
+                Side::Front,
+            ),
+        };
+        leaves.push(component, weight, side.unwrap_or(natural_side));
+    }
+}
+
+impl Roughness {
+    fn at(&self, uv: Vec2) -> Distribution {
+        Distribution::new(self.distribution, self.alpha_u.at(uv), self.alpha_v.at(uv))
+    }
+}
+
+const BLACK: Entry = Entry {
+    component: Component::Diffuse(Diffuse {
+        reflectance: crate::Rgb::ZERO,
+    }),
+    side: Side::Front,
+    weight: 0.0,
+    importance: 0.0,
+};
+
+/// Leaves found so far.
+struct Leaves {
+    entries: [Entry; MAX_COMPONENTS],
+    count: usize,
+}
+
+impl Leaves {
+    fn push(&mut self, component: Component, weight: f32, side: Side) {
+        // More leaves than that are refused by validation.
+        if let Some(slot) = self.entries.get_mut(self.count)
+            && weight > 0.0
+        {
+            *slot = Entry {
+                component,
+                side,
+                weight,
+                importance: weight * component.importance(),
+            };
+            self.count += 1;
+        }
+    }
+}
