@@ -28,18 +28,26 @@ impl Frame {
         }
     }
 
-    /// A frame around a unit `normal` whose tangent is `along` made orthogonal to it (Gram–Schmidt); falls back to
-    /// [`Frame::from_normal`] where the two are parallel.
+    /// A frame around a unit `normal` whose tangent is `along` made orthogonal to it (Gram–Schmidt, twice, so that it
+    /// is orthogonal to rounding however close the two are); `along` may have any length. Falls back to
+    /// [`Frame::from_normal`] where they are parallel to within 10⁻⁶ radians, and for a zero or non-finite `along`.
     #[inline]
     pub fn from_normal_and_tangent(normal: Vec3, along: Vec3) -> Self {
+        const LEAST_SINE: f32 = 1e-6;
+        // To a length between 1 and √3: no square over- or underflows. Zero and ∞ give NaN, caught below.
+        let along = along / along.abs().max_element();
+        let along = along / along.length();
         let tangent = along - normal * normal.dot(along);
-        match tangent.try_normalize() {
-            Some(tangent) => Self {
-                tangent,
-                bitangent: normal.cross(tangent),
-                normal,
-            },
-            None => Self::from_normal(normal),
+        let sine = tangent.length();
+        if !(sine > LEAST_SINE) {
+            return Self::from_normal(normal);
+        }
+        let tangent = tangent / sine;
+        let tangent = (tangent - normal * normal.dot(tangent)).normalize();
+        Self {
+            tangent,
+            bitangent: normal.cross(tangent),
+            normal,
         }
     }
 

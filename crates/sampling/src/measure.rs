@@ -117,11 +117,12 @@ impl<M: Measure> core::ops::Add for Density<M> {
 impl Density<Area> {
     /// `p_ω = p_A · d² / |cos θ|`, with `d` the distance to the point and `θ` the angle at it between its
     /// normal and the direction. A point seen edge-on (`cos θ = 0`) gives zero: it subtends no solid angle.
+    /// Saturates at `f32::MAX`.
     #[inline(always)]
     pub fn to_solid_angle(self, distance_squared: f32, cos_theta: f32) -> Density<SolidAngle> {
         let cos_theta = cos_theta.abs();
         if cos_theta > 0.0 {
-            Density::new(self.value * distance_squared / cos_theta)
+            Density::new(saturate(self.value * distance_squared / cos_theta))
         } else {
             Density::ZERO
         }
@@ -129,42 +130,50 @@ impl Density<Area> {
 }
 
 impl Density<SolidAngle> {
-    /// `p_A = p_ω · |cos θ| / d²`. Zero distance gives zero.
+    /// `p_A = p_ω · |cos θ| / d²`. Zero distance gives zero. Saturates at `f32::MAX`.
     #[inline(always)]
     pub fn to_area(self, distance_squared: f32, cos_theta: f32) -> Density<Area> {
         if distance_squared > 0.0 {
-            Density::new(self.value * cos_theta.abs() / distance_squared)
+            Density::new(saturate(self.value * cos_theta.abs() / distance_squared))
         } else {
             Density::ZERO
         }
     }
 }
 
-/// Balance heuristic `p_a / (p_a + p_b)` (Veach 1997 eq. 9.8) for one sample of each technique; 0 if `p_a` is 0.
+/// ∞ to the largest finite number; NaN stays.
+#[inline(always)]
+fn saturate(value: f32) -> f32 {
+    if value > f32::MAX { f32::MAX } else { value }
+}
+
+/// Balance heuristic `p_a / (p_a + p_b)` (Veach 1997 eq. 9.8) for one sample of each technique.
+///
+/// 0 if `p_a` is 0. Two infinite densities get ½ each, one gets 1. `w(a, b) + w(b, a)` is 1 to rounding unless both
+/// densities are 0.
 #[inline(always)]
 pub fn balance_heuristic<M: Measure>(a: Density<M>, b: Density<M>) -> f32 {
-    if a.value > 0.0 {
-        if a.value.is_infinite() {
-            1.0
-        } else {
-            1.0 / (1.0 + b.value / a.value)
-        }
-    } else {
-        0.0
-    }
+    heuristic(a.value, b.value, |ratio| ratio)
 }
 
 /// Power heuristic with exponent 2, `p_a² / (p_a² + p_b²)` (Veach 1997 eq. 9.10), by the ratio so that neither
-/// square can overflow; 0 if `p_a` is 0.
+/// square can overflow.
+///
+/// 0 if `p_a` is 0. Two infinite densities get ½ each, one gets 1. `w(a, b) + w(b, a)` is 1 to rounding unless both
+/// densities are 0.
 #[inline(always)]
 pub fn power_heuristic<M: Measure>(a: Density<M>, b: Density<M>) -> f32 {
-    if a.value > 0.0 {
-        if a.value.is_infinite() {
-            return 1.0;
-        }
-        let ratio = b.value / a.value;
-        1.0 / (1.0 + ratio * ratio)
-    } else {
+    heuristic(a.value, b.value, |ratio| ratio * ratio)
+}
+
+/// `1 / (1 + r(b/a))`; an overflowing ratio rightly gives 0.
+#[inline(always)]
+fn heuristic(a: f32, b: f32, r: impl Fn(f32) -> f32) -> f32 {
+    if !(a > 0.0) {
         0.0
+    } else if a.is_infinite() {
+        if b.is_infinite() { 0.5 } else { 1.0 }
+    } else {
+        1.0 / (1.0 + r(b / a))
     }
 }

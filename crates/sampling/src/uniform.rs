@@ -64,7 +64,7 @@ fn is_usable(weight: f32) -> bool {
 /// Sum of the usable weights, and the least weight whose share of it an `f32` can state.
 #[inline(always)]
 fn usable_sum(weights: &[f32]) -> (f64, f64) {
-    const LEAST_SHARE: f64 = 1.401_298_464_324_817_1e-45; // 2⁻¹⁴⁹
+    const LEAST_SHARE: f64 = 1.401_298_464_324_817e-45; // 2⁻¹⁴⁹
     let sum: f64 = weights
         .iter()
         .filter(|weight| is_usable(**weight))
