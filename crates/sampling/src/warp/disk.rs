@@ -98,3 +98,61 @@ impl PolarDisk {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::warp::properties::{Case, Chart, assert_frozen, verify};
+    use glam::Vec3;
+
+    #[test]
+    fn properties_hold() {
+        verify(&Case::plane(
+            "concentric disk",
+            Chart::disk(),
+            ConcentricDisk::sample,
+            |p| ConcentricDisk::density(p).value(),
+            |p| Some(ConcentricDisk::invert(p)),
+        ));
+        verify(&Case::plane(
+            "polar disk",
+            Chart::disk(),
+            PolarDisk::sample,
+            |p| PolarDisk::density(p).value(),
+            |p| Some(PolarDisk::invert(p)),
+        ));
+    }
+
+    #[test]
+    fn points_outside_have_density_zero_and_a_defined_inverse() {
+        let far = Vec2::new(3.0, -4.0);
+        assert_eq!(ConcentricDisk::density(far), Density::ZERO);
+        assert_eq!(PolarDisk::density(far), Density::ZERO);
+        for p in [far, Vec2::ZERO, Vec2::new(1e-30, -1e-38), Vec2::X, -Vec2::Y] {
+            for u in [ConcentricDisk::invert(p), PolarDisk::invert(p)] {
+                assert!(u.iter().all(|x| (0.0..1.0).contains(x)), "{p}: {u:?}");
+            }
+        }
+        assert_eq!(ConcentricDisk::sample([0.5, 0.5]), Vec2::ZERO);
+    }
+
+    #[test]
+    fn values_are_stable() {
+        assert_frozen(
+            |u| ConcentricDisk::sample(u).extend(0.0),
+            [
+                Vec3::new(-0.6651757, -0.44445616, 0.0),
+                Vec3::new(0.0, 0.5, 0.0),
+                Vec3::new(0.6306783, -0.3037186, 0.0),
+            ],
+        );
+        assert_frozen(
+            |u| PolarDisk::sample(u).extend(0.0),
+            [
+                Vec3::new(0.097719744, 0.3007505, 0.0),
+                Vec3::new(0.0, -0.70710677, 0.0),
+                Vec3::new(-0.28489965, 0.87683076, 0.0),
+            ],
+        );
+    }
+}

@@ -143,3 +143,51 @@ impl MicrofacetDistribution for Ggx {
         ])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::warp::microfacet::tests::{check_distribution, visible_normal_case};
+    use crate::warp::properties::{assert_frozen, verify};
+
+    #[test]
+    fn properties_hold() {
+        for (alpha, view, tolerances) in [
+            ([0.3, 0.3], [0.0, 0.0, 1.0], (1e-5, 1e-3, 2e-6)),
+            ([0.1, 0.6], [0.6, 0.0, 0.8], (1e-5, 2e-3, 4e-6)),
+            ([0.6, 0.1], [0.5, -0.7, 0.2], (1e-5, 2e-3, 4e-6)),
+            ([1.0, 1.0], [-0.8, 0.1, 1e-3], (1e-5, 2e-3, 4e-6)),
+            ([0.01, 0.01], [0.3, 0.4, 0.6], (1e-5, 2e-3, 5e-5)),
+            ([1e-4, 1e-3], [0.1, -0.2, 0.9], (1e-4, 2e-3, 5e-5)),
+        ] {
+            let (integral, jacobian, inverse) = tolerances;
+            let ggx = Ggx::new(alpha[0], alpha[1]);
+            let case = visible_normal_case(
+                format!("GGX {alpha:?} {view:?}"),
+                ggx,
+                Vec3::from_array(view),
+                alpha,
+            );
+            verify(&case.tolerances(integral, jacobian, inverse));
+        }
+    }
+
+    #[test]
+    fn masking_and_projection_agree() {
+        check_distribution(Ggx::new(0.2, 0.7));
+        check_distribution(Ggx::new(1.5, 1.0));
+    }
+
+    #[test]
+    fn values_are_stable() {
+        let view = Vec3::new(0.6, 0.0, 0.8);
+        assert_frozen(
+            |u| Ggx::new(0.2, 0.5).sample_visible_normal(view, u),
+            [
+                Vec3::new(0.09828211, 0.1451726, 0.9845128),
+                Vec3::new(-0.27903512, 0.0, 0.9602809),
+                Vec3::new(0.09483506, -0.2557795, 0.9620724),
+            ],
+        );
+    }
+}

@@ -65,3 +65,60 @@ impl UniformHemisphere {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::warp::properties::{Case, Chart, assert_frozen, verify};
+    use core::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn properties_hold() {
+        verify(&Case::directions(
+            "cosine hemisphere",
+            Chart::cap(Vec3::Z, 1.0, FRAC_PI_2),
+            CosineHemisphere::sample,
+            |d| CosineHemisphere::density(d.z).value(),
+            |d| Some(CosineHemisphere::invert(d)),
+        ));
+        verify(&Case::directions(
+            "uniform hemisphere",
+            Chart::cap(Vec3::Z, 1.0, FRAC_PI_2),
+            UniformHemisphere::sample,
+            |d| UniformHemisphere::density(d.z).value(),
+            |d| Some(UniformHemisphere::invert(d)),
+        ));
+    }
+
+    #[test]
+    fn below_the_horizon_the_density_is_zero() {
+        assert_eq!(CosineHemisphere::density(-0.5), Density::ZERO);
+        assert_eq!(CosineHemisphere::density(f32::NAN), Density::ZERO);
+        assert_eq!(UniformHemisphere::density(-0.5), Density::ZERO);
+        for d in [-Vec3::Z, Vec3::X, Vec3::new(0.6, 0.0, -0.8)] {
+            for u in [CosineHemisphere::invert(d), UniformHemisphere::invert(d)] {
+                assert!(u.iter().all(|x| (0.0..1.0).contains(x)), "{d}: {u:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn values_are_stable() {
+        assert_frozen(
+            CosineHemisphere::sample,
+            [
+                Vec3::new(-0.6651757, -0.44445616, 0.59999996),
+                Vec3::new(0.0, 0.5, 0.8660254),
+                Vec3::new(0.6306783, -0.3037186, 0.7141428),
+            ],
+        );
+        assert_frozen(
+            UniformHemisphere::sample,
+            [
+                Vec3::new(0.13469738, 0.41455594, 0.9),
+                Vec3::new(0.0, -0.8660254, 0.5),
+                Vec3::new(-0.30552086, 0.94029623, 0.14999998),
+            ],
+        );
+    }
+}

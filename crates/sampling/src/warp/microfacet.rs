@@ -53,3 +53,110 @@ pub(crate) const MAX_ALPHA: f32 = 1e3;
 pub(crate) fn clamp_alpha(alpha: f32) -> f32 {
     alpha.max(MIN_ALPHA).min(MAX_ALPHA)
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::warp::properties::{Case, Chart};
+    use core::f64::consts::FRAC_PI_2;
+    use lightshed_testkit::{hostile_f32, hostile_unit_f32, integrate_hemisphere};
+
+    /// The visible normals of a distribution of roughness `alpha` as a case for [`verify`](super::super::properties::verify).
+    pub(crate) fn visible_normal_case(
+        name: String,
+        distribution: impl MicrofacetDistribution + Copy + 'static,
+        view: Vec3,
+        alpha: [f32; 2],
+    ) -> Case {
+        let view = view.normalize();
+        let width = f64::from(alpha[0].min(alpha[1])).min(1.0);
+        // Normals at right angles to the view have density zero; rounding takes samples there.
+        Case {
+            rounds_off_support: true,
+            ..Case::directions(
+                name,
+                Chart::cap(Vec3::Z, width, FRAC_PI_2),
+                move |u| distribution.sample_visible_normal(view, u),
+                move |m| distribution.visible_normal_density(view, m).value(),
+                move |m| distribution.invert_visible_normal(view, m),
+            )
+        }
+    }
+
+    /// `∫ D(m) cos θ_m dm = 1`, `∫ D(m) max(0, ω·m) dm = cos θ_ω (1 + Λ(ω))` (Heitz 2014, eqs. 7 and 8), and the relations
+    /// among `Λ`, `G₁` and `G₂`; then hostile input.
+    pub(crate) fn check_distribution(distribution: impl MicrofacetDistribution) {
+        let vec3 = |d: [f64; 3]| Vec3::from_array(d.map(|x| x as f32));
+        let area = integrate_hemisphere(|m| m[2] * f64::from(distribution.normal_density(vec3(m))), 1e-5);
+        assert!((area.value - 1.0).abs() < 3e-5, "projected area {area:?}");
+        let views = [
+            [0.0, 0.0, 1.0],
+            [0.6, 0.0, 0.8],
+            [-0.3, 0.9, 0.2],
+            [0.1, -0.99, 0.01],
+        ];
+        for view in views.map(|v| Vec3::from_array(v).normalize()) {
+            let facing = |m: [f64; 3]| {
+                f64::from(view.dot(vec3(m)).max(0.0)) * f64::from(distribution.normal_density(vec3(m)))
+            };
+            let seen = integrate_hemisphere(facing, 1e-5).value;
+            let lambda = distribution.lambda(view);
+            let expected = f64::from(view.z) * (1.0 + f64::from(lambda));
+            assert!(
+                (seen - expected).abs() < 5e-5,
+                "{view}: {seen} against {expected}"
+            );
+            let masking = distribution.masking(view);
+            assert!(
+                (masking * (1.0 + lambda) - 1.0).abs() < 1e-5,
+                "{view}: {masking} {lambda}"
+            );
+            for other in views.map(|v| Vec3::from_array(v).normalize()) {
+                let both = distribution.masking_shadowing(view, other);
+                let expected = 1.0 / (1.0 + lambda + distribution.lambda(other));
+                assert!(
+                    (both - expected).abs() < 1e-5 * expected,
+                    "{view} {other}: {both} {expected}"
+                );
+                assert_eq!(both, distribution.masking_shadowing(other, view));
+            }
+        }
+        check_hostile(&distribution);
+    }
+
+    fn check_hostile(distribution: &impl MicrofacetDistribution) {
+        let mut directions = vec![Vec3::ZERO, Vec3::X, -Vec3::Z, Vec3::Z, -Vec3::Y];
+        for small in hostile_f32().filter(|x| x.abs() <= 1.0) {
+            directions.push(Vec3::new((1.0 - small * small).max(0.0).sqrt(), 0.0, small));
+            directions.push(Vec3::new(
+                small,
+                small,
+                (1.0 - 2.0 * small * small).max(0.0).sqrt(),
+            ));
+        }
+        for &view in &directions {
+            assert!(distribution.lambda(view).is_finite(), "{view}");
+            assert!((0.0..=1.0 + 1e-6).contains(&distribution.masking(view)), "{view}");
+            for &other in &directions {
+                let both = distribution.masking_shadowing(view, other);
+                assert!((0.0..=1.0 + 1e-6).contains(&both), "{view} {other} {both}");
+                assert!(
+                    distribution
+                        .visible_normal_density(view, other)
+                        .value()
+                        .is_finite()
+                );
+                if let Some(u) = distribution.invert_visible_normal(view, other) {
+                    assert!(u.iter().all(|x| (0.0..1.0).contains(x)), "{view} {other} {u:?}");
+                }
+            }
+            for u in hostile_unit_f32().flat_map(|a| hostile_unit_f32().map(move |b| [a, b])) {
+                let normal = distribution.sample_visible_normal(view, u);
+                assert!(
+                    (normal.length() - 1.0).abs() < 1e-6 && normal.z > 0.0,
+                    "{view} {u:?} {normal}"
+                );
+            }
+        }
+    }
+}

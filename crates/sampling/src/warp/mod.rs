@@ -5,12 +5,17 @@
 //! (so that a path can be expressed in primary sample space, whatever technique produced it). They satisfy
 //! `p(sample(u)) · |∂sample/∂u| = 1`.
 
+mod beckmann;
 mod disk;
+mod erf;
 mod ggx;
 mod hemisphere;
 mod microfacet;
+#[cfg(test)]
+mod properties;
 mod turn;
 
+pub use beckmann::Beckmann;
 pub use disk::{ConcentricDisk, PolarDisk};
 pub use ggx::Ggx;
 pub use hemisphere::{CosineHemisphere, UniformHemisphere};
