@@ -1,0 +1,110 @@
+//! Perspective cameras with a pinhole or a thin lens.
+
+use crate::{CameraDescription, Projection, Ray};
+use glam::{Affine3A, Vec2, Vec3, Vec3A};
+use lightshed_sampling::warp::concentric_disk;
+
+/// A camera ready to be sampled, for images of one size.
+///
+/// The camera's importance is chosen such that the value of a pixel is the mean of the radiance over the pixel's
+/// square (box reconstruction) and the aperture; every ray then has weight one.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    to_world: Affine3A,
+    /// Local direction of the image's top left corner, at z = 1.
+    corner: Vec2,
+    /// Step of the local direction for one pixel.
+    pixel: Vec2,
+    aperture_radius: f32,
+    focus_distance: f32,
+    near_clip: f32,
+    far_clip: f32,
+}
+
+/// What is wrong with a camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CameraError {
+    /// The transform is not finite or cannot be inverted.
+    #[error("the camera's transform is singular or not finite")]
+    Transform,
+    /// The field of view is not between 0 and π.
+    #[error("the camera's field of view must lie between 0 and 180 degrees")]
+    FieldOfView,
+    /// A negative or non-finite aperture, or a focus distance that is not positive.
+    #[error("the camera's aperture must be at least zero and its focus distance positive")]
+    Lens,
+    /// Clipping distances that leave nothing between them.
+    #[error("the camera's far clipping distance must exceed the near one, which must not be negative")]
+    Clip,
+    /// An image without pixels.
+    #[error("the image must have at least one pixel, and at most 65,536 a side")]
+    Size,
+}
+
+/// Largest side of an image, in pixels.
+pub const MAX_IMAGE_SIDE: u32 = 1 << 16;
+
+impl Camera {
+    /// A camera for images of `width` by `height` pixels.
+    ///
+    /// # Errors
+    /// See [`CameraError`].
+    pub fn new(description: &CameraDescription, width: u32, height: u32) -> Result<Self, CameraError> {
+        let CameraDescription { to_world, fov_x, projection, near_clip, far_clip } = *description;
+        let determinant = to_world.matrix3.determinant();
+        if !to_world.is_finite() || !determinant.is_finite() || determinant == 0.0 {
+            return Err(CameraError::Transform);
+        }
+        if !(fov_x > 0.0 && fov_x < std::f32::consts::PI) {
+            return Err(CameraError::FieldOfView);
+        }
+        let (aperture_radius, focus_distance) = match projection {
+            Projection::Pinhole => (0.0, 1.0),
+            Projection::ThinLens { aperture_radius, focus_distance } => (aperture_radius, focus_distance),
+        };
+        let lens = aperture_radius.is_finite() && aperture_radius >= 0.0;
+        if !lens || !(focus_distance > 0.0 && focus_distance.is_finite()) {
+            return Err(CameraError::Lens);
+        }
+        if !(near_clip >= 0.0 && far_clip > near_clip) {
+            return Err(CameraError::Clip);
+        }
+        let sides = 1..=MAX_IMAGE_SIDE;
+        if !sides.contains(&width) || !sides.contains(&height) {
+            return Err(CameraError::Size);
+        }
+        let half = (0.5 * fov_x).tan();
+        // Local +X is on the left of the image, local +Y at its top.
+        let corner = Vec2::new(half, half * height as f32 / width as f32);
+        let pixel = corner * -2.0 / Vec2::new(width as f32, height as f32);
+        Ok(Self { to_world, corner, pixel, aperture_radius, focus_distance, near_clip, far_clip })
+    }
+
+    /// The ray through `film`, in pixels from the top left corner of the image, and through the point of the aperture
+    /// that `u_lens` (in the unit square) maps to. Its direction has unit length.
+    #[inline]
+    pub fn ray(&self, film: Vec2, u_lens: [f32; 2]) -> Ray {
+        let through = (self.corner + self.pixel * film).extend(1.0);
+        let (origin, direction) = if self.aperture_radius > 0.0 {
+            let lens = (concentric_disk(u_lens) * self.aperture_radius).extend(0.0);
+            (lens, through * self.focus_distance - lens)
+        } else {
+            (Vec3::ZERO, through)
+        };
+        let direction = direction / direction.length();
+        let along_axis = direction.z;
+        let world_direction = Vec3::from(self.to_world.transform_vector3a(Vec3A::from(direction)));
+        let world_origin = Vec3::from(self.to_world.transform_point3a(Vec3A::from(origin)));
+        // A transform that scales changes lengths, and clipping distances with them.
+        let length = world_direction.length();
+        let world_direction = world_direction / length;
+        let (near, far) = (self.near_clip / along_axis * length, self.far_clip / along_axis * length);
+        Ray::segment(world_origin + world_direction * near, world_direction, far - near)
+    }
+
+    /// Whether rays depend on `u_lens`.
+    pub fn has_lens(&self) -> bool {
+        self.aperture_radius > 0.0
+    }
+}

@@ -1,0 +1,233 @@
+//! Emitting triangles and spheres.
+
+use super::{EmitterSample, luminance_f64, target_on_surface};
+use crate::{Rgb, Sphere, SurfacePoint};
+use glam::Vec3;
+use lightshed_sampling::{Area, Density, Frame, SolidAngle};
+use std::f32::consts::{PI, TAU};
+
+/// A surface that emits, as the scene's builder hands it over.
+pub struct AreaEmitter {
+    /// Index of the primitive.
+    pub primitive: u32,
+    pub radiance: Rgb,
+    pub shape: AreaShape,
+}
+
+/// Its geometry.
+pub enum AreaShape {
+    Triangle { corners: [Vec3; 3], normal: Vec3 },
+    Sphere { sphere: Sphere, inwards: bool },
+}
+
+/// A surface that emits, as sampling reads it.
+#[derive(Clone, Debug)]
+pub enum AreaRecord {
+    Triangle(TriangleEmitter),
+    Sphere(SphereEmitter),
+}
+
+/// Triangles are sampled uniformly by area.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub struct TriangleEmitter {
+    corner: Vec3,
+    edges: [Vec3; 2],
+    normal: Vec3,
+    radiance: Rgb,
+    /// `p_sel / area`.
+    pdf_area: f32,
+}
+
+/// Spheres are sampled uniformly by the solid angle they subtend; from inside, by area.
+#[derive(Clone, Debug)]
+pub struct SphereEmitter {
+    sphere: Sphere,
+    orientation: f32,
+    radiance: Rgb,
+    selection_probability: f32,
+}
+
+impl AreaRecord {
+    pub fn new(emitter: &AreaEmitter) -> Self {
+        let radiance = emitter.radiance;
+        match emitter.shape {
+            AreaShape::Triangle { corners: [a, b, c], normal } => Self::Triangle(TriangleEmitter {
+                corner: a,
+                edges: [b - a, c - a],
+                normal,
+                radiance,
+                pdf_area: 0.0,
+            }),
+            AreaShape::Sphere { sphere, inwards } => Self::Sphere(SphereEmitter {
+                sphere,
+                orientation: if inwards { -1.0 } else { 1.0 },
+                radiance,
+                selection_probability: 0.0,
+            }),
+        }
+    }
+
+    /// Luminous flux `π A L`.
+    pub fn power(&self) -> f64 {
+        let area = match self {
+            Self::Triangle(triangle) => triangle.area(),
+            Self::Sphere(SphereEmitter { sphere, .. }) => 2.0 * f64::from(TAU) * f64::from(sphere.radius).powi(2),
+        };
+        f64::from(PI) * area * luminance_f64(self.radiance())
+    }
+
+    pub fn set_selection_probability(&mut self, probability: f32) {
+        match self {
+            Self::Triangle(triangle) => triangle.pdf_area = (f64::from(probability) / triangle.area()) as f32,
+            Self::Sphere(sphere) => sphere.selection_probability = probability,
+        }
+    }
+
+    #[inline(always)]
+    pub fn radiance(&self) -> Rgb {
+        match self {
+            Self::Triangle(triangle) => triangle.radiance,
+            Self::Sphere(sphere) => sphere.radiance,
+        }
+    }
+
+    #[inline(always)]
+    pub fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
+        match self {
+            Self::Triangle(triangle) => triangle.sample(from, index, u),
+            Self::Sphere(sphere) => sphere.sample(from, index, u),
+        }
+    }
+
+    /// Density, selection included, of sampling `point` from `from`.
+    #[inline(always)]
+    pub fn pdf(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
+        match self {
+            Self::Triangle(triangle) => {
+                let d = point.position - from;
+                let distance_squared = d.length_squared();
+                let cos_theta = triangle.normal.dot(d) / distance_squared.sqrt();
+                Density::<Area>::new(triangle.pdf_area).to_solid_angle(distance_squared, cos_theta)
+            }
+            Self::Sphere(sphere) => sphere.pdf(from, point),
+        }
+    }
+}
+
+impl TriangleEmitter {
+    fn area(&self) -> f64 {
+        let [a, b] = self.edges.map(Vec3::as_dvec3);
+        0.5 * a.cross(b).length()
+    }
+
+    #[inline(always)]
+    fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
+        // The square folded along its diagonal: uniform, and without a square root.
+        let [v, w] = if u[0] + u[1] > 1.0 { [1.0 - u[0], 1.0 - u[1]] } else { u };
+        let (along, across) = (self.edges[0] * v, self.edges[1] * w);
+        let point = self.corner + along + across;
+        let d = point - from;
+        let distance_squared = d.length_squared();
+        let facing = -self.normal.dot(d);
+        if !(facing > 0.0) {
+            return None;
+        }
+        let distance = distance_squared.sqrt();
+        let pdf = Density::<Area>::new(self.pdf_area).to_solid_angle(distance_squared, facing / distance);
+        if !pdf.is_positive() {
+            return None;
+        }
+        let magnitude = self.corner.abs() + along.abs() + across.abs();
+        Some(EmitterSample {
+            emitter: index,
+            direction: d / distance,
+            weight: self.radiance / pdf.value(),
+            pdf,
+            is_delta: false,
+            target: Some(target_on_surface(point, self.normal, magnitude, from)),
+        })
+    }
+}
+
+impl SphereEmitter {
+    /// `1 − cos θ_max` of the cone that the sphere fills as seen from `from`, and the unit axis; `None` from inside.
+    #[inline(always)]
+    fn cone(&self, from: Vec3) -> Option<(f32, Vec3, f32)> {
+        let to_center = self.sphere.center - from;
+        let distance_squared = to_center.length_squared();
+        let sin_squared = self.sphere.radius * self.sphere.radius / distance_squared;
+        if !(sin_squared < 1.0) {
+            return None;
+        }
+        // 1 − cos θ = sin² θ / (1 + cos θ) does not cancel for small spheres.
+        let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
+        let distance = distance_squared.sqrt();
+        Some((one_minus_cos, to_center / distance, distance))
+    }
+
+    fn pdf_area(&self) -> Density<Area> {
+        Density::new(self.selection_probability / (2.0 * TAU * self.sphere.radius * self.sphere.radius))
+    }
+
+    #[inline]
+    fn pdf(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
+        match self.cone(from) {
+            Some((one_minus_cos, _, _)) => Density::new(self.selection_probability / (TAU * one_minus_cos)),
+            None => {
+                let d = point.position - from;
+                let distance_squared = d.length_squared();
+                let cos_theta = point.geometric_normal.dot(d) / distance_squared.sqrt();
+                self.pdf_area().to_solid_angle(distance_squared, cos_theta)
+            }
+        }
+    }
+
+    #[inline]
+    fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
+        let Sphere { center, radius } = self.sphere;
+        let (outward, pdf) = match self.cone(from) {
+            Some((one_minus_cos, axis, distance)) => {
+                if self.orientation < 0.0 {
+                    return None;
+                }
+                let s = u[0] * one_minus_cos;
+                let (cos_theta, sin_squared) = (1.0 - s, s * (2.0 - s));
+                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+                // The nearer point of the sphere in that direction, as a direction from the centre.
+                let along = distance * cos_theta
+                    - (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                let sin_theta = sin_squared.sqrt();
+                let local = Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
+                let direction = Frame::from_normal(axis).to_world(local);
+                let outward = (direction * along - axis * distance).normalize_or(-axis);
+                (outward, Density::new(self.selection_probability / (TAU * one_minus_cos)))
+            }
+            None => {
+                let z = 1.0 - 2.0 * u[0];
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+                let outward = Vec3::new(r * cos_phi, r * sin_phi, z);
+                let d = center + outward * radius - from;
+                let distance_squared = d.length_squared();
+                let cos_theta = outward.dot(d) / distance_squared.sqrt();
+                (outward, self.pdf_area().to_solid_angle(distance_squared, cos_theta))
+            }
+        };
+        let point = center + outward * radius;
+        let d = point - from;
+        let emits = d.dot(outward) * self.orientation < 0.0;
+        if !emits || !pdf.is_positive() {
+            return None;
+        }
+        let magnitude = center.abs() + Vec3::splat(radius);
+        Some(EmitterSample {
+            emitter: index,
+            direction: d.normalize(),
+            weight: self.radiance / pdf.value(),
+            pdf,
+            is_delta: false,
+            target: Some(target_on_surface(point, outward, magnitude, from)),
+        })
+    }
+}

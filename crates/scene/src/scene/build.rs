@@ -1,0 +1,222 @@
+//! From a description to a scene: validation, flattening, acceleration structure.
+
+use super::primitive::{NONE, SphereRecord, TriangleRecord};
+use super::{Scene, SceneError};
+use crate::accel::Accelerator;
+use crate::emitter::{AreaEmitter, AreaShape};
+use crate::{
+    AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription,
+    ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
+};
+use glam::Vec3;
+
+/// How to build a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildOptions {
+    /// Tree to trace rays through.
+    pub accelerator: AcceleratorKind,
+    /// Effort to spend on it.
+    pub quality: BuildQuality,
+}
+
+#[derive(Default)]
+struct Flattened {
+    triangles: Vec<TriangleRecord>,
+    normals: Vec<[Vec3; 3]>,
+    uvs: Vec<[glam::Vec2; 3]>,
+    spheres: Vec<SphereRecord>,
+    emitters: Vec<AreaEmitter>,
+    dropped: usize,
+}
+
+impl Scene {
+    /// Validates `description` and builds the scene with default options.
+    ///
+    /// # Errors
+    /// See [`SceneError`]; the first fault found is reported, by name.
+    pub fn new(description: &SceneDescription) -> Result<Self, SceneError> {
+        Self::with_options(description, BuildOptions::default())
+    }
+
+    /// Validates `description` and builds the scene.
+    ///
+    /// # Errors
+    /// See [`SceneError`]; the first fault found is reported, by name.
+    pub fn with_options(description: &SceneDescription, options: BuildOptions) -> Result<Self, SceneError> {
+        let SceneDescription { shapes, materials, emitters, camera, settings } = description;
+        let surrounds = |emitter: &&EmitterDescription| {
+            matches!(emitter, EmitterDescription::Constant { .. } | EmitterDescription::Environment(_))
+        };
+        match emitters.iter().filter(surrounds).count() {
+            0 if shapes.is_empty() => return Err(SceneError::Empty),
+            0 | 1 => {}
+            count => return Err(SceneError::SeveralEnvironments(count)),
+        }
+        for (index, material) in materials.iter().enumerate() {
+            material
+                .validate()
+                .map_err(|error| SceneError::Material { material: index, reason: error.to_string() })?;
+        }
+        let mut flat = Flattened::default();
+        for shape in shapes {
+            flat.add(shape, materials.len())?;
+        }
+        let count = flat.triangles.len() + flat.spheres.len();
+        if count >= 1 << 30 {
+            return Err(SceneError::TooManyPrimitives(count));
+        }
+        // Emitters on spheres are numbered after all triangles, as primitives are.
+        for emitter in &mut flat.emitters {
+            if let AreaShape::Sphere { .. } = emitter.shape {
+                emitter.primitive += flat.triangles.len() as u32;
+            }
+        }
+        let corners: Vec<[Vec3; 3]> = flat.triangles.iter().map(|triangle| triangle.corners).collect();
+        let spheres: Vec<Sphere> = flat.spheres.iter().map(|record| record.sphere).collect();
+        let camera = Camera::new(camera, settings.width, settings.height)?;
+        let emitters = Emitters::new(flat.emitters, emitters, bounding_sphere(&corners, &spheres))?;
+        Ok(Self {
+            accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
+            triangles: flat.triangles,
+            normals: flat.normals,
+            uvs: flat.uvs,
+            spheres: flat.spheres,
+            materials: materials.clone(),
+            emitters,
+            camera,
+            settings: *settings,
+            dropped_triangles: flat.dropped,
+        })
+    }
+}
+
+impl Flattened {
+    fn add(&mut self, shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {
+        let name = || shape.name.clone();
+        if shape.material as usize >= materials {
+            return Err(SceneError::MaterialIndex { shape: name(), material: shape.material, materials });
+        }
+        if let Some(radiance) = shape.emission
+            && !(radiance.is_finite() && radiance.min_element() >= 0.0)
+        {
+            let reason = "its radiance must be finite and not negative";
+            return Err(SceneError::Emitter { emitter: format!("emission of shape '{}'", shape.name), reason });
+        }
+        let emission = shape.emission.filter(|radiance| *radiance != Rgb::ZERO);
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => self.add_mesh(mesh, &shape.name, shape.material, emission),
+            Geometry::Sphere(sphere) => {
+                if !(sphere.center.is_finite() && sphere.radius.is_finite() && sphere.radius > 0.0) {
+                    return Err(SceneError::Sphere { shape: name() });
+                }
+                self.add_sphere(sphere, shape.material, emission);
+                Ok(())
+            }
+        }
+    }
+
+    fn add_sphere(&mut self, geometry: &SphereGeometry, material: u32, emission: Option<Rgb>) {
+        let SphereGeometry { center, radius, flip_normals } = *geometry;
+        let sphere = Sphere { center, radius };
+        let index = self.spheres.len() as u32;
+        let orientation = if flip_normals { -1.0 } else { 1.0 };
+        let emitter = self.emit(emission, index, AreaShape::Sphere { sphere, inwards: flip_normals });
+        self.spheres.push(SphereRecord { sphere, orientation, material, emitter });
+    }
+
+    /// Registers an emitter; returns its index.
+    fn emit(&mut self, emission: Option<Rgb>, primitive: u32, shape: AreaShape) -> u32 {
+        let Some(radiance) = emission else { return NONE };
+        self.emitters.push(AreaEmitter { primitive, radiance, shape });
+        self.emitters.len() as u32 - 1
+    }
+
+    fn add_mesh(
+        &mut self,
+        mesh: &TriangleMesh,
+        name: &str,
+        material: u32,
+        emission: Option<Rgb>,
+    ) -> Result<(), SceneError> {
+        validate_mesh(mesh, name)?;
+        let before = self.triangles.len();
+        self.triangles.reserve(mesh.indices.len());
+        for indices in &mesh.indices {
+            let pick = indices.map(|i| i as usize);
+            let corners = pick.map(|i| mesh.positions[i]);
+            let Some(normal) = unit_normal(&corners) else {
+                self.dropped += 1;
+                continue;
+            };
+            let normals = if mesh.normals.is_empty() {
+                NONE
+            } else {
+                self.normals.push(pick.map(|i| mesh.normals[i]));
+                self.normals.len() as u32 - 1
+            };
+            let uvs = if mesh.uvs.is_empty() {
+                NONE
+            } else {
+                self.uvs.push(pick.map(|i| mesh.uvs[i]));
+                self.uvs.len() as u32 - 1
+            };
+            let index = self.triangles.len() as u32;
+            let emitter = self.emit(emission, index, AreaShape::Triangle { corners, normal });
+            self.triangles.push(TriangleRecord { corners, normal, material, emitter, normals, uvs });
+        }
+        if self.triangles.len() == before {
+            return Err(SceneError::NoArea { shape: name.to_owned(), triangles: mesh.indices.len() });
+        }
+        Ok(())
+    }
+}
+
+fn validate_mesh(mesh: &TriangleMesh, name: &str) -> Result<(), SceneError> {
+    let shape = || name.to_owned();
+    let vertices = mesh.positions.len();
+    let non_finite = |attribute, vertex: Option<usize>| match vertex {
+        Some(vertex) => Err(SceneError::NonFiniteVertex { shape: shape(), attribute, vertex }),
+        None => Ok(()),
+    };
+    let counted = |attribute, found: usize| {
+        if found == 0 || found == vertices {
+            Ok(())
+        } else {
+            Err(SceneError::AttributeCount { shape: shape(), attribute, found, vertices })
+        }
+    };
+    counted("normal", mesh.normals.len())?;
+    counted("texture coordinate", mesh.uvs.len())?;
+    non_finite("position", mesh.positions.iter().position(|v| !v.is_finite()))?;
+    non_finite("normal", mesh.normals.iter().position(|v| !v.is_finite()))?;
+    non_finite("texture coordinate", mesh.uvs.iter().position(|v| !v.is_finite()))?;
+    for (triangle, indices) in mesh.indices.iter().enumerate() {
+        if let Some(&index) = indices.iter().find(|&&index| index as usize >= vertices) {
+            return Err(SceneError::IndexOutOfRange { shape: shape(), triangle, index, vertices });
+        }
+    }
+    Ok(())
+}
+
+/// Unit normal by the winding, in `f64` so that small triangles far from the origin keep theirs; `None` if the
+/// triangle has no area.
+fn unit_normal(corners: &[Vec3; 3]) -> Option<Vec3> {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    Some(normal.as_vec3())
+}
+
+/// A sphere that holds everything, centred in the bounding box.
+fn bounding_sphere(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Sphere {
+    let points = triangles
+        .iter()
+        .flatten()
+        .copied()
+        .chain(spheres.iter().flat_map(|s| [s.center - s.radius, s.center + s.radius]));
+    let (min, max) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
+    if min.x > max.x {
+        return Sphere { center: Vec3::ZERO, radius: 1.0 };
+    }
+    let center = min * 0.5 + max * 0.5;
+    Sphere { center, radius: (max - center).length() * (1.0 + 1e-5) }
+}

@@ -1,0 +1,95 @@
+//! What can be wrong with a scene description.
+
+use crate::CameraError;
+
+/// Why a scene could not be built. Shapes are named as the description names them.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// There is nothing to see: no shape at all, and no environment.
+    #[error("the scene is empty: it has neither shapes nor an environment")]
+    Empty,
+    /// A vertex position, normal or texture coordinate is NaN or infinite.
+    #[error("shape '{shape}': the {attribute} of vertex {vertex} is not finite")]
+    NonFiniteVertex {
+        /// Name of the shape.
+        shape: String,
+        /// `position`, `normal` or `texture coordinate`.
+        attribute: &'static str,
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// A triangle refers to a vertex that does not exist.
+    #[error("shape '{shape}': triangle {triangle} refers to vertex {index}, but there are only {vertices}")]
+    IndexOutOfRange {
+        /// Name of the shape.
+        shape: String,
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex it refers to.
+        index: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// Normals or texture coordinates are not as many as positions.
+    #[error("shape '{shape}': {found} {attribute}s for {vertices} vertices")]
+    AttributeCount {
+        /// Name of the shape.
+        shape: String,
+        /// `normal` or `texture coordinate`.
+        attribute: &'static str,
+        /// How many there are.
+        found: usize,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// A mesh has no triangle, or none with an area.
+    #[error("shape '{shape}': none of its {triangles} triangles has an area")]
+    NoArea {
+        /// Name of the shape.
+        shape: String,
+        /// How many triangles there are.
+        triangles: usize,
+    },
+    /// A sphere's centre or radius is not finite, or its radius not positive.
+    #[error("shape '{shape}': a sphere needs a finite centre and a positive, finite radius")]
+    Sphere {
+        /// Name of the shape.
+        shape: String,
+    },
+    /// A shape refers to a material that does not exist.
+    #[error("shape '{shape}' refers to material {material}, but there are only {materials}")]
+    MaterialIndex {
+        /// Name of the shape.
+        shape: String,
+        /// The material it refers to.
+        material: u32,
+        /// Number of materials.
+        materials: usize,
+    },
+    /// A material has an impossible parameter.
+    #[error("material {material}: {reason}")]
+    Material {
+        /// Index of the material.
+        material: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// An emitter has an impossible parameter.
+    #[error("{emitter}: {reason}")]
+    Emitter {
+        /// Which emitter.
+        emitter: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// More than one emitter claims to surround the scene.
+    #[error("the scene has {0} environments; there can be one")]
+    SeveralEnvironments(usize),
+    /// More primitives than the acceleration structure can number.
+    #[error("{0} primitives are more than the 2^30 that can be traced")]
+    TooManyPrimitives(usize),
+    /// The camera is unusable.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+}

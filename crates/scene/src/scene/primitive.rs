@@ -1,0 +1,88 @@
+//! Triangles and spheres as shading reads them: one record, one cache line.
+
+use super::surface::SurfacePoint;
+use crate::{Hit, Ray, Sphere};
+use glam::{Vec2, Vec3};
+use lightshed_sampling::Frame;
+
+/// In place of an index where there is nothing.
+pub const NONE: u32 = u32::MAX;
+
+/// A triangle.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct TriangleRecord {
+    pub corners: [Vec3; 3],
+    pub normal: Vec3,
+    pub material: u32,
+    /// Index into the emitters, or [`NONE`].
+    pub emitter: u32,
+    /// Index into the scene's vertex normals, or [`NONE`] for a flat triangle.
+    pub normals: u32,
+    /// Index into the scene's texture coordinates, or [`NONE`].
+    pub uvs: u32,
+}
+
+const _: () = assert!(size_of::<TriangleRecord>() == 64);
+
+impl TriangleRecord {
+    #[inline(always)]
+    pub fn surface(&self, hit: &Hit, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> SurfacePoint {
+        let [v, w] = hit.barycentric;
+        let weights = [(1.0 - v - w).max(0.0), v, w];
+        let terms = [0, 1, 2].map(|i| self.corners[i] * weights[i]);
+        let magnitude = terms[0].abs() + terms[1].abs() + terms[2].abs();
+        let interpolated = normals.get(self.normals as usize).and_then(|normals| {
+            (normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2]).try_normalize()
+        });
+        let uv = match uvs.get(self.uvs as usize) {
+            Some(uvs) => uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2],
+            None => Vec2::new(v, w),
+        };
+        SurfacePoint {
+            position: terms[0] + terms[1] + terms[2],
+            offset: SurfacePoint::offset_for(self.normal, magnitude),
+            geometric_normal: self.normal,
+            shading: Frame::from_normal(interpolated.unwrap_or(self.normal)),
+            uv,
+            primitive: hit.primitive,
+            material: self.material,
+            emitter: self.emitter,
+        }
+    }
+}
+
+/// A sphere.
+#[derive(Clone, Debug)]
+pub struct SphereRecord {
+    pub sphere: Sphere,
+    /// −1 where the geometric normal points inwards, else 1.
+    pub orientation: f32,
+    pub material: u32,
+    /// Index into the emitters, or [`NONE`].
+    pub emitter: u32,
+}
+
+impl SphereRecord {
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let Sphere { center, radius } = self.sphere;
+        let along_ray = ray.origin + ray.direction * hit.t;
+        // Projected onto the sphere, which is more precise than the point along the ray.
+        let outward = (along_ray - center).normalize_or(Vec3::Z);
+        let normal = outward * self.orientation;
+        let theta = outward.z.clamp(-1.0, 1.0).acos();
+        let phi = outward.y.atan2(outward.x);
+        let phi = if phi < 0.0 { phi + std::f32::consts::TAU } else { phi };
+        SurfacePoint {
+            position: center + outward * radius,
+            offset: SurfacePoint::offset_for(normal, center.abs() + Vec3::splat(radius)),
+            geometric_normal: normal,
+            shading: Frame::from_normal(normal),
+            uv: Vec2::new(phi / std::f32::consts::TAU, theta / std::f32::consts::PI),
+            primitive: hit.primitive,
+            material: self.material,
+            emitter: self.emitter,
+        }
+    }
+}
