@@ -5,6 +5,7 @@ mod film;
 mod image;
 mod metrics;
 mod output;
+mod path;
 mod render;
 mod statistics;
 
@@ -20,6 +21,7 @@ pub use metrics::{
 pub use output::{
     ExrError, ImageFormat, OutputError, OutputTarget, linear_to_srgb, read_exr, write_exr, write_png,
 };
+pub use path::PathTracer;
 pub use render::{
     Budget, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome, render,
 };

@@ -2,7 +2,7 @@
 
 use crate::{CameraDescription, Projection, Ray};
 use glam::{Affine3A, Vec2, Vec3, Vec3A};
-use lightshed_sampling::warp::concentric_disk;
+use lightshed_sampling::ConcentricDisk;
 
 /// A camera ready to be sampled, for images of one size.
 ///
@@ -87,7 +87,7 @@ impl Camera {
     pub fn ray(&self, film: Vec2, u_lens: [f32; 2]) -> Ray {
         let through = (self.corner + self.pixel * film).extend(1.0);
         let (origin, direction) = if self.aperture_radius > 0.0 {
-            let lens = (concentric_disk(u_lens) * self.aperture_radius).extend(0.0);
+            let lens = (ConcentricDisk::sample(u_lens) * self.aperture_radius).extend(0.0);
             (lens, through * self.focus_distance - lens)
         } else {
             (Vec3::ZERO, through)

@@ -1,24 +1,30 @@
 //! Geometry, materials with lobes, emitters, cameras, importers and ray queries.
 //!
 //! A scene goes through two stages. [`SceneDescription`] is plain data that importers, the built-in scenes and
-//! guests write; [`Scene`](crate) is what rays are traced against, and its constructor validates the description.
+//! guests write; [`Scene`] is what rays are traced against, and its constructor validates the description.
 
 mod accel;
 pub mod builtin;
+mod camera;
 mod color;
 mod description;
+mod emitter;
 pub mod import;
 mod material;
+mod scene;
 mod texture;
 
 pub use accel::{Accelerator, AcceleratorKind, BuildQuality, Hit, Ray, Sphere, intersect_triangle};
+pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE};
 pub use color::{Rgb, luminance};
 pub use description::{
     CameraDescription, EmitterDescription, EnvironmentMap, Geometry, Projection, RenderSettings,
     SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
 };
+pub use emitter::{EmitterSample, Emitters, Environment};
 pub use glam;
 pub use material::{
     Bsdf, BsdfSample, BsdfValue, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,
 };
+pub use scene::{BuildOptions, Scene, SceneError, SurfacePoint};
 pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};

@@ -8,8 +8,6 @@ use std::f32::consts::{PI, TAU};
 
 /// A surface that emits, as the scene's builder hands it over.
 pub struct AreaEmitter {
-    /// Index of the primitive.
-    pub primitive: u32,
     pub radiance: Rgb,
     pub shape: AreaShape,
 }

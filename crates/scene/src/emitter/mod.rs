@@ -5,14 +5,11 @@ mod environment;
 mod infinite;
 mod point;
 
-#[cfg(test)]
-mod tests;
-
 pub(crate) use area::{AreaEmitter, AreaShape};
 pub use environment::Environment;
 
 use crate::scene::{SceneError, offset_along};
-use crate::{EmitterDescription, Ray, Rgb, Sphere, SurfacePoint, luminance};
+use crate::{EmitterDescription, Ray, Rgb, SurfacePoint, luminance};
 use area::AreaRecord;
 use glam::Vec3;
 use infinite::Directional;
@@ -81,9 +78,8 @@ impl EmitterSample {
 
 impl Emitters {
     pub(crate) fn new(
-        areas: Vec<AreaEmitter>,
+        areas: &[AreaEmitter],
         others: &[EmitterDescription],
-        bounds: Sphere,
     ) -> Result<Self, SceneError> {
         let mut areas: Vec<AreaRecord> = areas.iter().map(AreaRecord::new).collect();
         let (mut points, mut directionals, mut environment) = (Vec::new(), Vec::new(), None);
@@ -108,7 +104,6 @@ impl Emitters {
                 }
             }
         }
-        let _ = bounds;
         let power = areas.iter().map(AreaRecord::power).chain(points.iter().map(PointEmitter::power));
         let power: Vec<f64> = power.collect();
         let finite = power.iter().any(|&p| p > 0.0).then(|| AliasTable::new(&power)).transpose().map_err(|_| {

@@ -65,16 +65,10 @@ impl Scene {
         if count >= 1 << 30 {
             return Err(SceneError::TooManyPrimitives(count));
         }
-        // Emitters on spheres are numbered after all triangles, as primitives are.
-        for emitter in &mut flat.emitters {
-            if let AreaShape::Sphere { .. } = emitter.shape {
-                emitter.primitive += flat.triangles.len() as u32;
-            }
-        }
         let corners: Vec<[Vec3; 3]> = flat.triangles.iter().map(|triangle| triangle.corners).collect();
         let spheres: Vec<Sphere> = flat.spheres.iter().map(|record| record.sphere).collect();
         let camera = Camera::new(camera, settings.width, settings.height)?;
-        let emitters = Emitters::new(flat.emitters, emitters, bounding_sphere(&corners, &spheres))?;
+        let emitters = Emitters::new(&flat.emitters, emitters)?;
         Ok(Self {
             accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
             triangles: flat.triangles,
@@ -118,16 +112,15 @@ impl Flattened {
     fn add_sphere(&mut self, geometry: &SphereGeometry, material: u32, emission: Option<Rgb>) {
         let SphereGeometry { center, radius, flip_normals } = *geometry;
         let sphere = Sphere { center, radius };
-        let index = self.spheres.len() as u32;
         let orientation = if flip_normals { -1.0 } else { 1.0 };
-        let emitter = self.emit(emission, index, AreaShape::Sphere { sphere, inwards: flip_normals });
+        let emitter = self.emit(emission, AreaShape::Sphere { sphere, inwards: flip_normals });
         self.spheres.push(SphereRecord { sphere, orientation, material, emitter });
     }
 
     /// Registers an emitter; returns its index.
-    fn emit(&mut self, emission: Option<Rgb>, primitive: u32, shape: AreaShape) -> u32 {
+    fn emit(&mut self, emission: Option<Rgb>, shape: AreaShape) -> u32 {
         let Some(radiance) = emission else { return NONE };
-        self.emitters.push(AreaEmitter { primitive, radiance, shape });
+        self.emitters.push(AreaEmitter { radiance, shape });
         self.emitters.len() as u32 - 1
     }
 
@@ -160,8 +153,7 @@ impl Flattened {
                 self.uvs.push(pick.map(|i| mesh.uvs[i]));
                 self.uvs.len() as u32 - 1
             };
-            let index = self.triangles.len() as u32;
-            let emitter = self.emit(emission, index, AreaShape::Triangle { corners, normal });
+            let emitter = self.emit(emission, AreaShape::Triangle { corners, normal });
             self.triangles.push(TriangleRecord { corners, normal, material, emitter, normals, uvs });
         }
         if self.triangles.len() == before {
@@ -204,19 +196,4 @@ fn unit_normal(corners: &[Vec3; 3]) -> Option<Vec3> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a).try_normalize()?;
     Some(normal.as_vec3())
-}
-
-/// A sphere that holds everything, centred in the bounding box.
-fn bounding_sphere(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Sphere {
-    let points = triangles
-        .iter()
-        .flatten()
-        .copied()
-        .chain(spheres.iter().flat_map(|s| [s.center - s.radius, s.center + s.radius]));
-    let (min, max) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
-    if min.x > max.x {
-        return Sphere { center: Vec3::ZERO, radius: 1.0 };
-    }
-    let center = min * 0.5 + max * 0.5;
-    Sphere { center, radius: (max - center).length() * (1.0 + 1e-5) }
 }

@@ -5,11 +5,8 @@ mod error;
 mod primitive;
 mod surface;
 
-#[cfg(test)]
-mod tests;
-
+pub use build::BuildOptions;
 pub use error::SceneError;
-pub(crate) use primitive::NONE;
 pub(crate) use surface::offset_along;
 pub use surface::SurfacePoint;
 

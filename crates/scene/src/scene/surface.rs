@@ -37,7 +37,7 @@ impl SurfacePoint {
 
     /// The offset for a point whose coordinates were summed from terms of magnitude `terms`.
     #[inline(always)]
-    pub(super) fn offset_for(geometric_normal: Vec3, terms: Vec3) -> f32 {
+    pub(crate) fn offset_for(geometric_normal: Vec3, terms: Vec3) -> f32 {
         geometric_normal.abs().dot(terms) * POSITION_ERROR
     }
 

@@ -1,0 +1,160 @@
+//! Light from all around: constant, or an image.
+
+use super::{check_rgb, luminance_f64};
+use crate::{EnvironmentMap, Image, Rgb};
+use glam::{Mat3, Vec3};
+use lightshed_sampling::{Density, PiecewiseConstant2d, SolidAngle};
+use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// What surrounds the scene.
+#[derive(Clone, Debug)]
+pub struct Environment(Kind);
+
+#[derive(Clone, Debug)]
+enum Kind {
+    /// Sampled uniformly over the sphere.
+    Constant(Rgb),
+    Image(Box<ImageEnvironment>),
+}
+
+/// An equirectangular image, sampled in proportion to luminance times `sin θ`, constant over each cell between four
+/// neighbouring texel centres. Bilinear interpolation is zero only where all four corners are, and so is the density.
+#[derive(Clone, Debug)]
+struct ImageEnvironment {
+    image: Arc<Image>,
+    scale: f32,
+    to_world: Mat3,
+    to_local: Mat3,
+    distribution: PiecewiseConstant2d,
+}
+
+impl Environment {
+    /// Constant radiance; `None` if it is black.
+    pub(super) fn constant(radiance: Rgb) -> Result<Option<Self>, &'static str> {
+        check_rgb(radiance)?;
+        Ok((radiance != Rgb::ZERO).then_some(Self(Kind::Constant(radiance))))
+    }
+
+    /// An image; `None` if it is black.
+    pub(super) fn image(map: &EnvironmentMap) -> Result<Option<Self>, &'static str> {
+        let EnvironmentMap { image, scale, to_world } = map;
+        if !(scale.is_finite() && *scale >= 0.0) {
+            return Err("its scale must be finite and not negative");
+        }
+        let to_world = Mat3::from(to_world.matrix3);
+        let orthonormal = (to_world * to_world.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-3);
+        if !to_world.is_finite() || !orthonormal {
+            return Err("its transform must be a rotation");
+        }
+        let (width, height) = (image.width(), image.height());
+        for y in 0..height {
+            for x in 0..width {
+                check_rgb(image.texel(x, y))?;
+            }
+        }
+        let rows = height.max(2) - 1;
+        let mut weights = Vec::with_capacity(width as usize * rows as usize);
+        for row in 0..rows {
+            let sin_theta = ((f64::from(row) + 0.5) / f64::from(rows) * std::f64::consts::PI).sin();
+            for column in 0..width {
+                let corners = cell_corners(image, column, row);
+                let mean = corners.map(luminance_f64).iter().sum::<f64>() / 4.0;
+                weights.push((mean * sin_theta) as f32);
+            }
+        }
+        if *scale == 0.0 || weights.iter().all(|&weight| weight == 0.0) {
+            return Ok(None);
+        }
+        let distribution =
+            PiecewiseConstant2d::new(&weights, width as usize).map_err(|_| "its image is too large or too bright")?;
+        let to_local = to_world.transpose();
+        let image = Arc::clone(image);
+        Ok(Some(Self(Kind::Image(Box::new(ImageEnvironment { image, scale: *scale, to_world, to_local, distribution })))))
+    }
+
+    /// Radiance arriving from the unit direction `direction`.
+    #[inline]
+    pub fn radiance(&self, direction: Vec3) -> Rgb {
+        match &self.0 {
+            Kind::Constant(radiance) => *radiance,
+            Kind::Image(image) => image.radiance(image.coordinates(direction)),
+        }
+    }
+
+    /// A unit direction towards the environment, the radiance from there and the density.
+    #[inline]
+    pub fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, Density<SolidAngle>)> {
+        match &self.0 {
+            Kind::Constant(radiance) => {
+                let z = 1.0 - 2.0 * u[0];
+                let r = (4.0 * u[0] * (1.0 - u[0])).max(0.0).sqrt();
+                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+                Some((Vec3::new(r * cos_phi, r * sin_phi, z), *radiance, UNIFORM_SPHERE))
+            }
+            Kind::Image(image) => image.sample(u),
+        }
+    }
+
+    /// Density with which [`Environment::sample`] returns `direction`.
+    #[inline]
+    pub fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        match &self.0 {
+            Kind::Constant(_) => UNIFORM_SPHERE,
+            Kind::Image(image) => {
+                let uv = image.coordinates(direction);
+                to_solid_angle(image.distribution.pdf(uv), (PI * uv[1]).sin())
+            }
+        }
+    }
+}
+
+const UNIFORM_SPHERE: Density<SolidAngle> = Density::new(1.0 / (2.0 * TAU));
+
+/// The map takes `du dv` to `2π² sin θ du dv` of solid angle.
+#[inline(always)]
+fn to_solid_angle(pdf_uv: f32, sin_theta: f32) -> Density<SolidAngle> {
+    if sin_theta > 0.0 { Density::new(pdf_uv / (2.0 * PI * PI * sin_theta)) } else { Density::ZERO }
+}
+
+/// Texels around the cell right of and below the centre of texel (`column`, `row`): columns wrap, rows end.
+fn cell_corners(image: &Image, column: u32, row: u32) -> [Rgb; 4] {
+    let right = if column + 1 == image.width() { 0 } else { column + 1 };
+    let below = (row + 1).min(image.height() - 1);
+    [(column, row), (right, row), (column, below), (right, below)].map(|(x, y)| image.texel(x, y))
+}
+
+impl ImageEnvironment {
+    /// Coordinates over the cells, in the unit square: `u` starts at the centre of the first column, `v` at the first
+    /// row.
+    #[inline]
+    fn coordinates(&self, direction: Vec3) -> [f32; 2] {
+        let d = self.to_local * direction;
+        let half_texel = 0.5 / self.image.width() as f32;
+        let u = d.x.atan2(-d.z) / TAU - half_texel;
+        // atan2 of the perpendicular keeps its precision near the poles, where acos has none.
+        let v = d.x.hypot(d.z).atan2(d.y) / PI;
+        [u - u.floor(), v]
+    }
+
+    #[inline]
+    fn radiance(&self, uv: [f32; 2]) -> Rgb {
+        let (width, rows) = (self.image.width(), self.image.height().max(2) - 1);
+        let (x, y) = (uv[0] * width as f32, uv[1] * rows as f32);
+        let (column, row) = ((x as u32).min(width - 1), (y as u32).min(rows - 1));
+        let (fx, fy) = ((x - column as f32).clamp(0.0, 1.0), (y - row as f32).clamp(0.0, 1.0));
+        let [a, b, c, d] = cell_corners(&self.image, column, row);
+        (a.lerp(b, fx)).lerp(c.lerp(d, fx), fy) * self.scale
+    }
+
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, Density<SolidAngle>)> {
+        let sample = self.distribution.sample(u);
+        let half_texel = 0.5 / self.image.width() as f32;
+        let (sin_theta, cos_theta) = (PI * sample.uv[1]).sin_cos();
+        let (sin_phi, cos_phi) = (TAU * (sample.uv[0] + half_texel)).sin_cos();
+        let pdf = to_solid_angle(sample.pdf, sin_theta);
+        let local = Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+        pdf.is_positive().then(|| (self.to_world * local, self.radiance(sample.uv), pdf))
+    }
+}
