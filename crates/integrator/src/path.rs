@@ -33,7 +33,11 @@ impl<'a> PathTracer<'a> {
     /// A path tracer with the given longest path in edges (`None` is unbounded) and first edge at which roulette may end
     /// a path.
     pub fn with_depths(scene: &'a Scene, max_depth: Option<u32>, roulette_depth: u32) -> Self {
-        Self { scene, max_depth: max_depth.unwrap_or(u32::MAX), roulette_depth }
+        Self {
+            scene,
+            max_depth: max_depth.unwrap_or(u32::MAX),
+            roulette_depth,
+        }
     }
 
     /// Radiance that arrives along `ray`, from one path.
@@ -52,9 +56,7 @@ impl<'a> PathTracer<'a> {
             let Some(point) = scene.intersect(&ray) else {
                 if let Some(environment) = emitters.environment() {
                     let weight = match bounce {
-                        Some(bounce) => {
-                            bounce.weight_against(|| emitters.pdf_environment(ray.direction))
-                        }
+                        Some(bounce) => bounce.weight_against(|| emitters.pdf_environment(ray.direction)),
                         None => 1.0,
                     };
                     radiance += throughput * environment.radiance(ray.direction) * weight;
@@ -78,7 +80,9 @@ impl<'a> PathTracer<'a> {
             let wo = point.shading.to_local(-ray.direction);
             radiance += throughput * self.direct(&point, &bsdf, wo, rng);
             let u_lobe = rng.next_f32();
-            let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::from(rng.next_2d())) else { break };
+            let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::from(rng.next_2d())) else {
+                break;
+            };
             throughput *= sample.weight;
             if throughput == Rgb::ZERO {
                 break;
@@ -91,7 +95,11 @@ impl<'a> PathTracer<'a> {
                 }
                 throughput /= survival;
             }
-            bounce = Some(Bounce { from: point.position, pdf: sample.pdf, is_delta: sample.is_delta });
+            bounce = Some(Bounce {
+                from: point.position,
+                pdf: sample.pdf,
+                is_delta: sample.is_delta,
+            });
             ray = point.spawn(point.shading.to_world(sample.wi));
         }
         radiance
@@ -105,12 +113,18 @@ impl<'a> PathTracer<'a> {
         if !bsdf.has_non_delta() {
             return Rgb::ZERO;
         }
-        let Some(light) = self.scene.emitters().sample(point.position, u_select, u) else { return Rgb::ZERO };
+        let Some(light) = self.scene.emitters().sample(point.position, u_select, u) else {
+            return Rgb::ZERO;
+        };
         let scattered = bsdf.evaluate(wo, point.shading.to_local(light.direction));
         if scattered.value == Rgb::ZERO || self.scene.occluded(&light.shadow_ray(point)) {
             return Rgb::ZERO;
         }
-        let weight = if light.is_delta { 1.0 } else { power_heuristic(light.pdf, scattered.pdf) };
+        let weight = if light.is_delta {
+            1.0
+        } else {
+            power_heuristic(light.pdf, scattered.pdf)
+        };
         scattered.value * light.weight * weight
     }
 }
@@ -127,7 +141,11 @@ impl Bounce {
     /// MIS weight of having met an emitter that emitter sampling finds with density `other`.
     #[inline(always)]
     fn weight_against(&self, other: impl FnOnce() -> Density<SolidAngle>) -> f32 {
-        if self.is_delta { 1.0 } else { power_heuristic(self.pdf, other()) }
+        if self.is_delta {
+            1.0
+        } else {
+            power_heuristic(self.pdf, other())
+        }
     }
 }
 
@@ -137,7 +155,11 @@ impl PixelEstimator for PathTracer<'_> {
         let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
         let camera = self.scene.camera();
         let [dx, dy] = rng.next_2d();
-        let u_lens = if camera.has_lens() { rng.next_2d() } else { [0.5; 2] };
+        let u_lens = if camera.has_lens() {
+            rng.next_2d()
+        } else {
+            [0.5; 2]
+        };
         let ray = camera.ray(Vec2::new(x as f32 + dx, y as f32 + dy), u_lens);
         self.radiance(ray, &mut rng)
     }

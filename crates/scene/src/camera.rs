@@ -51,7 +51,13 @@ impl Camera {
     /// # Errors
     /// See [`CameraError`].
     pub fn new(description: &CameraDescription, width: u32, height: u32) -> Result<Self, CameraError> {
-        let CameraDescription { to_world, fov_x, projection, near_clip, far_clip } = *description;
+        let CameraDescription {
+            to_world,
+            fov_x,
+            projection,
+            near_clip,
+            far_clip,
+        } = *description;
         let determinant = to_world.matrix3.determinant();
         if !to_world.is_finite() || !determinant.is_finite() || determinant == 0.0 {
             return Err(CameraError::Transform);
@@ -61,7 +67,10 @@ impl Camera {
         }
         let (aperture_radius, focus_distance) = match projection {
             Projection::Pinhole => (0.0, 1.0),
-            Projection::ThinLens { aperture_radius, focus_distance } => (aperture_radius, focus_distance),
+            Projection::ThinLens {
+                aperture_radius,
+                focus_distance,
+            } => (aperture_radius, focus_distance),
         };
         let lens = aperture_radius.is_finite() && aperture_radius >= 0.0;
         if !lens || !(focus_distance > 0.0 && focus_distance.is_finite()) {
@@ -78,7 +87,15 @@ impl Camera {
         // Local +X is on the left of the image, local +Y at its top.
         let corner = Vec2::new(half, half * height as f32 / width as f32);
         let pixel = corner * -2.0 / Vec2::new(width as f32, height as f32);
-        Ok(Self { to_world, corner, pixel, aperture_radius, focus_distance, near_clip, far_clip })
+        Ok(Self {
+            to_world,
+            corner,
+            pixel,
+            aperture_radius,
+            focus_distance,
+            near_clip,
+            far_clip,
+        })
     }
 
     /// The ray through `film`, in pixels from the top left corner of the image, and through the point of the aperture
@@ -99,7 +116,10 @@ impl Camera {
         // A transform that scales changes lengths, and clipping distances with them.
         let length = world_direction.length();
         let world_direction = world_direction / length;
-        let (near, far) = (self.near_clip / along_axis * length, self.far_clip / along_axis * length);
+        let (near, far) = (
+            self.near_clip / along_axis * length,
+            self.far_clip / along_axis * length,
+        );
         Ray::segment(world_origin + world_direction * near, world_direction, far - near)
     }
 

@@ -50,7 +50,10 @@ impl AreaRecord {
     pub fn new(emitter: &AreaEmitter) -> Self {
         let radiance = emitter.radiance;
         match emitter.shape {
-            AreaShape::Triangle { corners: [a, b, c], normal } => Self::Triangle(TriangleEmitter {
+            AreaShape::Triangle {
+                corners: [a, b, c],
+                normal,
+            } => Self::Triangle(TriangleEmitter {
                 corner: a,
                 edges: [b - a, c - a],
                 normal,
@@ -70,7 +73,9 @@ impl AreaRecord {
     pub fn power(&self) -> f64 {
         let area = match self {
             Self::Triangle(triangle) => triangle.area(),
-            Self::Sphere(SphereEmitter { sphere, .. }) => 2.0 * f64::from(TAU) * f64::from(sphere.radius).powi(2),
+            Self::Sphere(SphereEmitter { sphere, .. }) => {
+                2.0 * f64::from(TAU) * f64::from(sphere.radius).powi(2)
+            }
         };
         f64::from(PI) * area * luminance_f64(self.radiance())
     }
@@ -122,7 +127,11 @@ impl TriangleEmitter {
     #[inline(always)]
     fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
         // The square folded along its diagonal: uniform, and without a square root.
-        let [v, w] = if u[0] + u[1] > 1.0 { [1.0 - u[0], 1.0 - u[1]] } else { u };
+        let [v, w] = if u[0] + u[1] > 1.0 {
+            [1.0 - u[0], 1.0 - u[1]]
+        } else {
+            u
+        };
         let (along, across) = (self.edges[0] * v, self.edges[1] * w);
         let point = self.corner + along + across;
         let d = point - from;
@@ -194,12 +203,17 @@ impl SphereEmitter {
                 let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
                 // The nearer point of the sphere in that direction, as a direction from the centre.
                 let along = distance * cos_theta
-                    - (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                    - (radius * radius - distance * distance * sin_squared)
+                        .max(0.0)
+                        .sqrt();
                 let sin_theta = sin_squared.sqrt();
                 let local = Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
                 let direction = Frame::from_normal(axis).to_world(local);
                 let outward = (direction * along - axis * distance).normalize_or(-axis);
-                (outward, Density::new(self.selection_probability / (TAU * one_minus_cos)))
+                (
+                    outward,
+                    Density::new(self.selection_probability / (TAU * one_minus_cos)),
+                )
             }
             None => {
                 let z = 1.0 - 2.0 * u[0];
@@ -209,7 +223,10 @@ impl SphereEmitter {
                 let d = center + outward * radius - from;
                 let distance_squared = d.length_squared();
                 let cos_theta = outward.dot(d) / distance_squared.sqrt();
-                (outward, self.pdf_area().to_solid_angle(distance_squared, cos_theta))
+                (
+                    outward,
+                    self.pdf_area().to_solid_angle(distance_squared, cos_theta),
+                )
             }
         };
         let point = center + outward * radius;

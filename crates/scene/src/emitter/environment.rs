@@ -38,7 +38,11 @@ impl Environment {
 
     /// An image; `None` if it is black.
     pub(super) fn image(map: &EnvironmentMap) -> Result<Option<Self>, &'static str> {
-        let EnvironmentMap { image, scale, to_world } = map;
+        let EnvironmentMap {
+            image,
+            scale,
+            to_world,
+        } = map;
         if !(scale.is_finite() && *scale >= 0.0) {
             return Err("its scale must be finite and not negative");
         }
@@ -66,11 +70,17 @@ impl Environment {
         if *scale == 0.0 || weights.iter().all(|&weight| weight == 0.0) {
             return Ok(None);
         }
-        let distribution =
-            PiecewiseConstant2d::new(&weights, width as usize).map_err(|_| "its image is too large or too bright")?;
+        let distribution = PiecewiseConstant2d::new(&weights, width as usize)
+            .map_err(|_| "its image is too large or too bright")?;
         let to_local = to_world.transpose();
         let image = Arc::clone(image);
-        Ok(Some(Self(Kind::Image(Box::new(ImageEnvironment { image, scale: *scale, to_world, to_local, distribution })))))
+        Ok(Some(Self(Kind::Image(Box::new(ImageEnvironment {
+            image,
+            scale: *scale,
+            to_world,
+            to_local,
+            distribution,
+        })))))
     }
 
     /// Radiance arriving from the unit direction `direction`.
@@ -114,12 +124,20 @@ const UNIFORM_SPHERE: Density<SolidAngle> = Density::new(1.0 / (2.0 * TAU));
 /// The map takes `du dv` to `2π² sin θ du dv` of solid angle.
 #[inline(always)]
 fn to_solid_angle(pdf_uv: f32, sin_theta: f32) -> Density<SolidAngle> {
-    if sin_theta > 0.0 { Density::new(pdf_uv / (2.0 * PI * PI * sin_theta)) } else { Density::ZERO }
+    if sin_theta > 0.0 {
+        Density::new(pdf_uv / (2.0 * PI * PI * sin_theta))
+    } else {
+        Density::ZERO
+    }
 }
 
 /// Texels around the cell right of and below the centre of texel (`column`, `row`): columns wrap, rows end.
 fn cell_corners(image: &Image, column: u32, row: u32) -> [Rgb; 4] {
-    let right = if column + 1 == image.width() { 0 } else { column + 1 };
+    let right = if column + 1 == image.width() {
+        0
+    } else {
+        column + 1
+    };
     let below = (row + 1).min(image.height() - 1);
     [(column, row), (right, row), (column, below), (right, below)].map(|(x, y)| image.texel(x, y))
 }
@@ -142,7 +160,10 @@ impl ImageEnvironment {
         let (width, rows) = (self.image.width(), self.image.height().max(2) - 1);
         let (x, y) = (uv[0] * width as f32, uv[1] * rows as f32);
         let (column, row) = ((x as u32).min(width - 1), (y as u32).min(rows - 1));
-        let (fx, fy) = ((x - column as f32).clamp(0.0, 1.0), (y - row as f32).clamp(0.0, 1.0));
+        let (fx, fy) = (
+            (x - column as f32).clamp(0.0, 1.0),
+            (y - row as f32).clamp(0.0, 1.0),
+        );
         let [a, b, c, d] = cell_corners(&self.image, column, row);
         (a.lerp(b, fx)).lerp(c.lerp(d, fx), fy) * self.scale
     }
@@ -155,6 +176,7 @@ impl ImageEnvironment {
         let (sin_phi, cos_phi) = (TAU * (sample.uv[0] + half_texel)).sin_cos();
         let pdf = to_solid_angle(sample.pdf, sin_theta);
         let local = Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
-        pdf.is_positive().then(|| (self.to_world * local, self.radiance(sample.uv), pdf))
+        pdf.is_positive()
+            .then(|| (self.to_world * local, self.radiance(sample.uv), pdf))
     }
 }

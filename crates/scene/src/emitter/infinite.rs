@@ -16,7 +16,12 @@ pub struct Directional {
 impl Directional {
     pub fn new(direction: Vec3, irradiance: Rgb) -> Result<Self, &'static str> {
         check_rgb(irradiance)?;
-        let direction = direction.try_normalize().ok_or("its direction must be finite and not zero")?;
-        Ok(Self { towards: -direction, irradiance })
+        let direction = direction
+            .try_normalize()
+            .ok_or("its direction must be finite and not zero")?;
+        Ok(Self {
+            towards: -direction,
+            irradiance,
+        })
     }
 }

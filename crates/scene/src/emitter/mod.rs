@@ -77,23 +77,34 @@ impl EmitterSample {
 }
 
 impl Emitters {
-    pub(crate) fn new(
-        areas: &[AreaEmitter],
-        others: &[EmitterDescription],
-    ) -> Result<Self, SceneError> {
+    pub(crate) fn new(areas: &[AreaEmitter], others: &[EmitterDescription]) -> Result<Self, SceneError> {
         let mut areas: Vec<AreaRecord> = areas.iter().map(AreaRecord::new).collect();
         let (mut points, mut directionals, mut environment) = (Vec::new(), Vec::new(), None);
         for (index, emitter) in others.iter().enumerate() {
-            let refuse = |reason| SceneError::Emitter { emitter: format!("emitter {index}"), reason };
+            let refuse = |reason| SceneError::Emitter {
+                emitter: format!("emitter {index}"),
+                reason,
+            };
             match emitter {
                 EmitterDescription::Point { position, intensity } => {
-                    points.push(PointEmitter::Point(Point::new(*position, *intensity).map_err(refuse)?));
+                    points.push(PointEmitter::Point(
+                        Point::new(*position, *intensity).map_err(refuse)?,
+                    ));
                 }
-                EmitterDescription::Spot { position, direction, intensity, beam_width, cutoff_angle } => {
+                EmitterDescription::Spot {
+                    position,
+                    direction,
+                    intensity,
+                    beam_width,
+                    cutoff_angle,
+                } => {
                     let spot = Spot::new(*position, *direction, *intensity, *beam_width, *cutoff_angle);
                     points.push(PointEmitter::Spot(spot.map_err(refuse)?));
                 }
-                EmitterDescription::Directional { direction, irradiance } => {
+                EmitterDescription::Directional {
+                    direction,
+                    irradiance,
+                } => {
                     directionals.push(Directional::new(*direction, *irradiance).map_err(refuse)?);
                 }
                 EmitterDescription::Constant { radiance } => {
@@ -104,11 +115,20 @@ impl Emitters {
                 }
             }
         }
-        let power = areas.iter().map(AreaRecord::power).chain(points.iter().map(PointEmitter::power));
+        let power = areas
+            .iter()
+            .map(AreaRecord::power)
+            .chain(points.iter().map(PointEmitter::power));
         let power: Vec<f64> = power.collect();
-        let finite = power.iter().any(|&p| p > 0.0).then(|| AliasTable::new(&power)).transpose().map_err(|_| {
-            SceneError::Emitter { emitter: "all emitters".to_owned(), reason: "their power overflows" }
-        })?;
+        let finite = power
+            .iter()
+            .any(|&p| p > 0.0)
+            .then(|| AliasTable::new(&power))
+            .transpose()
+            .map_err(|_| SceneError::Emitter {
+                emitter: "all emitters".to_owned(),
+                reason: "their power overflows",
+            })?;
         let infinite = directionals.len() + usize::from(environment.is_some());
         let groups = infinite as u32 + u32::from(finite.is_some());
         let group_probability = if groups > 0 { 1.0 / groups as f32 } else { 0.0 };
@@ -117,7 +137,15 @@ impl Emitters {
                 area.set_selection_probability(table.pmf(index as u32) * group_probability);
             }
         }
-        Ok(Self { areas, points, directionals, environment, finite, groups, group_probability })
+        Ok(Self {
+            areas,
+            points,
+            directionals,
+            environment,
+            finite,
+            groups,
+            group_probability,
+        })
     }
 
     /// Number of emitters.

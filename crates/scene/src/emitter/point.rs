@@ -52,11 +52,15 @@ impl Spot {
         if !position.is_finite() {
             return Err("its position must be finite");
         }
-        let direction = direction.try_normalize().ok_or("its direction must be finite and not zero")?;
+        let direction = direction
+            .try_normalize()
+            .ok_or("its direction must be finite and not zero")?;
         if !(beam_width >= 0.0 && beam_width <= cutoff_angle && cutoff_angle <= std::f32::consts::PI)
             || cutoff_angle <= 0.0
         {
-            return Err("its angles must satisfy 0 <= beam width <= cut-off <= 180 degrees, cut-off positive");
+            return Err(
+                "its angles must satisfy 0 <= beam width <= cut-off <= 180 degrees, cut-off positive",
+            );
         }
         let transition = cutoff_angle - beam_width;
         Ok(Self {
@@ -73,14 +77,17 @@ impl Spot {
     /// Radiant intensity towards `point`.
     #[inline]
     pub fn intensity_towards(&self, point: Vec3) -> Rgb {
-        let Some(to_point) = (point - self.position).try_normalize() else { return Rgb::ZERO };
+        let Some(to_point) = (point - self.position).try_normalize() else {
+            return Rgb::ZERO;
+        };
         let cos_theta = self.direction.dot(to_point);
         if cos_theta >= self.cos_beam {
             self.intensity
         } else if cos_theta <= self.cos_cutoff {
             Rgb::ZERO
         } else {
-            self.intensity * ((self.cutoff_angle - cos_theta.clamp(-1.0, 1.0).acos()) * self.inverse_transition)
+            self.intensity
+                * ((self.cutoff_angle - cos_theta.clamp(-1.0, 1.0).acos()) * self.inverse_transition)
         }
     }
 

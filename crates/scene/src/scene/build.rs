@@ -43,9 +43,18 @@ impl Scene {
     /// # Errors
     /// See [`SceneError`]; the first fault found is reported, by name.
     pub fn with_options(description: &SceneDescription, options: BuildOptions) -> Result<Self, SceneError> {
-        let SceneDescription { shapes, materials, emitters, camera, settings } = description;
+        let SceneDescription {
+            shapes,
+            materials,
+            emitters,
+            camera,
+            settings,
+        } = description;
         let surrounds = |emitter: &&EmitterDescription| {
-            matches!(emitter, EmitterDescription::Constant { .. } | EmitterDescription::Environment(_))
+            matches!(
+                emitter,
+                EmitterDescription::Constant { .. } | EmitterDescription::Environment(_)
+            )
         };
         match emitters.iter().filter(surrounds).count() {
             0 if shapes.is_empty() => return Err(SceneError::Empty),
@@ -53,9 +62,10 @@ impl Scene {
             count => return Err(SceneError::SeveralEnvironments(count)),
         }
         for (index, material) in materials.iter().enumerate() {
-            material
-                .validate()
-                .map_err(|error| SceneError::Material { material: index, reason: error.to_string() })?;
+            material.validate().map_err(|error| SceneError::Material {
+                material: index,
+                reason: error.to_string(),
+            })?;
         }
         let mut flat = Flattened::default();
         for shape in shapes {
@@ -88,13 +98,20 @@ impl Flattened {
     fn add(&mut self, shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {
         let name = || shape.name.clone();
         if shape.material as usize >= materials {
-            return Err(SceneError::MaterialIndex { shape: name(), material: shape.material, materials });
+            return Err(SceneError::MaterialIndex {
+                shape: name(),
+                material: shape.material,
+                materials,
+            });
         }
         if let Some(radiance) = shape.emission
             && !(radiance.is_finite() && radiance.min_element() >= 0.0)
         {
             let reason = "its radiance must be finite and not negative";
-            return Err(SceneError::Emitter { emitter: format!("emission of shape '{}'", shape.name), reason });
+            return Err(SceneError::Emitter {
+                emitter: format!("emission of shape '{}'", shape.name),
+                reason,
+            });
         }
         let emission = shape.emission.filter(|radiance| *radiance != Rgb::ZERO);
         match &shape.geometry {
@@ -110,11 +127,26 @@ impl Flattened {
     }
 
     fn add_sphere(&mut self, geometry: &SphereGeometry, material: u32, emission: Option<Rgb>) {
-        let SphereGeometry { center, radius, flip_normals } = *geometry;
+        let SphereGeometry {
+            center,
+            radius,
+            flip_normals,
+        } = *geometry;
         let sphere = Sphere { center, radius };
         let orientation = if flip_normals { -1.0 } else { 1.0 };
-        let emitter = self.emit(emission, AreaShape::Sphere { sphere, inwards: flip_normals });
-        self.spheres.push(SphereRecord { sphere, orientation, material, emitter });
+        let emitter = self.emit(
+            emission,
+            AreaShape::Sphere {
+                sphere,
+                inwards: flip_normals,
+            },
+        );
+        self.spheres.push(SphereRecord {
+            sphere,
+            orientation,
+            material,
+            emitter,
+        });
     }
 
     /// Registers an emitter; returns its index.
@@ -154,10 +186,20 @@ impl Flattened {
                 self.uvs.len() as u32 - 1
             };
             let emitter = self.emit(emission, AreaShape::Triangle { corners, normal });
-            self.triangles.push(TriangleRecord { corners, normal, material, emitter, normals, uvs });
+            self.triangles.push(TriangleRecord {
+                corners,
+                normal,
+                material,
+                emitter,
+                normals,
+                uvs,
+            });
         }
         if self.triangles.len() == before {
-            return Err(SceneError::NoArea { shape: name.to_owned(), triangles: mesh.indices.len() });
+            return Err(SceneError::NoArea {
+                shape: name.to_owned(),
+                triangles: mesh.indices.len(),
+            });
         }
         Ok(())
     }
@@ -167,14 +209,23 @@ fn validate_mesh(mesh: &TriangleMesh, name: &str) -> Result<(), SceneError> {
     let shape = || name.to_owned();
     let vertices = mesh.positions.len();
     let non_finite = |attribute, vertex: Option<usize>| match vertex {
-        Some(vertex) => Err(SceneError::NonFiniteVertex { shape: shape(), attribute, vertex }),
+        Some(vertex) => Err(SceneError::NonFiniteVertex {
+            shape: shape(),
+            attribute,
+            vertex,
+        }),
         None => Ok(()),
     };
     let counted = |attribute, found: usize| {
         if found == 0 || found == vertices {
             Ok(())
         } else {
-            Err(SceneError::AttributeCount { shape: shape(), attribute, found, vertices })
+            Err(SceneError::AttributeCount {
+                shape: shape(),
+                attribute,
+                found,
+                vertices,
+            })
         }
     };
     counted("normal", mesh.normals.len())?;
@@ -184,7 +235,12 @@ fn validate_mesh(mesh: &TriangleMesh, name: &str) -> Result<(), SceneError> {
     non_finite("texture coordinate", mesh.uvs.iter().position(|v| !v.is_finite()))?;
     for (triangle, indices) in mesh.indices.iter().enumerate() {
         if let Some(&index) = indices.iter().find(|&&index| index as usize >= vertices) {
-            return Err(SceneError::IndexOutOfRange { shape: shape(), triangle, index, vertices });
+            return Err(SceneError::IndexOutOfRange {
+                shape: shape(),
+                triangle,
+                index,
+                vertices,
+            });
         }
     }
     Ok(())

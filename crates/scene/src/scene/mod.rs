@@ -7,8 +7,8 @@ mod surface;
 
 pub use build::BuildOptions;
 pub use error::SceneError;
-pub(crate) use surface::offset_along;
 pub use surface::SurfacePoint;
+pub(crate) use surface::offset_along;
 
 use crate::accel::Accelerator;
 use crate::{Bsdf, Camera, Emitters, Hit, Material, Ray, RenderSettings};

@@ -73,7 +73,11 @@ impl SphereRecord {
         let normal = outward * self.orientation;
         let theta = outward.z.clamp(-1.0, 1.0).acos();
         let phi = outward.y.atan2(outward.x);
-        let phi = if phi < 0.0 { phi + std::f32::consts::TAU } else { phi };
+        let phi = if phi < 0.0 {
+            phi + std::f32::consts::TAU
+        } else {
+            phi
+        };
         SurfacePoint {
             position: center + outward * radius,
             offset: SurfacePoint::offset_for(normal, center.abs() + Vec3::splat(radius)),
