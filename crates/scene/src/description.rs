@@ -150,6 +150,38 @@ pub enum Projection {
     },
 }
 
+/// Which extent of the image a field of view spans.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FovAxis {
+    /// The width.
+    #[default]
+    X,
+    /// The height.
+    Y,
+    /// The diagonal.
+    Diagonal,
+    /// The smaller of width and height.
+    Smaller,
+    /// The larger of width and height.
+    Larger,
+}
+
+impl FovAxis {
+    /// Horizontal field of view in radians of an image of `aspect` = width / height, from the field of view `angle`
+    /// in radians along this axis, in (0, π).
+    pub fn to_horizontal(self, angle: f64, aspect: f64) -> f64 {
+        // Half extent over distance is proportional to the extent in pixels.
+        let ratio = match self {
+            Self::X => 1.0,
+            Self::Y => aspect,
+            Self::Diagonal => aspect / aspect.hypot(1.0),
+            Self::Smaller => aspect.max(1.0),
+            Self::Larger => aspect.min(1.0),
+        };
+        2.0 * ((0.5 * angle).tan() * ratio).atan()
+    }
+}
+
 impl Default for CameraDescription {
     fn default() -> Self {
         Self {

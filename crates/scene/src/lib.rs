@@ -18,7 +18,7 @@ pub use accel::{Accelerator, AcceleratorKind, BuildQuality, Hit, Ray, Sphere, in
 pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE};
 pub use color::{Rgb, luminance};
 pub use description::{
-    CameraDescription, EmitterDescription, EnvironmentMap, Geometry, Projection, RenderSettings,
+    CameraDescription, EmitterDescription, EnvironmentMap, FovAxis, Geometry, Projection, RenderSettings,
     SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
 };
 pub use emitter::{EmitterSample, Emitters, Environment};

@@ -6,6 +6,7 @@ mod mesh;
 use crate::SceneDescription;
 
 pub use cornell::{cornell, cornell_glossy};
+pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
 
 /// Names that [`by_name`] knows.

@@ -142,7 +142,6 @@ impl ImportError {
         }
     }
 
-    #[allow(dead_code)]
     pub(crate) fn unsupported(location: Location, message: impl Into<String>) -> Self {
         Self::Unsupported {
             location,

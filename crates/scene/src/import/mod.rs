@@ -1,8 +1,19 @@
-//! Importers: scene, mesh and image files to [`SceneDescription`](crate::SceneDescription)s.
+//! Importers: scene, mesh and image files to [`SceneDescription`]s.
 
 mod error;
+mod fit;
+mod image;
+mod load;
+mod mitsuba;
 mod normals;
+mod obj;
 mod ply;
+mod transform;
+mod xml;
 
+pub use self::image::{Encoding, read_image};
 pub use error::{ImportError, Location, Position};
+pub use load::{Defines, Loaded, Warning, load};
+pub use mitsuba::parse_mitsuba;
+pub use obj::{parse_obj, read_obj};
 pub use ply::{parse_ply, read_ply};

@@ -1,0 +1,60 @@
+//! Views and light for files that have none.
+
+use crate::import::transform::look_at;
+use crate::{CameraDescription, EmitterDescription, Geometry, Projection, Rgb, SceneDescription};
+use glam::{DVec3, Vec3};
+
+/// Corners of the box around all shapes, or `None` if there is no vertex.
+pub(super) fn bounds(scene: &SceneDescription) -> Option<(Vec3, Vec3)> {
+    let mut low = Vec3::INFINITY;
+    let mut high = Vec3::NEG_INFINITY;
+    for shape in &scene.shapes {
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => {
+                for &position in &mesh.positions {
+                    low = low.min(position);
+                    high = high.max(position);
+                }
+            }
+            Geometry::Sphere(sphere) => {
+                low = low.min(sphere.center - sphere.radius);
+                high = high.max(sphere.center + sphere.radius);
+            }
+        }
+    }
+    low.cmple(high).all().then_some((low, high))
+}
+
+/// Sets a camera of 45° that sees the whole box around the scene, from the direction (1, 0.6, 1.4), +Y up.
+pub(super) fn camera(scene: &mut SceneDescription) {
+    let (low, high) = bounds(scene).unwrap_or((-Vec3::ONE, Vec3::ONE));
+    let (low, high) = (low.as_dvec3(), high.as_dvec3());
+    let center = 0.5 * (low + high);
+    let radius = (0.5 * (high - low).length()).max(1e-6);
+    // The sphere around the box touches the pyramid of 45° from the distance r / sin(22.5°).
+    let aspect = f64::from(scene.settings.width) / f64::from(scene.settings.height).max(1.0);
+    let half_fov_x = std::f64::consts::FRAC_PI_8;
+    let half_fov_y = (half_fov_x.tan() / aspect).atan();
+    let distance = radius / half_fov_x.min(half_fov_y).sin();
+    let origin = center + DVec3::new(1.0, 0.6, 1.4).normalize() * distance;
+    if let Some(to_world) = look_at(origin, center, DVec3::Y) {
+        scene.camera = CameraDescription {
+            to_world: to_world.as_affine3a(),
+            fov_x: 2.0 * half_fov_x as f32,
+            projection: Projection::Pinhole,
+            near_clip: (1e-3 * radius) as f32,
+            far_clip: (distance + 4.0 * radius) as f32,
+        };
+    }
+}
+
+/// Adds constant radiance 1 from everywhere if nothing else emits. Says whether it did.
+pub(super) fn light(scene: &mut SceneDescription) -> bool {
+    let dark = scene.emitters.is_empty() && scene.shapes.iter().all(|shape| shape.emission.is_none());
+    if dark {
+        scene
+            .emitters
+            .push(EmitterDescription::Constant { radiance: Rgb::ONE });
+    }
+    dark
+}

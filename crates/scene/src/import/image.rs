@@ -1,0 +1,167 @@
+//! Images from files: PNG, JPEG, Radiance HDR and OpenEXR.
+
+use super::error::{ImportError, Location, read_file};
+use crate::Image;
+use image::{DynamicImage, ImageFormat};
+use std::io::Cursor;
+use std::path::Path;
+
+/// What the codes of an 8- or 16-bit image mean. Images of floats are linear whatever is said here.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Encoding {
+    /// The sRGB transfer function (IEC 61966-2-1): colours.
+    #[default]
+    Srgb,
+    /// Proportional to the value: roughness, metalness, masks, Mitsuba's `raw`.
+    Linear,
+}
+
+/// Extensions that [`read_image`] knows.
+const EXTENSIONS: &str = "png, jpg, jpeg, hdr, exr";
+
+/// Reads an image by its file name's extension: `png`, `jpg`, `jpeg`, `hdr` or `exr`. Alpha is dropped without
+/// multiplying; grey becomes RGB. Eight bits a channel stay eight bits in memory.
+///
+/// # Errors
+///
+/// The extension is unknown, or the file cannot be read or decoded, or has a value that is not finite.
+pub fn read_image(path: impl AsRef<Path>, encoding: Encoding) -> Result<Image, ImportError> {
+    let path = path.as_ref();
+    let extension = extension(path);
+    let format = match extension.as_str() {
+        "exr" => None,
+        "png" => Some(ImageFormat::Png),
+        "jpg" | "jpeg" => Some(ImageFormat::Jpeg),
+        "hdr" => Some(ImageFormat::Hdr),
+        _ => {
+            return Err(ImportError::UnknownFormat {
+                path: path.to_path_buf(),
+                expected: EXTENSIONS,
+            });
+        }
+    };
+    let bytes = read_file(path)?;
+    match format {
+        None => decode_exr(&bytes, path),
+        Some(format) => decode(&bytes, Some(format), encoding, path),
+    }
+}
+
+/// Extension in lower case, empty if there is none.
+pub(crate) fn extension(path: &Path) -> String {
+    path.extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+        .to_ascii_lowercase()
+}
+
+/// Decodes PNG, JPEG or HDR bytes; a format of `None` is found from the bytes.
+pub(crate) fn decode(
+    bytes: &[u8],
+    format: Option<ImageFormat>,
+    encoding: Encoding,
+    path: &Path,
+) -> Result<Image, ImportError> {
+    let broken = |source: image::ImageError| ImportError::Decode {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    };
+    let decoded = match format {
+        Some(format) => image::load(Cursor::new(bytes), format),
+        None => image::load_from_memory(bytes),
+    };
+    from_dynamic(decoded.map_err(broken)?, encoding).ok_or_else(|| unusable(path))
+}
+
+fn unusable(path: &Path) -> ImportError {
+    ImportError::malformed(
+        Location::file(path),
+        "the image is empty or has a value that is not finite",
+    )
+}
+
+fn from_dynamic(decoded: DynamicImage, encoding: Encoding) -> Option<Image> {
+    let (width, height) = (decoded.width(), decoded.height());
+    match decoded {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            let pixels = decoded.into_rgb32f().pixels().map(|p| p.0).collect();
+            Image::from_linear(width, height, pixels)
+        }
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
+            let linear = |code: u16| {
+                let value = f32::from(code) / 65535.0;
+                match encoding {
+                    Encoding::Linear => value,
+                    Encoding::Srgb if value <= 0.04045 => value / 12.92,
+                    Encoding::Srgb => ((value + 0.055) / 1.055).powf(2.4),
+                }
+            };
+            let pixels = decoded.into_rgb16().pixels().map(|p| p.0.map(linear)).collect();
+            Image::from_linear(width, height, pixels)
+        }
+        _ => {
+            let codes = decoded.into_rgb8().pixels().map(|p| p.0).collect();
+            match encoding {
+                Encoding::Srgb => Image::from_srgb8(width, height, codes),
+                Encoding::Linear => Image::from_linear8(width, height, codes),
+            }
+        }
+    }
+}
+
+/// The first layer of an OpenEXR file with channels R, G, B, or with Y alone.
+fn decode_exr(bytes: &[u8], path: &Path) -> Result<Image, ImportError> {
+    use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+    let broken = |source: exr::error::Error| ImportError::Decode {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    };
+    let file = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(broken)?;
+    let layer = &file.layer_data;
+    let find = |name: &str| {
+        let mut list = layer.channel_data.list.iter();
+        list.find(|channel| channel.name.to_string().eq_ignore_ascii_case(name))
+    };
+    let rgb = ["R", "G", "B"].map(find);
+    let channels = match (rgb, find("Y")) {
+        ([Some(r), Some(g), Some(b)], _) => [r, g, b],
+        (_, Some(y)) => [y, y, y],
+        _ => {
+            return Err(ImportError::unsupported(
+                Location::file(path),
+                "the image has neither channels R, G, B nor Y",
+            ));
+        }
+    };
+    let value = |samples: &FlatSamples, index: usize| -> Option<f32> {
+        match samples {
+            FlatSamples::F16(v) => v.get(index).map(|h| h.to_f32()),
+            FlatSamples::F32(v) => v.get(index).copied(),
+            FlatSamples::U32(v) => v.get(index).map(|&u| u as f32),
+        }
+    };
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let pixel = |index| -> Option<[f32; 3]> {
+        let [r, g, b] = channels.map(|channel| value(&channel.sample_data, index));
+        Some([r?, g?, b?])
+    };
+    let pixels: Option<Vec<_>> = (0..width * height).map(pixel).collect();
+    let size = (u32::try_from(width), u32::try_from(height));
+    match (size, pixels) {
+        ((Ok(width), Ok(height)), Some(pixels)) => {
+            Image::from_linear(width, height, pixels).ok_or_else(|| unusable(path))
+        }
+        _ => Err(unusable(path)),
+    }
+}

@@ -1,0 +1,101 @@
+//! One entry point for all formats.
+
+use super::error::{ImportError, Location};
+use super::image::extension;
+use super::normals::angle_weighted_normals;
+use super::{fit, mitsuba, obj, ply};
+use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
+use std::fmt;
+use std::path::Path;
+
+/// Definitions `(name, value)` that replace a Mitsuba scene's `<default>`s, like Mitsuba's `-D name=value`.
+pub type Defines = [(String, String)];
+
+/// An imported scene and what was done differently from what the file asks.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub description: SceneDescription,
+    /// Differences that do not make the import wrong, such as another pixel filter.
+    pub warnings: Vec<Warning>,
+}
+
+/// Something in a file that is imported differently from what it says, or filled in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Where.
+    pub location: Location,
+    /// What.
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.location, self.message)
+    }
+}
+
+/// Imports a scene by its file name's extension: `xml` (Mitsuba 3), `gltf`, `glb`, or a lone mesh, `ply` or `obj`.
+///
+/// A lone mesh becomes a Lambertian surface of albedo one half, seen from both sides, with the file's normals or smooth
+/// ones, under constant radiance 1, with a camera that sees all of it.
+///
+/// # Errors
+///
+/// The extension is unknown, a file is missing, truncated or malformed, or asks for something that is not supported.
+/// Definitions are an error where the file has no use for them.
+pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportError> {
+    let path = path.as_ref();
+    let extension = extension(path);
+    if let (true, Some((name, _))) = (extension != "xml", defines.first()) {
+        return Err(ImportError::UnusedDefine {
+            path: path.to_path_buf(),
+            name: name.clone(),
+        });
+    }
+    match extension.as_str() {
+        "xml" => mitsuba::load(path, defines),
+        "ply" => Ok(lone_mesh(ply::read_ply(path)?, path)),
+        "obj" => Ok(lone_mesh(obj::read_obj(path)?, path)),
+        _ => Err(ImportError::UnknownFormat {
+            path: path.to_path_buf(),
+            expected: "xml, ply, obj",
+        }),
+    }
+}
+
+fn lone_mesh(mut mesh: TriangleMesh, path: &Path) -> Loaded {
+    if mesh.normals.is_empty() {
+        mesh.normals = angle_weighted_normals(&mesh.positions, &mesh.indices);
+    }
+    let name = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let mut description = SceneDescription {
+        shapes: vec![ShapeDescription {
+            name,
+            geometry: Geometry::Mesh(mesh),
+            material: 0,
+            emission: None,
+        }],
+        materials: vec![Material::TwoSided {
+            front: Box::new(Material::Diffuse {
+                reflectance: ColorTexture::Constant(Rgb::splat(0.5)),
+            }),
+            back: None,
+        }],
+        ..SceneDescription::default()
+    };
+    fit::camera(&mut description);
+    fit::light(&mut description);
+    let warning = Warning {
+        location: Location::file(path),
+        message: "a lone mesh: grey, under constant light, seen as a whole".to_owned(),
+    };
+    Loaded {
+        description,
+        warnings: vec![warning],
+    }
+}

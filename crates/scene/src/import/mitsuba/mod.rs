@@ -1,0 +1,185 @@
+//! Mitsuba 3 scenes in XML, the part of the format that the renderer here can do.
+//!
+//! | element | types |
+//! |---|---|
+//! | `shape` | `ply`, `obj`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `sphere` |
+//! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `blendbsdf`, `twosided` |
+//! | `texture` | `bitmap`, `checkerboard` |
+//! | `emitter` | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
+//! | `sensor` | `perspective`, `thinlens`, with a `hdrfilm` and any sampler |
+//! | `integrator` | `path`, `direct`, `volpath` |
+//!
+//! `default`, `$name`, `include`, ids and references work as in Mitsuba. Whatever is not known is an error that names
+//! the file, the line and the element: nothing is left out in silence. Media are an error of their own.
+//!
+//! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in the order in which
+//! they stand; a mesh's geometric normal follows from its winding in world space, so that a mirroring `to_world` turns
+//! the mesh over, while a `rectangle` or `disk` keeps facing where its normal goes; a mesh without normals is smooth
+//! unless `face_normals` is true; a shape without BSDF is Lambertian with albedo one half; the field of view is along x
+//! unless `fov_axis` says otherwise.
+
+mod bsdf;
+mod emitter;
+mod ior;
+mod primitives;
+mod properties;
+mod sensor;
+mod shape;
+mod texture;
+mod values;
+
+use super::error::ImportError;
+use super::fit;
+use super::image::Encoding;
+use super::xml::{Node, parse_xml, read_xml};
+use super::{Loaded, Warning};
+use crate::{Image, RenderSettings, SceneDescription};
+use properties::check_tree;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Reads a Mitsuba 3 scene; `defines` replace the file's `<default>`s.
+pub(super) fn load(path: &Path, defines: &[(String, String)]) -> Result<Loaded, ImportError> {
+    import(&read_xml(path, defines)?)
+}
+
+/// Parses a Mitsuba 3 scene in memory. `path` is where it would lie: the folder of files that it refers to.
+///
+/// # Errors
+///
+/// As [`load`](super::load).
+pub fn parse_mitsuba(
+    text: &str,
+    path: impl AsRef<Path>,
+    defines: &[(String, String)],
+) -> Result<Loaded, ImportError> {
+    import(&parse_xml(text.as_bytes(), path.as_ref(), defines)?)
+}
+
+/// State of an import.
+struct Importer<'a> {
+    description: SceneDescription,
+    warnings: Vec<Warning>,
+    /// Elements with an id, wherever they stand.
+    ids: HashMap<&'a str, &'a Node>,
+    /// Materials by the element that describes them.
+    materials: HashMap<*const Node, u32>,
+    images: HashMap<(PathBuf, Encoding), Arc<Image>>,
+    default_material: Option<u32>,
+    /// Nesting of BSDFs.
+    depth: u32,
+}
+
+fn import(root: &Node) -> Result<Loaded, ImportError> {
+    if root.tag != "scene" {
+        return Err(root.malformed(format!("the root is <{}>, expected <scene>", root.tag)));
+    }
+    let version = root.require("version")?;
+    if !matches!(version.split('.').next(), Some("2" | "3")) {
+        return Err(root.unsupported(format!("scene version {version} is not supported, only 2 and 3")));
+    }
+    check_tree(root)?;
+    let mut importer = Importer {
+        description: SceneDescription {
+            settings: RenderSettings {
+                samples_per_pixel: 4,
+                ..RenderSettings::default()
+            },
+            ..SceneDescription::default()
+        },
+        warnings: Vec::new(),
+        ids: HashMap::new(),
+        materials: HashMap::new(),
+        images: HashMap::new(),
+        default_material: None,
+        depth: 0,
+    };
+    importer.collect_ids(root)?;
+    importer.scene(root)?;
+    Ok(Loaded {
+        description: importer.description,
+        warnings: importer.warnings,
+    })
+}
+
+impl<'a> Importer<'a> {
+    fn collect_ids(&mut self, node: &'a Node) -> Result<(), ImportError> {
+        if let Some(id) = node.attribute("id").filter(|_| node.tag != "ref") {
+            if self.ids.insert(id, node).is_some() {
+                return Err(node.malformed(format!("the id `{id}` is taken")));
+            }
+        }
+        node.children.iter().try_for_each(|child| self.collect_ids(child))
+    }
+
+    /// What a `ref` refers to.
+    fn any_target(&self, node: &Node) -> Result<&'a Node, ImportError> {
+        let id = node.require("id")?;
+        let target = self.ids.get(id).copied();
+        target.ok_or_else(|| node.malformed(format!("nothing has the id `{id}`")))
+    }
+
+    /// What a `ref` refers to, which must be a `tag`.
+    fn target(&self, node: &Node, tag: &str) -> Result<&'a Node, ImportError> {
+        let target = self.any_target(node)?;
+        if target.tag == tag {
+            Ok(target)
+        } else {
+            Err(node.malformed(format!("a reference to <{}>, expected <{tag}>", target.tag)))
+        }
+    }
+
+    fn warn(&mut self, node: &Node, message: impl Into<String>) {
+        self.warnings.push(Warning {
+            location: node.location(),
+            message: message.into(),
+        });
+    }
+
+    fn scene(&mut self, root: &'a Node) -> Result<(), ImportError> {
+        let (mut integrators, mut sensors) = (0, 0);
+        for node in &root.children {
+            match node.tag.as_str() {
+                "integrator" => {
+                    integrators += 1;
+                    if integrators > 1 {
+                        return Err(node.malformed("a second <integrator>"));
+                    }
+                    self.integrator(node)?;
+                }
+                "sensor" => {
+                    sensors += 1;
+                    if sensors > 1 {
+                        self.warn(node, "only the first sensor is used");
+                    } else {
+                        self.sensor(node)?;
+                    }
+                }
+                "emitter" => self.emitter(node)?,
+                "shape" => self.shape(node)?,
+                // Read where they are referred to.
+                "bsdf" | "texture" => {}
+                "medium" => return Err(node.unsupported("media are not supported yet")),
+                tag => return Err(node.unsupported(format!("<{tag}> is not supported in a scene"))),
+            }
+        }
+        if sensors == 0 {
+            fit::camera(&mut self.description);
+            self.warn(root, "no sensor: the camera looks at the whole scene");
+        }
+        // A BSDF that no shape uses must be sound all the same.
+        for node in root.children.iter().filter(|node| node.tag == "bsdf") {
+            if !self.materials.contains_key(&std::ptr::from_ref(node)) {
+                let materials = self.description.materials.len();
+                self.material(node)?;
+                self.description.materials.truncate(materials);
+                self.materials.retain(|_, index| (*index as usize) < materials);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,74 @@
+//! Mitsuba's analytic shapes as meshes in their own space, before `to_world`.
+
+use crate::TriangleMesh;
+use crate::builtin::quad;
+use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
+
+/// The square `[−1, 1]²` at z = 0, normal +Z. In Mitsuba's texture space `(0, 0)` is at (−1, −1); `v` here points
+/// upwards, so it is turned over.
+pub(super) fn rectangle() -> TriangleMesh {
+    let mut mesh = quad([
+        Vec3::new(-1.0, -1.0, 0.0),
+        Vec3::new(1.0, -1.0, 0.0),
+        Vec3::new(1.0, 1.0, 0.0),
+        Vec3::new(-1.0, 1.0, 0.0),
+    ]);
+    for uv in &mut mesh.uvs {
+        uv.y = 1.0 - uv.y;
+    }
+    mesh
+}
+
+/// The cube `[−1, 1]³`, normals outwards, each face with the whole unit square of texture coordinates.
+pub(super) fn cube() -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            // u × v = normal
+            let mut frame = [
+                Vec3::AXES[axis] * sign,
+                Vec3::AXES[(axis + 1) % 3],
+                Vec3::AXES[(axis + 2) % 3],
+            ];
+            if sign < 0.0 {
+                frame.swap(1, 2);
+            }
+            let [n, u, v] = frame;
+            let face = quad([n - u - v, n + u - v, n + u + v, n - u + v]);
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(face.positions);
+            mesh.uvs.extend(face.uvs);
+            let indices = face.indices.iter().map(|triangle| triangle.map(|i| first + i));
+            mesh.indices.extend(indices);
+        }
+    }
+    mesh
+}
+
+/// Triangles of [`disk`].
+pub(super) const DISK_TRIANGLES: u32 = 128;
+
+/// The unit disk at z = 0, normal +Z, as a fan of 128 triangles of the *same area* as the disk: its rim runs between
+/// radius 0.9998 and 1.0001. Texture coordinates are Mitsuba's, `(r, φ/2π)`, with the second turned over.
+pub(super) fn disk() -> TriangleMesh {
+    let step = 2.0 * PI / DISK_TRIANGLES as f32;
+    // n/2 · sin(2π/n) r² = π
+    let radius = (step / step.sin()).sqrt();
+    let mut mesh = TriangleMesh::default();
+    for i in 0..=DISK_TRIANGLES {
+        // The same bits at both ends of the seam.
+        let (sin, cos) = (step * (i % DISK_TRIANGLES) as f32).sin_cos();
+        mesh.positions.push(Vec3::new(radius * cos, radius * sin, 0.0));
+        mesh.uvs
+            .push(Vec2::new(1.0, 1.0 - i as f32 / DISK_TRIANGLES as f32));
+    }
+    for i in 0..DISK_TRIANGLES {
+        let center = mesh.positions.len() as u32;
+        mesh.positions.push(Vec3::ZERO);
+        mesh.uvs
+            .push(Vec2::new(0.0, 1.0 - (i as f32 + 0.5) / DISK_TRIANGLES as f32));
+        mesh.indices.push([center, i, i + 1]);
+    }
+    mesh
+}

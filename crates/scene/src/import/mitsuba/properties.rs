@@ -1,0 +1,215 @@
+//! An element's children as named properties. Whatever is never asked for is an error in the end, not a guess.
+
+use super::values;
+use crate::Rgb;
+use crate::import::error::ImportError;
+use crate::import::xml::Node;
+use glam::{DAffine3, DVec3};
+use std::cell::RefCell;
+
+/// Attributes that an element may have, by tag; `None` for a tag that means nothing in a scene.
+fn known_attributes(tag: &str) -> Option<&'static [&'static str]> {
+    Some(match tag {
+        "scene" => &["version"],
+        "integrator" | "sensor" | "emitter" | "shape" | "bsdf" | "texture" | "film" | "sampler"
+        | "rfilter" | "medium" | "phase" | "volume" => &["type", "id", "name"],
+        "ref" => &["id", "name"],
+        "float" | "integer" | "boolean" | "string" | "rgb" => &["name", "value"],
+        "spectrum" => &["name", "value", "filename", "type", "id"],
+        "point" | "vector" => &["name", "value", "x", "y", "z"],
+        "transform" => &["name"],
+        "translate" | "scale" => &["value", "x", "y", "z"],
+        "rotate" => &["value", "x", "y", "z", "angle"],
+        "lookat" => &["origin", "target", "up"],
+        "matrix" => &["value"],
+        _ => return None,
+    })
+}
+
+/// Rejects unknown elements and attributes anywhere below `node`.
+pub(super) fn check_tree(node: &Node) -> Result<(), ImportError> {
+    let known = known_attributes(&node.tag)
+        .ok_or_else(|| node.unsupported(format!("the element <{}> is not supported", node.tag)))?;
+    for (name, _) in &node.attributes {
+        if !known.contains(&name.as_str()) {
+            return Err(node.malformed(format!("<{}> has no attribute `{name}`", node.tag)));
+        }
+    }
+    node.children.iter().try_for_each(check_tree)
+}
+
+/// An element that describes an object, and which of its children have been asked for.
+pub(super) struct Properties<'a> {
+    pub(super) node: &'a Node,
+    asked: RefCell<Vec<bool>>,
+}
+
+impl<'a> Properties<'a> {
+    /// Wraps `node`.
+    ///
+    /// # Errors
+    ///
+    /// Two children have the same name.
+    pub(super) fn new(node: &'a Node) -> Result<Self, ImportError> {
+        for (index, child) in node.children.iter().enumerate() {
+            let name = child.attribute("name");
+            if name.is_some() && node.children[..index].iter().any(|c| c.attribute("name") == name) {
+                return Err(child.malformed("the name is taken by an earlier element"));
+            }
+        }
+        Ok(Self {
+            node,
+            asked: RefCell::new(vec![false; node.children.len()]),
+        })
+    }
+
+    /// The plugin's type.
+    pub(super) fn kind(&self) -> Result<&'a str, ImportError> {
+        self.node.require("type")
+    }
+
+    /// The child of that name, marked as asked for.
+    pub(super) fn get(&self, name: &str) -> Option<&'a Node> {
+        let mut children = self.node.children.iter();
+        let index = children.position(|child| child.attribute("name") == Some(name))?;
+        self.asked.borrow_mut()[index] = true;
+        Some(&self.node.children[index])
+    }
+
+    /// The children that `wanted` accepts, marked as asked for.
+    pub(super) fn all(&self, wanted: impl Fn(&Node) -> bool) -> Vec<&'a Node> {
+        let mut asked = self.asked.borrow_mut();
+        let children = self.node.children.iter().zip(asked.iter_mut());
+        let chosen = children.filter(|(child, _)| wanted(child));
+        chosen
+            .map(|(child, asked)| {
+                *asked = true;
+                child
+            })
+            .collect()
+    }
+
+    /// Marks properties that change nothing here as asked for.
+    pub(super) fn ignore(&self, names: &[&str]) {
+        for name in names {
+            self.get(name);
+        }
+    }
+
+    /// Errs on the first child that nothing has asked for.
+    pub(super) fn finish(&self) -> Result<(), ImportError> {
+        let asked = self.asked.borrow();
+        match asked.iter().position(|asked| !asked) {
+            None => Ok(()),
+            Some(index) => {
+                let child = &self.node.children[index];
+                let kind = self.node.attribute("type").unwrap_or(&self.node.tag);
+                let what = match child.attribute("name") {
+                    Some(name) => format!("parameter `{name}`"),
+                    None => format!("element <{}>", child.tag),
+                };
+                Err(child.unsupported(format!("{what} of `{kind}` is not supported")))
+            }
+        }
+    }
+
+    /// The property of that name, which must be one of `tags`.
+    fn typed(&self, name: &str, tags: &[&str]) -> Result<Option<&'a Node>, ImportError> {
+        match self.get(name) {
+            Some(child) if !tags.contains(&child.tag.as_str()) => Err(child.malformed(format!(
+                "`{name}` is <{}>, expected <{}>",
+                child.tag,
+                tags.join("> or <")
+            ))),
+            child => Ok(child),
+        }
+    }
+
+    pub(super) fn string(&self, name: &str) -> Result<Option<&'a str>, ImportError> {
+        self.typed(name, &["string"])?
+            .map(|child| child.require("value"))
+            .transpose()
+    }
+
+    pub(super) fn float(&self, name: &str) -> Result<Option<f32>, ImportError> {
+        self.typed(name, &["float", "integer"])?
+            .map(|child| values::float(child, child.require("value")?))
+            .transpose()
+    }
+
+    pub(super) fn positive(&self, name: &str) -> Result<Option<f32>, ImportError> {
+        match self.float(name)? {
+            Some(value) if value <= 0.0 => {
+                let child = self.get(name).unwrap_or(self.node);
+                Err(child.malformed(format!("`{name}` must be positive, found {value}")))
+            }
+            value => Ok(value),
+        }
+    }
+
+    pub(super) fn integer(&self, name: &str) -> Result<Option<i64>, ImportError> {
+        let Some(child) = self.typed(name, &["integer"])? else {
+            return Ok(None);
+        };
+        let text = child.require("value")?;
+        let value = text.trim().parse();
+        value
+            .map(Some)
+            .map_err(|_| child.malformed(format!("`{text}` is not an integer")))
+    }
+
+    /// An integer of at least one.
+    pub(super) fn count(&self, name: &str) -> Result<Option<u32>, ImportError> {
+        let Some(value) = self.integer(name)? else {
+            return Ok(None);
+        };
+        match u32::try_from(value) {
+            Ok(value) if value > 0 => Ok(Some(value)),
+            _ => {
+                let child = self.get(name).unwrap_or(self.node);
+                Err(child.malformed(format!(
+                    "`{name}` must be a positive 32-bit integer, found {value}"
+                )))
+            }
+        }
+    }
+
+    pub(super) fn boolean(&self, name: &str) -> Result<Option<bool>, ImportError> {
+        let Some(child) = self.typed(name, &["boolean"])? else {
+            return Ok(None);
+        };
+        match child.require("value")?.trim() {
+            "true" => Ok(Some(true)),
+            "false" => Ok(Some(false)),
+            other => Err(child.malformed(format!("`{other}` is neither `true` nor `false`"))),
+        }
+    }
+
+    /// A colour that must not vary.
+    pub(super) fn color(&self, name: &str) -> Result<Option<Rgb>, ImportError> {
+        match self.get(name) {
+            None => Ok(None),
+            Some(child) if matches!(child.tag.as_str(), "rgb" | "spectrum" | "float") => {
+                if child.tag == "spectrum" && child.attribute("type").is_some() {
+                    return Err(child.unsupported("spectrum plugins are not supported"));
+                }
+                values::color(child).map(Some)
+            }
+            Some(child) => {
+                Err(child.unsupported(format!("`{name}` must be a constant colour here, no texture")))
+            }
+        }
+    }
+
+    pub(super) fn transform(&self, name: &str) -> Result<Option<DAffine3>, ImportError> {
+        self.typed(name, &["transform"])?
+            .map(values::transform)
+            .transpose()
+    }
+
+    pub(super) fn vector(&self, name: &str) -> Result<Option<DVec3>, ImportError> {
+        self.typed(name, &["point", "vector"])?
+            .map(|child| values::vector(child, 0.0))
+            .transpose()
+    }
+}

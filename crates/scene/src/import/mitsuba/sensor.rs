@@ -1,0 +1,212 @@
+//! Sensors, films, samplers and integrators.
+
+use super::Importer;
+use super::properties::Properties;
+use super::values;
+use crate::import::error::ImportError;
+use crate::import::xml::Node;
+use crate::{CameraDescription, FovAxis, Projection};
+use glam::{DAffine3, DMat3};
+
+impl Importer<'_> {
+    pub(super) fn sensor(&mut self, node: &Node) -> Result<(), ImportError> {
+        let properties = Properties::new(node)?;
+        let kind = properties.kind()?;
+        if !matches!(kind, "perspective" | "thinlens") {
+            return Err(node.unsupported(format!("the sensor `{kind}` is not supported")));
+        }
+        // Nothing moves, so the shutter changes nothing.
+        properties.ignore(&["shutter_open", "shutter_close"]);
+        for name in ["principal_point_offset_x", "principal_point_offset_y"] {
+            if properties.float(name)?.is_some_and(|offset| offset != 0.0) {
+                return Err(node.unsupported(format!("parameter `{name}` of `{kind}` is not supported")));
+            }
+        }
+        let near_clip = properties.positive("near_clip")?.unwrap_or(1e-2);
+        let far_clip = properties.positive("far_clip")?.unwrap_or(1e4);
+        if near_clip >= far_clip {
+            return Err(node.malformed("`near_clip` is not below `far_clip`"));
+        }
+        let focus_distance = properties.positive("focus_distance")?.unwrap_or(far_clip);
+        let mut projection = Projection::Pinhole;
+        if kind == "thinlens" {
+            let aperture_radius = properties
+                .float("aperture_radius")?
+                .ok_or_else(|| node.malformed("`aperture_radius` is missing"))?;
+            if aperture_radius > 0.0 {
+                projection = Projection::ThinLens {
+                    aperture_radius,
+                    focus_distance,
+                };
+            } else if aperture_radius < 0.0 {
+                return Err(node.malformed("`aperture_radius` is negative"));
+            }
+        }
+
+        self.film(&properties)?;
+        if let Some(sampler) = only(&properties, "sampler")? {
+            self.sampler(sampler)?;
+        }
+        let settings = &self.description.settings;
+        let aspect = f64::from(settings.width) / f64::from(settings.height);
+        let fov_x = field_of_view(&properties, aspect)?;
+        let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+        let to_world = rigid(&to_world).ok_or_else(|| {
+            node.malformed("`to_world` of a sensor must rotate and translate only, not scale or shear")
+        })?;
+        self.description.camera = CameraDescription {
+            to_world: to_world.as_affine3a(),
+            fov_x: fov_x as f32,
+            projection,
+            near_clip,
+            far_clip,
+        };
+        properties.finish()
+    }
+
+    fn film(&mut self, sensor: &Properties) -> Result<(), ImportError> {
+        // Mitsuba's defaults.
+        self.description.settings.width = 768;
+        self.description.settings.height = 576;
+        let Some(node) = only(sensor, "film")? else {
+            self.warn(sensor.node, "no film: 768 × 576 pixels and a box filter");
+            return Ok(());
+        };
+        let properties = Properties::new(node)?;
+        let kind = properties.kind()?;
+        if kind != "hdrfilm" {
+            return Err(node.unsupported(format!("the film `{kind}` is not supported")));
+        }
+        properties.ignore(&[
+            "pixel_format",
+            "component_format",
+            "file_format",
+            "compensate",
+            "sample_border",
+            "banner",
+        ]);
+        if let Some(width) = properties.count("width")? {
+            self.description.settings.width = width;
+        }
+        if let Some(height) = properties.count("height")? {
+            self.description.settings.height = height;
+        }
+        match only(&properties, "rfilter")? {
+            None => self.warn(
+                node,
+                "Mitsuba's default filter is Gaussian; the film here uses a box",
+            ),
+            Some(filter) => {
+                let kind = filter.require("type")?;
+                if kind != "box" {
+                    self.warn(
+                        filter,
+                        format!("the film here uses a box instead of the filter `{kind}`"),
+                    );
+                }
+            }
+        }
+        properties.finish()
+    }
+
+    fn sampler(&mut self, node: &Node) -> Result<(), ImportError> {
+        let properties = Properties::new(node)?;
+        let kind = properties.kind()?;
+        if !matches!(
+            kind,
+            "independent" | "stratified" | "multijitter" | "orthogonal" | "ldsampler"
+        ) {
+            return Err(node.unsupported(format!("the sampler `{kind}` is not supported")));
+        }
+        properties.ignore(&["seed", "jitter", "strength"]);
+        self.description.settings.samples_per_pixel = properties.count("sample_count")?.unwrap_or(4);
+        properties.finish()
+    }
+
+    pub(super) fn integrator(&mut self, node: &Node) -> Result<(), ImportError> {
+        let properties = Properties::new(node)?;
+        let kind = properties.kind()?;
+        // What volpath does beyond path needs media, and those are an error of their own.
+        if !matches!(kind, "path" | "direct" | "volpath" | "volpathmis") {
+            return Err(node.unsupported(format!("the integrator `{kind}` is not supported")));
+        }
+        if properties.boolean("hide_emitters")? == Some(true) {
+            return Err(node.unsupported("`hide_emitters` is not supported"));
+        }
+        let settings = &mut self.description.settings;
+        if kind == "direct" {
+            properties.ignore(&["shading_samples", "emitter_samples", "bsdf_samples"]);
+            settings.max_depth = Some(2);
+        } else {
+            settings.max_depth = match properties.integer("max_depth")?.unwrap_or(-1) {
+                -1 => None,
+                depth => Some(
+                    u32::try_from(depth).map_err(|_| node.malformed(format!("`max_depth` of {depth}")))?,
+                ),
+            };
+            settings.roulette_depth = properties.count("rr_depth")?.unwrap_or(5);
+        }
+        properties.finish()
+    }
+}
+
+/// The one child of that tag, if any.
+pub(super) fn only<'a>(properties: &Properties<'a>, tag: &str) -> Result<Option<&'a Node>, ImportError> {
+    match properties.all(|child| child.tag == tag)[..] {
+        [] => Ok(None),
+        [one] => Ok(Some(one)),
+        [_, second, ..] => Err(second.malformed(format!("a second <{tag}>"))),
+    }
+}
+
+/// Horizontal field of view in radians.
+fn field_of_view(properties: &Properties, aspect: f64) -> Result<f64, ImportError> {
+    let node = properties.node;
+    let axis = properties.string("fov_axis")?;
+    let focal_length = properties.string("focal_length")?;
+    let (angle, axis) = match (properties.positive("fov")?, focal_length) {
+        (Some(_), Some(_)) => return Err(node.malformed("`fov` and `focal_length` exclude each other")),
+        (Some(degrees), None) if degrees >= 180.0 => {
+            return Err(node.malformed(format!("`fov` must be below 180 degrees, found {degrees}")));
+        }
+        (Some(degrees), None) => {
+            let axis = match axis.unwrap_or("x") {
+                "x" => FovAxis::X,
+                "y" => FovAxis::Y,
+                "diagonal" => FovAxis::Diagonal,
+                "smaller" => FovAxis::Smaller,
+                "larger" => FovAxis::Larger,
+                other => return Err(node.malformed(format!("unknown `fov_axis` `{other}`"))),
+            };
+            (f64::from(degrees).to_radians(), axis)
+        }
+        (None, text) => {
+            // A focal length is that of 35 mm film, 36 mm × 24 mm, and speaks of the diagonal.
+            let text = text.unwrap_or("50mm");
+            let millimetres = values::number(node, text.trim().trim_end_matches("mm"))?;
+            if millimetres <= 0.0 {
+                return Err(node.malformed(format!("`focal_length` must be positive, found `{text}`")));
+            }
+            let diagonal = 36.0_f64.hypot(24.0);
+            (2.0 * (0.5 * diagonal / millimetres).atan(), FovAxis::Diagonal)
+        }
+    };
+    Ok(axis.to_horizontal(angle, aspect))
+}
+
+/// `map` without the rounding of its figures, or `None` if it is more than a rotation (or reflection) and a shift.
+fn rigid(map: &DAffine3) -> Option<DAffine3> {
+    const TOLERANCE: f64 = 1e-3;
+    let m = map.matrix3;
+    let error = m.transpose() * m - DMat3::IDENTITY;
+    if error.to_cols_array().iter().any(|e| !(e.abs() <= TOLERANCE)) {
+        return None;
+    }
+    let z = m.z_axis.normalize();
+    let y = (m.y_axis - z * z.dot(m.y_axis)).normalize();
+    let x = (m.x_axis - z * z.dot(m.x_axis) - y * y.dot(m.x_axis)).normalize();
+    Some(DAffine3::from_mat3_translation(
+        DMat3::from_cols(x, y, z),
+        map.translation,
+    ))
+}

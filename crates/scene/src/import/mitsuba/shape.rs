@@ -1,0 +1,233 @@
+//! Shapes to world-space geometry.
+
+use super::Importer;
+use super::primitives;
+use super::properties::Properties;
+use crate::builtin::turn;
+use crate::import::error::ImportError;
+use crate::import::normals::angle_weighted_normals;
+use crate::import::obj::read_obj;
+use crate::import::ply::read_ply;
+use crate::import::transform::{face_towards, move_mesh, normal_map};
+use crate::import::xml::Node;
+use crate::{Geometry, Material, ShapeDescription, SphereGeometry, TriangleMesh};
+use glam::{DAffine3, DVec3};
+
+impl Importer<'_> {
+    pub(super) fn shape(&mut self, node: &Node) -> Result<(), ImportError> {
+        let properties = Properties::new(node)?;
+        let kind = properties.kind()?;
+        for child in &node.children {
+            if child.tag == "medium" || matches!(child.attribute("name"), Some("interior" | "exterior")) {
+                return Err(child.unsupported("media are not supported yet"));
+            }
+        }
+        // Material first: a shape that bounds a medium then says so before its mesh is read.
+        let (material, emission) = self.surface(&properties)?;
+        let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+        let flip = properties.boolean("flip_normals")?.unwrap_or(false);
+        let geometry = match kind {
+            "ply" | "obj" => Geometry::Mesh(self.mesh_file(&properties, kind, &to_world, flip)?),
+            "cube" => {
+                let mut mesh = primitives::cube();
+                place(node, &mut mesh, &to_world)?;
+                if flip {
+                    turn(&mut mesh);
+                }
+                Geometry::Mesh(mesh)
+            }
+            "rectangle" | "disk" => {
+                let mut mesh = if kind == "disk" {
+                    primitives::disk()
+                } else {
+                    primitives::rectangle()
+                };
+                place(node, &mut mesh, &to_world)?;
+                // These two face where the normal +Z goes as a normal, also where `to_world` mirrors.
+                let determinant = to_world.matrix3.determinant();
+                let front = normal_map(&to_world) * DVec3::Z * determinant.signum();
+                let front = front.try_normalize().unwrap_or(DVec3::Z).as_vec3();
+                face_towards(&mut mesh, if flip { -front } else { front });
+                Geometry::Mesh(mesh)
+            }
+            "sphere" => Geometry::Sphere(self.sphere(&properties, &to_world, flip, material)?),
+            _ => return Err(node.unsupported(format!("the shape `{kind}` is not supported"))),
+        };
+        properties.finish()?;
+        let name = match node.attribute("id") {
+            Some(id) => id.to_owned(),
+            None => format!("{kind} {}", self.description.shapes.len()),
+        };
+        self.description.shapes.push(ShapeDescription {
+            name,
+            geometry,
+            material,
+            emission,
+        });
+        Ok(())
+    }
+
+    /// Material and emission of a shape, nested or referred to.
+    fn surface(&mut self, properties: &Properties) -> Result<(u32, Option<crate::Rgb>), ImportError> {
+        let (mut material, mut emission) = (None, None);
+        for child in properties.all(|child| matches!(child.tag.as_str(), "bsdf" | "emitter" | "ref")) {
+            let target = if child.tag == "ref" {
+                self.any_target(child)?
+            } else {
+                child
+            };
+            let taken = match target.tag.as_str() {
+                "bsdf" => material.replace(self.material(target)?).is_some(),
+                "emitter" => emission.replace(self.area_radiance(target)?).is_some(),
+                "medium" => return Err(child.unsupported("media are not supported yet")),
+                tag => return Err(child.malformed(format!("a shape cannot refer to <{tag}>"))),
+            };
+            if taken {
+                return Err(child.malformed(format!("a second <{}>", target.tag)));
+            }
+        }
+        let material = match material {
+            Some(material) => material,
+            None => self.default_material(),
+        };
+        Ok((material, emission))
+    }
+
+    fn mesh_file(
+        &mut self,
+        properties: &Properties,
+        kind: &str,
+        to_world: &DAffine3,
+        flip: bool,
+    ) -> Result<TriangleMesh, ImportError> {
+        let node = properties.node;
+        let file = properties
+            .string("filename")?
+            .ok_or_else(|| node.malformed("`filename` is missing"))?;
+        let path = node.resolve(file);
+        let read = if kind == "obj" {
+            read_obj(&path)
+        } else {
+            read_ply(&path)
+        };
+        let mut mesh = read.map_err(|source| ImportError::Referenced {
+            location: node.location(),
+            source: Box::new(source),
+        })?;
+        // Mitsuba turns OBJ's `v` over on reading unless told not to, PLY's only if told to. Here `v` points upwards,
+        // which is Mitsuba's turned over.
+        let flipped = properties.boolean("flip_tex_coords")?.unwrap_or(kind == "obj");
+        if !flipped {
+            for uv in &mut mesh.uvs {
+                uv.y = 1.0 - uv.y;
+            }
+        }
+        if properties.boolean("face_normals")?.unwrap_or(false) {
+            mesh.normals.clear();
+            place(node, &mut mesh, to_world)?;
+        } else {
+            if !mesh.normals.is_empty() && to_world.matrix3.determinant() < 0.0 {
+                self.warn(
+                    node,
+                    "`to_world` mirrors: the winding turns the surface over, and its vertex normals turn with it",
+                );
+            }
+            place(node, &mut mesh, to_world)?;
+            if mesh.normals.is_empty() {
+                // As Mitsuba: smooth unless `face_normals` says otherwise.
+                mesh.normals = angle_weighted_normals(&mesh.positions, &mesh.indices);
+            }
+        }
+        if flip {
+            turn(&mut mesh);
+        }
+        Ok(mesh)
+    }
+
+    fn sphere(
+        &mut self,
+        properties: &Properties,
+        to_world: &DAffine3,
+        flip: bool,
+        material: u32,
+    ) -> Result<SphereGeometry, ImportError> {
+        let node = properties.node;
+        let center = properties.vector("center")?.unwrap_or(DVec3::ZERO);
+        let radius = f64::from(properties.positive("radius")?.unwrap_or(1.0));
+        let m = to_world.matrix3;
+        let scale = m.x_axis.length();
+        // Columns of equal length at right angles: a similarity.
+        let gram = m.transpose() * m * (1.0 / (scale * scale)) - glam::DMat3::IDENTITY;
+        if gram.to_cols_array().iter().any(|e| !(e.abs() <= 1e-4)) {
+            return Err(
+                node.unsupported("a sphere's `to_world` must scale alike along all axes and not shear")
+            );
+        }
+        let turned = m != glam::DMat3::from_diagonal(DVec3::splat(m.x_axis.x));
+        if turned && textured(&self.description.materials[material as usize]) {
+            return Err(node.unsupported("a textured sphere cannot be rotated"));
+        }
+        let sphere = SphereGeometry {
+            center: to_world.transform_point3(center).as_vec3(),
+            radius: (radius * scale) as f32,
+            // A mirrored sphere is turned inside out.
+            flip_normals: flip != (m.determinant() < 0.0),
+        };
+        if sphere.center.is_finite() && sphere.radius.is_finite() && sphere.radius > 0.0 {
+            Ok(sphere)
+        } else {
+            Err(node.malformed("the sphere is out of range"))
+        }
+    }
+}
+
+fn place(node: &Node, mesh: &mut TriangleMesh, to_world: &DAffine3) -> Result<(), ImportError> {
+    move_mesh(mesh, to_world)
+        .ok_or_else(|| node.malformed("`to_world` is singular, or puts a vertex out of range"))
+}
+
+/// Whether a material varies with texture coordinates.
+fn textured(material: &Material) -> bool {
+    use crate::{ColorTexture, FloatTexture, Roughness};
+    let color = |t: &ColorTexture| !matches!(t, ColorTexture::Constant(_));
+    let float = |t: &FloatTexture| !matches!(t, FloatTexture::Constant(_));
+    let rough = |r: &Option<Roughness>| r.as_ref().is_some_and(|r| float(&r.alpha_u) || float(&r.alpha_v));
+    match material {
+        Material::Diffuse { reflectance } | Material::Mirror { reflectance } => color(reflectance),
+        Material::Conductor {
+            roughness,
+            specular_reflectance,
+            ..
+        } => rough(roughness) || color(specular_reflectance),
+        Material::Dielectric {
+            roughness,
+            specular_reflectance,
+            specular_transmittance,
+            ..
+        } => rough(roughness) || color(specular_reflectance) || color(specular_transmittance),
+        Material::ThinDielectric {
+            specular_reflectance,
+            specular_transmittance,
+            ..
+        } => color(specular_reflectance) || color(specular_transmittance),
+        Material::Plastic {
+            diffuse_reflectance,
+            specular_reflectance,
+            roughness,
+            ..
+        } => color(diffuse_reflectance) || color(specular_reflectance) || rough(roughness),
+        Material::MetallicRoughness {
+            base_color,
+            metallic,
+            roughness,
+            transmission,
+            ..
+        } => color(base_color) || float(metallic) || float(roughness) || float(transmission),
+        Material::Blend {
+            weight,
+            first,
+            second,
+        } => float(weight) || textured(first) || textured(second),
+        Material::TwoSided { front, back } => textured(front) || back.as_deref().is_some_and(textured),
+    }
+}

@@ -1,0 +1,142 @@
+//! Textures and texture-valued properties.
+
+use super::Importer;
+use super::properties::Properties;
+use super::values;
+use crate::import::error::ImportError;
+use crate::import::image::{Encoding, read_image};
+use crate::import::xml::Node;
+use crate::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Rgb, Wrap};
+use glam::{Affine2, DAffine3, Vec2};
+use std::sync::Arc;
+
+impl Importer<'_> {
+    /// The image in a file, read once.
+    pub(super) fn image(
+        &mut self,
+        node: &Node,
+        file: &str,
+        encoding: Encoding,
+    ) -> Result<Arc<Image>, ImportError> {
+        let key = (node.resolve(file), encoding);
+        if let Some(image) = self.images.get(&key) {
+            return Ok(image.clone());
+        }
+        let image = read_image(&key.0, encoding).map_err(|source| ImportError::Referenced {
+            location: node.location(),
+            source: Box::new(source),
+        })?;
+        let image = Arc::new(image);
+        self.images.insert(key, image.clone());
+        Ok(image)
+    }
+
+    /// A colour that may vary, `default` where the property is missing.
+    pub(super) fn color_texture(
+        &mut self,
+        properties: &Properties,
+        name: &str,
+        default: f32,
+    ) -> Result<ColorTexture, ImportError> {
+        let Some(node) = properties.get(name) else {
+            return Ok(ColorTexture::Constant(Rgb::splat(default)));
+        };
+        match node.tag.as_str() {
+            "rgb" | "spectrum" | "float" => Ok(ColorTexture::Constant(
+                properties.color(name)?.unwrap_or(Rgb::splat(default)),
+            )),
+            "texture" => self.texture(node),
+            "ref" => {
+                let target = self.target(node, "texture")?;
+                self.texture(target)
+            }
+            tag => Err(node.malformed(format!("`{name}` is <{tag}>, expected a colour or a texture"))),
+        }
+    }
+
+    /// A number that may vary. A texture gives its luminance, as in Mitsuba.
+    pub(super) fn float_texture(
+        &mut self,
+        properties: &Properties,
+        name: &str,
+    ) -> Result<Option<FloatTexture>, ImportError> {
+        let Some(node) = properties.get(name) else {
+            return Ok(None);
+        };
+        let texture = match node.tag.as_str() {
+            "float" | "integer" => {
+                let value = values::float(node, node.require("value")?)?;
+                return Ok(Some(FloatTexture::Constant(value)));
+            }
+            "texture" => self.texture(node)?,
+            "ref" => {
+                let target = self.target(node, "texture")?;
+                self.texture(target)?
+            }
+            tag => return Err(node.malformed(format!("`{name}` is <{tag}>, expected a number or a texture"))),
+        };
+        match texture {
+            ColorTexture::Image(image) => Ok(Some(FloatTexture::Image(image, Channel::Luminance))),
+            ColorTexture::Constant(_) | ColorTexture::Checkerboard(_) => {
+                Err(node.unsupported(format!("`{name}` can be a number or a `bitmap` texture only")))
+            }
+        }
+    }
+
+    fn texture(&mut self, node: &Node) -> Result<ColorTexture, ImportError> {
+        let properties = Properties::new(node)?;
+        let texture = match properties.kind()? {
+            "bitmap" => {
+                let file = properties
+                    .string("filename")?
+                    .ok_or_else(|| node.malformed("`filename` is missing"))?;
+                // Storage and acceleration, not values.
+                properties.ignore(&["format", "accel"]);
+                let encoding = match properties.boolean("raw")? {
+                    Some(true) => Encoding::Linear,
+                    _ => Encoding::Srgb,
+                };
+                let filter = match properties.string("filter_type")?.unwrap_or("bilinear") {
+                    "bilinear" => Filter::Bilinear,
+                    "nearest" => Filter::Nearest,
+                    other => return Err(node.unsupported(format!("unknown `filter_type` `{other}`"))),
+                };
+                let wrap = match properties.string("wrap_mode")?.unwrap_or("repeat") {
+                    "repeat" => Wrap::Repeat,
+                    "mirror" => Wrap::Mirror,
+                    "clamp" => Wrap::Clamp,
+                    other => return Err(node.unsupported(format!("unknown `wrap_mode` `{other}`"))),
+                };
+                ColorTexture::Image(ImageTexture {
+                    image: self.image(node, file, encoding)?,
+                    to_uv: to_uv(&properties)?,
+                    filter,
+                    wrap,
+                    scale: Rgb::ONE,
+                })
+            }
+            "checkerboard" => ColorTexture::Checkerboard(Checkerboard {
+                color0: properties.color("color0")?.unwrap_or(Rgb::splat(0.4)),
+                color1: properties.color("color1")?.unwrap_or(Rgb::splat(0.2)),
+                to_uv: to_uv(&properties)?,
+            }),
+            kind => return Err(node.unsupported(format!("the texture `{kind}` is not supported"))),
+        };
+        properties.finish()?;
+        Ok(texture)
+    }
+}
+
+/// The upper left 2 × 2 block and the shift in x and y of `to_uv`: Mitsuba leaves out the third row and column.
+fn to_uv(properties: &Properties) -> Result<Affine2, ImportError> {
+    let map = properties
+        .transform("to_uv")?
+        .unwrap_or(DAffine3::IDENTITY)
+        .as_affine3a();
+    let (x, y) = (map.matrix3.x_axis, map.matrix3.y_axis);
+    Ok(Affine2::from_cols(
+        Vec2::new(x.x, x.y),
+        Vec2::new(y.x, y.y),
+        Vec2::new(map.translation.x, map.translation.y),
+    ))
+}

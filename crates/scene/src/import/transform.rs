@@ -1,0 +1,54 @@
+//! Affine maps in `f64` and what they do to meshes.
+
+use crate::TriangleMesh;
+use crate::builtin::turn;
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+/// Moves a mesh by `map`, in `f64` with one rounding a coordinate. Normals move by the inverse transpose; where `map`
+/// mirrors they are negated, so that they stay on the side that the winding calls the front. `None` if `map` is
+/// singular or a vertex leaves the range of `f32`.
+pub(crate) fn move_mesh(mesh: &mut TriangleMesh, map: &DAffine3) -> Option<()> {
+    if *map == DAffine3::IDENTITY {
+        return Some(());
+    }
+    let determinant = map.matrix3.determinant();
+    if determinant == 0.0 || !determinant.is_finite() {
+        return None;
+    }
+    for position in &mut mesh.positions {
+        *position = map.transform_point3(position.as_dvec3()).as_vec3();
+        if !position.is_finite() {
+            return None;
+        }
+    }
+    let cofactors = normal_map(map);
+    for normal in &mut mesh.normals {
+        *normal = (cofactors * normal.as_dvec3()).try_normalize()?.as_vec3();
+    }
+    Some(())
+}
+
+/// Cofactor matrix `det(M) M⁻ᵀ`: maps normals, and turns them where `M` mirrors, as `M a × M b` does.
+pub(crate) fn normal_map(map: &DAffine3) -> DMat3 {
+    let [a, b, c] = map.matrix3.to_cols_array_2d().map(DVec3::from_array);
+    DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b))
+}
+
+/// Reverses the winding if the first triangle of `mesh` faces away from `front`.
+pub(crate) fn face_towards(mesh: &mut TriangleMesh, front: Vec3) {
+    if let Some(triangle) = mesh.indices.first() {
+        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+        if (b - a).cross(c - a).dot(front) < 0.0 {
+            turn(mesh);
+        }
+    }
+}
+
+/// Camera or light frame looking from `origin` to `target`: columns left, up, forward, as Mitsuba's `lookat`. `None` if
+/// the points coincide or `up` is parallel to the view.
+pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
+    let forward = (target - origin).try_normalize()?;
+    let left = up.cross(forward).try_normalize()?;
+    let map = DAffine3::from_mat3_translation(DMat3::from_cols(left, forward.cross(left), forward), origin);
+    map.is_finite().then_some(map)
+}
