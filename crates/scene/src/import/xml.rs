@@ -46,9 +46,14 @@ impl Node {
         ImportError::unsupported(self.location(), message)
     }
 
-    /// A path in an attribute or property of this element: relative ones start at the folder of its file.
+    /// A path in an attribute or property of this element. A relative one starts at the folder of the element's file
+    /// or, if nothing is there, at the current directory, as in Mitsuba.
     pub(crate) fn resolve(&self, name: &str) -> PathBuf {
-        self.file.parent().unwrap_or(Path::new("")).join(name)
+        let beside = self.file.parent().unwrap_or(Path::new("")).join(name);
+        if !beside.exists() && Path::new(name).exists() {
+            return PathBuf::from(name);
+        }
+        beside
     }
 }
 
