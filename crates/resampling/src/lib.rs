@@ -13,7 +13,6 @@ mod domain;
 mod merge;
 mod mis;
 mod real;
-mod record;
 mod reservoir;
 mod ris;
 mod selection;
@@ -25,14 +24,13 @@ pub use domain::{
     BrokenLaw, Domain, IdentityShift, Jacobian, Pulled, ShiftMapping, Shifted, Undefined, round_trip,
 };
 pub use merge::{
-    Contribution, DomainReservoir, Evaluations, Exchange, Input, MergeError, MergeReport, Merged,
-    PairwiseStream, UndefinedShifts, integrate, merge, merge_and_integrate,
+    DomainReservoir, Evaluations, Exchange, Input, MergeError, MergeReport, Merged, PairwiseStream,
+    UndefinedShifts, integrate, merge, merge_and_integrate,
 };
 pub use mis::{Mis, MisError, Pairwise, Technique};
 pub use real::Real;
-pub use record::{ReservoirRecord, SelectionRecord, TAG_EMPTY, TAG_SAMPLE};
 pub use reservoir::Reservoir;
 pub use ris::{MixtureRis, Ris, RisMany, balance_over_techniques};
-pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplacement};
+pub use selection::{Selection, Selections};
 pub use space::{Counting, Given, Joint, Space};
 pub use weight::{ConditionallyIndependent, ContributionWeight, Tractable, WeightError};

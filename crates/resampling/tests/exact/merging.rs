@@ -254,14 +254,11 @@ fn the_sum_form_is_the_mean_of_the_selections() {
             ];
             let mut sum = vec![0.0; 5];
             if summed {
-                integrate(&HERE, &SHIFT, &inputs, mis, |part| {
-                    sum[*part.sample] += part.weight
-                })
-                .unwrap();
+                integrate(&HERE, &SHIFT, &inputs, mis, |&y, weight| sum[y] += weight).unwrap();
             } else {
                 let mut choose = Enumerate(chooser);
-                let merged = merge_and_integrate(&HERE, &SHIFT, &inputs, mis, &mut choose, |part| {
-                    sum[*part.sample] += part.weight
+                let merged = merge_and_integrate(&HERE, &SHIFT, &inputs, mis, &mut choose, |&y, weight| {
+                    sum[y] += weight;
                 })
                 .unwrap();
                 sum.extend(HERE.indicators(&merged.reservoir));

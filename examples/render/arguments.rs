@@ -1,0 +1,139 @@
+//! The command line.
+
+use crate::failure::one_line;
+use clap::error::ErrorKind;
+use clap::{Parser, ValueEnum};
+use lightshed::integrator::MAX_THREADS;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Renders a scene and compares the image with a reference.
+#[derive(Debug, Parser)]
+#[command(name = "render")]
+pub struct Arguments {
+    /// A built-in scene or a file: Mitsuba 3 (.xml) or glTF 2.0 (.gltf, .glb).
+    #[arg(default_value = "cornell")]
+    pub scene: String,
+
+    /// How light is found.
+    #[arg(long, value_enum, default_value_t = Method::Path)]
+    pub method: Method,
+
+    /// Samples in every pixel; the scene's own number if neither this nor --seconds is given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
+    pub spp: Option<u32>,
+
+    /// Wall time to render for instead of a number of samples.
+    #[arg(long, value_name = "S", value_parser = positive_seconds)]
+    pub seconds: Option<f64>,
+
+    /// Image size instead of the scene's own; the horizontal field of view stays.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Images of different seeds are independent.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+
+    /// Longest path in edges instead of the scene's own: 1 shows emitters only, 2 direct light.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_depth: Option<u32>,
+
+    /// Number of threads, 0 for one on every processor; the image does not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=MAX_THREADS as i64))]
+    pub threads: u32,
+
+    /// Image to write, .exr (linear) or .png (sRGB) [default: out/<scene>.png]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Brightens a PNG by this many stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
+    pub exposure: f32,
+
+    /// OpenEXR image of the same size to compare with.
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+
+    /// Prints one JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Sets a parameter ($key) of a Mitsuba scene.
+    #[arg(long = "define", value_name = "KEY=VALUE", value_parser = definition)]
+    pub defines: Vec<(String, String)>,
+}
+
+/// How light is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Path tracing with next-event estimation and multiple importance sampling.
+    Path,
+    /// Direct light only.
+    Direct,
+}
+
+impl Method {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Direct => "direct",
+        }
+    }
+}
+
+/// Parses the command line. In the other case what there is to say has been said and the program ends.
+pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments, ExitCode> {
+    Arguments::try_parse_from(arguments).map_err(|error| match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // A closed pipe is nothing to complain about.
+            error.print().ok();
+            ExitCode::SUCCESS
+        }
+        _ => {
+            // The message ends where the usage begins.
+            let text = error.to_string();
+            let message = text.split("\n\nUsage:").next().unwrap_or_default();
+            eprintln!(
+                "{}",
+                one_line(message.split("\n\nFor more").next().unwrap_or_default())
+            );
+            ExitCode::from(2)
+        }
+    })
+}
+
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    let sound = seconds > 0.0 && seconds.is_finite();
+    sound
+        .then_some(seconds)
+        .ok_or_else(|| "not a positive time".to_owned())
+}
+
+fn stops(text: &str) -> Result<f32, String> {
+    let stops: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    (stops.abs() <= 64.0)
+        .then_some(stops)
+        .ok_or_else(|| "not between -64 and 64 stops".to_owned())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text
+        .split_once(['x', 'X'])
+        .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some([width, height]) if width > 0 && height > 0 => Ok([width, height]),
+        Some(_) => Err("an image needs at least one pixel".to_owned()),
+        None => Err("not of the form 640x480".to_owned()),
+    }
+}
+
+fn definition(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.is_empty() => Ok((key.to_owned(), value.to_owned())),
+        _ => Err("not of the form key=value".to_owned()),
+    }
+}

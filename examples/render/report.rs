@@ -1,0 +1,126 @@
+//! What a rendering gave, as text or as one JSON object.
+
+use lightshed::integrator::{ImageComparison, RenderOutcome};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// All figures of a finished rendering.
+pub struct Report {
+    /// Name or path of the scene.
+    pub scene: String,
+    /// Name of the method.
+    pub method: &'static str,
+    /// Longest path in edges; `None` without a limit.
+    pub max_depth: Option<u32>,
+    /// The seed.
+    pub seed: u64,
+    /// Number of threads asked for; 0 is one for every processor.
+    pub threads: usize,
+    /// Seconds that reading the scene and building its structures took.
+    pub setup_seconds: f64,
+    /// What the importer had to say.
+    pub warnings: Vec<String>,
+    /// Film, samples and times.
+    pub outcome: RenderOutcome,
+    /// Mean of the image.
+    pub mean: [f64; 3],
+    /// Where the image is; `None` if there was nothing to write.
+    pub output: Option<PathBuf>,
+    /// The reference and how far from it the image is.
+    pub comparison: Option<(PathBuf, ImageComparison)>,
+}
+
+impl Report {
+    /// Paths traced.
+    fn paths(&self) -> f64 {
+        let film = &self.outcome.film;
+        (film.samples() + film.non_finite()) as f64
+    }
+
+    /// One JSON object. Figures that are not defined are `null`.
+    pub fn json(&self) -> Value {
+        let outcome = &self.outcome;
+        let comparison = self.comparison.as_ref().map(|(path, comparison)| {
+            json!({
+                "path": path,
+                "mse": comparison.mse,
+                "relative_mse": comparison.relative_mse,
+                "mape": comparison.mape,
+                "ssim": comparison.ssim,
+                "flip": comparison.flip,
+                "relative_mean": comparison.relative_mean,
+            })
+        });
+        json!({
+            "scene": self.scene,
+            "method": self.method,
+            "width": outcome.film.width(),
+            "height": outcome.film.height(),
+            "spp": outcome.samples_per_pixel,
+            "max_depth": self.max_depth,
+            "seed": self.seed,
+            "threads": self.threads,
+            "setup_seconds": self.setup_seconds,
+            "seconds": outcome.seconds,
+            "cpu_seconds": outcome.cpu_seconds,
+            "paths_per_second": rate(self.paths(), outcome.seconds),
+            "paths_per_cpu_second": outcome.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
+            "mean_rgb": self.mean,
+            "non_finite_samples": outcome.film.non_finite(),
+            "interrupted": outcome.interrupted,
+            "warnings": self.warnings,
+            "output": self.output,
+            "reference": comparison,
+        })
+    }
+
+    /// A few lines for a reader.
+    pub fn text(&self) -> String {
+        let outcome = &self.outcome;
+        let (width, height) = (outcome.film.width(), outcome.film.height());
+        let spp = outcome.samples_per_pixel;
+        let mut text = format!(
+            "{}: {width}x{height} pixels, {spp} samples each, {}",
+            self.scene, self.method
+        );
+        text += &format!("\n{:.2} s", outcome.seconds);
+        if let Some(cpu) = outcome.cpu_seconds {
+            text += &format!(" ({cpu:.2} CPU-seconds)");
+        }
+        if let Some(rate) = rate(self.paths(), outcome.seconds) {
+            text += &format!(", {:.3} million paths a second", rate * 1e-6);
+        }
+        let [r, g, b] = self.mean;
+        text += &format!("\nmean {r:.5} {g:.5} {b:.5}");
+        if let Some((path, comparison)) = &self.comparison {
+            text += &format!("\nagainst {}:", path.display());
+            text += &format!(
+                " MSE {:.4e}, relative MSE {:.4e}",
+                comparison.mse, comparison.relative_mse
+            );
+            for (name, value) in [
+                ("MAPE", comparison.mape),
+                ("SSIM", comparison.ssim),
+                ("FLIP", comparison.flip),
+            ] {
+                if let Some(value) = value {
+                    text += &format!(", {name} {value:.4}");
+                }
+            }
+            let deviations = comparison.relative_mean.map(|deviation| match deviation {
+                Some(deviation) => format!("{:+.3} %", 100.0 * deviation),
+                None => "undefined".to_owned(),
+            });
+            text += &format!(", mean {}", deviations.join(" "));
+        }
+        if let Some(output) = &self.output {
+            text += &format!("\nwrote {}", output.display());
+        }
+        text
+    }
+}
+
+/// Paths in a time; `None` in no measurable one.
+fn rate(paths: f64, seconds: f64) -> Option<f64> {
+    (seconds > 0.0).then(|| paths / seconds)
+}

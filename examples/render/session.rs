@@ -1,0 +1,207 @@
+//! From arguments to a written image: everything that can be checked is, then the rendering, then the figures.
+
+use crate::arguments::{Arguments, Method};
+use crate::failure::{Failure, one_line};
+use crate::progress::Bar;
+use crate::report::Report;
+use lightshed::integrator::{
+    Budget, Film, ImageComparison, OutputTarget, PathTracer, RenderOptions, RgbImage, read_exr, render,
+};
+use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Exit status after an interruption, as shells report a process ended by SIGINT.
+const INTERRUPTED: u8 = 130;
+
+/// Longest path, in edges, of direct light: camera, surface, emitter.
+const DIRECT_DEPTH: u32 = 2;
+
+/// Does what the command line asks.
+pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    // The cheap checks come before a large scene is read.
+    let target = arguments.out.as_ref().map(OutputTarget::prepare).transpose()?;
+    let reference = arguments.reference.as_deref().map(read_reference).transpose()?;
+
+    let setup = Instant::now();
+    let (mut description, mut warnings) = describe(arguments)?;
+    let settings = &mut description.settings;
+    [settings.width, settings.height] = arguments.size.unwrap_or([settings.width, settings.height]);
+    settings.max_depth = match arguments.method {
+        Method::Path => arguments.max_depth.or(settings.max_depth),
+        Method::Direct => Some(arguments.max_depth.unwrap_or(DIRECT_DEPTH).min(DIRECT_DEPTH)),
+    };
+    let RenderSettings {
+        width,
+        height,
+        max_depth,
+        samples_per_pixel,
+        ..
+    } = *settings;
+    Film::new(width, height)?;
+    if let Some((path, image)) = &reference
+        && [image.width(), image.height()] != [width, height]
+    {
+        let (path, w, h) = (path.display(), image.width(), image.height());
+        return Err(Failure::new(format_args!(
+            "{path} has {w}x{h} pixels, the image would have {width}x{height}"
+        )));
+    }
+    let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
+    drop(description);
+    match scene.dropped_triangle_count() {
+        0 => (),
+        count => warnings.push(format!("{count} triangles of no area were left out")),
+    }
+    let target = match target {
+        Some(target) => target,
+        None => default_target(&arguments.scene)?,
+    }
+    .with_exposure(arguments.exposure);
+    let setup_seconds = setup.elapsed().as_secs_f64();
+    for warning in &warnings {
+        eprintln!("warning: {}", one_line(warning));
+    }
+
+    let budget = match arguments.seconds {
+        Some(seconds) => Budget::Seconds(seconds),
+        None => Budget::Samples(arguments.spp.unwrap_or(samples_per_pixel)),
+    };
+    let (seed, threads) = (arguments.seed, arguments.threads as usize);
+    let options = RenderOptions {
+        seed,
+        threads,
+        ..RenderOptions::new(width, height, budget)
+    };
+    let interruption = Interruption::catch()?;
+    let bar = Bar::new(budget);
+    let outcome = render(
+        &PathTracer::new(&scene),
+        &options,
+        &|progress| bar.show(progress),
+        &interruption.cancel,
+    )?;
+    bar.finish();
+    interruption.writing.store(true, Ordering::SeqCst);
+
+    let report = Report {
+        scene: arguments.scene.clone(),
+        method: arguments.method.name(),
+        max_depth,
+        seed,
+        threads,
+        setup_seconds,
+        warnings,
+        mean: outcome.film.mean_image().mean(),
+        outcome,
+        output: None,
+        comparison: None,
+    };
+    finish(report, &target, reference, arguments.json)
+}
+
+/// Writes the image, compares it and prints the figures.
+fn finish(
+    mut report: Report,
+    target: &OutputTarget,
+    reference: Option<(PathBuf, RgbImage)>,
+    json: bool,
+) -> Result<ExitCode, Failure> {
+    let image = report.outcome.film.mean_image();
+    if report.outcome.samples_per_pixel > 0 {
+        target.write(&image)?;
+        report.output = Some(target.path().to_owned());
+        report.comparison = match reference {
+            Some((path, reference)) => Some((path, ImageComparison::new(&image, &reference)?)),
+            None => None,
+        };
+    }
+    let non_finite = report.outcome.film.non_finite();
+    if non_finite > 0 {
+        eprintln!("warning: {non_finite} samples were not finite and were left out");
+    }
+    if json {
+        println!("{}", report.json());
+    } else {
+        println!("{}", report.text());
+    }
+    if !report.outcome.interrupted {
+        return Ok(ExitCode::SUCCESS);
+    }
+    match &report.output {
+        Some(path) => eprintln!("interrupted; {} holds the passes done so far", path.display()),
+        None => eprintln!("interrupted before the first pass was done; nothing was written"),
+    }
+    Ok(ExitCode::from(INTERRUPTED))
+}
+
+/// The scene's description and what its importer had to say.
+fn describe(arguments: &Arguments) -> Result<(SceneDescription, Vec<String>), Failure> {
+    let name = arguments.scene.as_str();
+    if let Some(description) = builtin::by_name(name) {
+        return match arguments.defines.first() {
+            Some((key, _)) => Err(Failure::new(format_args!(
+                "the built-in scene {name} has no parameter {key}"
+            ))),
+            None => Ok((description, Vec::new())),
+        };
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let known = builtin::NAMES.join(", ");
+        return Err(Failure::new(format_args!(
+            "{name} is no file and no built-in scene ({known})"
+        )));
+    }
+    let loaded = import::load(path, &arguments.defines)?;
+    Ok((
+        loaded.description,
+        loaded.warnings.iter().map(ToString::to_string).collect(),
+    ))
+}
+
+fn read_reference(path: &Path) -> Result<(PathBuf, RgbImage), Failure> {
+    match read_exr(path) {
+        Ok(image) => Ok((path.to_owned(), image)),
+        Err(error) => Err(Failure::because(path.display(), &error)),
+    }
+}
+
+/// `out/<scene>.png`, in a folder made if need be.
+fn default_target(scene: &str) -> Result<OutputTarget, Failure> {
+    let folder = Path::new("out");
+    std::fs::create_dir_all(folder).map_err(|e| Failure::because("cannot make the folder out", &e))?;
+    let mut name = Path::new(scene)
+        .file_stem()
+        .unwrap_or("image".as_ref())
+        .to_owned();
+    name.push(".png");
+    Ok(OutputTarget::prepare(folder.join(name))?)
+}
+
+/// What interruptions do: the first cancels the rendering, the second ends the program, and none ends it while the image
+/// is being written. Before [`Interruption::catch`] the first ends the program.
+struct Interruption {
+    cancel: AtomicBool,
+    writing: AtomicBool,
+}
+
+impl Interruption {
+    fn catch() -> Result<Arc<Self>, Failure> {
+        let interruption = Arc::new(Self {
+            cancel: AtomicBool::new(false),
+            writing: AtomicBool::new(false),
+        });
+        let caught = Arc::clone(&interruption);
+        ctrlc::set_handler(move || {
+            let again = caught.cancel.swap(true, Ordering::SeqCst);
+            if again && !caught.writing.load(Ordering::SeqCst) {
+                std::process::exit(i32::from(INTERRUPTED));
+            }
+        })?;
+        Ok(interruption)
+    }
+}
