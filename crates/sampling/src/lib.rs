@@ -24,7 +24,7 @@ pub use uniform::{
     Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from_u32, f64_from_u64, remap, u32_from_f32,
 };
 pub use warp::{
-    Beckmann, ConcentricDisk, CosineHemisphere, Ggx, MicrofacetDistribution, PolarDisk, UniformHemisphere,
-    sin_cos_turns,
+    Beckmann, ConcentricDisk, CosineHemisphere, FreeFlight, Ggx, MicrofacetDistribution, PolarDisk, Tent,
+    UniformCone, UniformHemisphere, UniformSphere, UniformTriangle, VonMisesFisher, sin_cos_turns,
 };
 pub use weights::WeightsError;

@@ -1,23 +1,28 @@
-//! Warps: maps from uniforms in the unit square to points and directions of a known density.
-//!
-//! Every warp is a type with three operations: `sample` maps explicit uniforms `u` in [0, 1)² to a point,
-//! `density` is its density `p` in the measure that the return type names, and `invert` maps a point back to its `u`
-//! (so that a path can be expressed in primary sample space, whatever technique produced it). They satisfy
-//! `p(sample(u)) · |∂sample/∂u| = 1`.
-
 mod beckmann;
+mod cone;
 mod disk;
 mod erf;
+mod exponential;
 mod ggx;
 mod hemisphere;
 mod microfacet;
 #[cfg(test)]
 mod properties;
+mod sphere;
+mod tent;
+mod triangle;
 mod turn;
+mod vmf;
 
 pub use beckmann::Beckmann;
+pub use cone::UniformCone;
 pub use disk::{ConcentricDisk, PolarDisk};
+pub use exponential::FreeFlight;
 pub use ggx::Ggx;
 pub use hemisphere::{CosineHemisphere, UniformHemisphere};
 pub use microfacet::MicrofacetDistribution;
+pub use sphere::UniformSphere;
+pub use tent::Tent;
+pub use triangle::UniformTriangle;
 pub use turn::sin_cos_turns;
+pub use vmf::VonMisesFisher;
