@@ -17,23 +17,35 @@ use crate::accel::{Hit, Ray};
 const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 /// What the tests need of a ray, in all lanes.
+/// What the tests need of a ray, in all lanes.
+///
+/// No closures and no iterator adaptors from here on: they are functions of their own, which the compiler does not
+/// inline into a caller with other instructions than the crate's, and a call for every operation is the end of speed.
 #[derive(Clone, Copy)]
 struct RayLanes<L> {
     origin: [L; 3],
     inverse_direction: [L; 3],
-    /// Row of the node's bounds in which the ray enters (the other is three rows off).
+    /// Row of the node's bounds in which the ray enters, and in which it leaves, along each axis.
     near_row: [usize; 3],
+    far_row: [usize; 3],
     /// Axes permuted so that the last is the one along which the direction is longest.
     axes: [usize; 3],
     /// Shear `d[kx] / d[kz]`, `d[ky] / d[kz]`, and `1 / d[kz]`.
     shear: [L; 3],
 }
 
+/// A triangle's corner relative to the ray, sheared so that the ray runs along the last axis.
+struct Sheared<L> {
+    x: L,
+    y: L,
+    z: L,
+}
+
 impl<L: Lanes> RayLanes<L> {
     #[inline(always)]
     fn new(ray: &Ray) -> Self {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let magnitude = d.map(f32::abs);
+        let magnitude = [d[0].abs(), d[1].abs(), d[2].abs()];
         let kz = if magnitude[0] > magnitude[1] {
             if magnitude[0] > magnitude[2] { 0 } else { 2 }
         } else if magnitude[1] > magnitude[2] {
@@ -44,17 +56,18 @@ impl<L: Lanes> RayLanes<L> {
         const NEXT: [usize; 3] = [1, 2, 0];
         let kx = NEXT[kz];
         let ky = NEXT[kx];
-        let inverse_z = 1.0 / d[kz];
+        let inverse = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
+        let inverse_z = inverse[kz];
+        let backwards = [
+            3 * usize::from(d[0].is_sign_negative()),
+            3 * usize::from(d[1].is_sign_negative()),
+            3 * usize::from(d[2].is_sign_negative()),
+        ];
         Self {
-            origin: o.map(L::splat),
-            inverse_direction: d.map(|d| L::splat(1.0 / d)),
-            near_row: [0, 1, 2].map(|axis| {
-                if d[axis].is_sign_negative() {
-                    axis + 3
-                } else {
-                    axis
-                }
-            }),
+            origin: [L::splat(o[0]), L::splat(o[1]), L::splat(o[2])],
+            inverse_direction: [L::splat(inverse[0]), L::splat(inverse[1]), L::splat(inverse[2])],
+            near_row: [backwards[0], 1 + backwards[1], 2 + backwards[2]],
+            far_row: [3 - backwards[0], 4 - backwards[1], 5 - backwards[2]],
             axes: [kx, ky, kz],
             shear: [
                 L::splat(d[kx] * inverse_z),
@@ -64,43 +77,50 @@ impl<L: Lanes> RayLanes<L> {
         }
     }
 
+    /// Ray parameter at which the planes of `row` along `axis` are met.
+    #[inline(always)]
+    fn slab(&self, node: &Node, axis: usize, row: usize) -> L {
+        L::load(&node.bounds[row])
+            .sub(self.origin[axis])
+            .mul(self.inverse_direction[axis])
+    }
+
     /// Where the ray enters each child's box, and in which it does before `t_max`.
     #[inline(always)]
     fn enter(&self, node: &Node, t_max: L) -> (L, u32) {
-        let slab = |axis: usize, row: usize| {
-            L::load(&node.bounds[row])
-                .sub(self.origin[axis])
-                .mul(self.inverse_direction[axis])
-        };
-        let [nx, ny, nz] = self.near_row;
-        let far = |near: usize| if near < 3 { near + 3 } else { near - 3 };
         // The argument that may be NaN comes first, see `Lanes`.
-        let near = slab(0, nx).max(slab(1, ny).max(slab(2, nz).max(L::splat(0.0))));
-        let far = slab(0, far(nx)).min(slab(1, far(ny)).min(slab(2, far(nz)).min(t_max)));
+        let near = self.slab(node, 2, self.near_row[2]).max(L::splat(0.0));
+        let near = self.slab(node, 1, self.near_row[1]).max(near);
+        let near = self.slab(node, 0, self.near_row[0]).max(near);
+        let far = self.slab(node, 2, self.far_row[2]).min(t_max);
+        let far = self.slab(node, 1, self.far_row[1]).min(far);
+        let far = self.slab(node, 0, self.far_row[0]).min(far);
         (near, near.less_equal(far.mul(L::splat(FAR_WIDENING))))
+    }
+
+    #[inline(always)]
+    fn corner(&self, corner: &[[f32; 8]; 3]) -> Sheared<L> {
+        let [kx, ky, kz] = self.axes;
+        let z = L::load(&corner[kz]).sub(self.origin[kz]);
+        let x = L::load(&corner[kx])
+            .sub(self.origin[kx])
+            .sub(self.shear[0].mul(z));
+        let y = L::load(&corner[ky])
+            .sub(self.origin[ky])
+            .sub(self.shear[1].mul(z));
+        Sheared { x, y, z }
     }
 
     /// Ray parameter, weights of the first and second vertex, and the triangles hit within `(0, t_max)`.
     #[inline(always)]
     fn triangles(&self, block: &TriangleBlock, t_max: L) -> (L, L, L, u32) {
-        let [kx, ky, kz] = self.axes;
-        let [shear_x, shear_y, inverse_z] = self.shear;
-        let corner = |v: usize| {
-            let relative = |axis: usize| L::load(&block.vertices[v][axis]).sub(self.origin[axis]);
-            let z = relative(kz);
-            (
-                relative(kx).sub(shear_x.mul(z)),
-                relative(ky).sub(shear_y.mul(z)),
-                z,
-            )
-        };
-        let (ax, ay, az) = corner(0);
-        let (bx, by, bz) = corner(1);
-        let (cx, cy, cz) = corner(2);
+        let a = self.corner(&block.vertices[0]);
+        let b = self.corner(&block.vertices[1]);
+        let c = self.corner(&block.vertices[2]);
         // Products rounded on their own, never fused: the antisymmetry of the areas rests on it.
-        let area_a = cx.mul(by).sub(cy.mul(bx));
-        let area_b = ax.mul(cy).sub(ay.mul(cx));
-        let area_c = bx.mul(ay).sub(by.mul(ax));
+        let area_a = c.x.mul(b.y).sub(c.y.mul(b.x));
+        let area_b = a.x.mul(c.y).sub(a.y.mul(c.x));
+        let area_c = b.x.mul(a.y).sub(b.y.mul(a.x));
         let zero = L::splat(0.0);
         let least = area_a.min(area_b.min(area_c));
         let greatest = area_a.max(area_b.max(area_c));
@@ -111,8 +131,8 @@ impl<L: Lanes> RayLanes<L> {
         // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below, which no
         // comparison passes.
         let inverse_determinant = L::splat(1.0).div(area_a.add(area_b.add(area_c)));
-        let z = area_a.mul(az).add(area_b.mul(bz).add(area_c.mul(cz)));
-        let t = z.mul(inverse_z).mul(inverse_determinant);
+        let z = area_a.mul(a.z).add(area_b.mul(b.z).add(area_c.mul(c.z)));
+        let t = z.mul(self.shear[2]).mul(inverse_determinant);
         let hit = one_sign & zero.less(t) & t.less(t_max);
         (
             t,
