@@ -1,22 +1,28 @@
-//! Scenes made in code: no file is read, and each is the same bits every time.
+//! Scenes made in code: no file is read, and each is the same every time.
 
 mod cornell;
+mod furnace;
+mod many_lights;
 mod mesh;
 
 use crate::SceneDescription;
 
 pub use cornell::{cornell, cornell_glossy};
+pub use furnace::furnace;
+pub use many_lights::many_lights;
 pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
 
 /// Names that [`by_name`] knows.
-pub const NAMES: [&str; 2] = ["cornell", "cornell-glossy"];
+pub const NAMES: [&str; 4] = ["cornell", "cornell-glossy", "furnace", "many-lights"];
 
 /// The built-in scene of that name, or `None`.
 pub fn by_name(name: &str) -> Option<SceneDescription> {
     Some(match name {
         "cornell" => cornell(),
         "cornell-glossy" => cornell_glossy(),
+        "furnace" => furnace(),
+        "many-lights" => many_lights(),
         _ => return None,
     })
 }

@@ -105,10 +105,11 @@ fn import(root: &Node) -> Result<Loaded, ImportError> {
 
 impl<'a> Importer<'a> {
     fn collect_ids(&mut self, node: &'a Node) -> Result<(), ImportError> {
-        if let Some(id) = node.attribute("id").filter(|_| node.tag != "ref") {
-            if self.ids.insert(id, node).is_some() {
-                return Err(node.malformed(format!("the id `{id}` is taken")));
-            }
+        let id = node.attribute("id").filter(|_| node.tag != "ref");
+        if let Some(id) = id
+            && self.ids.insert(id, node).is_some()
+        {
+            return Err(node.malformed(format!("the id `{id}` is taken")));
         }
         node.children.iter().try_for_each(|child| self.collect_ids(child))
     }

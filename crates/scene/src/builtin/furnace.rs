@@ -1,0 +1,48 @@
+//! The white furnace.
+
+use crate::{
+    CameraDescription, ColorTexture, EmitterDescription, Geometry, Material, RenderSettings, Rgb,
+    SceneDescription, ShapeDescription, SphereGeometry,
+};
+use glam::{Affine3A, Vec3A};
+
+/// A white Lambertian sphere (albedo 1) in an environment of constant radiance 1: every pixel of a right renderer is
+/// exactly 1, whether it sees the sphere or not.
+///
+/// At a point of the sphere `∫ (ρ/π) L cosθ dω = ρ L = 1`, the convex sphere sees itself nowhere, and roulette is off
+/// (from path edge 1000), so that nothing but the sampling of the environment and the sphere is tested: with cosine
+/// sampling and no next-event estimation even single samples are 1. What is lost or gained is a wrong density, MIS
+/// weight, normalisation or self-intersection.
+pub fn furnace() -> SceneDescription {
+    SceneDescription {
+        shapes: vec![ShapeDescription {
+            name: "sphere".to_owned(),
+            geometry: Geometry::Sphere(SphereGeometry {
+                center: glam::Vec3::ZERO,
+                radius: 1.0,
+                flip_normals: false,
+            }),
+            material: 0,
+            emission: None,
+        }],
+        materials: vec![Material::Diffuse {
+            reflectance: ColorTexture::Constant(Rgb::ONE),
+        }],
+        emitters: vec![EmitterDescription::Constant { radiance: Rgb::ONE }],
+        camera: CameraDescription {
+            // From (0, 0, 4) along −Z: the sphere fills about two thirds of the width.
+            to_world: Affine3A::from_cols(-Vec3A::X, Vec3A::Y, -Vec3A::Z, Vec3A::Z * 4.0),
+            fov_x: 42.0_f32.to_radians(),
+            near_clip: 0.01,
+            far_clip: 1e4,
+            ..CameraDescription::default()
+        },
+        settings: RenderSettings {
+            width: 64,
+            height: 64,
+            samples_per_pixel: 16,
+            max_depth: None,
+            roulette_depth: 1000,
+        },
+    }
+}

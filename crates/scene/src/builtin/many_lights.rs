@@ -1,0 +1,151 @@
+//! A thousand small lights over a plane.
+
+use super::mesh::{cuboid, quad, tetrahedron};
+use crate::{
+    CameraDescription, ColorTexture, Geometry, Material, RenderSettings, Rgb, SceneDescription,
+    ShapeDescription, TriangleMesh,
+};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+
+/// Lights of [`many_lights`].
+const LIGHTS: usize = 1000;
+
+/// A grey plane of 20 × 20 with 40 thin walls standing on it, under 1,000 emissive tetrahedra (4,000 emissive
+/// triangles) whose radiance is spread log-uniformly over 2…200.
+///
+/// Walls are 0.1 thick, 0.6–1.6 long and 0.3–1 high at random places and angles. Lights have a circumradius of
+/// 0.04–0.06 and lie at heights of 0.2–2.5, clear of the plane; some touch a wall. They are black besides. The random
+/// figures come from a fixed sequence: the scene is the same everywhere, but for the last bit of a platform's sine and
+/// power. 256 × 256 pixels, direct light
+/// only (`max_depth` 2).
+pub fn many_lights() -> SceneDescription {
+    let mut draw = Sequence(0x6c69_6768_7473_6864);
+    let mut shapes = Vec::with_capacity(LIGHTS + 41);
+    let mut add = |name: String, mesh: TriangleMesh, material, emission| {
+        shapes.push(ShapeDescription {
+            name,
+            geometry: Geometry::Mesh(mesh),
+            material,
+            emission,
+        });
+    };
+    let floor = [
+        Vec3::new(-10.0, 0.0, 10.0),
+        Vec3::new(10.0, 0.0, 10.0),
+        Vec3::new(10.0, 0.0, -10.0),
+        Vec3::new(-10.0, 0.0, -10.0),
+    ];
+    add("floor".to_owned(), quad(floor), 0, None);
+    for i in 0..40 {
+        let angle = draw.between(0.0, std::f32::consts::TAU);
+        let half_height = 0.5 * draw.between(0.3, 1.0);
+        let half_extent = Vec3::new(0.5 * draw.between(0.6, 1.6), half_height, 0.05);
+        let center = Vec3::new(draw.between(-9.0, 9.0), half_height, draw.between(-9.0, 9.0));
+        let to_world = Affine3A::from_translation(center)
+            * Affine3A::from_rotation_y(angle)
+            * Affine3A::from_scale(half_extent);
+        add(format!("wall {i}"), cuboid(to_world), 0, None);
+    }
+    for i in 0..LIGHTS {
+        let center = Vec3::new(
+            draw.between(-9.5, 9.5),
+            draw.between(0.2, 2.5),
+            draw.between(-9.5, 9.5),
+        );
+        let mesh = tetrahedron(center, draw.between(0.04, 0.06));
+        let radiance = 2.0 * 100.0_f32.powf(draw.between(0.0, 1.0));
+        add(format!("light {i}"), mesh, 1, Some(Rgb::splat(radiance)));
+    }
+    let grey = |albedo| Material::Diffuse {
+        reflectance: ColorTexture::Constant(Rgb::splat(albedo)),
+    };
+    // From (0, 9, 15) towards (0, 0, 1).
+    let forward = Vec3A::new(0.0, -9.0, -14.0).normalize();
+    let left = Vec3A::Y.cross(forward).normalize();
+    SceneDescription {
+        shapes,
+        materials: vec![grey(0.5), grey(0.0)],
+        emitters: Vec::new(),
+        camera: CameraDescription {
+            to_world: Affine3A::from_mat3_translation(
+                Mat3A::from_cols(left, forward.cross(left), forward).into(),
+                Vec3::new(0.0, 9.0, 15.0),
+            ),
+            fov_x: 60.0_f32.to_radians(),
+            near_clip: 0.01,
+            far_clip: 1e4,
+            ..CameraDescription::default()
+        },
+        settings: RenderSettings {
+            width: 256,
+            height: 256,
+            samples_per_pixel: 64,
+            max_depth: Some(2),
+            roulette_depth: 1000,
+        },
+    }
+}
+
+/// The SplitMix64 sequence (Steele, Lea and Flood 2014): a scene must never change with a generator meant for sampling.
+struct Sequence(u64);
+
+impl Sequence {
+    fn between(&mut self, low: f32, high: f32) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        let unit = (z >> 40) as f32 / (1_u32 << 24) as f32;
+        low + (high - low) * unit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin::signed_volume;
+
+    #[test]
+    fn lights_and_walls_are_as_described() {
+        let scene = many_lights();
+        let lights: Vec<_> = scene
+            .shapes
+            .iter()
+            .filter_map(|s| s.emission.map(|e| (s, e.x)))
+            .collect();
+        assert_eq!((lights.len(), scene.shapes.len()), (1000, 1041));
+        assert!(
+            lights
+                .iter()
+                .all(|&(_, radiance)| (2.0..=200.0).contains(&radiance))
+        );
+        // Log-uniform: the middle of the scale, 20, halves the lights. 500 ± 16 (one standard deviation).
+        let dim = lights.iter().filter(|&&(_, radiance)| radiance < 20.0).count();
+        assert!((420..580).contains(&dim), "{dim}");
+        for shape in &scene.shapes[1..] {
+            let Geometry::Mesh(mesh) = &shape.geometry else {
+                panic!("{} is no mesh", shape.name)
+            };
+            assert!(signed_volume(mesh) > 0.0, "{}", shape.name);
+            assert!(
+                mesh.positions
+                    .iter()
+                    .all(|p| p.y >= 0.0 && p.x.abs() < 10.0 && p.z.abs() < 10.0)
+            );
+        }
+    }
+
+    #[test]
+    fn the_scene_never_changes() {
+        let scene = many_lights();
+        let Geometry::Mesh(last) = &scene.shapes[1040].geometry else {
+            panic!("a mesh")
+        };
+        let first_word = Sequence(0).between(0.0, 1.0);
+        // The first output of SplitMix64 from 0 is e220a8397b1dcdaf.
+        assert_eq!(first_word, (0xe2_20a8_u32 as f32) / 16_777_216.0);
+        assert_eq!(last.positions.len(), 4);
+        assert_eq!(many_lights().shapes[1040].emission, scene.shapes[1040].emission);
+    }
+}
