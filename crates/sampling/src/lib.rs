@@ -24,7 +24,9 @@ pub use uniform::{
     Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from_u32, f64_from_u64, remap, u32_from_f32,
 };
 pub use warp::{
-    Beckmann, ConcentricDisk, CosineHemisphere, FreeFlight, Ggx, MicrofacetDistribution, PolarDisk, Tent,
+    Beckmann, ConcentricDisk, CosineHemisphere, FreeFlight, Ggx, MicrofacetDistribution, PolarDisk,
+    SphericalRectangle, SphericalRectangleSample, SphericalTriangle, SphericalTriangleSample, Tent,
     UniformCone, UniformHemisphere, UniformSphere, UniformTriangle, VonMisesFisher, sin_cos_turns,
+    triangle_solid_angle,
 };
 pub use weights::WeightsError;

@@ -3,6 +3,7 @@
 //! `p_ω = 1 / (2π (1 − cos θ_max))` for directions within `θ_max` of z. Everything is in terms of `1 − cos θ`: for narrow
 //! cones `cos θ` itself has no digits left in `f32` (below 3·10⁻⁴ radians it rounds to one).
 
+use super::clamp_or_low;
 use super::turn::{sin_cos_turns, turns_of};
 use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
 use core::f32::consts::TAU;
@@ -22,7 +23,7 @@ impl UniformCone {
     #[inline(always)]
     pub fn from_one_minus_cos(one_minus_cos_theta_max: f32) -> Self {
         Self {
-            one_minus_cos_theta_max: one_minus_cos_theta_max.max(MIN_ONE_MINUS_COS).min(2.0),
+            one_minus_cos_theta_max: clamp_or_low(one_minus_cos_theta_max, MIN_ONE_MINUS_COS, 2.0),
         }
     }
 

@@ -10,6 +10,7 @@
 //! Reflection about a visible normal maps solid angle by `dω_i = 4 |ω·m| dm`, so the reflected direction has density
 //! `D_ω(m) / (4 |ω·m|)`.
 
+use super::clamp_or_low;
 use crate::{Density, SolidAngle};
 use glam::Vec3;
 
@@ -51,7 +52,7 @@ pub(crate) const MAX_ALPHA: f32 = 1e3;
 /// Roughness in the range that the distributions keep finite; NaN becomes the smallest.
 #[inline(always)]
 pub(crate) fn clamp_alpha(alpha: f32) -> f32 {
-    alpha.max(MIN_ALPHA).min(MAX_ALPHA)
+    clamp_or_low(alpha, MIN_ALPHA, MAX_ALPHA)
 }
 
 #[cfg(test)]

@@ -8,7 +8,10 @@ mod hemisphere;
 mod microfacet;
 #[cfg(test)]
 mod properties;
+mod solid_angle;
 mod sphere;
+mod spherical_rectangle;
+mod spherical_triangle;
 mod tent;
 mod triangle;
 mod turn;
@@ -21,8 +24,17 @@ pub use exponential::FreeFlight;
 pub use ggx::Ggx;
 pub use hemisphere::{CosineHemisphere, UniformHemisphere};
 pub use microfacet::MicrofacetDistribution;
+pub use solid_angle::triangle_solid_angle;
 pub use sphere::UniformSphere;
+pub use spherical_rectangle::{SphericalRectangle, SphericalRectangleSample};
+pub use spherical_triangle::{SphericalTriangle, SphericalTriangleSample};
 pub use tent::Tent;
 pub use triangle::UniformTriangle;
 pub use turn::sin_cos_turns;
 pub use vmf::VonMisesFisher;
+
+/// `x` within [low, high]; NaN becomes `low`, where `clamp` would let it through.
+#[inline(always)]
+fn clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    x.max(low).min(high)
+}

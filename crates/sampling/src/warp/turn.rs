@@ -1,5 +1,8 @@
 //! Sine and cosine of a fraction of a full turn.
 
+use super::clamp_or_low;
+use core::f32::consts::FRAC_PI_2;
+
 /// `(sin 2πt, cos 2πt)` for `t` in [0, 1], the azimuth of most warps. Values outside are clamped to that range, NaN to 0.
 ///
 /// # Precision
@@ -12,7 +15,7 @@
 pub fn sin_cos_turns(t: f32) -> (f32, f32) {
     // The nearest multiple of a quarter turn is removed exactly. Truncation is the floor here, and far cheaper where the
     // target has no instruction for the latter.
-    let quarters = 4.0 * t.max(0.0).min(1.0);
+    let quarters = 4.0 * clamp_or_low(t, 0.0, 1.0);
     let quadrant = (quarters + 0.5) as i32;
     let nearest = quadrant as f32;
     let (sin, cos) = sin_cos_quarter(quarters - nearest);
@@ -29,7 +32,7 @@ pub fn sin_cos_turns(t: f32) -> (f32, f32) {
 #[inline(always)]
 pub(crate) fn sin_cos_quarter(r: f32) -> (f32, f32) {
     let t = r * r;
-    let sin = r * (1.570_796_3 + t * (-0.645_963_5 + t * (0.079_680_22 + t * -0.004_602_149)));
+    let sin = r * (FRAC_PI_2 + t * (-0.645_963_5 + t * (0.079_680_22 + t * -0.004_602_149)));
     let cos = 1.0 - t * (1.233_700_5 + t * (-0.253_669_4 + t * (0.020_861_529 + t * -0.000_906_739_9)));
     (sin, cos)
 }

@@ -7,6 +7,7 @@
 //! - `1 − e^{−2κ}` is `−expm1(−2κ)`, and both it and `κ` vanish together;
 //! - samples are `s = 1 − cos θ = −ln1p(u₀ expm1(−2κ))/κ`, `sin θ = √(s(2 − s))`.
 
+use super::clamp_or_low;
 use super::turn::{sin_cos_turns, turns_of};
 use crate::{Density, Frame, ONE_MINUS_EPSILON, SolidAngle};
 use core::f32::consts::FRAC_1_PI;
@@ -34,7 +35,7 @@ impl VonMisesFisher {
     /// becomes 0.
     #[inline]
     pub fn new(mean: Vec3, concentration: f32) -> Self {
-        let concentration = concentration.max(0.0).min(MAX_CONCENTRATION);
+        let concentration = clamp_or_low(concentration, 0.0, MAX_CONCENTRATION);
         let span = (-2.0 * concentration).exp_m1();
         let peak = if concentration > MIN_CONCENTRATION {
             -0.5 * FRAC_1_PI * concentration / span
