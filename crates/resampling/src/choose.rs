@@ -1,5 +1,6 @@
 //! The one random decision of a reservoir.
 
+use lightshed_sampling::f64_from_u64;
 use rand::Rng;
 
 /// Makes weighted yes/no decisions: the only randomness that selection and merging consume.
@@ -7,6 +8,9 @@ use rand::Rng;
 /// Any [`rand::Rng`] is one, by one 53-bit uniform `u` a decision and the comparison `u · total < part`. Because the
 /// decision is a trait, an enumerator that walks *all* outcomes with their probabilities can stand where a generator
 /// stands: the proofs of this crate run the shipped code.
+///
+/// Selection needs the 53 bits: with 24 or 32 an item whose share is below 2⁻³² is still taken whenever all bits are
+/// zero, which over 10⁸ such items is a visible excess.
 pub trait Choose {
     /// True with probability `part / total`, for `0 < part ≤ total`, both finite.
     fn accept(&mut self, part: f64, total: f64) -> bool;
@@ -16,13 +20,12 @@ impl<R: Rng + ?Sized> Choose for R {
     #[inline(always)]
     fn accept(&mut self, part: f64, total: f64) -> bool {
         // A product, not a quotient: `part / total` is 0/0 where all weights vanish.
-        uniform(self) * total < part
+        f64_from_u64(self.next_u64()) * total < part
     }
 }
 
-/// A uniform number in [0, 1) with 53 random bits. Selection needs them: with 24 or 32 bits an item whose share is
-/// below 2⁻³² is still taken whenever the bits are all zero, which over 10⁸ such items is a visible excess.
+/// A uniform number in (0, 1], safe inside a logarithm or below a fraction line.
 #[inline(always)]
-pub(crate) fn uniform<R: Rng + ?Sized>(rng: &mut R) -> f64 {
-    (rng.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+pub(crate) fn uniform_positive<R: Rng + ?Sized>(rng: &mut R) -> f64 {
+    1.0 - f64_from_u64(rng.next_u64())
 }

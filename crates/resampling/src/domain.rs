@@ -242,7 +242,10 @@ pub enum BrokenLaw<X> {
 }
 
 /// Shifts `x` from `from` to `to` and back, and compares: the check to run over many samples before trusting a new
-/// [`ShiftMapping`]. `same` says when two samples are equal up to rounding; `tolerance` bounds `|J J⁻¹ − 1|`. True where the
+/// [`ShiftMapping`]. It sees that a shift and its inverse agree, not that their Jacobians are right (a determinant clamped on both
+/// sides passes): compare those with finite differences.
+///
+/// `same` says when two samples are equal up to rounding; `tolerance` bounds `|J J⁻¹ − 1|`. True where the
 /// shift is defined, false where it is not (which breaks no law).
 ///
 /// # Errors

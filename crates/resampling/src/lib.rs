@@ -9,28 +9,34 @@
 #![forbid(unsafe_code)]
 
 mod choose;
+mod diagnostics;
 mod domain;
 mod merge;
 mod mis;
 mod real;
+mod record;
 mod reservoir;
+mod reuse;
 mod ris;
 mod selection;
 mod space;
 mod weight;
 
 pub use choose::Choose;
+pub use diagnostics::{Moments, correlation, duplicate_rate, neighbour_correlation, series_autocorrelation};
 pub use domain::{
     BrokenLaw, Domain, IdentityShift, Jacobian, Pulled, ShiftMapping, Shifted, Undefined, round_trip,
 };
 pub use merge::{
-    DomainReservoir, Evaluations, Exchange, Input, MergeError, MergeReport, Merged, PairwiseStream,
-    UndefinedShifts, integrate, merge, merge_and_integrate,
+    Carried, Contribution, DomainReservoir, Evaluations, Input, MergeError, MergeReport, Merged,
+    PairwiseStream, UndefinedShifts, integrate, merge, merge_and_integrate,
 };
 pub use mis::{Mis, MisError, Pairwise, Technique};
 pub use real::Real;
+pub use record::{ReservoirRecord, SelectionRecord, TAG_EMPTY, TAG_SAMPLE};
 pub use reservoir::Reservoir;
+pub use reuse::{Extent, PairedPattern, Pattern, PatternError, Reuse, ReuseError, TemporalDomains};
 pub use ris::{MixtureRis, Ris, RisMany, balance_over_techniques};
-pub use selection::{Selection, Selections};
+pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplacement};
 pub use space::{Counting, Given, Joint, Space};
 pub use weight::{ConditionallyIndependent, ContributionWeight, Tractable, WeightError};

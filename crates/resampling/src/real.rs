@@ -53,8 +53,8 @@ impl Real for f64 {
 /// reading of a bad target in the hot path.
 #[inline(always)]
 pub(crate) fn sanitised(value: f64) -> f64 {
-    // `max` returns the other operand for NaN.
-    value.max(0.0).min(f64::MAX)
+    // Also false for NaN.
+    if value > 0.0 { value.min(f64::MAX) } else { 0.0 }
 }
 
 /// The product of non-negative finite factors, 0 as soon as one is 0, capped at `f64::MAX`; never NaN.

@@ -52,11 +52,13 @@ impl<X, S: Space, R: Real> Reservoir<X, S, R> {
     /// A null sample of a technique trusted by `confidence` (NaN and negative count as 0).
     #[inline]
     pub fn empty(confidence: f32) -> Self {
-        Self::assembled(
-            None,
-            ContributionWeight::default(),
-            confidence.max(0.0).min(f32::MAX),
-        )
+        // Also false for NaN.
+        let confidence = if confidence > 0.0 {
+            confidence.min(f32::MAX)
+        } else {
+            0.0
+        };
+        Self::assembled(None, ContributionWeight::default(), confidence)
     }
 
     #[inline]

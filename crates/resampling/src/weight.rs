@@ -134,9 +134,12 @@ impl<S: Space, R: Real> ContributionWeight<S, R> {
 /// The premise of Kettunen 2023 Theorem 4.1, given as a word of honour: *`X` and `W_{X|Z}` are conditionally
 /// independent of `W_Z`, given `Z`*.
 ///
-/// It holds where the suffix was made from random numbers of its own after `Z` was fixed. It fails where `Z` was
-/// resampled with a target that saw the suffix, or where one candidate pool served both: keep the prefix target free of
-/// the suffix (Kettunen 2023 eq. 19).
+/// It holds where the suffix was made from random numbers of its own after `Z` was fixed. It fails where the suffix looks at
+/// something that `W_Z` depends on besides `Z`, such as the candidates that `Z` was chosen over.
+///
+/// Apart from it, `W_{X|Z}` must be a conditional weight to begin with: a suffix whose supporting prefix was resampled by a target
+/// that saw the suffix no longer is distributed, given that prefix, as its weight says. Keep the prefix target free of the suffix
+/// (Kettunen 2023 eq. 19).
 #[derive(Clone, Copy, Debug)]
 pub struct ConditionallyIndependent {
     _private: (),

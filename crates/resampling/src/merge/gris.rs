@@ -24,12 +24,12 @@ pub fn merge<D: Domain, T: ShiftMapping<D>, R: Real>(
     mis: Mis,
     choose: &mut impl Choose,
 ) -> Result<Merged<D, R>, MergeError> {
-    Merge::new(to, shift, inputs, mis)?.select(false, choose, |_, _| ())
+    Merge::new(to, shift, inputs, mis)?.select(false, choose, |_| ())
 }
 
-/// Calls `visit(Y_i, m_i W_i |∂T_i/∂X_i|)` for each input that reaches the domain `to`: summing `f(Y_i)` times the second
-/// argument estimates `∫ f` (Kettunen 2023 eq. 14; Lin 2022 eq. 6.47) for any `f`, of any number of channels, over `supp p̂`.
-/// It is what [`merge`] averages to over its random decisions.
+/// Visits each input that reaches the domain `to`: summing `f(sample)` times `weight` estimates `∫ f` over `supp p̂`
+/// (Kettunen 2023 eq. 14; Lin 2022 eq. 6.47), for an `f` of any number of channels. It is what [`merge`] averages to over its
+/// random decisions.
 ///
 /// # Errors
 /// As [`merge`].
@@ -38,11 +38,15 @@ pub fn integrate<D: Domain, T: ShiftMapping<D>, R: Real>(
     shift: &T,
     inputs: &[Input<'_, D, R>],
     mis: Mis,
-    mut visit: impl FnMut(&D::Sample, f64),
+    mut visit: impl FnMut(Contribution<'_, D::Sample>),
 ) -> Result<MergeReport, MergeError> {
     let mut report = MergeReport::default();
     Merge::new(to, shift, inputs, mis)?.terms(true, &mut report, |term, report| {
-        visit(term.sample(), term.contribution);
+        visit(Contribution {
+            input: term.index,
+            sample: term.sample(),
+            weight: term.contribution,
+        });
         report.add(product([term.contribution, term.target]));
     });
     Ok(report)
@@ -58,9 +62,20 @@ pub fn merge_and_integrate<D: Domain, T: ShiftMapping<D>, R: Real>(
     inputs: &[Input<'_, D, R>],
     mis: Mis,
     choose: &mut impl Choose,
-    visit: impl FnMut(&D::Sample, f64),
+    visit: impl FnMut(Contribution<'_, D::Sample>),
 ) -> Result<Merged<D, R>, MergeError> {
     Merge::new(to, shift, inputs, mis)?.select(true, choose, visit)
+}
+
+/// One input's part of an integral estimated by [`integrate`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contribution<'a, X> {
+    /// Index of the input.
+    pub input: usize,
+    /// `Y_i`, in the domain integrated over.
+    pub sample: &'a X,
+    /// `m_i(Y_i) W_i |∂T_i/∂X_i|`, in the unit of a contribution weight.
+    pub weight: f64,
 }
 
 impl MergeReport {
@@ -149,13 +164,17 @@ impl<'a, D: Domain, T: ShiftMapping<D>, R: Real> Merge<'a, D, T, R> {
         &self,
         contributions: bool,
         choose: &mut impl Choose,
-        mut visit: impl FnMut(&D::Sample, f64),
+        mut visit: impl FnMut(Contribution<'_, D::Sample>),
     ) -> Result<Merged<D, R>, MergeError> {
         let mut report = MergeReport::default();
         let mut selection = Selection::new();
         self.terms(contributions, &mut report, |term, report| {
             if contributions {
-                visit(term.sample(), term.contribution);
+                visit(Contribution {
+                    input: term.index,
+                    sample: term.sample(),
+                    weight: term.contribution,
+                });
             }
             report.add(term.weight);
             selection.offer_with(term.weight, choose, || {

@@ -16,7 +16,7 @@ mod input;
 mod report;
 mod stream;
 
-pub use gris::{integrate, merge, merge_and_integrate};
+pub use gris::{Contribution, integrate, merge, merge_and_integrate};
 pub use input::{DomainReservoir, Input, MergeError, Merged};
 pub use report::{Evaluations, MergeReport, UndefinedShifts};
-pub use stream::{Exchange, PairwiseStream};
+pub use stream::{Carried, PairwiseStream};

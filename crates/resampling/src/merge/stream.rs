@@ -1,4 +1,4 @@
-//! Pairwise merging one neighbour at a time, and exchanges between two domains.
+//! Pairwise merging one neighbour at a time, and shifts that serve two merges.
 
 use super::input::{DomainReservoir, MergeError, Merged};
 use super::report::MergeReport;
@@ -94,15 +94,26 @@ impl<'a, D: Domain, R: Real> PairwiseStream<'a, D, R> {
                 self.report.evaluations.pulls += 1;
                 shift.pull(y, self.to, domain)
             });
-        self.exchanged(domain, reservoir, incoming, outgoing, choose)
+        self.add(domain, reservoir, incoming, outgoing, choose)
     }
 
-    /// Adds a neighbour whose shifts are at hand: `incoming`, of its sample into this domain, and `outgoing`, of the canonical
-    /// sample into the neighbour's (`None` where there is no sample to shift). See [`Exchange`].
+    /// Adds a neighbour whose shifts are at hand: `incoming`, its sample carried into this domain, and `outgoing`, the canonical
+    /// sample carried into the neighbour's.
     ///
     /// # Errors
     /// As [`PairwiseStream::neighbour`].
     pub fn exchanged(
+        &mut self,
+        domain: &D,
+        reservoir: &DomainReservoir<D, R>,
+        incoming: &Carried<D::Sample>,
+        outgoing: &Carried<D::Sample>,
+        choose: &mut impl Choose,
+    ) -> Result<(), MergeError> {
+        self.add(domain, reservoir, incoming.shifted(), outgoing.pulled(), choose)
+    }
+
+    fn add(
         &mut self,
         domain: &D,
         reservoir: &DomainReservoir<D, R>,
@@ -189,69 +200,42 @@ impl<'a, D: Domain, R: Real> PairwiseStream<'a, D, R> {
     }
 }
 
-/// Two domains that shift their samples into each other: two shifts, which serve the pairwise merges of *both*.
+/// A sample carried from one domain into another, with all that both sides' pairwise merges want to know of it.
 ///
-/// The image of `a`'s sample in `b` is at once what `b` merges and what `a`'s MIS weight asks for. Over a grid of `N` domains
-/// in pairs that is one shift a domain, where separate merges take two.
+/// Where two domains reuse from each other, the image of `a`'s sample in `b` is at once what `b` merges and what `a`'s MIS weight asks
+/// for: two shifts serve both merges, where separate merges take four evaluations. Over a grid in pairs that is one shift a domain.
 #[derive(Clone, Debug)]
-pub struct Exchange<X> {
-    a_to_b: Option<Result<(Shifted<X>, f64), Undefined>>,
-    b_to_a: Option<Result<(Shifted<X>, f64), Undefined>>,
-}
+pub struct Carried<X>(Option<Result<(Shifted<X>, f64), Undefined>>);
 
-/// One side's view of an exchange.
-type View<X> = (
-    Option<Result<Shifted<X>, Undefined>>,
-    Option<Result<Pulled, Undefined>>,
-);
-
-impl<X: Clone> Exchange<X> {
-    /// Shifts both samples.
+impl<X: Clone> Carried<X> {
+    /// Shifts `sample` (if there is one) from `from` to `to`.
     pub fn new<D: Domain<Sample = X>, T: ShiftMapping<D>>(
         shift: &T,
-        a: (&D, Option<&X>),
-        b: (&D, Option<&X>),
+        sample: Option<&X>,
+        from: &D,
+        to: &D,
     ) -> Self {
-        let carried = |x: &X, from: &D, to: &D| {
+        Self(sample.map(|x| {
             shift.shift(x, from, to).map(|image| {
                 let density = proxy_with_target(to, &image.sample, image.target);
                 (image, density)
             })
-        };
-        Self {
-            a_to_b: a.1.map(|x| carried(x, a.0, b.0)),
-            b_to_a: b.1.map(|x| carried(x, b.0, a.0)),
-        }
+        }))
     }
 
-    /// What `a`'s merge needs to take `b` in: `incoming` and `outgoing` of [`PairwiseStream::exchanged`].
-    pub fn for_a(&self) -> View<X> {
-        view(&self.b_to_a, &self.a_to_b)
-    }
-
-    /// What `b`'s merge needs to take `a` in.
-    pub fn for_b(&self) -> View<X> {
-        view(&self.a_to_b, &self.b_to_a)
-    }
-
-    /// How many shifts were made.
-    pub fn shifts(&self) -> u32 {
-        u32::from(self.a_to_b.is_some()) + u32::from(self.b_to_a.is_some())
-    }
-}
-
-fn view<X: Clone>(
-    incoming: &Option<Result<(Shifted<X>, f64), Undefined>>,
-    outgoing: &Option<Result<(Shifted<X>, f64), Undefined>>,
-) -> View<X> {
-    (
-        incoming.as_ref().map(|result| {
+    /// The image, for the domain carried into; `None` without a sample.
+    pub fn shifted(&self) -> Option<Result<Shifted<X>, Undefined>> {
+        self.0.as_ref().map(|result| {
             result
                 .as_ref()
                 .map(|(image, _)| image.clone())
                 .map_err(|&why| why)
-        }),
-        outgoing.as_ref().map(|result| {
+        })
+    }
+
+    /// `p̂_{←}` in factors, for the domain carried from; `None` without a sample.
+    pub fn pulled(&self) -> Option<Result<Pulled, Undefined>> {
+        self.0.as_ref().map(|result| {
             result
                 .as_ref()
                 .map(|(image, density)| Pulled {
@@ -259,6 +243,6 @@ fn view<X: Clone>(
                     proxy: *density,
                 })
                 .map_err(|&why| why)
-        }),
-    )
+        })
+    }
 }

@@ -1,7 +1,11 @@
 //! Weighted selection from streams.
 
 mod independent;
+mod jump;
 mod stream;
+mod without_replacement;
 
 pub use independent::Selections;
+pub use jump::JumpSelection;
 pub use stream::Selection;
+pub use without_replacement::{Kept, WithoutReplacement};

@@ -2,7 +2,7 @@
 
 use crate::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
 use lightshed_resampling::{
-    Exchange, IdentityShift, Input, Mis, Pairwise, PairwiseStream, Reservoir, ShiftMapping, integrate, merge,
+    Carried, IdentityShift, Input, Mis, Pairwise, PairwiseStream, Reservoir, ShiftMapping, integrate, merge,
     merge_and_integrate,
 };
 use lightshed_testkit::{Chooser, VectorExpectation, expectation_vector};
@@ -254,11 +254,14 @@ fn the_sum_form_is_the_mean_of_the_selections() {
             ];
             let mut sum = vec![0.0; 5];
             if summed {
-                integrate(&HERE, &SHIFT, &inputs, mis, |&y, weight| sum[y] += weight).unwrap();
+                integrate(&HERE, &SHIFT, &inputs, mis, |part| {
+                    sum[*part.sample] += part.weight
+                })
+                .unwrap();
             } else {
                 let mut choose = Enumerate(chooser);
-                let merged = merge_and_integrate(&HERE, &SHIFT, &inputs, mis, &mut choose, |&y, weight| {
-                    sum[y] += weight;
+                let merged = merge_and_integrate(&HERE, &SHIFT, &inputs, mis, &mut choose, |part| {
+                    sum[*part.sample] += part.weight
                 })
                 .unwrap();
                 sum.extend(HERE.indicators(&merged.reservoir));
@@ -336,23 +339,21 @@ fn streaming_gives_the_distribution_of_all_inputs_at_hand() {
 }
 
 #[test]
-fn an_exchange_serves_both_sides_with_two_shifts() {
+fn two_shifts_serve_the_merges_of_both_sides() {
     let result = expectation_vector(|chooser| {
         let here = HERE.draw(chooser, 1, 1.0);
         let there = THERE.draw(chooser, 1, 2.0);
-        let exchange = Exchange::new(&SHIFT, (&HERE, here.sample()), (&THERE, there.sample()));
-        assert!(exchange.shifts() <= 2);
+        let to_there = Carried::new(&SHIFT, here.sample(), &HERE, &THERE);
+        let to_here = Carried::new(&SHIFT, there.sample(), &THERE, &HERE);
         let mut choose = Enumerate(chooser);
-        let (incoming, outgoing) = exchange.for_a();
         let mut stream = PairwiseStream::new(&HERE, &HERE, &here, Pairwise::DEFENSIVE, 2.0).unwrap();
         stream
-            .exchanged(&THERE, &there, incoming, outgoing, &mut choose)
+            .exchanged(&THERE, &there, &to_here, &to_there, &mut choose)
             .unwrap();
         let a = stream.finish(&mut choose).reservoir;
-        let (incoming, outgoing) = exchange.for_b();
         let mut stream = PairwiseStream::new(&THERE, &THERE, &there, Pairwise::DEFENSIVE, 1.0).unwrap();
         stream
-            .exchanged(&HERE, &here, incoming, outgoing, &mut choose)
+            .exchanged(&HERE, &here, &to_there, &to_here, &mut choose)
             .unwrap();
         let b = stream.finish(&mut choose).reservoir;
         [HERE.indicators(&a), THERE.indicators(&b)].concat()

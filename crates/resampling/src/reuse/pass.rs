@@ -1,0 +1,333 @@
+//! Passes of reuse over a grid.
+
+use super::pattern::{Extent, PairedPattern, Pattern};
+use crate::choose::Choose;
+use crate::domain::{Domain, ShiftMapping};
+use crate::merge::{Carried, DomainReservoir, Input, MergeError, MergeReport, PairwiseStream, merge};
+use crate::mis::{Mis, Pairwise};
+use crate::real::Real;
+
+/// Why a pass cannot run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ReuseError {
+    /// A slice does not have one entry for each domain of the grid.
+    Length,
+    /// Some pixel could not be merged.
+    Merge(MergeError),
+    /// Paired reuse knows pairwise families only.
+    NotPairwise,
+}
+
+impl core::fmt::Display for ReuseError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Length => f.write_str("slices must have one entry for each domain of the grid"),
+            Self::Merge(error) => error.fmt(f),
+            Self::NotPairwise => f.write_str("paired reuse needs a pairwise MIS family"),
+        }
+    }
+}
+
+impl core::error::Error for ReuseError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Merge(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+/// The domains that the previous frame's reservoirs live in.
+#[derive(Debug)]
+pub enum TemporalDomains<'a, D> {
+    /// The previous frame's, with its surfaces, lights and visibility. Unbiased.
+    Previous(&'a [D]),
+    /// Those of this frame, at the corresponding pixel: saves keeping and re-evaluating the old ones. **Biased** where anything
+    /// moved: MIS weights then ask the wrong domain what it could have produced.
+    BiasedCurrent,
+}
+
+/// Reuse over a grid of domains: what all passes of a frame share.
+///
+/// A pixel whose own reservoir has no confidence (background) takes no part: its reservoir passes through, and others give it no
+/// weight.
+pub struct Reuse<'a, D: Domain, T> {
+    extent: Extent,
+    domains: &'a [D],
+    shift: &'a T,
+    mis: Mis,
+    confidence_cap: f32,
+}
+
+/// One observed merge: the pixel and its report.
+type Observe<'a> = &'a (dyn Fn(usize, &MergeReport) + Sync);
+
+impl<'a, D, T> Reuse<'a, D, T>
+where
+    D: Domain + Sync,
+    D::Sample: Send + Sync,
+    T: ShiftMapping<D> + Sync,
+{
+    /// Reuse among `domains` with the MIS family `mis`. `confidence_cap` is `M_c` (Lin 2022 §6.5.4): the output of every pass is
+    /// trusted by at most it; `f32::INFINITY` for none.
+    ///
+    /// # Errors
+    /// [`ReuseError::Length`] if there is not one domain for each place.
+    pub fn new(
+        extent: Extent,
+        domains: &'a [D],
+        shift: &'a T,
+        mis: Mis,
+        confidence_cap: f32,
+    ) -> Result<Self, ReuseError> {
+        if domains.len() == extent.len() {
+            Ok(Self {
+                extent,
+                domains,
+                shift,
+                mis,
+                confidence_cap,
+            })
+        } else {
+            Err(ReuseError::Length)
+        }
+    }
+
+    /// Temporal reuse: merges each pixel's fresh reservoir (canonical) with that of the previous frame at `correspondence(pixel)`
+    /// (an index into the previous grid; `None` or out of range where there is none, and the fresh reservoir passes through).
+    ///
+    /// `choose` makes the decisions' source of each pixel; `observe` sees each merge's report.
+    ///
+    /// # Errors
+    /// [`ReuseError::Length`], or the error of some pixel's merge.
+    #[allow(clippy::too_many_arguments)]
+    pub fn temporal<R: Real, C: Choose>(
+        &self,
+        fresh: &[DomainReservoir<D, R>],
+        previous: &TemporalDomains<'_, D>,
+        history: &[DomainReservoir<D, R>],
+        correspondence: impl Fn(usize) -> Option<usize> + Sync,
+        output: &mut [DomainReservoir<D, R>],
+        choose: impl Fn(usize) -> C + Sync,
+        observe: Observe<'_>,
+    ) -> Result<(), ReuseError> {
+        let count = self.extent.len();
+        let lengths_agree = match previous {
+            TemporalDomains::Previous(domains) => domains.len() == history.len(),
+            TemporalDomains::BiasedCurrent => history.len() == count,
+        };
+        if fresh.len() != count || output.len() != count || !lengths_agree {
+            return Err(ReuseError::Length);
+        }
+        each(
+            output,
+            || (),
+            |(), pixel, output| {
+                let own = Input::canonical(&self.domains[pixel], &fresh[pixel]);
+                let source = correspondence(pixel).filter(|&index| index < history.len());
+                let Some(source) = source else {
+                    *output = fresh[pixel].clone().with_confidence_cap(self.confidence_cap);
+                    return Ok(());
+                };
+                let domain = match previous {
+                    TemporalDomains::Previous(domains) => &domains[source],
+                    TemporalDomains::BiasedCurrent => &self.domains[source],
+                };
+                let inputs = [own, Input::neighbour(domain, &history[source])];
+                self.finish(pixel, &inputs, output, &choose, observe)
+            },
+        )
+    }
+
+    /// One round of spatial reuse: each pixel merges its own reservoir (canonical) with those of its neighbours. `key` holds random
+    /// bits for the pattern, new for each round. Run it again on the output for more rounds.
+    ///
+    /// # Errors
+    /// As [`Reuse::temporal`].
+    pub fn spatial<R: Real, C: Choose>(
+        &self,
+        pattern: &Pattern,
+        key: u32,
+        input: &[DomainReservoir<D, R>],
+        output: &mut [DomainReservoir<D, R>],
+        choose: impl Fn(usize) -> C + Sync,
+        observe: Observe<'_>,
+    ) -> Result<(), ReuseError> {
+        let count = self.extent.len();
+        if input.len() != count || output.len() != count {
+            return Err(ReuseError::Length);
+        }
+        let inputs = || Vec::with_capacity(pattern.max_neighbours() + 1);
+        each(output, inputs, |inputs, pixel, output| {
+            inputs.clear();
+            inputs.push(Input::canonical(&self.domains[pixel], &input[pixel]));
+            pattern.for_each(self.extent, pixel, key, |index| {
+                inputs.push(Input::neighbour(&self.domains[index], &input[index]));
+            });
+            self.finish(pixel, inputs, output, &choose, observe)
+        })
+    }
+
+    /// `rounds` rounds of [`Reuse::spatial`], between two buffers: the result is in `reservoirs`, `scratch` holds rubbish. `key`
+    /// and `choose` are asked for each round.
+    ///
+    /// # Errors
+    /// As [`Reuse::spatial`].
+    #[allow(clippy::too_many_arguments)]
+    pub fn spatial_rounds<R: Real, C: Choose>(
+        &self,
+        pattern: &Pattern,
+        rounds: u32,
+        key: impl Fn(u32) -> u32,
+        reservoirs: &mut Vec<DomainReservoir<D, R>>,
+        scratch: &mut Vec<DomainReservoir<D, R>>,
+        choose: impl Fn(u32, usize) -> C + Sync,
+        observe: Observe<'_>,
+    ) -> Result<(), ReuseError> {
+        for round in 0..rounds {
+            let choose = |pixel| choose(round, pixel);
+            self.spatial(pattern, key(round), reservoirs, scratch, choose, observe)?;
+            core::mem::swap(reservoirs, scratch);
+        }
+        Ok(())
+    }
+
+    /// One round of reuse in pairs: `N` shifts serve `N` pixels, where [`Reuse::spatial`] with one neighbour takes `2N`. Pixels
+    /// without a partner keep their reservoir.
+    ///
+    /// # Errors
+    /// As [`Reuse::temporal`], and [`ReuseError::NotPairwise`].
+    pub fn paired<R: Real, C: Choose>(
+        &self,
+        pattern: &PairedPattern,
+        key: u32,
+        input: &[DomainReservoir<D, R>],
+        output: &mut [DomainReservoir<D, R>],
+        choose: impl Fn(usize) -> C + Sync,
+        observe: Observe<'_>,
+    ) -> Result<(), ReuseError> {
+        let count = self.extent.len();
+        if input.len() != count || output.len() != count {
+            return Err(ReuseError::Length);
+        }
+        let Mis::Pairwise(pairwise) = self.mis else {
+            return Err(ReuseError::NotPairwise);
+        };
+        // All shifts of the round, one a pixel; merges only read them.
+        let mut carried = vec![None; count];
+        each(
+            &mut carried,
+            || (),
+            |(), pixel, carried| {
+                *carried = pattern.partner(self.extent, pixel, key).map(|partner| {
+                    let (from, to) = (&self.domains[pixel], &self.domains[partner]);
+                    (partner, Carried::new(self.shift, input[pixel].sample(), from, to))
+                });
+                Ok(())
+            },
+        )?;
+        each(
+            output,
+            || (),
+            |(), pixel, output| {
+                let exchange = carried[pixel].as_ref().and_then(|(partner, outgoing)| {
+                    carried[*partner]
+                        .as_ref()
+                        .map(|(_, incoming)| (*partner, outgoing, incoming))
+                });
+                let exchange = exchange.filter(|_| input[pixel].confidence() > 0.0);
+                let Some((partner, outgoing, incoming)) = exchange else {
+                    *output = input[pixel].clone().with_confidence_cap(self.confidence_cap);
+                    return Ok(());
+                };
+                let merged = self.pair(
+                    pairwise,
+                    pixel,
+                    partner,
+                    input,
+                    (incoming, outgoing),
+                    &mut choose(pixel),
+                );
+                let (reservoir, report) = merged.map_err(ReuseError::Merge)?;
+                observe(pixel, &report);
+                *output = reservoir.with_confidence_cap(self.confidence_cap);
+                Ok(())
+            },
+        )
+    }
+
+    /// The merge of one side of a pair.
+    fn pair<R: Real>(
+        &self,
+        pairwise: Pairwise,
+        pixel: usize,
+        partner: usize,
+        input: &[DomainReservoir<D, R>],
+        (incoming, outgoing): (&Carried<D::Sample>, &Carried<D::Sample>),
+        choose: &mut impl Choose,
+    ) -> Result<(DomainReservoir<D, R>, MergeReport), MergeError> {
+        let (own, other) = (&self.domains[pixel], &self.domains[partner]);
+        let confidence = f64::from(input[partner].confidence());
+        let mut stream = PairwiseStream::new(own, own, &input[pixel], pairwise, confidence)?;
+        stream.exchanged(other, &input[partner], incoming, outgoing, choose)?;
+        let merged = stream.finish(choose);
+        Ok((merged.reservoir, merged.report))
+    }
+
+    /// The merge of one pixel.
+    fn finish<R: Real, C: Choose>(
+        &self,
+        pixel: usize,
+        inputs: &[Input<'_, D, R>],
+        output: &mut DomainReservoir<D, R>,
+        choose: &impl Fn(usize) -> C,
+        observe: Observe<'_>,
+    ) -> Result<(), ReuseError> {
+        // No confidence of its own: the pixel takes no part (background, say).
+        if inputs[0].confidence() == 0.0 {
+            *output = inputs[0].reservoir.clone();
+            return Ok(());
+        }
+        let merged = merge(
+            &self.domains[pixel],
+            self.shift,
+            inputs,
+            self.mis,
+            &mut choose(pixel),
+        );
+        let merged = merged.map_err(ReuseError::Merge)?;
+        observe(pixel, &merged.report);
+        *output = merged.reservoir.with_confidence_cap(self.confidence_cap);
+        Ok(())
+    }
+}
+
+/// Runs `run` for each element, with per-thread scratch made by `scratch`. Elements are independent of each other.
+#[cfg(feature = "parallel")]
+fn each<X: Send, S>(
+    elements: &mut [X],
+    scratch: impl Fn() -> S + Sync + Send,
+    run: impl Fn(&mut S, usize, &mut X) -> Result<(), ReuseError> + Sync + Send,
+) -> Result<(), ReuseError> {
+    use rayon::prelude::*;
+    elements
+        .par_iter_mut()
+        .enumerate()
+        .with_min_len(64)
+        .try_for_each_init(scratch, |scratch, (index, element)| run(scratch, index, element))
+}
+
+/// Runs `run` for each element, with scratch made by `scratch`. Elements are independent of each other.
+#[cfg(not(feature = "parallel"))]
+fn each<X, S>(
+    elements: &mut [X],
+    scratch: impl Fn() -> S,
+    run: impl Fn(&mut S, usize, &mut X) -> Result<(), ReuseError>,
+) -> Result<(), ReuseError> {
+    let mut scratch = scratch();
+    elements
+        .iter_mut()
+        .enumerate()
+        .try_for_each(|(index, element)| run(&mut scratch, index, element))
+}
