@@ -218,6 +218,8 @@ fn value_stability() {
 }
 
 proptest! {
+    #![proptest_config(crate::config())]
+
     #[test]
     fn routing_is_the_same_in_words(len in 1u32..=1 << 31, u: u64) {
         let x = u128::from(u) * u128::from(len);

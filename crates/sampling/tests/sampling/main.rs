@@ -4,5 +4,17 @@ mod alias;
 mod choose;
 mod frame;
 mod measure;
+mod morton;
+mod octahedral;
 mod piecewise;
 mod rng;
+mod sobol;
+
+/// Properties are tried on the same inputs in every run.
+fn config() -> proptest::prelude::ProptestConfig {
+    proptest::prelude::ProptestConfig {
+        rng_seed: proptest::test_runner::RngSeed::Fixed(0x11947),
+        failure_persistence: None,
+        ..Default::default()
+    }
+}

@@ -7,7 +7,7 @@ type Heuristic = fn(Density<Area>, Density<Area>) -> f32;
 
 /// All densities there can be: zero, subnormal, huge, infinite.
 fn densities() -> Vec<f32> {
-    let mut all: Vec<f32> = hostile_f32().into_iter().filter(|value| *value >= 0.0).collect();
+    let mut all: Vec<f32> = hostile_f32().filter(|value| *value >= 0.0).collect();
     all.extend([
         0.0,
         1e-45,

@@ -72,10 +72,10 @@ fn check_1d(values: &[f32], fault: Option<Fault>) -> Result<(), String> {
                 if !(0.0..1.0).contains(&sample.x) || !(0.0..1.0).contains(&sample.fraction) {
                     return Err(format!("word {word}: out of range {sample:?}"));
                 }
-                // The place within the bin, to f32.
+                // The place within the bin, to f32 and one step to stay in the bin.
                 let fraction = (word - begin) as f64 / count as f64;
                 let x = (i as f64 + fraction) / f64::from(n);
-                if (f64::from(sample.x) - x).abs() > 1.3e-7 * x.max(1.0 / f64::from(n)) {
+                if (f64::from(sample.x) - x).abs() > 3e-7 * x.max(1.0 / f64::from(n)) {
                     return Err(format!("word {word}: {} for {x}", sample.x));
                 }
                 if walk(&density, word as u32) != sample.index {
@@ -295,6 +295,8 @@ fn value_stability() {
 }
 
 proptest! {
+    #![proptest_config(crate::config())]
+
     #[test]
     fn any_values(values in prop::collection::vec(
         prop_oneof![Just(0f32), 0f32..1.0, 1e-30f32..1e30, Just(1.0), Just(1e-40)], 1..60,

@@ -1,0 +1,296 @@
+//! Low-discrepancy numbers: Owen-scrambled Sobol points, by hashing.
+//!
+//! The first `2^m` samples of a pixel are spread evenly over every dimension, and over pairs of dimensions, so for
+//! smooth integrands the error falls nearly as `1/N` (`N^{-3/2}` in root mean square) instead of `1/√N`. Each point
+//! alone is uniform on the unit cube, so estimators stay unbiased.
+//!
+//! - Points: the first four dimensions of Sobol's sequence, direction numbers by Joe and Kuo 2008, *Constructing Sobol
+//!   Sequences With Better Two-Dimensional Projections*. Dimensions 0 and 1 form a (0, 2)-sequence; all four a (t, 4)-sequence
+//!   with t ≤ 3 (Σ (degree − 1) of their polynomials).
+//! - Scrambling: Owen's nested uniform scrambling by a hash in which a bit depends only on those above it (Laine and Karras 2011,
+//!   *Stratified Sampling for Stochastic Transparency*; Burley 2020, *Practical Hash-Based Owen Scrambling*), with the hash of Vegdahl
+//!   2021, *Building a Better LK Hash*.
+//! - More dimensions: padding (Burley 2020, §5). Each further group of four uses the same points with other scrambles, in an
+//!   order shuffled by scrambling the sample's index; groups are independent of each other, not jointly stratified.
+//!
+//! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer arithmetic: WGSL computes
+//! the same bits.
+
+use core::convert::Infallible;
+
+use rand::TryRng;
+
+use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32};
+use crate::uniform::f32_from_u32;
+
+/// Dimensions that are stratified together.
+const GROUP: usize = 4;
+
+/// Direction numbers of four dimensions, with their bits reversed: `[bit of the index][dimension]`. Reversed, because the
+/// scrambling hash works from the highest bit of a coordinate down and integer arithmetic carries upwards.
+const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
+    // (degree s, inner coefficients a_1 … a_{s−1} of the primitive polynomial, initial m_1 … m_s)
+    const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] =
+        [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
+    let mut directions = [[0; GROUP]; 32];
+    let mut dimension = 0;
+    while dimension < GROUP {
+        let mut m = [1u32; 32];
+        let mut k = 0;
+        while k < 32 {
+            if dimension > 0 {
+                let (degree, coefficients, initial) = POLYNOMIALS[dimension - 1];
+                m[k] = if k < degree {
+                    initial[k]
+                } else {
+                    // m_k = 2 a_1 m_{k−1} ⊕ 4 a_2 m_{k−2} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}
+                    let mut value = m[k - degree] ^ (m[k - degree] << degree);
+                    let mut i = 1;
+                    while i < degree {
+                        if coefficients >> (degree - 1 - i) & 1 == 1 {
+                            value ^= m[k - i] << i;
+                        }
+                        i += 1;
+                    }
+                    value
+                };
+            }
+            directions[k][dimension] = (m[k] << (31 - k)).reverse_bits();
+            k += 1;
+        }
+        dimension += 1;
+    }
+    directions
+};
+
+/// Four coordinates of Sobol point `index`, bits reversed.
+#[inline(always)]
+fn reversed_sobol(index: u32) -> [u32; GROUP] {
+    let mut point = [0; GROUP];
+    for (bit, directions) in REVERSED_DIRECTIONS.iter().enumerate() {
+        let mask = 0u32.wrapping_sub(index >> bit & 1);
+        for dimension in 0..GROUP {
+            point[dimension] ^= directions[dimension] & mask;
+        }
+    }
+    point
+}
+
+/// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x` (Vegdahl 2021). Wants
+/// well-mixed seeds.
+#[inline(always)]
+fn permute_upwards(mut x: u32, seed: u32) -> u32 {
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// Final mix of MurmurHash3: one more seed from those at hand.
+#[inline(always)]
+fn mix(mut x: u32) -> u32 {
+    x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
+    x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
+    x ^ (x >> 16)
+}
+
+/// A stream of Owen-scrambled Sobol numbers for one sample of one pixel: [`CounterRng`]'s interface, stratified over the
+/// samples of the pixel.
+///
+/// Samples `0..2^m` (and every later block of `2^m`) are stratified in each dimension; in dimensions `4k` and `4k + 1` they fill
+/// every elementary rectangle of area `2⁻ᵐ` exactly once. So put the most important pair of numbers there, number
+/// samples from 0, and take powers of two of them.
+///
+/// Numbers of one sample are uniform and independent over the choice of seed, numbers of different samples are
+/// not independent: do not use it for resampling across samples, nor where a sample's error is estimated from the
+/// samples' variance.
+///
+/// ```
+/// use lightshed_sampling::SobolSampler;
+/// // Sixteen samples of pixel 7: one in each of 16 strips, and in each cell of a 4 × 4 grid.
+/// let mut cells: Vec<u32> = (0..16)
+///     .map(|sample| {
+///         let [x, y] = SobolSampler::new(1, 7, sample).next_2d();
+///         (x * 4.0) as u32 + 4 * (y * 4.0) as u32
+///     })
+///     .collect();
+/// cells.sort();
+/// assert_eq!(cells, (0..16).collect::<Vec<_>>());
+/// ```
+#[derive(Clone, Debug)]
+pub struct SobolSampler {
+    seed: [u32; 2],
+    pixel: u32,
+    sample: u32,
+    dimension: u32,
+    /// Numbers of the group that holds `dimension`, once `dimension` is not its first.
+    buffer: [u32; GROUP],
+}
+
+impl SobolSampler {
+    /// The numbers of sample `sample` of pixel `pixel` under `seed`, at dimension 0.
+    #[inline]
+    pub fn new(seed: u64, pixel: u32, sample: u32) -> Self {
+        Self {
+            seed: [seed as u32, (seed >> 32) as u32],
+            pixel,
+            sample,
+            dimension: 0,
+            buffer: [0; GROUP],
+        }
+    }
+
+    /// Word `dimension` of sample `sample` of pixel `pixel` under `seed`: the pure function the stream steps
+    /// through and that a shader computes.
+    #[inline]
+    pub fn at(seed: u64, pixel: u32, sample: u32, dimension: u32) -> u32 {
+        let group = Self::new(seed, pixel, sample).group(dimension / GROUP as u32);
+        group[dimension as usize % GROUP]
+    }
+
+    /// The four numbers of one group.
+    #[inline]
+    fn group(&self, group: u32) -> [u32; GROUP] {
+        let seeds = threefry4x32::<{ CounterRng::ROUNDS }>(
+            [group, STREAM_SOBOL, 0, 0],
+            [self.seed[0], self.seed[1], self.pixel, 0],
+        );
+        let order = mix(seeds[0] ^ seeds[1].rotate_left(16));
+        let index = permute_upwards(self.sample.reverse_bits(), order).reverse_bits();
+        let mut point = reversed_sobol(index);
+        for (coordinate, seed) in point.iter_mut().zip(seeds) {
+            *coordinate = permute_upwards(*coordinate, seed).reverse_bits();
+        }
+        point
+    }
+
+    /// Dimension of the next number.
+    #[inline(always)]
+    pub fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    /// Moves to `dimension`, forward or back.
+    #[inline]
+    pub fn set_dimension(&mut self, dimension: u32) {
+        self.dimension = dimension;
+        if !dimension.is_multiple_of(GROUP as u32) {
+            self.buffer = self.group(dimension / GROUP as u32);
+        }
+    }
+
+    /// The next number as 32 bits; the high ones are the best stratified.
+    #[inline]
+    pub fn next_u32(&mut self) -> u32 {
+        let place = self.dimension as usize % GROUP;
+        if place == 0 {
+            self.buffer = self.group(self.dimension / GROUP as u32);
+        }
+        self.dimension = self.dimension.wrapping_add(1);
+        self.buffer[place]
+    }
+
+    /// The next two numbers as one, the first in the *high* half, so that the whole is stratified.
+    #[inline]
+    pub fn next_u64(&mut self) -> u64 {
+        let high = self.next_u32();
+        u64::from(high) << 32 | u64::from(self.next_u32())
+    }
+
+    /// The next number in [0, 1), a multiple of 2⁻²⁴; never 1.
+    #[inline]
+    pub fn next_f32(&mut self) -> f32 {
+        f32_from_u32(self.next_u32())
+    }
+
+    /// The next point of the unit square [0, 1)². Starts at an even dimension (an odd one is skipped), so that its two
+    /// coordinates belong to one group.
+    #[inline]
+    pub fn next_2d(&mut self) -> [f32; 2] {
+        if !self.dimension.is_multiple_of(2) {
+            let _skipped = self.next_u32();
+        }
+        [self.next_f32(), self.next_f32()]
+    }
+}
+
+impl TryRng for SobolSampler {
+    type Error = Infallible;
+
+    #[inline]
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok(SobolSampler::next_u32(self))
+    }
+
+    #[inline]
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(SobolSampler::next_u64(self))
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        for chunk in bytes.chunks_mut(4) {
+            let word = SobolSampler::next_u32(self).to_le_bytes();
+            chunk.copy_from_slice(&word[..chunk.len()]);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The first points in three dimensions as Joe and Kuo list them with their direction numbers, in Gray-code order.
+    #[test]
+    fn unscrambled_points() {
+        let listed = [
+            [0.0, 0.0, 0.0],
+            [0.5, 0.5, 0.5],
+            [0.75, 0.25, 0.25],
+            [0.25, 0.75, 0.75],
+            [0.375, 0.375, 0.625],
+            [0.875, 0.875, 0.125],
+            [0.625, 0.125, 0.875],
+            [0.125, 0.625, 0.375],
+            [0.1875, 0.3125, 0.9375],
+            [0.6875, 0.8125, 0.4375],
+        ];
+        for (n, point) in (0u32..).zip(listed) {
+            let words = reversed_sobol(n ^ (n >> 1)).map(u32::reverse_bits);
+            assert_eq!(words.map(f32_from_u32)[..3], point, "point {n}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            rng_seed: proptest::test_runner::RngSeed::Fixed(0x11947),
+            failure_persistence: None,
+            ..Default::default()
+        })]
+
+        /// What makes it Owen's scrambling: words that agree in exactly the low `k` bits go to words that agree in
+        /// exactly the low `k` bits.
+        #[test]
+        fn permutation_is_nested(x: u32, y: u32, shared in 0u32..32, seed: u32) {
+            let y = x ^ (y << shared);
+            let images = permute_upwards(x, seed) ^ permute_upwards(y, seed);
+            prop_assert_eq!(images.trailing_zeros(), (x ^ y).trailing_zeros());
+        }
+
+        #[test]
+        fn stream_equals_specification(
+            seed: u64, pixel: u32, sample: u32, steps in prop::collection::vec((0u32..50, 0usize..9), 1..8),
+        ) {
+            let mut sampler = SobolSampler::new(seed, pixel, sample);
+            for (start, draws) in steps {
+                sampler.set_dimension(start);
+                for dimension in (start..).take(draws) {
+                    prop_assert_eq!(sampler.dimension(), dimension);
+                    prop_assert_eq!(sampler.next_u32(), SobolSampler::at(seed, pixel, sample, dimension));
+                }
+            }
+        }
+    }
+}
