@@ -187,14 +187,26 @@ fn threshold(kept: f64, weight: f64) -> u32 {
 
 /// Number of `u` in 0..2⁶⁴ that lead to each index.
 fn counts(entries: &[AliasEntry]) -> impl Iterator<Item = u128> {
-    let n = entries.len() as u128;
-    // u·n ≥ x first holds at u = ⌈x/n⌉.
-    let first = |column: usize, coin: u32| (((column as u128) << 64) | (u128::from(coin) << 32)).div_ceil(n);
+    let n = entries.len() as u64;
+    // u·n ≥ c·2⁶⁴ + t·2³² first holds at u = ⌈(c·2⁶⁴ + t·2³²) / n⌉. With 2⁶⁴ = q·n + r that is
+    // c·q + ⌈(c·r + t·2³²) / n⌉, divided term by term because 128-bit division is slow.
+    let (q, r) = (
+        (1u128 << 64) / u128::from(n),
+        ((1u128 << 64) % u128::from(n)) as u64,
+    );
+    let first = |column: u64, coin: u32| {
+        let (a, b) = (column * r, u64::from(coin) << 32);
+        let remainders = (a % n + b % n).div_ceil(n);
+        u128::from(column) * q + u128::from(a / n) + u128::from(b / n) + u128::from(remainders)
+    };
     let mut counts = vec![0; entries.len()];
+    let mut begin = 0;
     for (column, entry) in entries.iter().enumerate() {
-        let middle = first(column, entry.threshold);
-        counts[column] += middle - first(column, 0);
-        counts[entry.alias as usize] += first(column + 1, 0) - middle;
+        let middle = first(column as u64, entry.threshold);
+        let end = first(column as u64 + 1, 0);
+        counts[column] += middle - begin;
+        counts[entry.alias as usize] += end - middle;
+        begin = end;
     }
     counts.into_iter()
 }

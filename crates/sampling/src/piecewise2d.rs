@@ -5,9 +5,11 @@
 //! conditional `p(u | v)`, both in the fixed point of [`PiecewiseConstant1d`](crate::PiecewiseConstant1d): see there for
 //! what is exact.
 //!
-//! Two binary searches of contiguous words; one word of memory a cell.
+//! Two guided searches of contiguous words; 1¼ words of memory a cell.
 
-use crate::piecewise::{accumulate, accumulate_with, bin_of, locate, point_in_bin, width};
+use crate::piecewise::{
+    FixedPoint, accumulate, accumulate_with, bin_of, fill_guide, guide_buckets, point_in_bin,
+};
 use crate::uniform::u32_from_f32;
 use crate::weights::{WeightsError, validate};
 
@@ -40,9 +42,11 @@ pub struct PiecewiseConstant2d {
     width: u32,
     /// Row distribution.
     marginal: Vec<u32>,
+    marginal_guide: Vec<u32>,
     marginal_last: u32,
     /// Column distributions, row by row.
     conditional: Vec<u32>,
+    conditional_guide: Vec<u32>,
     /// Last positive column of each row (0 in a row of zeros, which the marginal never chooses).
     conditional_last: Vec<u32>,
     integral: f64,
@@ -75,33 +79,54 @@ impl PiecewiseConstant2d {
         }
         let scale = 1.0 / largest;
         let mut conditional = vec![0; values.len()];
+        let guide_len = guide_buckets(width) + 1;
+        let mut conditional_guide = vec![0; height * guide_len];
         let (conditional_last, row_sums): (Vec<u32>, Vec<f64>) = values
             .chunks_exact(width)
             .zip(conditional.chunks_exact_mut(width))
-            .map(|(row, starts)| {
+            .zip(conditional_guide.chunks_exact_mut(guide_len))
+            .map(|((row, starts), guide)| {
                 let (last, sum) = accumulate(row, scale, starts);
-                (last.unwrap_or(0), sum)
+                let last = last.unwrap_or(0);
+                fill_guide(starts, last, guide);
+                (last, sum)
             })
             .unzip();
         let mut marginal = vec![0; height];
         let (marginal_last, sum) = accumulate_with(height, |row| row_sums[row], &mut marginal);
+        let marginal_last = marginal_last.ok_or(WeightsError::AllZero)?;
+        let mut marginal_guide = vec![0; guide_buckets(height) + 1];
+        fill_guide(&marginal, marginal_last, &mut marginal_guide);
         Ok(Self {
             width: width as u32,
-            marginal_last: marginal_last.ok_or(WeightsError::AllZero)?,
             marginal,
+            marginal_guide,
+            marginal_last,
             conditional,
+            conditional_guide,
             conditional_last,
             integral: sum / values.len() as f64 * largest,
         })
     }
 
     #[inline(always)]
-    fn row(&self, row: u32) -> (&[u32], u32) {
-        let begin = row as usize * self.width as usize;
-        (
-            &self.conditional[begin..begin + self.width as usize],
-            self.conditional_last[row as usize],
-        )
+    fn rows(&self) -> FixedPoint<'_> {
+        FixedPoint {
+            starts: &self.marginal,
+            guide: &self.marginal_guide,
+            last: self.marginal_last,
+        }
+    }
+
+    #[inline(always)]
+    fn columns(&self, row: u32) -> FixedPoint<'_> {
+        let (row, width) = (row as usize, self.width as usize);
+        let guide_len = guide_buckets(width) + 1;
+        FixedPoint {
+            starts: &self.conditional[row * width..(row + 1) * width],
+            guide: &self.conditional_guide[row * guide_len..(row + 1) * guide_len],
+            last: self.conditional_last[row],
+        }
     }
 
     /// `p = p(v) p(u|v)` from the words owned by the row and by the column.
@@ -122,9 +147,8 @@ impl PiecewiseConstant2d {
     /// `f32` leave 12 for the place within a cell; these leave 20.
     #[inline(always)]
     pub fn sample_words(&self, u: [u32; 2]) -> PiecewiseSample2d {
-        let row = locate(&self.marginal, self.marginal_last, u[1]);
-        let (starts, last) = self.row(row.index);
-        let column = locate(starts, last, u[0]);
+        let row = self.rows().locate(u[1]);
+        let column = self.columns(row.index).locate(u[0]);
         PiecewiseSample2d {
             uv: [
                 point_in_bin(column.index, column.fraction, self.width),
@@ -151,11 +175,7 @@ impl PiecewiseConstant2d {
         if column >= self.width || row as usize >= self.marginal.len() {
             return 0.0;
         }
-        let (starts, last) = self.row(row);
-        self.density(
-            width(&self.marginal, self.marginal_last, row),
-            width(starts, last, column),
-        )
+        self.density(self.rows().width(row), self.columns(row).width(column))
     }
 
     /// Of the 2⁶⁴ pairs of words, how many choose a cell (column, row): the distribution realised, exactly.
@@ -164,8 +184,7 @@ impl PiecewiseConstant2d {
         if column >= self.width || row as usize >= self.marginal.len() {
             return 0;
         }
-        let (starts, last) = self.row(row);
-        u128::from(width(&self.marginal, self.marginal_last, row)) * u128::from(width(starts, last, column))
+        u128::from(self.rows().width(row)) * u128::from(self.columns(row).width(column))
     }
 
     /// `∫∫ f`, the mean of the values.

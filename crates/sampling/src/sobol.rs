@@ -63,14 +63,38 @@ const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
     directions
 };
 
+/// The same for four bits of the index at once: `[nibble's place][nibble][dimension]`, 2 KiB. An eighth of the loads of
+/// [`REVERSED_DIRECTIONS`], which a shader may use instead.
+const REVERSED_NIBBLES: [[[u32; GROUP]; 16]; 8] = {
+    let mut nibbles = [[[0; GROUP]; 16]; 8];
+    let mut place = 0;
+    while place < 8 {
+        let mut nibble = 0;
+        while nibble < 16 {
+            let mut bit = 0;
+            while bit < 4 {
+                let mut dimension = 0;
+                while dimension < GROUP && nibble >> bit & 1 == 1 {
+                    nibbles[place][nibble][dimension] ^= REVERSED_DIRECTIONS[4 * place + bit][dimension];
+                    dimension += 1;
+                }
+                bit += 1;
+            }
+            nibble += 1;
+        }
+        place += 1;
+    }
+    nibbles
+};
+
 /// Four coordinates of Sobol point `index`, bits reversed.
 #[inline(always)]
 fn reversed_sobol(index: u32) -> [u32; GROUP] {
     let mut point = [0; GROUP];
-    for (bit, directions) in REVERSED_DIRECTIONS.iter().enumerate() {
-        let mask = 0u32.wrapping_sub(index >> bit & 1);
+    for (place, nibbles) in REVERSED_NIBBLES.iter().enumerate() {
+        let term = &nibbles[(index >> (4 * place) & 15) as usize];
         for dimension in 0..GROUP {
-            point[dimension] ^= directions[dimension] & mask;
+            point[dimension] ^= term[dimension];
         }
     }
     point
@@ -269,6 +293,18 @@ mod tests {
             failure_persistence: None,
             ..Default::default()
         })]
+
+        /// The points are linear in the index over GF(2), with the direction numbers as columns.
+        #[test]
+        fn nibbles_equal_single_bits(index: u32) {
+            let mut point = [0; GROUP];
+            for (bit, directions) in REVERSED_DIRECTIONS.iter().enumerate() {
+                for dimension in 0..GROUP {
+                    point[dimension] ^= directions[dimension] * (index >> bit & 1);
+                }
+            }
+            prop_assert_eq!(reversed_sobol(index), point);
+        }
 
         /// What makes it Owen's scrambling: words that agree in exactly the low `k` bits go to words that agree in
         /// exactly the low `k` bits.

@@ -67,8 +67,7 @@ fn usable_sum(weights: &[f32]) -> (f64, f64) {
     const LEAST_SHARE: f64 = 1.401_298_464_324_817e-45; // 2⁻¹⁴⁹
     let sum: f64 = weights
         .iter()
-        .filter(|weight| is_usable(**weight))
-        .map(|&weight| f64::from(weight))
+        .map(|&weight| if is_usable(weight) { f64::from(weight) } else { 0.0 })
         .sum();
     (sum, sum * LEAST_SHARE)
 }
