@@ -1,7 +1,7 @@
 //! Integration domains and the shift mappings between them.
 
-use crate::real::sanitised;
 use crate::space::Space;
+use crate::storage::sanitised;
 
 /// An integration domain `Ω` with its target function `p̂`: a pixel of this or the previous frame, a cell of a world-space
 /// grid, the suffix space behind a prefix.

@@ -13,13 +13,13 @@ mod diagnostics;
 mod domain;
 mod merge;
 mod mis;
-mod real;
 mod record;
 mod reservoir;
 mod reuse;
 mod ris;
 mod selection;
 mod space;
+mod storage;
 mod weight;
 
 pub use choose::Choose;
@@ -32,11 +32,11 @@ pub use merge::{
     PairwiseStream, UndefinedShifts, integrate, merge, merge_and_integrate,
 };
 pub use mis::{Mis, MisError, Pairwise, Technique};
-pub use real::Real;
 pub use record::{ReservoirRecord, SelectionRecord, TAG_EMPTY, TAG_SAMPLE};
 pub use reservoir::Reservoir;
 pub use reuse::{Extent, PairedPattern, Pattern, PatternError, Reuse, ReuseError, TemporalDomains};
 pub use ris::{MixtureRis, Ris, RisMany, balance_over_techniques};
 pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplacement};
 pub use space::{Counting, Given, Joint, Space};
+pub use storage::Storage;
 pub use weight::{ConditionallyIndependent, ContributionWeight, Tractable, WeightError};

@@ -218,7 +218,7 @@ impl PairwiseConstants {
     #[inline(always)]
     pub(crate) fn neighbour(&self, confidence: f64, p: f64, q: f64) -> f64 {
         let mine = (self.alpha * q).min(f64::MAX);
-        self.kappa * (confidence / self.neighbour_confidence) * share(mine, p + mine)
+        self.kappa * share(confidence, self.neighbour_confidence) * share(mine, p + mine)
     }
 
     /// What a neighbour leaves to the canonical techniques, `(c_j/C_N) · p/(p + α q)` (the sum's terms in eq. B.96). All of
@@ -227,13 +227,13 @@ impl PairwiseConstants {
     pub(crate) fn kept(&self, confidence: f64, p: f64, q: f64) -> f64 {
         let theirs = (self.alpha * q).min(f64::MAX);
         let fraction = if theirs > 0.0 { share(p, p + theirs) } else { 1.0 };
-        (confidence / self.neighbour_confidence) * fraction
+        share(confidence, self.neighbour_confidence) * fraction
     }
 
     /// `m_r` of a canonical technique, from the sum of what neighbours left (eq. B.96).
     #[inline(always)]
     pub(crate) fn canonical(&self, confidence: f64, kept: f64) -> f64 {
-        (confidence / self.canonical_confidence) * ((1.0 - self.kappa) + self.kappa * kept)
+        share(confidence, self.canonical_confidence) * ((1.0 - self.kappa) + self.kappa * kept)
     }
 
     /// The confidence of the neighbours that these constants were made for.

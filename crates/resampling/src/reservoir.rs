@@ -1,7 +1,7 @@
 //! A reservoir: one sample, its unbiased contribution weight, and how much it is trusted.
 
-use crate::real::Real;
 use crate::space::Space;
+use crate::storage::Storage;
 use crate::weight::{ContributionWeight, Tractable, WeightError};
 
 /// A sample `X`, its unbiased contribution weight `W_X` in the space `S`, and its confidence `c` (Lin 2022 §6.5.2,
@@ -12,19 +12,19 @@ use crate::weight::{ContributionWeight, Tractable, WeightError};
 /// * Confidence weighs a *technique* in MIS weights. It must not depend on the value of the sample. Capping it leaves
 ///   `W` alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reservoir<X, S: Space, R: Real = f32> {
+pub struct Reservoir<X, S: Space, R: Storage = f32> {
     sample: Option<X>,
     weight: ContributionWeight<S, R>,
     confidence: f32,
 }
 
-impl<X, S: Space, R: Real> Default for Reservoir<X, S, R> {
+impl<X, S: Space, R: Storage> Default for Reservoir<X, S, R> {
     fn default() -> Self {
         Self::empty(0.0)
     }
 }
 
-impl<X, S: Space, R: Real> Reservoir<X, S, R> {
+impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
     /// A reservoir with a sample.
     ///
     /// # Errors

@@ -35,8 +35,8 @@
 //! # Ok::<(), lightshed_resampling::WeightError>(())
 //! ```
 
-use crate::real::{Real, product};
 use crate::space::{Given, Joint, Space};
+use crate::storage::{Storage, product};
 use core::marker::PhantomData;
 use lightshed_sampling::{Density, Measure};
 
@@ -90,12 +90,12 @@ fn reciprocal(density: f64) -> Result<f64, WeightError> {
 /// (steradians for `SolidAngle`): it stands where `1/p` would.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(transparent)]
-pub struct ContributionWeight<S: Space, R: Real = f32> {
+pub struct ContributionWeight<S: Space, R: Storage = f32> {
     value: R,
     space: PhantomData<S>,
 }
 
-impl<S: Space, R: Real> ContributionWeight<S, R> {
+impl<S: Space, R: Storage> ContributionWeight<S, R> {
     /// States that `value` is an unbiased contribution weight in `S`.
     ///
     /// # Errors
@@ -152,9 +152,9 @@ impl ConditionallyIndependent {
 
 /// A weight `1/p(x)` with a known density: a function of `x` alone, hence independent of everything else given `x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tractable<S: Space, R: Real = f32>(ContributionWeight<S, R>);
+pub struct Tractable<S: Space, R: Storage = f32>(ContributionWeight<S, R>);
 
-impl<S: Space, R: Real> Tractable<S, R> {
+impl<S: Space, R: Storage> Tractable<S, R> {
     /// `W = 1/p` for a density (or probability) `p` in `S`.
     ///
     /// # Errors

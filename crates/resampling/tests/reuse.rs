@@ -312,7 +312,7 @@ fn the_previous_frames_domain_keeps_moving_domains_exact() {
             };
             let fresh = [draw(&now, chooser.choose(&pmf))];
             let history = [draw(&before, chooser.choose(&pmf))];
-            let mut output = fresh.clone();
+            let mut output = fresh;
             let domains = [now];
             let reuse = Reuse::new(extent, &domains, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 20.0).unwrap();
             let shared = std::sync::Arc::new(std::sync::Mutex::new(std::mem::take(chooser)));

@@ -5,9 +5,9 @@ use super::report::MergeReport;
 use crate::choose::Choose;
 use crate::domain::{Domain, Jacobian, ShiftMapping, proxy, proxy_with_target};
 use crate::mis::{Mis, PairwiseConstants, share};
-use crate::real::{Real, product, sanitised};
 use crate::reservoir::Reservoir;
 use crate::selection::Selection;
+use crate::storage::{Storage, product, sanitised};
 use crate::weight::ContributionWeight;
 
 /// Resamples one of the inputs into the domain `to`.
@@ -17,7 +17,7 @@ use crate::weight::ContributionWeight;
 ///
 /// # Errors
 /// [`MergeError::NoCanonicalConfidence`] for a pairwise family without canonical confidence.
-pub fn merge<D: Domain, T: ShiftMapping<D>, R: Real>(
+pub fn merge<D: Domain, T: ShiftMapping<D>, R: Storage>(
     to: &D,
     shift: &T,
     inputs: &[Input<'_, D, R>],
@@ -33,7 +33,7 @@ pub fn merge<D: Domain, T: ShiftMapping<D>, R: Real>(
 ///
 /// # Errors
 /// As [`merge`].
-pub fn integrate<D: Domain, T: ShiftMapping<D>, R: Real>(
+pub fn integrate<D: Domain, T: ShiftMapping<D>, R: Storage>(
     to: &D,
     shift: &T,
     inputs: &[Input<'_, D, R>],
@@ -56,7 +56,7 @@ pub fn integrate<D: Domain, T: ShiftMapping<D>, R: Real>(
 ///
 /// # Errors
 /// As [`merge`].
-pub fn merge_and_integrate<D: Domain, T: ShiftMapping<D>, R: Real>(
+pub fn merge_and_integrate<D: Domain, T: ShiftMapping<D>, R: Storage>(
     to: &D,
     shift: &T,
     inputs: &[Input<'_, D, R>],
@@ -123,7 +123,7 @@ impl<X: Clone> Term<'_, X> {
 }
 
 /// A merge in progress.
-struct Merge<'a, D: Domain, T, R: Real> {
+struct Merge<'a, D: Domain, T, R: Storage> {
     to: &'a D,
     shift: &'a T,
     inputs: &'a [Input<'a, D, R>],
@@ -132,7 +132,7 @@ struct Merge<'a, D: Domain, T, R: Real> {
     pairwise: Option<PairwiseConstants>,
 }
 
-impl<'a, D: Domain, T: ShiftMapping<D>, R: Real> Merge<'a, D, T, R> {
+impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
     fn new(to: &'a D, shift: &'a T, inputs: &'a [Input<'a, D, R>], mis: Mis) -> Result<Self, MergeError> {
         let (mut canonical, mut neighbours) = (0.0, 0.0);
         for input in inputs {

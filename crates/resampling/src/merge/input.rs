@@ -2,28 +2,28 @@
 
 use super::report::MergeReport;
 use crate::domain::Domain;
-use crate::real::Real;
 use crate::reservoir::Reservoir;
+use crate::storage::Storage;
 
 /// The reservoir of a domain: its samples, its space.
 pub type DomainReservoir<D, R = f32> = Reservoir<<D as Domain>::Sample, <D as Domain>::Space, R>;
 
 /// One input of a merge: a reservoir and the domain its sample lives in.
-pub struct Input<'a, D: Domain, R: Real = f32> {
+pub struct Input<'a, D: Domain, R: Storage = f32> {
     pub(crate) domain: &'a D,
     pub(crate) reservoir: &'a DomainReservoir<D, R>,
     pub(crate) canonical: bool,
 }
 
 // Not derived: a derive would ask for `D: Clone`.
-impl<D: Domain, R: Real> Clone for Input<'_, D, R> {
+impl<D: Domain, R: Storage> Clone for Input<'_, D, R> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<D: Domain, R: Real> Copy for Input<'_, D, R> {}
+impl<D: Domain, R: Storage> Copy for Input<'_, D, R> {}
 
-impl<'a, D: Domain, R: Real> Input<'a, D, R> {
+impl<'a, D: Domain, R: Storage> Input<'a, D, R> {
     /// A canonical sample (Lin 2022 def. 6.4.2): drawn in the domain merged into, with its target, covering its support; no
     /// shift. `domain` is that domain; it may be another value with the same target and its own
     /// [`tractable_density`](Domain::tractable_density), one for each technique.
@@ -56,14 +56,14 @@ impl<'a, D: Domain, R: Real> Input<'a, D, R> {
 }
 
 /// The outcome of a merge.
-pub struct Merged<D: Domain, R: Real = f32> {
+pub struct Merged<D: Domain, R: Storage = f32> {
     /// `(Y, W_Y, Σ c_i)`. Cap its confidence before it is reused over frames.
     pub reservoir: DomainReservoir<D, R>,
     /// By-products.
     pub report: MergeReport,
 }
 
-impl<D: Domain, R: Real> Clone for Merged<D, R> {
+impl<D: Domain, R: Storage> Clone for Merged<D, R> {
     fn clone(&self) -> Self {
         Self {
             reservoir: self.reservoir.clone(),

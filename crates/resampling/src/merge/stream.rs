@@ -5,16 +5,16 @@ use super::report::MergeReport;
 use crate::choose::Choose;
 use crate::domain::{Domain, Pulled, ShiftMapping, Shifted, Undefined, proxy, proxy_with_target};
 use crate::mis::{Pairwise, PairwiseConstants};
-use crate::real::{Real, product, sanitised};
 use crate::reservoir::Reservoir;
 use crate::selection::Selection;
+use crate::storage::{Storage, product, sanitised};
 use crate::weight::ContributionWeight;
 
 /// A pairwise merge around one canonical input that sees its neighbours one by one and keeps none of them.
 ///
 /// Its outcome is distributed as that of [`merge`](super::merge) over the same inputs. Only the sum of the neighbours'
 /// confidences must be known beforehand: confidence is data apart from samples, so that is one cheap pass.
-pub struct PairwiseStream<'a, D: Domain, R: Real = f32> {
+pub struct PairwiseStream<'a, D: Domain, R: Storage = f32> {
     to: &'a D,
     canonical_domain: &'a D,
     canonical: &'a DomainReservoir<D, R>,
@@ -31,7 +31,7 @@ pub struct PairwiseStream<'a, D: Domain, R: Real = f32> {
     report: MergeReport,
 }
 
-impl<'a, D: Domain, R: Real> PairwiseStream<'a, D, R> {
+impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
     /// Starts a merge into `to`, whose canonical sample comes from `canonical_domain` (usually `to` itself; see
     /// [`Input::canonical`](super::Input::canonical)). `neighbour_confidence` is the sum over all neighbours to come.
     ///

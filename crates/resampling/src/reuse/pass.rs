@@ -5,7 +5,7 @@ use crate::choose::Choose;
 use crate::domain::{Domain, ShiftMapping};
 use crate::merge::{Carried, DomainReservoir, Input, MergeError, MergeReport, PairwiseStream, merge};
 use crate::mis::{Mis, Pairwise};
-use crate::real::Real;
+use crate::storage::Storage;
 
 /// Why a pass cannot run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,7 +102,7 @@ where
     /// # Errors
     /// [`ReuseError::Length`], or the error of some pixel's merge.
     #[allow(clippy::too_many_arguments)]
-    pub fn temporal<R: Real, C: Choose>(
+    pub fn temporal<R: Storage, C: Choose>(
         &self,
         fresh: &[DomainReservoir<D, R>],
         previous: &TemporalDomains<'_, D>,
@@ -145,7 +145,7 @@ where
     ///
     /// # Errors
     /// As [`Reuse::temporal`].
-    pub fn spatial<R: Real, C: Choose>(
+    pub fn spatial<R: Storage, C: Choose>(
         &self,
         pattern: &Pattern,
         key: u32,
@@ -175,7 +175,7 @@ where
     /// # Errors
     /// As [`Reuse::spatial`].
     #[allow(clippy::too_many_arguments)]
-    pub fn spatial_rounds<R: Real, C: Choose>(
+    pub fn spatial_rounds<R: Storage, C: Choose>(
         &self,
         pattern: &Pattern,
         rounds: u32,
@@ -198,7 +198,7 @@ where
     ///
     /// # Errors
     /// As [`Reuse::temporal`], and [`ReuseError::NotPairwise`].
-    pub fn paired<R: Real, C: Choose>(
+    pub fn paired<R: Storage, C: Choose>(
         &self,
         pattern: &PairedPattern,
         key: u32,
@@ -258,7 +258,7 @@ where
     }
 
     /// The merge of one side of a pair.
-    fn pair<R: Real>(
+    fn pair<R: Storage>(
         &self,
         pairwise: Pairwise,
         pixel: usize,
@@ -276,7 +276,7 @@ where
     }
 
     /// The merge of one pixel.
-    fn finish<R: Real, C: Choose>(
+    fn finish<R: Storage, C: Choose>(
         &self,
         pixel: usize,
         inputs: &[Input<'_, D, R>],

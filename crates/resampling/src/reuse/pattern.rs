@@ -116,7 +116,8 @@ impl Pattern {
         }
         // A lattice whose generator is coprime to the side and near its golden section: rooks far from each other.
         let golden = (f64::from(side) * 0.618_033_988_749_895).round() as u32;
-        let coprime = |stride: u32| (2..=stride).all(|d| stride % d != 0 || side % d != 0);
+        let coprime =
+            |stride: u32| (2..=stride).all(|d| !(stride.is_multiple_of(d) && side.is_multiple_of(d)));
         let stride = (0..side)
             .flat_map(|distance| [golden.saturating_sub(distance), golden + distance])
             .find(|&stride| (1..=side).contains(&stride) && coprime(stride))

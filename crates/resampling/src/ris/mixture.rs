@@ -3,10 +3,10 @@
 use super::single::finished;
 use crate::choose::Choose;
 use crate::mis::share;
-use crate::real::{Real, product, sanitised};
 use crate::reservoir::Reservoir;
 use crate::selection::Selection;
 use crate::space::Space;
+use crate::storage::{Storage, product, sanitised};
 use crate::weight::ContributionWeight;
 use core::marker::PhantomData;
 
@@ -36,7 +36,7 @@ impl<X, S: Space> MixtureRis<X, S> {
 
     /// A candidate `x` with `p̂(x)`, `m_i(x)` and its contribution weight.
     #[inline(always)]
-    pub fn candidate<R: Real>(
+    pub fn candidate<R: Storage>(
         &mut self,
         x: X,
         target: f64,
@@ -55,7 +55,7 @@ impl<X, S: Space> MixtureRis<X, S> {
     }
 
     /// `Y` with `W_Y = Σw / p̂(Y)`; see [`Ris::finish`](super::Ris::finish).
-    pub fn finish<R: Real>(self, confidence: f32) -> Reservoir<X, S, R> {
+    pub fn finish<R: Storage>(self, confidence: f32) -> Reservoir<X, S, R> {
         let weight_sum = self.selection.weight_sum();
         finished(self.selection.into_item(), weight_sum, confidence)
     }

@@ -1,10 +1,10 @@
 //! RIS over candidates of one technique.
 
 use crate::choose::Choose;
-use crate::real::{Real, product, sanitised};
 use crate::reservoir::Reservoir;
 use crate::selection::{Selection, Selections};
 use crate::space::Space;
+use crate::storage::{Storage, product, sanitised};
 use crate::weight::ContributionWeight;
 use core::marker::PhantomData;
 
@@ -36,7 +36,7 @@ impl<X, S: Space> Ris<X, S> {
     /// A candidate `x` with `p̂(x)` and its contribution weight (`1/p` where drawn from a density). Every candidate drawn must be
     /// handed in, those with a zero target too: they count in `M`.
     #[inline(always)]
-    pub fn candidate<R: Real>(
+    pub fn candidate<R: Storage>(
         &mut self,
         x: X,
         target: f64,
@@ -50,7 +50,7 @@ impl<X, S: Space> Ris<X, S> {
     }
 
     /// The outcome of an earlier stage as a candidate, with this stage's target. An empty one counts in `M`.
-    pub fn reservoir<R: Real>(
+    pub fn reservoir<R: Storage>(
         &mut self,
         reservoir: &Reservoir<X, S, R>,
         target: impl FnOnce(&X) -> f64,
@@ -90,7 +90,7 @@ impl<X, S: Space> Ris<X, S> {
 
     /// `Y` with `W_Y = (1/p̂(Y)) (1/M) Σ p̂ W`, trusted by `confidence` (1 as in Lin 2022 §6.5.2, or `M`; a choice that must not
     /// depend on the candidates' values). Empty if no candidate had a positive target.
-    pub fn finish<R: Real>(self, confidence: f32) -> Reservoir<X, S, R> {
+    pub fn finish<R: Storage>(self, confidence: f32) -> Reservoir<X, S, R> {
         let integral = self.target_integral();
         finished(self.selection.into_item(), integral, confidence)
     }
@@ -124,7 +124,7 @@ impl<X: Clone, S: Space, const N: usize> RisMany<X, S, N> {
 
     /// A candidate; see [`Ris::candidate`].
     #[inline]
-    pub fn candidate<R: Real>(
+    pub fn candidate<R: Storage>(
         &mut self,
         x: &X,
         target: f64,
@@ -140,7 +140,7 @@ impl<X: Clone, S: Space, const N: usize> RisMany<X, S, N> {
     }
 
     /// The `N` samples. An estimate of `∫ f` is the *mean* of their `f(Y) W_Y`.
-    pub fn finish<R: Real>(self, confidence: f32) -> [Reservoir<X, S, R>; N] {
+    pub fn finish<R: Storage>(self, confidence: f32) -> [Reservoir<X, S, R>; N] {
         let integral = if self.candidates > 0 {
             self.selections.weight_sum() / self.candidates as f64
         } else {
@@ -153,7 +153,7 @@ impl<X: Clone, S: Space, const N: usize> RisMany<X, S, N> {
 }
 
 /// `W_Y = Σw / p̂(Y)`, once.
-pub(super) fn finished<X, S: Space, R: Real>(
+pub(super) fn finished<X, S: Space, R: Storage>(
     item: Option<(X, f64)>,
     weight_sum: f64,
     confidence: f32,

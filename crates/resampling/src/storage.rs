@@ -10,7 +10,7 @@ mod sealed {
 ///
 /// All arithmetic of this crate runs in `f64` and rounds *once*, when a weight is stored. The code that a renderer
 /// runs with `f32` storage is therefore the very code that exact enumeration holds to 1e-12 with `f64` storage.
-pub trait Real:
+pub trait Storage:
     sealed::Sealed + Copy + Default + PartialEq + core::fmt::Debug + Send + Sync + 'static
 {
     /// Widens without loss.
@@ -19,7 +19,7 @@ pub trait Real:
     fn from_f64(value: f64) -> Self;
 }
 
-impl Real for f32 {
+impl Storage for f32 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         f64::from(self)
@@ -34,7 +34,7 @@ impl Real for f32 {
     }
 }
 
-impl Real for f64 {
+impl Storage for f64 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
