@@ -1,18 +1,19 @@
 //! Alias tables: choosing among many weights in constant time.
 //!
-//! `n` weights become `n` columns of equal width; column `i` belongs to `i` up to its threshold and to one other
-//! index, its alias, above. One uniform 64-bit number picks both: with `x = u·n / 2⁶⁴`, the column is `⌊x⌋` and the coin
-//! is the next 32 bits of `x`. So 2²⁰ weights leave the coin 44 bits to be drawn from, where a 24-bit number left it 4.
+//! `n` weights become `n` columns of equal width; column `i` belongs to `i` up to its threshold and to one
+//! other index, its alias, above. One uniform 64-bit number picks both: with `x = u·n / 2⁶⁴`, the column is
+//! `⌊x⌋` and the coin is the next 32 bits of `x`. So 2²⁰ weights leave the coin 44 bits to be drawn from,
+//! where a 24-bit number left it 4.
 //!
-//! Walker 1977, *An Efficient Method for Generating Discrete Random Variables With General Distributions*; built as in
-//! Vose 1991, *A Linear Algorithm For Generating Random Numbers With a Given Distribution*.
+//! Walker 1977, *An Efficient Method for Generating Discrete Random Variables With General Distributions*;
+//! built as in Vose 1991, *A Linear Algorithm For Generating Random Numbers With a Given Distribution*.
 //!
 //! # Precision
 //!
-//! Thresholds are 32-bit integers, so probabilities are not `w_i / Σw` to the last bit, but they are *known*: what
-//! [`AliasTable::pmf`] reports is the share of the 2⁶⁴ numbers that lead to the index, counted exactly and rounded once.
-//! An estimator that divides by it is unbiased. A weight of zero has a probability of exactly zero and a positive
-//! weight, however small, one of at least about `2⁻³² / n`.
+//! Thresholds are 32-bit integers, so probabilities are not `w_i / Σw` to the last bit, but they are *known*:
+//! what [`AliasTable::pmf`] reports is the share of the 2⁶⁴ numbers that lead to the index, counted exactly
+//! and rounded once. An estimator that divides by it is unbiased. A weight of zero has a probability of
+//! exactly zero and a positive weight, however small, one of at least about `2⁻³² / n`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -104,8 +105,8 @@ impl AliasTable {
         self.pmf.get(index as usize).copied().unwrap_or(0.0)
     }
 
-    /// Of the 2⁶⁴ numbers `u`, how many choose each index: the distribution the table realises, exactly. They sum to
-    /// 2⁶⁴. `O(n)` time and memory.
+    /// Of the 2⁶⁴ numbers `u`, how many choose each index: the distribution the table realises, exactly. They
+    /// sum to 2⁶⁴. `O(n)` time and memory.
     pub fn exact_counts(&self) -> Vec<u128> {
         counts(&self.entries).collect()
     }
@@ -165,8 +166,8 @@ fn build<W: Copy + Into<f64>>(weights: &[W], largest: f64) -> Vec<AliasEntry> {
             small.push(donor);
         }
     }
-    // Rounding can leave columns of about one unit; those stay their own. It can also leave a zero weight, which must
-    // not: it is given to a weight that is surely positive.
+    // Rounding can leave columns of about one unit; those stay their own. It can also leave a zero weight,
+    // which must not: it is given to a weight that is surely positive.
     let positive = (0..n).find(|&i| weights[i].into() == largest).unwrap_or(0) as u32;
     for leftover in small {
         if weights[leftover as usize].into() == 0.0 {

@@ -28,9 +28,10 @@ impl Frame {
         }
     }
 
-    /// A frame around a unit `normal` whose tangent is `along` made orthogonal to it (Gram–Schmidt, twice, so that it
-    /// is orthogonal to rounding however close the two are); `along` may have any length. Falls back to
-    /// [`Frame::from_normal`] where they are parallel to within 10⁻⁶ radians, and for a zero or non-finite `along`.
+    /// A frame around a unit `normal` whose tangent is `along` made orthogonal to it (Gram–Schmidt, twice, so
+    /// that it is orthogonal to rounding however close the two are); `along` may have any length. Falls back
+    /// to [`Frame::from_normal`] where they are parallel to within 10⁻⁶ radians, and for a zero or non-finite
+    /// `along`.
     #[inline]
     pub fn from_normal_and_tangent(normal: Vec3, along: Vec3) -> Self {
         const LEAST_SINE: f32 = 1e-6;

@@ -1,4 +1,55 @@
 //! Random numbers, measures and densities, warps and discrete distributions for light transport.
+//!
+//! | what | where | exact, tested and portable how |
+//! |---|---|---|
+//! | random numbers by place: seed, pixel, sample, dimension | [`CounterRng`], [`PathSeed`], [`threefry4x32`] | integers; WGSL computes the same bits |
+//! | stratified numbers | [`SobolSampler`] | integers; nets counted exactly |
+//! | bits → numbers, one number used twice, choice among a few | [`f32_from_u32`], [`f64_from_u64`], [`u32_from_f32`], [`remap`], [`choose`] | never 1, never a zero weight |
+//! | choice among many | [`AliasTable`] | the pmf is the one realised, by exact counts; integers |
+//! | environment maps, tabulated densities | [`PiecewiseConstant1d`], [`PiecewiseConstant2d`] | the density is the one realised; monotone in `u`; integers |
+//! | densities that carry their measure, MIS heuristics | [`Density`], [`balance_heuristic`], [`power_heuristic`] | mixing measures does not compile |
+//! | points on disks, spheres, triangles; lobes; distances | [`CosineHemisphere`], [`UniformCone`], [`SphericalTriangle`], [`Ggx`], [`VonMisesFisher`], [`FreeFlight`], … | a sample's density is the inverse's Jacobian |
+//! | frames | [`Frame`] | orthonormal to 5·10⁻⁷ |
+//! | directions in a square, in 32 or 16 bits | [`octahedral_encode`], [`octahedral_pack32`], … | `snorm` packing bit for bit as WGSL's |
+//! | codes that keep neighbours near | [`MortonGrid`], [`morton63_encode`], … | integers; quantised in `f64` |
+//! | sums that keep their small terms | [`CompensatedSum`], [`pairwise_sum`] | |
+//!
+//! # What a guest writes
+//!
+//! ```
+//! use lightshed_sampling::{CounterRng, PiecewiseConstant2d};
+//!
+//! // An environment map of 4 × 2 pixels with a bright one; its sampler reports densities on the unit square.
+//! let radiance = [0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 90.0, 2.0];
+//! let map = PiecewiseConstant2d::new(&radiance, 4)?;
+//!
+//! let mean = |pixel: u32| {
+//!     let sum: f32 = (0..256)
+//!         .map(|sample| {
+//!             let mut rng = CounterRng::new(1, pixel, sample);
+//!             let s = map.sample(rng.next_2d());
+//!             radiance[(s.cell[1] * 4 + s.cell[0]) as usize] / s.pdf
+//!         })
+//!         .sum();
+//!     sum / 256.0
+//! };
+//! // Sampled in proportion to the integrand: no noise.
+//! assert!((mean(0) - 99.0 / 8.0).abs() < 1e-3);
+//! # Ok::<(), lightshed_sampling::WeightsError>(())
+//! ```
+//!
+//! The example `guest` estimates a harder integral by uniform, importance-driven and stratified samples.
+//!
+//! # Conventions
+//!
+//! - Randomness enters as explicit uniform numbers in [0, 1) or as words; that form ports to a shader. Where
+//!   the number of draws varies there is `&mut impl rand::Rng`, which [`CounterRng`] and [`SobolSampler`]
+//!   are.
+//! - Constructors validate and return a `Result`; sampling neither allocates nor panics, and finite input
+//!   gives finite output.
+//! - A density names its measure: `pdf` of a point on the unit interval or square with respect to length or
+//!   area there, [`Density<M>`] for the rest.
+//! - Sums that grow are compensated or `f64` inside and rounded once.
 #![forbid(unsafe_code)]
 
 mod alias;
@@ -28,6 +79,7 @@ pub use octahedral::{
 };
 pub use piecewise::{PiecewiseConstant1d, PiecewiseSample};
 pub use piecewise2d::{PiecewiseConstant2d, PiecewiseSample2d};
+pub use rand;
 pub use rng::{CounterRng, PathSeed, threefry4x32};
 pub use sobol::SobolSampler;
 pub use sum::{CompensatedSum, Real, pairwise_sum, pairwise_sum_iter};

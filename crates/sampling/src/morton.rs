@@ -1,8 +1,8 @@
 //! Morton codes: three integers with their bits interleaved, so that near codes are near points.
 //!
-//! Bit `3i + a` of the code is bit `i` of axis `a` (x = 0). 30-bit codes hold 10 bits an axis, 63-bit codes 21.
-//! With 30 bits a million points in a hundredth of the extent share a thousand cells; 63 are the default for building trees, ties
-//! broken by index.
+//! Bit `3i + a` of the code is bit `i` of axis `a` (x = 0). 30-bit codes hold 10 bits an axis, 63-bit codes
+//! 21. With 30 bits a million points in a hundredth of the extent share a thousand cells; 63 are the default
+//! for building trees, ties broken by index.
 
 use core::fmt;
 
@@ -103,11 +103,11 @@ impl fmt::Display for BoundsError {
 
 impl core::error::Error for BoundsError {}
 
-/// Morton codes of points inside a box, quantised in `f64`: with `f32` the differences of coordinates far from the origin
-/// have fewer than 21 bits.
+/// Morton codes of points inside a box, quantised in `f64`: with `f32` the differences of coordinates far
+/// from the origin have fewer than 21 bits.
 ///
-/// Cell `⌊(p − min) / (max − min) · 2^b⌋` along each axis, the last one for `p = max`. Along an axis without extent all
-/// points are in cell 0. Points outside count to the nearest cell, NaN to cell 0.
+/// Cell `⌊(p − min) / (max − min) · 2^b⌋` along each axis, the last one for `p = max`. Along an axis without
+/// extent all points are in cell 0. Points outside count to the nearest cell, NaN to cell 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MortonGrid {
     min: [f64; 3],

@@ -1,9 +1,9 @@
 //! Piecewise-constant densities on the unit square: the sampler of an environment map.
 //!
-//! `width × height` values `f_ij ≥ 0`, row by row, define `p(u, v) = f_ij / mean(f)` on cells of equal size, a density with
-//! respect to *area on the unit square*. A row is chosen by the marginal `p(v) ∝ Σ_j f_ij`, then a column by the
-//! conditional `p(u | v)`, both in the fixed point of [`PiecewiseConstant1d`](crate::PiecewiseConstant1d): see there for
-//! what is exact.
+//! `width × height` values `f_ij ≥ 0`, row by row, define `p(u, v) = f_ij / mean(f)` on cells of equal size,
+//! a density with respect to *area on the unit square*. A row is chosen by the marginal `p(v) ∝ Σ_j f_ij`,
+//! then a column by the conditional `p(u | v)`, both in the fixed point of
+//! [`PiecewiseConstant1d`](crate::PiecewiseConstant1d): see there for what is exact.
 //!
 //! Two guided searches of contiguous words; 1¼ words of memory a cell.
 
@@ -60,8 +60,8 @@ impl PiecewiseConstant2d {
     ///
     /// # Errors
     ///
-    /// No value, rows that are not full, too many rows or columns, a value that is negative or not finite, or all
-    /// zero: see [`WeightsError`].
+    /// No value, rows that are not full, too many rows or columns, a value that is negative or not finite, or
+    /// all zero: see [`WeightsError`].
     pub fn new(values: &[f32], width: usize) -> Result<Self, WeightsError> {
         let largest = validate(values, usize::MAX)?;
         if width == 0 || !values.len().is_multiple_of(width) {
@@ -143,8 +143,8 @@ impl PiecewiseConstant2d {
         self.sample_words(u.map(u32_from_f32))
     }
 
-    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the 24 bits of an
-    /// `f32` leave 12 for the place within a cell; these leave 20.
+    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the 24 bits
+    /// of an `f32` leave 12 for the place within a cell; these leave 20.
     #[inline(always)]
     pub fn sample_words(&self, u: [u32; 2]) -> PiecewiseSample2d {
         let row = self.rows().locate(u[1]);
@@ -159,7 +159,8 @@ impl PiecewiseConstant2d {
         }
     }
 
-    /// The density at `uv`, with respect to area on the unit square; outside [0, 1)² that of the nearest cell.
+    /// The density at `uv`, with respect to area on the unit square; outside [0, 1)² that of the nearest
+    /// cell.
     #[inline]
     pub fn pdf(&self, uv: [f32; 2]) -> f32 {
         self.cell_pdf([

@@ -8,19 +8,21 @@
 //! counter = (dimension div 4, 0, 0, 0)
 //! ```
 //!
-//! so an image does not depend on the number or order of threads, any pixel can be rendered again alone, and random
-//! replay is a re-run. Only 32-bit additions, rotations and exclusive-ors occur: WGSL computes the same bits.
-//! [`CounterRng::at`] is the specification; [`CounterRng`] gives the same words in sequence, faster.
+//! so an image does not depend on the number or order of threads, any pixel can be rendered again alone, and
+//! random replay is a re-run. Only 32-bit additions, rotations and exclusive-ors occur: WGSL computes the
+//! same bits. [`CounterRng::at`] is the specification; [`CounterRng`] gives the same words in sequence,
+//! faster.
 //!
-//! Threefry: Salmon, Moraes, Dror, Shaw 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*, §3.2 (rotations: table 4;
-//! key parity as in Skein). The paper's default is 20 rounds; its table 2 lists 12 as Crush-resistant, and 12 is used
-//! here ([`CounterRng::ROUNDS`]).
+//! Threefry: Salmon, Moraes, Dror, Shaw 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*, §3.2 (rotations:
+//! table 4; key parity as in Skein). The paper's default is 20 rounds; its table 2 lists 12 as
+//! Crush-resistant, and 12 is used here ([`CounterRng::ROUNDS`]).
 //!
 //! # Performance
 //!
-//! One block of four words is a chain of 12 dependent rounds; a processor hides that by working on independent blocks.
-//! [`CounterRng`] therefore computes eight consecutive blocks (32 words) at a time in a loop over lanes that compilers
-//! turn into vector instructions; the first eight when the first number is asked for.
+//! One block of four words is a chain of 12 dependent rounds; a processor hides that by working on
+//! independent blocks. [`CounterRng`] therefore computes eight consecutive blocks (32 words) at a time in a
+//! loop over lanes that compilers turn into vector instructions; the first eight when the first number is
+//! asked for.
 
 use core::convert::Infallible;
 use core::fmt;
@@ -88,8 +90,8 @@ pub fn threefry4x32<const N: usize>(counter: [u32; 4], key: [u32; 4]) -> [u32; 4
     let [k0, k1, k2, k3] = key;
     let schedule = [k0, k1, k2, k3, PARITY ^ k0 ^ k1 ^ k2 ^ k3];
     let mut x: [u32; 4] = core::array::from_fn(|word| counter[word].wrapping_add(schedule[word]));
-    // Up to twelve rounds stand here one by one: compilers do not make vector code of a loop (over lanes) around a
-    // loop (over rounds).
+    // Up to twelve rounds stand here one by one: compilers do not make vector code of a loop (over lanes)
+    // around a loop (over rounds).
     if N >= 4 {
         mix_four(&mut x, &schedule, 0);
     }
@@ -110,10 +112,10 @@ pub fn threefry4x32<const N: usize>(counter: [u32; 4], key: [u32; 4]) -> [u32; 4
 
 /// A stream of random numbers for one sample of one pixel, or for one path ([`PathSeed`]).
 ///
-/// The `n`-th word drawn is [`CounterRng::at`]`(seed, pixel, sample, n)`, and the place in the stream can be read
-/// ([`dimension`](Self::dimension)) and set ([`set_dimension`](Self::set_dimension)). It is a [`rand::Rng`], so
-/// everything written for `rand` accepts it. The period is 2³² words, far beyond what one sample draws; it then
-/// starts again.
+/// The `n`-th word drawn is [`CounterRng::at`]`(seed, pixel, sample, n)`, and the place in the stream can be
+/// read ([`dimension`](Self::dimension)) and set ([`set_dimension`](Self::set_dimension)). It is a
+/// [`rand::Rng`], so everything written for `rand` accepts it. The period is 2³² words, far beyond what one
+/// sample draws; it then starts again.
 ///
 /// Not cryptographic.
 #[derive(Clone)]
@@ -124,8 +126,8 @@ pub struct CounterRng {
     stream: u32,
     /// Dimension of the next word.
     dimension: u32,
-    /// Dimension of the buffer's first word, a multiple of four; any other value: the buffer holds nothing and
-    /// `dimension - first` is at least [`BUFFER`], so that one comparison serves both.
+    /// Dimension of the buffer's first word, a multiple of four; any other value: the buffer holds nothing
+    /// and `dimension - first` is at least [`BUFFER`], so that one comparison serves both.
     first: u32,
 }
 
@@ -133,8 +135,8 @@ impl CounterRng {
     /// Rounds of Threefry-4×32: the least that passes BigCrush (Salmon et al. 2011, table 2).
     pub const ROUNDS: usize = 12;
 
-    /// The `dimension`-th 32-bit word of sample `sample` of pixel `pixel` under `seed`: the pure function that
-    /// the stream steps through and that a shader computes.
+    /// The `dimension`-th 32-bit word of sample `sample` of pixel `pixel` under `seed`: the pure function
+    /// that the stream steps through and that a shader computes.
     ///
     /// ```
     /// use lightshed_sampling::CounterRng;
@@ -275,9 +277,9 @@ impl TryRng for CounterRng {
 
 /// The seed of one path's random numbers: all that random replay needs to draw the same ones again.
 ///
-/// 64 bits, because with 32 a path tracer runs a fixed quadrature of 2³² paths, visibly biased on small bright
-/// features. The streams of different seeds never share a block, nor one with a [`CounterRng::new`] stream of the same
-/// seed.
+/// 64 bits, because with 32 a path tracer runs a fixed quadrature of 2³² paths, visibly biased on small
+/// bright features. The streams of different seeds never share a block, nor one with a [`CounterRng::new`]
+/// stream of the same seed.
 ///
 /// ```
 /// use lightshed_sampling::{CounterRng, PathSeed};
@@ -337,8 +339,8 @@ mod tests {
         assert_eq!(threefry4x32::<N>(counter, key), pi, "{N} rounds of π");
     }
 
-    /// Random123's published `kat_vectors` for 13, 20 and 72 rounds. It has none for 12; those are of a separate
-    /// Python implementation that reproduces the other nine.
+    /// Random123's published `kat_vectors` for 13, 20 and 72 rounds. It has none for 12; those are of a
+    /// separate Python implementation that reproduces the other nine.
     #[test]
     fn known_answer_vectors() {
         known_answers::<13>(

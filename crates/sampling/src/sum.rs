@@ -2,10 +2,11 @@
 //!
 //! Adding `n` numbers one by one has a rounding error that grows as `n ε Σ|x|`. Here are
 //!
-//! - [`CompensatedSum`]: Neumaier 1974, *Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen*
-//!   (Kahan's method, right also where a term exceeds the sum): error `ε |Σx| + O(n ε²) Σ|x|`, four times the additions;
-//! - [`pairwise_sum`] and [`pairwise_sum_iter`]: a balanced tree of additions, error `O(ε log n) Σ|x|`, about the
-//!   price of a plain sum.
+//! - [`CompensatedSum`]: Neumaier 1974, *Rundungsfehleranalyse einiger Verfahren zur Summation endlicher
+//!   Summen* (Kahan's method, right also where a term exceeds the sum): error `ε |Σx| + O(n ε²) Σ|x|`, four
+//!   times the additions;
+//! - [`pairwise_sum`] and [`pairwise_sum_iter`]: a balanced tree of additions, error `O(ε log n) Σ|x|`, about
+//!   the price of a plain sum.
 
 use core::iter::Sum;
 use core::ops::AddAssign;
@@ -44,8 +45,8 @@ real!(f32, f64);
 
 /// A running sum with Neumaier's compensation.
 ///
-/// If a partial sum overflows, the value is that infinity (or NaN once both infinities met), never a NaN made by the
-/// compensation.
+/// If a partial sum overflows, the value is that infinity (or NaN once both infinities met), never a NaN made
+/// by the compensation.
 ///
 /// ```
 /// use lightshed_sampling::CompensatedSum;
@@ -139,8 +140,8 @@ pub fn pairwise_sum<T: Real>(terms: &[T]) -> T {
     }
 }
 
-/// The sum of an iterator's terms by a balanced tree, without storing them: a stack of at most 64 partial sums, one
-/// for each set bit of the number of leaves so far.
+/// The sum of an iterator's terms by a balanced tree, without storing them: a stack of at most 64 partial
+/// sums, one for each set bit of the number of leaves so far.
 pub fn pairwise_sum_iter<T: Real>(terms: impl IntoIterator<Item = T>) -> T {
     let mut partial = [T::default(); usize::BITS as usize];
     let mut leaves = 0usize;

@@ -20,19 +20,20 @@ pub const fn f64_from_u64(bits: u64) -> f64 {
     (bits >> 11) as f64 * F64_STEP
 }
 
-/// Uniform bits from a uniform number in [0, 1): `⌊u · 2³²⌋`, of which the low eight bits are zero when `u` has 24.
-/// Anything below 0 and NaN give 0, anything from 1 up gives `u32::MAX`.
+/// Uniform bits from a uniform number in [0, 1): `⌊u · 2³²⌋`, of which the low eight bits are zero when `u`
+/// has 24. Anything below 0 and NaN give 0, anything from 1 up gives `u32::MAX`.
 #[inline(always)]
 pub const fn u32_from_f32(u: f32) -> u32 {
     // The cast saturates.
     (u * 4_294_967_296.0) as u32
 }
 
-/// Reuses a uniform number: given that `u` fell into `[low, high)`, its place there, `(u − low) / (high − low)`, is
-/// uniform in [0, 1) and independent of the choice.
+/// Reuses a uniform number: given that `u` fell into `[low, high)`, its place there,
+/// `(u − low) / (high − low)`, is uniform in [0, 1) and independent of the choice.
 ///
-/// Always in `[0, ONE_MINUS_EPSILON]`, also where rounding would say 1, `u` lies outside, the interval is empty or an
-/// argument is NaN. What is left are `log₂(high − low)` bits fewer: after several choices draw a fresh number.
+/// Always in `[0, ONE_MINUS_EPSILON]`, also where rounding would say 1, `u` lies outside, the interval is
+/// empty or an argument is NaN. What is left are `log₂(high − low)` bits fewer: after several choices draw a
+/// fresh number.
 #[inline(always)]
 pub fn remap(u: f32, low: f32, high: f32) -> f32 {
     let fraction = (u - low) / (high - low);
@@ -51,7 +52,8 @@ pub struct Choice {
     pub index: usize,
     /// Its probability, `w_index / Σ w`; positive.
     pub pmf: f32,
-    /// The uniform number's place within the chosen interval: uniform in [0, 1), never 1, independent of `index`.
+    /// The uniform number's place within the chosen interval: uniform in [0, 1), never 1, independent of
+    /// `index`.
     pub remapped: f32,
 }
 
@@ -81,11 +83,12 @@ pub fn choose_pmf(weights: &[f32], index: usize) -> f32 {
     }
 }
 
-/// Chooses among a few `weights` in proportion, by one uniform `u` in [0, 1): lobes, techniques, children of a node.
+/// Chooses among a few `weights` in proportion, by one uniform `u` in [0, 1): lobes, techniques, children of
+/// a node.
 ///
-/// The index is the first with `u · Σw < w_0 + … + w_index`; no weight is divided by a sum, so tiny and huge weights
-/// work. Negative, infinite and NaN weights count as zero; a weight that counts as zero is never chosen, whatever `u`,
-/// nor one whose share is below the smallest `f32`. `None` if no weight is positive.
+/// The index is the first with `u · Σw < w_0 + … + w_index`; no weight is divided by a sum, so tiny and huge
+/// weights work. Negative, infinite and NaN weights count as zero; a weight that counts as zero is never
+/// chosen, whatever `u`, nor one whose share is below the smallest `f32`. `None` if no weight is positive.
 ///
 /// Linear in `weights.len()`; for more than a dozen build an [`AliasTable`](crate::AliasTable).
 ///
@@ -106,7 +109,8 @@ pub fn choose(weights: &[f32], u: f32) -> Option<Choice> {
         }
         let weight = f64::from(weight);
         if weight >= least {
-            // Kept also when `target` lies further on: should rounding put it past the end, the last one is chosen.
+            // Kept also when `target` lies further on: should rounding put it past the end, the last one is
+            // chosen.
             chosen = Some((index, weight, before));
             if target < before + weight {
                 break;

@@ -1,4 +1,5 @@
-//! Tests of the crate's public face: exact where the domain is finite, statistical with fixed seeds elsewhere.
+//! Tests of the crate's public face: exact where the domain is finite, statistical with fixed seeds
+//! elsewhere.
 
 mod alias;
 mod choose;

@@ -13,7 +13,8 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// Uniform directions, and ones within 1e-3 … 1e-9 of the octahedron's edges and corners, where the map folds.
+/// Uniform directions, and ones within 1e-3 … 1e-9 of the octahedron's edges and corners, where the map
+/// folds.
 fn directions(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(|i| {
         let mut rng = CounterRng::new(31, i, 0);
@@ -148,8 +149,8 @@ fn value_stability() {
     assert_eq!(octahedral_pack16(d), 106 << 8 | 85);
 }
 
-/// The conversion of densities: the uniform density on the square integrates to one over the sphere, and the factor is the
-/// map's Jacobian by finite differences in f64.
+/// The conversion of densities: the uniform density on the square integrates to one over the sphere, and the
+/// factor is the map's Jacobian by finite differences in f64.
 #[test]
 fn density_conversion() {
     check_faults(&["square instead of cube", "factor 4 forgotten"], |fault| {

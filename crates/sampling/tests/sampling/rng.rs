@@ -70,8 +70,8 @@ fn neighbours_are_independent() {
     .unwrap();
 }
 
-/// Flipping any one of the 160 bits of seed, pixel, sample and dimension flips each of the word's 32 bits with
-/// probability ½: χ² of flips against stays for each of the 5120 pairs.
+/// Flipping any one of the 160 bits of seed, pixel, sample and dimension flips each of the word's 32 bits
+/// with probability ½: χ² of flips against stays for each of the 5120 pairs.
 #[test]
 fn every_input_bit_reaches_every_output_bit() {
     check_faults(&[Fault::TooFewRounds, Fault::PixelForgotten], |fault| {
