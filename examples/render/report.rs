@@ -14,7 +14,7 @@ pub struct Report {
     pub max_depth: Option<u32>,
     /// The seed.
     pub seed: u64,
-    /// Number of threads asked for; 0 is one for every processor.
+    /// Number of threads.
     pub threads: usize,
     /// Seconds that reading the scene and building its structures took.
     pub setup_seconds: f64,

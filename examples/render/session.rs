@@ -70,7 +70,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Some(seconds) => Budget::Seconds(seconds),
         None => Budget::Samples(arguments.spp.unwrap_or(samples_per_pixel)),
     };
-    let (seed, threads) = (arguments.seed, arguments.threads as usize);
+    let threads = match arguments.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        threads => threads as usize,
+    };
+    let seed = arguments.seed;
     let options = RenderOptions {
         seed,
         threads,
