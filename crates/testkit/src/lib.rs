@@ -14,8 +14,8 @@
 //! | can this test fail at all? | [`check_faults`] |
 //!
 //! Every statistical test takes a `significance`: the probability that it rejects a *correct* implementation.
-//! With the fixed seeds of [`rng`] a test that passes once passes always; the significance says how (un)lucky a
-//! seed can be, and so how much a failure means.
+//! With the fixed seeds of [`rng`] a test that passes once passes always; the significance says how (un)lucky
+//! a seed can be, and so how much a failure means.
 #![forbid(unsafe_code)]
 
 mod chi2;

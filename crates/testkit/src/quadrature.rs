@@ -1,8 +1,8 @@
 //! Quadrature in `f64`.
 //!
 //! - [`integrate`]: globally adaptive Gauss–Kronrod (7, 15) on an interval.
-//! - [`integrate_rectangle`]: the same rule as a tensor product on a rectangle, cells split along the axis whose
-//!   error is larger.
+//! - [`integrate_rectangle`]: the same rule as a tensor product on a rectangle, cells split along the axis
+//!   whose error is larger.
 //! - [`GaussLegendre`]: nodes and weights of any order.
 //!
 //! All three state an error estimate, so that a test can say how much of a difference is the quadrature's.
@@ -84,7 +84,8 @@ impl Ord for Cell {
     }
 }
 
-/// Splits the cell of largest error until the sum of errors is below `tolerance` (absolute) or the limit is reached.
+/// Splits the cell of largest error until the sum of errors is below `tolerance` (absolute) or the limit is
+/// reached.
 fn refine(
     cells: Vec<Cell>,
     tolerance: f64,
@@ -147,8 +148,8 @@ pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, tolerance: f64) -> Inte
     refine(vec![evaluate([a, 0.0], [b, 0.0])], tolerance, 15, 5_000, evaluate)
 }
 
-/// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` to an absolute error of about `tolerance`, by an adaptive tensor
-/// product of Gauss–Kronrod (7, 15) rules; at most 4,000 cells (900,000 evaluations) are used.
+/// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` to an absolute error of about `tolerance`, by an adaptive
+/// tensor product of Gauss–Kronrod (7, 15) rules; at most 4,000 cells (900,000 evaluations) are used.
 pub fn integrate_rectangle(
     f: impl Fn(f64, f64) -> f64,
     a: [f64; 2],

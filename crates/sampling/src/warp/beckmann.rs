@@ -1,12 +1,12 @@
 //! The Beckmann normal distribution.
 //!
-//! `D(m) = exp(−tan²) / (π α_u α_v cos⁴θ_m)` with `tan² = ((m_x/α_u)² + (m_y/α_v)²)/m_z²`: slopes are normal. With
-//! `a = ω_z/√(α_u²ω_x² + α_v²ω_y²)`, `Λ(ω) = (e^{−a²}/(a√π) − erfc(a))/2` (Heitz 2014, eq. 72).
+//! `D(m) = exp(−tan²) / (π α_u α_v cos⁴θ_m)` with `tan² = ((m_x/α_u)² + (m_y/α_v)²)/m_z²`: slopes are normal.
+//! With `a = ω_z/√(α_u²ω_x² + α_v²ω_y²)`, `Λ(ω) = (e^{−a²}/(a√π) − erfc(a))/2` (Heitz 2014, eq. 72).
 //!
-//! Visible normals (Heitz and d'Eon 2014): stretching by `(α_u, α_v, 1)` leaves unit roughness. In the plane of incidence
-//! of the stretched view (cosine `c`, sine `s`), the slope `x` towards the viewer has the density
-//! `max(0, c − s x) e^{−x²}/√π` up to the factor `1/(c (1 + Λ))`, and the one across is normal. The former is inverted
-//! by a safeguarded Newton iteration on
+//! Visible normals (Heitz and d'Eon 2014): stretching by `(α_u, α_v, 1)` leaves unit roughness. In the plane
+//! of incidence of the stretched view (cosine `c`, sine `s`), the slope `x` towards the viewer has the
+//! density `max(0, c − s x) e^{−x²}/√π` up to the factor `1/(c (1 + Λ))`, and the one across is normal. The
+//! former is inverted by a safeguarded Newton iteration on
 //!
 //! `F(x) = (c erfc(−x) + s e^{−x²}/√π) / (c erfc(−a) + s e^{−a²}/√π)`, `x ≤ a = c/s`,
 //!
@@ -22,7 +22,8 @@ use glam::{Vec2, Vec3};
 /// `1/√π`.
 const FRAC_1_SQRT_PI: f64 = 0.5 * FRAC_2_SQRT_PI;
 
-/// Slopes beyond this many standard deviations (times √2) are never asked for: their probability is below 10⁻¹⁵.
+/// Slopes beyond this many standard deviations (times √2) are never asked for: their probability is below
+/// 10⁻¹⁵.
 const MAX_SLOPE: f64 = 5.8;
 
 /// Beckmann with roughness `α_u` along x and `α_v` along y.
@@ -40,7 +41,8 @@ struct StretchedView {
 }
 
 impl Beckmann {
-    /// Roughness in the root-mean-square-slope convention (times √2). Each is clamped to [10⁻⁴, 10³]; NaN becomes 10⁻⁴.
+    /// Roughness as it stands in `D`: √2 times the root mean square of the slope. Each is clamped to [10⁻⁴, 10³];
+    /// NaN becomes 10⁻⁴.
     #[inline(always)]
     pub fn new(alpha_u: f32, alpha_v: f32) -> Self {
         Self {
@@ -180,7 +182,8 @@ impl MicrofacetDistribution for Beckmann {
 
     #[inline]
     fn masking_shadowing(&self, a: Vec3, b: Vec3) -> f32 {
-        // With A = z (1 + Λ): 1/(1 + Λ_a + Λ_b) = z_a z_b / (z_b A_a + z_a A_b − z_a z_b), which is finite throughout.
+        // With A = z (1 + Λ): 1/(1 + Λ_a + Λ_b) = z_a z_b / (z_b A_a + z_a A_b − z_a z_b), which is finite
+        // throughout.
         let (za, zb) = (a.z.abs(), b.z.abs());
         let denominator = (zb * self.facing_area(a) + za * self.facing_area(b)) - za * zb;
         if denominator > 0.0 {

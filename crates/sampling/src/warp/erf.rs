@@ -2,8 +2,8 @@
 
 use core::f64::consts::LN_2;
 
-/// `erfc(x) = 2/√π ∫_x^∞ e^{−t²} dt`, for `x ≥ 0`, as `t exp(−x² + P(t))` with `t = 1/(1 + x/2)`. `P` interpolates at
-/// Chebyshev nodes of `t` in [1/5, 1].
+/// `erfc(x) = 2/√π ∫_x^∞ e^{−t²} dt`, for `x ≥ 0`, as `t exp(−x² + P(t))` with `t = 1/(1 + x/2)`. `P`
+/// interpolates at Chebyshev nodes of `t` in [1/5, 1].
 ///
 /// Relative error below 10⁻¹⁰ up to `x = 8`, where the value is 10⁻²⁹.
 fn erfc_positive(x: f64) -> f64 {
@@ -41,9 +41,8 @@ pub(crate) fn erfc(x: f64) -> f64 {
     if x < 0.0 { 2.0 - tail } else { tail }
 }
 
-/// The `x` with `erf(x) = 2u − 1`, for `u` in (0, 1) no closer to either end than 2⁻²⁶; a start from polynomials in
-/// `w = −ln(4u(1 − u))` and one step of Halley's
-/// method. Absolute error below 10⁻⁹.
+/// The `x` with `erf(x) = 2u − 1`, for `u` in (0, 1) no closer to either end than 2⁻²⁶; a start from
+/// polynomials in `w = −ln(4u(1 − u))` and one step of Halley's method. Absolute error below 10⁻⁹.
 pub(crate) fn inverse_erf_of_uniform(u: f64) -> f64 {
     const CENTER: [f64; 7] = [
         1.501_409_351_11,

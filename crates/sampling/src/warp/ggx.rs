@@ -1,10 +1,11 @@
 //! The GGX (Trowbridge–Reitz) normal distribution.
 //!
-//! `D(m) = 1 / (π α_u α_v ((m_x/α_u)² + (m_y/α_v)² + m_z²)²)`, `Λ(ω) = (√(1 + (α_u²ω_x² + α_v²ω_y²)/ω_z²) − 1)/2`.
+//! `D(m) = 1 / (π α_u α_v ((m_x/α_u)² + (m_y/α_v)² + m_z²)²)`,
+//! `Λ(ω) = (√(1 + (α_u²ω_x² + α_v²ω_y²)/ω_z²) − 1)/2`.
 //!
-//! Visible normals: stretching by `(α_u, α_v, 1)` turns the microsurface into a hemisphere, whose visible normals
-//! bisect the view direction `ω̂` and a direction uniform on the spherical cap `z > −ω̂_z` (Dupuy and Benyoub 2023,
-//! *Sampling Visible GGX Normals with Spherical Caps*).
+//! Visible normals: stretching by `(α_u, α_v, 1)` turns the microsurface into a hemisphere, whose visible
+//! normals bisect the view direction `ω̂` and a direction uniform on the spherical cap `z > −ω̂_z` (Dupuy and
+//! Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*).
 
 use super::microfacet::{MicrofacetDistribution, clamp_alpha};
 use super::turn::{sin_cos_turns, turns_of};
@@ -20,8 +21,8 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// Roughness in the root-mean-square-slope convention (the square of a "perceptual" roughness). Each is clamped to
-    /// [10⁻⁴, 10³]; NaN becomes 10⁻⁴.
+    /// Roughness as it stands in `D` (the square of a "perceptual" roughness). Each is clamped to [10⁻⁴, 10³];
+    /// NaN becomes 10⁻⁴.
     #[inline(always)]
     pub fn new(alpha_u: f32, alpha_v: f32) -> Self {
         Self {

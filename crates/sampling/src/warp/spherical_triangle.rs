@@ -1,10 +1,11 @@
 //! Directions towards a triangle, uniform by solid angle.
 //!
-//! `p_ω = 1/Ω` for directions that meet the flat triangle `A B C` seen from the origin. As in Arvo 1995 (*Stratified Sampling of
-//! Spherical Triangles*) the share `u₀` of the solid angle fixes a point `C'` on the arc `A C` such that `A B C'` has
-//! solid angle `u₀Ω`, and `1 − cos θ = u₁ (1 − B·C')` a point on the arc `B C'`. But `C'` is found without any interior angle,
-//! whose excess over π cancels for small triangles: let `C' = A cos b + T sin b` with `T` the tangent at `A` towards `C`. Then the
-//! formula of Van Oosterom and Strackee for `A B C'` reads, with `h = tan(b/2)` and `t = tan(u₀Ω/2)`,
+//! `p_ω = 1/Ω` for directions that meet the flat triangle `A B C` seen from the origin. As in Arvo 1995
+//! (*Stratified Sampling of Spherical Triangles*) the share `u₀` of the solid angle fixes a point `C'` on the
+//! arc `A C` such that `A B C'` has solid angle `u₀Ω`, and `1 − cos θ = u₁ (1 − B·C')` a point on the arc
+//! `B C'`. But `C'` is found without any interior angle, whose excess over π cancels for small triangles: let
+//! `C' = A cos b + T sin b` with `T` the tangent at `A` towards `C`. Then the formula of Van Oosterom and
+//! Strackee for `A B C'` reads, with `h = tan(b/2)` and `t = tan(u₀Ω/2)`,
 //!
 //! `t = h A·(B×T) / (1 + A·B + h B·T)`, so that `h = t (1 + A·B) / (A·(B×T) − t B·T)`.
 //!
@@ -15,10 +16,12 @@ use super::solid_angle::solid_angle;
 use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
 use glam::{DVec3, Vec3};
 
-/// Below this solid angle (an edge of about 10⁻⁴ radians) `f32` directions resolve too little of the triangle.
+/// Below this solid angle (an edge of about 10⁻⁴ radians) `f32` directions resolve too little of the
+/// triangle.
 const MIN_SOLID_ANGLE: f64 = 1e-9;
 
-/// Above this the origin lies so close to the triangle's plane that the arcs between its vertices are not defined.
+/// Above this the origin lies so close to the triangle's plane that the arcs between its vertices are not
+/// defined.
 const MAX_SOLID_ANGLE: f64 = 6.25;
 
 /// Uniform directions towards a triangle.
@@ -44,16 +47,17 @@ pub struct SphericalTriangle {
 pub struct SphericalTriangleSample {
     /// Unit direction from the origin.
     pub direction: Vec3,
-    /// Barycentric coordinates of the point of the triangle in that direction, in the order of the vertices: none is
-    /// negative, their sum is one up to rounding. No intersection test is needed to find the point.
+    /// Barycentric coordinates of the point of the triangle in that direction, in the order of the vertices:
+    /// none is negative, their sum is one up to rounding. No intersection test is needed to find the point.
     pub barycentric: [f32; 3],
 }
 
 impl SphericalTriangle {
     /// The triangle with these vertices relative to the point it is seen from.
     ///
-    /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples the area instead: solid
-    /// angles below 10⁻⁹ or above 6.25 sr, degenerate triangles, vertices at the origin or not finite.
+    /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples the area
+    /// instead: solid angles below 10⁻⁹ or above 6.25 sr, degenerate triangles, vertices at the origin or not
+    /// finite.
     pub fn new(vertices: [Vec3; 3]) -> Option<Self> {
         let [a, mut b, mut c] = vertices.map(Vec3::as_dvec3);
         let omega = solid_angle([a, b, c]);
@@ -93,7 +97,8 @@ impl SphericalTriangle {
         self.solid_angle as f32
     }
 
-    /// Density of [`SphericalTriangle::sample`] per solid angle, `1/Ω`, of every direction that meets the triangle.
+    /// Density of [`SphericalTriangle::sample`] per solid angle, `1/Ω`, of every direction that meets the
+    /// triangle.
     #[inline(always)]
     pub fn density(&self) -> Density<SolidAngle> {
         Density::new((1.0 / self.solid_angle) as f32)
@@ -103,19 +108,22 @@ impl SphericalTriangle {
     pub fn sample(&self, u: [f32; 2]) -> SphericalTriangleSample {
         let [u0, u1] = u.map(f64::from);
         let [sine, b_dot_t, one_plus_cos] = self.coefficients;
-        // h = numerator / denominator = tan(b/2); as the half angle's sine and cosine it may be infinite.
-        let (sin_half, cos_half) = (0.5 * u0 * self.solid_angle).sin_cos();
-        let numerator = sin_half * one_plus_cos;
-        let denominator = cos_half * sine - sin_half * b_dot_t;
+        // h = numerator / denominator = tan(b/2); held as sine and cosine since it may be infinite.
+        let (sin_area, cos_area) = (0.5 * u0 * self.solid_angle).sin_cos();
+        let numerator = sin_area * one_plus_cos;
+        let denominator = cos_area * sine - sin_area * b_dot_t;
         let length = numerator.hypot(denominator);
-        let (sin_quarter, cos_quarter) = (numerator / length, denominator / length);
+        let (sin_half_arc, cos_half_arc) = (numerator / length, denominator / length);
         // C' − A = −2 sin²(b/2) A + sin b T.
-        let from_a =
-            self.a * (-2.0 * sin_quarter * sin_quarter) + self.tangent * (2.0 * sin_quarter * cos_quarter);
+        let from_a = self.a * (-2.0 * sin_half_arc * sin_half_arc)
+            + self.tangent * (2.0 * sin_half_arc * cos_half_arc);
         // The arc from B to C', by C' − B.
         let chord = (self.a - self.b) + from_a;
         let one_minus_cos = u1 * (0.5 * chord.length_squared()).min(2.0);
-        let across = (chord - self.b * self.b.dot(chord)).normalize_or_zero();
+        // Any direction will do where C' is B or opposite to it.
+        let across = (chord - self.b * self.b.dot(chord))
+            .try_normalize()
+            .unwrap_or_else(|| self.b.any_orthonormal_vector());
         let sin_theta = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
         let from_b = across * sin_theta - self.b * one_minus_cos;
         let direction = self.b + from_b;
@@ -125,8 +133,9 @@ impl SphericalTriangle {
         }
     }
 
-    /// Barycentric coordinates of the point in direction `direction`, given also as its difference to `A`: with edges `e`, `f` and
-    /// `n = e×f` the point `λω = A + b₁e + b₂f` has `b₁ = ω·(f×A)/ω·n`, `b₂ = ω·(A×e)/ω·n`, and `Â` contributes nothing.
+    /// Barycentric coordinates of the point in direction `direction`, given also as its difference to `A`:
+    /// with edges `e`, `f` and `n = e×f` the point `λω = A + b₁e + b₂f` has `b₁ = ω·(f×A)/ω·n`,
+    /// `b₂ = ω·(A×e)/ω·n`, and `Â` contributes nothing.
     #[expect(clippy::manual_clamp, reason = "NaN must not pass")]
     fn barycentric(&self, direction: DVec3, from_a: DVec3) -> [f32; 3] {
         let [e, f] = self.edges;
@@ -145,13 +154,14 @@ impl SphericalTriangle {
         .map(|x| x as f32)
     }
 
-    /// The `u` that [`SphericalTriangle::sample`] maps to a unit direction that meets the triangle; clamped to the square for
-    /// one that does not. What is lost is what the rounding of the direction loses: about 10⁻⁷ over the triangle's
-    /// angular size in `u₁`, over the distance to `B` in `u₀` (at `B` itself `u₀` is lost).
+    /// The `u` that [`SphericalTriangle::sample`] maps to a unit direction that meets the triangle; clamped
+    /// to the square for one that does not. What is lost is what the rounding of the direction loses: about
+    /// 10⁻⁷ over the triangle's angular size in `u₁`, over the distance to `B` in `u₀` (at `B` itself `u₀` is
+    /// lost).
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let direction = direction.as_dvec3().normalize_or(self.b);
-        // C' lies where the great circle through B and ω meets that through A and C. With m its normal, A cos b + T sin b is
-        // orthogonal to m for tan b = −A·m / T·m.
+        // C' lies where the great circle through B and ω meets that through A and C. With m its normal, A cos
+        // b + T sin b is orthogonal to m for tan b = −A·m / T·m.
         let normal = self.b.cross(direction - self.b);
         let (along_a, along_t) = (self.a.dot(normal), self.tangent.dot(normal));
         // Both signs of the normal give the same b in (0, π).
