@@ -3,7 +3,7 @@
 use super::error::{ImportError, Location};
 use super::image::extension;
 use super::normals::angle_weighted_normals;
-use super::{fit, mitsuba, obj, ply};
+use super::{fit, gltf, mitsuba, obj, ply};
 use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
 use std::fmt;
 use std::path::Path;
@@ -55,11 +55,12 @@ pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportE
     }
     match extension.as_str() {
         "xml" => mitsuba::load(path, defines),
+        "gltf" | "glb" => gltf::load(path),
         "ply" => Ok(lone_mesh(ply::read_ply(path)?, path)),
         "obj" => Ok(lone_mesh(obj::read_obj(path)?, path)),
         _ => Err(ImportError::UnknownFormat {
             path: path.to_path_buf(),
-            expected: "xml, ply, obj",
+            expected: "xml, gltf, glb, ply, obj",
         }),
     }
 }

@@ -2,6 +2,7 @@
 
 mod error;
 mod fit;
+mod gltf;
 mod image;
 mod load;
 mod mitsuba;
@@ -11,6 +12,7 @@ mod ply;
 mod transform;
 mod xml;
 
+pub use self::gltf::parse_gltf;
 pub use self::image::{Encoding, read_image};
 pub use error::{ImportError, Location, Position};
 pub use load::{Defines, Loaded, Warning, load};

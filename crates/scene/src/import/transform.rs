@@ -44,6 +44,14 @@ pub(crate) fn face_towards(mesh: &mut TriangleMesh, front: Vec3) {
     }
 }
 
+/// The nearest orthonormal axes by Gram–Schmidt, the third axis leading; `None` if `matrix` is singular.
+pub(crate) fn orthonormal(matrix: &DMat3) -> Option<DMat3> {
+    let z = matrix.z_axis.try_normalize()?;
+    let y = (matrix.y_axis - z * z.dot(matrix.y_axis)).try_normalize()?;
+    let x = (matrix.x_axis - z * z.dot(matrix.x_axis) - y * y.dot(matrix.x_axis)).try_normalize()?;
+    Some(DMat3::from_cols(x, y, z))
+}
+
 /// Camera or light frame looking from `origin` to `target`: columns left, up, forward, as Mitsuba's `lookat`. `None` if
 /// the points coincide or `up` is parallel to the view.
 pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {

@@ -4,6 +4,7 @@ use super::Importer;
 use super::properties::Properties;
 use super::values;
 use crate::import::error::ImportError;
+use crate::import::transform::orthonormal;
 use crate::import::xml::Node;
 use crate::{CameraDescription, FovAxis, Projection};
 use glam::{DAffine3, DMat3};
@@ -202,11 +203,5 @@ fn rigid(map: &DAffine3) -> Option<DAffine3> {
     if error.to_cols_array().iter().any(|e| !(e.abs() <= TOLERANCE)) {
         return None;
     }
-    let z = m.z_axis.normalize();
-    let y = (m.y_axis - z * z.dot(m.y_axis)).normalize();
-    let x = (m.x_axis - z * z.dot(m.x_axis) - y * y.dot(m.x_axis)).normalize();
-    Some(DAffine3::from_mat3_translation(
-        DMat3::from_cols(x, y, z),
-        map.translation,
-    ))
+    Some(DAffine3::from_mat3_translation(orthonormal(&m)?, map.translation))
 }

@@ -1,0 +1,125 @@
+//! From bytes to a validated document.
+//!
+//! The container and a few members are checked here, before the `gltf` crate sees them: its own checks take them for
+//! granted and panic where they are wrong.
+
+use crate::import::error::{ImportError, Location};
+use gltf::json::camera::Type as CameraType;
+use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
+use gltf::json::validation::Checked;
+use gltf::{Document, json};
+use std::path::Path;
+
+const MAGIC: &[u8; 4] = b"glTF";
+const JSON: &[u8; 4] = b"JSON";
+const BIN: &[u8; 4] = b"BIN\0";
+
+/// The document and the binary chunk of a GLB.
+pub(super) fn open(bytes: &[u8], path: &Path) -> Result<(Document, Option<Vec<u8>>), ImportError> {
+    let (text, blob) = if bytes.starts_with(MAGIC) {
+        let (text, blob) = split_binary(bytes)
+            .map_err(|(at, what)| ImportError::malformed(Location::byte(path, at as u64), what))?;
+        (text, blob.map(<[u8]>::to_vec))
+    } else {
+        (bytes, None)
+    };
+    let root: json::Root = json::deserialize::from_slice(text).map_err(|source| ImportError::Decode {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    })?;
+    let version = &root.asset.version;
+    if !version.starts_with("2.") {
+        let message = format!("glTF version {version} is not supported, only 2");
+        return Err(ImportError::unsupported(
+            Location::file(path).element("asset"),
+            message,
+        ));
+    }
+    check(&root)
+        .map_err(|(element, what)| ImportError::malformed(Location::file(path).element(element), what))?;
+    let document = Document::from_json(root).map_err(|source| ImportError::Decode {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    })?;
+    Ok((document, blob))
+}
+
+/// JSON and binary chunks of a GLB (glTF 2.0, §4), or the offset and nature of the fault.
+fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), (usize, String)> {
+    let word = |at: usize| -> Result<u32, (usize, String)> {
+        let word = bytes.get(at..).and_then(|rest| rest.first_chunk());
+        word.map(|&w| u32::from_le_bytes(w))
+            .ok_or_else(|| (at, "the file ends in the middle of a header".to_owned()))
+    };
+    if word(4)? != 2 {
+        return Err((4, format!("GLB version {} is not supported, only 2", word(4)?)));
+    }
+    if word(8)? as usize > bytes.len() {
+        return Err((
+            8,
+            format!("{} bytes are announced, {} there", word(8)?, bytes.len()),
+        ));
+    }
+    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], (usize, String)> {
+        let length = word(at)? as usize;
+        if bytes.get(at + 4..at + 8) != Some(kind) {
+            let name = String::from_utf8_lossy(kind);
+            return Err((
+                at + 4,
+                format!("expected a chunk of type {}", name.trim_end_matches('\0')),
+            ));
+        }
+        let contents = bytes[at + 8..].get(..length);
+        contents.ok_or_else(|| (at, format!("a chunk of {length} bytes reaches beyond the file")))
+    };
+    let text = chunk(12, JSON)?;
+    let next = 20 + text.len();
+    let blob = if next < bytes.len() {
+        Some(chunk(next, BIN)?)
+    } else {
+        None
+    };
+    Ok((text, blob))
+}
+
+/// What the crate's accessors unwrap without its validation having looked.
+fn check(root: &json::Root) -> Result<(), (String, String)> {
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            for index in primitive.attributes.values() {
+                if index.value() >= root.accessors.len() {
+                    let what = format!(
+                        "attribute refers to accessor {} of {}",
+                        index.value(),
+                        root.accessors.len()
+                    );
+                    return Err((format!("meshes[{m}]/primitives[{p}]"), what));
+                }
+            }
+        }
+    }
+    for (c, camera) in root.cameras.iter().enumerate() {
+        let missing = match camera.type_ {
+            Checked::Valid(CameraType::Perspective) => camera.perspective.is_none(),
+            Checked::Valid(CameraType::Orthographic) => camera.orthographic.is_none(),
+            Checked::Invalid => true,
+        };
+        if missing {
+            return Err((
+                format!("cameras[{c}]"),
+                "the camera lacks the member of its type".to_owned(),
+            ));
+        }
+    }
+    let lights = root
+        .extensions
+        .as_ref()
+        .and_then(|e| e.khr_lights_punctual.as_ref());
+    for (l, light) in lights.iter().flat_map(|l| &l.lights).enumerate() {
+        if light.type_ == Checked::Valid(LightType::Spot) && light.spot.is_none() {
+            let element = format!("extensions/KHR_lights_punctual/lights[{l}]");
+            return Err((element, "the light lacks the member `spot`".to_owned()));
+        }
+    }
+    Ok(())
+}

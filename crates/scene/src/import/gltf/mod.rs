@@ -1,0 +1,230 @@
+//! glTF 2.0 scenes, `.gltf` with embedded or external buffers and `.glb`.
+//!
+//! The default scene (or the first) is read: nodes with their transforms, triangle meshes, metallic-roughness materials
+//! with factors and textures, the first perspective camera, and of the extensions `KHR_lights_punctual`,
+//! `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_transmission` and `KHR_texture_transform`.
+//! An extension that a file requires and that is not among them is an error; what is left out otherwise (normal maps,
+//! alpha, vertex colours, skins, morph targets, optional extensions) is a warning.
+//!
+//! # Units
+//!
+//! glTF's lights are photometric, the renderer's radiometric. The numbers are taken over as they are: candela as
+//! W/sr of each channel, lux as W/m², and emission in cd/m² as W/(m² sr). The picture is the same up to a factor
+//! (683 lm/W at 555 nm) that a display exposure takes away. A spot light's intensity falls off linearly in the angle
+//! between its cones, where glTF recommends, but does not demand, another smooth curve.
+//!
+//! A surface without `doubleSided` is black from behind, where glTF would cull it. A file without light gets constant
+//! radiance 1 from everywhere, one without a perspective camera a view of the whole scene.
+
+mod accessor;
+mod container;
+mod material;
+mod node;
+
+use super::error::{ImportError, Location, read_file};
+use super::fit;
+use super::image::Encoding;
+use super::load::{Loaded, Warning};
+use crate::{Image, Rgb, SceneDescription};
+use accessor::Buffers;
+use glam::DAffine3;
+use gltf::Document;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Extensions that are understood.
+const EXTENSIONS: [&str; 5] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_texture_transform",
+];
+
+/// Reads a glTF scene.
+pub(super) fn load(path: &Path) -> Result<Loaded, ImportError> {
+    parse_gltf(&read_file(path)?, path)
+}
+
+/// Parses a glTF scene in memory, JSON or binary. `path` is where it would lie: the folder of files that it refers to.
+///
+/// # Errors
+///
+/// As [`load`](super::load()).
+pub fn parse_gltf(bytes: &[u8], path: impl AsRef<Path>) -> Result<Loaded, ImportError> {
+    let path = path.as_ref();
+    let (document, blob) = container::open(bytes, path)?;
+    let mut importer = Importer {
+        path,
+        document: &document,
+        buffers: Buffers(load_buffers(&document, blob, path)?),
+        description: SceneDescription::default(),
+        warnings: Vec::new(),
+        materials: HashMap::new(),
+        images: HashMap::new(),
+        visited: vec![false; document.nodes().len()],
+        has_camera: false,
+    };
+    importer.scene()?;
+    Ok(Loaded {
+        description: importer.description,
+        warnings: importer.warnings,
+    })
+}
+
+/// State of an import.
+struct Importer<'a> {
+    path: &'a Path,
+    document: &'a Document,
+    buffers: Buffers,
+    description: SceneDescription,
+    warnings: Vec<Warning>,
+    /// Material and emission by index in the document; `None` is the default material.
+    materials: HashMap<Option<usize>, (u32, Option<Rgb>)>,
+    images: HashMap<(usize, Encoding), Arc<Image>>,
+    /// Nodes already walked.
+    visited: Vec<bool>,
+    has_camera: bool,
+}
+
+impl Importer<'_> {
+    fn scene(&mut self) -> Result<(), ImportError> {
+        for name in self.document.extensions_used() {
+            if !EXTENSIONS.contains(&name) {
+                self.warn(
+                    "extensionsUsed",
+                    format!("the extension {name} is not supported: left out"),
+                );
+            }
+        }
+        if self.document.animations().len() > 0 {
+            self.warn("animations", "animations are not supported: left out");
+        }
+        let document = self.document;
+        let scene = document.default_scene().or_else(|| document.scenes().next());
+        let scene = scene.ok_or_else(|| self.malformed("scenes", "there is no scene"))?;
+        for node in scene.nodes() {
+            self.node(&node, &DAffine3::IDENTITY, 0)?;
+        }
+        if !self.has_camera {
+            fit::camera(&mut self.description);
+            self.warn(
+                "cameras",
+                "no perspective camera in the scene: it is seen as a whole",
+            );
+        }
+        if fit::light(&mut self.description) {
+            self.warn(
+                "scenes",
+                "no light in the scene: constant radiance 1 from everywhere",
+            );
+        }
+        Ok(())
+    }
+
+    fn location(&self, element: &str) -> Location {
+        Location::file(self.path).element(element)
+    }
+
+    fn warn(&mut self, element: &str, message: impl Into<String>) {
+        self.warnings.push(Warning {
+            location: self.location(element),
+            message: message.into(),
+        });
+    }
+
+    fn malformed(&self, element: &str, message: impl Into<String>) -> ImportError {
+        ImportError::malformed(self.location(element), message)
+    }
+
+    fn unsupported(&self, element: &str, message: impl Into<String>) -> ImportError {
+        ImportError::unsupported(self.location(element), message)
+    }
+
+    fn referenced(&self, element: &str, source: ImportError) -> ImportError {
+        ImportError::Referenced {
+            location: self.location(element),
+            source: Box::new(source),
+        }
+    }
+}
+
+fn load_buffers(
+    document: &Document,
+    mut blob: Option<Vec<u8>>,
+    path: &Path,
+) -> Result<Vec<Vec<u8>>, ImportError> {
+    let mut buffers = Vec::new();
+    for (index, buffer) in document.as_json().buffers.iter().enumerate() {
+        let location = || Location::file(path).element(format!("buffers[{index}]"));
+        let data = match &buffer.uri {
+            None => blob
+                .take()
+                .ok_or_else(|| ImportError::malformed(location(), "the buffer has no data"))?,
+            Some(uri) => {
+                match resolve_uri(uri, path).map_err(|what| ImportError::malformed(location(), what))? {
+                    Resource::Data(bytes) => bytes,
+                    Resource::File(file) => read_file(&file).map_err(|source| ImportError::Referenced {
+                        location: location(),
+                        source: Box::new(source),
+                    })?,
+                }
+            }
+        };
+        if (data.len() as u64) < buffer.byte_length.0 {
+            let message = format!(
+                "{} bytes where {} are announced",
+                data.len(),
+                buffer.byte_length.0
+            );
+            return Err(ImportError::malformed(location(), message));
+        }
+        buffers.push(data);
+    }
+    Ok(buffers)
+}
+
+/// What a URI leads to.
+enum Resource {
+    /// The bytes of a `data:` URI.
+    Data(Vec<u8>),
+    /// A file beside the document.
+    File(PathBuf),
+}
+
+/// Follows a relative or `data:` URI; nothing is ever fetched from a network.
+fn resolve_uri(uri: &str, document: &Path) -> Result<Resource, String> {
+    if uri.starts_with("data:") {
+        let source = gltf::buffer::Source::Uri(uri);
+        let data =
+            gltf::buffer::Data::from_source(source, None).map_err(|error| format!("a data URI: {error}"))?;
+        return Ok(Resource::Data(data.0));
+    }
+    if uri.contains("://") {
+        return Err(format!("`{uri}` is not a file beside the scene"));
+    }
+    let name = percent_decode(uri).ok_or_else(|| format!("`{uri}` is not a valid URI"))?;
+    Ok(Resource::File(
+        document.parent().unwrap_or(Path::new("")).join(name),
+    ))
+}
+
+fn percent_decode(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        if *first == b'%' {
+            let (code, tail) = tail.split_at_checked(2)?;
+            bytes.push(u8::from_str_radix(std::str::from_utf8(code).ok()?, 16).ok()?);
+            rest = tail;
+        } else {
+            bytes.push(*first);
+        }
+    }
+    String::from_utf8(bytes).ok()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,277 @@
+//! Nodes: meshes, cameras and lights placed in the world.
+
+use super::Importer;
+use crate::builtin::turn;
+use crate::import::error::ImportError;
+use crate::import::normals::mend_normals;
+use crate::import::transform::{move_mesh, orthonormal};
+use crate::{
+    CameraDescription, EmitterDescription, FovAxis, Geometry, Projection, Rgb, ShapeDescription, TriangleMesh,
+};
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3};
+use gltf::camera;
+use gltf::khr_lights_punctual::Kind;
+use gltf::mesh::Mode;
+
+/// Height of the image where the file has a camera: glTF says how wide it is in terms of its height, not how high.
+const HEIGHT: u32 = 512;
+
+impl Importer<'_> {
+    pub(super) fn node(
+        &mut self,
+        node: &gltf::Node,
+        parent: &DAffine3,
+        depth: usize,
+    ) -> Result<(), ImportError> {
+        let element = format!("nodes[{}]", node.index());
+        // glTF demands a forest; anything else could be walked for ever.
+        if std::mem::replace(&mut self.visited[node.index()], true) {
+            return Err(self.malformed(&element, "the node is reached twice"));
+        }
+        if depth > 256 {
+            return Err(self.malformed(&element, "nodes are nested more than 256 deep"));
+        }
+        let columns = node.transform().matrix().map(|column| column.map(f64::from));
+        let to_world = *parent * DAffine3::from_mat4(DMat4::from_cols_array_2d(&columns));
+        if !to_world.is_finite() {
+            return Err(self.malformed(&element, "the transform is not finite"));
+        }
+        if let Some(mesh) = node.mesh() {
+            if node.skin().is_some() {
+                self.warn(&element, "skins are not supported: the mesh is in its rest pose");
+            }
+            self.mesh(&mesh, &to_world, node.name())?;
+        }
+        if let Some(camera) = node.camera() {
+            self.camera(&camera, &to_world, &element)?;
+        }
+        if let Some(light) = node.light() {
+            self.light(&light, &to_world, &element)?;
+        }
+        for child in node.children() {
+            self.node(&child, &to_world, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn mesh(
+        &mut self,
+        mesh: &gltf::Mesh,
+        to_world: &DAffine3,
+        name: Option<&str>,
+    ) -> Result<(), ImportError> {
+        for primitive in mesh.primitives() {
+            let element = format!("meshes[{}]/primitives[{}]", mesh.index(), primitive.index());
+            if !matches!(
+                primitive.mode(),
+                Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+            ) {
+                self.warn(&element, "points and lines are not supported: left out");
+                continue;
+            }
+            if primitive.morph_targets().len() > 0 {
+                self.warn(
+                    &element,
+                    "morph targets are not supported: the mesh is in its rest shape",
+                );
+            }
+            if primitive.get(&gltf::Semantic::Colors(0)).is_some() {
+                self.warn(&element, "vertex colours are not supported: left out");
+            }
+            let mut geometry = self
+                .triangles(&primitive)
+                .map_err(|what| self.malformed(&element, what))?;
+            if geometry.indices.is_empty() {
+                self.warn(&element, "no triangles: left out");
+                continue;
+            }
+            if move_mesh(&mut geometry, to_world).is_none() {
+                self.warn(
+                    &element,
+                    "a node squeezes the mesh flat or puts it out of range: left out",
+                );
+                continue;
+            }
+            if to_world.matrix3.determinant() < 0.0 {
+                // A mirrored mesh is wound the other way round (glTF 2.0, §3.7.4), so that its front stays its front.
+                turn(&mut geometry);
+            }
+            let (material, emission) = self.material(&primitive.material())?;
+            let mesh_name = name.or(mesh.name()).unwrap_or("mesh");
+            self.description.shapes.push(ShapeDescription {
+                name: format!("{mesh_name}.{}", primitive.index()),
+                geometry: Geometry::Mesh(geometry),
+                material,
+                emission,
+            });
+        }
+        Ok(())
+    }
+
+    fn triangles(&self, primitive: &gltf::Primitive) -> Result<TriangleMesh, String> {
+        let read3 = |accessor: &gltf::Accessor| -> Result<Vec<Vec3>, String> {
+            let values = self.buffers.vectors::<3>(self.document, accessor)?;
+            Ok(values.into_iter().map(Vec3::from_array).collect())
+        };
+        let positions = primitive
+            .get(&gltf::Semantic::Positions)
+            .ok_or("the attribute POSITION is missing")?;
+        let positions = read3(&positions)?;
+        let normals = match primitive.get(&gltf::Semantic::Normals) {
+            Some(accessor) => read3(&accessor)?,
+            // Flat, says glTF 2.0, §3.7.2.1.
+            None => Vec::new(),
+        };
+        let uvs: Vec<Vec2> = match primitive.get(&gltf::Semantic::TexCoords(0)) {
+            Some(accessor) => {
+                let values = self.buffers.vectors::<2>(self.document, &accessor)?;
+                // glTF's v points downwards.
+                values.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect()
+            }
+            None => Vec::new(),
+        };
+        for (name, count) in [("NORMAL", normals.len()), ("TEXCOORD_0", uvs.len())] {
+            if count != 0 && count != positions.len() {
+                return Err(format!("{count} of {name} for {} of POSITION", positions.len()));
+            }
+        }
+        let finite =
+            positions.iter().chain(&normals).all(|v| v.is_finite()) && uvs.iter().all(|v| v.is_finite());
+        if !finite {
+            return Err("a vertex attribute is not finite".to_owned());
+        }
+        let corners = match primitive.indices() {
+            Some(accessor) => self.buffers.indices(&accessor)?,
+            None => (0..positions.len() as u32).collect(),
+        };
+        if let Some(index) = corners.iter().find(|&&i| i as usize >= positions.len()) {
+            return Err(format!("index {index} of {} vertices", positions.len()));
+        }
+        let indices = match primitive.mode() {
+            Mode::TriangleStrip => corners
+                .windows(3)
+                .enumerate()
+                // Every other triangle of a strip runs backwards.
+                .map(|(i, w)| {
+                    if i % 2 == 0 {
+                        [w[0], w[1], w[2]]
+                    } else {
+                        [w[1], w[0], w[2]]
+                    }
+                })
+                .collect(),
+            Mode::TriangleFan => corners
+                .get(1..)
+                .unwrap_or_default()
+                .windows(2)
+                .map(|w| [w[0], w[1], corners[0]])
+                .collect(),
+            _ => corners.as_chunks::<3>().0.to_vec(),
+        };
+        let mut mesh = TriangleMesh {
+            positions,
+            normals,
+            uvs,
+            indices,
+        };
+        mend_normals(&mut mesh);
+        Ok(mesh)
+    }
+
+    fn camera(
+        &mut self,
+        source: &gltf::Camera,
+        to_world: &DAffine3,
+        element: &str,
+    ) -> Result<(), ImportError> {
+        if self.has_camera {
+            self.warn(element, "only the first camera is used");
+            return Ok(());
+        }
+        let camera::Projection::Perspective(perspective) = source.projection() else {
+            self.warn(element, "orthographic cameras are not supported: left out");
+            return Ok(());
+        };
+        let rotation = orthonormal(&to_world.matrix3)
+            .ok_or_else(|| self.malformed(element, "the camera's transform is singular"))?;
+        let settings = &mut self.description.settings;
+        let aspect = perspective.aspect_ratio().map_or(1.0, f64::from);
+        settings.height = HEIGHT;
+        settings.width = (f64::from(HEIGHT) * aspect).round().clamp(1.0, 65_536.0) as u32;
+        let aspect = f64::from(settings.width) / f64::from(HEIGHT);
+        let angle = f64::from(perspective.yfov());
+        let near_clip = perspective.znear();
+        let far_clip = perspective.zfar().unwrap_or(f32::INFINITY);
+        if !(angle > 0.0 && angle < std::f64::consts::PI && near_clip >= 0.0 && near_clip < far_clip) {
+            return Err(self.malformed(
+                element,
+                "the camera's field of view or clipping planes are out of range",
+            ));
+        }
+        // glTF's cameras look along −Z with +X to the right, these along +Z with +X to the left.
+        let turned = rotation * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
+        self.description.camera = CameraDescription {
+            to_world: DAffine3::from_mat3_translation(turned, to_world.translation).as_affine3a(),
+            fov_x: FovAxis::Y.to_horizontal(angle, aspect) as f32,
+            projection: Projection::Pinhole,
+            near_clip,
+            far_clip,
+        };
+        self.has_camera = true;
+        Ok(())
+    }
+
+    fn light(
+        &mut self,
+        source: &gltf::khr_lights_punctual::Light,
+        to_world: &DAffine3,
+        element: &str,
+    ) -> Result<(), ImportError> {
+        let strength = Rgb::from_array(source.color()) * source.intensity();
+        if !(strength.is_finite() && strength.min_element() >= 0.0) {
+            return Err(self.malformed(element, "the light's intensity is negative or not finite"));
+        }
+        if source.range().is_some() {
+            self.warn(
+                element,
+                "a light's range is not supported: it falls off with the square of the distance",
+            );
+        }
+        let position = to_world.translation.as_vec3();
+        let direction = || {
+            let axis = (to_world.matrix3 * DVec3::NEG_Z).try_normalize();
+            axis.map(|d| d.as_vec3())
+                .ok_or_else(|| self.malformed(element, "the light's direction has no length"))
+        };
+        let emitter = match source.kind() {
+            Kind::Point => EmitterDescription::Point {
+                position,
+                intensity: strength,
+            },
+            Kind::Directional => EmitterDescription::Directional {
+                direction: direction()?,
+                irradiance: strength,
+            },
+            Kind::Spot {
+                inner_cone_angle,
+                outer_cone_angle,
+            } => {
+                let sound = inner_cone_angle >= 0.0
+                    && inner_cone_angle < outer_cone_angle
+                    && outer_cone_angle <= std::f32::consts::FRAC_PI_2 + 1e-5;
+                if !sound {
+                    return Err(self.malformed(element, "expected 0 ≤ innerConeAngle < outerConeAngle ≤ π/2"));
+                }
+                EmitterDescription::Spot {
+                    position,
+                    direction: direction()?,
+                    intensity: strength,
+                    beam_width: inner_cone_angle,
+                    cutoff_angle: outer_cone_angle,
+                }
+            }
+        };
+        self.description.emitters.push(emitter);
+        Ok(())
+    }
+}
