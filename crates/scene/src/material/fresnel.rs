@@ -72,6 +72,37 @@ pub(super) fn conductor(cos_incident: f32, eta: Rgb, k: Rgb) -> Rgb {
     0.5 * senkrecht * (Rgb::ONE + ratio)
 }
 
+/// Reflectance of a smooth dielectric interface for diffuse light, `2 ∫_0^1 F(μ; η) μ dμ`, `eta` as in [`dielectric`].
+///
+/// Closed form for `η > 1` (Walsh 1926; Duntley 1942, *The Optical Properties of Diffusing Materials*). From the
+/// denser side, reciprocity of the two transmittances gives `1 − R(1/η) = (1 − R(η))/η²`.
+pub(super) fn diffuse_reflectance(eta: f32) -> f32 {
+    let eta = f64::from(eta);
+    let reflectance = if eta >= 1.0 {
+        diffuse_reflectance_outside(eta)
+    } else {
+        1.0 - (1.0 - diffuse_reflectance_outside(1.0 / eta)) * eta * eta
+    };
+    reflectance as f32
+}
+
+fn diffuse_reflectance_outside(eta: f64) -> f64 {
+    // The closed form is a difference of terms in 1/(η−1): below this it is all rounding, and R is next to linear.
+    const NEAR: f64 = 1e-4;
+    if eta < 1.0 + NEAR {
+        return (eta - 1.0) / NEAR * diffuse_reflectance_outside(1.0 + NEAR);
+    }
+    let e2 = eta * eta;
+    let e4 = e2 * e2;
+    let (sum, difference) = (e2 + 1.0, e4 - 1.0);
+    let reflectance = 0.5
+        + (eta - 1.0) * (3.0 * eta + 1.0) / (6.0 * (eta + 1.0) * (eta + 1.0))
+        + e2 * (e2 - 1.0) * (e2 - 1.0) / (sum * sum * sum) * ((eta - 1.0) / (eta + 1.0)).ln()
+        - 2.0 * e2 * eta * (e2 + 2.0 * eta - 1.0) / (sum * difference)
+        + 8.0 * e4 * (e4 + 1.0) / (sum * difference * difference) * eta.ln();
+    reflectance.clamp(0.0, 1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,6 +169,36 @@ mod tests {
         assert!(dielectric(critical + 1e-3, eta).reflectance < 0.95);
         assert!((dielectric(1.0, 1.5).reflectance - 0.04).abs() < 1e-6);
         assert!((dielectric(0.6, 1.5).cos_transmitted - (1.0f32 - 0.64 / 2.25).sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn diffuse_reflectance_is_the_mean_over_angles() {
+        for eta in [
+            1.000_05f32,
+            1.001,
+            1.1,
+            1.3,
+            1.49,
+            1.5,
+            1.9,
+            3.0,
+            10.0,
+            1.0 / 1.5,
+            0.9,
+            0.4,
+        ] {
+            let integrand = |mu: f64| 2.0 * mu * conductor_oracle(mu, eta as f64, 0.0);
+            // From the denser side the critical angle is a kink.
+            let critical = (1.0 - (eta as f64).powi(2)).max(0.0).sqrt();
+            let expected = lightshed_testkit::integrate(integrand, 0.0, critical, 1e-9).value
+                + lightshed_testkit::integrate(integrand, critical, 1.0, 1e-9).value;
+            let found = diffuse_reflectance(eta) as f64;
+            assert!(
+                (found - expected).abs() < 2e-5,
+                "eta {eta}: {found} for {expected}"
+            );
+        }
+        assert_eq!(diffuse_reflectance(1.0), 0.0);
     }
 
     #[test]

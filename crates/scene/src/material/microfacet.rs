@@ -2,7 +2,7 @@
 
 use super::Microfacet;
 use glam::{Vec2, Vec3};
-use lightshed_sampling::{Ggx, Ggx as Beckmann, MicrofacetDistribution};
+use lightshed_sampling::{Beckmann, Ggx, MicrofacetDistribution};
 
 /// A microfacet normal distribution with its roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,13 @@ impl Distribution {
     pub(super) fn roughness(&self) -> f32 {
         let (alpha_u, alpha_v) = each!(self, d => d.alpha());
         alpha_u.min(alpha_v).min(1.0)
+    }
+
+    /// `√(α_x α_y)`.
+    #[inline]
+    pub(super) fn mean_alpha(&self) -> f32 {
+        let (alpha_u, alpha_v) = each!(self, d => d.alpha());
+        (alpha_u * alpha_v).sqrt()
     }
 
     /// Smith's `G1(v)`, blind to which side of the microfacet `v` is on.

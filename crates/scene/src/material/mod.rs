@@ -6,6 +6,7 @@ mod error;
 mod fresnel;
 mod microfacet;
 mod resolve;
+mod rough_coat;
 mod validate;
 
 pub use bsdf::{Bsdf, BsdfSample, BsdfValue, LobeSample};

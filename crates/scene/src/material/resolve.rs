@@ -2,12 +2,13 @@
 
 use super::bsdf::{Bsdf, Entry, MAX_COMPONENTS, Side};
 use super::component::{
-    Component, Diffuse, Mirror, RoughConductor, RoughDielectric, SmoothConductor, SmoothDielectric,
-    ThinDielectric,
+    Component, Diffuse, MetallicRoughness, Mirror, Plastic, PlasticBase, RoughConductor, RoughDielectric,
+    RoughPlastic, SmoothConductor, SmoothDielectric, ThinDielectric,
 };
 use super::microfacet::Distribution;
-use super::{Material, Roughness};
+use super::{Material, Roughness, fresnel, rough_coat};
 use glam::Vec2;
+use lightshed_sampling::Ggx;
 
 impl Material {
     /// The scattering function at mesh coordinates `uv`: textures looked up, blends and sides laid flat. Neither
@@ -124,19 +125,66 @@ impl Material {
                 Side::Both,
             ),
             Self::Plastic {
-                diffuse_reflectance, ..
-            } => (
-                Component::Diffuse(Diffuse {
-                    reflectance: diffuse_reflectance.at(uv),
-                }),
-                Side::Front,
-            ),
-            Self::MetallicRoughness { base_color, .. } => (
-                Component::Diffuse(Diffuse {
-                    reflectance: base_color.at(uv),
-                }),
-                Side::Front,
-            ),
+                eta,
+                diffuse_reflectance,
+                specular_reflectance,
+                nonlinear,
+                roughness,
+            } => {
+                let albedo = diffuse_reflectance.at(uv);
+                let reflection_tint = specular_reflectance.at(uv);
+                let component = match roughness {
+                    None => Component::Plastic(Plastic {
+                        eta: *eta,
+                        base: PlasticBase::new(
+                            albedo,
+                            fresnel::diffuse_reflectance(1.0 / eta),
+                            *eta,
+                            *nonlinear,
+                        ),
+                        reflection_tint,
+                    }),
+                    Some(roughness) => {
+                        let distribution = roughness.at(uv);
+                        let inner = rough_coat::internal_reflectance(&distribution, *eta);
+                        Component::RoughPlastic(RoughPlastic {
+                            eta: *eta,
+                            base: PlasticBase::new(albedo, inner, *eta, *nonlinear),
+                            reflection_tint,
+                            distribution,
+                        })
+                    }
+                };
+                (component, Side::Front)
+            }
+            Self::MetallicRoughness {
+                base_color,
+                metallic,
+                roughness,
+                transmission,
+                ior,
+            } => {
+                let root = (ior - 1.0) / (ior + 1.0);
+                let perceptual = roughness.at(uv).min(1.0);
+                let alpha = perceptual * perceptual;
+                let transmission = transmission.at(uv).clamp(0.0, 1.0);
+                let component = Component::MetallicRoughness(MetallicRoughness {
+                    base_color: base_color.at(uv),
+                    metallic: metallic.at(uv).clamp(0.0, 1.0),
+                    transmission,
+                    f0: root * root,
+                    distribution: Ggx::new(alpha, alpha),
+                });
+                // What shines through is seen from both sides.
+                (
+                    component,
+                    if transmission > 0.0 {
+                        Side::Both
+                    } else {
+                        Side::Front
+                    },
+                )
+            }
         };
         leaves.push(component, weight, side.unwrap_or(natural_side));
     }

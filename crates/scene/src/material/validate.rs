@@ -1,7 +1,7 @@
 //! What [`Material::at`] takes for granted.
 
 use super::bsdf::MAX_COMPONENTS;
-use super::{ConductorIor, Material, MaterialError, Roughness};
+use super::{ConductorIor, Material, MaterialError, Roughness, rough_coat};
 use crate::{ColorTexture, FloatTexture, ImageTexture, Rgb};
 use glam::Affine2;
 
@@ -16,7 +16,8 @@ impl Material {
     /// Checks every parameter: colours are finite and not negative (above 1 is allowed: such a surface gains energy, as
     /// its author asked), shares likewise (they are clamped to 1 when looked up), roughness and indices of refraction
     /// positive and finite, blends and sides within [`Material::MAX_DEPTH`] and [`Material::MAX_LEAVES`], no
-    /// dielectric inside a [`Material::TwoSided`]. Reads every texel of images of `f32`.
+    /// dielectric inside a [`Material::TwoSided`], the index of a rough plastic within `[1, 3]`, where its transmittance
+    /// is tabulated (the table is computed here, not on the first hit). Reads every texel of images.
     ///
     /// # Errors
     /// The first [`MaterialError`] found.
@@ -80,6 +81,12 @@ impl Material {
             } => {
                 index("eta", *eta)?;
                 alpha(roughness)?;
+                if let Some(roughness) = roughness {
+                    if !(1.0..=rough_coat::MAX_ETA).contains(eta) {
+                        return Err(MaterialError::IndexOfRefraction { parameter: "eta" });
+                    }
+                    rough_coat::prepare(roughness.distribution);
+                }
                 color("diffuse_reflectance", diffuse_reflectance)?;
                 color("specular_reflectance", specular_reflectance)?;
             }
@@ -94,7 +101,10 @@ impl Material {
                 share("metallic", metallic)?;
                 share("roughness", roughness)?;
                 share("transmission", transmission)?;
-                index("ior", *ior)?;
+                // Zero is how KHR_materials_ior asks for a reflectance of one.
+                if *ior != 0.0 {
+                    index("ior", *ior)?;
+                }
             }
             Self::Blend {
                 weight,

@@ -4,13 +4,19 @@
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod metallic_roughness;
 mod mirror;
+mod plastic;
+mod rough_plastic;
 mod thin_dielectric;
 
 pub(super) use conductor::{RoughConductor, SmoothConductor};
 pub(super) use dielectric::{RoughDielectric, SmoothDielectric};
 pub(super) use diffuse::Diffuse;
+pub(super) use metallic_roughness::MetallicRoughness;
 pub(super) use mirror::Mirror;
+pub(super) use plastic::{Plastic, PlasticBase};
+pub(super) use rough_plastic::RoughPlastic;
 pub(super) use thin_dielectric::ThinDielectric;
 
 use crate::Rgb;
@@ -127,9 +133,12 @@ macro_rules! components {
 
 components!(
     Diffuse,
+    MetallicRoughness,
     Mirror,
+    Plastic,
     RoughConductor,
     RoughDielectric,
+    RoughPlastic,
     SmoothConductor,
     SmoothDielectric,
     ThinDielectric,
