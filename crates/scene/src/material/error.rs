@@ -46,7 +46,10 @@ impl fmt::Display for MaterialError {
             Self::Color { parameter } => write!(f, "{parameter} has a negative or non-finite component"),
             Self::Share { parameter } => write!(f, "{parameter} is negative or not finite"),
             Self::Roughness { parameter } => write!(f, "{parameter} is not positive and finite"),
-            Self::IndexOfRefraction { parameter } => write!(f, "{parameter} is not an index of refraction that this material can have"),
+            Self::IndexOfRefraction { parameter } => write!(
+                f,
+                "{parameter} is not an index of refraction that this material can have"
+            ),
             Self::Transform { parameter } => write!(f, "the texture transform of {parameter} is not finite"),
             Self::TransmissiveTwoSided => write!(f, "a transmissive material cannot be made two-sided"),
             Self::TooDeep => write!(f, "materials nest too deeply"),

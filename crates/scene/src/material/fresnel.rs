@@ -26,8 +26,12 @@ pub(super) fn dielectric(cos_incident: f32, eta: f32) -> DielectricFresnel {
             cos_transmitted: cos_incident,
         };
     }
-    // η² − sin²θ_i, by differences that are exact near matched indices and near normal incidence.
-    let radicand = (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident;
+    // η² − sin²θ_i, by differences that are exact where they are small: near matched indices, and at normal incidence.
+    let radicand = if eta > 0.5 {
+        (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident
+    } else {
+        eta * eta - (1.0 - cos_incident) * (1.0 + cos_incident)
+    };
     if radicand <= 0.0 {
         return DielectricFresnel {
             reflectance: 1.0,

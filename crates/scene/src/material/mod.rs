@@ -130,3 +130,6 @@ pub enum Material {
         back: Option<Box<Material>>,
     },
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,6 +7,7 @@ use super::component::{
 };
 use super::microfacet::Distribution;
 use super::{Material, Roughness, fresnel, rough_coat};
+use crate::Rgb;
 use glam::Vec2;
 use lightshed_sampling::Ggx;
 
@@ -169,7 +170,8 @@ impl Material {
                 let alpha = perceptual * perceptual;
                 let transmission = transmission.at(uv).clamp(0.0, 1.0);
                 let component = Component::MetallicRoughness(MetallicRoughness {
-                    base_color: base_color.at(uv),
+                    // Schlick's interpolation to white needs colours up to white.
+                    base_color: base_color.at(uv).min(Rgb::ONE),
                     metallic: metallic.at(uv).clamp(0.0, 1.0),
                     transmission,
                     f0: root * root,
@@ -198,7 +200,7 @@ impl Roughness {
 
 const BLACK: Entry = Entry {
     component: Component::Diffuse(Diffuse {
-        reflectance: crate::Rgb::ZERO,
+        reflectance: Rgb::ZERO,
     }),
     side: Side::Front,
     weight: 0.0,

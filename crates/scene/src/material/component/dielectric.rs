@@ -73,7 +73,7 @@ impl Scatter for SmoothDielectric {
             return None;
         }
         Some(Draw::Delta {
-            wi: Vec3::new(-wo.x / eta, -wo.y / eta, -interface.cos_transmitted),
+            wi: Vec3::new(-wo.x / eta, -wo.y / eta, -interface.cos_transmitted).normalize(),
             value: self.transmission_tint * ((1.0 - interface.reflectance) / (eta * eta)),
             eta,
         })
