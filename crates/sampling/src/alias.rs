@@ -166,10 +166,16 @@ fn build<W: Copy + Into<f64>>(weights: &[W], largest: f64) -> Vec<AliasEntry> {
             small.push(donor);
         }
     }
-    // Rounding can leave columns of about one unit; those stay their own. It can also leave a zero weight,
-    // which must not: it is given to a weight that is surely positive.
     let positive = (0..n).find(|&i| weights[i].into() == largest).unwrap_or(0) as u32;
-    for leftover in small {
+    settle(&small, weights, positive, &mut entries);
+    entries
+}
+
+/// Columns that found no donor. In exact arithmetic the masses left add up to the columns left, so each is
+/// one unit and stays its own. Rounding in `f64` moves that by less than a unit up to some 2²⁶ weights;
+/// beyond, a weight of zero may be left, and is given to `positive`, a weight that is not.
+fn settle<W: Copy + Into<f64>>(leftovers: &[u32], weights: &[W], positive: u32, entries: &mut [AliasEntry]) {
+    for &leftover in leftovers {
         if weights[leftover as usize].into() == 0.0 {
             entries[leftover as usize] = AliasEntry {
                 threshold: 0,
@@ -177,7 +183,6 @@ fn build<W: Copy + Into<f64>>(weights: &[W], largest: f64) -> Vec<AliasEntry> {
             };
         }
     }
-    entries
 }
 
 /// The share `kept` of a column in 32 bits, 0 only for a weight of zero.
@@ -210,4 +215,24 @@ fn counts(entries: &[AliasEntry]) -> impl Iterator<Item = u128> {
         begin = end;
     }
     counts.into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What only tables of hundreds of millions of weights reach by themselves.
+    #[test]
+    fn leftover_zeros_are_given_away() {
+        let weights = [0.0, 2.0, 1.0, 0.0];
+        let mut entries: Vec<AliasEntry> = (0..4)
+            .map(|alias| AliasEntry {
+                threshold: u32::MAX,
+                alias,
+            })
+            .collect();
+        settle(&[0, 2, 3], &weights, 1, &mut entries);
+        let counts: Vec<u128> = counts(&entries).collect();
+        assert_eq!(counts, [0, 3 << 62, 1 << 62, 0]);
+    }
 }

@@ -61,7 +61,7 @@ fn lift(xy: Vec2) -> Vec3 {
 ///
 /// # Precision
 ///
-/// [`octahedral_decode`] of the result lies within 4·10⁻⁷ radians of the direction.
+/// [`octahedral_decode`] of the result lies within 6·10⁻⁷ radians of the direction.
 #[inline]
 pub fn octahedral_encode(direction: Vec3) -> Vec2 {
     project(direction) * 0.5 + 0.5

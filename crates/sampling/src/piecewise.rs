@@ -240,6 +240,9 @@ impl PiecewiseConstant1d {
     }
 
     /// Samples by a uniform `u` in [0, 1) (anything outside counts as the nearest inside).
+    ///
+    /// An `f32` from random bits has 24 of them, so a bin is hit in multiples of 2⁻²⁴ where its density is known
+    /// to 2⁻³²; with thousands of bins prefer [`sample_word`](Self::sample_word).
     #[inline(always)]
     pub fn sample(&self, u: f32) -> PiecewiseSample {
         self.sample_word(u32_from_f32(u))

@@ -137,14 +137,15 @@ impl PiecewiseConstant2d {
         (row_width as f64 * column_width as f64 * (cells * TWO_POW_MINUS_64)) as f32
     }
 
-    /// Samples by a uniform point of [0, 1)²: `u[0]` chooses the column and `u[1]` the row.
+    /// Samples by a uniform point of [0, 1)²: `u[0]` chooses the column and `u[1]` the row. For large maps prefer
+    /// [`sample_words`](Self::sample_words).
     #[inline(always)]
     pub fn sample(&self, u: [f32; 2]) -> PiecewiseSample2d {
         self.sample_words(u.map(u32_from_f32))
     }
 
-    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the 24 bits
-    /// of an `f32` leave 12 for the place within a cell; these leave 20.
+    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the 24 bits of an
+    /// `f32` leave 12 for the place within a cell, and hit a cell in steps of about 2⁻¹² of its share; these leave 20.
     #[inline(always)]
     pub fn sample_words(&self, u: [u32; 2]) -> PiecewiseSample2d {
         let row = self.rows().locate(u[1]);

@@ -222,6 +222,10 @@ mod tests {
         }
         let exact: f64 = terms.iter().map(|&term| f64::from(term)).sum();
         assert_eq!(parts.value(), exact as f32);
+        // What the other part had set aside counts too.
+        let mut parts: CompensatedSum<f32> = [1.0].into_iter().collect();
+        parts.merge([16_777_216.0, 1.0].into_iter().collect());
+        assert_eq!(parts.value(), 16_777_218.0);
     }
 
     proptest! {

@@ -30,7 +30,7 @@ fn directions(count: u32) -> impl Iterator<Item = Vec3> {
 }
 
 #[test]
-fn round_trip_to_4e_7() {
+fn round_trip_to_6e_7() {
     check_faults(&["sign of zero", "unfolded"], |fault| {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z]
             .into_iter()
@@ -46,7 +46,7 @@ fn round_trip_to_4e_7() {
             let mut uv = octahedral_encode(d);
             match fault {
                 // The pole −z, whose fold depends on the signs of two zeros, put into the wrong place.
-                Some("sign of zero") if d.z < 0.0 && d.x == 0.0 => uv = uv * d.x.signum(),
+                Some("sign of zero") if d.z < 0.0 && d.x == 0.0 => uv *= d.x.signum(),
                 Some("unfolded") if d.z < 0.0 => uv = Vec2::ONE - uv,
                 _ => {}
             }
@@ -54,7 +54,7 @@ fn round_trip_to_4e_7() {
                 return Err(format!("{d:?} leaves the square: {uv:?}"));
             }
             let error = angle(d, octahedral_decode(uv));
-            if !(error < 4e-7) {
+            if !(error < 6e-7) {
                 return Err(format!("{d:?} comes back off by {error:e}"));
             }
         }
@@ -216,7 +216,7 @@ fn agrees_with_f64_and_inverts() {
         let uv = CounterRng::new(34, i, 0).next_2d();
         let exact = decode_f64(uv.map(f64::from)).as_vec3();
         let d = octahedral_decode(Vec2::from(uv));
-        assert!(angle(d, exact) < 4e-7);
+        assert!(angle(d, exact) < 6e-7);
         let there = octahedral_from_solid_angle(Density::<SolidAngle>::new(0.3), d);
         let back = octahedral_to_solid_angle(there, d).value();
         assert!((back / 0.3 - 1.0).abs() < 4e-7);
