@@ -12,7 +12,7 @@
 //!
 //! in `f64`: as `x → −∞` or at grazing angles its terms cancel.
 
-use super::erf::{erf, erfc, inverse_erf_of_uniform};
+use super::erf::{EDGE, erf, erfc, inverse_erf_estimate, inverse_erf_of_uniform, scaled_erfc};
 use super::microfacet::{MicrofacetDistribution, clamp_alpha};
 use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
 use core::f32::consts::FRAC_1_PI;
@@ -41,8 +41,8 @@ struct StretchedView {
 }
 
 impl Beckmann {
-    /// Roughness as it stands in `D`: √2 times the root mean square of the slope. Each is clamped to [10⁻⁴, 10³];
-    /// NaN becomes 10⁻⁴.
+    /// Roughness as it stands in `D`: √2 times the root mean square of the slope. Each is clamped to [10⁻⁴,
+    /// 10³]; NaN becomes 10⁻⁴.
     #[inline(always)]
     pub fn new(alpha_u: f32, alpha_v: f32) -> Self {
         Self {
@@ -103,36 +103,51 @@ fn facing_area(c: f64, s: f64) -> f64 {
 /// `½ (c erfc(−x) + s e^{−x²}/√π) = ∫_{−∞}^x (c − s t) e^{−t²}/√π dt`.
 #[inline]
 fn partial_area(c: f64, s: f64, x: f64) -> f64 {
-    0.5 * (c * erfc(-x) + s * FRAC_1_SQRT_PI * (-x * x).exp())
+    partial_area_and_gaussian(c, s, x).0
 }
 
-/// The slope `x` at which the share `u` of the facing area lies below.
+/// `partial_area`, and the `e^{−x²}` that its terms share.
+#[inline]
+fn partial_area_and_gaussian(c: f64, s: f64, x: f64) -> (f64, f64) {
+    let y = x.abs().min(8.0);
+    let gaussian = (-y * y).exp();
+    let tail = gaussian * scaled_erfc(y);
+    let below = if x > 0.0 { 2.0 - tail } else { tail };
+    (0.5 * (c * below + s * FRAC_1_SQRT_PI * gaussian), gaussian)
+}
+
+/// The slope `x` at which the share `u` of the facing area lies below; about four steps.
 fn visible_slope(c: f64, s: f64, u: f64) -> f64 {
-    let whole = facing_area(c, s);
-    // The ends of [0, 1) stand for cells of width 2⁻²⁴.
-    let target = u.clamp(1.0 / (1u64 << 26) as f64, 1.0 - 1.0 / (1u64 << 26) as f64) * whole;
+    let u = u.clamp(EDGE, 1.0 - EDGE);
+    let target = u * facing_area(c, s);
     let (mut low, mut high) = (-MAX_SLOPE, if c < MAX_SLOPE * s { c / s } else { MAX_SLOPE });
-    // At normal incidence the slope is normal, at grazing incidence F = e^{−x²} for x < 0.
-    let grazing = -(-(target / whole).ln()).max(0.0).sqrt();
-    let mut x = (c * inverse_erf_of_uniform(u) + (1.0 - c) * grazing).clamp(low, high);
-    for _ in 0..40 {
-        let excess = partial_area(c, s, x) - target;
+    // At normal incidence the slope is normal, at grazing incidence F = e^{−x²} for x < 0. In between their
+    // mean lies too high by about a third of s c.
+    let grazing = -(-u.ln()).sqrt();
+    let start = c * inverse_erf_estimate(u) + (1.0 - c) * grazing - 0.35 * s * c;
+    let mut x = start.clamp(low, high);
+    for _ in 0..60 {
+        let (area, gaussian) = partial_area_and_gaussian(c, s, x);
+        let excess = area - target;
         if excess > 0.0 {
             high = x;
         } else {
             low = x;
         }
-        let slope = (c - s * x).max(0.0) * FRAC_1_SQRT_PI * (-x * x).exp();
+        let slope = (c - s * x).max(0.0) * FRAC_1_SQRT_PI * gaussian;
         let newton = x - excess / slope;
-        let next = if newton > low && newton < high {
-            newton
+        if newton >= low && newton <= high {
+            let step = (newton - x).abs();
+            x = newton;
+            // The error is the square of the last step, about.
+            if step < 1e-5 {
+                break;
+            }
         } else {
-            0.5 * (low + high)
-        };
-        let step = (next - x).abs();
-        x = next;
-        if step < 1e-9 {
-            break;
+            x = 0.5 * (low + high);
+            if high - low < 1e-9 {
+                break;
+            }
         }
     }
     x

@@ -20,6 +20,12 @@ fn density(point: Vec2) -> Density<Area> {
     })
 }
 
+/// `a` where the bits of `mask` are set, else `b`.
+#[inline(always)]
+fn select(mask: u32, a: f32, b: f32) -> f32 {
+    f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
+}
+
 /// Uniform points in the unit disk by the concentric map: squares become disks, ring by ring.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ConcentricDisk;
@@ -35,12 +41,13 @@ impl ConcentricDisk {
     #[inline(always)]
     pub(crate) fn sample_with_radius(u: [f32; 2]) -> (Vec2, f32) {
         let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-        let along_x = a.abs() > b.abs();
-        let (radius, other) = if along_x { (a, b) } else { (b, a) };
+        // Which half of the square a point lies in is a coin flip: it selects by bits, not by a branch.
+        let along_x = u32::from(a.abs() > b.abs()).wrapping_neg();
+        let (radius, other) = (select(along_x, a, b), select(along_x, b, a));
         // φ = (π/4)(other/radius) from the x or the y axis.
         let ratio = if radius == 0.0 { 0.0 } else { other / radius };
         let (sin, cos) = sin_cos_quarter(0.5 * ratio);
-        let (x, y) = if along_x { (cos, sin) } else { (sin, cos) };
+        let (x, y) = (select(along_x, cos, sin), select(along_x, sin, cos));
         (Vec2::new(radius * x, radius * y), radius)
     }
 

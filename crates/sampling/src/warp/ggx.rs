@@ -21,8 +21,8 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// Roughness as it stands in `D` (the square of a "perceptual" roughness). Each is clamped to [10⁻⁴, 10³];
-    /// NaN becomes 10⁻⁴.
+    /// Roughness as it stands in `D` (the square of a "perceptual" roughness). Each is clamped to [10⁻⁴,
+    /// 10³]; NaN becomes 10⁻⁴.
     #[inline(always)]
     pub fn new(alpha_u: f32, alpha_v: f32) -> Self {
         Self {

@@ -86,7 +86,7 @@ impl SphericalRectangle {
             x,
             y,
             h,
-            beta: y.map(|y| y / y.hypot(h)),
+            beta: y.map(|y| y / length(y, h)),
             start,
             solid_angle,
         })
@@ -116,8 +116,8 @@ impl SphericalRectangle {
         let rest = (denominator_squared - numerator * numerator).max(f64::MIN_POSITIVE);
         let x = (self.h * numerator / rest.sqrt()).clamp(self.x[0], self.x[1]);
 
-        let distance = x.hypot(self.h);
-        let [eta0, eta1] = self.y.map(|y| y / distance.hypot(y));
+        let distance = length(x, self.h);
+        let [eta0, eta1] = self.y.map(|y| y / length(distance, y));
         let eta = eta0 + u1 * (eta1 - eta0);
         let y = distance * eta / ((1.0 - eta) * (1.0 + eta)).max(f64::MIN_POSITIVE).sqrt();
         let y = y.clamp(self.y[0], self.y[1]);
@@ -146,16 +146,22 @@ impl SphericalRectangle {
         let (x, y) = (scale * along_x, scale * along_y);
         let x = x.clamp(self.x[0], self.x[1]);
         let u0 = (strip(x, self.y, self.h) - self.start) / self.solid_angle;
-        let distance = x.hypot(self.h);
-        let [eta0, eta1, eta] = [self.y[0], self.y[1], y].map(|y| y / distance.hypot(y));
+        let distance = length(x, self.h);
+        let [eta0, eta1, eta] = [self.y[0], self.y[1], y].map(|y| y / length(distance, y));
         let u1 = (eta - eta0) / (eta1 - eta0);
         [u0, u1].map(|x| clamp_or_low(x as f32, 0.0, ONE_MINUS_EPSILON))
     }
 }
 
+/// `√(a² + b²)`. Neither square over- nor underflows to effect: these are lengths that fit in `f32`.
+#[inline(always)]
+fn length(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
+}
+
 /// `G(x)`: the signed solid angle over `[0, x] × [y₀, y₁]` at distance `h`.
 fn strip(x: f64, y: [f64; 2], h: f64) -> f64 {
-    let [a0, a1] = y.map(|y| (x * y).atan2(h * x.hypot(y).hypot(h)));
+    let [a0, a1] = y.map(|y| (x * y).atan2(h * (x * x + y * y + h * h).sqrt()));
     a1 - a0
 }
 

@@ -112,7 +112,7 @@ impl SphericalTriangle {
         let (sin_area, cos_area) = (0.5 * u0 * self.solid_angle).sin_cos();
         let numerator = sin_area * one_plus_cos;
         let denominator = cos_area * sine - sin_area * b_dot_t;
-        let length = numerator.hypot(denominator);
+        let length = (numerator * numerator + denominator * denominator).sqrt();
         let (sin_half_arc, cos_half_arc) = (numerator / length, denominator / length);
         // C' − A = −2 sin²(b/2) A + sin b T.
         let from_a = self.a * (-2.0 * sin_half_arc * sin_half_arc)
@@ -170,7 +170,7 @@ impl SphericalTriangle {
         } else {
             (-along_a, along_t)
         };
-        let length = sin.hypot(cos);
+        let length = (sin * sin + cos * cos).sqrt();
         if !(length > 0.0) {
             return [0.0, 0.0];
         }
