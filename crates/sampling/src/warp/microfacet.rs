@@ -64,9 +64,12 @@ pub(crate) fn clamp_alpha(alpha: f32) -> f32 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::warp::properties::verify;
     use crate::warp::properties::{Case, Chart};
     use core::f64::consts::FRAC_PI_2;
-    use lightshed_testkit::{hostile_f32, hostile_unit_f32, integrate_hemisphere};
+    use lightshed_testkit::{
+        check_faults, hostile_f32, hostile_unit_f32, integrate_hemisphere, rng, uniform_f32,
+    };
 
     /// The visible normals of a distribution of roughness `alpha` as a case for
     /// [`verify`](super::super::properties::verify).
@@ -130,6 +133,94 @@ pub(super) mod tests {
             }
         }
         check_hostile(&distribution);
+    }
+
+    /// The properties hold, and fail where the density exchanges the roughness of the axes, forgets masking, or
+    /// takes the normals as they are for those that are seen.
+    pub(crate) fn check_axes<D: MicrofacetDistribution + Copy + 'static>(new: impl Fn([f32; 2]) -> D) {
+        #[derive(Clone, Copy, Debug)]
+        enum Fault {
+            ExchangedAxes,
+            NoMasking,
+            AllNormals,
+        }
+        let (alpha, view) = ([0.2, 0.7], Vec3::new(0.48, 0.64, 0.6));
+        let faults = [Fault::ExchangedAxes, Fault::NoMasking, Fault::AllNormals];
+        check_faults(&faults, |fault| {
+            let (right, wrong) = (new(alpha), new([alpha[1], alpha[0]]));
+            let mut case = visible_normal_case("planted".to_owned(), right, view, alpha);
+            match fault {
+                None => {}
+                Some(Fault::ExchangedAxes) => {
+                    case.density = Box::new(move |m| wrong.visible_normal_density(view, m).value());
+                }
+                Some(Fault::NoMasking) => {
+                    case.density = Box::new(move |m| {
+                        right.visible_normal_density(view, m).value() / right.masking(view)
+                    });
+                }
+                Some(Fault::AllNormals) => case.density = Box::new(move |m| right.normal_density(m) * m.z),
+            }
+            verify(&case.tolerances(1e-5, 2e-3, 1e-5));
+            Ok::<_, ()>(())
+        })
+        .unwrap();
+    }
+
+    /// `D`, `Λ`, `G₁`, `G₂` and `D_ω` against the textbook's formulas in `f64`, at every roughness and down to grazing
+    /// angles: relative error below 10⁻⁵. `lambda` is a function of `a = cot θ/α`, `α` along the azimuth.
+    pub(crate) fn check_against_oracle<D: MicrofacetDistribution>(
+        new: impl Fn([f32; 2]) -> D,
+        density: impl Fn([f64; 2], [f64; 3]) -> f64,
+        lambda: impl Fn(f64) -> f64,
+    ) {
+        let mut rng = rng(0xface);
+        let close = |computed: f32, truth: f64| {
+            // Where the truth itself has no digits left, nothing is asked.
+            (f64::from(computed) - truth).abs() <= 1e-5 * truth.abs() + 1e-30
+        };
+        for alpha in [[1e-4f32, 1e-4], [1e-3, 0.1], [0.3, 0.05], [1.0, 0.5], [3.0, 1.0]] {
+            let distribution = new(alpha);
+            let wide = alpha.map(f64::from);
+            let true_lambda = |w: Vec3| {
+                let w = w.to_array().map(f64::from);
+                lambda(w[2].abs() / (wide[0] * w[0]).hypot(wide[1] * w[1]))
+            };
+            for k in 0..200 {
+                // Every other pair of directions is close to grazing.
+                let squeeze = if k % 2 == 0 { 1.0 } else { 0.01 };
+                let mut direction = || {
+                    let [x, y, z] = [(); 3].map(|()| uniform_f32(&mut rng));
+                    Vec3::new(x - 0.5, y - 0.5, squeeze * (z + 0.01)).normalize()
+                };
+                let (a, b) = (direction(), direction());
+                let normal =
+                    distribution.sample_visible_normal(a, [uniform_f32(&mut rng), uniform_f32(&mut rng)]);
+                let (la, lb) = (true_lambda(a), true_lambda(b));
+                let d = density(wide, normal.to_array().map(f64::from));
+                let facing: f64 = (0..3).map(|i| f64::from(a[i]) * f64::from(normal[i])).sum();
+                let seen = facing.max(0.0) * d / ((1.0 + la) * f64::from(a.z));
+                assert!(
+                    close(distribution.normal_density(normal), d),
+                    "D: {alpha:?} {normal}"
+                );
+                // Λ is a small difference where there is little masking; what is used of it is 1 + Λ.
+                assert!(close(1.0 + distribution.lambda(a), 1.0 + la), "Λ: {alpha:?} {a}");
+                assert!(
+                    close(distribution.masking(a), 1.0 / (1.0 + la)),
+                    "G1: {alpha:?} {a}"
+                );
+                assert!(
+                    close(distribution.masking_shadowing(a, b), 1.0 / (1.0 + la + lb)),
+                    "G2: {alpha:?} {a} {b}"
+                );
+                // The cosine to the normal cancels where they are nearly at right angles.
+                if facing > 1e-2 {
+                    let computed = distribution.visible_normal_density(a, normal).value();
+                    assert!(close(computed, seen), "{alpha:?} {a} {normal}: {computed} {seen}");
+                }
+            }
+        }
     }
 
     fn check_hostile(distribution: &impl MicrofacetDistribution) {
