@@ -5,7 +5,7 @@ use crate::failure::{Failure, one_line};
 use crate::progress::Bar;
 use crate::report::Report;
 use lightshed::integrator::{
-    Budget, Film, ImageComparison, OutputTarget, PathTracer, RenderOptions, RgbImage, read_exr, render,
+    Budget, ImageComparison, OutputTarget, PathTracer, RenderOptions, RgbImage, read_exr, render,
 };
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
@@ -42,6 +42,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         ..
     } = *settings;
     Film::new(width, height)?;
+    let budget = match arguments.seconds {
+        Some(seconds) => Budget::Seconds(seconds),
+        None => Budget::Samples(arguments.spp.unwrap_or(samples_per_pixel)),
+    };
+    let threads = match arguments.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        threads => threads as usize,
+    };
+    let seed = arguments.seed;
+    let options = RenderOptions {
+        seed,
+        threads,
+        ..RenderOptions::new(width, height, budget)
+    };
+    options.check()?;
+
     if let Some((path, image)) = &reference
         && [image.width(), image.height()] != [width, height]
     {
@@ -66,20 +82,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         eprintln!("warning: {}", one_line(warning));
     }
 
-    let budget = match arguments.seconds {
-        Some(seconds) => Budget::Seconds(seconds),
-        None => Budget::Samples(arguments.spp.unwrap_or(samples_per_pixel)),
-    };
-    let threads = match arguments.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        threads => threads as usize,
-    };
-    let seed = arguments.seed;
-    let options = RenderOptions {
-        seed,
-        threads,
-        ..RenderOptions::new(width, height, budget)
-    };
     let interruption = Interruption::catch()?;
     let bar = Bar::new(budget);
     let outcome = render(

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-/// Most pixels an image or film may have, `2^28`: a bound that turns a mistyped size into an error rather than into an
+/// Most pixels an image or film may have, `2^27`: a bound that turns a mistyped size into an error rather than into an
 /// exhausted machine.
-pub const MAX_PIXELS: usize = 1 << 28;
+pub const MAX_PIXELS: usize = 1 << 27;
 
 /// An image of finite linear RGB values (Rec. 709 primaries), row by row from the top.
 #[derive(Clone, Debug, PartialEq)]

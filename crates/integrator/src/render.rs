@@ -1,6 +1,7 @@
 //! The render loop: samples of every pixel, spread over threads, until a budget is spent.
 
 use crate::film::FilmTile;
+use crate::image::pixel_count;
 use crate::{Film, ImageError, process_cpu_seconds};
 use lightshed_scene::Rgb;
 use rayon::prelude::*;
@@ -25,10 +26,7 @@ impl<E: PixelEstimator + ?Sized> PixelEstimator for &E {
     }
 }
 
-impl<E: PixelEstimator + ?Sized> PixelEstimator for Box<E>
-where
-    Box<E>: Sync,
-{
+impl<E: PixelEstimator + ?Sized> PixelEstimator for Box<E> {
     #[inline]
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
         (**self).sample(x, y, sample_index, seed)
@@ -71,6 +69,24 @@ impl RenderOptions {
             seed,
             threads,
         }
+    }
+
+    /// Tells what [`render`] would refuse, without allocating a film or starting a thread.
+    ///
+    /// # Errors
+    ///
+    /// An impossible size, budget or number of threads.
+    pub fn check(&self) -> Result<(), RenderError> {
+        pixel_count(self.width, self.height).map_err(RenderError::Size)?;
+        match self.budget {
+            Budget::Samples(samples) if samples > 0 => (),
+            Budget::Seconds(seconds) if seconds > 0.0 && seconds.is_finite() => (),
+            budget => return Err(RenderError::Budget(budget)),
+        }
+        if self.threads > MAX_THREADS {
+            return Err(RenderError::Threads(self.threads));
+        }
+        Ok(())
     }
 }
 
@@ -183,14 +199,7 @@ pub fn render<E: PixelEstimator>(
     observer: &(dyn Fn(&Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<RenderOutcome, RenderError> {
-    match options.budget {
-        Budget::Samples(samples) if samples > 0 => (),
-        Budget::Seconds(seconds) if seconds > 0.0 && seconds.is_finite() => (),
-        budget => return Err(RenderError::Budget(budget)),
-    }
-    if options.threads > MAX_THREADS {
-        return Err(RenderError::Threads(options.threads));
-    }
+    options.check()?;
     let mut film = Film::new(options.width, options.height).map_err(RenderError::Size)?;
     let mut next = Film::new(options.width, options.height).map_err(RenderError::Size)?;
     let pool = rayon::ThreadPoolBuilder::new()
@@ -428,22 +437,23 @@ mod tests {
 
     #[test]
     fn an_interrupted_pass_is_discarded() {
+        const PIXELS: u64 = 32 * 16;
         let cancel = AtomicBool::new(false);
+        // The first of the second pass's eight tiles interrupts it; no other thread can be through with the rest.
         let observer = |progress: &Progress| {
-            if progress.samples_done > 3 * 16 * 8 {
+            if progress.samples_done > PIXELS {
                 cancel.store(true, Ordering::Relaxed);
             }
         };
         let options = RenderOptions {
             threads: 2,
-            ..RenderOptions::new(16, 8, Budget::Samples(1_000))
+            ..RenderOptions::new(32, 16, Budget::Samples(1_000))
         };
         let outcome = render(&Slow, &options, &observer, &cancel).unwrap();
         assert!(outcome.interrupted);
-        let samples = outcome.samples_per_pixel;
-        assert!((1..1_000).contains(&samples), "{samples}");
+        assert_eq!((outcome.samples_per_pixel, outcome.film.samples()), (1, PIXELS));
         let options = RenderOptions {
-            budget: Budget::Samples(samples),
+            budget: Budget::Samples(1),
             ..options
         };
         assert_eq!(outcome.film, run(&Slow, &options).film);
@@ -491,6 +501,7 @@ mod tests {
     #[test]
     fn impossible_options_are_errors() {
         let attempt = |options: RenderOptions| {
+            assert!(render(&Noise, &options, &|_| (), &AtomicBool::new(false)).is_err());
             render(&Noise, &options, &|_| (), &AtomicBool::new(false))
                 .unwrap_err()
                 .to_string()
