@@ -41,7 +41,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         samples_per_pixel,
         ..
     } = *settings;
-    Film::new(width, height)?;
     let budget = match arguments.seconds {
         Some(seconds) => Budget::Seconds(seconds),
         None => Budget::Samples(arguments.spp.unwrap_or(samples_per_pixel)),
