@@ -2,7 +2,7 @@
 
 use super::error::{ImportError, Location, read_file};
 use crate::Image;
-use image::{DynamicImage, ImageFormat};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -27,23 +27,30 @@ const EXTENSIONS: &str = "png, jpg, jpeg, hdr, exr";
 /// The extension is unknown, or the file cannot be read or decoded, or has a value that is not finite.
 pub fn read_image(path: impl AsRef<Path>, encoding: Encoding) -> Result<Image, ImportError> {
     let path = path.as_ref();
-    let extension = extension(path);
-    let format = match extension.as_str() {
-        "exr" => None,
-        "png" => Some(ImageFormat::Png),
-        "jpg" | "jpeg" => Some(ImageFormat::Jpeg),
-        "hdr" => Some(ImageFormat::Hdr),
-        _ => {
-            return Err(ImportError::UnknownFormat {
-                path: path.to_path_buf(),
-                expected: EXTENSIONS,
-            });
-        }
-    };
-    let bytes = read_file(path)?;
-    match format {
-        None => decode_exr(&bytes, path),
-        Some(format) => decode(&bytes, Some(format), encoding, path),
+    let format = format_of(path)?;
+    decode(&read_file(path)?, format, encoding, path)
+}
+
+/// Decodes an image that is already in memory; `path` gives the format by its extension and is otherwise for messages.
+///
+/// # Errors
+///
+/// As [`read_image`], less those of reading.
+pub fn parse_image(bytes: &[u8], path: impl AsRef<Path>, encoding: Encoding) -> Result<Image, ImportError> {
+    let path = path.as_ref();
+    decode(bytes, format_of(path)?, encoding, path)
+}
+
+fn format_of(path: &Path) -> Result<ImageFormat, ImportError> {
+    match extension(path).as_str() {
+        "exr" => Ok(ImageFormat::OpenExr),
+        "png" => Ok(ImageFormat::Png),
+        "jpg" | "jpeg" => Ok(ImageFormat::Jpeg),
+        "hdr" => Ok(ImageFormat::Hdr),
+        _ => Err(ImportError::UnknownFormat {
+            path: path.to_path_buf(),
+            expected: EXTENSIONS,
+        }),
     }
 }
 
@@ -55,22 +62,37 @@ pub(crate) fn extension(path: &Path) -> String {
         .to_ascii_lowercase()
 }
 
-/// Decodes PNG, JPEG or HDR bytes; a format of `None` is found from the bytes.
-pub(crate) fn decode(
-    bytes: &[u8],
-    format: Option<ImageFormat>,
-    encoding: Encoding,
-    path: &Path,
-) -> Result<Image, ImportError> {
-    let broken = |source: image::ImageError| ImportError::Decode {
-        path: path.to_path_buf(),
-        source: Box::new(source),
-    };
-    let decoded = match format {
-        Some(format) => image::load(Cursor::new(bytes), format),
-        None => image::load_from_memory(bytes),
-    };
-    from_dynamic(decoded.map_err(broken)?, encoding).ok_or_else(|| unusable(path))
+/// Decodes PNG or JPEG bytes, whichever they are.
+pub(crate) fn decode_guessed(bytes: &[u8], encoding: Encoding, path: &Path) -> Result<Image, ImportError> {
+    let format = image::guess_format(bytes).map_err(|source| broken(path, source))?;
+    decode(bytes, format, encoding, path)
+}
+
+fn decode(bytes: &[u8], format: ImageFormat, encoding: Encoding, path: &Path) -> Result<Image, ImportError> {
+    if format == ImageFormat::OpenExr {
+        return decode_exr(bytes, path);
+    }
+    let broken = |source: image::ImageError| broken(path, source);
+    let reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    check_size(width as usize, height as usize, bytes, path)?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    from_dynamic(decoded, encoding).ok_or_else(|| unusable(path))
+}
+
+/// Most pixels that a byte of a file can stand for: eight to a byte before a compression of 1032 : 1 (deflate's best).
+const PIXELS_PER_BYTE: usize = 8 * 1032;
+
+/// Refuses sizes that no file of this length can hold, before memory is taken for them.
+fn check_size(width: usize, height: usize, bytes: &[u8], path: &Path) -> Result<(), ImportError> {
+    match width.checked_mul(height) {
+        Some(pixels) if pixels <= bytes.len().saturating_mul(PIXELS_PER_BYTE) => Ok(()),
+        _ => Err(ImportError::malformed(
+            Location::file(path),
+            format!("{width} × {height} pixels in {} bytes", bytes.len()),
+        )),
+    }
 }
 
 fn unusable(path: &Path) -> ImportError {
@@ -112,13 +134,21 @@ fn from_dynamic(decoded: DynamicImage, encoding: Encoding) -> Option<Image> {
     }
 }
 
+fn broken(path: &Path, source: impl std::error::Error + Send + Sync + 'static) -> ImportError {
+    ImportError::Decode {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    }
+}
+
 /// The first layer of an OpenEXR file with channels R, G, B, or with Y alone.
 fn decode_exr(bytes: &[u8], path: &Path) -> Result<Image, ImportError> {
     use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-    let broken = |source: exr::error::Error| ImportError::Decode {
-        path: path.to_path_buf(),
-        source: Box::new(source),
-    };
+    let broken = |source: exr::error::Error| broken(path, source);
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+    for header in &meta.headers {
+        check_size(header.layer_size.width(), header.layer_size.height(), bytes, path)?;
+    }
     let file = read()
         .no_deep_data()
         .largest_resolution_level()

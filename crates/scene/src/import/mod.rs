@@ -13,7 +13,7 @@ mod transform;
 mod xml;
 
 pub use self::gltf::parse_gltf;
-pub use self::image::{Encoding, read_image};
+pub use self::image::{Encoding, parse_image, read_image};
 pub use error::{ImportError, Location, Position};
 pub use load::{Defines, Loaded, Warning, load};
 pub use mitsuba::parse_mitsuba;

@@ -8,7 +8,6 @@ use super::error::{ImportError, Location, read_file};
 use super::normals::mend_normals;
 use crate::TriangleMesh;
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
 use std::path::Path;
 
 /// Reads an OBJ mesh. Texture coordinates are as in the file, `v` upwards.
@@ -55,8 +54,11 @@ struct Parser {
     positions: Vec<Vec3>,
     uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
-    vertices: HashMap<Corner, u32>,
+    /// Distinct corners, and for each the one before it with the same position: chains that start at `latest`.
     corners: Vec<Corner>,
+    earlier: Vec<u32>,
+    /// The last distinct corner at each position.
+    latest: Vec<u32>,
     indices: Vec<[u32; 3]>,
 }
 
@@ -123,10 +125,25 @@ impl Parser {
             }
             corner[slot] = from_zero as u32;
         }
-        Ok(*self.vertices.entry(corner).or_insert_with(|| {
-            self.corners.push(corner);
-            (self.corners.len() - 1) as u32
-        }))
+        Ok(self.vertex(corner))
+    }
+
+    /// The vertex of a corner, a new one if no equal corner came before. Few corners share a position, so that a walk
+    /// along a chain beats a hash table.
+    fn vertex(&mut self, corner: Corner) -> u32 {
+        self.latest.resize(self.positions.len(), NONE);
+        let latest = &mut self.latest[corner[0] as usize];
+        let mut candidate = *latest;
+        while candidate != NONE {
+            if self.corners[candidate as usize] == corner {
+                return candidate;
+            }
+            candidate = self.earlier[candidate as usize];
+        }
+        let new = self.corners.len() as u32;
+        self.corners.push(corner);
+        self.earlier.push(std::mem::replace(latest, new));
+        new
     }
 
     fn finish(self) -> Option<TriangleMesh> {

@@ -2,7 +2,7 @@
 
 use super::Importer;
 use crate::import::error::{ImportError, read_file};
-use crate::import::image::{Encoding, decode};
+use crate::import::image::{Encoding, decode_guessed};
 use crate::{Channel, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Material, Rgb, Wrap};
 use glam::{Affine2, Mat2, Vec2};
 use gltf::material::AlphaMode;
@@ -176,14 +176,14 @@ impl Importer<'_> {
         let image = match (uri, view) {
             (Some(uri), _) => {
                 let (bytes, path) = self.resource(uri, &element)?;
-                decode(&bytes, None, encoding, path.as_deref().unwrap_or(self.path))
+                decode_guessed(&bytes, encoding, path.as_deref().unwrap_or(self.path))
             }
             (None, Some(view)) => {
                 let bytes = self
                     .buffers
                     .view(&view)
                     .map_err(|what| self.malformed(&element, what))?;
-                decode(bytes, None, encoding, self.path)
+                decode_guessed(bytes, encoding, self.path)
             }
             (None, None) => {
                 return Err(self.malformed(&element, "the image has neither a URI nor a buffer view"));

@@ -1,0 +1,309 @@
+//! Malformed and unsupported scenes: each is named with its place.
+
+use super::message;
+use crate::import::parse_mitsuba;
+
+/// Each snippet, and a part of what must be said of it.
+const ZOO: &[(&str, &str)] = &[
+    ("<shape", "dir/s.xml:1: not well-formed XML"),
+    ("<shape type=\"sphere\"/>stray", "text between elements"),
+    (
+        "<wibble/>",
+        "dir/s.xml:1 (scene/wibble): the element <wibble> is not supported",
+    ),
+    ("<shape/>", "(scene/shape): attribute `type` is missing"),
+    (
+        "<shape type=\"sphere\" colour=\"red\"/>",
+        "<shape> has no attribute `colour`",
+    ),
+    (
+        "\n\n<shape type=\"torus\" id=\"t\"/>",
+        "dir/s.xml:3 (scene/shape[t]): the shape `torus` is not supported",
+    ),
+    (
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"-1\"/></shape>",
+        "`radius` must be positive",
+    ),
+    (
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"x\"/></shape>",
+        "`x` is not a number",
+    ),
+    (
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"1e39\"/></shape>",
+        "out of range",
+    ),
+    (
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"nan\"/></shape>",
+        "not finite",
+    ),
+    (
+        "<shape type=\"sphere\"><string name=\"radius\" value=\"1\"/></shape>",
+        "`radius` is <string>, expected <float>",
+    ),
+    (
+        "<shape type=\"sphere\"><float name=\"girth\" value=\"1\"/></shape>",
+        "(scene/shape/float[girth]): parameter `girth` of `sphere` is not supported",
+    ),
+    (
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"1\"/><float name=\"radius\" value=\"1\"/></shape>",
+        "the name is taken",
+    ),
+    (
+        "<shape type=\"sphere\"><transform name=\"to_world\"><scale x=\"2\"/></transform></shape>",
+        "must scale alike",
+    ),
+    (
+        "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"0\"/></transform></shape>",
+        "a scale of zero",
+    ),
+    (
+        "<shape type=\"cube\"><transform name=\"to_world\"><matrix value=\"1 0 0 0 0 0 0 0 1\"/></transform></shape>",
+        "singular",
+    ),
+    (
+        "<shape type=\"cube\"><transform name=\"to_world\"><matrix value=\"1 2\"/></transform></shape>",
+        "a matrix of 9 or 16 numbers, found 2",
+    ),
+    (
+        "<shape type=\"cube\"><transform name=\"to_world\"><rotate angle=\"3\"/></transform></shape>",
+        "the axis of rotation has no length",
+    ),
+    (
+        "<shape type=\"cube\"><transform name=\"to_world\"><rotate x=\"1\"/></transform></shape>",
+        "attribute `angle` is missing",
+    ),
+    (
+        "<shape type=\"cube\"><transform name=\"to_world\"><lookat origin=\"0,0,0\" target=\"0,1,0\" up=\"0,1,0\"/></transform></shape>",
+        "`up` is parallel to the view",
+    ),
+    (
+        "<shape type=\"cube\"><transform name=\"to_world\"><float name=\"x\" value=\"1\"/></transform></shape>",
+        "no step of a transform",
+    ),
+    (
+        "<shape type=\"cube\"><ref id=\"nobody\"/></shape>",
+        "nothing has the id `nobody`",
+    ),
+    (
+        "<shape type=\"cube\" id=\"a\"/><shape type=\"cube\" id=\"a\"/>",
+        "the id `a` is taken",
+    ),
+    (
+        "<shape type=\"cube\"><bsdf type=\"diffuse\"/><bsdf type=\"diffuse\"/></shape>",
+        "a second <bsdf>",
+    ),
+    (
+        "<shape type=\"cube\"><bsdf type=\"principled\"/></shape>",
+        "the BSDF `principled` is not supported",
+    ),
+    (
+        "<shape type=\"cube\"><bsdf type=\"mask\"/></shape>",
+        "the BSDF `mask` is not supported",
+    ),
+    (
+        "<shape type=\"cube\"><bsdf type=\"null\"/></shape>",
+        "media are not supported yet: the BSDF `null`",
+    ),
+    (
+        "<medium type=\"homogeneous\"/>",
+        "(scene/medium): media are not supported yet",
+    ),
+    (
+        "<shape type=\"cube\"><medium type=\"homogeneous\" name=\"interior\"/></shape>",
+        "(scene/shape/medium[interior]): media are not supported yet",
+    ),
+    ("<bsdf type=\"twosided\"/>", "`twosided` needs one or two BSDFs"),
+    (
+        "<bsdf type=\"twosided\"><bsdf type=\"dielectric\"/></bsdf>",
+        "only BSDFs that do not transmit",
+    ),
+    (
+        "<bsdf type=\"twosided\" id=\"a\"><ref id=\"a\"/></bsdf>",
+        "nested more than 16 deep",
+    ),
+    (
+        "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"2\"/></bsdf>",
+        "`weight` must be in [0, 1]",
+    ),
+    (
+        "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"1\"/><bsdf type=\"diffuse\"/></bsdf>",
+        "needs two BSDFs, found 1",
+    ),
+    (
+        "<bsdf type=\"conductor\"><string name=\"material\" value=\"Xx\"/></bsdf>",
+        "no RGB figures for the conductor `Xx`",
+    ),
+    (
+        "<bsdf type=\"conductor\"><rgb name=\"eta\" value=\"1\"/></bsdf>",
+        "must be given together",
+    ),
+    (
+        "<bsdf type=\"dielectric\"><string name=\"int_ior\" value=\"jelly\"/></bsdf>",
+        "unknown material `jelly`",
+    ),
+    (
+        "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0\"/></bsdf>",
+        "`alpha` must be positive",
+    ),
+    (
+        "<bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"phong\"/></bsdf>",
+        "unknown `distribution` `phong`",
+    ),
+    (
+        "<bsdf type=\"roughconductor\"><float name=\"alpha_u\" value=\"1\"/></bsdf>",
+        "either `alpha` or both",
+    ),
+    (
+        "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"1 2\"/></bsdf>",
+        "`1 2` is not a colour",
+    ),
+    (
+        "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"-1\"/></bsdf>",
+        "negative component",
+    ),
+    (
+        "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"#12345\"/></bsdf>",
+        "not of the form #rrggbb",
+    ),
+    (
+        "<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:1, 700:0\"/></bsdf>",
+        "spectra over wavelengths",
+    ),
+    (
+        "<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"bitmap\"><string name=\"filename\" value=\"no.png\"/></texture></bsdf>",
+        "could not be imported: cannot read dir/no.png",
+    ),
+    (
+        "<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"bitmap\"><string name=\"filename\" value=\"no.tga\"/></texture></bsdf>",
+        "dir/no.tga: unknown file extension, expected one of png",
+    ),
+    (
+        "<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"noise\"/></bsdf>",
+        "the texture `noise` is not supported",
+    ),
+    ("<shape type=\"ply\"/>", "`filename` is missing"),
+    (
+        "<shape type=\"ply\"><string name=\"filename\" value=\"no.ply\"/></shape>",
+        "cannot read dir/no.ply",
+    ),
+    ("<emitter type=\"area\"/>", "belongs into a shape"),
+    (
+        "<shape type=\"cube\"><emitter type=\"point\"/></shape>",
+        "can hold an area emitter, not `point`",
+    ),
+    (
+        "<shape type=\"cube\"><emitter type=\"area\"><texture type=\"checkerboard\" name=\"radiance\"/></emitter></shape>",
+        "must be a constant colour",
+    ),
+    (
+        "<emitter type=\"sunsky\"/>",
+        "the emitter `sunsky` is not supported",
+    ),
+    (
+        "<emitter type=\"constant\"/><emitter type=\"constant\"/>",
+        "a second environment",
+    ),
+    (
+        "<emitter type=\"directional\"><vector name=\"direction\" value=\"0\"/></emitter>",
+        "the direction has no length",
+    ),
+    (
+        "<emitter type=\"spot\"><float name=\"cutoff_angle\" value=\"9\"/><float name=\"beam_width\" value=\"10\"/></emitter>",
+        "`beam_width` ≤ `cutoff_angle`",
+    ),
+    (
+        "<integrator type=\"bdpt\"/>",
+        "the integrator `bdpt` is not supported",
+    ),
+    (
+        "<integrator type=\"path\"/><integrator type=\"path\"/>",
+        "a second <integrator>",
+    ),
+    (
+        "<integrator type=\"path\"><integer name=\"max_depth\" value=\"-3\"/></integrator>",
+        "`max_depth` of -3",
+    ),
+    (
+        "<integrator type=\"path\"><integer name=\"max_depth\" value=\"$d\"/></integrator>",
+        "`$d` is not defined",
+    ),
+    (
+        "<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"true\"/></integrator>",
+        "`hide_emitters` is not supported",
+    ),
+    (
+        "<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"yes\"/></integrator>",
+        "neither `true` nor `false`",
+    ),
+    (
+        "<sensor type=\"orthographic\"/>",
+        "the sensor `orthographic` is not supported",
+    ),
+    ("<sensor type=\"thinlens\"/>", "`aperture_radius` is missing"),
+    (
+        "<sensor type=\"perspective\"><float name=\"fov\" value=\"180\"/></sensor>",
+        "below 180 degrees",
+    ),
+    (
+        "<sensor type=\"perspective\"><float name=\"fov\" value=\"1\"/><string name=\"fov_axis\" value=\"z\"/></sensor>",
+        "unknown `fov_axis` `z`",
+    ),
+    (
+        "<sensor type=\"perspective\"><float name=\"fov\" value=\"1\"/><string name=\"focal_length\" value=\"9mm\"/></sensor>",
+        "exclude each other",
+    ),
+    (
+        "<sensor type=\"perspective\"><transform name=\"to_world\"><scale value=\"2\"/></transform></sensor>",
+        "must rotate and translate only",
+    ),
+    (
+        "<sensor type=\"perspective\"><float name=\"near_clip\" value=\"1e5\"/></sensor>",
+        "`near_clip` is not below",
+    ),
+    (
+        "<sensor type=\"perspective\"><film type=\"hdrfilm\"><integer name=\"crop_width\" value=\"3\"/></film></sensor>",
+        "parameter `crop_width` of `hdrfilm` is not supported",
+    ),
+    (
+        "<sensor type=\"perspective\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"0\"/></film></sensor>",
+        "`width` must be a positive",
+    ),
+    (
+        "<sensor type=\"perspective\"><sampler type=\"magic\"/></sensor>",
+        "the sampler `magic` is not supported",
+    ),
+    (
+        "<include filename=\"no.xml\"/>",
+        "could not be imported: cannot read dir/no.xml",
+    ),
+];
+
+#[test]
+fn everything_wrong_is_named() {
+    for (body, expected) in ZOO {
+        let found = message(body);
+        assert!(
+            found.contains(expected),
+            "{body}\n says {found:?}\n lacks {expected:?}"
+        );
+    }
+    for (text, expected) in [
+        ("", "not well-formed"),
+        ("<mesh version=\"3.0.0\"/>", "the root is <mesh>"),
+        ("<scene/>", "attribute `version` is missing"),
+        ("<scene version=\"0.6.0\"/>", "version 0.6.0 is not supported"),
+    ] {
+        let found = parse_mitsuba(text, "s.xml", &[]).unwrap_err().to_string();
+        assert!(found.contains(expected), "{found}");
+    }
+}
+
+#[test]
+fn deep_nesting_is_an_error_and_no_overflow() {
+    let deep = format!(
+        "{}{}",
+        "<bsdf type=\"twosided\">".repeat(100_000),
+        "</bsdf>".repeat(100_000)
+    );
+    assert!(message(&deep).contains("nested"));
+}

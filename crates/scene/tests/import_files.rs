@@ -1,0 +1,247 @@
+//! Files on disk: every format by its extension, images of every kind, includes, and what is said of broken ones.
+
+use lightshed_scene::import::{Encoding, ImportError, load, parse_image, read_image};
+use lightshed_scene::{Geometry, Scene, builtin};
+use std::path::PathBuf;
+
+/// A fresh folder for one test.
+fn folder(test: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+const TRIANGLE_OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+const TRIANGLE_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+#[test]
+fn built_in_scenes_are_valid() {
+    for name in builtin::NAMES {
+        let description = builtin::by_name(name).unwrap();
+        if let Err(error) = Scene::new(&description) {
+            panic!("{name}: {error}");
+        }
+    }
+}
+
+#[test]
+fn lone_meshes_get_light_and_a_view() {
+    let folder = folder("lone_meshes");
+    for (name, text) in [("tri.obj", TRIANGLE_OBJ), ("tri.PLY", TRIANGLE_PLY)] {
+        std::fs::write(folder.join(name), text).unwrap();
+        let loaded = load(folder.join(name), &[]).unwrap();
+        let scene = &loaded.description;
+        let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else {
+            panic!("{name} is no mesh")
+        };
+        assert_eq!(
+            (mesh.indices.len(), mesh.normals.len(), scene.emitters.len()),
+            (1, 3, 1)
+        );
+        assert_eq!(loaded.warnings.len(), 1);
+        // Every vertex is inside the picture's cone, and between the clipping planes.
+        let inverse = scene.camera.to_world.inverse();
+        for &position in &mesh.positions {
+            let local = inverse.transform_point3(position);
+            assert!(local.z > scene.camera.near_clip && local.z < scene.camera.far_clip);
+            let limit = (0.5 * scene.camera.fov_x).tan() * local.z;
+            assert!(local.x.abs() < limit && local.y.abs() < limit, "{name}: {local}");
+        }
+        assert!(Scene::new(scene).is_ok());
+    }
+}
+
+#[test]
+fn unknown_and_missing_files_are_named() {
+    let folder = folder("unknown_files");
+    let said = |name: &str| load(folder.join(name), &[]).unwrap_err().chain();
+    assert!(said("scene.blend").contains("unknown file extension, expected one of xml, gltf, glb, ply, obj"));
+    assert!(said("scene").contains("unknown file extension"));
+    for name in ["no.xml", "no.gltf", "no.glb", "no.ply", "no.obj"] {
+        let message = said(name);
+        assert!(
+            message.contains(&format!("cannot read {}", folder.join(name).display())),
+            "{message}"
+        );
+    }
+    let define = [("n".to_owned(), "1".to_owned())];
+    std::fs::write(folder.join("tri.obj"), TRIANGLE_OBJ).unwrap();
+    let error = load(folder.join("tri.obj"), &define).unwrap_err();
+    assert!(matches!(error, ImportError::UnusedDefine { .. }), "{error}");
+}
+
+#[test]
+fn includes_and_references_resolve_beside_their_file() {
+    let folder = folder("includes");
+    std::fs::create_dir_all(folder.join("parts/meshes")).unwrap();
+    std::fs::write(folder.join("parts/meshes/tri.obj"), TRIANGLE_OBJ).unwrap();
+    let part = r#"<scene version="3.0.0"><default name="mesh" value="tri"/>
+        <shape type="obj"><string name="filename" value="meshes/$mesh.obj"/><ref id="grey"/></shape></scene>"#;
+    std::fs::write(folder.join("parts/part.xml"), part).unwrap();
+    let main = r#"<scene version="3.0.0"><include filename="parts/part.xml"/><bsdf type="diffuse" id="grey"/></scene>"#;
+    std::fs::write(folder.join("main.xml"), main).unwrap();
+    assert_eq!(
+        load(folder.join("main.xml"), &[])
+            .unwrap()
+            .description
+            .shapes
+            .len(),
+        1
+    );
+    // A chain of causes: the shape, the mesh, the operating system.
+    let define = [("mesh".to_owned(), "other".to_owned())];
+    let message = load(folder.join("main.xml"), &define).unwrap_err().chain();
+    assert!(message.contains("part.xml:2 (scene/shape)"), "{message}");
+    assert!(
+        message.contains("cannot read") && message.contains("other.obj: "),
+        "{message}"
+    );
+    // A broken mesh is named with its own place.
+    std::fs::write(folder.join("parts/meshes/other.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+    let message = load(folder.join("main.xml"), &define).unwrap_err().chain();
+    assert!(
+        message.contains("other.obj:2: `2`: index 2 of 1 positions"),
+        "{message}"
+    );
+    // Without end.
+    std::fs::write(
+        folder.join("loop.xml"),
+        r#"<scene version="3.0.0"><include filename="loop.xml"/></scene>"#,
+    )
+    .unwrap();
+    let message = load(folder.join("loop.xml"), &[]).unwrap_err().chain();
+    assert!(
+        message.ends_with("files include each other without end"),
+        "{message}"
+    );
+}
+
+/// A 3 × 2 picture in every format: red, green, blue; black, grey, white.
+fn picture() -> image::RgbImage {
+    let rows = [
+        [[255, 0, 0], [0, 255, 0], [0, 0, 255]],
+        [[0; 3], [188; 3], [255; 3]],
+    ];
+    image::RgbImage::from_fn(3, 2, |x, y| image::Rgb(rows[y as usize][x as usize]))
+}
+
+fn encode(picture: &image::DynamicImage, format: image::ImageFormat) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+fn exr_bytes(gray_only: bool) -> Vec<u8> {
+    use exr::prelude::*;
+    let values = [0.5_f32, 1e4, 0.0, 2.0, 3.0, 4.0];
+    let names = if gray_only { &["Y"][..] } else { &["B", "G", "R"] };
+    let channel = |name: &&str| {
+        let factor = if *name == "G" { 2.0 } else { 1.0 };
+        let samples = values.iter().map(|v| v * factor).collect();
+        AnyChannel::new(*name, FlatSamples::F32(samples))
+    };
+    let channels = AnyChannels::sort(names.iter().map(channel).collect());
+    let layer = Layer::new(
+        (3, 2),
+        LayerAttributes::default(),
+        Encoding::FAST_LOSSLESS,
+        channels,
+    );
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer)
+        .write()
+        .non_parallel()
+        .to_buffered(&mut bytes)
+        .unwrap();
+    bytes.into_inner()
+}
+
+/// Name, contents.
+fn images() -> Vec<(&'static str, Vec<u8>)> {
+    use image::{DynamicImage, ImageFormat};
+    let rgb8 = DynamicImage::ImageRgb8(picture());
+    let float = DynamicImage::ImageRgb32F(rgb8.to_rgb32f());
+    vec![
+        ("a.png", encode(&rgb8, ImageFormat::Png)),
+        (
+            "b.png",
+            encode(&DynamicImage::ImageRgb16(rgb8.to_rgb16()), ImageFormat::Png),
+        ),
+        (
+            "c.png",
+            encode(&DynamicImage::ImageRgba8(rgb8.to_rgba8()), ImageFormat::Png),
+        ),
+        (
+            "d.png",
+            encode(&DynamicImage::ImageLuma8(rgb8.to_luma8()), ImageFormat::Png),
+        ),
+        ("e.jpg", encode(&rgb8, ImageFormat::Jpeg)),
+        ("f.hdr", encode(&float, ImageFormat::Hdr)),
+        ("g.exr", exr_bytes(false)),
+        ("h.exr", exr_bytes(true)),
+    ]
+}
+
+#[test]
+fn images_are_decoded_to_linear() {
+    let folder = folder("images");
+    for (name, bytes) in images() {
+        std::fs::write(folder.join(name), bytes).unwrap();
+    }
+    let texel = |name: &str, encoding, x, y| {
+        let image = read_image(folder.join(name), encoding).unwrap();
+        assert_eq!((image.width(), image.height()), (3, 2), "{name}");
+        image.texel(x, y).to_array()
+    };
+    // Row 0 is at the top: its third pixel is blue.
+    for name in ["a.png", "b.png", "c.png", "f.hdr"] {
+        assert_eq!(texel(name, Encoding::Srgb, 2, 0), [0.0, 0.0, 1.0], "{name}");
+    }
+    // Code 188 is 0.5029 in sRGB and 0.737 as it stands; floats are linear either way.
+    for name in ["a.png", "b.png", "c.png", "d.png", "e.jpg"] {
+        let tolerance = if name == "e.jpg" { 0.2 } else { 1e-6 };
+        let [srgb, ..] = texel(name, Encoding::Srgb, 1, 1);
+        let [linear, ..] = texel(name, Encoding::Linear, 1, 1);
+        assert!((srgb - 0.502_886_5).abs() < tolerance, "{name}: {srgb}");
+        assert!((linear - 188.0 / 255.0).abs() < tolerance, "{name}: {linear}");
+    }
+    assert!((texel("f.hdr", Encoding::Srgb, 1, 1)[0] - 188.0 / 255.0).abs() < 0.01);
+    assert_eq!(texel("g.exr", Encoding::Srgb, 1, 0), [1e4, 2e4, 1e4]);
+    assert_eq!(texel("h.exr", Encoding::Srgb, 2, 1), [4.0; 3]);
+    let unknown = read_image(folder.join("a.gif"), Encoding::Srgb)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        unknown.contains("expected one of png, jpg, jpeg, hdr, exr"),
+        "{unknown}"
+    );
+}
+
+/// Truncated and overwritten images give an error or an image, never a panic.
+#[test]
+fn damaged_images_never_panic() {
+    for (name, bytes) in images() {
+        let read = |bytes: &[u8]| parse_image(bytes, name, Encoding::Srgb);
+        assert!(read(&[]).is_err() && read(&bytes).is_ok(), "{name}");
+        for end in 0..bytes.len() {
+            // What is left of JPEG and HDR may still be decodable; of a half file of the others nothing is.
+            let outcome = read(&bytes[..end]);
+            assert!(
+                outcome.is_err() || end > bytes.len() / 2 || name == "f.hdr",
+                "{name}: {end} of {}",
+                bytes.len()
+            );
+        }
+        for at in 0..bytes.len() {
+            for change in [1, 0x80, 0xff] {
+                let mut damaged = bytes.clone();
+                damaged[at] ^= change;
+                if let Ok(image) = read(&damaged) {
+                    assert!(image.texels().all(|t| t.is_finite()), "{name}: byte {at}");
+                }
+            }
+        }
+    }
+}
