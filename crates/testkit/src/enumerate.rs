@@ -449,23 +449,23 @@ mod tests {
 
     #[test]
     fn misuse_panics_with_the_reason() {
-        let catch = |f: &mut dyn FnMut()| {
+        let catch = |f: &mut dyn FnMut() -> Expectation| {
             let payload = std::panic::catch_unwind(std::panic::AssertUnwindSafe(f)).unwrap_err();
             payload.downcast_ref::<String>().cloned().unwrap_or_default()
         };
-        let message = catch(&mut || drop(expectation(|c| c.choose(&[0.5, 0.4]) as f64)));
+        let message = catch(&mut || expectation(|c| c.choose(&[0.5, 0.4]) as f64));
         assert!(message.contains("sum to 0.9"), "{message}");
-        let message = catch(&mut || drop(expectation(|c| c.choose(&[1.5, -0.5]) as f64)));
+        let message = catch(&mut || expectation(|c| c.choose(&[1.5, -0.5]) as f64));
         assert!(message.contains("not negative"), "{message}");
-        let message = catch(&mut || drop(expectation(|c| c.choose_weighted(&[0.0, 0.0]) as f64)));
+        let message = catch(&mut || expectation(|c| c.choose_weighted(&[0.0, 0.0]) as f64));
         assert!(message.contains("weights sum to 0"), "{message}");
         let mut calls = 0;
         let message = catch(&mut || {
-            drop(expectation(|c| {
+            expectation(|c| {
                 calls += 1;
                 let p = if calls == 1 { 0.5 } else { 0.4 };
                 f64::from(u8::from(c.bernoulli(p)))
-            }));
+            })
         });
         assert!(message.contains("not a function of its decisions"), "{message}");
     }
