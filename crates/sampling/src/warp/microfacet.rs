@@ -20,6 +20,21 @@ use glam::Vec3;
 /// The view direction `ω` of every method counts by `|z|` where only masking is at stake; in those about
 /// visible normals a `z` below zero is taken as zero (seen from below there is nothing to see: flip the frame
 /// first).
+///
+/// ```
+/// use lightshed_sampling::{Density, Ggx, MicrofacetDistribution, SolidAngle, glam::Vec3};
+///
+/// // Reflection off a rough surface: sample a visible normal, reflect about it.
+/// let (ggx, view) = (Ggx::new(0.2, 0.4), Vec3::new(0.6, 0.0, 0.8));
+/// let normal = ggx.sample_visible_normal(view, [0.3, 0.7]);
+/// let light = 2.0 * view.dot(normal) * normal - view;
+/// let density: Density<SolidAngle> = ggx.visible_normal_density(view, normal) * (0.25 / view.dot(normal));
+///
+/// // BRDF × cosine over density is G₂/G₁: the weight never exceeds one.
+/// let brdf = ggx.normal_density(normal) * ggx.masking_shadowing(view, light) / (4.0 * view.z * light.z);
+/// let weight = brdf * light.z / density.value();
+/// assert!((weight - ggx.masking_shadowing(view, light) / ggx.masking(view)).abs() < 1e-5);
+/// ```
 pub trait MicrofacetDistribution {
     /// `D(m)`, per solid angle; 0 at and below the horizon.
     fn normal_density(&self, normal: Vec3) -> f32;

@@ -193,7 +193,7 @@ pub(super) struct Case {
     pub(super) chart: Chart,
     /// By how much the integral may miss one.
     pub(super) integral_tolerance: f64,
-    /// By how much `p |J|` may miss one, and the step of the differences.
+    /// By how much `p |J|` may miss one. Infinite where the rounding of points leaves no differences to take.
     pub(super) jacobian_tolerance: f64,
     /// By how much `u` may change in the round trip.
     pub(super) inverse_tolerance: f32,
@@ -283,10 +283,12 @@ pub(super) fn verify(case: &Case) {
     caught(&[Fault::DroppedJacobian], &|fault| {
         check_histogram(case, &masses, fault)
     });
-    caught(
-        &[Fault::DroppedJacobian, Fault::DensityOffByOnePercent],
-        &|fault| check_jacobian(case, fault),
-    );
+    if case.jacobian_tolerance.is_finite() {
+        caught(
+            &[Fault::DroppedJacobian, Fault::DensityOffByOnePercent],
+            &|fault| check_jacobian(case, fault),
+        );
+    }
     caught(&[Fault::SwappedInverse], &|fault| check_inverse(case, fault));
     check_extremes(case);
 }

@@ -25,6 +25,27 @@ const MIN_SOLID_ANGLE: f64 = 1e-9;
 const MAX_SOLID_ANGLE: f64 = 6.25;
 
 /// Uniform directions towards a triangle.
+///
+/// ```
+/// use lightshed_sampling::{SphericalTriangle, UniformTriangle, glam::Vec3};
+///
+/// // An emitting triangle as seen from `point`; by its area where it is too small or too close.
+/// let vertices = [Vec3::new(0.0, 0.0, 2.0), Vec3::new(1.0, 0.0, 2.0), Vec3::new(0.0, 1.0, 2.0)];
+/// let (point, u) = (Vec3::new(0.5, 0.1, 0.0), [0.25, 0.5]);
+/// let (barycentric, density) = match SphericalTriangle::new(vertices.map(|v| v - point)) {
+///     Some(triangle) => (triangle.sample(u).barycentric, triangle.density()),
+///     None => {
+///         let barycentric = UniformTriangle::sample(u);
+///         let [a, b, c] = vertices;
+///         let to = a * barycentric[0] + b * barycentric[1] + c * barycentric[2] - point;
+///         let scaled_normal = (b - a).cross(c - a);
+///         let cos_theta = scaled_normal.normalize().dot(to.normalize());
+///         let by_area = UniformTriangle::density(0.5 * scaled_normal.length());
+///         (barycentric, by_area.to_solid_angle(to.length_squared(), cos_theta))
+///     }
+/// };
+/// assert!(density.is_positive() && barycentric.iter().all(|b| *b >= 0.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphericalTriangle {
     /// First vertex and the edges to the others, unnormalised, oriented such that `A·(B×C) > 0`.

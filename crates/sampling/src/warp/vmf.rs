@@ -125,6 +125,8 @@ mod tests {
             (tilted, 1.0, (1e-5, 1e-3, 2e-6)),
             (-tilted, 88.0, (1e-5, 2e-3, 1e-5)),
             (tilted, 1e4, (1e-4, 5e-3, 1e-4)),
+            (tilted, 1e5, (1e-4, f64::INFINITY, 3e-4)),
+            (tilted, 1e7, (1e-3, f64::INFINITY, 3e-3)),
             // Around an axis the directions keep their digits; around others they round to 10⁻⁷, a thousandth
             // of the width of the narrowest lobe.
             (Vec3::Z, 1e5, (1e-5, 2e-3, 1e-5)),
