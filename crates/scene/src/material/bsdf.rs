@@ -148,6 +148,25 @@ impl Bsdf {
         }
     }
 
+    /// One component alone.
+    #[inline]
+    pub(super) fn single(component: Component, side: Side) -> Self {
+        let repr = match component {
+            Component::Diffuse(diffuse) => Repr::Diffuse {
+                reflectance: diffuse.reflectance,
+                side,
+            },
+            _ => Repr::Single(Entry {
+                component,
+                side,
+                weight: 1.0,
+                // Nothing to compare with.
+                importance: 1.0,
+            }),
+        };
+        Self { repr }
+    }
+
     /// From components; no more than [`MAX_COMPONENTS`] are looked at. None is black.
     pub(super) fn from_entries(entries: &[Entry]) -> Self {
         let repr = match entries {
@@ -229,7 +248,7 @@ impl Bsdf {
     }
 
     /// `P(lobe | wo)`, the probability that [`Bsdf::sample`] chooses `lobe`. The sum over lobes is 1, or 0 where
-    /// nothing is scattered towards `wo` (a one-sided surface from behind, a black one). 0 for a lobe that does not
+    /// nothing is scattered towards `wo` (a one-sided surface from behind, or one that is black). 0 for a lobe that does not
     /// exist.
     #[inline]
     pub fn lobe_probability(&self, lobe: u8, wo: Vec3) -> f32 {
@@ -272,7 +291,7 @@ impl Bsdf {
     pub fn has_non_delta(&self) -> bool {
         match self.repr {
             Repr::Diffuse { .. } => true,
-            _ => (0..self.lobe_count()).any(|lobe| !self.is_delta(lobe)),
+            _ => self.entries().iter().any(|entry| !entry.component.all_delta()),
         }
     }
 
@@ -305,6 +324,9 @@ impl Bsdf {
             let Some(mirror) = entry.side.mirror(wo) else {
                 continue;
             };
+            if entry.component.all_delta() {
+                continue;
+            }
             let inside = mirror < 0.0;
             let (wo, wi) = (mirrored(wo, mirror), mirrored(wi, mirror));
             let share = share(entry.importance, total);

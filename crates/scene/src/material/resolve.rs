@@ -30,6 +30,13 @@ impl Material {
 
     #[inline(never)]
     fn resolve(&self, uv: Vec2) -> Bsdf {
+        let (inner, side) = match self {
+            Self::TwoSided { front, back: None } => (&**front, Some(Side::Both)),
+            _ => (self, None),
+        };
+        if let Some((component, natural_side)) = inner.leaf(uv) {
+            return Bsdf::single(component, side.unwrap_or(natural_side));
+        }
         let mut leaves = Leaves {
             entries: [BLACK; MAX_COMPONENTS],
             count: 0,
@@ -40,7 +47,7 @@ impl Material {
 
     /// Adds the leaves of this material. `side` is what an enclosing [`Material::TwoSided`] has settled.
     fn collect(&self, uv: Vec2, weight: f32, side: Option<Side>, leaves: &mut Leaves) {
-        let (component, natural_side) = match self {
+        match self {
             Self::Blend {
                 weight: second_share,
                 first,
@@ -49,19 +56,28 @@ impl Material {
                 let share = second_share.at(uv).clamp(0.0, 1.0);
                 first.collect(uv, weight * (1.0 - share), side, leaves);
                 second.collect(uv, weight * share, side, leaves);
-                return;
             }
-            Self::TwoSided { front, back } => {
-                match (back, side) {
-                    (None, _) => front.collect(uv, weight, side.or(Some(Side::Both)), leaves),
-                    (Some(_), Some(settled)) => front.collect(uv, weight, Some(settled), leaves),
-                    (Some(back), None) => {
-                        front.collect(uv, weight, Some(Side::Front), leaves);
-                        back.collect(uv, weight, Some(Side::Back), leaves);
-                    }
+            Self::TwoSided { front, back } => match (back, side) {
+                (None, _) => front.collect(uv, weight, side.or(Some(Side::Both)), leaves),
+                (Some(_), Some(settled)) => front.collect(uv, weight, Some(settled), leaves),
+                (Some(back), None) => {
+                    front.collect(uv, weight, Some(Side::Front), leaves);
+                    back.collect(uv, weight, Some(Side::Back), leaves);
                 }
-                return;
+            },
+            _ => {
+                if let Some((component, natural_side)) = self.leaf(uv) {
+                    leaves.push(component, weight, side.unwrap_or(natural_side));
+                }
             }
+        }
+    }
+
+    /// The component of a material that is no blend and has no sides of its own, and the side it is seen from.
+    #[inline]
+    fn leaf(&self, uv: Vec2) -> Option<(Component, Side)> {
+        Some(match self {
+            Self::Blend { .. } | Self::TwoSided { .. } => return None,
             Self::Diffuse { reflectance } => (
                 Component::Diffuse(Diffuse {
                     reflectance: reflectance.at(uv),
@@ -187,8 +203,7 @@ impl Material {
                     },
                 )
             }
-        };
-        leaves.push(component, weight, side.unwrap_or(natural_side));
+        })
     }
 }
 

@@ -33,6 +33,7 @@ impl SmoothConductor {
 
 impl Scatter for SmoothConductor {
     const LOBES: u8 = 1;
+    const ALL_DELTA: bool = true;
 
     fn probabilities(&self, _: Vec3, _: bool) -> [f32; MAX_COMPONENT_LOBES] {
         [1.0, 0.0, 0.0]

@@ -49,6 +49,7 @@ impl SmoothDielectric {
 
 impl Scatter for SmoothDielectric {
     const LOBES: u8 = 2;
+    const ALL_DELTA: bool = true;
 
     fn probabilities(&self, wo: Vec3, inside: bool) -> [f32; MAX_COMPONENT_LOBES] {
         self.shares(fresnel::dielectric(wo.z.min(1.0), self.relative_eta(inside)).reflectance)

@@ -12,6 +12,7 @@ pub(in super::super) struct Mirror {
 
 impl Scatter for Mirror {
     const LOBES: u8 = 1;
+    const ALL_DELTA: bool = true;
 
     fn probabilities(&self, _: Vec3, _: bool) -> [f32; MAX_COMPONENT_LOBES] {
         [1.0, 0.0, 0.0]

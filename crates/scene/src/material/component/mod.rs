@@ -57,6 +57,8 @@ impl Draw {
 trait Scatter {
     /// Number of lobes, at most [`MAX_COMPONENT_LOBES`].
     const LOBES: u8;
+    /// Whether all of them are delta lobes, so that there is nothing to evaluate.
+    const ALL_DELTA: bool = false;
     /// `P(l | wo)`; sums to one unless the component is black.
     fn probabilities(&self, wo: Vec3, inside: bool) -> [f32; MAX_COMPONENT_LOBES];
     /// 0 for a delta lobe, `α` for a microfacet lobe, 1 for a diffuse one.
@@ -84,6 +86,13 @@ macro_rules! components {
             pub fn lobe_count(&self) -> u8 {
                 match self {
                     $(Self::$name(_) => <$name as Scatter>::LOBES,)*
+                }
+            }
+
+            #[inline]
+            pub fn all_delta(&self) -> bool {
+                match self {
+                    $(Self::$name(_) => <$name as Scatter>::ALL_DELTA,)*
                 }
             }
 

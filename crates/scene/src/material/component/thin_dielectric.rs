@@ -26,6 +26,7 @@ impl ThinDielectric {
 
 impl Scatter for ThinDielectric {
     const LOBES: u8 = 2;
+    const ALL_DELTA: bool = true;
 
     fn probabilities(&self, wo: Vec3, _: bool) -> [f32; MAX_COMPONENT_LOBES] {
         let reflected = self.reflectance(wo);
