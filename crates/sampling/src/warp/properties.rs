@@ -5,7 +5,7 @@
 //! 1. `∫ p = 1`, by adaptive quadrature over the chart;
 //! 2. a histogram of samples over the chart against `∫_bin p` (χ², false-positive rate 10⁻⁶ a case);
 //! 3. `p(x(u)) · |∂x/∂u| = 1` by finite differences;
-//! 4. `invert(sample(u)) = u` within a bound, also at hostile `u`;
+//! 4. `invert(sample(u)) = u` within a bound, and near enough to sample nearly the same point at hostile `u`;
 //! 5. finite samples of positive, finite density at hostile `u` (density zero is allowed at extreme `u` where
 //!    stated);
 //!
@@ -378,9 +378,14 @@ fn check_inverse(case: &Case, fault: Option<Fault>) -> Result<(), String> {
     let random: Vec<[f32; 2]> = (0..4096)
         .map(|_| [uniform_f32(&mut rng), uniform_f32(&mut rng)])
         .collect();
-    for u in random {
+    let hostile = hostile_unit_f32().flat_map(|a| hostile_unit_f32().map(move |b| [a, b]));
+    for u in random.into_iter().chain(hostile) {
         let point = (case.sample)(u);
+        let extreme = u.iter().any(|x| !(1e-6..0.9999).contains(x));
         let Some(mut back) = (case.invert)(point) else {
+            if extreme && case.rounds_off_support {
+                continue;
+            }
             return Err(format!("no inverse at u = {u:?}"));
         };
         if let Some(Fault::SwappedInverse) = fault {
@@ -391,10 +396,13 @@ fn check_inverse(case: &Case, fault: Option<Fault>) -> Result<(), String> {
         }
         // Azimuths are periodic.
         let error = [0, 1].map(|i| (back[i] - u[i]).abs()).map(|d| d.min(1.0 - d));
-        // Where the map contracts, u is lost to the rounding of the point: then the point must come back.
+        // Where the map contracts, u is lost to the rounding of the point: then the point must come back. At
+        // the poles it contracts like a square root, and the point itself is lost to the rounding of u.
         let again = (case.sample)(back);
-        let lost = (again - point).abs().cmple(3e-7 * point.abs()).all();
-        if !(error[0] <= case.inverse_tolerance && error[1] <= case.inverse_tolerance || lost) {
+        let difference = (again - point).abs();
+        let lost = difference.cmple(3e-7 * point.abs()).all();
+        let near = extreme && difference.max_element() <= 5e-2 * point.abs().max_element();
+        if !(error[0] <= case.inverse_tolerance && error[1] <= case.inverse_tolerance || lost || near) {
             return Err(format!("u = {u:?} came back as {back:?}"));
         }
     }

@@ -181,21 +181,14 @@ impl SphericalTriangle {
     /// lost).
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let direction = direction.as_dvec3().normalize_or(self.b);
-        // C' lies where the great circle through B and ω meets that through A and C. With m its normal, A cos
-        // b + T sin b is orthogonal to m for tan b = −A·m / T·m.
+        // C' lies where the great circle through B and ω meets that through A and C. With m its normal, it is along
+        // ±((T·m) A − (A·m) T): on the side of the middle of the arc, also where rounding puts it beyond an end.
         let normal = self.b.cross(direction - self.b);
-        let (along_a, along_t) = (self.a.dot(normal), self.tangent.dot(normal));
-        // Both signs of the normal give the same b in (0, π).
-        let (sin, cos) = if along_a >= 0.0 {
-            (along_a, -along_t)
-        } else {
-            (-along_a, along_t)
-        };
-        let length = (sin * sin + cos * cos).sqrt();
-        if !(length > 0.0) {
+        let meeting = self.a * self.tangent.dot(normal) - self.tangent * self.a.dot(normal);
+        let middle = self.a + (self.corner + self.edges[1]).normalize_or_zero();
+        let Some(c) = (meeting * meeting.dot(middle).signum()).try_normalize() else {
             return [0.0, 0.0];
-        }
-        let c = self.a * (cos / length) + self.tangent * (sin / length);
+        };
         let u0 = solid_angle([self.a, self.b, c]) / self.solid_angle;
         let u1 = (direction - self.b).length_squared() / (c - self.b).length_squared();
         [u0, u1].map(|x| clamp_or_low(x as f32, 0.0, ONE_MINUS_EPSILON))
