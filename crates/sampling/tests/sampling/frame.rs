@@ -113,6 +113,20 @@ fn frames_along_a_tangent() {
     }
 }
 
+/// The tangent follows `along` whatever its length: the greatest and the least there are.
+#[test]
+fn tangents_of_any_length_are_followed() {
+    for length in [f32::MAX, 1e30, 1.0, 1e-30, f32::MIN_POSITIVE, 1e-45] {
+        let frame = Frame::from_normal_and_tangent(Vec3::Z, Vec3::new(length, -length, 0.0));
+        let expected = Vec3::new(1.0, -1.0, 0.0).normalize();
+        assert!(
+            (frame.tangent - expected).length() < 1e-6,
+            "{length}: {:?}",
+            frame.tangent
+        );
+    }
+}
+
 #[test]
 fn local_and_back() {
     for (i, normal) in (0u32..).zip(normals().step_by(11)) {
