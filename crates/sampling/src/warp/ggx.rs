@@ -101,16 +101,15 @@ impl MicrofacetDistribution for Ggx {
     #[inline(always)]
     fn sample_visible_normal(&self, view: Vec3, u: [f32; 2]) -> Vec3 {
         let view = self.stretched_view(view);
-        // A direction c on the cap: 1 − c_z = u₁ (1 + ω̂_z), uniform by Archimedes' theorem.
-        let height = u[1] * (1.0 + view.z);
-        let sin_theta = (height * (2.0 - height)).max(0.0).sqrt();
+        // A direction c on the cap: 1 − c_z = u₁ (1 + ω̂_z), uniform by Archimedes' theorem. Nothing here cancels
+        // towards the cap's rim, where c is opposite to ω̂: c_z + ω̂_z = (1 − u₁)(1 + ω̂_z), and
+        // sin² θ_c = (1 − c_z)(1 + c_z) with 1 + c_z = (c_z + ω̂_z) + (1 − ω̂_z).
+        let above = u[1] * (1.0 + view.z);
+        let sum_z = (1.0 - u[1]).max(0.5 * f32::EPSILON) * (1.0 + view.z);
+        let one_minus_view_z = (view.x * view.x + view.y * view.y) / (1.0 + view.z);
+        let sin_theta = (above * (sum_z + one_minus_view_z)).sqrt();
         let (sin_phi, cos_phi) = sin_cos_turns(u[0]);
-        // c + ω̂, with c_z + ω̂_z = (1 − u₁)(1 + ω̂_z) > 0 where the sum of both would cancel.
-        let half = Vec3::new(
-            sin_theta * cos_phi + view.x,
-            sin_theta * sin_phi + view.y,
-            (1.0 - u[1]).max(0.5 * f32::EPSILON) * (1.0 + view.z),
-        );
+        let half = Vec3::new(sin_theta * cos_phi + view.x, sin_theta * sin_phi + view.y, sum_z);
         self.stretch(half).normalize_or(Vec3::Z)
     }
 

@@ -401,7 +401,7 @@ fn check_inverse(case: &Case, fault: Option<Fault>) -> Result<(), String> {
         let again = (case.sample)(back);
         let difference = (again - point).abs();
         let lost = difference.cmple(3e-7 * point.abs()).all();
-        let near = extreme && difference.max_element() <= 5e-2 * point.abs().max_element();
+        let near = extreme && difference.max_element() <= 2e-3 * point.abs().max_element();
         if !(error[0] <= case.inverse_tolerance && error[1] <= case.inverse_tolerance || lost || near) {
             return Err(format!("u = {u:?} came back as {back:?}"));
         }
