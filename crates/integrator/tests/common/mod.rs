@@ -89,5 +89,5 @@ fn parse_npy(bytes: &[u8]) -> Option<(Vec<usize>, Vec<f64>)> {
             .collect(),
         _ => return None,
     };
-    (values.len() == shape.iter().product()).then_some((shape, values))
+    (values.len() == shape.iter().product::<usize>()).then_some((shape, values))
 }
