@@ -146,13 +146,14 @@ impl TriangleEmitter {
             return None;
         }
         let magnitude = self.corner.abs() + along.abs() + across.abs();
+        let extent = self.edges[0].abs().max(self.edges[1].abs()).max_element();
         Some(EmitterSample {
             emitter: index,
             direction: d / distance,
             weight: self.radiance / pdf.value(),
             pdf,
             is_delta: false,
-            target: Some(target_on_surface(point, self.normal, magnitude, from)),
+            target: Some(target_on_surface(point, self.normal, magnitude, extent, from)),
         })
     }
 }
@@ -242,7 +243,7 @@ impl SphereEmitter {
             weight: self.radiance / pdf.value(),
             pdf,
             is_delta: false,
-            target: Some(target_on_surface(point, outward, magnitude, from)),
+            target: Some(target_on_surface(point, outward, magnitude, radius, from)),
         })
     }
 }

@@ -64,13 +64,17 @@ pub struct EmitterSample {
     target: Option<Vec3>,
 }
 
+/// Where shadow rays end, as a share of the way: short of the target by the error of the intersection with the emitter
+/// itself, which is relative to the distance.
+const SEGMENT_END: f32 = 1.0 - 16.0 * f32::EPSILON;
+
 impl EmitterSample {
     /// The segment that must be free for the emitter to be seen from `from`.
     #[inline(always)]
     pub fn shadow_ray(&self, from: &SurfacePoint) -> Ray {
         let origin = from.origin_towards(self.direction);
         match self.target {
-            Some(target) => Ray::segment(origin, target - origin, 1.0),
+            Some(target) => Ray::segment(origin, target - origin, SEGMENT_END),
             None => Ray::new(origin, self.direction),
         }
     }
@@ -293,7 +297,7 @@ fn luminance_f64(rgb: Rgb) -> f64 {
 
 /// The point aimed at on a surface, moved off it towards `from`.
 #[inline(always)]
-fn target_on_surface(point: Vec3, normal: Vec3, magnitude: Vec3, from: Vec3) -> Vec3 {
-    let offset = SurfacePoint::offset_for(normal, magnitude);
+fn target_on_surface(point: Vec3, normal: Vec3, magnitude: Vec3, extent: f32, from: Vec3) -> Vec3 {
+    let offset = SurfacePoint::offset_for(normal, magnitude, extent);
     offset_along(point, normal, offset, from - point)
 }

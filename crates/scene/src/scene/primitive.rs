@@ -32,6 +32,8 @@ impl TriangleRecord {
         let weights = [(1.0 - v - w).max(0.0), v, w];
         let terms = [0, 1, 2].map(|i| self.corners[i] * weights[i]);
         let magnitude = terms[0].abs() + terms[1].abs() + terms[2].abs();
+        let [a, b, c] = self.corners;
+        let extent = (a.max(b).max(c) - a.min(b).min(c)).max_element();
         let interpolated = normals.get(self.normals as usize).and_then(|normals| {
             (normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2]).try_normalize()
         });
@@ -41,7 +43,7 @@ impl TriangleRecord {
         };
         SurfacePoint {
             position: terms[0] + terms[1] + terms[2],
-            offset: SurfacePoint::offset_for(self.normal, magnitude),
+            offset: SurfacePoint::offset_for(self.normal, magnitude, extent),
             geometric_normal: self.normal,
             shading: Frame::from_normal(interpolated.unwrap_or(self.normal)),
             uv,
@@ -80,7 +82,7 @@ impl SphereRecord {
         };
         SurfacePoint {
             position: center + outward * radius,
-            offset: SurfacePoint::offset_for(normal, center.abs() + Vec3::splat(radius)),
+            offset: SurfacePoint::offset_for(normal, center.abs() + Vec3::splat(radius), radius),
             geometric_normal: normal,
             shading: Frame::from_normal(normal),
             uv: Vec2::new(phi / std::f32::consts::TAU, theta / std::f32::consts::PI),

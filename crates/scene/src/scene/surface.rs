@@ -4,10 +4,13 @@ use crate::Ray;
 use glam::{Vec2, Vec3};
 use lightshed_sampling::Frame;
 
-/// Bound on the relative rounding error of a point computed from barycentric weights, and of the rays through it: the
-/// sum `b₀v₀ + b₁v₁ + b₂v₂` is off by at most `γ(7) = 7ε/(1−7ε)` of the sum of its terms' magnitudes, `ε = 2⁻²⁴`
-/// (Higham 2002 §3.1; Pharr, Jakob and Humphreys 2023 §6.8.4 apply it so). The weights themselves and the next ray's
-/// intersection err by as much again each; all three, rounded up.
+/// Bound on the rounding errors of a point on a surface and of the rays through it, relative to the lengths they come from.
+///
+/// A point `b₀v₀ + b₁v₁ + b₂v₂` is off by at most `γ(7) = 7ε/(1−7ε)` of the sum of its terms' magnitudes, `ε = 2⁻²⁴`
+/// (Higham 2002 §3.1; Pharr, Jakob and Humphreys 2023 §6.8.4 apply it so), and the weights and the next ray's origin err by
+/// as much again each. That is an error of coordinates, which vanishes where they do: on the plane `y = 0`, say. The next
+/// ray's test against the same triangle has another one, of the triangle's *extent*: it forms the edges' cross products
+/// from differences of coordinates, some 15 roundings of that size deep. Both, rounded up.
 const POSITION_ERROR: f32 = 16.0 * f32::EPSILON;
 
 /// A point on a surface as shading sees it.
@@ -35,10 +38,11 @@ impl SurfacePoint {
     /// In place of an emitter's index.
     pub const NO_EMITTER: u32 = u32::MAX;
 
-    /// The offset for a point whose coordinates were summed from terms of magnitude `terms`.
+    /// The offset for a point whose coordinates were summed from terms of magnitude `terms`, on a primitive of which no
+    /// two points differ in a coordinate by more than `extent`.
     #[inline(always)]
-    pub(crate) fn offset_for(geometric_normal: Vec3, terms: Vec3) -> f32 {
-        geometric_normal.abs().dot(terms) * POSITION_ERROR
+    pub(crate) fn offset_for(geometric_normal: Vec3, terms: Vec3, extent: f32) -> f32 {
+        (geometric_normal.abs().dot(terms) + extent) * POSITION_ERROR
     }
 
     /// Where a ray towards the side of `direction` starts.
