@@ -1,15 +1,18 @@
 //! A thin CPU reference integrator, film and image metrics.
 
 mod cpu_time;
+mod direct;
 mod film;
 mod image;
 mod metrics;
+mod next_event;
 mod output;
 mod path;
 mod render;
 mod statistics;
 
 pub use cpu_time::process_cpu_seconds;
+pub use direct::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
 pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};
 #[cfg(feature = "flip")]

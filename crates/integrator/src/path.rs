@@ -1,9 +1,10 @@
 //! Unidirectional path tracing with emitter sampling.
 
 use crate::PixelEstimator;
-use lightshed_sampling::{CounterRng, Density, SolidAngle, power_heuristic};
-use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Bsdf, Ray, Rgb, Scene, SurfacePoint};
+use crate::next_event::{Bounce, SampleCounts, met_emission, sampled_emission};
+use lightshed_sampling::CounterRng;
+use lightshed_scene::glam::Vec2;
+use lightshed_scene::{Ray, Rgb, Scene};
 
 /// Estimates the light transport equation by paths from the camera.
 ///
@@ -44,7 +45,6 @@ impl<'a> PathTracer<'a> {
     #[inline]
     pub fn radiance(&self, mut ray: Ray, rng: &mut CounterRng) -> Rgb {
         let scene = self.scene;
-        let emitters = scene.emitters();
         let mut radiance = Rgb::ZERO;
         let mut throughput = Rgb::ONE;
         // Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
@@ -53,32 +53,18 @@ impl<'a> PathTracer<'a> {
         // How the current ray was sampled, for the weight of an emitter that it meets.
         let mut bounce: Option<Bounce> = None;
         for depth in 1..=self.max_depth {
-            let Some(point) = scene.intersect(&ray) else {
-                if let Some(environment) = emitters.environment() {
-                    let weight = match bounce {
-                        Some(bounce) => bounce.weight_against(|| emitters.pdf_environment(ray.direction)),
-                        None => 1.0,
-                    };
-                    radiance += throughput * environment.radiance(ray.direction) * weight;
-                }
+            let point = scene.intersect(&ray);
+            radiance += throughput * met_emission(scene, &ray, point.as_ref(), bounce);
+            let Some(point) = point else {
                 break;
             };
-            if point.emitter != SurfacePoint::NO_EMITTER {
-                let emitted = emitters.radiance(&point, ray.direction);
-                if emitted != Rgb::ZERO {
-                    let weight = match bounce {
-                        Some(bounce) => bounce.weight_against(|| emitters.pdf(bounce.from, &point)),
-                        None => 1.0,
-                    };
-                    radiance += throughput * emitted * weight;
-                }
-            }
             if depth == self.max_depth {
                 break;
             }
             let bsdf = scene.bsdf(&point);
             let wo = point.shading.to_local(-ray.direction);
-            radiance += throughput * self.direct(&point, &bsdf, wo, rng);
+            radiance +=
+                throughput * sampled_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, rng);
             let u_lobe = rng.next_f32();
             let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::from(rng.next_2d())) else {
                 break;
@@ -99,53 +85,11 @@ impl<'a> PathTracer<'a> {
                 from: point.position,
                 pdf: sample.pdf,
                 is_delta: sample.is_delta,
+                counts: SampleCounts::ONE_EACH,
             });
             ray = point.spawn(point.shading.to_world(sample.wi));
         }
         radiance
-    }
-
-    /// Light that reaches `point` from a sampled emitter and leaves it towards `wo`, weighted against BSDF sampling.
-    #[inline(always)]
-    fn direct(&self, point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3, rng: &mut CounterRng) -> Rgb {
-        // The numbers are drawn whether or not they are used, so that dimensions keep their meaning along the path.
-        let (u_select, u) = (rng.next_u64(), rng.next_2d());
-        if !bsdf.has_non_delta() {
-            return Rgb::ZERO;
-        }
-        let Some(light) = self.scene.emitters().sample(point.position, u_select, u) else {
-            return Rgb::ZERO;
-        };
-        let scattered = bsdf.evaluate(wo, point.shading.to_local(light.direction));
-        if scattered.value == Rgb::ZERO || self.scene.occluded(&light.shadow_ray(point)) {
-            return Rgb::ZERO;
-        }
-        let weight = if light.is_delta {
-            1.0
-        } else {
-            power_heuristic(light.pdf, scattered.pdf)
-        };
-        scattered.value * light.weight * weight
-    }
-}
-
-/// How a ray left its surface.
-#[derive(Clone, Copy)]
-struct Bounce {
-    from: Vec3,
-    pdf: Density<SolidAngle>,
-    is_delta: bool,
-}
-
-impl Bounce {
-    /// MIS weight of having met an emitter that emitter sampling finds with density `other`.
-    #[inline(always)]
-    fn weight_against(&self, other: impl FnOnce() -> Density<SolidAngle>) -> f32 {
-        if self.is_delta {
-            1.0
-        } else {
-            power_heuristic(self.pdf, other())
-        }
     }
 }
 
@@ -153,14 +97,20 @@ impl PixelEstimator for PathTracer<'_> {
     #[inline]
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
         let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
-        let camera = self.scene.camera();
-        let [dx, dy] = rng.next_2d();
-        let u_lens = if camera.has_lens() {
-            rng.next_2d()
-        } else {
-            [0.5; 2]
-        };
-        let ray = camera.ray(Vec2::new(x as f32 + dx, y as f32 + dy), u_lens);
+        let ray = camera_ray(self.scene, x, y, &mut rng);
         self.radiance(ray, &mut rng)
     }
+}
+
+/// A ray through a uniformly chosen point of the pixel's square, and of the lens where there is one.
+#[inline(always)]
+pub(crate) fn camera_ray(scene: &Scene, x: u32, y: u32, rng: &mut CounterRng) -> Ray {
+    let camera = scene.camera();
+    let [dx, dy] = rng.next_2d();
+    let u_lens = if camera.has_lens() {
+        rng.next_2d()
+    } else {
+        [0.5; 2]
+    };
+    camera.ray(Vec2::new(x as f32 + dx, y as f32 + dy), u_lens)
 }

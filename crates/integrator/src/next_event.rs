@@ -1,0 +1,114 @@
+//! The two ways to find the emitter at the end of a path, weighted against each other.
+//!
+//! At a surface point `x` seen from `ω_o`, the direct part of the reflected radiance is
+//! `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the solid-angle measure. `n` samples of the emitters with density `p_e` and
+//! `m` of the BSDF with density `p_b` are combined with the power heuristic
+//! `w_e = (n p_e)² / ((n p_e)² + (m p_b)²)`, `w_b = 1 − w_e` (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4, eq. 9.10).
+//! Where only one of them can find an emitter its weight is 1.
+
+use lightshed_sampling::{CounterRng, Density, SolidAngle, power_heuristic};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Bsdf, Ray, Rgb, Scene, SurfacePoint};
+
+/// Numbers `n` of emitter samples and `m` of BSDF samples at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SampleCounts {
+    pub emitter: f32,
+    pub bsdf: f32,
+}
+
+impl SampleCounts {
+    /// One of each: what a path takes.
+    pub const ONE_EACH: Self = Self {
+        emitter: 1.0,
+        bsdf: 1.0,
+    };
+}
+
+/// How a ray left its surface.
+#[derive(Clone, Copy)]
+pub(crate) struct Bounce {
+    /// The point that it left.
+    pub from: Vec3,
+    /// Density of its direction over all non-delta lobes.
+    pub pdf: Density<SolidAngle>,
+    /// Whether it left by a lobe for which no emitter sample counts.
+    pub is_delta: bool,
+    pub counts: SampleCounts,
+}
+
+impl Bounce {
+    /// MIS weight of having met an emitter that emitter sampling finds with density `other`.
+    #[inline(always)]
+    fn weight_against(&self, other: impl FnOnce() -> Density<SolidAngle>) -> f32 {
+        if self.is_delta {
+            1.0
+        } else {
+            power_heuristic(self.pdf * self.counts.bsdf, other() * self.counts.emitter)
+        }
+    }
+}
+
+/// Emitted radiance that `ray` meets at `point` (at infinity if that is `None`), times the MIS weight of having found it
+/// by `bounce`; `None` for a ray from the camera, of weight 1.
+#[inline(always)]
+pub(crate) fn met_emission(
+    scene: &Scene,
+    ray: &Ray,
+    point: Option<&SurfacePoint>,
+    bounce: Option<Bounce>,
+) -> Rgb {
+    let emitters = scene.emitters();
+    let (emitted, weight) = match point {
+        Some(point) => {
+            if point.emitter == SurfacePoint::NO_EMITTER {
+                return Rgb::ZERO;
+            }
+            let emitted = emitters.radiance(point, ray.direction);
+            if emitted == Rgb::ZERO {
+                return Rgb::ZERO;
+            }
+            let weight = bounce.map(|b| b.weight_against(|| emitters.pdf(b.from, point)));
+            (emitted, weight)
+        }
+        None => {
+            let Some(environment) = emitters.environment() else {
+                return Rgb::ZERO;
+            };
+            let weight = bounce.map(|b| b.weight_against(|| emitters.pdf_environment(ray.direction)));
+            (environment.radiance(ray.direction), weight)
+        }
+    };
+    emitted * weight.unwrap_or(1.0)
+}
+
+/// One sample of the light that reaches `point` from the emitters and leaves it towards `wo` (in the shading frame):
+/// `w_e f |cos θ| L_e / p_e`, to be averaged over the `counts.emitter` samples. Five random numbers are drawn whether or
+/// not they are used, so that dimensions keep their meaning along a path.
+#[inline(always)]
+pub(crate) fn sampled_emission(
+    scene: &Scene,
+    point: &SurfacePoint,
+    bsdf: &Bsdf,
+    wo: Vec3,
+    counts: SampleCounts,
+    rng: &mut CounterRng,
+) -> Rgb {
+    let (u_select, u) = (rng.next_u64(), rng.next_2d());
+    if !bsdf.has_non_delta() {
+        return Rgb::ZERO;
+    }
+    let Some(light) = scene.emitters().sample(point.position, u_select, u) else {
+        return Rgb::ZERO;
+    };
+    let scattered = bsdf.evaluate(wo, point.shading.to_local(light.direction));
+    if scattered.value == Rgb::ZERO || scene.occluded(&light.shadow_ray(point)) {
+        return Rgb::ZERO;
+    }
+    let weight = if light.is_delta {
+        1.0
+    } else {
+        power_heuristic(light.pdf * counts.emitter, scattered.pdf * counts.bsdf)
+    };
+    scattered.value * light.weight * weight
+}
