@@ -1,7 +1,36 @@
 //! # lightshed
 //!
-//! Reusable sampling libraries for light transport. This package re-exports the workspace's crates, one
-//! feature a crate; a renderer usually depends on the single crate it needs.
+//! Reusable sampling libraries for light transport. This package re-exports the workspace's crates, one feature a crate; a
+//! renderer usually depends on the single crate it needs.
+//!
+//! | module | crate | what is in it |
+//! |---|---|---|
+//! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
+//! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
+//! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
+//! | [`integrator`] | `lightshed-integrator` | reference path tracer, render loop, film, image files and metrics |
+//!
+//! # Example
+//!
+//! The Cornell box in a few lines; the example `render` is the same with a command line around it.
+//!
+//! ```
+//! # #[cfg(feature = "integrator")] {
+//! use lightshed::integrator::{Budget, PathTracer, RenderOptions, render};
+//! use lightshed::scene::{Scene, builtin};
+//! use std::sync::atomic::AtomicBool;
+//!
+//! let mut description = builtin::by_name("cornell").expect("it is built in");
+//! (description.settings.width, description.settings.height) = (16, 16);
+//! let scene = Scene::new(&description)?;
+//! let options = RenderOptions::new(16, 16, Budget::Samples(4));
+//! let outcome = render(&PathTracer::new(&scene), &options, &|_| (), &AtomicBool::new(false))?;
+//!
+//! let [red, green, _] = outcome.film.mean_image().mean();
+//! assert!(red > green && green > 0.05);
+//! # }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #[cfg(feature = "integrator")]
 pub use lightshed_integrator as integrator;
 #[cfg(feature = "resampling")]

@@ -1,4 +1,19 @@
 //! A thin CPU reference integrator, film and image metrics.
+//!
+//! | what | where |
+//! |---|---|
+//! | unidirectional path tracing | [`PathTracer`] |
+//! | what the render loop asks of a method | [`PixelEstimator`] |
+//! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
+//! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
+//! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
+//! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
+//!
+//! The integrator is one guest of the libraries beneath it: it reaches nothing that another renderer could not.
+//!
+//! # Features
+//!
+//! - `flip`: the image metric ꟻLIP, which compiles C++.
 
 mod cpu_time;
 mod direct;
