@@ -40,3 +40,8 @@ pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplaceme
 pub use space::{Counting, Given, Joint, Space};
 pub use storage::Storage;
 pub use weight::{ConditionallyIndependent, ContributionWeight, Tractable, WeightError};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/resampling.md")]
+struct Guide;

@@ -130,11 +130,17 @@ struct Merge<'a, D: Domain, T, R: Storage> {
     mis: Mis,
     confidence: f64,
     pairwise: Option<PairwiseConstants>,
+    /// Its density stands for the canonical ones in pairwise weights.
+    first_canonical: Option<&'a D>,
 }
 
 impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
     fn new(to: &'a D, shift: &'a T, inputs: &'a [Input<'a, D, R>], mis: Mis) -> Result<Self, MergeError> {
         let (mut canonical, mut neighbours) = (0.0, 0.0);
+        let first_canonical = inputs
+            .iter()
+            .find(|input| input.canonical)
+            .map(|input| input.domain);
         for input in inputs {
             *(if input.canonical {
                 &mut canonical
@@ -155,6 +161,7 @@ impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
             inputs,
             mis,
             confidence: canonical + neighbours,
+            first_canonical,
             pairwise,
         })
     }
@@ -301,10 +308,8 @@ impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
     /// The density that stands for the canonical techniques in pairwise weights: that of the first.
     #[inline]
     fn canonical_density(&self, term: &Term<'_, D::Sample>) -> f64 {
-        let first = self.inputs.iter().find(|input| input.canonical);
-        first.map_or(0.0, |first| {
-            proxy_with_target(first.domain, term.sample(), term.target)
-        })
+        self.first_canonical
+            .map_or(0.0, |first| proxy_with_target(first, term.sample(), term.target))
     }
 
     /// Balance weight of technique `index` at a `y` that it produced.
