@@ -58,7 +58,7 @@ fn measure(mis: Mis, window: Window, repeats: u32) -> Measured {
     let truth = Pixel::integral(f);
     let (mut squares, mut evaluations, mut seconds) = (Moments::new(), Moments::new(), Vec::new());
     for repeat in 0..repeats {
-        let mut rng = CounterRng::new(0x6121_5, repeat, (radius as u32) << 16 | samples);
+        let mut rng = CounterRng::new(0x0006_1215, repeat, (radius as u32) << 16 | samples);
         let reservoirs: Vec<DomainReservoir<Pixel>> = pixels
             .iter()
             .flat_map(|pixel| {
