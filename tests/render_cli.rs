@@ -423,6 +423,11 @@ fn bad_input_is_one_line_before_rendering_and_leaves_nothing() {
     refused(&["--seconds", "nan"], 2, &["--seconds", "positive"]);
     refused(&["--seconds", "-1"], 2, &["-1"]);
     refused(&["--max-depth", "0"], 2, &["--max-depth"]);
+    refused(
+        &["--max-depth", "3", "--method", "direct"],
+        1,
+        &["--max-depth", "direct"],
+    );
     refused(&["--threads", "1000000"], 2, &["--threads", "1024"]);
     refused(&["--method", "magic"], 2, &["magic", "path", "direct"]);
     refused(&["--define", "key"], 2, &["key=value"]);

@@ -5,7 +5,7 @@ use crate::failure::{Failure, one_line};
 use crate::progress::Bar;
 use crate::report::Report;
 use lightshed::integrator::{
-    Budget, ImageComparison, OutputTarget, PathTracer, RenderOptions, RgbImage, read_exr, render,
+    Budget, DirectLight, ImageComparison, OutputTarget, PathTracer, RenderOptions, RgbImage, read_exr, render,
 };
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
@@ -30,9 +30,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let (mut description, mut warnings) = describe(arguments)?;
     let settings = &mut description.settings;
     [settings.width, settings.height] = arguments.size.unwrap_or([settings.width, settings.height]);
-    settings.max_depth = match arguments.method {
-        Method::Path => arguments.max_depth.or(settings.max_depth),
-        Method::Direct => Some(arguments.max_depth.unwrap_or(DIRECT_DEPTH).min(DIRECT_DEPTH)),
+    settings.max_depth = match (arguments.method, arguments.max_depth) {
+        (Method::Path, max_depth) => max_depth.or(settings.max_depth),
+        (Method::Direct, None) => Some(DIRECT_DEPTH),
+        (Method::Direct, Some(_)) => {
+            return Err(Failure::new("--max-depth has no meaning with --method direct"));
+        }
     };
     let RenderSettings {
         width,
@@ -83,12 +86,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 
     let interruption = Interruption::catch()?;
     let bar = Bar::new(budget);
-    let outcome = render(
-        &PathTracer::new(&scene),
-        &options,
-        &|progress| bar.show(progress),
-        &interruption.cancel,
-    )?;
+    let (observer, cancel) = (|progress: &_| bar.show(progress), &interruption.cancel);
+    // Each arm is compiled for its estimator, so that its loop holds no indirect call.
+    let outcome = match arguments.method {
+        Method::Path => render(&PathTracer::new(&scene), &options, &observer, cancel),
+        Method::Direct => render(&DirectLight::new(&scene), &options, &observer, cancel),
+    }?;
     bar.finish();
     interruption.writing.store(true, Ordering::SeqCst);
 

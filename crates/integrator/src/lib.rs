@@ -2,7 +2,7 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | unidirectional path tracing | [`PathTracer`] |
+//! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
