@@ -1,4 +1,4 @@
-//! Importers: scene, mesh and image files to [`SceneDescription`]s.
+//! Importers: scene, mesh and image files to [`SceneDescription`](crate::SceneDescription)s.
 
 mod error;
 mod fit;

@@ -44,9 +44,12 @@ pub(super) fn open(bytes: &[u8], path: &Path) -> Result<(Document, Option<Vec<u8
     Ok((document, blob))
 }
 
+/// Offset and nature of a fault in a GLB.
+type Fault = (usize, String);
+
 /// JSON and binary chunks of a GLB (glTF 2.0, §4), or the offset and nature of the fault.
-fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), (usize, String)> {
-    let word = |at: usize| -> Result<u32, (usize, String)> {
+fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
+    let word = |at: usize| -> Result<u32, Fault> {
         let word = bytes.get(at..).and_then(|rest| rest.first_chunk());
         word.map(|&w| u32::from_le_bytes(w))
             .ok_or_else(|| (at, "the file ends in the middle of a header".to_owned()))
@@ -60,7 +63,7 @@ fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), (usize, String)>
             format!("{} bytes are announced, {} there", word(8)?, bytes.len()),
         ));
     }
-    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], (usize, String)> {
+    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], Fault> {
         let length = word(at)? as usize;
         if bytes.get(at + 4..at + 8) != Some(kind) {
             let name = String::from_utf8_lossy(kind);
