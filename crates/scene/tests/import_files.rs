@@ -1,6 +1,6 @@
 //! Files on disk: every format by its extension, images of every kind, includes, and what is said of broken ones.
 
-use lightshed_scene::import::{Encoding, ImportError, load, parse_image, read_image};
+use lightshed_scene::import::{Encoding, ImportError, load, parse_image, parse_mitsuba, read_image};
 use lightshed_scene::{Geometry, Scene, builtin};
 use std::path::PathBuf;
 
@@ -243,5 +243,56 @@ fn damaged_images_never_panic() {
                 }
             }
         }
+    }
+}
+
+/// Mitsuba turns the texture coordinates of OBJ over by default and those of PLY not; the published `v` points upwards,
+/// which is Mitsuba's turned over. Meshes without normals are smooth unless they are told not to be.
+#[test]
+fn texture_coordinates_and_normals_follow_mitsubas_defaults() {
+    let folder = folder("defaults");
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.25\nf 1/1 2/1 3/1\n";
+    let ply = TRIANGLE_PLY
+        .replace("float z\n", "float z\nproperty float u\nproperty float v\n")
+        .replace(
+            "0 0 0\n1 0 0\n0 1 0\n",
+            "0 0 0 0 0.25\n1 0 0 0 0.25\n0 1 0 0 0.25\n",
+        );
+    std::fs::write(folder.join("m.obj"), obj).unwrap();
+    std::fs::write(folder.join("m.ply"), ply).unwrap();
+    let mesh = |kind: &str, extra: &str| {
+        let text = format!(
+            r#"<scene version="3.0.0"><shape type="{kind}"><string name="filename" value="m.{kind}"/>{extra}</shape></scene>"#
+        );
+        let loaded =
+            parse_mitsuba(&text, folder.join("s.xml"), &[]).unwrap_or_else(|e| panic!("{}", e.chain()));
+        match &loaded.description.shapes[0].geometry {
+            Geometry::Mesh(mesh) => mesh.clone(),
+            Geometry::Sphere(_) => panic!("{kind} is no mesh"),
+        }
+    };
+    let flag = |name: &str, value: bool| format!(r#"<boolean name="{name}" value="{value}"/>"#);
+    for (kind, flip, expected) in [
+        ("obj", None, 0.25),
+        ("obj", Some(true), 0.25),
+        ("obj", Some(false), 0.75),
+        ("ply", None, 0.75),
+        ("ply", Some(false), 0.75),
+        ("ply", Some(true), 0.25),
+    ] {
+        let extra = flip.map_or(String::new(), |on| flag("flip_tex_coords", on));
+        assert_eq!(mesh(kind, &extra).uvs[0].y, expected, "{kind}, {flip:?}");
+    }
+    for kind in ["obj", "ply"] {
+        assert_eq!(mesh(kind, "").normals.len(), 3, "{kind}");
+        assert_eq!(
+            mesh(kind, &flag("face_normals", false)).normals.len(),
+            3,
+            "{kind}"
+        );
+        assert!(
+            mesh(kind, &flag("face_normals", true)).normals.is_empty(),
+            "{kind}"
+        );
     }
 }
