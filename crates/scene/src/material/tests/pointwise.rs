@@ -166,3 +166,45 @@ fn metallic_roughness_is_appendix_b() {
     })
     .unwrap();
 }
+
+#[test]
+fn smooth_reflectances_are_fresnels_and_a_slabs() {
+    for angle in ANGLES {
+        let wo = direction(angle);
+        for eta in [1.33f64, 1.5, 2.4] {
+            let face = oracle::fresnel(f64::from(wo.z), eta).0;
+            // In, to and fro between the faces, and out again on the side of `wo`.
+            let slab: f64 = face
+                + (0..2_000)
+                    .map(|round| (1.0 - face).powi(2) * face.powi(2 * round + 1))
+                    .sum::<f64>();
+            let cases = [
+                (dielectric(eta as f32, None), face),
+                (thin_dielectric(eta as f32), slab),
+            ];
+            for (material, expected) in cases {
+                let sample = material
+                    .at(Vec2::ZERO)
+                    .sample_lobe(0, wo, Vec2::ZERO)
+                    .expect("a reflection");
+                let found = f64::from(sample.value.x);
+                assert!(
+                    (found - expected).abs() < 1e-4,
+                    "{material:?} {angle}°: {found} for {expected}"
+                );
+                assert_eq!(sample.wi, Vec3::new(-wo.x, -wo.y, wo.z));
+            }
+        }
+    }
+}
+
+#[test]
+fn alpha_u_is_the_roughness_along_x() {
+    let bsdf = conductor(Some(rough(GGX, 0.5, 0.05))).at(Vec2::ZERO);
+    let along_x = bsdf.evaluate(Vec3::Z, direction_at(30.0, 0.0)).value.x;
+    let along_y = bsdf
+        .evaluate(Vec3::Z, direction_at(30.0, std::f32::consts::FRAC_PI_2))
+        .value
+        .x;
+    assert!(along_x > 10.0 * along_y, "{along_x} {along_y}");
+}
