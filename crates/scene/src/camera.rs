@@ -72,8 +72,9 @@ impl Camera {
                 focus_distance,
             } => (aperture_radius, focus_distance),
         };
-        let lens = aperture_radius.is_finite() && aperture_radius >= 0.0;
-        if !lens || !(focus_distance > 0.0 && focus_distance.is_finite()) {
+        let aperture = aperture_radius.is_finite() && aperture_radius >= 0.0;
+        let focus = focus_distance.is_finite() && focus_distance > 0.0;
+        if !(aperture && focus) {
             return Err(CameraError::Lens);
         }
         if !(near_clip >= 0.0 && far_clip > near_clip) {
