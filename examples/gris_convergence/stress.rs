@@ -5,9 +5,11 @@ use lightshed::resampling::{JumpSelection, Selection};
 use lightshed::sampling::{CompensatedSum, CounterRng};
 use serde_json::json;
 
-/// Streams `count` items with weights between 1e-12 and 1e12, large before small, through many reservoirs at once.
+/// Streams `count` items with weights between 1e-12 and 1e12, large before small, through many reservoirs at
+/// once.
 ///
-/// What is selected is counted by place in the stream and by magnitude; the sum is held to a compensated one in `f64`.
+/// What is selected is counted by place in the stream and by magnitude; the sum is held to a compensated one
+/// in `f64`.
 pub fn stress(count: u64) -> Outcome {
     const JUMPS: usize = 192;
     const STREAMS: usize = 8;

@@ -4,13 +4,13 @@ use crate::space::Space;
 use crate::storage::Storage;
 use crate::weight::{ContributionWeight, Tractable, WeightError};
 
-/// A sample `X`, its unbiased contribution weight `W_X` in the space `S`, and its confidence `c` (Lin 2022 §6.5.2,
-/// there `M_r`).
+/// A sample `X`, its unbiased contribution weight `W_X` in the space `S`, and its confidence `c` (Lin 2022
+/// §6.5.2, there `M_r`).
 ///
-/// * An *empty* reservoir (no sample, or `W = 0`) is a null sample: it contributes nothing and keeps its confidence,
-///   because the technique that came up empty could have produced any sample of its support.
-/// * Confidence weighs a *technique* in MIS weights. It must not depend on the value of the sample. Capping it leaves
-///   `W` alone.
+/// * An *empty* reservoir (no sample, or `W = 0`) is a null sample: it contributes nothing and keeps its
+///   confidence, because the technique that came up empty could have produced any sample of its support.
+/// * Confidence weighs a *technique* in MIS weights. It must not depend on the value of the sample. Capping
+///   it leaves `W` alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reservoir<X, S: Space, R: Storage = f32> {
     sample: Option<X>,

@@ -8,14 +8,16 @@ mod sealed {
 
 /// The number a reservoir stores its contribution weight in: `f32` in a renderer, `f64` in a proof. Sealed.
 ///
-/// All arithmetic of this crate runs in `f64` and rounds *once*, when a weight is stored. The code that a renderer
-/// runs with `f32` storage is therefore the very code that exact enumeration holds to 1e-12 with `f64` storage.
+/// All arithmetic of this crate runs in `f64` and rounds *once*, when a weight is stored. The code that a
+/// renderer runs with `f32` storage is therefore the very code that exact enumeration holds to 1e-12 with
+/// `f64` storage.
 pub trait Storage:
     sealed::Sealed + Copy + Default + PartialEq + core::fmt::Debug + Send + Sync + 'static
 {
     /// Widens without loss.
     fn to_f64(self) -> f64;
-    /// Rounds to the nearest number of this type; what is too large becomes the largest finite one, NaN becomes 0.
+    /// Rounds to the nearest number of this type; what is too large becomes the largest finite one, NaN
+    /// becomes 0.
     fn from_f64(value: f64) -> Self;
 }
 
@@ -49,26 +51,21 @@ impl Storage for f64 {
     }
 }
 
-/// A non-negative finite number: what is negative or NaN becomes 0, what is too large becomes `f64::MAX`. The neutral
-/// reading of a bad target in the hot path.
+/// A non-negative finite number: what is negative or NaN becomes 0, what is too large becomes `f64::MAX`. The
+/// neutral reading of a bad target in the hot path.
 #[inline(always)]
 pub(crate) fn sanitised(value: f64) -> f64 {
     // Also false for NaN.
     if value > 0.0 { value.min(f64::MAX) } else { 0.0 }
 }
 
-/// The product of non-negative finite factors, 0 as soon as one is 0, capped at `f64::MAX`; never NaN.
+/// The product of non-negative finite factors, capped at `f64::MAX`; never NaN.
 #[inline(always)]
 pub(crate) fn product<const N: usize>(factors: [f64; N]) -> f64 {
-    let mut value = 1.0;
-    for factor in factors {
-        if factor == 0.0 {
-            return 0.0;
-        }
-        // Capped at each step, so that ∞ · 0 cannot occur.
-        value = (value * factor).min(f64::MAX);
-    }
-    value
+    // Capped at each step, so that ∞ · 0 cannot occur.
+    factors
+        .into_iter()
+        .fold(1.0, |value, factor| (value * factor).min(f64::MAX))
 }
 
 #[cfg(test)]

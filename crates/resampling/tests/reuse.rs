@@ -264,6 +264,55 @@ fn confidence_is_capped_and_background_takes_no_part() {
     assert_eq!(weights.into_inner().unwrap().count() as usize, EXTENT.len() - 1);
 }
 
+/// Leaving neighbours out by their domains is no bias; and it keeps them out.
+#[test]
+fn dissimilar_domains_are_left_out() {
+    let domains = domains(0.0);
+    let input = fresh(&domains, 0);
+    let rng = |pixel| CounterRng::new(1, pixel as u32, 0);
+    let none = |_: &Pixel, _: &Pixel| false;
+    let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 9.0).unwrap();
+    let alone = reuse.with_similarity(&none);
+    let mut output = vec![DomainReservoir::<Pixel>::empty(0.0); EXTENT.len()];
+    // A merge with itself alone and no merge agree to the rounding of a weight.
+    let same = |a: &[DomainReservoir<Pixel>], b: &[DomainReservoir<Pixel>]| {
+        a.iter().zip(b).all(|(a, b)| {
+            let (u, v) = (a.weight().value(), b.weight().value());
+            a.sample() == b.sample() && (u - v).abs() <= 1e-6 * v && a.confidence() == b.confidence()
+        })
+    };
+    alone
+        .spatial(
+            &Pattern::window(2).unwrap(),
+            0,
+            &input,
+            &mut output,
+            rng,
+            &nothing,
+        )
+        .unwrap();
+    assert!(same(&output, &input));
+    let pairs = PairedPattern::new(4).unwrap();
+    alone
+        .paired(&pairs, 0, &input, &mut output, rng, &nothing)
+        .unwrap();
+    assert!(same(&output, &input));
+    let history = fresh(&domains, 1);
+    let previous = TemporalDomains::Previous(&domains);
+    alone
+        .temporal(&input, &previous, &history, Some, &mut output, rng, &nothing)
+        .unwrap();
+    assert!(same(&output, &input));
+    let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 9.0).unwrap();
+    reuse
+        .temporal(&input, &previous, &history, Some, &mut output, rng, &nothing)
+        .unwrap();
+    assert!(
+        !same(&output, &input),
+        "the control: without the test of similarity something happens"
+    );
+}
+
 #[test]
 fn slices_that_do_not_match_are_refused() {
     let domains = domains(0.0);
@@ -286,7 +335,8 @@ fn slices_that_do_not_match_are_refused() {
     );
 }
 
-/// Decisions enumerated; pixels are merged one after the other, so the enumerator is shared behind a pointer of its own.
+/// Decisions enumerated; pixels are merged one after the other, so the enumerator is shared behind a pointer
+/// of its own.
 struct Shared(std::sync::Arc<std::sync::Mutex<Chooser>>);
 
 impl Choose for Shared {

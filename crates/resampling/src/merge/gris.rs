@@ -12,8 +12,8 @@ use crate::weight::ContributionWeight;
 
 /// Resamples one of the inputs into the domain `to`.
 ///
-/// Draws one decision for each input of positive weight, in order. Allocates nothing; copies the selected canonical
-/// sample, moves a shifted one. The result's confidence is the sum of the inputs'.
+/// Draws one decision for each input of positive weight, in order. Allocates nothing; copies the selected
+/// canonical sample, moves a shifted one. The result's confidence is the sum of the inputs'.
 ///
 /// # Errors
 /// [`MergeError::NoCanonicalConfidence`] for a pairwise family without canonical confidence.
@@ -27,9 +27,9 @@ pub fn merge<D: Domain, T: ShiftMapping<D>, R: Storage>(
     Merge::new(to, shift, inputs, mis)?.select(false, choose, |_| ())
 }
 
-/// Visits each input that reaches the domain `to`: summing `f(sample)` times `weight` estimates `∫ f` over `supp p̂`
-/// (Kettunen 2023 eq. 14; Lin 2022 eq. 6.47), for an `f` of any number of channels. It is what [`merge`] averages to over its
-/// random decisions.
+/// Visits each input that reaches the domain `to`: summing `f(sample)` times `weight` estimates `∫ f` over
+/// `supp p̂` (Kettunen 2023 eq. 14; Lin 2022 eq. 6.47), for an `f` of any number of channels. It is what
+/// [`merge`] averages to over its random decisions.
 ///
 /// # Errors
 /// As [`merge`].
@@ -245,8 +245,8 @@ impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
             if target == 0.0 {
                 continue;
             }
-            // p̂_{←i}(Y_i) of its own technique costs no shift: the way back leads to X_i. Constant weights need it for the
-            // selected input at most, so they leave it for later.
+            // p̂_{←i}(Y_i) of its own technique costs no shift: the way back leads to X_i. Constant weights
+            // need it for the selected input at most, so they leave it for later.
             let density = match (self.mis, input.canonical) {
                 (Mis::ConstantBiased | Mis::ConstantDebiased, _) => None,
                 (_, true) => Some(proxy_with_target(input.domain, x, target)),

@@ -43,22 +43,26 @@ impl core::error::Error for ReuseError {
 pub enum TemporalDomains<'a, D> {
     /// The previous frame's, with its surfaces, lights and visibility. Unbiased.
     Previous(&'a [D]),
-    /// Those of this frame, at the corresponding pixel: saves keeping and re-evaluating the old ones. **Biased** where anything
-    /// moved: MIS weights then ask the wrong domain what it could have produced.
+    /// Those of this frame, at the corresponding pixel: saves keeping and re-evaluating the old ones.
+    /// **Biased** where anything moved: MIS weights then ask the wrong domain what it could have produced.
     BiasedCurrent,
 }
 
 /// Reuse over a grid of domains: what all passes of a frame share.
 ///
-/// A pixel whose own reservoir has no confidence (background) takes no part: its reservoir passes through, and others give it no
-/// weight.
+/// A pixel whose own reservoir has no confidence (background) takes no part: its reservoir passes through,
+/// and others give it no weight.
 pub struct Reuse<'a, D: Domain, T> {
     extent: Extent,
     domains: &'a [D],
     shift: &'a T,
     mis: Mis,
     confidence_cap: f32,
+    similar: Option<Similar<'a, D>>,
 }
+
+/// Whether two domains may reuse from each other.
+type Similar<'a, D> = &'a (dyn Fn(&D, &D) -> bool + Sync);
 
 /// One observed merge: the pixel and its report.
 type Observe<'a> = &'a (dyn Fn(usize, &MergeReport) + Sync);
@@ -69,8 +73,8 @@ where
     D::Sample: Send + Sync,
     T: ShiftMapping<D> + Sync,
 {
-    /// Reuse among `domains` with the MIS family `mis`. `confidence_cap` is `M_c` (Lin 2022 §6.5.4): the output of every pass is
-    /// trusted by at most it; `f32::INFINITY` for none.
+    /// Reuse among `domains` with the MIS family `mis`. `confidence_cap` is `M_c` (Lin 2022 §6.5.4): the
+    /// output of every pass is trusted by at most it; `f32::INFINITY` for none.
     ///
     /// # Errors
     /// [`ReuseError::Length`] if there is not one domain for each place.
@@ -88,14 +92,31 @@ where
                 shift,
                 mis,
                 confidence_cap,
+                similar: None,
             })
         } else {
             Err(ReuseError::Length)
         }
     }
 
-    /// Temporal reuse: merges each pixel's fresh reservoir (canonical) with that of the previous frame at `correspondence(pixel)`
-    /// (an index into the previous grid; `None` or out of range where there is none, and the fresh reservoir passes through).
+    /// Leaves out neighbours whose domain is not `similar(own, other)`: other surfaces, say. No bias, because
+    /// it judges domains and not samples; keep it so.
+    #[must_use]
+    pub fn with_similarity(self, similar: Similar<'a, D>) -> Self {
+        Self {
+            similar: Some(similar),
+            ..self
+        }
+    }
+
+    /// Whether `own` may reuse from `other`.
+    fn admits(&self, own: &D, other: &D) -> bool {
+        self.similar.is_none_or(|similar| similar(own, other))
+    }
+
+    /// Temporal reuse: merges each pixel's fresh reservoir (canonical) with that of the previous frame at
+    /// `correspondence(pixel)` (an index into the previous grid; `None` or out of range where there is none,
+    /// and the fresh reservoir passes through).
     ///
     /// `choose` makes the decisions' source of each pixel; `observe` sees each merge's report.
     ///
@@ -126,13 +147,14 @@ where
             |(), pixel, output| {
                 let own = Input::canonical(&self.domains[pixel], &fresh[pixel]);
                 let source = correspondence(pixel).filter(|&index| index < history.len());
-                let Some(source) = source else {
+                let source = source.map(|index| match previous {
+                    TemporalDomains::Previous(domains) => (index, &domains[index]),
+                    TemporalDomains::BiasedCurrent => (index, &self.domains[index]),
+                });
+                let admitted = source.filter(|(_, domain)| self.admits(&self.domains[pixel], domain));
+                let Some((source, domain)) = admitted else {
                     *output = fresh[pixel].clone().with_confidence_cap(self.confidence_cap);
                     return Ok(());
-                };
-                let domain = match previous {
-                    TemporalDomains::Previous(domains) => &domains[source],
-                    TemporalDomains::BiasedCurrent => &self.domains[source],
                 };
                 let inputs = [own, Input::neighbour(domain, &history[source])];
                 self.finish(pixel, &inputs, output, &choose, observe)
@@ -140,8 +162,9 @@ where
         )
     }
 
-    /// One round of spatial reuse: each pixel merges its own reservoir (canonical) with those of its neighbours. `key` holds random
-    /// bits for the pattern, new for each round. Run it again on the output for more rounds.
+    /// One round of spatial reuse: each pixel merges its own reservoir (canonical) with those of its
+    /// neighbours. `key` holds random bits for the pattern, new for each round. Run it again on the output
+    /// for more rounds.
     ///
     /// # Errors
     /// As [`Reuse::temporal`].
@@ -163,14 +186,16 @@ where
             inputs.clear();
             inputs.push(Input::canonical(&self.domains[pixel], &input[pixel]));
             pattern.for_each(self.extent, pixel, key, |index| {
-                inputs.push(Input::neighbour(&self.domains[index], &input[index]));
+                if self.admits(&self.domains[pixel], &self.domains[index]) {
+                    inputs.push(Input::neighbour(&self.domains[index], &input[index]));
+                }
             });
             self.finish(pixel, inputs, output, &choose, observe)
         })
     }
 
-    /// `rounds` rounds of [`Reuse::spatial`], between two buffers: the result is in `reservoirs`, `scratch` holds rubbish. `key`
-    /// and `choose` are asked for each round.
+    /// `rounds` rounds of [`Reuse::spatial`], between two buffers: the result is in `reservoirs`, `scratch`
+    /// holds rubbish. `key` and `choose` are asked for each round.
     ///
     /// # Errors
     /// As [`Reuse::spatial`].
@@ -193,8 +218,8 @@ where
         Ok(())
     }
 
-    /// One round of reuse in pairs: `N` shifts serve `N` pixels, where [`Reuse::spatial`] with one neighbour takes `2N`. Pixels
-    /// without a partner keep their reservoir.
+    /// One round of reuse in pairs: `N` shifts serve `N` pixels, where [`Reuse::spatial`] with one neighbour
+    /// takes `2N`. Pixels without a partner keep their reservoir.
     ///
     /// # Errors
     /// As [`Reuse::temporal`], and [`ReuseError::NotPairwise`].
@@ -220,7 +245,10 @@ where
             &mut carried,
             || (),
             |(), pixel, carried| {
-                *carried = pattern.partner(self.extent, pixel, key).map(|partner| {
+                let partner = pattern.partner(self.extent, pixel, key);
+                let both = |a: usize, b: usize| self.admits(&self.domains[a], &self.domains[b]);
+                let partner = partner.filter(|&partner| both(pixel, partner) && both(partner, pixel));
+                *carried = partner.map(|partner| {
                     let (from, to) = (&self.domains[pixel], &self.domains[partner]);
                     (partner, Carried::new(self.shift, input[pixel].sample(), from, to))
                 });
@@ -303,7 +331,8 @@ where
     }
 }
 
-/// Runs `run` for each element, with per-thread scratch made by `scratch`. Elements are independent of each other.
+/// Runs `run` for each element, with per-thread scratch made by `scratch`. Elements are independent of each
+/// other.
 #[cfg(feature = "parallel")]
 fn each<X: Send, S>(
     elements: &mut [X],

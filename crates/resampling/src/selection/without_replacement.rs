@@ -5,16 +5,19 @@ use rand::Rng;
 
 /// `N` distinct items out of a stream, drawn one after the other in proportion to weight, in one pass.
 ///
-/// Each item gets a key `e_i ~ Exp(w_i)`; the `N` smallest keys win (Efraimidis & Spirakis 2006, in the logarithmic form).
-/// Instead of drawing every key, the pass *jumps*: with `τ` the largest key kept, the weight to skip until the next smaller key
-/// is `Exp(1)/τ`, and that item's key follows its exponential law cut off at `τ`. So `O(N log(M/N))` random numbers are drawn.
+/// Each item gets a key `e_i ~ Exp(w_i)`; the `N` smallest keys win (Efraimidis & Spirakis 2006, in the
+/// logarithmic form). Instead of drawing every key, the pass *jumps*: with `τ` the largest key kept, the
+/// weight to skip until the next smaller key is `Exp(1)/τ`, and that item's key follows its exponential law
+/// cut off at `τ`. So `O(N log(M/N))` random numbers are drawn.
 ///
-/// With `τ` the `(N+1)`-th smallest key, each item kept had the chance `π_i = 1 − exp(−w_i τ)`, the others' keys given, so
+/// With `τ` the `(N+1)`-th smallest key, each item kept had the chance `π_i = 1 − exp(−w_i τ)`, the others'
+/// keys given, so
 ///
 /// > `Σ_{i kept} f(x_i) / π_i`  estimates  `Σ_i f(x_i)` over the whole stream without bias
 ///
-/// (Cohen & Kaplan 2007, bottom-k sketches). For RIS with `w_i = m_i p̂(X_i) W_i` the sum over the kept of `f(X_i) m_i W_i / π_i`
-/// estimates `∫ f`: no duplicates, so less variance than [`Selections`](crate::Selections) when few candidates dominate.
+/// (Cohen & Kaplan 2007, bottom-k sketches). For RIS with `w_i = m_i p̂(X_i) W_i` the sum over the kept of
+/// `f(X_i) m_i W_i / π_i` estimates `∫ f`: no duplicates, so less variance than
+/// [`Selections`](crate::Selections) when few candidates dominate.
 #[derive(Clone, Debug)]
 pub struct WithoutReplacement<X> {
     /// A max-heap by key of at most `capacity + 1` entries: those kept, and the one whose key is `τ`.
@@ -54,7 +57,8 @@ impl<X> WithoutReplacement<X> {
         }
     }
 
-    /// Offers an item; true if it is kept for now. Weights that are zero, negative or not finite are never kept.
+    /// Offers an item; true if it is kept for now. Weights that are zero, negative or not finite are never
+    /// kept.
     pub fn offer<R: Rng + ?Sized>(&mut self, item: X, weight: f64, rng: &mut R) -> bool {
         // Also false for NaN.
         if !(weight > 0.0 && weight < f64::INFINITY) {
@@ -81,8 +85,9 @@ impl<X> WithoutReplacement<X> {
         true
     }
 
-    /// Appends another stream's sample, as if its items had been offered here: keys are kept, so no randomness is spent but on the
-    /// next jump. Capacities should agree; the smaller one limits what is exact.
+    /// Appends another stream's sample, as if its items had been offered here: keys are kept, so no
+    /// randomness is spent but on the next jump. Capacities should agree; the smaller one limits what is
+    /// exact.
     pub fn merge<R: Rng + ?Sized>(&mut self, other: Self, rng: &mut R) {
         self.weight_sum = (self.weight_sum + other.weight_sum).min(f64::MAX);
         for entry in other.heap {
@@ -98,7 +103,8 @@ impl<X> WithoutReplacement<X> {
         }
     }
 
-    /// The items kept, in no particular order, with their inclusion probabilities; fewer than `N` while the stream was shorter.
+    /// The items kept, in no particular order, with their inclusion probabilities; fewer than `N` while the
+    /// stream was shorter.
     pub fn iter(&self) -> impl Iterator<Item = Kept<'_, X>> {
         let full = self.heap.len() > self.capacity;
         let tau = if full { self.heap[0].key } else { f64::INFINITY };

@@ -144,8 +144,8 @@ fn conditional_weights_integrate_for_each_fixed_condition() {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dependence {
-    /// Supporting prefixes are resampled by a target that sees their suffixes (against Kettunen 2023 eq. 19). Given the supporting
-    /// prefix, its suffix then is no longer distributed as its weight says.
+    /// Supporting prefixes are resampled by a target that sees their suffixes (against Kettunen 2023 eq. 19).
+    /// Given the supporting prefix, its suffix then is no longer distributed as its weight says.
     SupportChosenBySuffix,
 }
 
@@ -201,8 +201,8 @@ fn joint_weights_integrate_over_prefix_and_suffix() {
     }
 }
 
-/// Theorem 4.1 needs its premise: two weights, each right by itself, whose product is wrong because both depend on the prefix that
-/// was not chosen.
+/// Theorem 4.1 needs its premise: two weights, each right by itself, whose product is wrong because both
+/// depend on the prefix that was not chosen.
 #[test]
 fn weights_that_share_randomness_have_no_product() {
     // The suffix technique looks at the prefix candidate that lost.
@@ -300,8 +300,8 @@ enum Gather {
     ForgetCanonicalTechnique,
 }
 
-/// Kettunen 2023 eq. 23: many prefixes, one of them with a canonical suffix of its own; for the others roulette has replaced it by a
-/// null sample, which keeps its confidence.
+/// Kettunen 2023 eq. 23: many prefixes, one of them with a canonical suffix of its own; for the others
+/// roulette has replaced it by a null sample, which keeps its confidence.
 #[test]
 fn final_gather_with_roulette() {
     let count = 2;

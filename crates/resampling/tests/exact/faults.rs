@@ -1,7 +1,9 @@
-//! Planted faults: each mistake that is easily made in resampling is made here once, and the exact proof notices it.
+//! Planted faults: each mistake that is easily made in resampling is made here once, and the exact proof
+//! notices it.
 //!
-//! Mistakes in *using* the library are made through its interface. Mistakes *inside* a merge are planted in a naive merge of a few
-//! lines, which without a fault has the same outcomes with the same probabilities as the shipped one.
+//! Mistakes in *using* the library are made through its interface. Mistakes *inside* a merge are planted in a
+//! naive merge of a few lines, which without a fault has the same outcomes with the same probabilities as the
+//! shipped one.
 
 use crate::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
 use lightshed_resampling::{
@@ -41,7 +43,8 @@ enum Inside {
     OwnTargetForNeighbour,
 }
 
-/// The merge as one would first write it: all densities of all techniques at each candidate, weights by definition.
+/// The merge as one would first write it: all densities of all techniques at each candidate, weights by
+/// definition.
 fn naive_merge(
     chooser: &mut Chooser,
     to: &Finite,

@@ -20,8 +20,8 @@ impl Choose for Enumerate<'_> {
     }
 }
 
-/// A finite domain. Each point has a label, by which shifts find it, and a measure: `∫ f = Σ f(x) μ(x)`, so a shift between points
-/// of different measure has a Jacobian.
+/// A finite domain. Each point has a label, by which shifts find it, and a measure: `∫ f = Σ f(x) μ(x)`, so a
+/// shift between points of different measure has a Jacobian.
 #[derive(Clone, Debug)]
 pub struct Finite {
     pub labels: &'static [u32],
@@ -71,7 +71,8 @@ impl Finite {
         ris.finish(confidence)
     }
 
-    /// One sample with its density, unresampled: for tractable forms, whose canonical densities cover the target.
+    /// One sample with its density, unresampled: for tractable forms, whose canonical densities cover the
+    /// target.
     pub fn draw_tractable(&self, chooser: &mut Chooser, confidence: f32) -> Pixel {
         let x = chooser.choose(self.pmf);
         Reservoir::from_density(x, self.density(x), confidence).unwrap()
@@ -107,7 +108,8 @@ pub fn deviation(values: &[f64], truth: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Shifts to the point with the same label; undefined where there is none, and between certain labels beyond a Jacobian gate.
+/// Shifts to the point with the same label; undefined where there is none, and between certain labels beyond
+/// a Jacobian gate.
 #[derive(Clone, Copy, Debug)]
 pub struct ByLabel {
     pub gate: f64,
