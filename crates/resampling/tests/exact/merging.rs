@@ -2,8 +2,8 @@
 
 use crate::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
 use lightshed_resampling::{
-    Carried, IdentityShift, Input, Mis, Pairwise, PairwiseStream, Reservoir, ShiftMapping, integrate, merge,
-    merge_and_integrate,
+    Carried, IdentityShift, Input, Mis, Pairwise, PairwiseStream, Reservoir, ShiftMapping, Undefined,
+    integrate, merge, merge_and_integrate,
 };
 use lightshed_testkit::{Chooser, VectorExpectation, expectation_vector};
 
@@ -406,4 +406,66 @@ fn costs_are_what_the_families_promise() {
         (m - 1, 0)
     );
     assert!(cost(Mis::ConstantDebiased).pulls < m);
+}
+
+#[test]
+fn reports_say_what_happened() {
+    let here = Pixel::from_density(1, 0.5, 1.0).unwrap();
+    let lost = Pixel::from_density(0, 0.25, 1.0).unwrap();
+    let found = Pixel::from_density(4, 0.25, 2.0).unwrap();
+    let inputs = [
+        Input::canonical(&HERE, &here),
+        Input::neighbour(&THERE, &lost),
+        Input::neighbour(&THERE, &found),
+    ];
+    // By hand: label 0 lies at THERE's point 4 and HERE's point 0, label 1 at THERE's point 2 with a zero
+    // target there.
+    let (jacobian, q) = (
+        HERE.measure[0] / THERE.measure[4],
+        THERE.target[4] / (HERE.measure[0] / THERE.measure[4]),
+    );
+    let arrived = 2.0 * q / (1.0 * HERE.target[0] + 3.0 * q) * HERE.target[0] * 4.0 * jacobian;
+    let own = HERE.target[1] * 2.0;
+    for seed in 0..20 {
+        let mut rng = lightshed_testkit::rng(seed);
+        let merged = merge(&HERE, &SHIFT, &inputs, Mis::Balance, &mut rng).unwrap();
+        let report = merged.report;
+        assert!(
+            (report.weight_sum - (own + arrived)).abs() < 1e-12,
+            "{} {}",
+            report.weight_sum,
+            own + arrived
+        );
+        let effective = (own + arrived).powi(2) / (own * own + arrived * arrived);
+        assert!((report.effective_count() - effective).abs() < 1e-12);
+        assert_eq!(report.undefined.reason(1), Some(Undefined::OutsideDomain));
+        assert_eq!(
+            (report.undefined.reason(0), report.undefined.reason(2)),
+            (None, None)
+        );
+        assert_eq!(
+            (
+                report.undefined.total(),
+                report.undefined.count(Undefined::OutsideDomain)
+            ),
+            (1, 1)
+        );
+        let y = *merged.reservoir.sample().unwrap();
+        assert_eq!(report.selected, Some(if y == 1 { 0 } else { 2 }));
+        assert_eq!(report.target, HERE.target[y]);
+        assert_eq!(merged.reservoir.confidence(), 4.0);
+    }
+    // More undefined inputs than have names.
+    let mut many = vec![Input::canonical(&HERE, &here)];
+    many.resize(200, Input::neighbour(&THERE, &lost));
+    let mut rng = lightshed_testkit::rng(0);
+    let undefined = merge(&HERE, &SHIFT, &many, Mis::Balance, &mut rng)
+        .unwrap()
+        .report
+        .undefined;
+    assert_eq!(
+        (undefined.total(), undefined.count(Undefined::OutsideDomain)),
+        (199, 127)
+    );
+    assert_eq!(undefined.reason(199), None);
 }
