@@ -116,6 +116,17 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
             .map_or(0.0, |x| integrand(x) * self.weight.value().to_f64())
     }
 
+    /// Keeps the sample only where `support` holds, else the null sample; confidence stays. This is RIS with
+    /// `M = 1` and a target that vanishes outside the support, such as `p̂ V` after a visibility test: `W`
+    /// then is the same. The domain it goes on in must have that target, or MIS weights trust the technique
+    /// with what it no longer produces.
+    #[inline]
+    #[must_use]
+    pub fn within(self, support: impl FnOnce(&X) -> bool) -> Self {
+        let kept = self.sample.as_ref().is_some_and(support);
+        if kept { self } else { Self::empty(self.confidence) }
+    }
+
     /// Replaces the sample by an equal one in another form (packed, borrowed, converted).
     #[inline]
     pub fn map<Y>(self, f: impl FnOnce(X) -> Y) -> Reservoir<Y, S, R> {

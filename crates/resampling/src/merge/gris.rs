@@ -31,6 +31,9 @@ pub fn merge<D: Domain, T: ShiftMapping<D>, R: Storage>(
 /// `supp p̂` (Kettunen 2023 eq. 14; Lin 2022 eq. 6.47), for an `f` of any number of channels. It is what
 /// [`merge`] averages to over its random decisions.
 ///
+/// For [`Mis::ConstantDebiased`] the weights are those of its contributions, that is of balance, at the cost
+/// of balance.
+///
 /// # Errors
 /// As [`merge`].
 pub fn integrate<D: Domain, T: ShiftMapping<D>, R: Storage>(

@@ -297,45 +297,50 @@ fn outcome_distribution(run: impl FnMut(&mut Chooser) -> Pixel) -> Vec<((usize, 
 
 #[test]
 fn streaming_gives_the_distribution_of_all_inputs_at_hand() {
-    let inputs = |chooser: &mut Chooser| {
-        (
-            HERE.draw(chooser, 1, 1.0),
-            THERE.draw(chooser, 1, 3.0),
-            ELSEWHERE.draw(chooser, 1, 0.5),
-        )
-    };
-    for pairwise in [
-        Pairwise::UNIFORM,
-        Pairwise::DEFENSIVE,
-        Pairwise::new(0.7, 0.4).unwrap(),
-    ] {
-        let at_hand = outcome_distribution(|chooser| {
-            let (here, there, elsewhere) = inputs(chooser);
-            let inputs = [
-                Input::neighbour(&THERE, &there),
-                Input::neighbour(&ELSEWHERE, &elsewhere),
-                Input::canonical(&HERE, &here),
-            ];
-            merged(chooser, &HERE, &SHIFT, &inputs, Mis::Pairwise(pairwise))
-        });
-        let streamed = outcome_distribution(|chooser| {
-            let (here, there, elsewhere) = inputs(chooser);
-            let mut choose = Enumerate(chooser);
-            let mut stream = PairwiseStream::new(&HERE, &HERE, &here, pairwise, 3.5).unwrap();
-            stream.neighbour(&THERE, &there, &SHIFT, &mut choose).unwrap();
-            stream
-                .neighbour(&ELSEWHERE, &elsewhere, &SHIFT, &mut choose)
-                .unwrap();
-            assert!(
+    let tractable = [HERE.tractable(), THERE.tractable(), ELSEWHERE.tractable()];
+    for [here, there, elsewhere] in [[HERE, THERE, ELSEWHERE], tractable] {
+        let draw = |chooser: &mut Chooser| {
+            let mut draw = |domain: &Finite, confidence| match domain.tractable {
+                true => domain.draw_tractable(chooser, confidence),
+                false => domain.draw(chooser, 1, confidence),
+            };
+            (draw(&here, 1.0), draw(&there, 3.0), draw(&elsewhere, 0.5))
+        };
+        for pairwise in [
+            Pairwise::UNIFORM,
+            Pairwise::DEFENSIVE,
+            Pairwise::new(0.7, 0.4).unwrap(),
+        ] {
+            let at_hand = outcome_distribution(|chooser| {
+                let pixels = draw(chooser);
+                let inputs = [
+                    Input::neighbour(&there, &pixels.1),
+                    Input::neighbour(&elsewhere, &pixels.2),
+                    Input::canonical(&here, &pixels.0),
+                ];
+                merged(chooser, &here, &SHIFT, &inputs, Mis::Pairwise(pairwise))
+            });
+            let streamed = outcome_distribution(|chooser| {
+                let pixels = draw(chooser);
+                let mut choose = Enumerate(chooser);
+                let mut stream = PairwiseStream::new(&here, &here, &pixels.0, pairwise, 3.5).unwrap();
+                stream.neighbour(&there, &pixels.1, &SHIFT, &mut choose).unwrap();
+                let outgoing = Carried::new(&SHIFT, pixels.0.sample(), &here, &elsewhere);
+                let incoming = Carried::new(&SHIFT, pixels.2.sample(), &elsewhere, &here);
                 stream
-                    .neighbour(&ELSEWHERE, &elsewhere, &SHIFT, &mut choose)
-                    .is_err()
-            );
-            stream.finish(&mut choose).reservoir
-        });
-        assert_eq!(at_hand.len(), streamed.len());
-        for (a, b) in at_hand.iter().zip(&streamed) {
-            assert!(a.0 == b.0 && (a.1 - b.1).abs() < 1e-12, "{a:?} {b:?}");
+                    .exchanged(&elsewhere, &pixels.2, &incoming, &outgoing, &mut choose)
+                    .unwrap();
+                assert!(
+                    stream
+                        .neighbour(&elsewhere, &pixels.2, &SHIFT, &mut choose)
+                        .is_err()
+                );
+                stream.finish(&mut choose).reservoir
+            });
+            assert_eq!(at_hand.len(), streamed.len());
+            for (a, b) in at_hand.iter().zip(&streamed) {
+                assert!(a.0 == b.0 && (a.1 - b.1).abs() < 1e-12, "{a:?} {b:?}");
+            }
         }
     }
 }

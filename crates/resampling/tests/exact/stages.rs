@@ -1,8 +1,10 @@
 //! RIS, its stages, several techniques, several outputs, and merged streams.
 
-use crate::finite::{Enumerate, HERE, Pixel, deviation};
-use lightshed_resampling::{Counting, MixtureRis, Ris, RisMany, Tractable, balance_over_techniques};
-use lightshed_testkit::expectation_vector;
+use crate::finite::{ByLabel, Enumerate, Finite, HERE, Pixel, deviation};
+use lightshed_resampling::{
+    Counting, Input, Mis, MixtureRis, Ris, RisMany, Tractable, balance_over_techniques, merge,
+};
+use lightshed_testkit::{check_faults, expectation_vector};
 
 fn weight(density: f64) -> lightshed_resampling::ContributionWeight<Counting, f64> {
     Tractable::from_density(density).unwrap().weight()
@@ -110,4 +112,32 @@ fn merged_streams_are_one_stream() {
     for ((key, p), (key_two, p_two)) in one.iter().zip(&two) {
         assert!(key == key_two && (p - p_two).abs() < 1e-14);
     }
+}
+
+/// Visibility tested once before reuse: the target of the next stage has it, and the neighbour's domain does.
+#[test]
+fn a_visibility_test_before_reuse() {
+    let visible = |x: usize| x != 1;
+    const SEEN: Finite = Finite {
+        target: &[0.7, 0.0, 0.1, 0.0, 3.0],
+        ..HERE
+    };
+    let shift = ByLabel { gate: f64::INFINITY };
+    // The fault: the neighbour's domain still counts what it discarded.
+    check_faults(&["target without visibility"], |fault| {
+        let result = expectation_vector(|chooser| {
+            let neighbour = HERE.draw(chooser, 2, 3.0).within(|&x| visible(x));
+            let own = HERE.draw(chooser, 1, 1.0);
+            let domain = if fault.is_some() { &HERE } else { &SEEN };
+            let inputs = [
+                Input::canonical(&HERE, &own),
+                Input::neighbour(domain, &neighbour),
+            ];
+            let merged = merge(&HERE, &shift, &inputs, Mis::Balance, &mut Enumerate(chooser)).unwrap();
+            HERE.indicators(&merged.reservoir)
+        });
+        let error = deviation(&result.values, &HERE.truth());
+        if error < 1e-12 { Ok(()) } else { Err(error) }
+    })
+    .unwrap();
 }
