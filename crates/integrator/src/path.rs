@@ -63,8 +63,7 @@ impl<'a> PathTracer<'a> {
             }
             let bsdf = scene.bsdf(&point);
             let wo = point.shading.to_local(-ray.direction);
-            radiance +=
-                throughput * sampled_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, rng);
+            radiance += throughput * sampled_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, rng);
             let u_lobe = rng.next_f32();
             let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::from(rng.next_2d())) else {
                 break;
