@@ -16,6 +16,9 @@ pub trait Domain {
 
     /// `p̂(x) ≥ 0`, unnormalised. Negative and non-finite values count as 0.
     ///
+    /// A merge asks for the target of each input's sample in the input's own domain. Where it is dear, let
+    /// the sample carry it.
+    ///
     /// The samples that a reservoir of this domain can hold must be exactly those with `p̂(x) > 0`, or MIS
     /// weights sum to something else than 1. A target cached inside the sample must be that of the sample *as
     /// stored*.

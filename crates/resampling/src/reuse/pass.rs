@@ -50,6 +50,49 @@ pub enum TemporalDomains<'a, D> {
 
 /// Reuse over a grid of domains: what all passes of a frame share.
 ///
+/// ```
+/// use lightshed_resampling::{
+///     Counting, Domain, DomainReservoir, Extent, IdentityShift, Mis, Pattern, Reuse, Ris, TemporalDomains, Tractable,
+/// };
+/// use lightshed_sampling::CounterRng;
+///
+/// /// Eight lights, each pixel nearest to one of them.
+/// struct Pixel(u32);
+/// impl Domain for Pixel {
+///     type Sample = u32;
+///     type Space = Counting;
+///     fn target(&self, &light: &u32) -> f64 {
+///         1.0 / (1.0 + f64::from(light.abs_diff(self.0)))
+///     }
+/// }
+///
+/// let extent = Extent { width: 16, height: 8 };
+/// let pixels: Vec<Pixel> = (0..extent.len()).map(|i| Pixel(i as u32 % 16 / 2)).collect();
+/// let reuse = Reuse::new(extent, &pixels, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 20.0)?;
+/// let neighbours = Pattern::disk(3.0, 4)?;
+/// let uniform = Tractable::<Counting>::from_density(1.0 / 8.0)?.weight();
+/// let mut history = vec![DomainReservoir::<Pixel>::empty(0.0); extent.len()];
+/// let mut merged = history.clone();
+/// for frame in 0..4 {
+///     // One stream of random numbers for each pass of each pixel.
+///     let rng = |pass| move |pixel: usize| CounterRng::new(pass, pixel as u32, frame);
+///     let fresh: Vec<DomainReservoir<Pixel>> = (0..extent.len())
+///         .map(|i| {
+///             let (mut ris, mut rng) = (Ris::new(), rng(0)(i));
+///             let light = rng.next_u32() % 8;
+///             ris.candidate(light, pixels[i].target(&light), uniform, &mut rng);
+///             ris.finish(1.0)
+///         })
+///         .collect();
+///     // A still scene: the previous frame's domains are this one's, and so is each pixel's place.
+///     let previous = TemporalDomains::Previous(&pixels);
+///     reuse.temporal(&fresh, &previous, &history, Some, &mut merged, rng(1), &|_, _| ())?;
+///     reuse.spatial(&neighbours, frame, &merged, &mut history, rng(2), &|_, _| ())?;
+/// }
+/// assert!(history.iter().all(|reservoir| reservoir.confidence() == 20.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// A pixel whose own reservoir has no confidence (background) takes no part: its reservoir passes through,
 /// and others give it no weight.
 pub struct Reuse<'a, D: Domain, T> {
