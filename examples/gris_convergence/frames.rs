@@ -6,7 +6,7 @@ use crate::pixels::{Pixel, SamePlace};
 use crate::plot::Plot;
 use lightshed::resampling::{
     DomainReservoir, Extent, IdentityShift, Input, Mis, Moments, Pattern, Reuse, TemporalDomains,
-    duplicate_rate, merge, neighbour_correlation,
+    correlation, duplicate_rate, merge, neighbour_correlation,
 };
 use lightshed::sampling::CounterRng;
 use serde_json::{Value, json};
@@ -126,7 +126,8 @@ pub fn error_of_frames(effort: f64) -> Outcome {
     let mut claims = Vec::new();
     for cap in caps {
         let mut errors = vec![Moments::new(); frames as usize];
-        let (mut duplicates, mut neighbours) = (Moments::new(), Moments::new());
+        let (mut duplicates, mut neighbours, mut successive) =
+            (Moments::new(), Moments::new(), Moments::new());
         let Ok(reuse) = Reuse::new(extent, &pixels, &SamePlace, Mis::PAIRWISE_DEFENSIVE, cap) else {
             continue;
         };
@@ -136,6 +137,7 @@ pub fn error_of_frames(effort: f64) -> Outcome {
             };
             let mut history = vec![DomainReservoir::<Pixel>::empty(0.0); extent.len()];
             let mut scratch = history.clone();
+            let mut before = Vec::new();
             for frame in 0..frames {
                 let fresh: Vec<DomainReservoir<Pixel>> = pixels
                     .iter()
@@ -177,6 +179,7 @@ pub fn error_of_frames(effort: f64) -> Outcome {
                 errors[frame as usize].extend(relative.iter().map(|error| error * error));
                 if frame + 32 >= frames {
                     neighbours.push(neighbour_correlation(extent, &relative, [1, 0]));
+                    successive.push(correlation(before.iter().copied().zip(relative.iter().copied())));
                     // World positions survive shifts, so they tell origins apart (up to rounding).
                     let mut places: Vec<i64> = history
                         .iter()
@@ -185,6 +188,7 @@ pub fn error_of_frames(effort: f64) -> Outcome {
                         .collect();
                     duplicates.push(duplicate_rate(&mut places));
                 }
+                before = relative;
             }
         }
         // Frames averaged in pairs of logarithmic bins, for a smooth curve.
@@ -211,7 +215,7 @@ pub fn error_of_frames(effort: f64) -> Outcome {
         values.insert(
             format!("cap {cap}"),
             json!({ "frames_and_relative_mse": points, "relative_mse_at_the_end": tail.mean(),
-                "duplicate_rate": duplicates.mean(), "correlation_with_the_pixel_beside": neighbours.mean() }),
+                "duplicate_rate": duplicates.mean(), "correlation_with_the_pixel_beside": neighbours.mean(), "correlation_with_the_frame_before": successive.mean() }),
         );
         series.push((format!("cap {cap}"), points));
     }
