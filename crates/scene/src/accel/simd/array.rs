@@ -54,6 +54,36 @@ impl Lanes for ArrayLanes {
         lanewise(self, other, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
+    fn compress(self, mask: u32) -> Self {
+        Self(super::COMPRESS[mask as usize & 255].map(|lane| self.0[lane as usize]))
+    }
+    #[inline(always)]
+    fn least_of(self, mask: u32) -> Self {
+        let chosen = (0..8)
+            .filter(|lane| mask >> lane & 1 == 1)
+            .map(|lane| self.0[lane]);
+        Self(
+            [chosen.fold(
+                f32::INFINITY,
+                |least, value| if value < least { value } else { least },
+            ); 8],
+        )
+    }
+    #[inline(always)]
+    fn first(self) -> f32 {
+        self.0[0]
+    }
+    #[inline(always)]
+    fn store_to(self, memory: &mut [f32; 8]) {
+        *memory = self.0;
+    }
+    #[inline(always)]
+    fn prefetch(_: &[f32; 8]) {}
+    #[inline(always)]
+    fn equal(self, other: Self) -> u32 {
+        mask(self, other, |a, b| a == b)
+    }
+    #[inline(always)]
     fn less(self, other: Self) -> u32 {
         mask(self, other, |a, b| a < b)
     }

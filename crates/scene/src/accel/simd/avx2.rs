@@ -79,6 +79,38 @@ impl Lanes for Avx2Lanes {
         Self(unsafe { _mm256_max_ps(self.0, other.0) })
     }
     #[inline(always)]
+    fn compress(self, mask: u32) -> Self {
+        let lanes = super::COMPRESS[mask as usize & 255].as_ptr();
+        Self(unsafe { _mm256_permutevar8x32_ps(self.0, _mm256_loadu_si256(lanes.cast())) })
+    }
+    #[inline(always)]
+    fn least_of(self, mask: u32) -> Self {
+        let chosen = super::SELECT[mask as usize & 255].as_ptr();
+        Self(unsafe {
+            let chosen = _mm256_loadu_ps(chosen.cast());
+            let values = _mm256_blendv_ps(_mm256_set1_ps(f32::INFINITY), self.0, chosen);
+            let halves = _mm256_min_ps(values, _mm256_permute2f128_ps::<1>(values, values));
+            let pairs = _mm256_min_ps(halves, _mm256_shuffle_ps::<0b01_00_11_10>(halves, halves));
+            _mm256_min_ps(pairs, _mm256_shuffle_ps::<0b10_11_00_01>(pairs, pairs))
+        })
+    }
+    #[inline(always)]
+    fn first(self) -> f32 {
+        unsafe { _mm256_cvtss_f32(self.0) }
+    }
+    #[inline(always)]
+    fn store_to(self, memory: &mut [f32; 8]) {
+        unsafe { _mm256_storeu_ps(memory.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn prefetch(row: &[f32; 8]) {
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(row.as_ptr().cast()) }
+    }
+    #[inline(always)]
+    fn equal(self, other: Self) -> u32 {
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0)) as u32 }
+    }
+    #[inline(always)]
     fn less(self, other: Self) -> u32 {
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32 }
     }

@@ -54,6 +54,41 @@ impl LaneChoice {
     }
 }
 
+/// For each mask of eight lanes, the lanes of its set bits in their order, then zeros.
+static COMPRESS: [[u32; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut place) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                table[mask][place] = lane as u32;
+                place += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// For each mask of eight lanes, all bits set in the lanes of its set bits.
+static SELECT: [[u32; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let mut lane = 0;
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                table[mask][lane] = u32::MAX;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
 /// Eight `f32` values on which the traversal's arithmetic is done lane by lane.
 ///
 /// `min` and `max` return their *second* argument where the first is NaN, which the slab test relies on: `0 · ∞`
@@ -78,6 +113,18 @@ pub trait Lanes: Copy {
     fn min(self, other: Self) -> Self;
     /// The greater; `other` where `self` is NaN.
     fn max(self, other: Self) -> Self;
+    /// The lanes of the set bits of `mask`, moved to the front in their order; what follows them is unspecified.
+    fn compress(self, mask: u32) -> Self;
+    /// The least of the lanes of the set bits of `mask` (none of which may be NaN), in all lanes; ∞ if there is none.
+    fn least_of(self, mask: u32) -> Self;
+    /// Lane 0.
+    fn first(self) -> f32;
+    /// To the first eight places of `memory`.
+    fn store_to(self, memory: &mut [f32; 8]);
+    /// Asks for `row` to be brought into the first-level cache.
+    fn prefetch(row: &[f32; 8]);
+    /// Bit `i` is set where lane `i` of `self` equals that of `other` (false for NaN).
+    fn equal(self, other: Self) -> u32;
     /// Bit `i` is set where lane `i` of `self` is less than that of `other` (false for NaN).
     fn less(self, other: Self) -> u32;
     /// Bit `i` is set where lane `i` of `self` is at most that of `other` (false for NaN).

@@ -5,7 +5,7 @@ use glam::Vec3;
 /// Reference to a child: a node, a block of triangles, a sphere, or nothing.
 ///
 /// The two top bits are the kind, the others an index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub struct Child(pub u32);
 
