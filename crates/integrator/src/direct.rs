@@ -1,7 +1,7 @@
 //! Direct light only.
 
 use crate::PixelEstimator;
-use crate::next_event::{Bounce, SampleCounts, met_emission, sampled_emission};
+use crate::next_event::{Bounce, SampleCounts, met_emission, sample_emission};
 use crate::path::camera_ray;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
@@ -109,7 +109,11 @@ impl<'a> DirectLight<'a> {
         };
         let mut from_emitters = Rgb::ZERO;
         for _ in 0..self.emitter_samples {
-            from_emitters += sampled_emission(scene, &point, &bsdf, wo, counts, rng);
+            if let Some(shadow) = sample_emission(scene, &point, &bsdf, wo, counts, rng)
+                && !scene.occluded(&shadow.ray)
+            {
+                from_emitters += shadow.radiance;
+            }
         }
         let mut from_bsdf = Rgb::ZERO;
         for _ in 0..self.bsdf_samples {

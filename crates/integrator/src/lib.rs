@@ -41,6 +41,7 @@ pub use output::{
 };
 pub use path::PathTracer;
 pub use render::{
-    Budget, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome, render,
+    Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
+    SampleId, render,
 };
 pub use statistics::PixelStatistics;

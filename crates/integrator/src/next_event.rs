@@ -82,33 +82,43 @@ pub(crate) fn met_emission(
     emitted * weight.unwrap_or(1.0)
 }
 
+/// Light on its way from an emitter to a point and on, if nothing is in between.
+pub(crate) struct Shadow {
+    /// The segment that must be free.
+    pub ray: Ray,
+    /// What then arrives.
+    pub radiance: Rgb,
+}
+
 /// One sample of the light that reaches `point` from the emitters and leaves it towards `wo` (in the shading frame):
 /// `w_e f |cos θ| L_e / p_e`, to be averaged over the `counts.emitter` samples. Five random numbers are drawn whether or
-/// not they are used, so that dimensions keep their meaning along a path.
+/// not they are used, so that dimensions keep their meaning along a path. `None` is a sample of value zero, for which no
+/// ray need be traced.
 #[inline(always)]
-pub(crate) fn sampled_emission(
+pub(crate) fn sample_emission(
     scene: &Scene,
     point: &SurfacePoint,
     bsdf: &Bsdf,
     wo: Vec3,
     counts: SampleCounts,
     rng: &mut CounterRng,
-) -> Rgb {
+) -> Option<Shadow> {
     let (u_select, u) = (rng.next_u64(), rng.next_2d());
     if !bsdf.has_non_delta() {
-        return Rgb::ZERO;
+        return None;
     }
-    let Some(light) = scene.emitters().sample(point.position, u_select, u) else {
-        return Rgb::ZERO;
-    };
+    let light = scene.emitters().sample(point.position, u_select, u)?;
     let scattered = bsdf.evaluate(wo, point.shading.to_local(light.direction));
-    if scattered.value == Rgb::ZERO || scene.occluded(&light.shadow_ray(point)) {
-        return Rgb::ZERO;
+    if scattered.value == Rgb::ZERO {
+        return None;
     }
     let weight = if light.is_delta {
         1.0
     } else {
         power_heuristic(light.pdf * counts.emitter, scattered.pdf * counts.bsdf)
     };
-    scattered.value * light.weight * weight
+    Some(Shadow {
+        ray: light.shadow_ray(point),
+        radiance: scattered.value * light.weight * weight,
+    })
 }

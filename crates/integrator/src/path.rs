@@ -1,10 +1,10 @@
 //! Unidirectional path tracing with emitter sampling.
 
-use crate::PixelEstimator;
-use crate::next_event::{Bounce, SampleCounts, met_emission, sampled_emission};
+use crate::next_event::{Bounce, SampleCounts, Shadow, met_emission, sample_emission};
+use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_sampling::CounterRng;
-use lightshed_scene::glam::Vec2;
-use lightshed_scene::{Ray, Rgb, Scene};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::{Hit, Ray, Rgb, Scene};
 
 /// Estimates the light transport equation by paths from the camera.
 ///
@@ -15,6 +15,9 @@ use lightshed_scene::{Ray, Rgb, Scene};
 ///
 /// The estimate is unbiased for paths of up to `max_depth` edges: 1 shows emitters only, 2 adds direct light, and so on.
 /// Longer paths than `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
+///
+/// Paths are traced in batches, all at the same depth, so that rays can be in flight together; each has random numbers of
+/// its own, and its result does not depend on the others.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     max_depth: u32,
@@ -23,6 +26,39 @@ pub struct PathTracer<'a> {
 
 /// Probability at which roulette keeps even the brightest path, so that paths between mirrors end.
 const SURVIVAL_CAP: f32 = 0.95;
+
+/// A path on its way.
+#[derive(Clone)]
+struct Path {
+    rng: CounterRng,
+    throughput: Rgb,
+    radiance: Rgb,
+    /// Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
+    /// scaling that refraction undoes on the way out.
+    eta_squared: f32,
+    /// How the current ray left its surface; `None` from the camera.
+    bounce: Option<Bounce>,
+}
+
+/// What follows from a vertex.
+#[derive(Default)]
+struct Next {
+    shadow: Option<Shadow>,
+    ray: Option<Ray>,
+}
+
+impl Path {
+    #[inline(always)]
+    fn new(rng: CounterRng) -> Self {
+        Self {
+            rng,
+            throughput: Rgb::ONE,
+            radiance: Rgb::ZERO,
+            eta_squared: 1.0,
+            bounce: None,
+        }
+    }
+}
 
 impl<'a> PathTracer<'a> {
     /// A path tracer with the lengths that the scene's settings ask for.
@@ -42,62 +78,141 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Radiance that arrives along `ray`, from one path.
-    #[inline]
-    pub fn radiance(&self, mut ray: Ray, rng: &mut CounterRng) -> Rgb {
-        let scene = self.scene;
-        let mut radiance = Rgb::ZERO;
-        let mut throughput = Rgb::ONE;
-        // Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
-        // scaling that refraction undoes on the way out.
-        let mut eta_squared = 1.0;
-        // How the current ray was sampled, for the weight of an emitter that it meets.
-        let mut bounce: Option<Bounce> = None;
+    pub fn radiance(&self, ray: Ray, rng: CounterRng) -> Rgb {
+        let (mut path, mut ray) = (Path::new(rng), ray);
         for depth in 1..=self.max_depth {
-            let point = scene.intersect(&ray);
-            radiance += throughput * met_emission(scene, &ray, point.as_ref(), bounce);
-            let Some(point) = point else {
-                break;
-            };
-            if depth == self.max_depth {
-                break;
+            let hit = self.scene.accelerator().intersect(&ray);
+            let next = self.advance(&mut path, &ray, hit, depth);
+            if let Some(shadow) = next.shadow
+                && !self.scene.occluded(&shadow.ray)
+            {
+                path.radiance += shadow.radiance;
             }
-            let bsdf = scene.bsdf(&point);
-            let wo = point.shading.to_local(-ray.direction);
-            radiance += throughput * sampled_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, rng);
-            let u_lobe = rng.next_f32();
-            let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::from(rng.next_2d())) else {
-                break;
-            };
-            throughput *= sample.weight;
-            if throughput == Rgb::ZERO {
-                break;
+            match next.ray {
+                Some(next) => ray = next,
+                None => break,
             }
-            eta_squared *= sample.eta * sample.eta;
-            if depth >= self.roulette_depth {
-                let survival = (throughput.max_element() * eta_squared).min(SURVIVAL_CAP);
-                if rng.next_f32() >= survival {
-                    break;
-                }
-                throughput /= survival;
-            }
-            bounce = Some(Bounce {
-                from: point.position,
-                pdf: sample.pdf,
-                is_delta: sample.is_delta,
-                counts: SampleCounts::ONE_EACH,
-            });
-            ray = point.spawn(point.shading.to_world(sample.wi));
         }
-        radiance
+        path.radiance
+    }
+
+    /// Takes in what the path's ray, its edge number `depth`, has hit: collects emission, and samples an emitter and the
+    /// next direction.
+    #[inline(always)]
+    fn advance(&self, path: &mut Path, ray: &Ray, hit: Option<Hit>, depth: u32) -> Next {
+        let scene = self.scene;
+        let point = hit.map(|hit| scene.surface(ray, &hit));
+        path.radiance += path.throughput * met_emission(scene, ray, point.as_ref(), path.bounce);
+        let Some(point) = point.filter(|_| depth < self.max_depth) else {
+            return Next::default();
+        };
+        let bsdf = scene.bsdf(&point);
+        let wo = point.shading.to_local(-ray.direction);
+        let shadow = sample_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, &mut path.rng).map(
+            |Shadow { ray, radiance }| Shadow {
+                ray,
+                radiance: path.throughput * radiance,
+            },
+        );
+        let u_lobe = path.rng.next_f32();
+        let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::from(path.rng.next_2d())) else {
+            return Next { shadow, ray: None };
+        };
+        path.throughput *= sample.weight;
+        if path.throughput == Rgb::ZERO {
+            return Next { shadow, ray: None };
+        }
+        path.eta_squared *= sample.eta * sample.eta;
+        if depth >= self.roulette_depth {
+            let survival = (path.throughput.max_element() * path.eta_squared).min(SURVIVAL_CAP);
+            if path.rng.next_f32() >= survival {
+                return Next { shadow, ray: None };
+            }
+            path.throughput /= survival;
+        }
+        path.bounce = Some(Bounce {
+            from: point.position,
+            pdf: sample.pdf,
+            is_delta: sample.is_delta,
+            counts: SampleCounts::ONE_EACH,
+        });
+        Next {
+            shadow,
+            ray: Some(point.spawn(point.shading.to_world(sample.wi))),
+        }
+    }
+
+    /// Traces up to [`MAX_BATCH`] paths, all at the same depth.
+    fn trace_batch(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
+        let count = ids.len().min(MAX_BATCH);
+        if count == 0 || self.max_depth == 0 {
+            values.fill(Rgb::ZERO);
+            return;
+        }
+        let nowhere = Ray::segment(Vec3::ZERO, Vec3::Z, 0.0);
+        let mut rays = [nowhere; MAX_BATCH];
+        let mut paths: [Path; MAX_BATCH] = std::array::from_fn(|i| {
+            let SampleId { x, y, index } = ids[i.min(count - 1)];
+            let mut rng = CounterRng::new(seed, y << 16 | x, index);
+            rays[i] = camera_ray(self.scene, x, y, &mut rng);
+            Path::new(rng)
+        });
+        // Which path the ray in each place belongs to.
+        let mut owners: [u8; MAX_BATCH] = std::array::from_fn(|i| i as u8);
+        let mut hits = [None; MAX_BATCH];
+        let mut shadow_rays = [nowhere; MAX_BATCH];
+        let mut shadow_owners = [(0u8, Rgb::ZERO); MAX_BATCH];
+        let mut occluded = [false; MAX_BATCH];
+        let mut alive = count;
+        let mut depth = 0;
+        while alive > 0 {
+            depth += 1;
+            self.scene
+                .accelerator()
+                .intersect_many(&rays[..alive], &mut hits[..alive]);
+            let (mut survivors, mut shadows) = (0, 0);
+            for place in 0..alive {
+                let owner = owners[place];
+                let path = &mut paths[owner as usize % MAX_BATCH];
+                let next = self.advance(path, &rays[place], hits[place], depth);
+                if let Some(shadow) = next.shadow {
+                    shadow_rays[shadows] = shadow.ray;
+                    shadow_owners[shadows] = (owner, shadow.radiance);
+                    shadows += 1;
+                }
+                if let Some(ray) = next.ray {
+                    rays[survivors] = ray;
+                    owners[survivors] = owner;
+                    survivors += 1;
+                }
+            }
+            self.scene
+                .accelerator()
+                .occluded_many(&shadow_rays[..shadows], &mut occluded[..shadows]);
+            for (&(owner, radiance), &occluded) in shadow_owners.iter().zip(&occluded).take(shadows) {
+                if !occluded {
+                    paths[owner as usize % MAX_BATCH].radiance += radiance;
+                }
+            }
+            alive = survivors;
+        }
+        for (value, path) in values.iter_mut().zip(&paths[..count]) {
+            *value = path.radiance;
+        }
     }
 }
 
 impl PixelEstimator for PathTracer<'_> {
-    #[inline]
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
         let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
         let ray = camera_ray(self.scene, x, y, &mut rng);
-        self.radiance(ray, &mut rng)
+        self.radiance(ray, rng)
+    }
+
+    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
+        for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
+            self.trace_batch(ids, seed, values);
+        }
     }
 }
 

@@ -17,12 +17,40 @@ use std::time::Instant;
 pub trait PixelEstimator: Sync {
     /// Sample number `sample_index` of the pixel in column `x` of row `y` (row 0 at the top).
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb;
+
+    /// Many samples at once: `values[i]` becomes what [`PixelEstimator::sample`] gives for `ids[i]`, bit for bit. The shorter
+    /// slice's length counts. An estimator that gains from company, as ray tracing does, takes its own way.
+    #[inline]
+    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
+        for (id, value) in ids.iter().zip(values) {
+            *value = self.sample(id.x, id.y, id.index, seed);
+        }
+    }
 }
+
+/// Names one sample of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampleId {
+    /// Column of the pixel.
+    pub x: u32,
+    /// Row of the pixel, 0 at the top.
+    pub y: u32,
+    /// Number of the sample within the pixel.
+    pub index: u32,
+}
+
+/// Samples that [`render`] asks an estimator for at once, at most.
+pub const MAX_BATCH: usize = 64;
 
 impl<E: PixelEstimator + ?Sized> PixelEstimator for &E {
     #[inline]
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
         (**self).sample(x, y, sample_index, seed)
+    }
+
+    #[inline]
+    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
+        (**self).sample_many(ids, seed, values);
     }
 }
 
@@ -30,6 +58,11 @@ impl<E: PixelEstimator + ?Sized> PixelEstimator for Box<E> {
     #[inline]
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
         (**self).sample(x, y, sample_index, seed)
+    }
+
+    #[inline]
+    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
+        (**self).sample_many(ids, seed, values);
     }
 }
 
@@ -310,15 +343,29 @@ fn sample_tile<E: PixelEstimator>(
     seed: u64,
     cancel: &AtomicBool,
 ) -> bool {
-    for (x, y, statistics) in tile.pixels_mut() {
+    let mut pixels: Vec<_> = tile.pixels_mut().collect();
+    let per_pixel = samples.len();
+    let total = pixels.len() * per_pixel;
+    let mut ids = [SampleId::default(); MAX_BATCH];
+    let mut values = [Rgb::ZERO; MAX_BATCH];
+    for start in (0..total).step_by(MAX_BATCH) {
         if cancel.load(Ordering::Relaxed) {
             return false;
         }
-        let mut sums = *statistics;
-        for sample_index in samples.clone() {
-            sums.add(estimator.sample(x, y, sample_index, seed));
+        // A batch goes through a pixel's samples before it goes on to the next pixel.
+        let batch = start..total.min(start + MAX_BATCH);
+        for (id, number) in ids.iter_mut().zip(batch.clone()) {
+            let (x, y, _) = pixels[number / per_pixel];
+            *id = SampleId {
+                x,
+                y,
+                index: samples.start + (number % per_pixel) as u32,
+            };
         }
-        *statistics = sums;
+        estimator.sample_many(&ids[..batch.len()], seed, &mut values[..batch.len()]);
+        for (value, number) in values.iter().zip(batch) {
+            pixels[number / per_pixel].2.add(*value);
+        }
     }
     true
 }

@@ -13,24 +13,36 @@ pub const STACK_CAPACITY: usize = 256;
 /// Room for a whole row of lanes above the last entry.
 const ROOM: usize = STACK_CAPACITY + 8;
 
-/// A stack of at most [`STACK_CAPACITY`] children still to be visited, each with the ray parameter at which its box is
-/// entered; what does not fit is a bug of the builder, and panics.
-pub struct Stack {
+/// Memory of a [`Stack`]. Apart from its length, so that making one costs nothing.
+pub struct StackMemory {
     /// Child references, as bits.
     children: [MaybeUninit<f32>; ROOM],
     entered: [MaybeUninit<f32>; ROOM],
-    len: usize,
 }
 
-impl Stack {
-    /// An empty stack.
+impl StackMemory {
+    /// Memory with nothing in it.
     #[inline(always)]
     pub const fn new() -> Self {
         Self {
             children: [const { MaybeUninit::uninit() }; ROOM],
             entered: [const { MaybeUninit::uninit() }; ROOM],
-            len: 0,
         }
+    }
+}
+
+/// A stack of at most [`STACK_CAPACITY`] children still to be visited, each with the ray parameter at which its box is
+/// entered; what does not fit is a bug of the builder, and panics.
+pub struct Stack<'a> {
+    memory: &'a mut StackMemory,
+    len: usize,
+}
+
+impl<'a> Stack<'a> {
+    /// An empty stack.
+    #[inline(always)]
+    pub fn new(memory: &'a mut StackMemory) -> Self {
+        Self { memory, len: 0 }
     }
 
     /// Forgets all entries.
@@ -39,20 +51,19 @@ impl Stack {
         self.len = 0;
     }
 
-    /// Puts the children in the lanes of `mask` on top, in the order of their lanes.
+    /// Puts the children of the set bits of `mask` on top, in the order of the bits; bit `i` stands for lane `i ^ flip`.
     #[inline(always)]
-    pub fn push<L: Lanes>(&mut self, children: L, entered: L, mask: u32) {
+    pub fn push<L: Lanes>(&mut self, children: L, entered: L, mask: u32, flip: u32) {
         assert!(
             self.len <= STACK_CAPACITY,
             "the tree is deeper than its builder allows"
         );
-        // SAFETY: `len + 8 <= ROOM`, so the row lies within the arrays; writing through it initialises it, and the bits of
-        // an `f32` need no initial value to be written over.
+        // SAFETY: `len + 8 <= ROOM`, so the row lies within the arrays; writing a row initialises it, whatever was there.
         unsafe {
-            let row = self.children.as_mut_ptr().add(self.len).cast::<[f32; 8]>();
-            row.write(children.compress(mask).store());
-            let row = self.entered.as_mut_ptr().add(self.len).cast::<[f32; 8]>();
-            row.write(entered.compress(mask).store());
+            let row = self.memory.children.as_mut_ptr().add(self.len).cast::<[f32; 8]>();
+            row.write(children.compress(mask, flip).store());
+            let row = self.memory.entered.as_mut_ptr().add(self.len).cast::<[f32; 8]>();
+            row.write(entered.compress(mask, flip).store());
         }
         self.len += mask.count_ones() as usize;
     }
@@ -64,13 +75,13 @@ impl Stack {
             return None;
         }
         self.len -= 1;
-        // SAFETY: all entries below the old `len` have been written by `push`, and `len` never exceeds the capacity by
-        // more than a row.
+        // SAFETY: all entries below the old `len` have been written by `push` since `len` was last zero, and `len` never
+        // exceeds the capacity by more than a row.
         unsafe {
-            let child = self.children.get_unchecked(self.len).assume_init();
+            let child = self.memory.children.get_unchecked(self.len).assume_init();
             Some((
                 child.to_bits(),
-                self.entered.get_unchecked(self.len).assume_init(),
+                self.memory.entered.get_unchecked(self.len).assume_init(),
             ))
         }
     }

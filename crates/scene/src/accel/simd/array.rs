@@ -54,8 +54,8 @@ impl Lanes for ArrayLanes {
         lanewise(self, other, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
-    fn compress(self, mask: u32) -> Self {
-        Self(super::COMPRESS[mask as usize & 255].map(|lane| self.0[lane as usize]))
+    fn compress(self, mask: u32, flip: u32) -> Self {
+        Self(super::COMPRESS[mask as usize & 255].map(|bit| self.0[(bit ^ flip) as usize & 7]))
     }
     #[inline(always)]
     fn least_of(self, mask: u32) -> Self {
@@ -74,11 +74,7 @@ impl Lanes for ArrayLanes {
         self.0[0]
     }
     #[inline(always)]
-    fn store_to(self, memory: &mut [f32; 8]) {
-        *memory = self.0;
-    }
-    #[inline(always)]
-    fn prefetch(_: &[f32; 8]) {}
+    fn prefetch(_: *const u8) {}
     #[inline(always)]
     fn equal(self, other: Self) -> u32 {
         mask(self, other, |a, b| a == b)

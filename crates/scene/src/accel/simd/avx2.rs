@@ -79,9 +79,12 @@ impl Lanes for Avx2Lanes {
         Self(unsafe { _mm256_max_ps(self.0, other.0) })
     }
     #[inline(always)]
-    fn compress(self, mask: u32) -> Self {
-        let lanes = super::COMPRESS[mask as usize & 255].as_ptr();
-        Self(unsafe { _mm256_permutevar8x32_ps(self.0, _mm256_loadu_si256(lanes.cast())) })
+    fn compress(self, mask: u32, flip: u32) -> Self {
+        let bits = super::COMPRESS[mask as usize & 255].as_ptr();
+        Self(unsafe {
+            let lanes = _mm256_xor_si256(_mm256_loadu_si256(bits.cast()), _mm256_set1_epi32(flip as i32));
+            _mm256_permutevar8x32_ps(self.0, lanes)
+        })
     }
     #[inline(always)]
     fn least_of(self, mask: u32) -> Self {
@@ -99,12 +102,9 @@ impl Lanes for Avx2Lanes {
         unsafe { _mm256_cvtss_f32(self.0) }
     }
     #[inline(always)]
-    fn store_to(self, memory: &mut [f32; 8]) {
-        unsafe { _mm256_storeu_ps(memory.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn prefetch(row: &[f32; 8]) {
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(row.as_ptr().cast()) }
+    fn prefetch(address: *const u8) {
+        // A prefetch of an address that cannot be read does nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) }
     }
     #[inline(always)]
     fn equal(self, other: Self) -> u32 {

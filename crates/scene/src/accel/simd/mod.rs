@@ -72,6 +72,31 @@ static COMPRESS: [[u32; 8]; 256] = {
     table
 };
 
+/// `FLIPPED[flip][mask]`: `mask` with bit `i` moved to place `i ^ flip`.
+static FLIPPED: [[u8; 256]; 8] = {
+    let mut table = [[0; 256]; 8];
+    let mut flip = 0;
+    while flip < 8 {
+        let mut mask = 0;
+        while mask < 256 {
+            let mut bit = 0;
+            while bit < 8 {
+                table[flip][mask] |= ((mask >> bit & 1) << (bit ^ flip)) as u8;
+                bit += 1;
+            }
+            mask += 1;
+        }
+        flip += 1;
+    }
+    table
+};
+
+/// `mask` with bit `i` moved to place `i ^ flip`.
+#[inline(always)]
+pub fn flip_mask(mask: u32, flip: u32) -> u32 {
+    u32::from(FLIPPED[flip as usize & 7][mask as usize & 255])
+}
+
 /// For each mask of eight lanes, all bits set in the lanes of its set bits.
 static SELECT: [[u32; 8]; 256] = {
     let mut table = [[0; 8]; 256];
@@ -113,16 +138,15 @@ pub trait Lanes: Copy {
     fn min(self, other: Self) -> Self;
     /// The greater; `other` where `self` is NaN.
     fn max(self, other: Self) -> Self;
-    /// The lanes of the set bits of `mask`, moved to the front in their order; what follows them is unspecified.
-    fn compress(self, mask: u32) -> Self;
+    /// The lanes of the set bits of `mask`, moved to the front in the order of the bits; bit `i` stands for lane
+    /// `i ^ flip`, `flip < 8`. What follows them is unspecified.
+    fn compress(self, mask: u32, flip: u32) -> Self;
     /// The least of the lanes of the set bits of `mask` (none of which may be NaN), in all lanes; ∞ if there is none.
     fn least_of(self, mask: u32) -> Self;
     /// Lane 0.
     fn first(self) -> f32;
-    /// To the first eight places of `memory`.
-    fn store_to(self, memory: &mut [f32; 8]);
-    /// Asks for `row` to be brought into the first-level cache.
-    fn prefetch(row: &[f32; 8]);
+    /// Asks for the cache line at `address` to be brought near. Any address will do.
+    fn prefetch(address: *const u8);
     /// Bit `i` is set where lane `i` of `self` equals that of `other` (false for NaN).
     fn equal(self, other: Self) -> u32;
     /// Bit `i` is set where lane `i` of `self` is less than that of `other` (false for NaN).

@@ -239,6 +239,40 @@ impl Emitter<'_> {
         (children, count)
     }
 
+    /// A slot for each child by where it lies, see [`Node`]: the child that most wants a slot takes it first.
+    fn slots(&self, root: u32, children: &[u32]) -> [usize; 8] {
+        let center = |node: u32| {
+            let Aabb { min, max } = self.tree.nodes[node as usize].bounds;
+            min * 0.5 + max * 0.5
+        };
+        let middle = center(root);
+        let mut slots = [0; 8];
+        let (mut placed, mut taken) = ([false; 8], [false; 8]);
+        for _ in children {
+            let mut best = (f32::NEG_INFINITY, 0, 0);
+            for (place, &child) in children.iter().enumerate().filter(|&(place, _)| !placed[place]) {
+                let offset = center(child) - middle;
+                for slot in (0..8).filter(|&slot| !taken[slot]) {
+                    let towards = |axis: usize| {
+                        if slot >> axis & 1 == 1 {
+                            offset[axis]
+                        } else {
+                            -offset[axis]
+                        }
+                    };
+                    let wish = towards(0) + towards(1) + towards(2);
+                    // NaN cannot win; the first free slot is there if all wishes are lost to overflow.
+                    if wish > best.0 || best.0 == f32::NEG_INFINITY {
+                        best = (wish, place, slot);
+                    }
+                }
+            }
+            (placed[best.1], taken[best.2]) = (true, true);
+            slots[best.1] = best.2;
+        }
+        slots
+    }
+
     fn is_leaf(&self, node: u32) -> bool {
         self.tree.nodes[node as usize].children.is_none() || self.plans[node as usize].left_share[0] == 0
     }
@@ -264,7 +298,8 @@ impl Emitter<'_> {
         while let Some((root, index, depth)) = stack.pop() {
             self.depth = self.depth.max(depth);
             let (children, count) = self.children_of(root);
-            for (slot, &child) in children[..count].iter().enumerate() {
+            let slots = self.slots(root, &children[..count]);
+            for (&slot, &child) in slots.iter().zip(&children[..count]) {
                 let Aabb { min, max } = self.tree.nodes[child as usize].bounds;
                 let reference = if self.is_leaf(child) {
                     self.leaf(child)

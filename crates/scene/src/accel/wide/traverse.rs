@@ -14,8 +14,8 @@
 
 use super::WideBvh;
 use super::node::{Child, ChildKind, Node, TriangleBlock};
-use crate::accel::simd::{LaneKernel, Lanes};
-use crate::accel::stack::Stack;
+use crate::accel::simd::{LaneKernel, Lanes, flip_mask};
+use crate::accel::stack::{Stack, StackMemory};
 use crate::accel::{Hit, Ray};
 use core::marker::PhantomData;
 
@@ -34,6 +34,9 @@ struct RayConstants {
     /// Row of the node's bounds in which the ray enters, and in which it leaves, along each axis.
     near_row: [usize; 3],
     far_row: [usize; 3],
+    /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by where the children
+    /// lie (see [`Node`]), so that far ones come first and the nearest is on top.
+    flip: u32,
     /// Axes permuted so that the last is the one along which the direction is longest.
     axes: [usize; 3],
     /// Shear `d[kx] / d[kz]`, `d[ky] / d[kz]`, and `1 / d[kz]`.
@@ -74,6 +77,7 @@ impl RayConstants {
             inverse_direction: inverse,
             near_row: [backwards[0], 1 + backwards[1], 2 + backwards[2]],
             far_row: [3 - backwards[0], 4 - backwards[1], 5 - backwards[2]],
+            flip: 7 ^ (backwards[0] / 3 + backwards[1] / 3 * 2 + backwards[2] / 3 * 4) as u32,
             axes: [kx, ky, kz],
             shear: [d[kx] * inverse_z, d[ky] * inverse_z, inverse_z],
         }
@@ -290,22 +294,20 @@ impl<Q: Query> Traversal<Q> {
 
     /// Visits one child; true if the ray is done.
     #[inline(always)]
-    fn step<L: Lanes>(&mut self, stack: &mut Stack, bvh: &WideBvh, rays: &[Ray]) -> bool {
+    fn step<L: Lanes>(&mut self, stack: &mut Stack<'_>, bvh: &WideBvh, rays: &[Ray]) -> bool {
         if self.child.kind() == ChildKind::Node {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
             if hit != 0 {
-                // The nearest is visited next; the others wait, in no order.
+                // The nearest is visited next; the others wait, about in order.
                 let slot = if Q::ORDERED {
                     (near.equal(near.least_of(hit)) & hit).trailing_zeros()
                 } else {
                     hit.trailing_zeros()
                 };
-                stack.push(
-                    L::load(bytemuck::cast_ref(&node.children)),
-                    near,
-                    hit & !(1 << slot),
-                );
+                let flip = self.constants.flip;
+                let waiting = flip_mask(hit & !(1 << slot), flip);
+                stack.push(L::load(bytemuck::cast_ref(&node.children)), near, waiting, flip);
                 self.child = node.children[slot as usize & 7];
                 self.prefetch::<L>(bvh);
                 return false;
@@ -331,25 +333,28 @@ impl<Q: Query> Traversal<Q> {
     /// Asks for what the next step reads.
     #[inline(always)]
     fn prefetch<L: Lanes>(&self, bvh: &WideBvh) {
+        // Both addresses, and a selection: which it is cannot be predicted. Nothing is read here.
         let index = self.child.index();
-        match self.child.kind() {
-            ChildKind::Node => {
-                let node = &bvh.nodes[index];
-                L::prefetch(&node.bounds[0]);
-                L::prefetch(&node.bounds[2]);
-                L::prefetch(&node.bounds[4]);
-                L::prefetch(bytemuck::cast_ref(&node.children));
-            }
-            ChildKind::Triangles => {
-                let [a, b, c] = &bvh.blocks[index].vertices;
-                L::prefetch(&a[0]);
-                L::prefetch(&a[2]);
-                L::prefetch(&b[1]);
-                L::prefetch(&c[0]);
-                L::prefetch(&c[2]);
-            }
-            ChildKind::Sphere => {}
-        }
+        let node = bvh
+            .nodes
+            .as_ptr()
+            .cast::<u8>()
+            .wrapping_add(index * size_of::<Node>());
+        let block = bvh
+            .blocks
+            .as_ptr()
+            .cast::<u8>()
+            .wrapping_add(index * size_of::<TriangleBlock>());
+        let start = if self.child.kind() == ChildKind::Node {
+            node
+        } else {
+            block
+        };
+        L::prefetch(start);
+        L::prefetch(start.wrapping_add(64));
+        L::prefetch(start.wrapping_add(128));
+        L::prefetch(start.wrapping_add(192));
+        L::prefetch(start.wrapping_add(256));
     }
 }
 
@@ -368,7 +373,8 @@ impl<Q: Query> LaneKernel for One<'_, Q> {
     fn run<L: Lanes>(self) -> Q::Answer {
         let rays = core::slice::from_ref(self.ray);
         let mut traversal = Traversal::<Q>::new(self.ray, 0);
-        let mut stack = Stack::new();
+        let mut memory = StackMemory::new();
+        let mut stack = Stack::new(&mut memory);
         while !traversal.step::<L>(&mut stack, self.bvh, rays) {}
         traversal.query.answer()
     }
@@ -393,9 +399,10 @@ impl<Q: Query> LaneKernel for Many<'_, Q> {
         for (index, ray) in rays.iter().enumerate().take(flying) {
             traversals[index] = Traversal::new(ray, index);
         }
-        let mut stacks = [const { Stack::new() }; IN_FLIGHT];
+        let mut memory = [const { StackMemory::new() }; IN_FLIGHT];
+        let mut stacks = memory.each_mut().map(Stack::new);
         // Places of the traversals still in flight: the first `flying`.
-        let mut places: [usize; IN_FLIGHT] = [0, 1, 2, 3, 4, 5, 6, 7];
+        let mut places: [usize; IN_FLIGHT] = std::array::from_fn(|i| i);
         while flying > 0 {
             let mut turn = 0;
             while turn < flying {
