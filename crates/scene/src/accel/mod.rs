@@ -22,10 +22,9 @@ pub use triangle::intersect_triangle;
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::cwbvh::CwBvh;
+use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::ray::{Ray as ObvhsRay, RayHit};
-use obvhs::triangle::Triangle as ObvhsTriangle;
 use std::time::Duration;
 use wide::{Primitives, WideBvh};
 
@@ -48,7 +47,7 @@ pub enum BuildQuality {
     Fast,
     /// Re-insertion of a twentieth of the nodes.
     Medium,
-    /// Large triangles split, re-insertion of a fifth of the nodes: for renders that take longer than a second.
+    /// Re-insertion of a fifth of the nodes: for renders that take longer than a second.
     #[default]
     High,
 }
@@ -228,49 +227,22 @@ fn build_tree(
     kind: AcceleratorKind,
     quality: BuildQuality,
 ) -> Tree {
-    let params = match quality {
+    let preset = match quality {
         BuildQuality::Fast => BvhBuildParams::very_fast_build(),
         BuildQuality::Medium => BvhBuildParams::medium_build(),
         BuildQuality::High => BvhBuildParams::slow_build(),
     };
-    let (max_prims_per_leaf, mut time) = (if kind == AcceleratorKind::Bvh2 { 8 } else { 1 }, Duration::ZERO);
-    let params = BvhBuildParams {
-        max_prims_per_leaf,
-        ..params
-    };
+    // Splitting large triangles gained nothing in the scenes of `docs/performance.md`, and costs time and memory.
+    let params = |max_prims_per_leaf| BvhBuildParams { max_prims_per_leaf, pre_split: false, ..preset };
     let boxes = primitive_boxes(triangles, spheres);
-    // Splitting is done on triangles alone, so a scene with spheres goes without.
-    let split: Option<Vec<ObvhsTriangle>> = spheres.is_empty().then(|| {
-        triangles
-            .iter()
-            .map(|&[a, b, c]| ObvhsTriangle {
-                v0: a.into(),
-                v1: b.into(),
-                v2: c.into(),
-            })
-            .collect()
-    });
-    let binary = |time: &mut Duration| match &split {
-        Some(triangles) => obvhs::bvh2::builder::build_bvh2_from_tris(triangles, params, time),
-        None => obvhs::bvh2::builder::build_bvh2(&boxes, params, time),
-    };
+    let mut time = Duration::ZERO;
     match kind {
-        AcceleratorKind::Wide => Tree::Wide(wide::build(
-            &binary(&mut time),
-            &boxes,
-            &Primitives { triangles, spheres },
-        )),
-        AcceleratorKind::Bvh2 => Tree::Bvh2(binary(&mut time)),
-        AcceleratorKind::Cwbvh => {
-            let params = BvhBuildParams {
-                max_prims_per_leaf: 3,
-                ..params
-            };
-            Tree::Cwbvh(match &split {
-                Some(triangles) => obvhs::cwbvh::builder::build_cwbvh_from_tris(triangles, params, &mut time),
-                None => obvhs::cwbvh::builder::build_cwbvh(&boxes, params, &mut time),
-            })
+        AcceleratorKind::Wide => {
+            let binary = build_bvh2(&boxes, params(1), &mut time);
+            Tree::Wide(wide::build(&binary, &boxes, &Primitives { triangles, spheres }))
         }
+        AcceleratorKind::Bvh2 => Tree::Bvh2(build_bvh2(&boxes, params(8), &mut time)),
+        AcceleratorKind::Cwbvh => Tree::Cwbvh(build_cwbvh(&boxes, params(3), &mut time)),
     }
 }
 

@@ -3,7 +3,9 @@
 use super::{EmitterSample, luminance_f64, target_on_surface};
 use crate::{Rgb, Sphere, SurfacePoint};
 use glam::Vec3;
-use lightshed_sampling::{Area, Density, Frame, SolidAngle};
+use lightshed_sampling::{
+    Area, Density, Frame, SolidAngle, UniformCone, UniformSphere, UniformTriangle,
+};
 use std::f32::consts::{PI, TAU};
 
 /// A surface that emits, as the scene's builder hands it over.
@@ -126,12 +128,7 @@ impl TriangleEmitter {
 
     #[inline(always)]
     fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
-        // The square folded along its diagonal: uniform, and without a square root.
-        let [v, w] = if u[0] + u[1] > 1.0 {
-            [1.0 - u[0], 1.0 - u[1]]
-        } else {
-            u
-        };
+        let [v, w, _] = UniformTriangle::sample(u);
         let (along, across) = (self.edges[0] * v, self.edges[1] * w);
         let point = self.corner + along + across;
         let d = point - from;
@@ -159,19 +156,15 @@ impl TriangleEmitter {
 }
 
 impl SphereEmitter {
-    /// `1 − cos θ_max` of the cone that the sphere fills as seen from `from`, and the unit axis; `None` from inside.
+    /// The cone that the sphere fills as seen from `from`, its unit axis and the distance of the centre; `None` from
+    /// inside.
     #[inline(always)]
-    fn cone(&self, from: Vec3) -> Option<(f32, Vec3, f32)> {
+    fn cone(&self, from: Vec3) -> Option<(UniformCone, Vec3, f32)> {
         let to_center = self.sphere.center - from;
         let distance_squared = to_center.length_squared();
-        let sin_squared = self.sphere.radius * self.sphere.radius / distance_squared;
-        if !(sin_squared < 1.0) {
-            return None;
-        }
-        // 1 − cos θ = sin² θ / (1 + cos θ) does not cancel for small spheres.
-        let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
+        let cone = UniformCone::of_sphere(self.sphere.radius * self.sphere.radius, distance_squared)?;
         let distance = distance_squared.sqrt();
-        Some((one_minus_cos, to_center / distance, distance))
+        Some((cone, to_center / distance, distance))
     }
 
     fn pdf_area(&self) -> Density<Area> {
@@ -181,7 +174,7 @@ impl SphereEmitter {
     #[inline]
     fn pdf(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
         match self.cone(from) {
-            Some((one_minus_cos, _, _)) => Density::new(self.selection_probability / (TAU * one_minus_cos)),
+            Some((cone, _, _)) => Density::new(self.selection_probability / cone.solid_angle()),
             None => {
                 let d = point.position - from;
                 let distance_squared = d.length_squared();
@@ -195,32 +188,21 @@ impl SphereEmitter {
     fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
         let Sphere { center, radius } = self.sphere;
         let (outward, pdf) = match self.cone(from) {
-            Some((one_minus_cos, axis, distance)) => {
+            Some((cone, axis, distance)) => {
                 if self.orientation < 0.0 {
                     return None;
                 }
-                let s = u[0] * one_minus_cos;
-                let (cos_theta, sin_squared) = (1.0 - s, s * (2.0 - s));
-                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+                let local = cone.sample(u);
                 // The nearer point of the sphere in that direction, as a direction from the centre.
-                let along = distance * cos_theta
-                    - (radius * radius - distance * distance * sin_squared)
-                        .max(0.0)
-                        .sqrt();
-                let sin_theta = sin_squared.sqrt();
-                let local = Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
+                let sin_squared = local.x * local.x + local.y * local.y;
+                let half_chord = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                let along = distance * local.z - half_chord;
                 let direction = Frame::from_normal(axis).to_world(local);
                 let outward = (direction * along - axis * distance).normalize_or(-axis);
-                (
-                    outward,
-                    Density::new(self.selection_probability / (TAU * one_minus_cos)),
-                )
+                (outward, Density::new(self.selection_probability / cone.solid_angle()))
             }
             None => {
-                let z = 1.0 - 2.0 * u[0];
-                let r = (1.0 - z * z).max(0.0).sqrt();
-                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
-                let outward = Vec3::new(r * cos_phi, r * sin_phi, z);
+                let outward = UniformSphere::sample(u);
                 let d = center + outward * radius - from;
                 let distance_squared = d.length_squared();
                 let cos_theta = outward.dot(d) / distance_squared.sqrt();

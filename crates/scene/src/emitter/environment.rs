@@ -3,7 +3,7 @@
 use super::{check_rgb, luminance_f64};
 use crate::{EnvironmentMap, Image, Rgb};
 use glam::{Mat3, Vec3};
-use lightshed_sampling::{Density, PiecewiseConstant2d, SolidAngle};
+use lightshed_sampling::{Density, PiecewiseConstant2d, SolidAngle, UniformSphere};
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -97,10 +97,8 @@ impl Environment {
     pub fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, Density<SolidAngle>)> {
         match &self.0 {
             Kind::Constant(radiance) => {
-                let z = 1.0 - 2.0 * u[0];
-                let r = (4.0 * u[0] * (1.0 - u[0])).max(0.0).sqrt();
-                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
-                Some((Vec3::new(r * cos_phi, r * sin_phi, z), *radiance, UNIFORM_SPHERE))
+                let direction = UniformSphere::sample(u);
+                Some((direction, *radiance, UniformSphere::density()))
             }
             Kind::Image(image) => image.sample(u),
         }
@@ -110,7 +108,7 @@ impl Environment {
     #[inline]
     pub fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
         match &self.0 {
-            Kind::Constant(_) => UNIFORM_SPHERE,
+            Kind::Constant(_) => UniformSphere::density(),
             Kind::Image(image) => {
                 let uv = image.coordinates(direction);
                 to_solid_angle(image.distribution.pdf(uv), (PI * uv[1]).sin())
@@ -118,8 +116,6 @@ impl Environment {
         }
     }
 }
-
-const UNIFORM_SPHERE: Density<SolidAngle> = Density::new(1.0 / (2.0 * TAU));
 
 /// The map takes `du dv` to `2π² sin θ du dv` of solid angle.
 #[inline(always)]
