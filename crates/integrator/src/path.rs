@@ -228,3 +228,50 @@ pub(crate) fn camera_ray(scene: &Scene, x: u32, y: u32, rng: &mut CounterRng) ->
     };
     camera.ray(Vec2::new(x as f32 + dx, y as f32 + dy), u_lens)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_scene::builtin;
+
+    /// Paths in company against paths alone, bit for bit, in batches of every size up to the full one.
+    #[test]
+    fn a_path_does_not_depend_on_its_batch() {
+        for name in builtin::NAMES {
+            let mut description = builtin::by_name(name).unwrap();
+            (description.settings.width, description.settings.height) = (16, 16);
+            let scene = Scene::new(&description).unwrap();
+            // Roulette from the third edge, so that paths of a batch end at different times.
+            let tracer = PathTracer::with_depths(&scene, Some(7), 3);
+            let ids: Vec<SampleId> = (0..256)
+                .map(|i| SampleId {
+                    x: i % 16,
+                    y: i / 16,
+                    index: 3 * i,
+                })
+                .collect();
+            let alone: Vec<Rgb> = ids
+                .iter()
+                .map(|id| tracer.sample(id.x, id.y, id.index, 5))
+                .collect();
+            assert!(alone.iter().any(|&value| value != Rgb::ZERO), "{name} is black");
+            for size in [1, 2, 7, 8, 9, MAX_BATCH, 256] {
+                let mut together = vec![Rgb::NAN; ids.len()];
+                for (ids, values) in ids.chunks(size).zip(together.chunks_mut(size)) {
+                    tracer.sample_many(ids, 5, values);
+                }
+                assert_eq!(alone, together, "{name} in batches of {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_longest_path_of_no_edges_is_black() {
+        let scene = Scene::new(&builtin::furnace()).unwrap();
+        let tracer = PathTracer::with_depths(&scene, Some(0), 1);
+        let mut values = [Rgb::ONE; 3];
+        tracer.sample_many(&[SampleId::default(); 3], 0, &mut values);
+        assert_eq!(values, [Rgb::ZERO; 3]);
+        assert_eq!(tracer.sample(0, 0, 0, 0), Rgb::ZERO);
+    }
+}

@@ -233,7 +233,11 @@ fn build_tree(
         BuildQuality::High => BvhBuildParams::slow_build(),
     };
     // Splitting large triangles gained nothing in the scenes of `docs/performance.md`, and costs time and memory.
-    let params = |max_prims_per_leaf| BvhBuildParams { max_prims_per_leaf, pre_split: false, ..preset };
+    let params = |max_prims_per_leaf| BvhBuildParams {
+        max_prims_per_leaf,
+        pre_split: false,
+        ..preset
+    };
     let boxes = primitive_boxes(triangles, spheres);
     let mut time = Duration::ZERO;
     match kind {

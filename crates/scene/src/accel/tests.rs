@@ -158,6 +158,31 @@ fn lanes_give_the_same_bits() {
     }
 }
 
+/// Rays in company against rays alone, bit for bit, for every number up to more than are in flight at once.
+#[test]
+fn many_rays_are_traced_as_one_is() {
+    let mut rng = Pcg64Mcg::seed_from_u64(6);
+    let triangles = soup(&mut rng, 2_000, 0.1);
+    let spheres = [Sphere {
+        center: Vec3::ZERO,
+        radius: 0.4,
+    }];
+    for kind in KINDS {
+        let tree = Accelerator::build(&triangles, &spheres, kind, BuildQuality::Fast);
+        for count in (0..40).chain([1_000]) {
+            let rays: Vec<Ray> = (0..count).map(|_| random_ray(&mut rng, 0.1)).collect();
+            let (mut hits, mut occluded) = (vec![None; count], vec![false; count]);
+            tree.intersect_many(&rays, &mut hits);
+            tree.occluded_many(&rays, &mut occluded);
+            for (ray, (hit, occluded)) in rays.iter().zip(hits.iter().zip(occluded)) {
+                assert_eq!(tree.intersect(ray), *hit);
+                assert_eq!(tree.occluded(ray), occluded);
+                assert_eq!(occluded, hit.is_some());
+            }
+        }
+    }
+}
+
 /// A sphere of triangles, with vertices shared bit for bit; noise and a shear make its edges point everywhere.
 fn closed_mesh(rings: u32, segments: u32, scale: f32, offset: Vec3) -> Vec<[Vec3; 3]> {
     let vertex = |ring: u32, segment: u32| {

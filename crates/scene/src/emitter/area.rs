@@ -3,9 +3,7 @@
 use super::{EmitterSample, luminance_f64, target_on_surface};
 use crate::{Rgb, Sphere, SurfacePoint};
 use glam::Vec3;
-use lightshed_sampling::{
-    Area, Density, Frame, SolidAngle, UniformCone, UniformSphere, UniformTriangle,
-};
+use lightshed_sampling::{Area, Density, Frame, SolidAngle, UniformCone, UniformSphere, UniformTriangle};
 use std::f32::consts::{PI, TAU};
 
 /// A surface that emits, as the scene's builder hands it over.
@@ -195,11 +193,16 @@ impl SphereEmitter {
                 let local = cone.sample(u);
                 // The nearer point of the sphere in that direction, as a direction from the centre.
                 let sin_squared = local.x * local.x + local.y * local.y;
-                let half_chord = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                let half_chord = (radius * radius - distance * distance * sin_squared)
+                    .max(0.0)
+                    .sqrt();
                 let along = distance * local.z - half_chord;
                 let direction = Frame::from_normal(axis).to_world(local);
                 let outward = (direction * along - axis * distance).normalize_or(-axis);
-                (outward, Density::new(self.selection_probability / cone.solid_angle()))
+                (
+                    outward,
+                    Density::new(self.selection_probability / cone.solid_angle()),
+                )
             }
             None => {
                 let outward = UniformSphere::sample(u);
