@@ -1,0 +1,97 @@
+//! Rays through each tree, alone and in company: `scene/rays_<query>_<alone|together>/<tree>`.
+//!
+//! The geometry is a ball of 80 thousand triangles in a box, the rays are what a path tracer asks: from points on the
+//! surfaces, in all directions. One iteration is one ray.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use lightshed_sampling::{CounterRng, UniformSphere};
+use lightshed_scene::glam::{Affine3A, Vec3};
+use lightshed_scene::{Accelerator, AcceleratorKind, BuildQuality, Ray, TriangleMesh, builtin};
+use std::hint::black_box;
+
+const TREES: [(&str, AcceleratorKind); 3] = [
+    ("wide", AcceleratorKind::Wide),
+    ("obvhs_bvh2", AcceleratorKind::Bvh2),
+    ("obvhs_cwbvh", AcceleratorKind::Cwbvh),
+];
+
+const RAYS: usize = 4096;
+
+fn corners(mesh: &TriangleMesh) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+    mesh.indices
+        .iter()
+        .map(|indices| indices.map(|i| mesh.positions[i as usize]))
+}
+
+fn geometry() -> Vec<[Vec3; 3]> {
+    let ball = builtin::icosphere(Vec3::new(0.1, -0.2, 0.05), 0.6, 6);
+    let room = builtin::cuboid(Affine3A::IDENTITY);
+    corners(&ball).chain(corners(&room)).collect()
+}
+
+fn rays(triangles: &[[Vec3; 3]]) -> Vec<Ray> {
+    let tree = Accelerator::build(triangles, &[], AcceleratorKind::Wide, BuildQuality::Fast);
+    let mut rays = Vec::with_capacity(RAYS);
+    let mut rng = CounterRng::new(1, 0, 0);
+    let mut origin = Vec3::new(0.0, 0.0, 0.9);
+    while rays.len() < RAYS {
+        let ray = Ray::new(origin, UniformSphere::sample(rng.next_2d()));
+        rays.push(ray);
+        if let Some(hit) = tree.intersect(&ray) {
+            origin = ray.origin + ray.direction * (hit.t * 0.999);
+        }
+    }
+    rays
+}
+
+fn bench(criterion: &mut Criterion) {
+    let triangles = geometry();
+    let rays = rays(&triangles);
+    for (name, kind) in TREES {
+        let tree = Accelerator::build(&triangles, &[], kind, BuildQuality::High);
+        let mut alone = criterion.benchmark_group("scene/rays_nearest_alone");
+        alone
+            .throughput(Throughput::Elements(RAYS as u64))
+            .bench_function(BenchmarkId::from_parameter(name), |b| {
+                b.iter(|| {
+                    rays.iter()
+                        .filter(|ray| tree.intersect(black_box(ray)).is_some())
+                        .count()
+                });
+            });
+        alone.finish();
+        let mut together = criterion.benchmark_group("scene/rays_nearest_together");
+        let mut hits = vec![None; RAYS];
+        together
+            .throughput(Throughput::Elements(RAYS as u64))
+            .bench_function(BenchmarkId::from_parameter(name), |b| {
+                b.iter(|| tree.intersect_many(black_box(&rays), &mut hits))
+            });
+        together.finish();
+        let mut any = criterion.benchmark_group("scene/rays_any_together");
+        let mut occluded = vec![false; RAYS];
+        any.throughput(Throughput::Elements(RAYS as u64)).bench_function(
+            BenchmarkId::from_parameter(name),
+            |b| {
+                b.iter(|| tree.occluded_many(black_box(&rays), &mut occluded));
+            },
+        );
+        any.finish();
+    }
+    let mut build = criterion.benchmark_group("scene/build");
+    build.sample_size(10);
+    for (name, quality) in [
+        ("fast", BuildQuality::Fast),
+        ("medium", BuildQuality::Medium),
+        ("high", BuildQuality::High),
+    ] {
+        build.throughput(Throughput::Elements(triangles.len() as u64));
+        build.bench_function(BenchmarkId::from_parameter(name), |b| {
+            b.iter(|| Accelerator::build(black_box(&triangles), &[], AcceleratorKind::Wide, quality));
+        });
+    }
+    build.finish();
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);
