@@ -170,6 +170,9 @@ impl<'a> PathTracer<'a> {
             self.scene
                 .accelerator()
                 .intersect_many(&rays[..alive], &mut hits[..alive]);
+            for hit in hits[..alive].iter().flatten() {
+                self.scene.prefetch_surface(hit);
+            }
             let (mut survivors, mut shadows) = (0, 0);
             for place in 0..alive {
                 let owner = owners[place];

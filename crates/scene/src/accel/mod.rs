@@ -16,6 +16,7 @@ mod wide;
 mod tests;
 
 pub use ray::{Hit, Ray};
+pub(crate) use simd::prefetch;
 pub use sphere::Sphere;
 pub use triangle::intersect_triangle;
 

@@ -33,6 +33,13 @@ impl Avx2 {
     }
 }
 
+/// Asks for the cache line at `address`; any x86-64 CPU can.
+#[inline(always)]
+pub fn prefetch_line(address: *const u8) {
+    // SAFETY: SSE is part of x86-64, and a prefetch of an address that cannot be read does nothing.
+    unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) }
+}
+
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx2<K: LaneKernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2Lanes>()
@@ -103,8 +110,7 @@ impl Lanes for Avx2Lanes {
     }
     #[inline(always)]
     fn prefetch(address: *const u8) {
-        // A prefetch of an address that cannot be read does nothing.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) }
+        prefetch_line(address);
     }
     #[inline(always)]
     fn equal(self, other: Self) -> u32 {

@@ -14,6 +14,15 @@ pub use array::ArrayLanes;
 #[cfg(target_arch = "x86_64")]
 use avx2::Avx2;
 
+/// Asks for the cache line of `value` to be brought near.
+#[inline(always)]
+pub fn prefetch<T>(value: &T) {
+    #[cfg(target_arch = "x86_64")]
+    avx2::prefetch_line(core::ptr::from_ref(value).cast());
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = value;
+}
+
 /// Code that is generic over the lanes it runs on.
 pub trait LaneKernel {
     /// What it returns.

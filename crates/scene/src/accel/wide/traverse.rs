@@ -299,16 +299,21 @@ impl<Q: Query> Traversal<Q> {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
             if hit != 0 {
-                // The nearest is visited next; the others wait, about in order.
-                let slot = if Q::ORDERED {
-                    (near.equal(near.least_of(hit)) & hit).trailing_zeros()
-                } else {
-                    hit.trailing_zeros()
-                };
+                // The nearest is visited next, or about the nearest; the others wait, about in order.
                 let flip = self.constants.flip;
-                let waiting = flip_mask(hit & !(1 << slot), flip);
-                stack.push(L::load(bytemuck::cast_ref(&node.children)), near, waiting, flip);
-                self.child = node.children[slot as usize & 7];
+                let order = flip_mask(hit, flip);
+                let next = if Q::ORDERED {
+                    (near.equal(near.least_of(hit)) & hit).trailing_zeros() ^ flip
+                } else {
+                    order.ilog2()
+                };
+                stack.push(
+                    L::load(bytemuck::cast_ref(&node.children)),
+                    near,
+                    order & !(1 << next),
+                    flip,
+                );
+                self.child = node.children[(next ^ flip) as usize & 7];
                 self.prefetch::<L>(bvh);
                 return false;
             }
