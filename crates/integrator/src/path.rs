@@ -4,7 +4,7 @@ use crate::next_event::{Bounce, SampleCounts, Shadow, met_emission, sample_emiss
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Hit, Ray, Rgb, Scene};
+use lightshed_scene::{Hit, Ray, Rgb, Scene, SurfacePoint};
 
 /// Estimates the light transport equation by paths from the camera.
 ///
@@ -58,6 +58,12 @@ impl Path {
             bounce: None,
         }
     }
+
+    /// Adds what the path's ray has met: `point`, or the environment.
+    #[inline(always)]
+    fn collect_emission(&mut self, scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) {
+        self.radiance += self.throughput * met_emission(scene, ray, point, self.bounce);
+    }
 }
 
 impl<'a> PathTracer<'a> {
@@ -102,7 +108,7 @@ impl<'a> PathTracer<'a> {
     fn advance(&self, path: &mut Path, ray: &Ray, hit: Option<Hit>, depth: u32) -> Next {
         let scene = self.scene;
         let point = hit.map(|hit| scene.surface(ray, &hit));
-        path.radiance += path.throughput * met_emission(scene, ray, point.as_ref(), path.bounce);
+        path.collect_emission(scene, ray, point.as_ref());
         let Some(point) = point.filter(|_| depth < self.max_depth) else {
             return Next::default();
         };
@@ -167,6 +173,10 @@ impl<'a> PathTracer<'a> {
         let mut depth = 0;
         while alive > 0 {
             depth += 1;
+            if depth == self.max_depth {
+                self.end_paths(&mut rays[..alive], &owners, &mut paths);
+                break;
+            }
             self.scene
                 .accelerator()
                 .intersect_many(&rays[..alive], &mut hits[..alive]);
@@ -201,6 +211,38 @@ impl<'a> PathTracer<'a> {
         }
         for (value, path) in values.iter_mut().zip(&paths[..count]) {
             *value = path.radiance;
+        }
+    }
+
+    /// The last edge of each path: nothing but emission counts, so it is traced against what emits, and further only if
+    /// there is light to be blocked.
+    #[inline(never)]
+    fn end_paths(&self, rays: &mut [Ray], owners: &[u8; MAX_BATCH], paths: &mut [Path; MAX_BATCH]) {
+        let scene = self.scene;
+        let mut hits = [None; MAX_BATCH];
+        scene.intersect_emitting_many(rays, &mut hits);
+        let everywhere = scene.emitters().environment().is_some();
+        // Where rays that are still of interest went.
+        let (mut places, mut count) = ([0u8; MAX_BATCH], 0);
+        for place in 0..rays.len().min(MAX_BATCH) {
+            if let Some(hit) = hits[place] {
+                rays[place].t_max = hit.t;
+            }
+            if everywhere || hits[place].is_some() {
+                rays[count] = rays[place];
+                hits[count] = hits[place];
+                places[count] = owners[place];
+                count += 1;
+            }
+        }
+        let mut occluded = [false; MAX_BATCH];
+        scene
+            .accelerator()
+            .occluded_many(&rays[..count], &mut occluded[..count]);
+        for place in (0..count).filter(|&place| !occluded[place]) {
+            let path = &mut paths[places[place] as usize % MAX_BATCH];
+            let point = hits[place].map(|hit| scene.surface(&rays[place], &hit));
+            path.collect_emission(scene, &rays[place], point.as_ref());
         }
     }
 }

@@ -1,7 +1,7 @@
 //! From a description to a scene: validation, flattening, acceleration structure.
 
 use super::primitive::{NONE, SphereRecord, TriangleRecord};
-use super::{Scene, SceneError};
+use super::{EmittingSurfaces, Scene, SceneError};
 use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, AreaShape};
 use crate::{
@@ -79,8 +79,10 @@ impl Scene {
         let spheres: Vec<Sphere> = flat.spheres.iter().map(|record| record.sphere).collect();
         let camera = Camera::new(camera, settings.width, settings.height)?;
         let emitters = Emitters::new(&flat.emitters, emitters)?;
+        let emitting = EmittingSurfaces::build(&flat, options);
         Ok(Self {
             accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
+            emitting,
             triangles: flat.triangles,
             normals: flat.normals,
             uvs: flat.uvs,
@@ -91,6 +93,30 @@ impl Scene {
             settings: *settings,
             dropped_triangles: flat.dropped,
         })
+    }
+}
+
+impl EmittingSurfaces {
+    fn build(flat: &Flattened, options: BuildOptions) -> Self {
+        let (mut primitives, mut corners, mut spheres) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, triangle) in flat
+            .triangles
+            .iter()
+            .enumerate()
+            .filter(|(_, t)| t.emitter != NONE)
+        {
+            primitives.push(index as u32);
+            corners.push(triangle.corners);
+        }
+        for (index, record) in flat.spheres.iter().enumerate().filter(|(_, s)| s.emitter != NONE) {
+            primitives.push((flat.triangles.len() + index) as u32);
+            spheres.push(record.sphere);
+        }
+        let accelerator = Accelerator::build(&corners, &spheres, options.accelerator, options.quality);
+        Self {
+            accelerator,
+            primitives,
+        }
     }
 }
 

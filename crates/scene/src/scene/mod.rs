@@ -18,6 +18,8 @@ use primitive::{SphereRecord, TriangleRecord};
 /// A validated scene with its acceleration structure, emitters and camera.
 pub struct Scene {
     accelerator: Accelerator,
+    /// What emits, alone.
+    emitting: EmittingSurfaces,
     triangles: Vec<TriangleRecord>,
     /// Normals at the corners of the triangles that have them.
     normals: Vec<[Vec3; 3]>,
@@ -29,6 +31,13 @@ pub struct Scene {
     camera: Camera,
     settings: RenderSettings,
     dropped_triangles: usize,
+}
+
+/// A tree over the emitting primitives.
+struct EmittingSurfaces {
+    accelerator: Accelerator,
+    /// The scene's numbers of its primitives.
+    primitives: Vec<u32>,
 }
 
 impl Scene {
@@ -45,11 +54,25 @@ impl Scene {
     }
 
     /// The surface point of a hit that [`Scene::accelerator`] returned for `ray`.
-    #[inline]
+    #[inline(always)]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match self.triangles.get(hit.primitive as usize) {
             Some(triangle) => triangle.surface(hit, &self.normals, &self.uvs),
             None => self.spheres[hit.primitive as usize - self.triangles.len()].surface(ray, hit),
+        }
+    }
+
+    /// The nearest *emitting* surface along each ray, whatever is in between: for rays of which nothing but emission
+    /// matters any more. To see it, the segment up to it must be free, see [`Scene::occluded`]. The shorter slice's
+    /// length counts.
+    pub fn intersect_emitting_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        let EmittingSurfaces {
+            accelerator,
+            primitives,
+        } = &self.emitting;
+        accelerator.intersect_many(rays, hits);
+        for hit in hits.iter_mut().take(rays.len()).flatten() {
+            hit.primitive = primitives[hit.primitive as usize];
         }
     }
 
