@@ -286,26 +286,32 @@ mod tests {
             let mut description = builtin::by_name(name).unwrap();
             (description.settings.width, description.settings.height) = (16, 16);
             let scene = Scene::new(&description).unwrap();
-            // Roulette from the third edge, so that paths of a batch end at different times.
-            let tracer = PathTracer::with_depths(&scene, Some(7), 3);
-            let ids: Vec<SampleId> = (0..256)
+            let ids: Vec<SampleId> = (0..1024)
                 .map(|i| SampleId {
                     x: i % 16,
-                    y: i / 16,
+                    y: i / 16 % 16,
                     index: 3 * i,
                 })
                 .collect();
-            let alone: Vec<Rgb> = ids
-                .iter()
-                .map(|id| tracer.sample(id.x, id.y, id.index, 5))
-                .collect();
-            assert!(alone.iter().any(|&value| value != Rgb::ZERO), "{name} is black");
-            for size in [1, 2, 7, 8, 9, MAX_BATCH, 256] {
-                let mut together = vec![Rgb::NAN; ids.len()];
-                for (ids, values) in ids.chunks(size).zip(together.chunks_mut(size)) {
-                    tracer.sample_many(ids, 5, values);
+            // Short paths, whose last edges often meet emitters, and long ones, with roulette from the third edge so that
+            // those of a batch end at different times.
+            for max_depth in [1, 2, 3, 7] {
+                let tracer = PathTracer::with_depths(&scene, Some(max_depth), 3);
+                let alone: Vec<Rgb> = ids
+                    .iter()
+                    .map(|id| tracer.sample(id.x, id.y, id.index, 5))
+                    .collect();
+                assert!(alone.iter().any(|&value| value != Rgb::ZERO), "{name} is black");
+                for size in [1, 7, 9, MAX_BATCH, 256] {
+                    let mut together = vec![Rgb::NAN; ids.len()];
+                    for (ids, values) in ids.chunks(size).zip(together.chunks_mut(size)) {
+                        tracer.sample_many(ids, 5, values);
+                    }
+                    assert_eq!(
+                        alone, together,
+                        "{name} to depth {max_depth} in batches of {size}"
+                    );
                 }
-                assert_eq!(alone, together, "{name} in batches of {size}");
             }
         }
     }

@@ -41,3 +41,56 @@ impl Sphere {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_sampling::{CounterRng, UniformSphere};
+
+    /// Hits lie on the sphere, and are the nearest in front, whether the origin is far off, near or inside.
+    #[test]
+    fn hits_lie_on_the_sphere() {
+        let mut rng = CounterRng::new(3, 0, 0);
+        for (distance, radius) in [
+            (0.0, 1.0),
+            (0.9, 1.0),
+            (1.1, 1.0),
+            (30.0, 1.0),
+            (1e4, 1.0),
+            (2e-4, 1e-4),
+            (3e6, 1e6),
+        ] {
+            let sphere = Sphere {
+                center: Vec3::new(0.3, -2.0, 0.7) * radius,
+                radius,
+            };
+            for _ in 0..2_000 {
+                let origin = sphere.center + UniformSphere::sample(rng.next_2d()) * distance;
+                let aim = sphere.center + UniformSphere::sample(rng.next_2d()) * (0.99 * radius);
+                let towards = if rng.next_f32() < 0.8 {
+                    aim - origin
+                } else {
+                    origin - aim
+                };
+                let direction = towards * (0.1 + rng.next_f32());
+                let on_line = |t: f32| {
+                    let p =
+                        origin.as_dvec3() + direction.as_dvec3() * f64::from(t) - sphere.center.as_dvec3();
+                    p.length() / f64::from(radius) - 1.0
+                };
+                let inside = f64::from(origin.distance(sphere.center)) < f64::from(radius);
+                let facing = direction.dot(sphere.center - origin) > 0.0;
+                match sphere.intersect(origin, direction, f32::INFINITY) {
+                    Some(t) => {
+                        // The rounding of t alone moves the point by half an ulp of the way there.
+                        let bound = 1e-6 + 2e-7 * f64::from(distance / radius);
+                        assert!(on_line(t).abs() < bound, "off by {}", on_line(t));
+                        assert!(inside || (facing && on_line(t * 0.5) > -bound), "not the nearest");
+                        assert_eq!(sphere.intersect(origin, direction, t), None);
+                    }
+                    None => assert!(!inside && !facing, "a ray that is aimed at the sphere misses it"),
+                }
+            }
+        }
+    }
+}
