@@ -5,6 +5,9 @@ mod environment;
 mod infinite;
 mod point;
 
+#[cfg(test)]
+mod tests;
+
 pub(crate) use area::{AreaEmitter, AreaShape};
 pub use environment::Environment;
 
