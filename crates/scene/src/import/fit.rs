@@ -58,3 +58,42 @@ pub(super) fn light(scene: &mut SceneDescription) -> bool {
     }
     dark
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ShapeDescription, SphereGeometry, builtin};
+
+    /// A ball seen in pictures of every shape: it fills the shorter side and reaches beyond no side.
+    #[test]
+    fn the_whole_box_is_in_the_picture() {
+        for (width, height) in [(100, 100), (300, 100), (100, 300)] {
+            let mut scene = builtin::furnace();
+            (scene.settings.width, scene.settings.height) = (width, height);
+            let (center, radius) = (Vec3::new(3.0, -2.0, 10.0), 0.25_f32);
+            scene.shapes = vec![ShapeDescription {
+                geometry: Geometry::Sphere(SphereGeometry {
+                    center,
+                    radius,
+                    flip_normals: false,
+                }),
+                ..scene.shapes[0].clone()
+            }];
+            camera(&mut scene);
+            let to_camera = scene.camera.to_world.inverse();
+            let seen = to_camera.transform_point3(center);
+            assert!(
+                seen.x.abs() < 1e-5 && seen.y.abs() < 1e-5 && seen.z > 0.0,
+                "{seen}"
+            );
+            // The sphere around the box around the ball, against the narrower half of the view.
+            let half_x = 0.5 * scene.camera.fov_x;
+            let half_y = (half_x.tan() * height as f32 / width as f32).atan();
+            let half_seen = (3.0_f32.sqrt() * radius / seen.z).asin();
+            assert!(
+                (half_seen / half_x.min(half_y) - 1.0).abs() < 1e-4,
+                "{width} × {height}: {half_seen}"
+            );
+        }
+    }
+}

@@ -195,3 +195,19 @@ fn decode_exr(bytes: &[u8], path: &Path) -> Result<Image, ImportError> {
         _ => Err(unusable(path)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Memory for the pixels is asked for only where the file could hold them.
+    #[test]
+    fn sizes_that_no_file_of_this_length_can_hold_are_refused() {
+        let size =
+            |width, height, length: usize| check_size(width, height, &vec![0; length], Path::new("a.png"));
+        assert!(size(PIXELS_PER_BYTE, 100, 100).is_ok());
+        let error = size(PIXELS_PER_BYTE, 101, 100).expect_err("one row too many");
+        assert!(error.to_string().contains("101 pixels in 100 bytes"), "{error}");
+        assert!(size(usize::MAX, 2, 100).is_err());
+    }
+}

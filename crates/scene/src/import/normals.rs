@@ -51,3 +51,45 @@ pub(crate) fn mend_normals(mesh: &mut TriangleMesh) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The corner of a cube at the origin, where one face is split in two triangles and the others are not. Weights of
+    /// angles do not see the split; equal weights would lean towards the split face.
+    fn cube_corner() -> TriangleMesh {
+        TriangleMesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(1.0, 1.0, 0.0)],
+            indices: vec![[0, 2, 3], [0, 3, 1], [0, 1, 4], [0, 4, 2]],
+            ..TriangleMesh::default()
+        }
+    }
+
+    #[test]
+    fn a_split_face_weighs_no_more_than_a_whole_one() {
+        let mesh = cube_corner();
+        let normals = angle_weighted_normals(&mesh.positions, &mesh.indices);
+        let diagonal = Vec3::ONE.normalize();
+        assert!(normals[0].abs_diff_eq(diagonal, 1e-6), "{}", normals[0]);
+        assert_eq!(normals[4], Vec3::Z);
+    }
+
+    #[test]
+    fn vertices_of_no_triangle_or_of_slivers_only_have_a_normal() {
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::X * 2.0, Vec3::Y];
+        assert_eq!(
+            angle_weighted_normals(&positions, &[[0, 1, 2], [3, 3, 3]]),
+            [Vec3::Z; 4]
+        );
+    }
+
+    #[test]
+    fn only_normals_of_no_length_are_computed() {
+        let mut mesh = cube_corner();
+        mesh.normals = vec![Vec3::ZERO, Vec3::X * 3.0, Vec3::Y, Vec3::NEG_Z, Vec3::Z * 1e-30];
+        mend_normals(&mut mesh);
+        assert!(mesh.normals[0].abs_diff_eq(Vec3::ONE.normalize(), 1e-6));
+        assert_eq!(mesh.normals[1..], [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::Z]);
+    }
+}

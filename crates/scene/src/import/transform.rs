@@ -60,3 +60,53 @@ pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine
     let map = DAffine3::from_mat3_translation(DMat3::from_cols(left, forward.cross(left), forward), origin);
     map.is_finite().then_some(map)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Normals must stay at right angles to the surface and on its front, under maps that stretch, shear and mirror.
+    #[test]
+    fn normals_stay_normal_to_the_moved_surface() {
+        let triangle = || TriangleMesh {
+            positions: vec![Vec3::ZERO, Vec3::new(1.0, 0.2, 0.3), Vec3::new(-0.1, 1.0, 0.7)],
+            indices: vec![[0, 1, 2]],
+            ..TriangleMesh::default()
+        };
+        let front = |mesh: &TriangleMesh| {
+            let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[i]);
+            (b - a).cross(c - a).normalize()
+        };
+        for rows in [
+            [[2.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 3.0]],
+            [[1.0, 0.8, 0.0], [0.0, 1.0, -0.4], [0.0, 0.0, 1.0]],
+            [[-1.0, 0.3, 0.0], [0.2, 2.0, 0.1], [0.0, 0.5, 0.7]],
+        ] {
+            let map = DAffine3::from_mat3_translation(DMat3::from_cols_array_2d(&rows), DVec3::ONE);
+            let mut mesh = triangle();
+            mesh.normals = vec![front(&mesh); 3];
+            move_mesh(&mut mesh, &map).expect("the map is regular");
+            let expected = front(&mesh);
+            for normal in &mesh.normals {
+                assert!(
+                    normal.abs_diff_eq(expected, 1e-6),
+                    "{rows:?}: {normal} against {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn maps_that_flatten_or_overflow_are_refused() {
+        let moved = |scale: DVec3| {
+            let mut mesh = TriangleMesh {
+                positions: vec![Vec3::ONE],
+                ..TriangleMesh::default()
+            };
+            move_mesh(&mut mesh, &DAffine3::from_scale(scale))
+        };
+        assert_eq!(moved(DVec3::new(1.0, 2.0, 0.0)), None);
+        assert_eq!(moved(DVec3::splat(1e39)), None);
+        assert_eq!(moved(DVec3::splat(1e30)), Some(()));
+    }
+}
