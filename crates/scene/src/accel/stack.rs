@@ -1,7 +1,7 @@
 //! The traversal's stack: fixed, uninitialised until written, filled eight entries at a time.
 //!
-//! One of the crate's two modules with `unsafe` code: zeroing the two kilobytes for every ray, and checking the bounds of
-//! every entry, cost a tenth of a short ray's time.
+//! One of the crate's two modules with `unsafe` code: clearing the stacks of the rays in flight for every batch took 4 %
+//! of a render of the Cornell box.
 #![allow(unsafe_code)]
 
 use super::simd::Lanes;

@@ -211,10 +211,15 @@ impl Emitters {
         if intensity == Rgb::ZERO || !(distance_squared > 0.0) {
             return None;
         }
+        let weight = intensity / (distance_squared * probability);
+        // So near the light that its irradiance is no number any more.
+        if !weight.is_finite() {
+            return None;
+        }
         Some(EmitterSample {
             emitter: index,
             direction: to_emitter / distance_squared.sqrt(),
-            weight: intensity / (distance_squared * probability),
+            weight,
             pdf: Density::ZERO,
             is_delta: true,
             target: Some(position),

@@ -22,8 +22,7 @@ use core::marker::PhantomData;
 /// `1 + 2γ(3)`, rounded up: how far the slab test's far end may be off (Ize 2013 §3).
 const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// What the tests need of a ray, in all lanes.
-/// What the tests need of a ray, in all lanes.
+/// What the tests need of a ray.
 ///
 /// No closures and no iterator adaptors from here on: they are functions of their own, which the compiler does not
 /// inline into a caller with other instructions than the crate's, and a call for every operation is the end of speed.
