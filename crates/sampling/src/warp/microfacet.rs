@@ -109,6 +109,25 @@ pub(super) mod tests {
         }
     }
 
+    /// [`verify`]s the visible normals of `distribution` from wide to narrow, isotropic and not, from above to grazing.
+    pub(crate) fn check_visible_normals<D: MicrofacetDistribution + Copy + 'static>(
+        name: &str,
+        distribution: impl Fn([f32; 2]) -> D,
+    ) {
+        for (alpha, view, (integral, jacobian, inverse)) in [
+            ([0.3, 0.3], [0.0, 0.0, 1.0], (1e-5, 1e-3, 2e-6)),
+            ([0.1, 0.6], [0.6, 0.0, 0.8], (1e-5, 2e-3, 4e-6)),
+            ([0.6, 0.1], [0.5, -0.7, 0.2], (1e-5, 2e-3, 4e-6)),
+            ([1.0, 1.0], [-0.8, 0.1, 1e-3], (1e-5, 2e-3, 4e-6)),
+            ([0.01, 0.01], [0.3, 0.4, 0.6], (1e-5, 2e-3, 5e-5)),
+            ([1e-4, 1e-3], [0.1, -0.2, 0.9], (1e-4, 2e-3, 5e-5)),
+        ] {
+            let name = format!("{name} {alpha:?} {view:?}");
+            let case = visible_normal_case(name, distribution(alpha), Vec3::from_array(view), alpha);
+            verify(&case.tolerances(integral, jacobian, inverse));
+        }
+    }
+
     /// `∫ D(m) cos θ_m dm = 1`, `∫ D(m) max(0, ω·m) dm = cos θ_ω (1 + Λ(ω))` (Heitz 2014, eqs. 7 and 8), and
     /// the relations among `Λ`, `G₁` and `G₂`; then hostile input.
     pub(crate) fn check_distribution(distribution: impl MicrofacetDistribution) {
