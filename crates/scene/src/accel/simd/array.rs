@@ -74,8 +74,6 @@ impl Lanes for ArrayLanes {
         self.0[0]
     }
     #[inline(always)]
-    fn prefetch(_: *const u8) {}
-    #[inline(always)]
     fn equal(self, other: Self) -> u32 {
         mask(self, other, |a, b| a == b)
     }

@@ -109,10 +109,6 @@ impl Lanes for Avx2Lanes {
         unsafe { _mm256_cvtss_f32(self.0) }
     }
     #[inline(always)]
-    fn prefetch(address: *const u8) {
-        prefetch_line(address);
-    }
-    #[inline(always)]
     fn equal(self, other: Self) -> u32 {
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0)) as u32 }
     }

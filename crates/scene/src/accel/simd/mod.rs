@@ -17,10 +17,16 @@ use avx2::Avx2;
 /// Asks for the cache line of `value` to be brought near.
 #[inline(always)]
 pub fn prefetch<T>(value: &T) {
+    prefetch_line(core::ptr::from_ref(value).cast());
+}
+
+/// Asks for the cache line at `address` to be brought near. Any address will do.
+#[inline(always)]
+pub fn prefetch_line(address: *const u8) {
     #[cfg(target_arch = "x86_64")]
-    avx2::prefetch_line(core::ptr::from_ref(value).cast());
+    avx2::prefetch_line(address);
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = value;
+    let _ = address;
 }
 
 /// Code that is generic over the lanes it runs on.
@@ -154,8 +160,6 @@ pub trait Lanes: Copy {
     fn least_of(self, mask: u32) -> Self;
     /// Lane 0.
     fn first(self) -> f32;
-    /// Asks for the cache line at `address` to be brought near. Any address will do.
-    fn prefetch(address: *const u8);
     /// Bit `i` is set where lane `i` of `self` equals that of `other` (false for NaN).
     fn equal(self, other: Self) -> u32;
     /// Bit `i` is set where lane `i` of `self` is less than that of `other` (false for NaN).

@@ -14,7 +14,7 @@
 
 use super::WideBvh;
 use super::node::{Child, ChildKind, Node, TriangleBlock};
-use crate::accel::simd::{LaneKernel, Lanes, flip_mask};
+use crate::accel::simd::{LaneKernel, Lanes, flip_mask, prefetch_line};
 use crate::accel::stack::{Stack, StackMemory};
 use crate::accel::{Hit, Ray};
 use core::marker::PhantomData;
@@ -313,7 +313,7 @@ impl<Q: Query> Traversal<Q> {
                     flip,
                 );
                 self.child = node.children[(next ^ flip) as usize & 7];
-                self.prefetch::<L>(bvh);
+                self.prefetch(bvh);
                 return false;
             }
         } else if self
@@ -328,7 +328,7 @@ impl<Q: Query> Traversal<Q> {
             };
             if entered <= self.query.t_max() {
                 self.child = Child(child);
-                self.prefetch::<L>(bvh);
+                self.prefetch(bvh);
                 return false;
             }
         }
@@ -336,7 +336,7 @@ impl<Q: Query> Traversal<Q> {
 
     /// Asks for what the next step reads.
     #[inline(always)]
-    fn prefetch<L: Lanes>(&self, bvh: &WideBvh) {
+    fn prefetch(&self, bvh: &WideBvh) {
         // Both addresses, and a selection: which it is cannot be predicted. Nothing is read here.
         let index = self.child.index();
         let node = bvh
@@ -354,11 +354,11 @@ impl<Q: Query> Traversal<Q> {
         } else {
             block
         };
-        L::prefetch(start);
-        L::prefetch(start.wrapping_add(64));
-        L::prefetch(start.wrapping_add(128));
-        L::prefetch(start.wrapping_add(192));
-        L::prefetch(start.wrapping_add(256));
+        prefetch_line(start);
+        prefetch_line(start.wrapping_add(64));
+        prefetch_line(start.wrapping_add(128));
+        prefetch_line(start.wrapping_add(192));
+        prefetch_line(start.wrapping_add(256));
     }
 }
 
