@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
 //! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
+//! | [`lights`] | `lightshed-lights` | choosing among many lights: trees, cuts, light BVH, lighting grid |
 //! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
 //! | [`integrator`] | `lightshed-integrator` | reference path tracer, render loop, film, image files and metrics |
 //!
@@ -33,6 +34,8 @@
 //! ```
 #[cfg(feature = "integrator")]
 pub use lightshed_integrator as integrator;
+#[cfg(feature = "lights")]
+pub use lightshed_lights as lights;
 #[cfg(feature = "resampling")]
 pub use lightshed_resampling as resampling;
 #[cfg(feature = "sampling")]
