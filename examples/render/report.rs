@@ -37,6 +37,19 @@ impl Report {
         (film.samples() + film.non_finite()) as f64
     }
 
+    /// Rays by kind for each sample of a pixel; `null` where the method does not count them.
+    fn rays_per_sample(&self) -> Value {
+        let Some(rays) = self.outcome.rays else {
+            return Value::Null;
+        };
+        let [width, height] = [self.outcome.film.width(), self.outcome.film.height()].map(f64::from);
+        let samples = width * height * f64::from(self.outcome.samples_per_pixel);
+        let kinds = rays.by_name().into_iter();
+        kinds
+            .map(|(kind, count)| (kind.to_owned(), json!(rate(count as f64, samples))))
+            .collect()
+    }
+
     /// One JSON object. Figures that are not defined are `null`.
     pub fn json(&self) -> Value {
         let outcome = &self.outcome;
@@ -65,6 +78,7 @@ impl Report {
             "cpu_seconds": outcome.cpu_seconds,
             "paths_per_second": rate(self.paths(), outcome.seconds),
             "paths_per_cpu_second": outcome.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
+            "rays_per_sample": self.rays_per_sample(),
             "mean_rgb": self.mean,
             "non_finite_samples": outcome.film.non_finite(),
             "interrupted": outcome.interrupted,

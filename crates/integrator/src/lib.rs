@@ -5,6 +5,7 @@
 //! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
+//! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`RayCounts`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
 //! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
@@ -18,17 +19,20 @@
 mod cpu_time;
 mod direct;
 mod film;
+mod frames;
 mod image;
 mod metrics;
 mod next_event;
 mod output;
 mod path;
+mod ray_counts;
 mod render;
 mod statistics;
 
 pub use cpu_time::process_cpu_seconds;
 pub use direct::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
 pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
+pub use frames::{FrameMethod, render_frames};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};
 #[cfg(feature = "flip")]
 pub use metrics::flip;
@@ -40,6 +44,7 @@ pub use output::{
     ExrError, ImageFormat, OutputError, OutputTarget, linear_to_srgb, read_exr, write_exr, write_png,
 };
 pub use path::PathTracer;
+pub use ray_counts::RayCounts;
 pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
     SampleId, render,

@@ -2,7 +2,7 @@
 
 use crate::film::FilmTile;
 use crate::image::pixel_count;
-use crate::{Film, ImageError, process_cpu_seconds};
+use crate::{Film, ImageError, RayCounts, process_cpu_seconds};
 use lightshed_scene::Rgb;
 use rayon::prelude::*;
 use std::fmt;
@@ -136,6 +136,13 @@ pub enum RenderError {
     Budget(Budget),
     /// More than [`MAX_THREADS`] threads.
     Threads(usize),
+    /// A method made for frames of another size than the options ask for; width and height of both.
+    OtherSize {
+        /// What the method was made for.
+        method: [u32; 2],
+        /// What is asked for.
+        options: [u32; 2],
+    },
     /// The threads could not be started.
     ThreadPool(rayon::ThreadPoolBuildError),
 }
@@ -151,6 +158,13 @@ impl fmt::Display for RenderError {
                 write!(f, "a budget of {seconds} seconds is not a positive time")
             }
             Self::Threads(threads) => write!(f, "{threads} threads are more than the {MAX_THREADS} allowed"),
+            Self::OtherSize {
+                method: [w, h],
+                options: [other_w, other_h],
+            } => write!(
+                f,
+                "a method made for {w}x{h} pixels cannot render {other_w}x{other_h}"
+            ),
             Self::ThreadPool(_) => write!(f, "cannot start the threads"),
         }
     }
@@ -189,6 +203,8 @@ pub struct RenderOutcome {
     pub cpu_seconds: Option<f64>,
     /// Whether `cancel` ended it before the budget was spent.
     pub interrupted: bool,
+    /// Rays traced, where the method counts them.
+    pub rays: Option<RayCounts>,
 }
 
 /// Length of a pass that is aimed at, seconds: what an interruption loses at most, and how often threads meet.
@@ -307,6 +323,7 @@ pub fn render<E: PixelEstimator>(
         seconds,
         cpu_seconds,
         interrupted,
+        rays: None,
     })
 }
 

@@ -1,0 +1,235 @@
+//! The render loop of methods that make whole frames: pixels reuse from each other, and frames from earlier ones.
+
+use crate::{
+    Budget, Film, ImageError, Progress, RayCounts, RenderError, RenderOptions, RenderOutcome,
+    process_cpu_seconds,
+};
+use lightshed_scene::Rgb;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// A method whose pixels depend on each other: one frame after the other, each estimating the whole image.
+///
+/// For an unbiased method `E[image] = I` for every frame. Frames of a method with temporal reuse are correlated, and
+/// so are pixels of a frame with spatial reuse: the variance that a [`Film`] reports then is that of single frames, not of
+/// their mean.
+pub trait FrameMethod: Send {
+    /// Width and height of the frames, in pixels.
+    fn size(&self) -> [u32; 2];
+
+    /// Estimates frame number `frame`: `image[y · width + x]` becomes the value of pixel `(x, y)`. Called with 0, 1, 2, … in
+    /// order, inside a thread pool on which it may spread its work; the result must not depend on the number of threads.
+    /// `None` if `cancel` was set before the frame was complete.
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts>;
+
+    /// Whether the frames show one and the same view, so that their mean estimates it.
+    fn is_still(&self) -> bool {
+        true
+    }
+}
+
+impl<M: FrameMethod + ?Sized> FrameMethod for Box<M> {
+    fn size(&self) -> [u32; 2] {
+        (**self).size()
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        (**self).render_frame(frame, seed, image, cancel)
+    }
+
+    fn is_still(&self) -> bool {
+        (**self).is_still()
+    }
+}
+
+/// Renders frames until the budget is spent ([`Budget::Samples`] counts frames) or `cancel` is set. The film holds each
+/// frame as one sample of every pixel; of a method that is not [still](FrameMethod::is_still), the last frame alone.
+///
+/// A frame counts whole or not at all. `observer` hears of every finished frame.
+///
+/// # Errors
+///
+/// An impossible budget or number of threads, threads that cannot be started, or options of another size than the
+/// method's. Nothing has been rendered then.
+pub fn render_frames<M: FrameMethod>(
+    method: &mut M,
+    options: &RenderOptions,
+    observer: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<RenderOutcome, RenderError> {
+    options.check()?;
+    let (width, height) = (options.width, options.height);
+    if method.size() != [width, height] {
+        return Err(RenderError::OtherSize {
+            method: method.size(),
+            options: [width, height],
+        });
+    }
+    let mut film = Film::new(width, height).map_err(RenderError::Size)?;
+    let pixels = width as usize * height as usize;
+    let mut image = Vec::new();
+    if image.try_reserve_exact(pixels).is_err() {
+        return Err(RenderError::Size(ImageError::TooLarge { width, height }));
+    }
+    image.resize(pixels, Rgb::ZERO);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build()
+        .map_err(RenderError::ThreadPool)?;
+
+    let (start, cpu_before) = (Instant::now(), process_cpu_seconds());
+    let (mut frames, mut rays) = (0, RayCounts::default());
+    while !spent(options.budget, frames, start.elapsed().as_secs_f64()) && !cancel.load(Ordering::Relaxed) {
+        let Some(counts) = pool.install(|| method.render_frame(frames, options.seed, &mut image, cancel))
+        else {
+            break;
+        };
+        if !method.is_still() {
+            film = Film::new(width, height).map_err(RenderError::Size)?;
+        }
+        let columns = width as usize;
+        for (y, row) in image.chunks_exact(columns).enumerate() {
+            for (x, &value) in row.iter().enumerate() {
+                film.add(x as u32, y as u32, value);
+            }
+        }
+        rays += counts;
+        frames += 1;
+        observer(&Progress {
+            samples_done: u64::from(frames) * pixels as u64,
+            samples_total: match options.budget {
+                Budget::Samples(total) => Some(u64::from(total) * pixels as u64),
+                Budget::Seconds(_) => None,
+            },
+            seconds: start.elapsed().as_secs_f64(),
+        });
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(RenderOutcome {
+        film,
+        samples_per_pixel: frames,
+        seconds,
+        cpu_seconds: cpu_before.and_then(|before| Some(process_cpu_seconds()? - before)),
+        interrupted: cancel.load(Ordering::Relaxed) && !spent(options.budget, frames, seconds),
+        rays: Some(rays),
+    })
+}
+
+/// Whether nothing is left of the budget after `frames` frames in `elapsed` seconds. Half a frame early is as near as half a
+/// frame late.
+fn spent(budget: Budget, frames: u32, elapsed: f64) -> bool {
+    match budget {
+        Budget::Samples(total) => frames >= total,
+        Budget::Seconds(_) if frames == 0 => false,
+        Budget::Seconds(seconds) => seconds - elapsed < 0.5 * elapsed / f64::from(frames),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frame `f` is `f + 1` everywhere, but `y` in the blue channel.
+    struct Counter {
+        frames: u32,
+        still: bool,
+        cancel_at: Option<u32>,
+    }
+
+    impl FrameMethod for Counter {
+        fn size(&self) -> [u32; 2] {
+            [5, 3]
+        }
+
+        fn render_frame(
+            &mut self,
+            frame: u32,
+            seed: u64,
+            image: &mut [Rgb],
+            cancel: &AtomicBool,
+        ) -> Option<RayCounts> {
+            assert_eq!((frame, seed), (self.frames, 9));
+            self.frames += 1;
+            if self.cancel_at == Some(frame) {
+                cancel.store(true, Ordering::Relaxed);
+                return None;
+            }
+            for (place, value) in image.iter_mut().enumerate() {
+                *value = Rgb::new(frame as f32 + 1.0, 0.0, (place / 5) as f32);
+            }
+            Some(RayCounts {
+                camera: 15,
+                ..RayCounts::default()
+            })
+        }
+
+        fn is_still(&self) -> bool {
+            self.still
+        }
+    }
+
+    fn run(still: bool, cancel_at: Option<u32>) -> RenderOutcome {
+        let mut method = Counter {
+            frames: 0,
+            still,
+            cancel_at,
+        };
+        let options = RenderOptions {
+            seed: 9,
+            threads: 2,
+            ..RenderOptions::new(5, 3, Budget::Samples(4))
+        };
+        render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false)).unwrap()
+    }
+
+    #[test]
+    fn frames_are_averaged_or_the_last_is_kept() {
+        let mean = run(true, None);
+        assert_eq!(mean.film.mean_image().get(4, 2), Some([2.5, 0.0, 2.0]));
+        assert_eq!((mean.samples_per_pixel, mean.interrupted), (4, false));
+        assert_eq!(mean.rays.unwrap().camera, 60);
+        let last = run(false, None);
+        assert_eq!(last.film.mean_image().get(0, 1), Some([4.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn an_interrupted_frame_is_discarded() {
+        let outcome = run(true, Some(2));
+        assert!(outcome.interrupted);
+        assert_eq!(outcome.samples_per_pixel, 2);
+        assert_eq!(outcome.film.mean_image().get(0, 0), Some([1.5, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn another_size_is_refused() {
+        let mut method = Counter {
+            frames: 0,
+            still: true,
+            cancel_at: None,
+        };
+        let options = RenderOptions::new(5, 4, Budget::Samples(1));
+        let error = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false)).unwrap_err();
+        assert!(error.to_string().contains("5x3"), "{error}");
+    }
+
+    #[test]
+    fn a_time_budget_ends_within_half_a_frame() {
+        let budget = Budget::Seconds(1.0);
+        assert!(!spent(budget, 0, 3.0));
+        assert!(!spent(budget, 5, 0.85));
+        assert!(spent(budget, 5, 0.95));
+        assert!(spent(budget, 1, 0.7));
+    }
+}
