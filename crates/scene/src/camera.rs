@@ -11,6 +11,7 @@ use lightshed_sampling::ConcentricDisk;
 #[derive(Clone, Debug)]
 pub struct Camera {
     to_world: Affine3A,
+    to_local: Affine3A,
     /// Local direction of the image's top left corner, at z = 1.
     corner: Vec2,
     /// Step of the local direction for one pixel.
@@ -90,6 +91,7 @@ impl Camera {
         let pixel = corner * -2.0 / Vec2::new(width as f32, height as f32);
         Ok(Self {
             to_world,
+            to_local: to_world.inverse(),
             corner,
             pixel,
             aperture_radius,
@@ -124,8 +126,69 @@ impl Camera {
         Ray::segment(world_origin + world_direction * near, world_direction, far - near)
     }
 
+    /// Where on the film, in pixels from the top left corner of the image, the ray through the centre of the lens to the
+    /// world position `point` passes: the inverse of [`Camera::ray`] at `u_lens = [0.5; 2]`. It may lie outside the image, and
+    /// clipping is not looked at. `None` where no such ray exists: for points beside or behind the lens.
+    #[inline]
+    pub fn film_position(&self, point: Vec3) -> Option<Vec2> {
+        let local = Vec3::from(self.to_local.transform_point3a(Vec3A::from(point)));
+        let film = (local.truncate() / local.z - self.corner) / self.pixel;
+        (local.z > 0.0 && film.is_finite()).then_some(film)
+    }
+
     /// Whether rays depend on `u_lens`.
     pub fn has_lens(&self) -> bool {
         self.aperture_radius > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_sampling::CounterRng;
+
+    /// Points along a ray through the centre of the lens appear where the ray came from, also under a transform that scales,
+    /// and points in focus do whatever the place on the lens.
+    #[test]
+    fn film_positions_are_where_rays_come_from() {
+        let projections = [
+            Projection::Pinhole,
+            Projection::ThinLens {
+                aperture_radius: 0.3,
+                focus_distance: 5.0,
+            },
+        ];
+        let mut rng = CounterRng::new(2, 0, 0);
+        for projection in projections {
+            let description = CameraDescription {
+                to_world: Affine3A::from_translation(Vec3::new(3.0, -1.0, 2.0))
+                    * Affine3A::from_rotation_y(0.8)
+                    * Affine3A::from_scale(Vec3::splat(2.0)),
+                fov_x: 1.1,
+                projection,
+                ..CameraDescription::default()
+            };
+            let camera = Camera::new(&description, 320, 200).unwrap();
+            for _ in 0..1_000 {
+                let film = Vec2::from(rng.next_2d()) * Vec2::new(400.0, 240.0) - 40.0;
+                let ray = camera.ray(film, [0.5; 2]);
+                let point = ray.origin + ray.direction * (0.1 + 30.0 * rng.next_f32());
+                let found = camera.film_position(point).unwrap();
+                assert!(found.distance(film) < 2e-3, "{found} for {film}");
+                let behind = 2.0 * description.to_world.transform_point3(Vec3::ZERO) - point;
+                assert_eq!(camera.film_position(behind), None);
+                if camera.has_lens() {
+                    let centre = description.to_world.transform_point3(Vec3::ZERO);
+                    let axis = description.to_world.transform_vector3(Vec3::Z);
+                    let in_focus = |ray: Ray| {
+                        let depth = (ray.origin - centre).dot(axis) / axis.length();
+                        // Five of the camera's units.
+                        let t = (10.0 - depth) / ray.direction.dot(axis.normalize());
+                        camera.film_position(ray.origin + ray.direction * t).unwrap()
+                    };
+                    assert!(in_focus(camera.ray(film, rng.next_2d())).distance(film) < 2e-3);
+                }
+            }
+        }
     }
 }

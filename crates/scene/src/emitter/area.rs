@@ -29,20 +29,20 @@ pub enum AreaRecord {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct TriangleEmitter {
-    corner: Vec3,
-    edges: [Vec3; 2],
-    normal: Vec3,
-    radiance: Rgb,
+    pub(super) corner: Vec3,
+    pub(super) edges: [Vec3; 2],
+    pub(super) normal: Vec3,
+    pub(super) radiance: Rgb,
     /// `p_sel / area`.
-    pdf_area: f32,
+    pub(super) pdf_area: f32,
 }
 
 /// Spheres are sampled uniformly by the solid angle they subtend; from inside, by area.
 #[derive(Clone, Debug)]
 pub struct SphereEmitter {
-    sphere: Sphere,
-    orientation: f32,
-    radiance: Rgb,
+    pub(super) sphere: Sphere,
+    pub(super) orientation: f32,
+    pub(super) radiance: Rgb,
     selection_probability: f32,
 }
 
@@ -113,7 +113,7 @@ impl AreaRecord {
                 let cos_theta = triangle.normal.dot(d) / distance_squared.sqrt();
                 Density::<Area>::new(triangle.pdf_area).to_solid_angle(distance_squared, cos_theta)
             }
-            Self::Sphere(sphere) => sphere.pdf(from, point),
+            Self::Sphere(sphere) => sphere.pdf_at(from, point.position, point.geometric_normal),
         }
     }
 }
@@ -169,23 +169,12 @@ impl SphereEmitter {
         Density::new(self.selection_probability / (2.0 * TAU * self.sphere.radius * self.sphere.radius))
     }
 
+    /// A direction from the centre to the place on the sphere that `u` maps to as seen from `from`, and the density,
+    /// selection included; `None` where the sphere shines the other way.
     #[inline]
-    fn pdf(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
-        match self.cone(from) {
-            Some((cone, _, _)) => Density::new(self.selection_probability / cone.solid_angle()),
-            None => {
-                let d = point.position - from;
-                let distance_squared = d.length_squared();
-                let cos_theta = point.geometric_normal.dot(d) / distance_squared.sqrt();
-                self.pdf_area().to_solid_angle(distance_squared, cos_theta)
-            }
-        }
-    }
-
-    #[inline]
-    fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
+    pub(super) fn place(&self, from: Vec3, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
         let Sphere { center, radius } = self.sphere;
-        let (outward, pdf) = match self.cone(from) {
+        match self.cone(from) {
             Some((cone, axis, distance)) => {
                 if self.orientation < 0.0 {
                     return None;
@@ -199,22 +188,36 @@ impl SphereEmitter {
                 let along = distance * local.z - half_chord;
                 let direction = Frame::from_normal(axis).to_world(local);
                 let outward = (direction * along - axis * distance).normalize_or(-axis);
-                (
+                Some((
                     outward,
                     Density::new(self.selection_probability / cone.solid_angle()),
-                )
+                ))
             }
             None => {
                 let outward = UniformSphere::sample(u);
-                let d = center + outward * radius - from;
-                let distance_squared = d.length_squared();
-                let cos_theta = outward.dot(d) / distance_squared.sqrt();
-                (
-                    outward,
-                    self.pdf_area().to_solid_angle(distance_squared, cos_theta),
-                )
+                Some((outward, self.pdf_at(from, center + outward * radius, outward)))
             }
-        };
+        }
+    }
+
+    /// Density of the point `position` on the sphere, of unit normal `normal`, as seen from `from`; selection included.
+    #[inline]
+    pub(super) fn pdf_at(&self, from: Vec3, position: Vec3, normal: Vec3) -> Density<SolidAngle> {
+        match self.cone(from) {
+            Some((cone, _, _)) => Density::new(self.selection_probability / cone.solid_angle()),
+            None => {
+                let d = position - from;
+                let distance_squared = d.length_squared();
+                let cos_theta = normal.dot(d) / distance_squared.sqrt();
+                self.pdf_area().to_solid_angle(distance_squared, cos_theta)
+            }
+        }
+    }
+
+    #[inline]
+    fn sample(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
+        let Sphere { center, radius } = self.sphere;
+        let (outward, pdf) = self.place(from, u)?;
         let point = center + outward * radius;
         let d = point - from;
         let emits = d.dot(outward) * self.orientation < 0.0;

@@ -1,6 +1,7 @@
 //! Emitters: choosing one, sampling a direction towards it, and the density of having done so.
 
 mod area;
+mod endpoint;
 mod environment;
 mod infinite;
 mod point;
@@ -9,6 +10,7 @@ mod point;
 mod tests;
 
 pub(crate) use area::{AreaEmitter, AreaShape};
+pub use endpoint::{EmitterConnection, EmitterEndpoint};
 pub use environment::Environment;
 
 use crate::scene::{SceneError, offset_along};
@@ -48,6 +50,14 @@ enum PointEmitter {
     Spot(Spot),
 }
 
+/// A chosen emitter.
+enum Selected {
+    /// By index, with its probability among the finite ones.
+    Finite { index: u32, pmf: f32 },
+    /// By its number among those at infinity, the environment last.
+    Infinite(usize),
+}
+
 /// A sampled direction towards an emitter, from a given reference point.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
@@ -75,11 +85,17 @@ impl EmitterSample {
     /// The segment that must be free for the emitter to be seen from `from`.
     #[inline(always)]
     pub fn shadow_ray(&self, from: &SurfacePoint) -> Ray {
-        let origin = from.origin_towards(self.direction);
-        match self.target {
-            Some(target) => Ray::segment(origin, target - origin, SEGMENT_END),
-            None => Ray::new(origin, self.direction),
-        }
+        shadow_ray(from, self.direction, self.target)
+    }
+}
+
+/// The segment from a surface up to `target`, or without end.
+#[inline(always)]
+fn shadow_ray(from: &SurfacePoint, direction: Vec3, target: Option<Vec3>) -> Ray {
+    let origin = from.origin_towards(direction);
+    match target {
+        Some(target) => Ray::segment(origin, target - origin, SEGMENT_END),
+        None => Ray::new(origin, direction),
     }
 }
 
@@ -183,17 +199,26 @@ impl Emitters {
     /// chosen emitter sends nothing to `from`: that outcome counts as a sample of value zero.
     #[inline]
     pub fn sample(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+        match self.select(u_select) {
+            Selected::Finite { index, pmf } => self.sample_finite(from, index, pmf, u),
+            Selected::Infinite(index) => self.sample_infinite(index, u),
+        }
+    }
+
+    /// Chooses an emitter; one at infinity if nothing emits.
+    #[inline(always)]
+    fn select(&self, u_select: u64) -> Selected {
         // The high part of the product is the group, the low part a fresh uniform number within it.
         let routed = u128::from(u_select) * u128::from(self.groups);
         let group = (routed >> 64) as usize;
-        if let Some(table) = &self.finite {
-            if group == 0 {
+        match &self.finite {
+            Some(table) if group == 0 => {
                 let (index, pmf) = table.sample(routed as u64);
-                return self.sample_finite(from, index, pmf, u);
+                Selected::Finite { index, pmf }
             }
-            return self.sample_infinite(group - 1, u);
+            Some(_) => Selected::Infinite(group - 1),
+            None => Selected::Infinite(group),
         }
-        self.sample_infinite(group, u)
     }
 
     #[inline(always)]
@@ -202,10 +227,7 @@ impl Emitters {
             return area.sample(from, index, u);
         }
         let probability = pmf * self.group_probability;
-        let (position, intensity) = match &self.points[index as usize - self.areas.len()] {
-            PointEmitter::Point(point) => (point.position, point.intensity),
-            PointEmitter::Spot(spot) => (spot.position, spot.intensity_towards(from)),
-        };
+        let (position, intensity) = self.points[index as usize - self.areas.len()].towards(from);
         let to_emitter = position - from;
         let distance_squared = to_emitter.length_squared();
         if intensity == Rgb::ZERO || !(distance_squared > 0.0) {
@@ -281,6 +303,15 @@ impl Emitters {
 }
 
 impl PointEmitter {
+    /// Where it is, and its radiant intensity towards `from`.
+    #[inline(always)]
+    fn towards(&self, from: Vec3) -> (Vec3, Rgb) {
+        match self {
+            Self::Point(point) => (point.position, point.intensity),
+            Self::Spot(spot) => (spot.position, spot.intensity_towards(from)),
+        }
+    }
+
     fn power(&self) -> f64 {
         match self {
             Self::Point(point) => point.power(),

@@ -13,7 +13,7 @@ use lightshed_sampling::CounterRng;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-fn scene(shapes: Vec<(Geometry, f32)>, emitters: Vec<EmitterDescription>) -> Scene {
+pub(super) fn scene(shapes: Vec<(Geometry, f32)>, emitters: Vec<EmitterDescription>) -> Scene {
     let shapes = shapes
         .into_iter()
         .map(|(geometry, radiance)| ShapeDescription {
@@ -35,7 +35,7 @@ fn scene(shapes: Vec<(Geometry, f32)>, emitters: Vec<EmitterDescription>) -> Sce
     .unwrap()
 }
 
-fn triangle(corners: [Vec3; 3]) -> Geometry {
+pub(super) fn triangle(corners: [Vec3; 3]) -> Geometry {
     Geometry::Mesh(TriangleMesh {
         positions: corners.to_vec(),
         indices: vec![[0, 1, 2]],
@@ -43,7 +43,7 @@ fn triangle(corners: [Vec3; 3]) -> Geometry {
     })
 }
 
-fn sphere(center: Vec3, radius: f32, flip_normals: bool) -> Geometry {
+pub(super) fn sphere(center: Vec3, radius: f32, flip_normals: bool) -> Geometry {
     Geometry::Sphere(SphereGeometry {
         center,
         radius,

@@ -13,6 +13,7 @@ pub(crate) use surface::offset_along;
 use crate::accel::Accelerator;
 use crate::{Bsdf, Camera, Emitters, Hit, Material, Ray, RenderSettings};
 use glam::{Vec2, Vec3};
+use lightshed_sampling::{octahedral_decode, octahedral_encode};
 use primitive::{SphereRecord, TriangleRecord};
 
 /// A validated scene with its acceleration structure, emitters and camera.
@@ -58,7 +59,43 @@ impl Scene {
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match self.triangles.get(hit.primitive as usize) {
             Some(triangle) => triangle.surface(hit, &self.normals, &self.uvs),
-            None => self.spheres[hit.primitive as usize - self.triangles.len()].surface(ray, hit),
+            None => {
+                let sphere = &self.spheres[hit.primitive as usize - self.triangles.len()];
+                sphere.surface(sphere.outward(ray, hit), hit.primitive)
+            }
+        }
+    }
+
+    /// Two numbers that name the place of a hit on its primitive, see [`Scene::locate`]: on triangles the barycentric weights
+    /// of the second and third vertex, on spheres the octahedral map of the direction from the centre, in the unit square.
+    #[inline]
+    pub fn coordinates(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
+        match (hit.primitive as usize).checked_sub(self.triangles.len()) {
+            None => hit.barycentric,
+            Some(sphere) => octahedral_encode(self.spheres[sphere].outward(ray, hit)).into(),
+        }
+    }
+
+    /// The surface point at the place `coordinates` of a primitive, as [`Scene::coordinates`] names it: what
+    /// [`Scene::surface`] gives for the hit, with the same bits on triangles, to `10⁻⁶` of the radius on spheres.
+    ///
+    /// # Panics
+    /// If the scene has no such primitive.
+    #[inline]
+    pub fn locate(&self, primitive: u32, coordinates: [f32; 2]) -> SurfacePoint {
+        match self.triangles.get(primitive as usize) {
+            Some(triangle) => {
+                let hit = Hit {
+                    t: 0.0,
+                    primitive,
+                    barycentric: coordinates,
+                };
+                triangle.surface(&hit, &self.normals, &self.uvs)
+            }
+            None => {
+                let outward = octahedral_decode(coordinates.into());
+                self.spheres[primitive as usize - self.triangles.len()].surface(outward, primitive)
+            }
         }
     }
 
@@ -129,5 +166,56 @@ impl Scene {
     /// Number of triangles without area that were left out.
     pub fn dropped_triangle_count(&self) -> usize {
         self.dropped_triangles
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Rgb, builtin};
+    use lightshed_sampling::{CounterRng, UniformSphere};
+
+    /// Surface points by their coordinates are those of the hit: bit for bit on triangles, to rounding on spheres.
+    #[test]
+    fn coordinates_name_the_surface_point() {
+        let mut description = builtin::many_lights();
+        let radius = 0.7;
+        description.shapes.push(crate::ShapeDescription {
+            name: "sphere".to_owned(),
+            geometry: crate::Geometry::Sphere(crate::SphereGeometry {
+                center: Vec3::new(0.1, 1.0, 0.2),
+                radius,
+                flip_normals: false,
+            }),
+            material: 0,
+            emission: Some(Rgb::ONE),
+        });
+        let scene = Scene::new(&description).unwrap();
+        let mut rng = CounterRng::new(4, 0, 0);
+        let mut seen = [0; 2];
+        for _ in 0..20_000 {
+            let origin = Vec3::new(0.1, 1.0, 0.2) + UniformSphere::sample(rng.next_2d());
+            let ray = Ray::new(origin, UniformSphere::sample(rng.next_2d()));
+            let Some(hit) = scene.accelerator().intersect(&ray) else {
+                continue;
+            };
+            let (met, named) = (
+                scene.surface(&ray, &hit),
+                scene.locate(hit.primitive, scene.coordinates(&ray, &hit)),
+            );
+            let is_sphere = hit.primitive as usize >= scene.triangle_count();
+            seen[usize::from(is_sphere)] += 1;
+            assert_eq!(
+                (met.primitive, met.material, met.emitter),
+                (named.primitive, named.material, named.emitter)
+            );
+            if is_sphere {
+                assert!(met.position.distance(named.position) <= 1e-6 * radius);
+                assert!(met.geometric_normal.distance(named.geometric_normal) <= 1e-6);
+            } else {
+                assert_eq!(format!("{met:?}"), format!("{named:?}"));
+            }
+        }
+        assert!(seen.iter().all(|&count| count > 1_000), "{seen:?}");
     }
 }

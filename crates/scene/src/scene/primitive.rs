@@ -66,12 +66,18 @@ pub struct SphereRecord {
 }
 
 impl SphereRecord {
-    #[inline]
-    pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let Sphere { center, radius } = self.sphere;
+    /// Unit direction from the centre to where `ray` hits.
+    #[inline(always)]
+    pub fn outward(&self, ray: &Ray, hit: &Hit) -> Vec3 {
         let along_ray = ray.origin + ray.direction * hit.t;
-        // Projected onto the sphere, which is more precise than the point along the ray.
-        let outward = (along_ray - center).normalize_or(Vec3::Z);
+        (along_ray - self.sphere.center).normalize_or(Vec3::Z)
+    }
+
+    /// The surface point in the unit direction `outward` from the centre. A hit is projected onto the sphere that way, which
+    /// is more precise than the point along the ray.
+    #[inline]
+    pub fn surface(&self, outward: Vec3, primitive: u32) -> SurfacePoint {
+        let Sphere { center, radius } = self.sphere;
         let normal = outward * self.orientation;
         let theta = outward.z.clamp(-1.0, 1.0).acos();
         let phi = outward.y.atan2(outward.x);
@@ -86,7 +92,7 @@ impl SphereRecord {
             geometric_normal: normal,
             shading: Frame::from_normal(normal),
             uv: Vec2::new(phi / std::f32::consts::TAU, theta / std::f32::consts::PI),
-            primitive: hit.primitive,
+            primitive,
             material: self.material,
             emitter: self.emitter,
         }
