@@ -5,7 +5,7 @@
 //! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
-//! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`RayCounts`] |
+//! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`CameraMotion`], [`RayCounts`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
 //! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
@@ -16,6 +16,7 @@
 //!
 //! - `flip`: the image metric ꟻLIP, which compiles C++.
 
+mod camera_motion;
 mod cpu_time;
 mod direct;
 mod film;
@@ -29,6 +30,7 @@ mod ray_counts;
 mod render;
 mod statistics;
 
+pub use camera_motion::{CameraMotion, CameraMotionError};
 pub use cpu_time::process_cpu_seconds;
 pub use direct::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
 pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};

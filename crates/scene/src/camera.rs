@@ -1,7 +1,7 @@
 //! Perspective cameras with a pinhole or a thin lens.
 
 use crate::{CameraDescription, Projection, Ray};
-use glam::{Affine3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, Quat, Vec2, Vec3, Vec3A};
 use lightshed_sampling::ConcentricDisk;
 
 /// A camera ready to be sampled, for images of one size.
@@ -98,6 +98,23 @@ impl Camera {
             focus_distance,
             near_clip,
             far_clip,
+        })
+    }
+
+    /// This camera moved in world space by `x ↦ rotation · x + translation`.
+    ///
+    /// # Errors
+    /// [`CameraError::Transform`] if the result is not finite.
+    pub fn moved(&self, rotation: Quat, translation: Vec3) -> Result<Self, CameraError> {
+        let to_world = Affine3A::from_rotation_translation(rotation, translation) * self.to_world;
+        let to_local = to_world.inverse();
+        if !to_world.is_finite() || !to_local.is_finite() {
+            return Err(CameraError::Transform);
+        }
+        Ok(Self {
+            to_world,
+            to_local,
+            ..self.clone()
         })
     }
 

@@ -1,0 +1,205 @@
+//! Cameras that move from frame to frame, and where points were seen by an earlier one.
+
+use lightshed_scene::glam::{Quat, Vec3};
+use lightshed_scene::{Camera, Scene};
+use std::fmt;
+
+/// How the camera moves: frame `f` is seen from `x ↦ R_f x + t_f`, applied to the scene's camera. Frame 0 shows the scene as
+/// its camera does.
+///
+/// ```
+/// use lightshed_integrator::CameraMotion;
+/// use lightshed_scene::{Scene, builtin, glam::{Vec2, Vec3}};
+///
+/// let scene = Scene::new(&builtin::cornell())?;
+/// let motion = CameraMotion::translation(Vec3::new(0.1, 0.0, 0.0))?;
+/// let [first, third] = [0, 2].map(|frame| motion.camera(&scene, frame).ray(Vec2::ZERO, [0.5; 2]));
+/// assert!((third.origin - first.origin).distance(Vec3::new(0.2, 0.0, 0.0)) < 1e-6);
+/// assert_eq!(third.direction, first.direction);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CameraMotion(Path);
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Path {
+    #[default]
+    Still,
+    Translation {
+        per_frame: Vec3,
+    },
+    Orbit {
+        pivot: Vec3,
+        axis: Vec3,
+        radians_per_frame: f32,
+    },
+}
+
+/// Why a motion is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CameraMotionError {
+    /// A translation, a pivot or an angle is NaN or infinite.
+    NotFinite,
+    /// The axis of an orbit is zero or not finite.
+    Axis,
+}
+
+impl fmt::Display for CameraMotionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "a camera's motion must be finite",
+            Self::Axis => "the axis of an orbit must be finite and not zero",
+        })
+    }
+}
+
+impl std::error::Error for CameraMotionError {}
+
+impl CameraMotion {
+    /// All frames show the same view.
+    pub const STILL: Self = Self(Path::Still);
+
+    /// Moves by `per_frame` in world space from each frame to the next.
+    ///
+    /// # Errors
+    /// [`CameraMotionError::NotFinite`].
+    pub fn translation(per_frame: Vec3) -> Result<Self, CameraMotionError> {
+        let finite = per_frame.is_finite();
+        finite
+            .then_some(Self(Path::Translation { per_frame }))
+            .ok_or(CameraMotionError::NotFinite)
+    }
+
+    /// Turns about the line through `pivot` along `axis` by `radians_per_frame`, counterclockwise as seen from where `axis`
+    /// points.
+    ///
+    /// # Errors
+    /// See [`CameraMotionError`].
+    pub fn orbit(pivot: Vec3, axis: Vec3, radians_per_frame: f32) -> Result<Self, CameraMotionError> {
+        if !pivot.is_finite() || !radians_per_frame.is_finite() {
+            return Err(CameraMotionError::NotFinite);
+        }
+        let axis = axis.try_normalize().ok_or(CameraMotionError::Axis)?;
+        Ok(Self(Path::Orbit {
+            pivot,
+            axis,
+            radians_per_frame,
+        }))
+    }
+
+    /// Whether all frames show the same view.
+    pub fn is_still(&self) -> bool {
+        match self.0 {
+            Path::Still => true,
+            Path::Translation { per_frame } => per_frame == Vec3::ZERO,
+            Path::Orbit {
+                radians_per_frame, ..
+            } => radians_per_frame == 0.0,
+        }
+    }
+
+    /// The camera of frame `frame`. One that would have left the range of numbers stays where the scene has it.
+    pub fn camera(&self, scene: &Scene, frame: u32) -> Camera {
+        let camera = scene.camera();
+        let (rotation, translation) = match self.0 {
+            Path::Still => return camera.clone(),
+            Path::Translation { per_frame } => (Quat::IDENTITY, per_frame * frame as f32),
+            Path::Orbit {
+                pivot,
+                axis,
+                radians_per_frame,
+            } => {
+                // Whole turns leave precision to what remains.
+                let turns = f64::from(radians_per_frame) * f64::from(frame) / std::f64::consts::TAU;
+                let angle = (turns.fract() * std::f64::consts::TAU) as f32;
+                let rotation = Quat::from_axis_angle(axis, angle);
+                (rotation, pivot - rotation * pivot)
+            }
+        };
+        camera
+            .moved(rotation, translation)
+            .unwrap_or_else(|_| camera.clone())
+    }
+}
+
+/// Index `y · width + x` of the pixel in which `camera` sees the world position `point` (through the centre of its lens, and
+/// whatever stands in between); `None` outside an image of this size.
+#[inline]
+#[allow(dead_code)]
+pub(crate) fn pixel_seeing(camera: &Camera, [width, height]: [u32; 2], point: Vec3) -> Option<usize> {
+    let film = camera.film_position(point)?;
+    let inside = film.x >= 0.0 && film.y >= 0.0 && film.x < width as f32 && film.y < height as f32;
+    inside.then(|| film.y as usize * width as usize + film.x as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_scene::builtin;
+    use lightshed_scene::glam::Vec2;
+    use std::f32::consts::{FRAC_PI_2, TAU};
+
+    #[test]
+    fn an_orbit_keeps_its_pivot_in_the_middle() {
+        let scene = Scene::new(&builtin::cornell()).unwrap();
+        let size = [scene.settings().width, scene.settings().height];
+        let centre = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
+        let ray = scene.camera().ray(centre, [0.5; 2]);
+        let pivot = ray.origin + ray.direction * 3.0;
+        let motion = CameraMotion::orbit(pivot, Vec3::Y, 0.1).unwrap();
+        for frame in [0, 1, 7, 1000, u32::MAX] {
+            let camera = motion.camera(&scene, frame);
+            let film = camera.film_position(pivot).unwrap();
+            assert!(film.distance(centre) < 0.05, "{film} in frame {frame}");
+            let pixel = pixel_seeing(&camera, size, pivot + camera.ray(centre, [0.5; 2]).direction).unwrap();
+            let place = Vec2::new(
+                (pixel % size[0] as usize) as f32,
+                (pixel / size[0] as usize) as f32,
+            );
+            assert!(place.distance(centre) < 2.0);
+        }
+        // A quarter turn, and a whole one.
+        let quarter = CameraMotion::orbit(Vec3::ZERO, Vec3::Z * 3.0, FRAC_PI_2).unwrap();
+        let direction = |frame| quarter.camera(&scene, frame).ray(centre, [0.5; 2]).direction;
+        let turned = Vec3::new(-direction(0).y, direction(0).x, direction(0).z);
+        assert!(direction(1).distance(turned) < 1e-6);
+        assert!(direction(4).distance(direction(0)) < 1e-6);
+        assert!((TAU - 4.0 * FRAC_PI_2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused_and_what_overflows_stays() {
+        let nan = Vec3::splat(f32::NAN);
+        assert_eq!(CameraMotion::translation(nan), Err(CameraMotionError::NotFinite));
+        let orbit = CameraMotion::orbit;
+        assert_eq!(orbit(nan, Vec3::Y, 0.1), Err(CameraMotionError::NotFinite));
+        assert_eq!(
+            orbit(Vec3::ZERO, Vec3::Y, f32::INFINITY),
+            Err(CameraMotionError::NotFinite)
+        );
+        assert_eq!(orbit(Vec3::ZERO, Vec3::ZERO, 0.1), Err(CameraMotionError::Axis));
+        assert!(orbit(Vec3::ZERO, Vec3::Y, 0.0).unwrap().is_still() && CameraMotion::default().is_still());
+        let scene = Scene::new(&builtin::cornell()).unwrap();
+        let far = CameraMotion::translation(Vec3::splat(f32::MAX)).unwrap();
+        assert!(!far.is_still());
+        let origin = |frame| far.camera(&scene, frame).ray(Vec2::ZERO, [0.5; 2]).origin;
+        assert_eq!(origin(9), origin(0));
+    }
+
+    #[test]
+    fn points_outside_the_image_have_no_pixel() {
+        let scene = Scene::new(&builtin::cornell()).unwrap();
+        let (camera, size) = (scene.camera(), [scene.settings().width, scene.settings().height]);
+        let at = |x: f32, y: f32| {
+            let ray = camera.ray(Vec2::new(x, y), [0.5; 2]);
+            pixel_seeing(camera, size, ray.origin + ray.direction)
+        };
+        let (w, h) = (size[0] as f32, size[1] as f32);
+        assert_eq!(at(0.5, 0.5), Some(0));
+        assert_eq!(at(w - 0.5, h - 0.5), Some((size[0] * size[1]) as usize - 1));
+        for (x, y) in [(-0.5, 3.5), (w + 0.5, 3.5), (3.5, -0.5), (3.5, h + 0.5)] {
+            assert_eq!(at(x, y), None);
+        }
+    }
+}
