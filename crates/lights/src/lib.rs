@@ -12,13 +12,30 @@
 //! - `parallel`: builds over a rayon pool. Same result, bit for bit.
 #![forbid(unsafe_code)]
 
+mod block;
 mod bounds;
 mod cone;
+mod descent;
+mod flat;
+mod importance;
 mod light;
+mod normals;
+mod parallel;
+mod perfect;
+#[cfg(test)]
+mod properties;
 mod receiver;
+mod route;
+mod sampler;
+#[cfg(test)]
+mod testing;
 
 pub use bounds::Bounds;
 pub use cone::OrientationCone;
+pub use flat::{PowerLights, UniformLights};
 pub use glam;
+pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
-pub use receiver::{Facing, ShadingPoint};
+pub use perfect::{PerfectTree, PerfectTreeOptions, Stride};
+pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
+pub use sampler::{LightChoice, LightSampler};

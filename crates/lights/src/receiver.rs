@@ -1,6 +1,9 @@
-//! What receives light.
+//! What receives light: surface points, and segments of rays in a medium.
 
+use crate::block::NodeBlock;
+use crate::importance::{Weighting, segment_weights, surface_weights};
 use glam::Vec3;
+use std::fmt;
 
 /// The sides from which a surface takes light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,5 +50,115 @@ impl ShadingPoint {
             facing: Facing::All,
             reflectance_bound: 1.0,
         }
+    }
+}
+
+/// A stretch of a ray in a medium, every point of which takes light from all directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RaySegment {
+    start: Vec3,
+    direction: Vec3,
+    length: f32,
+}
+
+/// Why a segment is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SegmentError {
+    /// An end is not finite.
+    NotFinite,
+    /// The direction is not of unit length.
+    Direction,
+    /// The length is negative or not finite.
+    Length,
+}
+
+impl fmt::Display for SegmentError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => write!(f, "a ray segment must start at a finite point"),
+            Self::Direction => write!(f, "a ray segment needs a unit direction"),
+            Self::Length => write!(f, "a ray segment needs a finite length that is not negative"),
+        }
+    }
+}
+
+impl std::error::Error for SegmentError {}
+
+impl RaySegment {
+    /// The points `start + t direction`, `0 ≤ t ≤ length`, with a unit `direction`.
+    ///
+    /// # Errors
+    ///
+    /// See [`SegmentError`].
+    pub fn new(start: Vec3, direction: Vec3, length: f32) -> Result<Self, SegmentError> {
+        if !start.is_finite() {
+            return Err(SegmentError::NotFinite);
+        }
+        if !((direction.length_squared() - 1.0).abs() < 1e-3) {
+            return Err(SegmentError::Direction);
+        }
+        if !(length >= 0.0 && length.is_finite()) {
+            return Err(SegmentError::Length);
+        }
+        Ok(Self {
+            start,
+            direction,
+            length,
+        })
+    }
+
+    /// Where it starts.
+    pub fn start(&self) -> Vec3 {
+        self.start
+    }
+
+    /// Its unit direction.
+    pub fn direction(&self) -> Vec3 {
+        self.direction
+    }
+
+    /// Its length.
+    pub fn length(&self) -> f32 {
+        self.length
+    }
+}
+
+/// What samplers choose lights for: a [`ShadingPoint`] or a [`RaySegment`].
+pub trait Receiver: Sealed {}
+
+impl Receiver for ShadingPoint {}
+impl Receiver for RaySegment {}
+
+/// Receivers as nodes see them.
+pub trait Sealed: Sync {
+    /// Whether nothing can be received, whatever shines.
+    fn is_black(&self) -> bool;
+
+    /// Weights of eight siblings: not negative, finite, with a finite sum; zero only where the node cannot contribute.
+    fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8];
+}
+
+impl Sealed for ShadingPoint {
+    #[inline(always)]
+    fn is_black(&self) -> bool {
+        !(self.reflectance_bound > 0.0)
+    }
+
+    #[inline(always)]
+    fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8] {
+        surface_weights(self, block, weighting)
+    }
+}
+
+impl Sealed for RaySegment {
+    #[inline(always)]
+    fn is_black(&self) -> bool {
+        !(self.length > 0.0)
+    }
+
+    #[inline(always)]
+    fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8] {
+        segment_weights(self, block, weighting)
     }
 }

@@ -1,0 +1,93 @@
+//! The tree's structure; what it samples is tested for all samplers alike.
+
+use super::*;
+use crate::testing::{Layout, lights_of};
+
+/// A level built from the leaves in one go, by halving again and again.
+fn level_from_leaves(tree: &PerfectTree, level: u32) -> Vec<crate::block::Node> {
+    let count = tree.lights();
+    let mut nodes: Vec<_> = (0..count.next_power_of_two())
+        .map(|leaf| match leaf < count {
+            true => tree.block(tree.depth(), leaf as u32).node(leaf % WIDTH),
+            false => crate::block::Node::BOGUS,
+        })
+        .collect();
+    for _ in level..tree.depth() {
+        nodes = nodes.chunks(2).map(|pair| pair[0].union(&pair[1])).collect();
+    }
+    nodes
+}
+
+/// Every node is the union of the lights below it, as found from the leaf level directly.
+#[test]
+fn every_level_is_that_of_the_leaves() {
+    for count in [1, 2, 3, 8, 9, 63, 64, 65, 1000, 4097, 20_000] {
+        let lights = lights_of(Layout::Clustered, count, 5);
+        let tree = PerfectTree::new(&lights).unwrap();
+        for level in 0..=tree.depth() {
+            for (node, expected) in level_from_leaves(&tree, level).iter().enumerate() {
+                if expected.intensity == 0.0 {
+                    continue;
+                }
+                let found = tree.block(level, node as u32).node(node % WIDTH);
+                assert_eq!(&found, expected, "node {node} of level {level} of {count} lights");
+            }
+        }
+    }
+}
+
+/// What lies beyond the last light of a level is bogus, also in the block that holds both.
+#[test]
+fn beyond_the_last_light_nodes_are_bogus() {
+    let tree = PerfectTree::new(&lights_of(Layout::Uniform, 1001, 1)).unwrap();
+    for level in 0..=tree.depth() {
+        let real = 1001usize.div_ceil(1 << (tree.depth() - level));
+        let block = tree.block(level, real as u32 - 1);
+        for lane in (real - 1) % WIDTH + 1..WIDTH {
+            assert_eq!(block.node(lane), crate::block::Node::BOGUS, "level {level}");
+        }
+    }
+}
+
+#[test]
+fn total_intensity_is_that_of_all_lights() {
+    for count in [1, 100, 30_000] {
+        let lights = lights_of(Layout::Clustered, count, 2);
+        let tree = PerfectTree::new(&lights).unwrap();
+        let total: f64 = lights
+            .iter()
+            .map(|light| f64::from(light.intensity) * if light.cone.is_some() { 1.0 } else { 4.0 })
+            .sum();
+        let root = f64::from(tree.block(0, 0).node(0).intensity);
+        assert!((root / total - 1.0).abs() < 1e-5, "{root} is not {total}");
+    }
+}
+
+/// A tree that has been others before is the same as a new one.
+#[test]
+fn built_again_it_is_as_new() {
+    let mut tree = PerfectTree::new(&lights_of(Layout::Uniform, 9000, 1)).unwrap();
+    for (layout, count) in [
+        (Layout::Clustered, 5000),
+        (Layout::Uniform, 3),
+        (Layout::Clustered, 9000),
+    ] {
+        let lights = lights_of(layout, count, 7);
+        tree.rebuild(&lights).unwrap();
+        let new = PerfectTree::new(&lights).unwrap();
+        assert_eq!(tree.blocks, new.blocks);
+        assert_eq!((&tree.light_at, &tree.leaf_of), (&new.light_at, &new.leaf_of));
+    }
+}
+
+#[test]
+fn what_is_refused_leaves_the_tree_as_it_was() {
+    let lights = lights_of(Layout::Uniform, 100, 1);
+    let mut tree = PerfectTree::new(&lights).unwrap();
+    let blocks = tree.blocks.clone();
+    assert_eq!(tree.rebuild(&[]), Err(LightError::Empty));
+    let mut broken = lights.clone();
+    broken[3].intensity = f32::NAN;
+    assert_eq!(tree.rebuild(&broken), Err(LightError::Intensity(3)));
+    assert_eq!(tree.blocks, blocks);
+}

@@ -1,0 +1,295 @@
+//! What every sampler must hold to, and faults that these tests must find.
+
+use crate::block::WIDTH;
+use crate::descent::{Step, Tree, probability_of};
+use crate::receiver::Receiver;
+use crate::route::Shares;
+use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
+use crate::{
+    Light, LightChoice, LightSampler, PerfectTree, PerfectTreeOptions, PowerLights, ShadingPoint, Stride,
+    UniformLights, Weighting,
+};
+use lightshed_sampling::CounterRng;
+use lightshed_testkit::{check_faults, chi_squared_test};
+
+/// Probabilities of all lights and of none, by visiting all of the tree.
+fn enumerate<T: Tree, R: Receiver>(tree: &T, at: &R) -> (Vec<f64>, f64) {
+    fn visit<T: Tree, R: Receiver>(
+        tree: &T,
+        at: &R,
+        step: Step<T::Place>,
+        here: f64,
+        found: &mut (Vec<f64>, f64),
+    ) {
+        let place = match step {
+            Step::Leaf(light) => return found.0[light as usize] += here,
+            Step::Inner(place) => place,
+        };
+        let shares: Shares = tree.shares(at, place);
+        let total = f64::from(shares[WIDTH - 1]);
+        if total == 0.0 {
+            found.1 += here;
+            return;
+        }
+        let mut low = 0.0;
+        for (lane, &share) in shares.iter().enumerate() {
+            let share = f64::from(share);
+            assert!(share >= low, "shares must not fall: {shares:?}");
+            if share > low {
+                visit(
+                    tree,
+                    at,
+                    tree.below(place, lane),
+                    here * (share - low) / total,
+                    found,
+                );
+            }
+            low = share;
+        }
+    }
+    let mut found = (vec![0.0; tree.lights()], 0.0);
+    visit(tree, at, tree.root(), 1.0, &mut found);
+    found
+}
+
+/// Trees under test: every kind, for these lights.
+macro_rules! for_every_tree {
+    ($lights:expr, |$name:ident, $tree:ident| $body:block) => {
+        for stride in [Stride::One, Stride::Three] {
+            for weighting in [Weighting::Center, Weighting::MinMax, Weighting::Yuksel] {
+                let options = PerfectTreeOptions::default()
+                    .with_stride(stride)
+                    .with_weighting(weighting);
+                let $name = format!("perfect tree, {stride:?}, {weighting:?}");
+                let $tree = PerfectTree::with_options($lights, options).unwrap();
+                $body
+            }
+        }
+    };
+}
+
+/// `Σ pmf + P(none) = 1`, and the pmf that is reported is that of the enumeration.
+fn check_sum<T: Tree + LightSampler<R>, R: Receiver>(name: &str, tree: &T, at: &R) {
+    if at.is_black() {
+        assert_eq!(tree.sample(at, 1 << 60), None);
+        assert_eq!(tree.pmf(at, 0), 0.0);
+        return;
+    }
+    let (expected, none) = enumerate(tree, at);
+    let mut sum = 0.0;
+    for (light, &expected) in expected.iter().enumerate() {
+        let pmf = LightSampler::pmf(tree, at, light as u32);
+        assert!(
+            (f64::from(pmf) - expected).abs() <= 1e-6 * expected + 1e-30,
+            "{name}: light {light} has {pmf}, not {expected}"
+        );
+        sum += f64::from(pmf);
+    }
+    assert!((sum + none - 1.0).abs() < 1e-6, "{name}: {sum} + {none} is not 1");
+    assert_eq!(tree.pmf(at, tree.lights() as u32), 0.0);
+}
+
+#[test]
+fn probabilities_add_up() {
+    for layout in LAYOUTS {
+        for count in [1, 2, 7, 8, 9, 100, 4096] {
+            let lights = lights_of(layout, count, 11);
+            let at = points(&lights, if count > 1000 { 4 } else { 32 }, 3);
+            let stretches = segments(4, 5);
+            for_every_tree!(&lights, |name, tree| {
+                let name = format!("{name}, {count} {layout:?}");
+                at.iter().for_each(|at| check_sum(&name, &tree, at));
+                stretches.iter().for_each(|at| check_sum(&name, &tree, at));
+            });
+        }
+    }
+}
+
+/// What is sampled has the pmf that is reported, bit for bit; alone and in company.
+fn check_agreement<S: LightSampler<R>, R>(name: &str, sampler: &S, at: &R, count: u32) {
+    let mut rng = CounterRng::new(17, count, 0);
+    let mut u: Vec<u64> = (0..count).map(|_| rng.next_u64()).collect();
+    u[0] = u64::MAX;
+    u[1] = 0;
+    for sorted in [false, true] {
+        if sorted {
+            u.sort_unstable();
+        }
+        let mut together = vec![None; u.len()];
+        sampler.sample_many(at, &u, &mut together);
+        for (&u, &together) in u.iter().zip(&together) {
+            let alone = sampler.sample(at, u);
+            assert_eq!(alone, together, "{name}: {u:#x} alone and in company");
+            if let Some(LightChoice { light, pmf }) = alone {
+                assert!(pmf > 0.0);
+                assert_eq!(pmf.to_bits(), sampler.pmf(at, light).to_bits(), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn sample_and_pmf_are_the_same_number() {
+    for layout in LAYOUTS {
+        for count in [1, 5, 300, 4096] {
+            let lights = lights_of(layout, count, 23);
+            let at = points(&lights, 12, 9);
+            let stretches = segments(3, 1);
+            for_every_tree!(&lights, |name, tree| {
+                at.iter().for_each(|at| check_agreement(&name, &tree, at, 150));
+                stretches
+                    .iter()
+                    .for_each(|at| check_agreement(&name, &tree, at, 150));
+            });
+            let (uniform, power) = (
+                UniformLights::new(count).unwrap(),
+                PowerLights::new(&lights).unwrap(),
+            );
+            check_agreement("uniform", &uniform, &at[0], 150);
+            check_agreement("power", &power, &at[0], 150);
+        }
+    }
+}
+
+/// Histograms of choices against pmfs, χ² at a significance of 1e-4 shared among about 50 tests; with faults.
+#[test]
+fn samples_follow_the_pmf() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        /// The pmf of another point.
+        OtherPoint,
+        /// A number of few bits.
+        FewBits,
+        /// The pmf of the next light.
+        Neighbour,
+    }
+    let lights = lights_of(Layout::Clustered, 200, 4);
+    // Where more than one light matters.
+    let many_matter = |at: &ShadingPoint| {
+        let (pmf, none) = enumerate(&PerfectTree::new(&lights).unwrap(), at);
+        pmf.iter().chain([&none]).all(|&p| p < 0.5)
+    };
+    let at: Vec<ShadingPoint> = points(&lights, 60, 6)
+        .into_iter()
+        .filter(many_matter)
+        .take(8)
+        .collect();
+    assert_eq!(at.len(), 8);
+    check_faults(&[Fault::OtherPoint, Fault::FewBits, Fault::Neighbour], |fault| {
+        let mut result = Ok(());
+        for_every_tree!(&lights, |name, tree| {
+            for (i, point) in at.iter().enumerate() {
+                let (mut counts, mut expected) = (vec![0u64; 201], vec![0.0; 201]);
+                let mut rng = CounterRng::new(31, i as u32, 0);
+                let samples = 4000;
+                for _ in 0..samples {
+                    let mut u = rng.next_u64();
+                    if let Some(Fault::FewBits) = fault {
+                        u &= 0xf << 60;
+                    }
+                    let light = tree.sample(point, u).map_or(200, |c| c.light);
+                    counts[light as usize] += 1;
+                }
+                let pmf_at = match fault {
+                    Some(Fault::OtherPoint) => &at[(i + 1) % at.len()],
+                    _ => point,
+                };
+                let off = u32::from(matches!(fault, Some(Fault::Neighbour)));
+                for (light, expected) in (0..200).zip(&mut expected) {
+                    *expected = probability_of(&tree, pmf_at, (light + off) % 200);
+                }
+                expected[200] = (1.0 - expected[..200].iter().sum::<f64>()).max(0.0);
+                if result.is_ok() {
+                    let expected: Vec<f64> = expected.iter().map(|p| p * f64::from(samples)).collect();
+                    let report = chi_squared_test(&counts, &expected, 2e-6);
+                    result = match report {
+                        Ok(_) => Ok(()),
+                        Err(error) => Err(format!("{name}: {error}")),
+                    };
+                }
+            }
+        });
+        result
+    })
+    .expect("every fault is found");
+}
+
+/// With 2²⁰ lights, each has a number that leads to it: the middle of the share that it should have does.
+#[test]
+fn every_light_of_a_million_is_reached() {
+    let lights = lights_of(Layout::Uniform, 1 << 20, 8);
+    let tree = PerfectTree::new(&lights).unwrap();
+    let at = ShadingPoint::without_normal(glam::Vec3::new(0.3, 3.0, 0.2));
+    // All numbers of a fine grid reach as many lights as a sound sampler should: 2^22 numbers over about 0.9 · 2^20 lights with
+    // pmfs that differ little leave few out, and with 24 bits or a reused f32 whole ranges would be.
+    let mut reached = vec![false; lights.len()];
+    let mut u: Vec<u64> = (0..1u64 << 14).collect();
+    let mut choices = vec![None; u.len()];
+    let mut place = 0u64;
+    for _ in 0..1 << 8 {
+        for u in &mut u {
+            *u = place << 42;
+            place += 1;
+        }
+        tree.sample_many(&at, &u, &mut choices);
+        for choice in choices.iter().flatten() {
+            reached[choice.light as usize] = true;
+        }
+    }
+    // A share of at least two grid steps holds one of the grid's numbers.
+    let wide = 2.0 / (1u64 << 22) as f32;
+    let expected: Vec<usize> = (0..lights.len())
+        .filter(|&i| tree.pmf(&at, i as u32) > wide)
+        .collect();
+    assert!(
+        expected.len() > 200_000,
+        "{} lights are a weak test",
+        expected.len()
+    );
+    assert_eq!(expected.iter().filter(|&&light| !reached[light]).count(), 0);
+}
+
+/// Mean cosine-weighted irradiance can only come from lights that can be chosen: a light that has a point above the
+/// receiver's horizon which sees the receiver on its emitting side has a positive pmf.
+#[test]
+fn a_pmf_of_zero_means_no_light() {
+    for layout in [Layout::Uniform, Layout::Clustered, Layout::Overlapping] {
+        let lights = lights_of(layout, 60, 19);
+        let at = points(&lights, 200, 2);
+        let mut dark = 0;
+        for_every_tree!(&lights, |name, tree| {
+            for (i, point) in at.iter().enumerate() {
+                let mut rng = CounterRng::new(1, i as u32, 5);
+                for (index, light) in lights.iter().enumerate() {
+                    let contributes = (0..8).any(|_| contributes(light, point, &mut rng));
+                    let pmf = tree.pmf(point, index as u32);
+                    assert!(!contributes || pmf > 0.0, "{name}: light {index} at point {i}");
+                    dark += usize::from(pmf == 0.0 && light.intensity > 0.0);
+                }
+            }
+        });
+        assert!(dark > 0, "the test would pass if nothing were ever zero");
+    }
+}
+
+/// Whether a random point of the light, with a random normal of its cone, sends light to the receiver.
+fn contributes(light: &Light, at: &ShadingPoint, rng: &mut CounterRng) -> bool {
+    use crate::Facing;
+    use lightshed_sampling::{Frame, UniformCone};
+    if light.intensity == 0.0 {
+        return false;
+    }
+    let u = glam::Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+    let to_receiver = at.position - (light.bounds.min + u * light.bounds.diagonal());
+    let received = match at.facing {
+        Facing::Front => at.normal.dot(-to_receiver) > 0.0,
+        Facing::Both => at.normal.dot(to_receiver) != 0.0,
+        Facing::All => true,
+    };
+    let emitted = light.cone.is_none_or(|cone| {
+        let normals = UniformCone::from_one_minus_cos(1.0 - cone.normals_angle.cos());
+        let normal = Frame::from_normal(cone.axis).to_world(normals.sample(rng.next_2d()));
+        normal.dot(to_receiver) > to_receiver.length() * cone.emission_angle.cos().max(0.0)
+    });
+    received && emitted
+}

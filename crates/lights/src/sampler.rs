@@ -1,0 +1,40 @@
+//! What all light samplers are.
+
+use crate::ShadingPoint;
+
+/// A chosen light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightChoice {
+    /// Index of the light, in the order in which the lights were given.
+    pub light: u32,
+    /// Probability of the choice, positive; the same bits as [`LightSampler::pmf`] gives.
+    pub pmf: f32,
+}
+
+/// Chooses one of many lights for a receiver, with probabilities `p(i | receiver)` in the counting measure.
+///
+/// `Σ_i p(i | receiver) ≤ 1`: what is missing is the probability of choosing none, which counts as a sample of value zero.
+/// `p(i | receiver)` is zero only if light `i` sends nothing to the receiver. So
+/// `Σ_i f(i) = E[f(i) / p(i | receiver)]` for every contribution `f`, without bias.
+///
+/// Object-safe for each kind of receiver, [`ShadingPoint`] (the default) and [`RaySegment`](crate::RaySegment).
+pub trait LightSampler<R: ?Sized = ShadingPoint>: Sync {
+    /// Number of lights.
+    fn light_count(&self) -> usize;
+
+    /// Chooses a light by 64 uniform bits; `None` is the choice of none. A tree maps ascending `u` to lights in the order of its
+    /// leaves: stratified numbers give lights stratified by place.
+    fn sample(&self, at: &R, u: u64) -> Option<LightChoice>;
+
+    /// Probability with which [`sample`](Self::sample) chooses `light` for this receiver; 0 out of range.
+    fn pmf(&self, at: &R, light: u32) -> f32;
+
+    /// Many choices for one receiver: `choices[i]` becomes what [`sample`](Self::sample) gives for `u[i]`, bit for bit. The
+    /// shorter slice's length counts. Trees share the work of numbers that go the same way; that is most where `u` is
+    /// ascending.
+    fn sample_many(&self, at: &R, u: &[u64], choices: &mut [Option<LightChoice>]) {
+        for (u, choice) in u.iter().zip(choices) {
+            *choice = self.sample(at, *u);
+        }
+    }
+}
