@@ -83,6 +83,14 @@ impl Node {
 }
 
 impl NodeBlock {
+    /// No node at all.
+    pub const BOGUS: Self = Self {
+        min: [[0.0; WIDTH]; 3],
+        max: [[0.0; WIDTH]; 3],
+        intensity: [0.0; WIDTH],
+        normals: [0; WIDTH],
+    };
+
     #[inline(always)]
     pub fn node(&self, lane: usize) -> Node {
         let corner = |c: &[[f32; WIDTH]; 3]| Vec3::new(c[0][lane], c[1][lane], c[2][lane]);

@@ -154,6 +154,7 @@ macro_rules! impl_sampler {
 }
 
 impl_sampler!(crate::PerfectTree);
+impl_sampler!(crate::LightBvh);
 
 #[inline(always)]
 fn sample<T: Tree, R: Receiver>(tree: &T, at: &R, u: u64) -> Option<LightChoice> {

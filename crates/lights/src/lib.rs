@@ -14,6 +14,7 @@
 
 mod block;
 mod bounds;
+mod bvh;
 mod cone;
 mod descent;
 mod flat;
@@ -31,6 +32,7 @@ mod sampler;
 mod testing;
 
 pub use bounds::Bounds;
+pub use bvh::LightBvh;
 pub use cone::OrientationCone;
 pub use flat::{PowerLights, UniformLights};
 pub use glam;

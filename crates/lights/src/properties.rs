@@ -6,8 +6,8 @@ use crate::receiver::Receiver;
 use crate::route::Shares;
 use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
 use crate::{
-    Light, LightChoice, LightSampler, PerfectTree, PerfectTreeOptions, PowerLights, ShadingPoint, Stride,
-    UniformLights, Weighting,
+    Light, LightBvh, LightChoice, LightSampler, PerfectTree, PerfectTreeOptions, PowerLights, ShadingPoint,
+    Stride, UniformLights, Weighting,
 };
 use lightshed_sampling::CounterRng;
 use lightshed_testkit::{check_faults, chi_squared_test};
@@ -65,6 +65,8 @@ macro_rules! for_every_tree {
                 $body
             }
         }
+        let ($name, $tree) = ("light BVH".to_owned(), LightBvh::new($lights).unwrap());
+        $body
     };
 }
 

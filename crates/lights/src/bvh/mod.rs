@@ -1,0 +1,132 @@
+//! The light BVH.
+//!
+//! Lights are divided top-down so that the surface area orientation heuristic is least (Conty Estevez and Kulla 2018, §4.4):
+//! `Σ I · M_A · M_Ω` over both parts, with `I` the intensity, `M_A` the extent and `M_Ω` the spread of normals. A node has up
+//! to eight children, found by dividing the costliest again and again.
+
+mod build;
+mod split;
+
+use crate::block::{NodeBlock, WIDTH};
+use crate::descent::{Step, Tree};
+use crate::receiver::Receiver;
+use crate::route::{Shares, shares};
+use crate::{Light, LightError, Weighting};
+
+/// A bounding volume hierarchy over lights: slower to build than a [`PerfectTree`](crate::PerfectTree), with better
+/// probabilities.
+///
+/// `p(light | x) = Π_k w_k / Σ w` over the nodes on the way to the light, in the counting measure.
+///
+/// ```
+/// use lightshed_lights::{Bounds, Light, LightBvh, LightSampler, ShadingPoint, glam::Vec3};
+///
+/// let lamp = |x: f32| Light {
+///     bounds: Bounds::of_point(Vec3::new(x, 2.0, 0.0)),
+///     intensity: 1.0,
+///     cone: None,
+/// };
+/// let bvh = LightBvh::new(&[lamp(0.0), lamp(10.0)])?;
+/// let below_the_first = ShadingPoint::new(Vec3::ZERO, Vec3::Y, 1.0);
+/// assert!(bvh.pmf(&below_the_first, 0) > 0.9);
+/// # Ok::<(), lightshed_lights::LightError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LightBvh {
+    /// Children of each inner node, the root's first.
+    blocks: Vec<WideNode>,
+    /// For each block its place among its parent's children, `8 · block + lane`.
+    parents: Vec<u32>,
+    /// For each light its place, or [`NOWHERE`] if it is off.
+    leaf_of: Vec<u32>,
+}
+
+/// Up to eight children: their nodes, and what is below each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+struct WideNode {
+    nodes: NodeBlock,
+    /// A block, or a light with [`LEAF`] set.
+    below: [u32; WIDTH],
+}
+
+/// Marks a child that is a light.
+const LEAF: u32 = 1 << 31;
+/// In place of a light's leaf.
+const NOWHERE: u32 = u32::MAX;
+/// Most steps from the root to a leaf; the build sees to it.
+const MAX_DEPTH: usize = 64;
+
+impl LightBvh {
+    /// Builds the hierarchy.
+    ///
+    /// # Errors
+    ///
+    /// See [`LightError`].
+    pub fn new(lights: &[Light]) -> Result<Self, LightError> {
+        crate::check_lights(lights)?;
+        let blocks = build::build(lights);
+        let mut parents = vec![NOWHERE; blocks.len()];
+        let mut leaf_of = vec![NOWHERE; lights.len()];
+        for (index, block) in blocks.iter().enumerate() {
+            for lane in (0..WIDTH).filter(|&lane| block.nodes.intensity[lane] > 0.0) {
+                let place = (index * WIDTH + lane) as u32;
+                match block.below[lane] {
+                    light if light & LEAF != 0 => leaf_of[(light & !LEAF) as usize] = place,
+                    below => parents[below as usize] = place,
+                }
+            }
+        }
+        Ok(Self {
+            blocks,
+            parents,
+            leaf_of,
+        })
+    }
+}
+
+impl Tree for LightBvh {
+    type Place = u32;
+
+    #[inline(always)]
+    fn root(&self) -> Step<u32> {
+        Step::Inner(0)
+    }
+
+    #[inline(always)]
+    fn shares<R: Receiver>(&self, at: &R, place: u32) -> Shares {
+        shares(&at.weights(&self.blocks[place as usize].nodes, Weighting::Center))
+    }
+
+    #[inline(always)]
+    fn below(&self, place: u32, lane: usize) -> Step<u32> {
+        let below = self.blocks[place as usize].below[lane];
+        if below & LEAF != 0 {
+            Step::Leaf(below & !LEAF)
+        } else {
+            Step::Inner(below)
+        }
+    }
+
+    #[inline(always)]
+    fn way_to(&self, light: u32, mut visit: impl FnMut(u32, usize) -> bool) -> bool {
+        let mut place = self.leaf_of.get(light as usize).copied().unwrap_or(NOWHERE);
+        let mut way = [0u32; MAX_DEPTH];
+        let mut steps = 0;
+        while place != NOWHERE && steps < MAX_DEPTH {
+            way[steps] = place;
+            steps += 1;
+            place = self.parents[place as usize / WIDTH];
+        }
+        steps > 0
+            && way[..steps]
+                .iter()
+                .rev()
+                .all(|&place| visit(place / WIDTH as u32, place as usize % WIDTH))
+    }
+
+    #[inline(always)]
+    fn lights(&self) -> usize {
+        self.leaf_of.len()
+    }
+}
