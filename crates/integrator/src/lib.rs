@@ -22,6 +22,7 @@ mod direct;
 mod film;
 mod frames;
 mod image;
+mod light_selection;
 mod metrics;
 mod next_event;
 mod output;
@@ -36,6 +37,7 @@ pub use direct::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
 pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
 pub use frames::{FrameMethod, render_frames};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};
+pub use light_selection::{ChosenLight, LightChoosing, LightSelection, UnknownLightChoosing, shading_point};
 #[cfg(feature = "flip")]
 pub use metrics::flip;
 pub use metrics::{

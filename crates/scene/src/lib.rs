@@ -21,7 +21,10 @@ pub use description::{
     CameraDescription, EmitterDescription, EnvironmentMap, FovAxis, Geometry, Projection, RenderSettings,
     SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
 };
-pub use emitter::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters, Environment};
+pub use emitter::{
+    EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterOrientation, EmitterSample, Emitters,
+    Environment,
+};
 pub use glam;
 pub use material::{
     Bsdf, BsdfSample, BsdfValue, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,

@@ -119,7 +119,7 @@ impl AreaRecord {
 }
 
 impl TriangleEmitter {
-    fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         let [a, b] = self.edges.map(Vec3::as_dvec3);
         0.5 * a.cross(b).length()
     }

@@ -5,6 +5,7 @@ mod endpoint;
 mod environment;
 mod infinite;
 mod point;
+mod selection;
 
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,7 @@ mod tests;
 pub(crate) use area::{AreaEmitter, AreaShape};
 pub use endpoint::{EmitterConnection, EmitterEndpoint};
 pub use environment::Environment;
+pub use selection::{EmitterExtent, EmitterOrientation};
 
 use crate::scene::{SceneError, offset_along};
 use crate::{EmitterDescription, Ray, Rgb, SurfacePoint, luminance};

@@ -74,6 +74,16 @@ impl Spot {
         })
     }
 
+    /// Its unit axis and the angle from it beyond which there is nothing, in radians.
+    pub fn cone(&self) -> (Vec3, f32) {
+        (self.direction, self.cutoff_angle)
+    }
+
+    /// Radiant intensity inside the beam.
+    pub fn intensity(&self) -> Rgb {
+        self.intensity
+    }
+
     /// Radiant intensity towards `point`.
     #[inline]
     pub fn intensity_towards(&self, point: Vec3) -> Rgb {

@@ -295,6 +295,22 @@ impl Bsdf {
         }
     }
 
+    /// Whether a lobe with a density may scatter light through the surface, from the side away from `wo`.
+    #[inline]
+    pub fn scatters_through(&self) -> bool {
+        self.entries().iter().any(|entry| match &entry.component {
+            Component::RoughDielectric(_) => true,
+            Component::MetallicRoughness(component) => component.transmission > 0.0,
+            _ => false,
+        })
+    }
+
+    /// Whether light is scattered by a diffuse lobe alone.
+    #[inline(always)]
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self.repr, Repr::Diffuse { .. })
+    }
+
     /// Roughly the share of light scattered at normal incidence; for heuristics, in no way exact.
     pub fn albedo_hint(&self) -> Rgb {
         match self.repr {

@@ -1,0 +1,282 @@
+//! Which emitter a shading point asks for light.
+
+use lightshed_lights::{
+    Bounds, Facing, Light, LightBvh, LightError, LightSampler, OrientationCone, PerfectTree, PowerLights,
+    ShadingPoint, UniformLights,
+};
+use lightshed_sampling::{Density, SolidAngle};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{
+    Bsdf, EmitterExtent, EmitterOrientation, EmitterSample, Emitters, Scene, SurfacePoint, luminance,
+};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
+use std::fmt;
+use std::str::FromStr;
+
+/// How one of the finite emitters is chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LightChoosing {
+    /// All alike.
+    Uniform,
+    /// In proportion to intensity, whatever the point.
+    Power,
+    /// By a perfect binary light tree.
+    Tree,
+    /// By a light BVH.
+    Bvh,
+}
+
+impl LightChoosing {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Uniform, Self::Power, Self::Tree, Self::Bvh];
+
+    /// The name by which [`FromStr`] finds it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Uniform => "uniform",
+            Self::Power => "power",
+            Self::Tree => "tree",
+            Self::Bvh => "bvh",
+        }
+    }
+}
+
+/// A name that none of [`LightChoosing::ALL`] has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownLightChoosing(String);
+
+impl fmt::Display for UnknownLightChoosing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "no light sampler is called {:?}", self.0)
+    }
+}
+
+impl std::error::Error for UnknownLightChoosing {}
+
+impl FromStr for LightChoosing {
+    type Err = UnknownLightChoosing;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        found.ok_or_else(|| UnknownLightChoosing(name.to_owned()))
+    }
+}
+
+/// Chooses emitters of a scene for shading points.
+///
+/// As [`Emitters`] does, uniformly among the emitters at infinity and, as one more, all finite ones together; but among these
+/// by a [`LightSampler`], so that `p_sel` depends on the point. Densities are in the solid-angle measure at the point, selection
+/// included. The choice and its density are the same, bit for bit, whether a choice is made alone or in company.
+pub struct LightSelection<'a> {
+    emitters: &'a Emitters,
+    /// `None` without finite emitters.
+    sampler: Option<Sampler>,
+    finite_probability: f32,
+    infinite_probability: f32,
+    /// Emitters at infinity, and one more if there are finite ones.
+    groups: u32,
+}
+
+enum Sampler {
+    Uniform(UniformLights),
+    Power(PowerLights),
+    Tree(Box<PerfectTree>),
+    Bvh(LightBvh),
+}
+
+/// Each arm is compiled for its sampler.
+macro_rules! with_sampler {
+    ($sampler:expr, $found:ident => $do:expr) => {
+        match $sampler {
+            Sampler::Uniform($found) => $do,
+            Sampler::Power($found) => $do,
+            Sampler::Tree($found) => $do,
+            Sampler::Bvh($found) => $do,
+        }
+    };
+}
+
+/// An emitter that has been chosen, or a group of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ChosenLight {
+    /// The finite emitter of this index, with this probability.
+    Finite {
+        /// Index among the scene's emitters.
+        emitter: u32,
+        /// Probability of the choice.
+        probability: f32,
+    },
+    /// One of those at infinity, by this uniform number.
+    Infinite {
+        /// 64 uniform bits.
+        u: u64,
+    },
+}
+
+impl<'a> LightSelection<'a> {
+    /// A selection among the scene's emitters.
+    ///
+    /// # Errors
+    ///
+    /// See [`LightError`]; a scene's emitters are refused only where their intensities overflow.
+    pub fn new(scene: &'a Scene, choosing: LightChoosing) -> Result<Self, LightError> {
+        let emitters = scene.emitters();
+        let lights = scene_lights(emitters);
+        let shines = lights.iter().any(|light| light.intensity > 0.0);
+        let sampler = shines
+            .then(|| {
+                Ok(match choosing {
+                    LightChoosing::Uniform => Sampler::Uniform(UniformLights::new(lights.len())?),
+                    LightChoosing::Power => Sampler::Power(PowerLights::new(&lights)?),
+                    LightChoosing::Tree => Sampler::Tree(Box::new(PerfectTree::new(&lights)?)),
+                    LightChoosing::Bvh => Sampler::Bvh(LightBvh::new(&lights)?),
+                })
+            })
+            .transpose()?;
+        let infinite = emitters.infinite_count() as u32;
+        let groups = infinite + u32::from(sampler.is_some());
+        let one = 1.0 / groups.max(1) as f32;
+        Ok(Self {
+            emitters,
+            finite_probability: if sampler.is_some() { one } else { 0.0 },
+            infinite_probability: infinite as f32 * one,
+            groups,
+            sampler,
+        })
+    }
+
+    /// Chooses by 64 uniform bits; `None` is a choice of none, which counts as a sample of value zero.
+    #[inline]
+    pub fn choose(&self, at: &ShadingPoint, u: u64) -> Option<ChosenLight> {
+        let mut chosen = [None];
+        self.choose_many(at, &[u], &mut chosen);
+        chosen[0]
+    }
+
+    /// Many choices for one point, cheapest where `u` ascends: `chosen[i]` is [`choose`](Self::choose) of `u[i]`. The shorter
+    /// slice's length counts.
+    #[inline]
+    pub fn choose_many(&self, at: &ShadingPoint, u: &[u64], chosen: &mut [Option<ChosenLight>]) {
+        for (u, chosen) in u.chunks(COMPANY).zip(chosen.chunks_mut(COMPANY)) {
+            let mut finite = [0; COMPANY];
+            let mut places = [0u8; COMPANY];
+            let mut count = 0;
+            for (place, (&u, chosen)) in u.iter().zip(chosen.iter_mut()).enumerate() {
+                // The high part of the product is the group, the low part a fresh uniform number within it.
+                let routed = u128::from(u) * u128::from(self.groups);
+                let group = (routed >> 64) as u32;
+                let rest = routed as u64;
+                *chosen = None;
+                if self.sampler.is_some() && group == 0 {
+                    finite[count] = rest;
+                    places[count] = place as u8;
+                    count += 1;
+                } else if self.groups > 0 {
+                    // Among those at infinity the number's place within all their groups.
+                    let first = u32::from(self.sampler.is_some());
+                    let infinite = u64::from(self.groups - first);
+                    let u = (u64::MAX / infinite) * u64::from(group - first) + rest / infinite;
+                    *chosen = Some(ChosenLight::Infinite { u });
+                }
+            }
+            let Some(sampler) = &self.sampler else { continue };
+            let mut choices = [None; COMPANY];
+            with_sampler!(sampler, s => s.sample_many(at, &finite[..count], &mut choices[..count]));
+            for (place, choice) in places[..count].iter().zip(choices) {
+                chosen[*place as usize] = choice.map(|choice| ChosenLight::Finite {
+                    emitter: choice.light,
+                    probability: choice.pmf * self.finite_probability,
+                });
+            }
+        }
+    }
+
+    /// A direction from `from` towards what was chosen for the shading point there; `None` where nothing comes from it.
+    #[inline(always)]
+    pub fn direction(&self, from: Vec3, chosen: ChosenLight, u: [f32; 2]) -> Option<EmitterSample> {
+        match chosen {
+            ChosenLight::Finite { emitter, probability } => {
+                self.emitters.sample_emitter(from, emitter, probability, u)
+            }
+            ChosenLight::Infinite { u: u_select } => {
+                self.emitters
+                    .sample_infinity(u_select, self.infinite_probability, u)
+            }
+        }
+    }
+
+    /// Chooses an emitter by `u_select` and a direction towards it by `u`.
+    #[inline]
+    pub fn sample(&self, at: &ShadingPoint, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+        self.direction(at.position, self.choose(at, u_select)?, u)
+    }
+
+    /// Density with which [`sample`](Self::sample) chooses the direction to `point`, which lies on an area emitter; zero
+    /// if it does not.
+    #[inline]
+    pub fn pdf(&self, at: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
+        match &self.sampler {
+            Some(sampler) if point.emitter != SurfacePoint::NO_EMITTER => {
+                let pmf = with_sampler!(sampler, s => s.pmf(at, point.emitter));
+                self.emitters
+                    .pdf_given(at.position, point, pmf * self.finite_probability)
+            }
+            _ => Density::ZERO,
+        }
+    }
+
+    /// Density with which [`sample`](Self::sample) chooses `direction` towards the environment.
+    #[inline]
+    pub fn pdf_environment(&self, direction: Vec3) -> Density<SolidAngle> {
+        self.emitters
+            .pdf_environment_given(direction, self.infinite_probability)
+    }
+}
+
+/// Choices that are made together.
+const COMPANY: usize = 64;
+
+/// What a light sampler sees of a surface point with this BSDF, from the unit direction `wo` (in the shading frame).
+#[inline]
+pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoint {
+    let facing = if bsdf.scatters_through() {
+        Facing::Both
+    } else {
+        Facing::Front
+    };
+    let side = if wo.z < 0.0 { -Vec3::Z } else { Vec3::Z };
+    ShadingPoint {
+        position: point.position,
+        normal: point.shading.to_world(side),
+        facing,
+        // Only that of a diffuse surface is a bound; of others it is known that there is one.
+        reflectance_bound: match bsdf.is_diffuse() {
+            true => luminance(bsdf.albedo_hint()) * FRAC_1_PI,
+            false => f32::MAX,
+        },
+    }
+}
+
+/// The finite emitters of a scene, by their indices.
+fn scene_lights(emitters: &Emitters) -> Vec<Light> {
+    (0..emitters.finite_count() as u32)
+        .filter_map(|index| emitters.extent(index))
+        .map(|extent| light_of(&extent))
+        .collect()
+}
+
+fn light_of(extent: &EmitterExtent) -> Light {
+    let cone = match extent.orientation {
+        EmitterOrientation::Cosine(normal) => Some(OrientationCone::diffuse(normal)),
+        EmitterOrientation::Cone { axis, angle } if angle < FRAC_PI_2 => {
+            Some(OrientationCone::spot(axis, angle))
+        }
+        _ => None,
+    };
+    Light {
+        bounds: Bounds::new(extent.min, extent.max),
+        intensity: extent.intensity,
+        cone,
+    }
+}

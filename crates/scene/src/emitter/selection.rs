@@ -1,0 +1,170 @@
+//! For guests that choose among the finite emitters by themselves: what there is to know of each, and samples of a given one.
+
+use super::{AreaRecord, EmitterSample, Emitters, PointEmitter};
+use crate::{SurfacePoint, luminance};
+use glam::Vec3;
+use lightshed_sampling::{Density, SolidAngle};
+use std::f32::consts::PI;
+
+/// Where a finite emitter is and where it shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmitterExtent {
+    /// Least coordinates of its points.
+    pub min: Vec3,
+    /// Greatest coordinates of its points.
+    pub max: Vec3,
+    /// Luminance of its radiant intensity in the direction in which that is greatest (of a small emitter, seen from afar).
+    pub intensity: f32,
+    /// How it is oriented.
+    pub orientation: EmitterOrientation,
+}
+
+/// The directions into which an emitter shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum EmitterOrientation {
+    /// All alike.
+    All,
+    /// `cos θ` of the greatest intensity at an angle θ < π/2 from this unit normal, nothing beyond.
+    Cosine(Vec3),
+    /// At most the greatest intensity up to `angle` from this unit axis, nothing beyond.
+    Cone {
+        /// The unit axis.
+        axis: Vec3,
+        /// Radians.
+        angle: f32,
+    },
+}
+
+impl Emitters {
+    /// Number of finite emitters; their indices are below it, and no others' are.
+    pub fn finite_count(&self) -> usize {
+        self.areas.len() + self.points.len()
+    }
+
+    /// Number of emitters at infinity.
+    pub fn infinite_count(&self) -> usize {
+        self.directionals.len() + usize::from(self.environment.is_some())
+    }
+
+    /// Where a finite emitter is and where it shines; `None` for any other index.
+    pub fn extent(&self, index: u32) -> Option<EmitterExtent> {
+        let index = index as usize;
+        if let Some(area) = self.areas.get(index) {
+            return Some(area.extent());
+        }
+        let (position, intensity, orientation) = match self.points.get(index - self.areas.len())? {
+            PointEmitter::Point(point) => (point.position, point.intensity, EmitterOrientation::All),
+            PointEmitter::Spot(spot) => {
+                let (axis, angle) = spot.cone();
+                let orientation = EmitterOrientation::Cone { axis, angle };
+                (spot.position, spot.intensity(), orientation)
+            }
+        };
+        Some(EmitterExtent {
+            min: position,
+            max: position,
+            intensity: luminance(intensity),
+            orientation,
+        })
+    }
+
+    /// Probability with which [`Emitters::sample`] chooses a finite emitter, at every point; 0 for any other index.
+    #[inline(always)]
+    pub fn selection_probability(&self, index: u32) -> f32 {
+        match &self.finite {
+            Some(table) => table.pmf(index) * self.group_probability,
+            None => 0.0,
+        }
+    }
+
+    /// A direction towards the finite emitter `index`, which was chosen with `probability`: what [`Emitters::sample`] would
+    /// give had it chosen so. `None` where the emitter sends nothing to `from`, and for any other index.
+    #[inline(always)]
+    pub fn sample_emitter(
+        &self,
+        from: Vec3,
+        index: u32,
+        probability: f32,
+        u: [f32; 2],
+    ) -> Option<EmitterSample> {
+        let own = self.finite.as_ref()?.pmf(index);
+        if !(own > 0.0 && probability > 0.0) {
+            return None;
+        }
+        let mut sample = self.sample_finite(from, index, own, u)?;
+        let scale = probability / (own * self.group_probability);
+        sample.pdf = sample.pdf * scale;
+        sample.weight /= scale;
+        // A probability so small that the weight is no number any more.
+        sample.weight.is_finite().then_some(sample)
+    }
+
+    /// A direction towards one of the emitters at infinity, which are chosen by `u_select` uniformly, all together with
+    /// `probability`. `None` where there are none, or where nothing comes from there.
+    #[inline]
+    pub fn sample_infinity(&self, u_select: u64, probability: f32, u: [f32; 2]) -> Option<EmitterSample> {
+        let count = self.infinite_count();
+        if count == 0 || !(probability > 0.0) {
+            return None;
+        }
+        let which = ((u128::from(u_select) * count as u128) >> 64) as usize;
+        let mut sample = self.sample_infinite(which, u)?;
+        let scale = probability / (self.group_probability * count as f32);
+        sample.pdf = sample.pdf * scale;
+        sample.weight /= scale;
+        Some(sample)
+    }
+
+    /// Density with which [`Emitters::sample_emitter`] at `from` would have chosen the direction to `point`, had the emitter
+    /// that it lies on been chosen with `probability`; zero if it lies on none.
+    #[inline(always)]
+    pub fn pdf_given(&self, from: Vec3, point: &SurfacePoint, probability: f32) -> Density<SolidAngle> {
+        let own = self.selection_probability(point.emitter);
+        if own > 0.0 {
+            self.pdf(from, point) * (probability / own)
+        } else {
+            Density::ZERO
+        }
+    }
+
+    /// Density with which [`Emitters::sample_infinity`] with `probability` would have chosen `direction` towards the
+    /// environment.
+    #[inline(always)]
+    pub fn pdf_environment_given(&self, direction: Vec3, probability: f32) -> Density<SolidAngle> {
+        match &self.environment {
+            Some(environment) => environment.pdf(direction) * (probability / self.infinite_count() as f32),
+            None => Density::ZERO,
+        }
+    }
+}
+
+impl AreaRecord {
+    fn extent(&self) -> EmitterExtent {
+        let radiance = luminance(self.radiance());
+        match self {
+            Self::Triangle(triangle) => {
+                let corners = [
+                    triangle.corner,
+                    triangle.corner + triangle.edges[0],
+                    triangle.corner + triangle.edges[1],
+                ];
+                EmitterExtent {
+                    min: corners.into_iter().fold(Vec3::INFINITY, Vec3::min),
+                    max: corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max),
+                    intensity: radiance * triangle.area() as f32,
+                    orientation: EmitterOrientation::Cosine(triangle.normal),
+                }
+            }
+            Self::Sphere(emitter) => {
+                let (center, radius) = (emitter.sphere.center, emitter.sphere.radius);
+                EmitterExtent {
+                    min: center - radius,
+                    max: center + radius,
+                    intensity: radiance * PI * radius * radius,
+                    orientation: EmitterOrientation::All,
+                }
+            }
+        }
+    }
+}
