@@ -18,6 +18,7 @@ mod bvh;
 mod cone;
 mod descent;
 mod flat;
+mod grid;
 mod importance;
 mod light;
 mod normals;
@@ -36,6 +37,11 @@ pub use bvh::LightBvh;
 pub use cone::OrientationCone;
 pub use flat::{PowerLights, UniformLights};
 pub use glam;
+pub use grid::{
+    BlendingFunctions, Construction, Gathered, GridChange, GridError, GridLight, GridOptions, GridQuery,
+    Influence, Levels, LightId, LightingGrid, MAX_ALPHA, MAX_LEVELS, MAX_SHADOW_SAMPLES, PointLight,
+    UpdateReport,
+};
 pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use perfect::{PerfectTree, PerfectTreeOptions, Stride};

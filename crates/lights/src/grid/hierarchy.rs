@@ -1,0 +1,296 @@
+//! The hierarchy and its construction.
+
+use super::blend::BlendingFunctions;
+use super::cells::{Cells, Frame, KEY_BITS, finest_bits_below, key};
+use super::grid_light::GridLight;
+use super::level::{Level, reserve_total};
+use super::parallel::{fill, reduce};
+use super::sort::{index_of, pack, sort_by_key};
+use super::{Construction, GridError, GridOptions, Levels, PointLight};
+use crate::{Bounds, MAX_LIGHTS};
+use glam::DVec3;
+
+/// Names a light of the hierarchy: of level 0, the lights themselves in the grid's own order, or of a level of grid lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightId {
+    /// 0 for the lights themselves, else the level ℓ of S_ℓ.
+    pub level: u32,
+    /// Place within the level.
+    pub index: u32,
+}
+
+/// A lighting grid hierarchy (Lin 2022 ch. 3, after Yuksel and Yuksel 2017): many point lights at several resolutions.
+///
+/// Level 0, S₀, is the lights. For ℓ ≥ 1 a grid of cubic cells of side `h_ℓ = 2 h_{ℓ−1}` covers them; each light is shared
+/// among the eight vertices of its cell by trilinear weights, and a vertex that got something is a [`GridLight`] of S_ℓ. The
+/// coarsest level has one cell. Every level stands for all the light: `Σ_{S_ℓ} I = Σ_{S_0} I`. What reaches a point from
+/// distance `d` is taken from the levels that [`BlendingFunctions`] choose for `d`:
+///
+/// > `E(x) ≈ Σ_ℓ Σ_{i ∈ S_ℓ} B_ℓ(d_i) I_i e_i(−ω_i) max(0, n·ω_i) / d_i²`,
+///
+/// an approximation whose error falls with α. Nothing in it is random, and it changes continuously with the lights as long
+/// as the box stays ([`GridOptions::bounds`]).
+///
+/// **Construction.** Lights are sorted by their cells of the finest grid. Each vertex of level 1 gathers from the lights of its
+/// eight cells, each vertex of level ℓ + 1 from its 27 vertices of level ℓ, which gives exactly what scattering all lights into
+/// every level would. There are no atomic operations and every sum has one order, so the result is the same for any
+/// number of threads. Time `O(N)`. [`LightingGrid::rebuild`] keeps the memory, [`LightingGrid::update`] does only what a few changed
+/// lights ask for.
+///
+/// ```
+/// use lightshed_lights::{GridOptions, LightingGrid, PointLight, glam::Vec3};
+///
+/// let lights: Vec<PointLight> = (0..1000)
+///     .map(|i| PointLight::isotropic(Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32), Vec3::ONE))
+///     .collect();
+/// let grid = LightingGrid::new(&lights, &GridOptions { alpha: 2.0, ..GridOptions::default() })?;
+/// let (point, normal) = (Vec3::new(4.3, 4.6, -9.0), Vec3::Z);
+/// let exact: f32 = lights
+///     .iter()
+///     .map(|light| {
+///         let to_light = light.position - point;
+///         normal.dot(to_light).max(0.0) * to_light.length().powi(-3)
+///     })
+///     .sum();
+/// let irradiance = grid.irradiance(point, normal, 0.0);
+/// assert!((irradiance.x / exact - 1.0).abs() < 0.03);
+/// # Ok::<(), lightshed_lights::GridError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LightingGrid {
+    pub(super) options: GridOptions,
+    /// The grid's cube: least corner and side.
+    pub(super) origin: DVec3,
+    pub(super) size: f64,
+    pub(super) bounds: Bounds,
+    /// Lights in the order given.
+    pub(super) lights: Vec<PointLight>,
+    /// Key and index of each light, sorted.
+    pub(super) pairs: Vec<u64>,
+    pub(super) scratch: Vec<u64>,
+    /// Lights in the order of `pairs`: S₀.
+    pub(super) sorted: Vec<PointLight>,
+    pub(super) cells: Cells,
+    /// S₁, S₂, … up to `level_count`; more are kept for their memory.
+    pub(super) levels: Vec<Level>,
+    pub(super) level_count: u32,
+    pub(super) update: super::update::Scratch,
+}
+
+impl LightingGrid {
+    /// Builds the hierarchy of `lights`.
+    ///
+    /// # Errors
+    ///
+    /// No lights or too many, a light whose position, intensity or normal is none, or impossible options.
+    pub fn new(lights: &[PointLight], options: &GridOptions) -> Result<Self, GridError> {
+        let mut grid = Self {
+            options: *options,
+            origin: DVec3::ZERO,
+            size: 1.0,
+            bounds: Bounds::EMPTY,
+            lights: Vec::new(),
+            pairs: Vec::new(),
+            scratch: Vec::new(),
+            sorted: Vec::new(),
+            cells: Cells::default(),
+            levels: Vec::new(),
+            level_count: 0,
+            update: super::update::Scratch::default(),
+        };
+        grid.rebuild(lights)?;
+        Ok(grid)
+    }
+
+    /// Builds the hierarchy of other lights in place of this one, as [`LightingGrid::new`] would, in the memory there is. With as many
+    /// lights as before, and a quarter more occupied vertices at most, nothing is allocated.
+    ///
+    /// # Errors
+    ///
+    /// As [`LightingGrid::new`]; the grid is what it was.
+    pub fn rebuild(&mut self, lights: &[PointLight]) -> Result<(), GridError> {
+        self.options.check()?;
+        let bounds = check_lights(lights)?;
+        self.lights.clear();
+        self.lights.extend_from_slice(lights);
+        self.build_around(bounds);
+        Ok(())
+    }
+
+    /// Builds the hierarchy of the lights that are held already.
+    pub(super) fn rebuild_own(&mut self) -> Result<(), GridError> {
+        let bounds = check_lights(&self.lights)?;
+        self.build_around(bounds);
+        Ok(())
+    }
+
+    fn build_around(&mut self, lights: Bounds) {
+        self.place_box(lights);
+        self.sort_lights();
+        self.collect_finest();
+        self.build_levels();
+    }
+
+    /// The cube around the lights and the box asked for.
+    fn place_box(&mut self, lights: Bounds) {
+        self.bounds = match &self.options.bounds {
+            Some(bounds) => lights.union(bounds),
+            None => lights,
+        };
+        let diagonal = (self.bounds.max.as_dvec3() - self.bounds.min.as_dvec3()).max_element();
+        // Lights at one point still need a cell, one whose side the coordinates' rounding does not matter to.
+        let magnitude = f64::from(self.bounds.min.abs().max(self.bounds.max.abs()).max_element());
+        // Nor must the square of a radius underflow.
+        self.size = diagonal.max(magnitude * 2.0f64.powi(-18)).max(1e-12);
+        self.origin = self.bounds.min.as_dvec3();
+    }
+
+    pub(super) fn sort_lights(&mut self) {
+        let finest = self.key_frame();
+        let Self {
+            lights,
+            pairs,
+            scratch,
+            sorted,
+            ..
+        } = self;
+        pairs.resize(lights.len(), 0);
+        fill(pairs, &|i| pack(key(lights[i].position, &finest), i as u32));
+        sort_by_key(pairs, scratch);
+        sorted.resize(lights.len(), PointLight::default());
+        fill(sorted, &|place| lights[index_of(pairs[place]) as usize]);
+    }
+
+    /// Settles the number of levels, and collects the cells and vertices of the finest one.
+    fn collect_finest(&mut self) {
+        let (mut bits, limit) = match self.options.levels {
+            Levels::Count(count) => (count - 1, usize::MAX),
+            Levels::Auto => {
+                // No grid has fewer vertices than cells.
+                let limit = self.lights.len().div_ceil(2);
+                (finest_bits_below(&self.pairs, limit), limit)
+            }
+        };
+        if self.levels.is_empty() {
+            self.levels.push(Level::default());
+        }
+        loop {
+            self.cells.collect(&self.pairs, bits);
+            self.levels[0].collect_from_cells(&self.cells);
+            if bits == 0 || self.levels[0].rows.len() < limit {
+                break;
+            }
+            bits -= 1;
+        }
+        self.level_count = bits + 1;
+        while self.levels.len() < self.level_count as usize {
+            self.levels.push(Level::default());
+        }
+    }
+
+    fn build_levels(&mut self) {
+        self.cells.reserve();
+        for level in 1..=self.level_count {
+            let frame = self.frame(level);
+            let (finer, rest) = self.levels.split_at_mut(level as usize - 1);
+            let current = &mut rest[0];
+            match finer.last() {
+                None => {
+                    current.reserve();
+                    current.sum_lights(&self.cells, &self.sorted, &frame);
+                }
+                Some(finer) => {
+                    current.collect_from_finer(&finer.rows);
+                    current.reserve();
+                    match self.options.construction {
+                        Construction::Gather => current.sum_finer(finer),
+                        Construction::Scatter => current.scatter_lights(&self.sorted, &frame),
+                    }
+                }
+            }
+            current.finish(&frame);
+        }
+        let pairs = self.pairs.len();
+        reserve_total(&mut self.scratch, pairs);
+    }
+
+    /// The grid of level ℓ ≥ 1.
+    #[inline(always)]
+    pub(super) fn frame(&self, level: u32) -> Frame {
+        Frame::new(
+            self.origin,
+            self.size / f64::from(1u32 << (self.level_count - level)),
+        )
+    }
+
+    /// The grid of the keys that lights are sorted by.
+    pub(super) fn key_frame(&self) -> Frame {
+        Frame::new(self.origin, self.size / f64::from(1u32 << KEY_BITS))
+    }
+
+    /// The options it was built with.
+    pub fn options(&self) -> &GridOptions {
+        &self.options
+    }
+
+    /// The box that lights may move in without a new construction.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Number of lights, those of no intensity included.
+    pub fn len(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Never true: a grid has lights.
+    pub fn is_empty(&self) -> bool {
+        self.lights.is_empty()
+    }
+
+    /// The lights in the order in which they were given: those that [`LightingGrid::represented_light`] names.
+    pub fn lights(&self) -> &[PointLight] {
+        &self.lights
+    }
+
+    /// Number of levels above the lights, ℓ_max.
+    pub fn level_count(&self) -> u32 {
+        self.level_count
+    }
+
+    /// The grid lights of level ℓ, for `1 ≤ ℓ ≤ ℓ_max`; none for others.
+    pub fn grid_lights(&self, level: u32) -> &[GridLight] {
+        match level.checked_sub(1) {
+            Some(place) if level <= self.level_count => &self.levels[place as usize].lights,
+            _ => &[],
+        }
+    }
+
+    /// Side `h_ℓ` of the cells of level ℓ; of level 0, half of level 1's.
+    pub fn cell_size(&self, level: u32) -> f32 {
+        let halvings = self.level_count as i32 - level.min(self.level_count) as i32;
+        (self.size * 0.5f64.powi(halvings)) as f32
+    }
+
+    /// The blending functions when `first_level` (0 or 1; more counts as 1) is the first to be used.
+    pub fn blending(&self, first_level: u32) -> BlendingFunctions {
+        let radius_0 = self.options.alpha * self.cell_size(0);
+        BlendingFunctions::new(radius_0, first_level.min(1), self.level_count)
+    }
+}
+
+/// Bounds of lights that are all right.
+fn check_lights(lights: &[PointLight]) -> Result<Bounds, GridError> {
+    match lights.len() {
+        0 => return Err(GridError::Empty),
+        count if count > MAX_LIGHTS => return Err(GridError::TooMany(count)),
+        _ => (),
+    }
+    let check = |i: usize| lights[i].check(i).map(|()| Bounds::of_point(lights[i].position));
+    // The first error, whatever the threads.
+    let join = |a: Result<Bounds, GridError>, b: Result<Bounds, GridError>| match (a, b) {
+        (Ok(a), Ok(b)) => Ok(a.union(&b)),
+        (Err(error), _) | (_, Err(error)) => Err(error),
+    };
+    reduce(0..lights.len(), &check, &join).unwrap_or(Err(GridError::Empty))
+}

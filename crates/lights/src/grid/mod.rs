@@ -1,0 +1,30 @@
+//! The lighting grid hierarchy: many point lights at several resolutions (Lin 2022 ch. 3).
+
+mod blend;
+mod cells;
+mod error;
+mod grid_light;
+mod hierarchy;
+mod level;
+mod light;
+mod moments;
+mod options;
+mod parallel;
+mod query;
+mod rows;
+mod shadow;
+mod sort;
+mod update;
+
+#[cfg(test)]
+mod tests;
+
+pub use blend::BlendingFunctions;
+pub use error::GridError;
+pub use grid_light::GridLight;
+pub use hierarchy::{LightId, LightingGrid};
+pub use light::PointLight;
+pub use options::{Construction, GridOptions, Levels, MAX_ALPHA, MAX_LEVELS};
+pub use query::{GridQuery, Influence};
+pub use shadow::{Gathered, MAX_SHADOW_SAMPLES};
+pub use update::{GridChange, UpdateReport};

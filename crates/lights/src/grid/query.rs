@@ -1,0 +1,217 @@
+//! What reaches a point: a look-up in every level.
+
+use super::grid_light::REACH_FACTOR;
+use super::hierarchy::{LightId, LightingGrid};
+use glam::{DVec3, Vec3};
+
+/// Which of the lights near a point are to be visited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridQuery {
+    /// 0 to use the lights themselves near the point; 1 to start from S₁, which is faster, smooths more, and is what the
+    /// thesis does (Lin 2022 §3.4.1).
+    pub first_level: u32,
+    /// Interleaved sampling (§3.4.3): of each level's lights only every `stride`-th, starting with `phase`, counts, `stride`-fold.
+    /// The mean over all phases is the whole. 1 for all lights; 0 counts as 1.
+    pub stride: u32,
+    /// See [`GridQuery::stride`]; taken modulo it.
+    pub phase: u32,
+}
+
+impl Default for GridQuery {
+    fn default() -> Self {
+        Self {
+            first_level: 0,
+            stride: 1,
+            phase: 0,
+        }
+    }
+}
+
+/// A light of the hierarchy as a point sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Influence {
+    /// The light.
+    pub id: LightId,
+    /// Unit direction from the point to it.
+    pub direction: Vec3,
+    /// Squared distance; positive.
+    pub distance_squared: f32,
+    /// Radiant intensity towards the point, times the blending function; not zero.
+    pub intensity: Vec3,
+}
+
+impl LightingGrid {
+    /// Calls `visit` with every light of the hierarchy that shines on `point`, nothing being in between; in a fixed order. Lights
+    /// at the point itself are left out.
+    ///
+    /// Costs a look-up of some rows of each level, within the radius `2 α h_ℓ`: `O(α² log N)` lights on surfaces, `O(α³ log N)` in a
+    /// volume.
+    #[inline]
+    pub fn visit(&self, point: Vec3, query: &GridQuery, mut visit: impl FnMut(&Influence)) {
+        let blending = self.blending(query.first_level);
+        let stride = query.stride.max(1);
+        let share = |range: std::ops::Range<usize>| {
+            let skip = (query.phase % stride + stride - range.start as u32 % stride) % stride;
+            range.skip(skip as usize).step_by(stride as usize)
+        };
+        let look = Look { scale: stride as f32 };
+        if blending.first_level() == 0 {
+            let ramps = blending.ramps(0);
+            self.for_each_cell_within(point, blending.reach(0), |lights| {
+                for index in share(lights) {
+                    let light = &self.sorted[index];
+                    let to_light = light.position - point;
+                    let weight = ramps.weight(to_light.length_squared());
+                    look.at(0, index, to_light, light.intensity, weight, &mut visit, |d| {
+                        light.emission(d)
+                    });
+                }
+            });
+        }
+        for level in 1..=self.level_count {
+            let ramps = blending.ramps(level);
+            let lights = self.grid_lights(level);
+            let mut visit_range = |range: std::ops::Range<usize>| {
+                for index in share(range) {
+                    let light = &lights[index];
+                    let to_light = light.position - point;
+                    let weight = ramps.weight(light.blending_distance_squared(to_light));
+                    look.at(level, index, to_light, light.intensity, weight, &mut visit, |d| {
+                        light.emission(d)
+                    });
+                }
+            };
+            if level == self.level_count {
+                visit_range(0..lights.len());
+            } else {
+                self.for_each_run_within(level, point, REACH_FACTOR * blending.reach(level), visit_range);
+            }
+        }
+    }
+
+    /// Irradiance at `point` on a surface of unit `normal` from all lights, none of them occluded; squared distances are taken
+    /// to be no less than that of `min_distance`, which bounds the singularity and loses light near the lights.
+    pub fn irradiance(&self, point: Vec3, normal: Vec3, min_distance: f32) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        let least = min_distance * min_distance;
+        self.visit(point, &GridQuery::default(), |influence| {
+            let cos_theta = normal.dot(influence.direction).max(0.0);
+            sum += influence.intensity * (cos_theta / influence.distance_squared.max(least));
+        });
+        sum.min(Vec3::splat(f32::MAX))
+    }
+
+    /// Places of the lights in cells that come within `radius` of `point`, cell by cell.
+    #[inline(always)]
+    fn for_each_cell_within(&self, point: Vec3, radius: f32, mut visit: impl FnMut(std::ops::Range<usize>)) {
+        let frame = self.frame(1);
+        let (center, radius) = (frame.in_cells(point), f64::from(radius) / frame.cell);
+        let rows = &self.cells.rows;
+        // A cell reaches from its own corner to the next; half a cell to each side of its middle.
+        for_each_row(center - 0.5, radius, 0.5, rows.side(), |y, z, first, last| {
+            for cell in rows.range(first, last, y, z) {
+                visit(self.cells.lights(cell));
+            }
+        });
+    }
+
+    /// Places of the grid lights of `level` that may lie within `radius` of `point`, run by run.
+    #[inline(always)]
+    fn for_each_run_within(
+        &self,
+        level: u32,
+        point: Vec3,
+        radius: f32,
+        mut visit: impl FnMut(std::ops::Range<usize>),
+    ) {
+        let frame = self.frame(level);
+        let (center, radius) = (frame.in_cells(point), f64::from(radius) / frame.cell);
+        let rows = &self.levels[level as usize - 1].rows;
+        // An illumination centre is less than a cell off its vertex, along each axis.
+        for_each_row(center, radius, 1.0, rows.side(), |y, z, first, last| {
+            visit(rows.range(first, last, y, z));
+        });
+    }
+}
+
+/// Calls `row(y, z, first, last)` for the rows of places in a cube of `side`³ at which something may lie within `radius` of
+/// `center`, where what belongs to a place is off it by up to `slack` along each axis.
+#[inline(always)]
+fn for_each_row(center: DVec3, radius: f64, slack: f64, side: u32, mut row: impl FnMut(u32, u32, u32, u32)) {
+    // Rounding of positions must not lose a light at the rim.
+    let slack = slack + 1e-3;
+    let last = f64::from(side - 1);
+    // Inclusive; empty where first > last. The casts saturate.
+    let span = |center: f64, reach: f64| {
+        let (first, end) = (
+            (center - reach).ceil().max(0.0),
+            (center + reach).floor().min(last),
+        );
+        (first as u32, if end < first { None } else { Some(end as u32) })
+    };
+    let (first_z, Some(last_z)) = span(center.z, radius + slack) else {
+        return;
+    };
+    for z in first_z..=last_z {
+        let dz = ((center.z - f64::from(z)).abs() - slack).max(0.0);
+        let left = radius * radius - dz * dz;
+        if left < 0.0 {
+            continue;
+        }
+        let (first_y, Some(last_y)) = span(center.y, left.sqrt() + slack) else {
+            continue;
+        };
+        for y in first_y..=last_y {
+            let dy = ((center.y - f64::from(y)).abs() - slack).max(0.0);
+            let left = left - dy * dy;
+            if left < 0.0 {
+                continue;
+            }
+            let (first_x, Some(last_x)) = span(center.x, left.sqrt() + slack) else {
+                continue;
+            };
+            row(y, z, first_x, last_x);
+        }
+    }
+}
+
+/// What does not change while a point looks at lights.
+#[derive(Clone, Copy)]
+struct Look {
+    scale: f32,
+}
+
+impl Look {
+    #[expect(clippy::too_many_arguments, reason = "what a light is, of two kinds")]
+    #[inline(always)]
+    fn at(
+        &self,
+        level: u32,
+        index: usize,
+        to_light: Vec3,
+        intensity: Vec3,
+        weight: f32,
+        visit: &mut impl FnMut(&Influence),
+        emission: impl FnOnce(Vec3) -> f32,
+    ) {
+        let distance_squared = to_light.length_squared();
+        // Neither at the light nor so far out that the square overflows. NaN fails the comparisons.
+        if !(weight > 0.0 && distance_squared >= f32::MIN_POSITIVE && distance_squared < f32::INFINITY) {
+            return;
+        }
+        let direction = to_light / distance_squared.sqrt();
+        let intensity = intensity * (weight * self.scale * emission(-direction));
+        if intensity == Vec3::ZERO {
+            return;
+        }
+        visit(&Influence {
+            id: LightId {
+                level,
+                index: index as u32,
+            },
+            direction,
+            distance_squared,
+            intensity: intensity.min(Vec3::splat(f32::MAX)),
+        });
+    }
+}

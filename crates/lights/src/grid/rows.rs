@@ -1,0 +1,163 @@
+//! Sparse grids: which places are occupied, row by row.
+
+use std::ops::Range;
+
+/// The occupied places of a cube of `side`³, in the order of z, then y, then x, and where each row starts.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    side: u32,
+    /// `side² + 1` places in `x`.
+    starts: Vec<u32>,
+    x: Vec<u16>,
+}
+
+/// Words of a row's bitmap: 1,025 places at most.
+const WORDS: usize = 17;
+
+/// A row as it is being collected.
+pub(super) struct RowBits([u64; WORDS]);
+
+impl RowBits {
+    #[inline(always)]
+    pub fn set(&mut self, x: u32) {
+        self.0[x as usize / 64 % WORDS] |= 1 << (x % 64);
+    }
+}
+
+/// Places that are being put.
+pub(super) struct Placing<'a>(&'a mut [u16]);
+
+impl Placing<'_> {
+    #[inline(always)]
+    pub fn put(&mut self, place: usize, x: u32) {
+        self.0[place] = x as u16;
+    }
+}
+
+impl Rows {
+    /// Collects a cube of `side`³ anew; `mark(y, z, row)` sets the occupied places of each row.
+    pub fn collect(&mut self, side: u32, mut mark: impl FnMut(u32, u32, &mut RowBits)) {
+        self.side = side;
+        self.starts.clear();
+        self.x.clear();
+        for z in 0..side {
+            for y in 0..side {
+                self.starts.push(self.x.len() as u32);
+                let mut row = RowBits([0; WORDS]);
+                mark(y, z, &mut row);
+                for (word, &bits) in row.0.iter().enumerate() {
+                    let mut bits = bits;
+                    while bits != 0 {
+                        self.x.push((word * 64) as u16 + bits.trailing_zeros() as u16);
+                        bits &= bits - 1;
+                    }
+                }
+            }
+        }
+        self.starts.push(self.x.len() as u32);
+    }
+
+    /// Begins a cube of `side`³ whose rows start as `starts` says and whose `count` places are to be put in any order.
+    pub fn begin(&mut self, side: u32, starts: &[u32], count: usize) -> Placing<'_> {
+        self.side = side;
+        self.starts.clear();
+        self.starts.extend_from_slice(starts);
+        self.x.clear();
+        self.x.resize(count, 0);
+        Placing(&mut self.x)
+    }
+
+    /// `[y, z]` of the row that a place is in.
+    pub fn row_of(&self, place: usize) -> [u32; 2] {
+        let row = self
+            .starts
+            .partition_point(|&start| start as usize <= place)
+            .saturating_sub(1) as u32;
+        [row % self.side, row / self.side]
+    }
+
+    /// Makes room so that later collections of about this size allocate nothing.
+    pub fn reserve(&mut self, side: u32, places: usize) {
+        let rows = side as usize * side as usize + 1;
+        self.starts.reserve(rows.saturating_sub(self.starts.len()));
+        self.x.reserve(places.saturating_sub(self.x.len()));
+    }
+
+    pub fn side(&self) -> u32 {
+        self.side
+    }
+
+    /// Number of occupied places.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// The x of every occupied place.
+    pub fn x(&self) -> &[u16] {
+        &self.x
+    }
+
+    /// Places of row `(y, z)`; none outside the cube.
+    #[inline(always)]
+    pub fn row(&self, y: u32, z: u32) -> Range<usize> {
+        if y >= self.side || z >= self.side {
+            return 0..0;
+        }
+        let row = (z * self.side + y) as usize;
+        self.starts[row] as usize..self.starts[row + 1] as usize
+    }
+
+    /// Places of row `(y, z)` whose x is in `first..=last`.
+    #[inline(always)]
+    pub fn range(&self, first: u32, last: u32, y: u32, z: u32) -> Range<usize> {
+        let row = self.row(y, z);
+        let xs = &self.x[row.clone()];
+        let start = xs.partition_point(|&x| u32::from(x) < first);
+        let length = xs[start..].partition_point(|&x| u32::from(x) <= last);
+        row.start + start..row.start + start + length
+    }
+
+    /// The place of `(x, y, z)`, if it is occupied.
+    #[inline(always)]
+    pub fn find(&self, [x, y, z]: [u32; 3]) -> Option<usize> {
+        let range = self.range(x, x, y, z);
+        (!range.is_empty()).then_some(range.start)
+    }
+
+    /// The first place of the rows of `z`; for `z` the side, the number of places.
+    pub fn slab_start(&self, z: u32) -> usize {
+        self.starts[(z * self.side) as usize] as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_found_as_in_a_dense_cube() {
+        let occupied = |x: u32, y: u32, z: u32| (x * 7 + y * 13 + z * 29).is_multiple_of(5) && y != 3;
+        let side = 67;
+        let mut rows = Rows::default();
+        rows.collect(side, |y, z, row| {
+            (0..side).filter(|&x| occupied(x, y, z)).for_each(|x| row.set(x))
+        });
+        let mut place = 0;
+        for z in 0..side {
+            assert_eq!(rows.slab_start(z), place);
+            for y in 0..side {
+                for x in 0..side {
+                    assert_eq!(rows.find([x, y, z]), occupied(x, y, z).then_some(place));
+                    if occupied(x, y, z) {
+                        assert_eq!(rows.row_of(place), [y, z]);
+                    }
+                    place += usize::from(occupied(x, y, z));
+                }
+                let expected = (5..=20).filter(|&x| occupied(x, y, z)).count();
+                assert_eq!(rows.range(5, 20, y, z).len(), expected);
+            }
+        }
+        assert_eq!((rows.len(), rows.slab_start(side)), (place, place));
+        assert!(rows.row(side, 0).is_empty() && rows.find([side, 0, 0]).is_none());
+    }
+}

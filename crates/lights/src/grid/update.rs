@@ -1,0 +1,277 @@
+//! Changing a few lights of a hierarchy.
+
+use super::cells::{KEY_BITS, key};
+use super::hierarchy::LightingGrid;
+use super::level::{Level, moments_of_finer, moments_of_lights};
+use super::sort::{index_of, pack};
+use super::{GridError, PointLight};
+use lightshed_sampling::morton30_decode;
+
+/// A light that is to become another: moved, brighter, off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridChange {
+    /// Index of the light.
+    pub index: u32,
+    /// What it becomes.
+    pub light: PointLight,
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UpdateReport {
+    /// Lights that went into another cell of the finest grid.
+    pub moved: usize,
+    /// Vertices, of all levels, whose sums were taken anew.
+    pub refreshed: usize,
+    /// Whether a light left the grid's box, so that all was built anew around another box.
+    pub rebuilt: bool,
+}
+
+/// Memory that updates keep.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    /// Indices of changed lights, in order.
+    indices: Vec<u32>,
+    /// Codes of the finest cells that a changed light is or was in.
+    cells: Vec<u32>,
+    /// Numbers of vertices whose sums change, in order; those of the next level.
+    dirty: Vec<u32>,
+    next: Vec<u32>,
+    pairs: Vec<u64>,
+    changed: Vec<u64>,
+    sorted: Vec<PointLight>,
+    levels: Vec<Level>,
+}
+
+/// A vertex as one number, in the order of places.
+#[inline(always)]
+fn number([x, y, z]: [u32; 3], side: u32) -> u32 {
+    (z * side + y) * side + x
+}
+
+fn vertex(number: u32, side: u32) -> [u32; 3] {
+    [number % side, number / side % side, number / side / side]
+}
+
+fn sort_unique(numbers: &mut Vec<u32>) {
+    numbers.sort_unstable();
+    numbers.dedup();
+}
+
+impl LightingGrid {
+    /// Changes some lights. The result has the bits of [`LightingGrid::rebuild`] with all lights, over the same box and with the
+    /// same number of levels; the work is that of the vertices around the changed lights and, if some went into other
+    /// cells, a copy of the rest. Of several changes of one light the last counts.
+    ///
+    /// # Errors
+    ///
+    /// A light that there is not, or that would be refused at construction; nothing has changed then.
+    pub fn update(&mut self, changes: &[GridChange]) -> Result<UpdateReport, GridError> {
+        for change in changes {
+            if change.index as usize >= self.lights.len() {
+                return Err(GridError::NoSuchLight(change.index));
+            }
+            change.light.check(change.index as usize)?;
+        }
+        if changes
+            .iter()
+            .any(|change| !self.bounds.contains(change.light.position))
+        {
+            for change in changes {
+                self.lights[change.index as usize] = change.light;
+            }
+            self.rebuild_own()?;
+            return Ok(UpdateReport {
+                moved: 0,
+                refreshed: self.levels[..self.level_count as usize]
+                    .iter()
+                    .map(|level| level.rows.len())
+                    .sum(),
+                rebuilt: true,
+            });
+        }
+        let mut scratch = std::mem::take(&mut self.update);
+        let moved = self.apply(changes, &mut scratch);
+        if moved == 0 {
+            self.resort_cells(&scratch);
+        } else {
+            self.merge_lights(&mut scratch);
+        }
+        let refreshed = self.refresh(&mut scratch, moved > 0);
+        self.update = scratch;
+        Ok(UpdateReport {
+            moved,
+            refreshed,
+            rebuilt: false,
+        })
+    }
+
+    /// Takes the changes over; lists changed lights and the cells that they are or were in. Returns how many changed cells.
+    fn apply(&mut self, changes: &[GridChange], scratch: &mut Scratch) -> usize {
+        let (frame, shift) = (self.key_frame(), self.cell_shift());
+        let Scratch { indices, cells, .. } = scratch;
+        indices.clear();
+        indices.extend(changes.iter().map(|change| change.index));
+        sort_unique(indices);
+        cells.clear();
+        let cell_of = |light: &PointLight| key(light.position, &frame) >> shift;
+        cells.extend(indices.iter().map(|&index| cell_of(&self.lights[index as usize])));
+        for change in changes {
+            self.lights[change.index as usize] = change.light;
+        }
+        let mut moved = 0;
+        for (place, &index) in indices.iter().enumerate() {
+            let cell = cell_of(&self.lights[index as usize]);
+            if cell != cells[place] {
+                moved += 1;
+                cells.push(cell);
+            }
+        }
+        sort_unique(cells);
+        moved
+    }
+
+    /// Bits of a light's key below those of its cell.
+    fn cell_shift(&self) -> u32 {
+        3 * (KEY_BITS - (self.level_count - 1))
+    }
+
+    /// The lights of the changed cells in order again, none having come or gone.
+    fn resort_cells(&mut self, scratch: &Scratch) {
+        let frame = self.key_frame();
+        for &cell in &scratch.cells {
+            let Some(cell) = self.cells.rows.find(morton30_decode(cell)) else {
+                continue;
+            };
+            let range = self.cells.lights(cell);
+            let pairs = &mut self.pairs[range.clone()];
+            for pair in pairs.iter_mut() {
+                let index = index_of(*pair);
+                *pair = pack(key(self.lights[index as usize].position, &frame), index);
+            }
+            pairs.sort_unstable();
+            for (light, &pair) in self.sorted[range].iter_mut().zip(pairs.iter()) {
+                *light = self.lights[index_of(pair) as usize];
+            }
+        }
+    }
+
+    /// Takes the changed lights out of the order and puts them in where they belong now.
+    fn merge_lights(&mut self, scratch: &mut Scratch) {
+        let frame = self.key_frame();
+        let Scratch {
+            indices,
+            pairs: incoming,
+            changed,
+            sorted: merged_lights,
+            ..
+        } = scratch;
+        changed.clear();
+        changed.resize(self.lights.len().div_ceil(64), 0);
+        incoming.clear();
+        for &index in indices.iter() {
+            changed[index as usize / 64] |= 1 << (index % 64);
+            incoming.push(pack(key(self.lights[index as usize].position, &frame), index));
+        }
+        incoming.sort_unstable();
+        let merged = &mut self.scratch;
+        merged.clear();
+        merged_lights.clear();
+        let mut incoming = incoming.iter().peekable();
+        for (&pair, light) in self.pairs.iter().zip(&self.sorted) {
+            let index = index_of(pair) as usize;
+            if changed[index / 64] >> (index % 64) & 1 == 1 {
+                continue;
+            }
+            while let Some(&new) = incoming.next_if(|&&new| new < pair) {
+                merged.push(new);
+                merged_lights.push(self.lights[index_of(new) as usize]);
+            }
+            merged.push(pair);
+            merged_lights.push(*light);
+        }
+        for &new in incoming {
+            merged.push(new);
+            merged_lights.push(self.lights[index_of(new) as usize]);
+        }
+        std::mem::swap(&mut self.pairs, merged);
+        std::mem::swap(&mut self.sorted, merged_lights);
+        let bits = self.level_count - 1;
+        self.cells.collect(&self.pairs, bits);
+    }
+
+    /// Sums around changed lights anew, level by level. With `structure` vertices may have come and gone, and those that
+    /// stayed as they were are copied. Returns how many were summed.
+    fn refresh(&mut self, scratch: &mut Scratch, structure: bool) -> usize {
+        let mut refreshed = 0;
+        while scratch.levels.len() < self.level_count as usize {
+            scratch.levels.push(Level::default());
+        }
+        for level in 1..=self.level_count {
+            let frame = self.frame(level);
+            let (finer, rest) = self.levels.split_at_mut(level as usize - 1);
+            let (finer, current) = (finer.last(), &mut rest[0]);
+            let side = current.rows.side();
+            match finer {
+                None => scratch.list_corners(side),
+                Some(finer) => scratch.list_coarser(finer.rows.side()),
+            }
+            if structure {
+                let spare = &mut scratch.levels[level as usize - 1];
+                match finer {
+                    None => spare.collect_from_cells(&self.cells),
+                    Some(finer) => spare.collect_from_finer(&finer.rows),
+                }
+                spare.reserve();
+                spare.copy_common(current);
+                std::mem::swap(current, spare);
+            }
+            for &dirty in &scratch.dirty {
+                let vertex = vertex(dirty, side);
+                let Some(place) = current.rows.find(vertex) else {
+                    continue;
+                };
+                let moments = match finer {
+                    None => moments_of_lights(vertex, &self.cells, &self.sorted, &frame),
+                    Some(finer) => moments_of_finer(vertex, finer),
+                };
+                current.set(place, vertex, moments, &frame);
+                refreshed += 1;
+            }
+        }
+        refreshed
+    }
+}
+
+impl Scratch {
+    /// Lists the corners of the changed cells, as numbers of vertices of level 1.
+    fn list_corners(&mut self, side: u32) {
+        self.dirty.clear();
+        for &cell in &self.cells {
+            let [x, y, z] = morton30_decode(cell);
+            for corner in 0..8 {
+                let at = [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)];
+                self.dirty.push(number(at, side));
+            }
+        }
+        sort_unique(&mut self.dirty);
+    }
+
+    /// From listed vertices of a level with `side` to those of the next coarser level that depend on them.
+    fn list_coarser(&mut self, side: u32) {
+        let coarser_side = side / 2 + 1;
+        self.next.clear();
+        for &finer in &self.dirty {
+            let [x, y, z] = vertex(finer, side);
+            for z in z / 2..=z.div_ceil(2) {
+                for y in y / 2..=y.div_ceil(2) {
+                    for x in x / 2..=x.div_ceil(2) {
+                        self.next.push(number([x, y, z], coarser_side));
+                    }
+                }
+            }
+        }
+        sort_unique(&mut self.next);
+        std::mem::swap(&mut self.dirty, &mut self.next);
+    }
+}
