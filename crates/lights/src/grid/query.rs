@@ -196,7 +196,8 @@ impl Look {
     ) {
         let distance_squared = to_light.length_squared();
         // Neither at the light nor so far out that the square overflows. NaN fails the comparisons.
-        if !(weight > 0.0 && distance_squared >= f32::MIN_POSITIVE && distance_squared < f32::INFINITY) {
+        let in_range = (f32::MIN_POSITIVE..f32::INFINITY).contains(&distance_squared);
+        if !(weight > 0.0 && in_range) {
             return;
         }
         let direction = to_light / distance_squared.sqrt();

@@ -183,7 +183,7 @@ fn a_light_that_there_is_not_is_harmless() {
             index: 1 << 30,
         },
     ] {
-        assert_eq!(grid.shadow_target(id, [0.5; 3]).is_finite(), true);
+        assert!(grid.shadow_target(id, [0.5; 3]).is_finite());
         assert!((grid.represented_light(id, Vec3::ONE, &mut rng) as usize) < 50);
     }
     assert!(grid.grid_lights(0).is_empty());
