@@ -1,0 +1,35 @@
+//! Paths, the mappings that shift them between pixels, and what those do to densities.
+//!
+//! | what | where |
+//! |---|---|
+//! | what a renderer brings: rays, lobes, emitters | [`World`], [`Place`], [`Endpoint`] |
+//! | the paths behind a surface point, with their integrand and measure | [`PathDomain`] |
+//! | a path in 64 bytes | [`PathSample`] |
+//! | candidates: trees of paths from the camera | [`TreeTracer`] |
+//! | random replay, reconnection, hybrid | [`PathShift`] with [`Connectability`] |
+//! | determinants that know their measure | [`MeasuredJacobian`], [`reconnection_jacobian`] |
+//!
+//! [`PathDomain`] and [`PathShift`] are a `Domain` and a `ShiftMapping` of `lightshed-resampling`: its merges reuse paths
+//! among pixels and frames.
+//!
+//! Section and equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray Tracing*,
+//! ch. 6 and app. B).
+#![forbid(unsafe_code)]
+
+mod connectability;
+mod domain;
+mod jacobian;
+mod numbers;
+mod path_shift;
+mod sample;
+mod tracer;
+mod walk;
+mod world;
+
+pub use connectability::{Connectability, ConnectabilityError};
+pub use domain::PathDomain;
+pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
+pub use path_shift::PathShift;
+pub use sample::{MAX_PATH_LENGTH, PathSample};
+pub use tracer::TreeTracer;
+pub use world::{Connection, Endpoint, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, World};

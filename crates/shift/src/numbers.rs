@@ -1,0 +1,51 @@
+//! Which random numbers a path uses where.
+
+use lightshed_sampling::{CounterRng, PathSeed};
+
+/// Words reserved for each vertex.
+const WORDS: u32 = 8;
+
+/// The random numbers of a path, vertex by vertex, so that replay can begin anywhere. Roulette has its own word, which replay
+/// never looks at.
+#[derive(Clone, Debug)]
+pub(crate) struct PathNumbers(CounterRng);
+
+/// Numbers that scatter a path.
+pub(crate) struct ScatterNumbers {
+    pub lobe: f32,
+    pub direction: [f32; 2],
+}
+
+impl PathNumbers {
+    pub fn new(seed: PathSeed) -> Self {
+        Self(seed.stream())
+    }
+
+    fn at(&mut self, vertex: u32, word: u32) -> &mut CounterRng {
+        self.0.set_dimension((vertex - 1) * WORDS + word);
+        &mut self.0
+    }
+
+    /// Of the lobe and the direction at `x_vertex`.
+    #[inline]
+    pub fn scatter(&mut self, vertex: u32) -> ScatterNumbers {
+        let rng = self.at(vertex, 0);
+        ScatterNumbers {
+            lobe: rng.next_f32(),
+            direction: rng.next_2d(),
+        }
+    }
+
+    /// Of the emitter and the place on it, chosen at `x_vertex`.
+    #[inline]
+    pub fn emitter(&mut self, vertex: u32) -> (u64, [f32; 2]) {
+        let rng = self.at(vertex, 3);
+        (rng.next_u64(), rng.next_2d())
+    }
+
+    /// Of roulette at `x_vertex`.
+    #[inline]
+    pub fn roulette(&mut self, vertex: u32) -> f32 {
+        self.at(vertex, 7).next_f32()
+    }
+}

@@ -1,0 +1,443 @@
+//! Random replay, reconnection and their hybrid as one mapping.
+
+use crate::domain::PathDomain;
+use crate::jacobian::MeasuredJacobian;
+use crate::numbers::PathNumbers;
+use crate::sample::{ALL_LOBES, AnchorKind, PathSample, Shape, Technique, luminance};
+use crate::walk::{emitter_weight, far_enough, scattering_weight};
+use crate::world::{Endpoint, RayKind, World};
+use lightshed_resampling::{Pulled, ShiftMapping, Shifted, Undefined};
+use lightshed_sampling::glam::Vec3;
+use lightshed_sampling::{Density, PrimarySample};
+
+/// The hybrid of random replay and reconnection (Lin 2022 §6.6.4), with its two limits.
+///
+/// A base path `x₁ x₂ … x_k` reconnects at its first connectable pair `x_{r−1}, x_r`. The offset path starts at its own domain's
+/// `y₁`, draws `y₂ … y_{r−1}` with the base path's random numbers, sets `y_r = x_r` by the base path's lobe and keeps what
+/// follows. Which pairs are connectable is for each domain to say ([`Connectability`](crate::Connectability)); there lies
+/// the choice of mapping. A path without a connectable pair is replayed to its end.
+///
+/// **Jacobian**, in primary sample space: replayed vertices have their own random numbers as coordinates, so they have
+/// 1; the copied vertex has 1 in area measure. What remains is the ratio of densities (Lin 2022 eq. 6.54, with the density behind
+/// the reconnection, whose incoming direction has changed):
+///
+/// > `|∂T/∂x̄| = p(y_{r−1} → x_r) / p(x_{r−1} → x_r) · p(ω_r | y_{r−1}) / p(ω_r | x_{r−1})`
+///
+/// with the first ratio in area measure and all densities joint with the choice of lobe. The second drops out where `x_r`
+/// is on an emitter or the vertex behind was found by sampling one.
+///
+/// **Undefined** where the offset path disagrees about the reconnection, loses its way, or is blocked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathShift {
+    jacobian_limit: f64,
+}
+
+impl Default for PathShift {
+    fn default() -> Self {
+        Self {
+            jacobian_limit: f64::INFINITY,
+        }
+    }
+}
+
+/// A path as a domain sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Evaluated<R> {
+    /// `F` in the domain, but for occlusion.
+    pub contribution: Vec3,
+    /// Counterpart of the sample's density.
+    pub density: f32,
+    /// What must be free.
+    pub ray: Option<R>,
+}
+
+impl PathShift {
+    /// With a reciprocal gate: undefined where `max(J, 1/J)` exceeds `limit`. No bias, for every MIS weight sees it.
+    #[must_use]
+    pub fn with_jacobian_limit(self, limit: f64) -> Self {
+        Self {
+            jacobian_limit: limit,
+        }
+    }
+
+    /// The sample in the domain `to`, visibility tested.
+    fn visible<W: World>(
+        &self,
+        x: &PathSample,
+        to: &PathDomain<'_, W>,
+    ) -> Result<(Evaluated<W::Ray>, MeasuredJacobian<PrimarySample>), Undefined> {
+        let image = evaluate(x, to)?;
+        let [base, offset] = [x.density, image.density].map(Density::<PrimarySample>::new);
+        let jacobian = MeasuredJacobian::of_copy(base, offset)?;
+        jacobian.determinant().gated(self.jacobian_limit)?;
+        let contributes = image.contribution.max_element() > 0.0 && image.contribution.is_finite();
+        if !contributes {
+            return Err(Undefined::OutsideDomain);
+        }
+        match &image.ray {
+            Some(ray) if to.world.occluded(ray, RayKind::Reconnection) => Err(Undefined::Occluded),
+            _ => Ok((image, jacobian)),
+        }
+    }
+}
+
+impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for PathShift {
+    fn shift(
+        &self,
+        x: &PathSample,
+        _from: &PathDomain<'w, W>,
+        to: &PathDomain<'w, W>,
+    ) -> Result<Shifted<PathSample>, Undefined> {
+        let (image, jacobian) = self.visible(x, to)?;
+        let sample = PathSample {
+            density: image.density,
+            contribution: image.contribution.to_array(),
+            ..*x
+        };
+        Ok(Shifted {
+            sample,
+            jacobian: jacobian.determinant(),
+            target: sample.target(),
+        })
+    }
+
+    fn pull(
+        &self,
+        y: &PathSample,
+        _to: &PathDomain<'w, W>,
+        from: &PathDomain<'w, W>,
+    ) -> Result<Pulled, Undefined> {
+        let (image, jacobian) = self.visible(y, from)?;
+        Ok(Pulled {
+            jacobian: jacobian.determinant(),
+            proxy: f64::from(luminance(image.contribution)),
+        })
+    }
+}
+
+/// The vertex `y_m` that an offset path has come to.
+struct Offset<V> {
+    /// `None` for the domain's first.
+    moved: Option<V>,
+    wo: Vec3,
+    throughput: Vec3,
+    /// Position of the vertex before, and the width of the lobe that left it.
+    before: Option<(Vec3, f32)>,
+}
+
+impl<V> Offset<V> {
+    /// Whether the pair of the vertex before and the current one, `y_m`, could be reconnected if the current one's lobe is
+    /// `roughness` wide.
+    fn connectable<W: World<Vertex = V>>(&self, to: &PathDomain<'_, W>, m: u32, roughness: f32) -> bool {
+        let rules = &to.connectability;
+        self.before.is_some_and(|(position, before)| {
+            rules.reaches(m)
+                && rules.rough(before)
+                && rules.rough(roughness)
+                && rules.far((to.world.position(self.vertex(to)) - position).length_squared())
+        })
+    }
+
+    #[inline(always)]
+    fn vertex<'a, W: World<Vertex = V>>(&'a self, to: &'a PathDomain<'_, W>) -> &'a V {
+        self.moved.as_ref().unwrap_or(&to.first)
+    }
+}
+
+/// Width of a lobe, or of the widest.
+fn roughness<W: World>(world: &W, vertex: &W::Vertex, lobe: u8) -> f32 {
+    if lobe == ALL_LOBES {
+        world.max_roughness(vertex)
+    } else {
+        world.lobe_roughness(vertex, lobe)
+    }
+}
+
+/// Follows the sample in the domain `to`.
+pub(crate) fn evaluate<W: World>(
+    x: &PathSample,
+    to: &PathDomain<'_, W>,
+) -> Result<Evaluated<W::Ray>, Undefined> {
+    let (shape, rules, world) = (x.shape(), &to.connectability, to.world);
+    if shape.length > to.max_length {
+        return Err(Undefined::OutsideDomain);
+    }
+    let anchored = shape.anchor != AnchorKind::None;
+    if anchored && !rules.reaches(shape.reconnection) {
+        return Err(Undefined::NotConnectable);
+    }
+    // The last vertex of the offset path's own.
+    let last = if anchored {
+        shape.reconnection - 1
+    } else {
+        shape.length - 1
+    };
+    let mut numbers = None;
+    if !anchored || last > 1 {
+        if !rules.replays() {
+            return Err(Undefined::NotConnectable);
+        }
+        numbers = Some(PathNumbers::new(x.seed));
+    }
+    let mut offset = Offset {
+        moved: None,
+        wo: to.wo,
+        throughput: Vec3::ONE,
+        before: None,
+    };
+    if let Some(numbers) = &mut numbers {
+        for m in 1..last {
+            let ((ray, _), _) = replay(to, &mut offset, m, numbers)?;
+            let next = world
+                .trace(&ray, RayKind::Replay)
+                .ok_or(Undefined::OutsideDomain)?;
+            offset.moved = Some(next);
+        }
+    }
+    if let (false, Some(numbers)) = (anchored, &mut numbers) {
+        return match shape.technique {
+            Technique::Emitter => replayed_emitter(to, &offset, shape, numbers),
+            Technique::Scattering => replayed_scattering(to, offset, shape, numbers),
+        };
+    }
+    let vertex = offset.vertex(to);
+    let rough = roughness(world, vertex, shape.lobe_before);
+    if offset.connectable(to, last, rough) {
+        return Err(Undefined::NotInvertible);
+    }
+    if !rules.rough(rough) {
+        return Err(Undefined::NotConnectable);
+    }
+    match (shape.anchor, shape.technique) {
+        (AnchorKind::Vertex, _) => to_vertex(x, to, &offset, shape),
+        (_, Technique::Emitter) => to_sampled_emitter(x, to, &offset),
+        (_, Technique::Scattering) => to_met_emitter(x, to, &offset, shape),
+    }
+}
+
+/// The lobe by which an offset path left a vertex.
+struct Left {
+    total_pdf: Density<lightshed_sampling::SolidAngle>,
+    roughness: f32,
+    is_delta: bool,
+}
+
+/// Scatters at `y_m` with the base path's numbers. Leaves `offset` at the same vertex, with what is to be known of it behind it.
+fn replay<W: World>(
+    to: &PathDomain<'_, W>,
+    offset: &mut Offset<W::Vertex>,
+    m: u32,
+    numbers: &mut PathNumbers,
+) -> Result<((W::Ray, Vec3), Left), Undefined> {
+    let (world, numbers) = (to.world, numbers.scatter(m));
+    let vertex = offset.vertex(to);
+    let sampled = world
+        .sample_lobe(vertex, offset.wo, numbers.lobe, numbers.direction)
+        .ok_or(Undefined::OutsideDomain)?;
+    let roughness = world.lobe_roughness(vertex, sampled.lobe);
+    if offset.connectable(to, m, roughness) {
+        return Err(Undefined::NotInvertible);
+    }
+    let ray = world.ray(vertex, sampled.wi);
+    let position = world.position(vertex);
+    offset.throughput *= sampled.scattering.weight();
+    if !(offset.throughput.max_element() > 0.0 && offset.throughput.is_finite()) {
+        return Err(Undefined::OutsideDomain);
+    }
+    offset.wo = -sampled.wi;
+    offset.before = Some((position, roughness));
+    let left = Left {
+        total_pdf: sampled.total_pdf,
+        roughness,
+        is_delta: sampled.is_delta,
+    };
+    Ok(((ray, sampled.wi), left))
+}
+
+/// A path of all replay that ends at a sampled emitter.
+fn replayed_emitter<W: World>(
+    to: &PathDomain<'_, W>,
+    offset: &Offset<W::Vertex>,
+    shape: Shape,
+    numbers: &mut PathNumbers,
+) -> Result<Evaluated<W::Ray>, Undefined> {
+    let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex(to));
+    let widest = world.max_roughness(vertex);
+    if offset.connectable(to, shape.length - 1, widest) {
+        return Err(Undefined::NotInvertible);
+    }
+    let (u_select, u) = numbers.emitter(shape.length - 1);
+    let endpoint = world
+        .sample_emitter(vertex, u_select, u)
+        .ok_or(Undefined::OutsideDomain)?;
+    if rules.reaches(shape.length) && rules.rough(widest) && far_enough(to, vertex, &endpoint) {
+        return Err(Undefined::NotInvertible);
+    }
+    let (contribution, _, ray) = sampled_emitter(to, offset, &endpoint)?;
+    Ok(Evaluated {
+        contribution,
+        density: 1.0,
+        ray: Some(ray),
+    })
+}
+
+/// What an emitter's endpoint contributes to an offset path, its density in its own measure, and what must be free.
+fn sampled_emitter<W: World>(
+    to: &PathDomain<'_, W>,
+    offset: &Offset<W::Vertex>,
+    endpoint: &Endpoint,
+) -> Result<(Vec3, f32, W::Ray), Undefined> {
+    let (world, vertex) = (to.world, offset.vertex(to));
+    let connection = world.connect(vertex, endpoint).ok_or(Undefined::OutsideDomain)?;
+    let scattering = world.evaluate(vertex, offset.wo, connection.direction);
+    let is_delta = matches!(endpoint, Endpoint::Delta(_));
+    let omega = emitter_weight(connection.pdf, scattering.pdf, is_delta);
+    let incident = connection.radiance / connection.pdf.value();
+    let contribution = offset.throughput * (scattering.value * incident * omega);
+    let ray = world.emitter_ray(vertex, endpoint, &connection);
+    Ok((contribution, connection.own_density, ray))
+}
+
+/// A path of all replay that meets an emitter.
+fn replayed_scattering<W: World>(
+    to: &PathDomain<'_, W>,
+    mut offset: Offset<W::Vertex>,
+    shape: Shape,
+    numbers: &mut PathNumbers,
+) -> Result<Evaluated<W::Ray>, Undefined> {
+    let (world, rules) = (to.world, &to.connectability);
+    let site = world.site(offset.vertex(to));
+    let ((ray, direction), left) = replay(to, &mut offset, shape.length - 1, numbers)?;
+    let met = world.trace(&ray, RayKind::Replay);
+    let (radiance, emitter_pdf, far) = match &met {
+        Some(met) => {
+            let before = offset.before.map_or(Vec3::ZERO, |(position, _)| position);
+            let squared = (world.position(met) - before).length_squared();
+            let pdf = world.emitter_pdf(&site, met);
+            (world.emitted(met, -direction), pdf, rules.far(squared))
+        }
+        None => {
+            let pdf = world.environment_pdf(&site, direction);
+            (world.environment(direction), pdf, true)
+        }
+    };
+    if rules.reaches(shape.length) && rules.rough(left.roughness) && far {
+        return Err(Undefined::NotInvertible);
+    }
+    let emitter_pdf = if left.is_delta { Density::ZERO } else { emitter_pdf };
+    let omega = scattering_weight(left.total_pdf, emitter_pdf);
+    Ok(Evaluated {
+        contribution: offset.throughput * radiance * omega,
+        density: 1.0,
+        ray: None,
+    })
+}
+
+/// Reconnects to a vertex that scatters.
+fn to_vertex<W: World>(
+    x: &PathSample,
+    to: &PathDomain<'_, W>,
+    offset: &Offset<W::Vertex>,
+    shape: Shape,
+) -> Result<Evaluated<W::Ray>, Undefined> {
+    let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex(to));
+    let kept = world.vertex(&x.place());
+    let d = world.position(&kept) - world.position(vertex);
+    let squared = d.length_squared();
+    if !rules.far(squared) || !rules.rough(roughness(world, &kept, shape.lobe_at)) {
+        return Err(Undefined::NotConnectable);
+    }
+    let direction = d / squared.sqrt();
+    let towards = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
+    let cos_theta = world.geometric_normal(&kept).dot(direction);
+    let area = towards.pdf.to_area(squared, cos_theta).value();
+    let (incident, arriving) = (x.incident(), Vec3::from_array(x.radiance));
+    let emitter_pdf = Density::new(x.emitter_pdf);
+    let (here, density) = if shape.lobe_at == ALL_LOBES {
+        let scattering = world.evaluate(&kept, -direction, incident);
+        let omega = emitter_weight(emitter_pdf, scattering.pdf, !emitter_pdf.is_positive());
+        (scattering.value * arriving * omega, area)
+    } else {
+        let scattering = world.evaluate_lobe(&kept, -direction, incident, shape.lobe_at);
+        let ends_behind = shape.length == shape.reconnection + 1;
+        let omega = if ends_behind && emitter_pdf.is_positive() {
+            scattering_weight(world.evaluate(&kept, -direction, incident).pdf, emitter_pdf)
+        } else {
+            1.0
+        };
+        let density = area * scattering.pdf.value();
+        (scattering.weight() * arriving * omega, density)
+    };
+    Ok(Evaluated {
+        contribution: offset.throughput * towards.weight() * here,
+        density,
+        ray: Some(world.segment(vertex, &kept)),
+    })
+}
+
+/// Reconnects to the end of a path that was found by sampling an emitter.
+fn to_sampled_emitter<W: World>(
+    x: &PathSample,
+    to: &PathDomain<'_, W>,
+    offset: &Offset<W::Vertex>,
+) -> Result<Evaluated<W::Ray>, Undefined> {
+    let endpoint = x.endpoint();
+    if !far_enough(to, offset.vertex(to), &endpoint) {
+        return Err(Undefined::NotConnectable);
+    }
+    let (contribution, density, ray) = sampled_emitter(to, offset, &endpoint)?;
+    Ok(Evaluated {
+        contribution,
+        density,
+        ray: Some(ray),
+    })
+}
+
+/// Reconnects to the end of a path that met an emitter. The density of emitter sampling is that at the offset's vertex.
+fn to_met_emitter<W: World>(
+    x: &PathSample,
+    to: &PathDomain<'_, W>,
+    offset: &Offset<W::Vertex>,
+    shape: Shape,
+) -> Result<Evaluated<W::Ray>, Undefined> {
+    let (world, vertex) = (to.world, offset.vertex(to));
+    let site = world.site(vertex);
+    let (direction, radiance, emitter_pdf, geometry, ray) = match x.endpoint() {
+        Endpoint::Direction(direction) => (
+            direction,
+            world.environment(direction),
+            world.environment_pdf(&site, direction),
+            None,
+            world.ray(vertex, direction),
+        ),
+        Endpoint::Surface(place) => {
+            let met = world.vertex(&place);
+            let d = world.position(&met) - world.position(vertex);
+            let squared = d.length_squared();
+            if !to.connectability.far(squared) {
+                return Err(Undefined::NotConnectable);
+            }
+            let direction = d / squared.sqrt();
+            (
+                direction,
+                world.emitted(&met, -direction),
+                world.emitter_pdf(&site, &met),
+                Some((squared, world.geometric_normal(&met).dot(direction))),
+                world.segment(vertex, &met),
+            )
+        }
+        Endpoint::Delta(_) => return Err(Undefined::OutsideDomain),
+    };
+    let scattering = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
+    let total_pdf = world.evaluate(vertex, offset.wo, direction).pdf;
+    let omega = scattering_weight(total_pdf, emitter_pdf);
+    let density = match geometry {
+        Some((squared, cos_theta)) => scattering.pdf.to_area(squared, cos_theta).value(),
+        None => scattering.pdf.value(),
+    };
+    Ok(Evaluated {
+        contribution: offset.throughput * scattering.weight() * radiance * omega,
+        density,
+        ray: Some(ray),
+    })
+}

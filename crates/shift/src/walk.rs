@@ -1,0 +1,377 @@
+//! One path of a tree on its way: where it is, what it has gathered, what it could reconnect to.
+
+use crate::domain::PathDomain;
+use crate::numbers::PathNumbers;
+use crate::sample::{ALL_LOBES, Anchor, PathSample, Technique, pack_direction, unpack_direction};
+use crate::world::{Endpoint, LobeDirection, Place, World};
+use lightshed_sampling::glam::Vec3;
+use lightshed_sampling::{Density, PathSeed, SolidAngle, power_heuristic};
+
+/// How the path left the vertex before the current one.
+struct Departure<S> {
+    site: S,
+    position: Vec3,
+    direction: Vec3,
+    lobe: u8,
+    roughness: f32,
+    /// Of the lobe, joint.
+    pdf: Density<SolidAngle>,
+    /// Over all lobes.
+    total_pdf: Density<SolidAngle>,
+    is_delta: bool,
+}
+
+/// The reconnection vertex, once the path has left it.
+struct Found {
+    index: u32,
+    place: Place,
+    incident: [f32; 2],
+    lobes: [u8; 2],
+    density: f32,
+}
+
+/// A connectable pair of the vertex before with the current one, by all but the current one's lobe.
+struct Pair {
+    /// `p(x_m)` in area measure.
+    density_area: f32,
+    lobe_before: u8,
+}
+
+/// A path `x₁ … x_m` of a tree.
+pub(crate) struct Walk<W: World> {
+    seed: PathSeed,
+    numbers: PathNumbers,
+    /// `m`.
+    index: u32,
+    /// `Π f / p` over all vertices but the current one.
+    throughput: Vec3,
+    /// The same over the vertices behind the reconnection vertex.
+    suffix: Vec3,
+    /// One over the probability of having survived roulette.
+    weight: f64,
+    departure: Option<Departure<W::Site>>,
+    found: Option<Found>,
+}
+
+/// A path that ends at an emitter, and the weight it has as a candidate.
+pub(crate) type Candidate = (PathSample, f64);
+
+/// A candidate that counts if its last edge is free.
+pub(crate) struct Pending<R> {
+    pub candidate: Candidate,
+    pub ray: R,
+}
+
+/// Longest survival probability of roulette, so that paths between mirrors end.
+const SURVIVAL_CAP: f32 = 0.95;
+
+impl<W: World> Walk<W> {
+    pub fn new(seed: PathSeed) -> Self {
+        Self {
+            seed,
+            numbers: PathNumbers::new(seed),
+            index: 1,
+            throughput: Vec3::ONE,
+            suffix: Vec3::ONE,
+            weight: 1.0,
+            departure: None,
+            found: None,
+        }
+    }
+
+    /// Whether the vertex before and `vertex` may be reconnected, as far as the former's lobe and the distance say.
+    fn pair(&self, domain: &PathDomain<'_, W>, vertex: &W::Vertex) -> Option<Pair> {
+        let rules = &domain.connectability;
+        let departure = self.departure.as_ref().filter(|departure| {
+            self.found.is_none() && rules.reaches(self.index) && rules.rough(departure.roughness)
+        })?;
+        let d = domain.world.position(vertex) - departure.position;
+        let squared = d.length_squared();
+        let cos_theta = domain.world.geometric_normal(vertex).dot(departure.direction);
+        rules.far(squared).then(|| Pair {
+            density_area: departure.pdf.to_area(squared, cos_theta).value(),
+            lobe_before: departure.lobe,
+        })
+    }
+
+    fn view(&self, domain: &PathDomain<'_, W>) -> Vec3 {
+        self.departure
+            .as_ref()
+            .map_or(domain.wo, |departure| -departure.direction)
+    }
+
+    /// The path that ends at an emitter sampled from the current vertex, if it can contribute.
+    pub fn sample_emitter(
+        &mut self,
+        domain: &PathDomain<'_, W>,
+        vertex: &W::Vertex,
+    ) -> Option<Pending<W::Ray>> {
+        let world = domain.world;
+        let (u_select, u) = self.numbers.emitter(self.index);
+        let endpoint = world.sample_emitter(vertex, u_select, u)?;
+        let connection = world.connect(vertex, &endpoint)?;
+        let scattering = world.evaluate(vertex, self.view(domain), connection.direction);
+        if scattering.value == Vec3::ZERO {
+            return None;
+        }
+        let is_delta = matches!(endpoint, Endpoint::Delta(_));
+        let other = if is_delta { Density::ZERO } else { connection.pdf };
+        let incident = connection.radiance / connection.pdf.value();
+        let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
+        let rules = &domain.connectability;
+        let length = self.index + 1;
+        let mut sample = if let Some(found) = &self.found {
+            let mut sample = self.reconnecting(length, Technique::Emitter, found);
+            sample.radiance = (self.suffix * here).to_array();
+            sample
+        } else if let Some(pair) = self
+            .pair(domain, vertex)
+            .filter(|_| rules.rough(world.max_roughness(vertex)))
+        {
+            let anchor = Anchor::Vertex {
+                place: world.place(vertex),
+                incident: pack_direction(connection.direction),
+            };
+            let lobes = [pair.lobe_before, ALL_LOBES];
+            let mut sample =
+                PathSample::new(self.seed, length, Technique::Emitter, (self.index, anchor), lobes);
+            sample.radiance = incident.to_array();
+            sample.density = pair.density_area;
+            sample.emitter_pdf = other.value();
+            // Evaluated for the direction as it is stored.
+            let stored = unpack_direction(pack_direction(connection.direction));
+            let scattering = world.evaluate(vertex, self.view(domain), stored);
+            let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
+            return self.pending(domain, vertex, sample, here, (&endpoint, &connection));
+        } else if rules.reaches(length)
+            && rules.rough(world.max_roughness(vertex))
+            && far_enough(domain, vertex, &endpoint)
+        {
+            let anchor = Anchor::Emitter(endpoint);
+            let lobes = [ALL_LOBES, 0];
+            let mut sample = PathSample::new(self.seed, length, Technique::Emitter, (length, anchor), lobes);
+            sample.density = connection.own_density;
+            sample
+        } else {
+            self.replayed(length, Technique::Emitter)
+        };
+        sample.contribution = [0.0; 3];
+        self.pending(domain, vertex, sample, here, (&endpoint, &connection))
+    }
+
+    /// A candidate whose contribution is `throughput · here`.
+    fn pending(
+        &self,
+        domain: &PathDomain<'_, W>,
+        vertex: &W::Vertex,
+        mut sample: PathSample,
+        here: Vec3,
+        (endpoint, connection): (&Endpoint, &crate::world::Connection),
+    ) -> Option<Pending<W::Ray>> {
+        let contribution = self.throughput * here;
+        if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
+            return None;
+        }
+        sample.contribution = contribution.to_array();
+        Some(Pending {
+            candidate: (sample, self.weight),
+            ray: domain.world.emitter_ray(vertex, endpoint, connection),
+        })
+    }
+
+    /// Scatters at the current vertex: the direction to go on, or the end of the path.
+    pub fn scatter(
+        &mut self,
+        domain: &PathDomain<'_, W>,
+        vertex: &W::Vertex,
+        roulette_from: u32,
+    ) -> Option<W::Ray> {
+        let world = domain.world;
+        let wo = self.view(domain);
+        let numbers = self.numbers.scatter(self.index);
+        let mut sampled = world.sample_lobe(vertex, wo, numbers.lobe, numbers.direction)?;
+        let roughness = world.lobe_roughness(vertex, sampled.lobe);
+        let pair = self
+            .pair(domain, vertex)
+            .filter(|_| domain.connectability.rough(roughness));
+        let reconnects = pair.is_some();
+        if let Some(pair) = pair {
+            // From here on the direction is the stored one.
+            let incident = pack_direction(sampled.wi);
+            let wi = unpack_direction(incident);
+            let scattering = world.evaluate_lobe(vertex, wo, wi, sampled.lobe);
+            let total_pdf = world.evaluate(vertex, wo, wi).pdf;
+            sampled = LobeDirection {
+                wi,
+                scattering,
+                total_pdf,
+                ..sampled
+            };
+            self.found = Some(Found {
+                index: self.index,
+                place: world.place(vertex),
+                incident,
+                lobes: [pair.lobe_before, sampled.lobe],
+                density: pair.density_area * scattering.pdf.value(),
+            });
+        }
+        let weight = sampled.scattering.weight();
+        self.throughput *= weight;
+        if self.found.is_some() && !reconnects {
+            self.suffix *= weight;
+        }
+        if !(self.throughput.max_element() > 0.0 && self.throughput.is_finite()) {
+            return None;
+        }
+        if self.index >= roulette_from {
+            // The weight of a candidate carries what the integrand does not: the throughput is never divided.
+            let survival = (self.throughput.max_element() * self.weight as f32).min(SURVIVAL_CAP);
+            if !(self.numbers.roulette(self.index) < survival) {
+                return None;
+            }
+            self.weight /= f64::from(survival);
+        }
+        self.departure = Some(Departure {
+            site: world.site(vertex),
+            position: world.position(vertex),
+            direction: sampled.wi,
+            lobe: sampled.lobe,
+            roughness,
+            pdf: sampled.scattering.pdf,
+            total_pdf: sampled.total_pdf,
+            is_delta: sampled.is_delta,
+        });
+        self.index += 1;
+        Some(world.ray(vertex, sampled.wi))
+    }
+
+    /// The path that ends where the current ray has arrived: at `vertex`, or at infinity. `None` if nothing is emitted there.
+    pub fn arrive(&self, domain: &PathDomain<'_, W>, vertex: Option<&W::Vertex>) -> Option<Candidate> {
+        let world = domain.world;
+        let departure = self.departure.as_ref()?;
+        let radiance = match vertex {
+            Some(vertex) => world.emitted(vertex, -departure.direction),
+            None => world.environment(departure.direction),
+        };
+        if radiance == Vec3::ZERO {
+            return None;
+        }
+        let emitter_pdf = match vertex {
+            _ if departure.is_delta => Density::ZERO,
+            Some(vertex) => world.emitter_pdf(&departure.site, vertex),
+            None => world.environment_pdf(&departure.site, departure.direction),
+        };
+        let omega = scattering_weight(departure.total_pdf, emitter_pdf);
+        let rules = &domain.connectability;
+        let length = self.index;
+        let mut sample = if let Some(found) = &self.found {
+            let mut sample = self.reconnecting(length, Technique::Scattering, found);
+            if found.index + 1 == length {
+                sample.radiance = radiance.to_array();
+                sample.emitter_pdf = emitter_pdf.value();
+            } else {
+                sample.radiance = (self.suffix * radiance * omega).to_array();
+            }
+            sample
+        } else if rules.reaches(length) && rules.rough(departure.roughness) {
+            let (endpoint, density) = match vertex {
+                Some(vertex) => {
+                    let squared = (world.position(vertex) - departure.position).length_squared();
+                    let cos_theta = world.geometric_normal(vertex).dot(departure.direction);
+                    let density = departure.pdf.to_area(squared, cos_theta).value();
+                    let endpoint = Endpoint::Surface(world.place(vertex));
+                    (rules.far(squared).then_some(endpoint), density)
+                }
+                None => {
+                    let endpoint = Endpoint::Direction(departure.direction);
+                    (Some(endpoint), departure.pdf.value())
+                }
+            };
+            match endpoint {
+                Some(endpoint) => {
+                    let mut sample = PathSample::new(
+                        self.seed,
+                        length,
+                        Technique::Scattering,
+                        (length, Anchor::Emitter(endpoint)),
+                        [departure.lobe, 0],
+                    );
+                    sample.density = density;
+                    sample
+                }
+                None => self.replayed(length, Technique::Scattering),
+            }
+        } else {
+            self.replayed(length, Technique::Scattering)
+        };
+        let contribution = self.throughput * radiance * omega;
+        if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
+            return None;
+        }
+        sample.contribution = contribution.to_array();
+        Some((sample, self.weight))
+    }
+
+    /// A path of all replay.
+    fn replayed(&self, length: u32, technique: Technique) -> PathSample {
+        let mut sample = PathSample::new(self.seed, length, technique, (length + 1, Anchor::None), [0, 0]);
+        sample.density = 1.0;
+        sample
+    }
+
+    fn reconnecting(&self, length: u32, technique: Technique, found: &Found) -> PathSample {
+        let anchor = Anchor::Vertex {
+            place: found.place,
+            incident: found.incident,
+        };
+        let mut sample = PathSample::new(self.seed, length, technique, (found.index, anchor), found.lobes);
+        sample.density = found.density;
+        sample
+    }
+
+    /// Number of the current vertex.
+    pub fn index(&self) -> u32 {
+        self.index
+    }
+}
+
+/// MIS weight of having sampled an emitter.
+#[inline(always)]
+pub(crate) fn emitter_weight(
+    emitter: Density<SolidAngle>,
+    scattering: Density<SolidAngle>,
+    is_delta: bool,
+) -> f32 {
+    if is_delta {
+        1.0
+    } else {
+        power_heuristic(emitter, scattering)
+    }
+}
+
+/// MIS weight of having met an emitter that emitter sampling finds with density `emitter` (0 if it cannot).
+#[inline(always)]
+pub(crate) fn scattering_weight(scattering: Density<SolidAngle>, emitter: Density<SolidAngle>) -> f32 {
+    if emitter.is_positive() {
+        power_heuristic(scattering, emitter)
+    } else {
+        1.0
+    }
+}
+
+/// Whether an endpoint is far enough from a vertex to be copied.
+pub(crate) fn far_enough<W: World>(
+    domain: &PathDomain<'_, W>,
+    vertex: &W::Vertex,
+    endpoint: &Endpoint,
+) -> bool {
+    let world = domain.world;
+    match endpoint {
+        Endpoint::Surface(place) => {
+            let emitter = world.position(&world.vertex(place));
+            let squared = (emitter - world.position(vertex)).length_squared();
+            domain.connectability.far(squared)
+        }
+        Endpoint::Direction(_) | Endpoint::Delta(_) => true,
+    }
+}
