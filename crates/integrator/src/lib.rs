@@ -29,6 +29,7 @@ mod output;
 mod path;
 mod ray_counts;
 mod render;
+mod scene_world;
 mod statistics;
 
 pub use camera_motion::{CameraMotion, CameraMotionError};
@@ -53,4 +54,5 @@ pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
     SampleId, render,
 };
+pub use scene_world::{SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;

@@ -1,5 +1,7 @@
 //! When two vertices may be reconnected.
 
+use lightshed_sampling::glam::Vec3;
+
 /// Thresholds of connectability (Lin 2022 §6.6.5): `x_i` and `x_{i+1}` are *connectable* if the lobes that scatter at both
 /// are at least `min_roughness` wide and they lie at least `min_distance` apart. Emitters count as rough.
 ///
@@ -99,12 +101,19 @@ impl Connectability {
         roughness >= self.min_roughness
     }
 
-    /// Whether two vertices are far enough apart.
+    /// Whether a vertex at `position` is far enough from another, at `offset` from it. Also false where single precision does
+    /// not resolve the direction between them to about 10⁻³.
     #[inline(always)]
-    pub(crate) fn far(&self, distance_squared: f32) -> bool {
-        distance_squared >= self.min_distance * self.min_distance && distance_squared > 0.0
+    pub(crate) fn far(&self, position: Vec3, offset: Vec3) -> bool {
+        let resolved = position.abs().max_element() * RESOLVED;
+        let least = self.min_distance.max(resolved);
+        let squared = offset.length_squared();
+        squared >= least * least && squared > 0.0
     }
 }
+
+/// Least distance over the magnitude of coordinates: rays start some 2⁻¹⁸ off their surfaces, against 2⁻⁸.
+const RESOLVED: f32 = 1.0 / 256.0;
 
 #[cfg(test)]
 mod tests {
@@ -130,7 +139,7 @@ mod tests {
         );
         let hybrid = Connectability::hybrid(0.2, 0.5).unwrap();
         assert!(hybrid.rough(0.2) && !hybrid.rough(0.1999));
-        assert!(hybrid.far(0.25) && !hybrid.far(0.2499));
+        assert!(hybrid.far(Vec3::ONE, Vec3::X * 0.5) && !hybrid.far(Vec3::ONE, Vec3::X * 0.4999));
         assert!(hybrid.reaches(2) && hybrid.reaches(9) && hybrid.replays());
     }
 
@@ -140,6 +149,10 @@ mod tests {
         let reconnection = Connectability::RECONNECTION;
         assert!(reconnection.reaches(2) && !reconnection.reaches(3) && !reconnection.replays());
         assert!(reconnection.rough(1e-4) && !reconnection.rough(0.0));
-        assert!(reconnection.far(1e-20) && !reconnection.far(0.0));
+        assert!(reconnection.far(Vec3::ZERO, Vec3::X * 1e-10) && !reconnection.far(Vec3::ZERO, Vec3::ZERO));
+        // A thousand times further from the origin, a thousand times further apart.
+        assert!(
+            reconnection.far(Vec3::ONE, Vec3::Y * 4e-3) && !reconnection.far(Vec3::ONE * 1e3, Vec3::Y * 4e-3)
+        );
     }
 }

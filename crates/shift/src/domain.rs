@@ -55,6 +55,11 @@ impl<'w, W: World> PathDomain<'w, W> {
         }
     }
 
+    /// The unit direction from there to the viewer.
+    pub fn wo(&self) -> Vec3 {
+        self.wo
+    }
+
     /// The point that the paths start at.
     pub fn first(&self) -> &W::Vertex {
         &self.first

@@ -30,6 +30,6 @@ pub use connectability::{Connectability, ConnectabilityError};
 pub use domain::PathDomain;
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use path_shift::PathShift;
-pub use sample::{MAX_PATH_LENGTH, PathSample};
+pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
 pub use tracer::TreeTracer;
 pub use world::{Connection, Endpoint, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, World};

@@ -130,11 +130,12 @@ impl<V> Offset<V> {
     /// `roughness` wide.
     fn connectable<W: World<Vertex = V>>(&self, to: &PathDomain<'_, W>, m: u32, roughness: f32) -> bool {
         let rules = &to.connectability;
-        self.before.is_some_and(|(position, before)| {
+        self.before.is_some_and(|(before, left)| {
+            let position = to.world.position(self.vertex(to));
             rules.reaches(m)
-                && rules.rough(before)
+                && rules.rough(left)
                 && rules.rough(roughness)
-                && rules.far((to.world.position(self.vertex(to)) - position).length_squared())
+                && rules.far(position, position - before)
         })
     }
 
@@ -294,8 +295,7 @@ fn sampled_emitter<W: World>(
     let omega = emitter_weight(connection.pdf, scattering.pdf, is_delta);
     let incident = connection.radiance / connection.pdf.value();
     let contribution = offset.throughput * (scattering.value * incident * omega);
-    let ray = world.emitter_ray(vertex, endpoint, &connection);
-    Ok((contribution, connection.own_density, ray))
+    Ok((contribution, connection.own_density, connection.ray))
 }
 
 /// A path of all replay that meets an emitter.
@@ -312,9 +312,10 @@ fn replayed_scattering<W: World>(
     let (radiance, emitter_pdf, far) = match &met {
         Some(met) => {
             let before = offset.before.map_or(Vec3::ZERO, |(position, _)| position);
-            let squared = (world.position(met) - before).length_squared();
+            let position = world.position(met);
             let pdf = world.emitter_pdf(&site, met);
-            (world.emitted(met, -direction), pdf, rules.far(squared))
+            let far = rules.far(position, position - before);
+            (world.emitted(met, -direction), pdf, far)
         }
         None => {
             let pdf = world.environment_pdf(&site, direction);
@@ -342,14 +343,15 @@ fn to_vertex<W: World>(
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex(to));
     let kept = world.vertex(&x.place());
-    let d = world.position(&kept) - world.position(vertex);
+    let position = world.position(&kept);
+    let d = position - world.position(vertex);
     let squared = d.length_squared();
-    if !rules.far(squared) || !rules.rough(roughness(world, &kept, shape.lobe_at)) {
+    if !rules.far(position, d) || !rules.rough(roughness(world, &kept, shape.lobe_at)) {
         return Err(Undefined::NotConnectable);
     }
     let direction = d / squared.sqrt();
     let towards = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
-    let cos_theta = world.geometric_normal(&kept).dot(direction);
+    let cos_theta = world.geometric_normal(&kept).dot(d) / squared.sqrt();
     let area = towards.pdf.to_area(squared, cos_theta).value();
     let (incident, arriving) = (x.incident(), Vec3::from_array(x.radiance));
     let emitter_pdf = Density::new(x.emitter_pdf);
@@ -412,9 +414,10 @@ fn to_met_emitter<W: World>(
         ),
         Endpoint::Surface(place) => {
             let met = world.vertex(&place);
-            let d = world.position(&met) - world.position(vertex);
+            let position = world.position(&met);
+            let d = position - world.position(vertex);
             let squared = d.length_squared();
-            if !to.connectability.far(squared) {
+            if !to.connectability.far(position, d) {
                 return Err(Undefined::NotConnectable);
             }
             let direction = d / squared.sqrt();
@@ -422,7 +425,7 @@ fn to_met_emitter<W: World>(
                 direction,
                 world.emitted(&met, -direction),
                 world.emitter_pdf(&site, &met),
-                Some((squared, world.geometric_normal(&met).dot(direction))),
+                Some((squared, world.geometric_normal(&met).dot(d) / squared.sqrt())),
                 world.segment(vertex, &met),
             )
         }

@@ -58,6 +58,25 @@ pub(crate) enum AnchorKind {
     EmitterDelta,
 }
 
+/// What a [`PathSample`] is made of, for tests and pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathAnatomy {
+    /// Number of edges, that from the camera included.
+    pub length: u32,
+    /// Number of the reconnection vertex, counted from the camera as 0; `None` if the path is all replay.
+    pub reconnection: Option<u32>,
+    /// Where that vertex is; `None` at infinity.
+    pub place: Option<Place>,
+    /// Whether the last vertex was found by sampling an emitter.
+    pub ends_at_sampled_emitter: bool,
+    /// Lobe at the vertex before the reconnection vertex; `None` for all of them together.
+    pub lobe_before: Option<u8>,
+    /// Lobe at the reconnection vertex; `None` for all of them together, and on an emitter.
+    pub lobe_at: Option<u8>,
+    /// Direction to the vertex behind the reconnection vertex, where there is one.
+    pub incident: Option<Vec3>,
+}
+
 /// In place of a lobe's number: all lobes together, as emitter sampling evaluates them.
 pub(crate) const ALL_LOBES: u8 = MAX_LOBES;
 
@@ -194,15 +213,21 @@ impl PathSample {
         f64::from(luminance(self.contribution()))
     }
 
-    /// Number of edges, that from the camera included.
-    pub fn length(&self) -> u32 {
-        self.shape().length
-    }
-
-    /// Number of the reconnection vertex, counted from the camera as 0; `None` if the path is all replay.
-    pub fn reconnection(&self) -> Option<u32> {
+    /// What the path is made of.
+    pub fn anatomy(&self) -> PathAnatomy {
         let shape = self.shape();
-        (shape.anchor != AnchorKind::None).then_some(shape.reconnection)
+        let surface = matches!(shape.anchor, AnchorKind::Vertex | AnchorKind::EmitterSurface);
+        let anchored = shape.anchor != AnchorKind::None;
+        let lobe = |lobe: u8, present: bool| (present && lobe != ALL_LOBES).then_some(lobe);
+        PathAnatomy {
+            length: shape.length,
+            reconnection: anchored.then_some(shape.reconnection),
+            place: surface.then(|| self.place()),
+            ends_at_sampled_emitter: shape.technique == Technique::Emitter,
+            lobe_before: lobe(shape.lobe_before, anchored),
+            lobe_at: lobe(shape.lobe_at, shape.anchor == AnchorKind::Vertex),
+            incident: (shape.anchor == AnchorKind::Vertex).then(|| self.incident()),
+        }
     }
 
     /// Whether two samples are one path: equal but for what belongs to their domains.

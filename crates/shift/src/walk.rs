@@ -85,10 +85,12 @@ impl<W: World> Walk<W> {
         let departure = self.departure.as_ref().filter(|departure| {
             self.found.is_none() && rules.reaches(self.index) && rules.rough(departure.roughness)
         })?;
-        let d = domain.world.position(vertex) - departure.position;
+        let position = domain.world.position(vertex);
+        let d = position - departure.position;
         let squared = d.length_squared();
-        let cos_theta = domain.world.geometric_normal(vertex).dot(departure.direction);
-        rules.far(squared).then(|| Pair {
+        // By the positions, which the shift will see, rather than by the direction that led from one to the other.
+        let cos_theta = domain.world.geometric_normal(vertex).dot(d) / squared.sqrt();
+        rules.far(position, d).then(|| Pair {
             density_area: departure.pdf.to_area(squared, cos_theta).value(),
             lobe_before: departure.lobe,
         })
@@ -120,7 +122,7 @@ impl<W: World> Walk<W> {
         let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
         let rules = &domain.connectability;
         let length = self.index + 1;
-        let mut sample = if let Some(found) = &self.found {
+        let sample = if let Some(found) = &self.found {
             let mut sample = self.reconnecting(length, Technique::Emitter, found);
             sample.radiance = (self.suffix * here).to_array();
             sample
@@ -142,7 +144,7 @@ impl<W: World> Walk<W> {
             let stored = unpack_direction(pack_direction(connection.direction));
             let scattering = world.evaluate(vertex, self.view(domain), stored);
             let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
-            return self.pending(domain, vertex, sample, here, (&endpoint, &connection));
+            return self.pending(sample, here, connection.ray);
         } else if rules.reaches(length)
             && rules.rough(world.max_roughness(vertex))
             && far_enough(domain, vertex, &endpoint)
@@ -155,28 +157,18 @@ impl<W: World> Walk<W> {
         } else {
             self.replayed(length, Technique::Emitter)
         };
-        sample.contribution = [0.0; 3];
-        self.pending(domain, vertex, sample, here, (&endpoint, &connection))
+        self.pending(sample, here, connection.ray)
     }
 
     /// A candidate whose contribution is `throughput · here`.
-    fn pending(
-        &self,
-        domain: &PathDomain<'_, W>,
-        vertex: &W::Vertex,
-        mut sample: PathSample,
-        here: Vec3,
-        (endpoint, connection): (&Endpoint, &crate::world::Connection),
-    ) -> Option<Pending<W::Ray>> {
+    fn pending(&self, mut sample: PathSample, here: Vec3, ray: W::Ray) -> Option<Pending<W::Ray>> {
         let contribution = self.throughput * here;
         if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
             return None;
         }
         sample.contribution = contribution.to_array();
-        Some(Pending {
-            candidate: (sample, self.weight),
-            ray: domain.world.emitter_ray(vertex, endpoint, connection),
-        })
+        let candidate = (sample, self.weight);
+        Some(Pending { candidate, ray })
     }
 
     /// Scatters at the current vertex: the direction to go on, or the end of the path.
@@ -276,11 +268,13 @@ impl<W: World> Walk<W> {
         } else if rules.reaches(length) && rules.rough(departure.roughness) {
             let (endpoint, density) = match vertex {
                 Some(vertex) => {
-                    let squared = (world.position(vertex) - departure.position).length_squared();
-                    let cos_theta = world.geometric_normal(vertex).dot(departure.direction);
+                    let position = world.position(vertex);
+                    let d = position - departure.position;
+                    let squared = d.length_squared();
+                    let cos_theta = world.geometric_normal(vertex).dot(d) / squared.sqrt();
                     let density = departure.pdf.to_area(squared, cos_theta).value();
                     let endpoint = Endpoint::Surface(world.place(vertex));
-                    (rules.far(squared).then_some(endpoint), density)
+                    (rules.far(position, d).then_some(endpoint), density)
                 }
                 None => {
                     let endpoint = Endpoint::Direction(departure.direction);
@@ -369,8 +363,9 @@ pub(crate) fn far_enough<W: World>(
     match endpoint {
         Endpoint::Surface(place) => {
             let emitter = world.position(&world.vertex(place));
-            let squared = (emitter - world.position(vertex)).length_squared();
-            domain.connectability.far(squared)
+            domain
+                .connectability
+                .far(emitter, emitter - world.position(vertex))
         }
         Endpoint::Direction(_) | Endpoint::Delta(_) => true,
     }

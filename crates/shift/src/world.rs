@@ -37,8 +37,6 @@ pub trait World {
     fn ray(&self, from: &Self::Vertex, direction: Vec3) -> Self::Ray;
     /// The segment between two vertices.
     fn segment(&self, from: &Self::Vertex, to: &Self::Vertex) -> Self::Ray;
-    /// What must be free for an emitter's endpoint to be seen from a vertex; `connection` is theirs.
-    fn emitter_ray(&self, from: &Self::Vertex, endpoint: &Endpoint, connection: &Connection) -> Self::Ray;
     /// The first surface along a ray. `kind` says what for; it has no influence on the result.
     fn trace(&self, ray: &Self::Ray, kind: RayKind) -> Option<Self::Vertex>;
     /// Whether anything lies on a ray.
@@ -84,7 +82,7 @@ pub trait World {
     /// A place on an emitter, chosen by `u_select` and `u` for illuminating `from`; `None` if there is none.
     fn sample_emitter(&self, from: &Self::Vertex, u_select: u64, u: [f32; 2]) -> Option<Endpoint>;
     /// What an emitter's endpoint sends to `from`, but for occlusion; `None` if nothing.
-    fn connect(&self, from: &Self::Vertex, endpoint: &Endpoint) -> Option<Connection>;
+    fn connect(&self, from: &Self::Vertex, endpoint: &Endpoint) -> Option<Connection<Self::Ray>>;
 }
 
 /// What a ray is traced for.
@@ -126,7 +124,7 @@ pub enum Endpoint {
 
 /// What an [`Endpoint`] sends to a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Connection {
+pub struct Connection<R> {
     /// From the vertex to the endpoint.
     pub direction: Vec3,
     /// Incident radiance; irradiance at normal incidence for [`Endpoint::Delta`].
@@ -136,6 +134,8 @@ pub struct Connection {
     pub pdf: Density<SolidAngle>,
     /// The same in the endpoint's own measure, for ratios between two vertices: `pdf · |cos θ| / d²` on a surface.
     pub own_density: f32,
+    /// What must be free for the endpoint to be seen.
+    pub ray: R,
 }
 
 /// A direction sampled from one lobe.

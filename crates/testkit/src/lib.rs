@@ -9,6 +9,7 @@
 //! | is a Monte Carlo mean right? | [`MeanTest`] |
 //! | does a density integrate to one? | [`integrate`], [`integrate_rectangle`], [`integrate_sphere`], [`integrate_lobe`] |
 //! | is a Jacobian right? | [`jacobian_determinant`] |
+//! | does a shift mapping keep its laws? | [`ShiftConformance`] |
 //! | do two images agree? | [`compare_tiles`] |
 //! | is an `f32` result close to an `f64` truth? | [`ulp_error`], [`hostile_f32`] |
 //! | can this test fail at all? | [`check_faults`] |
@@ -19,6 +20,7 @@
 #![forbid(unsafe_code)]
 
 mod chi2;
+mod conformance;
 mod enumerate;
 mod fault;
 mod jacobian;
@@ -32,6 +34,7 @@ mod ulp;
 mod uniform;
 
 pub use chi2::{ChiSquaredReport, chi_squared_test, family_significance};
+pub use conformance::{Shift, ShiftConformance, ShiftTally};
 pub use enumerate::{
     Chooser, Expectation, VectorExpectation, distribution, expectation, expectation_vector, for_each_outcome,
 };

@@ -113,9 +113,18 @@ impl EmittingSurfaces {
             spheres.push(record.sphere);
         }
         let accelerator = Accelerator::build(&corners, &spheres, options.accelerator, options.quality);
+        let mut by_emitter = vec![0; flat.emitters.len()];
+        for &primitive in &primitives {
+            let emitter = match flat.triangles.get(primitive as usize) {
+                Some(triangle) => triangle.emitter,
+                None => flat.spheres[primitive as usize - flat.triangles.len()].emitter,
+            };
+            by_emitter[emitter as usize] = primitive;
+        }
         Self {
             accelerator,
             primitives,
+            by_emitter,
         }
     }
 }

@@ -39,6 +39,8 @@ struct EmittingSurfaces {
     accelerator: Accelerator,
     /// The scene's numbers of its primitives.
     primitives: Vec<u32>,
+    /// The scene's numbers of the primitives, by emitter.
+    by_emitter: Vec<u32>,
 }
 
 impl Scene {
@@ -106,10 +108,29 @@ impl Scene {
         let EmittingSurfaces {
             accelerator,
             primitives,
+            ..
         } = &self.emitting;
         accelerator.intersect_many(rays, hits);
         for hit in hits.iter_mut().take(rays.len()).flatten() {
             hit.primitive = primitives[hit.primitive as usize];
+        }
+    }
+
+    /// The primitive that an emitting surface is, by its index as an emitter; `None` for emitters that are no surface.
+    #[inline]
+    pub fn emitter_primitive(&self, emitter: u32) -> Option<u32> {
+        self.emitting.by_emitter.get(emitter as usize).copied()
+    }
+
+    /// The emitter that a primitive is, [`SurfacePoint::NO_EMITTER`] if it does not emit.
+    ///
+    /// # Panics
+    /// If the scene has no such primitive.
+    #[inline]
+    pub fn primitive_emitter(&self, primitive: u32) -> u32 {
+        match self.triangles.get(primitive as usize) {
+            Some(triangle) => triangle.emitter,
+            None => self.spheres[primitive as usize - self.triangles.len()].emitter,
         }
     }
 

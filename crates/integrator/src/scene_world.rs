@@ -1,0 +1,313 @@
+//! A scene as shift mappings see it.
+
+use crate::RayCounts;
+use lightshed_sampling::{Density, SolidAngle};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::{Bsdf, EmitterEndpoint, Hit, Ray, Scene, SurfacePoint};
+use lightshed_shift::{Connection, Endpoint, LobeDirection, Place, RayKind, Scattering, World};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A [`Scene`] as a [`World`]: what the crate `lightshed-shift` asks of a renderer, with rays counted by kind.
+pub struct SceneWorld<'a> {
+    scene: &'a Scene,
+    counters: Vec<Counters>,
+}
+
+/// The counts of one thread, on a cache line of their own.
+#[derive(Default)]
+#[repr(align(128))]
+struct Counters([AtomicU64; 4]);
+
+/// Rays traced at once.
+const BATCH: usize = 64;
+
+/// A surface point with what scatters there.
+#[derive(Clone)]
+pub struct SceneVertex {
+    point: SurfacePoint,
+    coordinates: [f32; 2],
+    bsdf: Bsdf,
+}
+
+impl SceneVertex {
+    /// The surface point.
+    pub fn point(&self) -> &SurfacePoint {
+        &self.point
+    }
+}
+
+impl<'a> SceneWorld<'a> {
+    /// The world of `scene`.
+    pub fn new(scene: &'a Scene) -> Self {
+        let threads = rayon::current_num_threads().max(1);
+        Self {
+            scene,
+            counters: (0..threads).map(|_| Counters::default()).collect(),
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// What a ray has hit, ready to be scattered at.
+    pub fn arrive(&self, ray: &Ray, hit: &Hit) -> SceneVertex {
+        let place = Place {
+            primitive: hit.primitive,
+            coordinates: self.scene.coordinates(ray, hit),
+        };
+        self.vertex(&place)
+    }
+
+    /// Rays counted since the last call.
+    pub fn take_counts(&self) -> RayCounts {
+        let take = |kind: RayKind| {
+            let of_kind = |counters: &Counters| counters.0[kind as usize].swap(0, Ordering::Relaxed);
+            self.counters.iter().map(of_kind).sum()
+        };
+        RayCounts {
+            camera: 0,
+            path: take(RayKind::Path),
+            emitter: take(RayKind::Emitter),
+            replay: take(RayKind::Replay),
+            reconnection: take(RayKind::Reconnection),
+        }
+    }
+
+    #[inline(always)]
+    fn count(&self, kind: RayKind, rays: usize) {
+        let thread = rayon::current_thread_index().unwrap_or(0) % self.counters.len();
+        self.counters[thread].0[kind as usize].fetch_add(rays as u64, Ordering::Relaxed);
+    }
+
+    /// Lobe and direction as [`Bsdf::sample`] has them, with the value and joint density of the lobe alone.
+    #[inline]
+    fn lobe_direction(
+        vertex: &SceneVertex,
+        wo: Vec3,
+        u_lobe: f32,
+        u_direction: [f32; 2],
+    ) -> Option<LobeDirection> {
+        let bsdf = &vertex.bsdf;
+        let sample = bsdf.sample(wo, u_lobe, Vec2::from(u_direction))?;
+        let scattering = if sample.is_delta {
+            // The share of radiance over the probability is what matters of a delta lobe.
+            Scattering {
+                value: sample.weight,
+                pdf: Density::new(1.0),
+            }
+        } else if bsdf.lobe_count() == 1 {
+            Scattering {
+                value: sample.weight * sample.pdf.value(),
+                pdf: sample.pdf,
+            }
+        } else {
+            let lobe = bsdf.evaluate_lobe(sample.lobe, wo, sample.wi);
+            Scattering {
+                value: lobe.value,
+                pdf: lobe.pdf,
+            }
+        };
+        Some(LobeDirection {
+            wi: vertex.point.shading.to_world(sample.wi),
+            lobe: sample.lobe,
+            scattering,
+            total_pdf: sample.pdf,
+            is_delta: sample.is_delta,
+        })
+    }
+
+    fn scene_endpoint(&self, endpoint: &Endpoint) -> EmitterEndpoint {
+        match *endpoint {
+            Endpoint::Surface(place) => EmitterEndpoint::Surface {
+                emitter: self.scene.primitive_emitter(place.primitive),
+                coordinates: place.coordinates,
+            },
+            Endpoint::Direction(direction) => EmitterEndpoint::Environment { direction },
+            Endpoint::Delta(emitter) => EmitterEndpoint::Delta { emitter },
+        }
+    }
+}
+
+impl World for SceneWorld<'_> {
+    type Vertex = SceneVertex;
+    type Site = Vec3;
+    type Ray = Ray;
+
+    #[inline]
+    fn vertex(&self, place: &Place) -> SceneVertex {
+        let point = self.scene.locate(place.primitive, place.coordinates);
+        SceneVertex {
+            bsdf: self.scene.bsdf(&point),
+            coordinates: place.coordinates,
+            point,
+        }
+    }
+
+    #[inline(always)]
+    fn place(&self, vertex: &SceneVertex) -> Place {
+        Place {
+            primitive: vertex.point.primitive,
+            coordinates: vertex.coordinates,
+        }
+    }
+
+    #[inline(always)]
+    fn site(&self, vertex: &SceneVertex) -> Vec3 {
+        vertex.point.position
+    }
+
+    #[inline(always)]
+    fn position(&self, vertex: &SceneVertex) -> Vec3 {
+        vertex.point.position
+    }
+
+    #[inline(always)]
+    fn geometric_normal(&self, vertex: &SceneVertex) -> Vec3 {
+        vertex.point.geometric_normal
+    }
+
+    #[inline(always)]
+    fn ray(&self, from: &SceneVertex, direction: Vec3) -> Ray {
+        from.point.spawn(direction)
+    }
+
+    #[inline]
+    fn segment(&self, from: &SceneVertex, to: &SceneVertex) -> Ray {
+        let d = to.point.position - from.point.position;
+        let origin = from.point.origin_towards(d);
+        let target = to.point.origin_towards(-d);
+        Ray::segment(origin, target - origin, 1.0)
+    }
+
+    fn trace(&self, ray: &Ray, kind: RayKind) -> Option<SceneVertex> {
+        self.count(kind, 1);
+        let hit = self.scene.accelerator().intersect(ray)?;
+        Some(self.arrive(ray, &hit))
+    }
+
+    fn occluded(&self, ray: &Ray, kind: RayKind) -> bool {
+        self.count(kind, 1);
+        self.scene.occluded(ray)
+    }
+
+    fn trace_many(&self, rays: &[Ray], kind: RayKind, vertices: &mut [Option<SceneVertex>]) {
+        self.count(kind, rays.len().min(vertices.len()));
+        let mut hits = [None; BATCH];
+        for (rays, vertices) in rays.chunks(BATCH).zip(vertices.chunks_mut(BATCH)) {
+            let hits = &mut hits[..rays.len()];
+            self.scene.accelerator().intersect_many(rays, hits);
+            for hit in hits.iter().flatten() {
+                self.scene.prefetch_surface(hit);
+            }
+            for ((ray, hit), vertex) in rays.iter().zip(hits).zip(vertices) {
+                *vertex = hit.as_ref().map(|hit| self.arrive(ray, hit));
+            }
+        }
+    }
+
+    fn occluded_many(&self, rays: &[Ray], kind: RayKind, occluded: &mut [bool]) {
+        self.count(kind, rays.len().min(occluded.len()));
+        self.scene.accelerator().occluded_many(rays, occluded);
+    }
+
+    fn sample_lobe(
+        &self,
+        vertex: &SceneVertex,
+        wo: Vec3,
+        u_lobe: f32,
+        u_direction: [f32; 2],
+    ) -> Option<LobeDirection> {
+        let wo = vertex.point.shading.to_local(wo);
+        Self::lobe_direction(vertex, wo, u_lobe, u_direction)
+    }
+
+    #[inline]
+    fn evaluate_lobe(&self, vertex: &SceneVertex, wo: Vec3, wi: Vec3, lobe: u8) -> Scattering {
+        let frame = &vertex.point.shading;
+        let value = vertex
+            .bsdf
+            .evaluate_lobe(lobe, frame.to_local(wo), frame.to_local(wi));
+        Scattering {
+            value: value.value,
+            pdf: value.pdf,
+        }
+    }
+
+    #[inline]
+    fn evaluate(&self, vertex: &SceneVertex, wo: Vec3, wi: Vec3) -> Scattering {
+        let frame = &vertex.point.shading;
+        let value = vertex.bsdf.evaluate(frame.to_local(wo), frame.to_local(wi));
+        Scattering {
+            value: value.value,
+            pdf: value.pdf,
+        }
+    }
+
+    #[inline]
+    fn lobe_roughness(&self, vertex: &SceneVertex, lobe: u8) -> f32 {
+        vertex.bsdf.lobe_roughness(lobe)
+    }
+
+    #[inline]
+    fn max_roughness(&self, vertex: &SceneVertex) -> f32 {
+        let lobes = 0..vertex.bsdf.lobe_count();
+        lobes
+            .map(|lobe| vertex.bsdf.lobe_roughness(lobe))
+            .fold(0.0, f32::max)
+    }
+
+    #[inline(always)]
+    fn emitted(&self, vertex: &SceneVertex, direction: Vec3) -> Vec3 {
+        self.scene.emitters().radiance(&vertex.point, -direction)
+    }
+
+    #[inline]
+    fn emitter_pdf(&self, from: &Vec3, emitter: &SceneVertex) -> Density<SolidAngle> {
+        self.scene.emitters().pdf(*from, &emitter.point)
+    }
+
+    fn environment(&self, direction: Vec3) -> Vec3 {
+        match self.scene.emitters().environment() {
+            Some(environment) => environment.radiance(direction),
+            None => Vec3::ZERO,
+        }
+    }
+
+    fn environment_pdf(&self, _from: &Vec3, direction: Vec3) -> Density<SolidAngle> {
+        self.scene.emitters().pdf_environment(direction)
+    }
+
+    #[inline]
+    fn sample_emitter(&self, from: &SceneVertex, u_select: u64, u: [f32; 2]) -> Option<Endpoint> {
+        let emitters = self.scene.emitters();
+        Some(
+            match emitters.sample_endpoint(from.point.position, u_select, u)? {
+                EmitterEndpoint::Surface { emitter, coordinates } => Endpoint::Surface(Place {
+                    primitive: self.scene.emitter_primitive(emitter)?,
+                    coordinates,
+                }),
+                EmitterEndpoint::Environment { direction } => Endpoint::Direction(direction),
+                EmitterEndpoint::Delta { emitter } => Endpoint::Delta(emitter),
+            },
+        )
+    }
+
+    #[inline]
+    fn connect(&self, from: &SceneVertex, endpoint: &Endpoint) -> Option<Connection<Ray>> {
+        let emitters = self.scene.emitters();
+        let connection = emitters.connect(from.point.position, &self.scene_endpoint(endpoint))?;
+        Some(Connection {
+            direction: connection.direction,
+            radiance: connection.radiance,
+            pdf: if connection.is_delta {
+                Density::new(connection.pdf_endpoint)
+            } else {
+                connection.pdf
+            },
+            own_density: connection.pdf_endpoint,
+            ray: connection.shadow_ray(&from.point),
+        })
+    }
+}
