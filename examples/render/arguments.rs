@@ -20,6 +20,10 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Method::Path)]
     pub method: Method,
 
+    /// How ReSTIR path tracing carries paths between pixels.
+    #[arg(long, value_enum, default_value_t = Mapping::Hybrid)]
+    pub shift: Mapping,
+
     /// Samples in every pixel; the scene's own number if neither this nor --seconds is given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
     pub spp: Option<u32>,
@@ -72,6 +76,19 @@ pub enum Method {
     Path,
     /// Direct light only.
     Direct,
+    /// ReSTIR path tracing, one tree a frame, with reuse from the frame before: --spp counts frames.
+    RestirPt,
+    /// ReSTIR path tracing in independent frames of 32 trees.
+    RestirPtOffline,
+}
+
+/// How paths are carried between pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Mapping {
+    /// Random replay up to the first vertices that can be reconnected.
+    Hybrid,
+    /// Reconnection to the second surface.
+    Reconnection,
 }
 
 impl Method {
@@ -80,6 +97,8 @@ impl Method {
         match self {
             Self::Path => "path",
             Self::Direct => "direct",
+            Self::RestirPt => "restir-pt",
+            Self::RestirPtOffline => "restir-pt-offline",
         }
     }
 }

@@ -1,11 +1,12 @@
 //! From arguments to a written image: everything that can be checked is, then the rendering, then the figures.
 
-use crate::arguments::{Arguments, Method};
+use crate::arguments::{Arguments, Mapping, Method};
 use crate::failure::{Failure, one_line};
 use crate::progress::Bar;
 use crate::report::Report;
 use lightshed::integrator::{
-    Budget, DirectLight, ImageComparison, OutputTarget, PathTracer, RenderOptions, RgbImage, read_exr, render,
+    Budget, CameraMotion, DirectLight, ImageComparison, OutputTarget, PathMapping, PathTracer, RenderOptions,
+    RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render, render_frames,
 };
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
@@ -31,11 +32,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let settings = &mut description.settings;
     [settings.width, settings.height] = arguments.size.unwrap_or([settings.width, settings.height]);
     settings.max_depth = match (arguments.method, arguments.max_depth) {
-        (Method::Path, max_depth) => max_depth.or(settings.max_depth),
         (Method::Direct, None) => Some(DIRECT_DEPTH),
         (Method::Direct, Some(_)) => {
             return Err(Failure::new("--max-depth has no meaning with --method direct"));
         }
+        (_, max_depth) => max_depth.or(settings.max_depth),
     };
     let RenderSettings {
         width,
@@ -91,6 +92,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let outcome = match arguments.method {
         Method::Path => render(&PathTracer::new(&scene), &options, &observer, cancel),
         Method::Direct => render(&DirectLight::new(&scene), &options, &observer, cancel),
+        Method::RestirPt | Method::RestirPtOffline => {
+            let mapping = match arguments.shift {
+                Mapping::Hybrid => PathMapping::Hybrid,
+                Mapping::Reconnection => PathMapping::Reconnection,
+            };
+            let parameters = match arguments.method {
+                Method::RestirPt => RestirPtOptions::real_time(mapping),
+                _ => RestirPtOptions::offline(mapping),
+            };
+            let world = SceneWorld::new(&scene);
+            let mut method = RestirPt::new(&world, parameters, CameraMotion::STILL)?;
+            render_frames(&mut method, &options, &observer, cancel)
+        }
     }?;
     bar.finish();
     interruption.writing.store(true, Ordering::SeqCst);

@@ -29,6 +29,7 @@ mod output;
 mod path;
 mod ray_counts;
 mod render;
+mod restir_pt;
 mod scene_world;
 mod statistics;
 
@@ -54,5 +55,6 @@ pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
     SampleId, render,
 };
+pub use restir_pt::{MAX_CANDIDATES, MAX_ROUNDS, PathMapping, RestirPt, RestirPtError, RestirPtOptions};
 pub use scene_world::{SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;

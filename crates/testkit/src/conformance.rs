@@ -145,7 +145,7 @@ mod tests {
                 Some(Fault::Elsewhere) if x > 0.9 * from => Some((0.5 * y, jacobian)),
                 Some(Fault::JacobianDropped) => Some((y, 1.0)),
                 Some(Fault::JacobianClampedOnBothSides) => Some((y, jacobian.clamp(0.5, 2.0))),
-                Some(Fault::Memory) if calls.get() % 97 == 0 => None,
+                Some(Fault::Memory) if calls.get().is_multiple_of(97) => None,
                 _ => Some((y, jacobian)),
             }
         };

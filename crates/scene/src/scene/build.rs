@@ -77,6 +77,7 @@ impl Scene {
         }
         let corners: Vec<[Vec3; 3]> = flat.triangles.iter().map(|triangle| triangle.corners).collect();
         let spheres: Vec<Sphere> = flat.spheres.iter().map(|record| record.sphere).collect();
+        let bounds = bounds(&corners, &spheres);
         let camera = Camera::new(camera, settings.width, settings.height)?;
         let emitters = Emitters::new(&flat.emitters, emitters)?;
         let emitting = EmittingSurfaces::build(&flat, options);
@@ -92,8 +93,20 @@ impl Scene {
             camera,
             settings: *settings,
             dropped_triangles: flat.dropped,
+            bounds,
         })
     }
+}
+
+/// The box around everything.
+fn bounds(corners: &[[Vec3; 3]], spheres: &[Sphere]) -> [Vec3; 2] {
+    let triangles = corners.iter().flatten().map(|&corner| [corner; 2]);
+    let spheres = spheres.iter().map(|sphere| {
+        let radius = Vec3::splat(sphere.radius);
+        [sphere.center - radius, sphere.center + radius]
+    });
+    let union = |[a, b]: [Vec3; 2], [c, d]: [Vec3; 2]| [a.min(c), b.max(d)];
+    triangles.chain(spheres).reduce(union).unwrap_or_default()
 }
 
 impl EmittingSurfaces {

@@ -32,6 +32,7 @@ pub struct Scene {
     camera: Camera,
     settings: RenderSettings,
     dropped_triangles: usize,
+    bounds: [Vec3; 2],
 }
 
 /// A tree over the emitting primitives.
@@ -172,6 +173,17 @@ impl Scene {
     /// What the description asked of the renderer.
     pub fn settings(&self) -> &RenderSettings {
         &self.settings
+    }
+
+    /// Least and greatest coordinates of all surfaces; the origin twice if there are none.
+    pub fn bounds(&self) -> [Vec3; 2] {
+        self.bounds
+    }
+
+    /// Length of the diagonal of [`Scene::bounds`].
+    pub fn extent(&self) -> f32 {
+        let [least, greatest] = self.bounds;
+        (greatest - least).length()
     }
 
     /// Number of triangles that rays can hit.

@@ -1,0 +1,138 @@
+//! How ReSTIR PT spends its time.
+
+use lightshed_resampling::{Pattern, PatternError};
+use lightshed_scene::Scene;
+use lightshed_shift::Connectability;
+use std::fmt;
+
+/// The shift that carries paths between pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathMapping {
+    /// `y₂ = x₂`: cheap, good for rough surfaces.
+    Reconnection,
+    /// Random replay up to the first connectable pair of vertices: good for glossy surfaces too.
+    Hybrid,
+}
+
+/// Parameters of [`RestirPt`](crate::RestirPt).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestirPtOptions {
+    /// Trees of candidates for each pixel of a frame.
+    pub candidates: u32,
+    /// Rounds of spatial reuse.
+    pub rounds: u32,
+    /// Neighbours in each round.
+    pub neighbours: u32,
+    /// Radius of the disk that they come from, in pixels.
+    pub radius: f32,
+    /// Confidence cap `M_c` of temporal reuse; `None` for independent frames.
+    pub temporal_cap: Option<f32>,
+    /// The shift.
+    pub mapping: PathMapping,
+    /// Least roughness of lobes for a reconnection by the hybrid shift, as GGX's `α`.
+    pub min_roughness: f32,
+    /// Least distance of vertices for a reconnection by the hybrid shift, as a share of the scene's size.
+    pub min_distance: f32,
+}
+
+/// Why options are refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum RestirPtError {
+    /// No candidates, or more than [`MAX_CANDIDATES`].
+    Candidates(u32),
+    /// More rounds than [`MAX_ROUNDS`].
+    Rounds(u32),
+    /// Neighbours or a radius that make no pattern.
+    Pattern(PatternError),
+    /// A cap below 1, or NaN.
+    TemporalCap(f32),
+    /// A least roughness outside of `(0, 1]`.
+    Roughness(f32),
+    /// A least distance outside of `[0, 1]`.
+    Distance(f32),
+}
+
+/// Most trees of candidates for each pixel of a frame.
+pub const MAX_CANDIDATES: u32 = 4096;
+
+/// Most rounds of spatial reuse.
+pub const MAX_ROUNDS: u32 = 64;
+
+impl fmt::Display for RestirPtError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Candidates(count) => write!(f, "{count} candidates are not between 1 and {MAX_CANDIDATES}"),
+            Self::Rounds(count) => write!(f, "{count} rounds of reuse are more than {MAX_ROUNDS}"),
+            Self::Pattern(error) => write!(f, "{error}"),
+            Self::TemporalCap(cap) => write!(f, "a confidence cap of {cap} is not at least 1"),
+            Self::Roughness(alpha) => write!(f, "a least roughness of {alpha} does not lie in (0, 1]"),
+            Self::Distance(share) => write!(f, "a least distance of {share} does not lie in [0, 1]"),
+        }
+    }
+}
+
+impl std::error::Error for RestirPtError {}
+
+impl RestirPtOptions {
+    /// A frame at a time, with reuse from the frame before (Lin 2022 §6.7.3): one tree, a cap of 20, and one round with 3
+    /// neighbours within 20 pixels.
+    pub fn real_time(mapping: PathMapping) -> Self {
+        Self {
+            candidates: 1,
+            rounds: 1,
+            neighbours: 3,
+            radius: 20.0,
+            temporal_cap: Some(20.0),
+            mapping,
+            min_roughness: 0.2,
+            min_distance: 0.02,
+        }
+    }
+
+    /// Independent frames to be averaged (Lin 2022 §6.5.5, §B.7): 32 trees, and three rounds with 6 neighbours within 10 pixels.
+    pub fn offline(mapping: PathMapping) -> Self {
+        Self {
+            candidates: 32,
+            rounds: 3,
+            neighbours: 6,
+            radius: 10.0,
+            temporal_cap: None,
+            ..Self::real_time(mapping)
+        }
+    }
+
+    /// The neighbours; `None` without spatial reuse.
+    pub(super) fn pattern(&self) -> Result<Option<Pattern>, RestirPtError> {
+        if self.rounds == 0 || self.neighbours == 0 {
+            return Ok(None);
+        }
+        let pattern = Pattern::disk(self.radius, self.neighbours).map_err(RestirPtError::Pattern)?;
+        Ok(Some(pattern))
+    }
+
+    /// The thresholds for a scene.
+    pub(super) fn connectability(&self, scene: &Scene) -> Result<Connectability, RestirPtError> {
+        if !(1..=MAX_CANDIDATES).contains(&self.candidates) {
+            return Err(RestirPtError::Candidates(self.candidates));
+        }
+        if self.rounds > MAX_ROUNDS {
+            return Err(RestirPtError::Rounds(self.rounds));
+        }
+        if let Some(cap) = self.temporal_cap
+            && !(cap >= 1.0)
+        {
+            return Err(RestirPtError::TemporalCap(cap));
+        }
+        if !(0.0..=1.0).contains(&self.min_distance) {
+            return Err(RestirPtError::Distance(self.min_distance));
+        }
+        match self.mapping {
+            PathMapping::Reconnection => Ok(Connectability::RECONNECTION),
+            PathMapping::Hybrid => {
+                Connectability::hybrid(self.min_roughness, self.min_distance * scene.extent())
+                    .map_err(|_| RestirPtError::Roughness(self.min_roughness))
+            }
+        }
+    }
+}
