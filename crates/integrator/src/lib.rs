@@ -56,5 +56,5 @@ pub use render::{
     SampleId, render,
 };
 pub use restir_pt::{MAX_CANDIDATES, MAX_ROUNDS, PathMapping, RestirPt, RestirPtError, RestirPtOptions};
-pub use scene_world::{SceneVertex, SceneWorld};
+pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;

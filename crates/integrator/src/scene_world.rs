@@ -3,8 +3,9 @@
 use crate::RayCounts;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Bsdf, EmitterEndpoint, Hit, Ray, Scene, SurfacePoint};
+use lightshed_scene::{Bsdf, Camera, EmitterEndpoint, Hit, Ray, Scene, SurfacePoint};
 use lightshed_shift::{Connection, Endpoint, LobeDirection, Place, RayKind, Scattering, World};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A [`Scene`] as a [`World`]: what the crate `lightshed-shift` asks of a renderer, with rays counted by kind.
@@ -16,10 +17,19 @@ pub struct SceneWorld<'a> {
 /// The counts of one thread, on a cache line of their own.
 #[derive(Default)]
 #[repr(align(128))]
-struct Counters([AtomicU64; 4]);
+struct Counters([AtomicU64; 5]);
 
 /// Rays traced at once.
 const BATCH: usize = 64;
+
+/// A pixel of a camera.
+#[derive(Clone, Debug)]
+pub struct PixelSensor {
+    /// The camera.
+    pub camera: Arc<Camera>,
+    /// Column and row.
+    pub pixel: [u32; 2],
+}
 
 /// A surface point with what scatters there.
 #[derive(Clone)]
@@ -67,7 +77,7 @@ impl<'a> SceneWorld<'a> {
             self.counters.iter().map(of_kind).sum()
         };
         RayCounts {
-            camera: 0,
+            camera: take(RayKind::Sensor),
             path: take(RayKind::Path),
             emitter: take(RayKind::Emitter),
             replay: take(RayKind::Replay),
@@ -132,6 +142,7 @@ impl<'a> SceneWorld<'a> {
 
 impl World for SceneWorld<'_> {
     type Vertex = SceneVertex;
+    type Sensor = PixelSensor;
     type Site = Vec3;
     type Ray = Ray;
 
@@ -166,6 +177,13 @@ impl World for SceneWorld<'_> {
     #[inline(always)]
     fn geometric_normal(&self, vertex: &SceneVertex) -> Vec3 {
         vertex.point.geometric_normal
+    }
+
+    #[inline]
+    fn sensor_ray(&self, PixelSensor { camera, pixel }: &PixelSensor, [x, y, v, w]: [f32; 4]) -> (Ray, Vec3) {
+        let film = Vec2::new(pixel[0] as f32 + x, pixel[1] as f32 + y);
+        let ray = camera.ray(film, [v, w]);
+        (ray, ray.direction)
     }
 
     #[inline(always)]

@@ -7,29 +7,48 @@ use lightshed_resampling::Domain;
 use lightshed_sampling::PrimarySample;
 use lightshed_sampling::glam::Vec3;
 
-/// The domain of a pixel: all paths `x₁ x₂ … x_k`, `2 ≤ k ≤ max_length`, that start at a given surface point `x₁` seen from a
-/// given direction, with a sequence of lobes (Lin 2022 §6.6.6), in primary sample space.
+/// The domain of a pixel: all paths `x₁ x₂ … x_k`, `2 ≤ k ≤ max_length`, with a sequence of lobes (Lin 2022 §6.6.6), in primary
+/// sample space. They start at a given surface point `x₁` seen from a given direction, or at whatever a sensor sees: then the
+/// place on the sensor and on its lens is part of the path, and a shift copies it.
 ///
 /// **Integrand.** `F = ω f / p`, with `f` the product of one lobe at every vertex (of all of them where the last vertex was
 /// found by sampling an emitter) and of the emitted radiance, `p` the density with which [`TreeTracer`](crate::TreeTracer)
 /// finds the path, roulette aside, and `ω` the power heuristic between the two ways to find the last vertex. Its
-/// integral over the domain is the radiance that leaves `x₁` towards the viewer, but for what `x₁` emits.
+/// integral over the domain is the radiance that leaves `x₁` towards the viewer (in the mean over the sensor), but for what
+/// `x₁` itself emits.
 ///
 /// **Measure.** `dμ = p(x̄) dx̄`: of a path that is sampled by the domain's own sampler the weight is 1.
 ///
 /// **Target.** `p̂ = luminance(F)`, visibility included.
 pub struct PathDomain<'w, W: World> {
     pub(crate) world: &'w W,
-    pub(crate) first: W::Vertex,
-    pub(crate) wo: Vec3,
+    pub(crate) start: Start<W>,
     pub(crate) connectability: Connectability,
     pub(crate) max_length: u32,
+}
+
+/// What paths start from.
+pub(crate) enum Start<W: World> {
+    Vertex { first: W::Vertex, wo: Vec3 },
+    Sensor(W::Sensor),
+}
+
+impl<W: World> Clone for Start<W> {
+    fn clone(&self) -> Self {
+        match self {
+            Self::Vertex { first, wo } => Self::Vertex {
+                first: first.clone(),
+                wo: *wo,
+            },
+            Self::Sensor(sensor) => Self::Sensor(sensor.clone()),
+        }
+    }
 }
 
 impl<W: World> Clone for PathDomain<'_, W> {
     fn clone(&self) -> Self {
         Self {
-            first: self.first.clone(),
+            start: self.start.clone(),
             ..*self
         }
     }
@@ -39,30 +58,42 @@ impl<'w, W: World> PathDomain<'w, W> {
     /// The paths behind `first` as seen from `wo` (the unit direction to the viewer), of at most `max_length` edges with that
     /// from the camera ([`MAX_PATH_LENGTH`] if that is less). A domain of the previous frame has that frame's world, vertex and
     /// direction.
-    pub fn new(
+    pub fn behind(
         world: &'w W,
         first: W::Vertex,
         wo: Vec3,
         connectability: Connectability,
         max_length: u32,
     ) -> Self {
+        let start = Start::Vertex { first, wo };
+        Self::starting(world, start, connectability, max_length)
+    }
+
+    /// The paths that `sensor` sees; otherwise as [`PathDomain::behind`].
+    pub fn of_sensor(
+        world: &'w W,
+        sensor: W::Sensor,
+        connectability: Connectability,
+        max_length: u32,
+    ) -> Self {
+        Self::starting(world, Start::Sensor(sensor), connectability, max_length)
+    }
+
+    fn starting(world: &'w W, start: Start<W>, connectability: Connectability, max_length: u32) -> Self {
         Self {
             world,
-            first,
-            wo,
+            start,
             connectability,
             max_length: max_length.min(MAX_PATH_LENGTH),
         }
     }
 
-    /// The unit direction from there to the viewer.
-    pub fn wo(&self) -> Vec3 {
-        self.wo
-    }
-
-    /// The point that the paths start at.
-    pub fn first(&self) -> &W::Vertex {
-        &self.first
+    /// The point that all paths start at and the unit direction from there to the viewer, where they are given.
+    pub fn first(&self) -> Option<(&W::Vertex, Vec3)> {
+        match &self.start {
+            Start::Vertex { first, wo } => Some((first, *wo)),
+            Start::Sensor(_) => None,
+        }
     }
 }
 

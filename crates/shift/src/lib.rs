@@ -31,5 +31,5 @@ pub use domain::PathDomain;
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use path_shift::PathShift;
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
-pub use tracer::TreeTracer;
+pub use tracer::{Finding, TreeTracer};
 pub use world::{Connection, Endpoint, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, World};

@@ -22,8 +22,16 @@ impl PathNumbers {
     }
 
     fn at(&mut self, vertex: u32, word: u32) -> &mut CounterRng {
-        self.0.set_dimension((vertex - 1) * WORDS + word);
+        self.0.set_dimension(vertex * WORDS + word);
         &mut self.0
+    }
+
+    /// Of the place on a sensor and on its lens.
+    #[inline]
+    pub fn sensor(&mut self) -> [f32; 4] {
+        let rng = self.at(0, 0);
+        let ([a, b], [c, d]) = (rng.next_2d(), rng.next_2d());
+        [a, b, c, d]
     }
 
     /// Of the lobe and the direction at `x_vertex`.

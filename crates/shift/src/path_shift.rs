@@ -1,6 +1,6 @@
 //! Random replay, reconnection and their hybrid as one mapping.
 
-use crate::domain::PathDomain;
+use crate::domain::{PathDomain, Start};
 use crate::jacobian::MeasuredJacobian;
 use crate::numbers::PathNumbers;
 use crate::sample::{ALL_LOBES, AnchorKind, PathSample, Shape, Technique, luminance};
@@ -116,22 +116,27 @@ impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for PathShift {
 }
 
 /// The vertex `y_m` that an offset path has come to.
-struct Offset<V> {
-    /// `None` for the domain's first.
-    moved: Option<V>,
+struct Offset<'a, V> {
+    vertex: At<'a, V>,
     wo: Vec3,
     throughput: Vec3,
     /// Position of the vertex before, and the width of the lobe that left it.
     before: Option<(Vec3, f32)>,
 }
 
-impl<V> Offset<V> {
+/// A vertex of the domain, or of the path alone.
+enum At<'a, V> {
+    First(&'a V),
+    Own(V),
+}
+
+impl<V> Offset<'_, V> {
     /// Whether the pair of the vertex before and the current one, `y_m`, could be reconnected if the current one's lobe is
     /// `roughness` wide.
     fn connectable<W: World<Vertex = V>>(&self, to: &PathDomain<'_, W>, m: u32, roughness: f32) -> bool {
         let rules = &to.connectability;
         self.before.is_some_and(|(before, left)| {
-            let position = to.world.position(self.vertex(to));
+            let position = to.world.position(self.vertex());
             rules.reaches(m)
                 && rules.rough(left)
                 && rules.rough(roughness)
@@ -140,8 +145,11 @@ impl<V> Offset<V> {
     }
 
     #[inline(always)]
-    fn vertex<'a, W: World<Vertex = V>>(&'a self, to: &'a PathDomain<'_, W>) -> &'a V {
-        self.moved.as_ref().unwrap_or(&to.first)
+    fn vertex(&self) -> &V {
+        match &self.vertex {
+            At::First(vertex) => vertex,
+            At::Own(vertex) => vertex,
+        }
     }
 }
 
@@ -173,16 +181,26 @@ pub(crate) fn evaluate<W: World>(
     } else {
         shape.length - 1
     };
-    let mut numbers = None;
-    if !anchored || last > 1 {
-        if !rules.replays() {
-            return Err(Undefined::NotConnectable);
-        }
-        numbers = Some(PathNumbers::new(x.seed));
+    let replays = !anchored || last > 1;
+    if replays && !rules.replays() {
+        return Err(Undefined::NotConnectable);
     }
+    let from_sensor = matches!(to.start, Start::Sensor(_));
+    let mut numbers = (replays || from_sensor).then(|| PathNumbers::new(x.seed));
+    let (vertex, wo) = match (&to.start, &mut numbers) {
+        (Start::Sensor(sensor), Some(numbers)) => {
+            let (ray, direction) = world.sensor_ray(sensor, numbers.sensor());
+            let seen = world
+                .trace(&ray, RayKind::Sensor)
+                .ok_or(Undefined::OutsideDomain)?;
+            (At::Own(seen), -direction)
+        }
+        (Start::Vertex { first, wo }, _) => (At::First(first), *wo),
+        (Start::Sensor(_), None) => return Err(Undefined::OutsideDomain),
+    };
     let mut offset = Offset {
-        moved: None,
-        wo: to.wo,
+        vertex,
+        wo,
         throughput: Vec3::ONE,
         before: None,
     };
@@ -192,7 +210,7 @@ pub(crate) fn evaluate<W: World>(
             let next = world
                 .trace(&ray, RayKind::Replay)
                 .ok_or(Undefined::OutsideDomain)?;
-            offset.moved = Some(next);
+            offset.vertex = At::Own(next);
         }
     }
     if let (false, Some(numbers)) = (anchored, &mut numbers) {
@@ -201,7 +219,7 @@ pub(crate) fn evaluate<W: World>(
             Technique::Scattering => replayed_scattering(to, offset, shape, numbers),
         };
     }
-    let vertex = offset.vertex(to);
+    let vertex = offset.vertex();
     let rough = roughness(world, vertex, shape.lobe_before);
     if offset.connectable(to, last, rough) {
         return Err(Undefined::NotInvertible);
@@ -226,12 +244,12 @@ struct Left {
 /// Scatters at `y_m` with the base path's numbers. Leaves `offset` at the same vertex, with what is to be known of it behind it.
 fn replay<W: World>(
     to: &PathDomain<'_, W>,
-    offset: &mut Offset<W::Vertex>,
+    offset: &mut Offset<'_, W::Vertex>,
     m: u32,
     numbers: &mut PathNumbers,
 ) -> Result<((W::Ray, Vec3), Left), Undefined> {
     let (world, numbers) = (to.world, numbers.scatter(m));
-    let vertex = offset.vertex(to);
+    let vertex = offset.vertex();
     let sampled = world
         .sample_lobe(vertex, offset.wo, numbers.lobe, numbers.direction)
         .ok_or(Undefined::OutsideDomain)?;
@@ -258,11 +276,11 @@ fn replay<W: World>(
 /// A path of all replay that ends at a sampled emitter.
 fn replayed_emitter<W: World>(
     to: &PathDomain<'_, W>,
-    offset: &Offset<W::Vertex>,
+    offset: &Offset<'_, W::Vertex>,
     shape: Shape,
     numbers: &mut PathNumbers,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
-    let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex(to));
+    let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex());
     let widest = world.max_roughness(vertex);
     if offset.connectable(to, shape.length - 1, widest) {
         return Err(Undefined::NotInvertible);
@@ -285,10 +303,10 @@ fn replayed_emitter<W: World>(
 /// What an emitter's endpoint contributes to an offset path, its density in its own measure, and what must be free.
 fn sampled_emitter<W: World>(
     to: &PathDomain<'_, W>,
-    offset: &Offset<W::Vertex>,
+    offset: &Offset<'_, W::Vertex>,
     endpoint: &Endpoint,
 ) -> Result<(Vec3, f32, W::Ray), Undefined> {
-    let (world, vertex) = (to.world, offset.vertex(to));
+    let (world, vertex) = (to.world, offset.vertex());
     let connection = world.connect(vertex, endpoint).ok_or(Undefined::OutsideDomain)?;
     let scattering = world.evaluate(vertex, offset.wo, connection.direction);
     let is_delta = matches!(endpoint, Endpoint::Delta(_));
@@ -301,12 +319,12 @@ fn sampled_emitter<W: World>(
 /// A path of all replay that meets an emitter.
 fn replayed_scattering<W: World>(
     to: &PathDomain<'_, W>,
-    mut offset: Offset<W::Vertex>,
+    mut offset: Offset<'_, W::Vertex>,
     shape: Shape,
     numbers: &mut PathNumbers,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, rules) = (to.world, &to.connectability);
-    let site = world.site(offset.vertex(to));
+    let site = world.site(offset.vertex());
     let ((ray, direction), left) = replay(to, &mut offset, shape.length - 1, numbers)?;
     let met = world.trace(&ray, RayKind::Replay);
     let (radiance, emitter_pdf, far) = match &met {
@@ -338,10 +356,10 @@ fn replayed_scattering<W: World>(
 fn to_vertex<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    offset: &Offset<W::Vertex>,
+    offset: &Offset<'_, W::Vertex>,
     shape: Shape,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
-    let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex(to));
+    let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex());
     let kept = world.vertex(&x.place());
     let position = world.position(&kept);
     let d = position - world.position(vertex);
@@ -381,10 +399,10 @@ fn to_vertex<W: World>(
 fn to_sampled_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    offset: &Offset<W::Vertex>,
+    offset: &Offset<'_, W::Vertex>,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let endpoint = x.endpoint();
-    if !far_enough(to, offset.vertex(to), &endpoint) {
+    if !far_enough(to, offset.vertex(), &endpoint) {
         return Err(Undefined::NotConnectable);
     }
     let (contribution, density, ray) = sampled_emitter(to, offset, &endpoint)?;
@@ -399,10 +417,10 @@ fn to_sampled_emitter<W: World>(
 fn to_met_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
-    offset: &Offset<W::Vertex>,
+    offset: &Offset<'_, W::Vertex>,
     shape: Shape,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
-    let (world, vertex) = (to.world, offset.vertex(to));
+    let (world, vertex) = (to.world, offset.vertex());
     let site = world.site(vertex);
     let (direction, radiance, emitter_pdf, geometry, ray) = match x.endpoint() {
         Endpoint::Direction(direction) => (

@@ -51,6 +51,8 @@ pub(crate) struct Walk<W: World> {
     weight: f64,
     departure: Option<Departure<W::Site>>,
     found: Option<Found>,
+    /// From the first vertex to the viewer.
+    wo: Vec3,
 }
 
 /// A path that ends at an emitter, and the weight it has as a candidate.
@@ -76,6 +78,27 @@ impl<W: World> Walk<W> {
             weight: 1.0,
             departure: None,
             found: None,
+            wo: Vec3::ZERO,
+        }
+    }
+
+    /// The ray to the first vertex from a sensor.
+    pub fn leave_sensor(&mut self, domain: &PathDomain<'_, W>, sensor: &W::Sensor) -> W::Ray {
+        let (ray, direction) = domain.world.sensor_ray(sensor, self.numbers.sensor());
+        self.wo = -direction;
+        ray
+    }
+
+    /// Takes a first vertex as given.
+    pub fn start(&mut self, wo: Vec3) {
+        self.wo = wo;
+    }
+
+    /// What is emitted against the ray from a sensor.
+    pub fn seen(&self, domain: &PathDomain<'_, W>, vertex: Option<&W::Vertex>) -> Vec3 {
+        match vertex {
+            Some(vertex) => domain.world.emitted(vertex, self.wo),
+            None => domain.world.environment(-self.wo),
         }
     }
 
@@ -96,10 +119,10 @@ impl<W: World> Walk<W> {
         })
     }
 
-    fn view(&self, domain: &PathDomain<'_, W>) -> Vec3 {
+    fn view(&self) -> Vec3 {
         self.departure
             .as_ref()
-            .map_or(domain.wo, |departure| -departure.direction)
+            .map_or(self.wo, |departure| -departure.direction)
     }
 
     /// The path that ends at an emitter sampled from the current vertex, if it can contribute.
@@ -112,7 +135,7 @@ impl<W: World> Walk<W> {
         let (u_select, u) = self.numbers.emitter(self.index);
         let endpoint = world.sample_emitter(vertex, u_select, u)?;
         let connection = world.connect(vertex, &endpoint)?;
-        let scattering = world.evaluate(vertex, self.view(domain), connection.direction);
+        let scattering = world.evaluate(vertex, self.view(), connection.direction);
         if scattering.value == Vec3::ZERO {
             return None;
         }
@@ -142,7 +165,7 @@ impl<W: World> Walk<W> {
             sample.emitter_pdf = other.value();
             // Evaluated for the direction as it is stored.
             let stored = unpack_direction(pack_direction(connection.direction));
-            let scattering = world.evaluate(vertex, self.view(domain), stored);
+            let scattering = world.evaluate(vertex, self.view(), stored);
             let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
             return self.pending(sample, here, connection.ray);
         } else if rules.reaches(length)
@@ -179,7 +202,7 @@ impl<W: World> Walk<W> {
         roulette_from: u32,
     ) -> Option<W::Ray> {
         let world = domain.world;
-        let wo = self.view(domain);
+        let wo = self.view();
         let numbers = self.numbers.scatter(self.index);
         let mut sampled = world.sample_lobe(vertex, wo, numbers.lobe, numbers.direction)?;
         let roughness = world.lobe_roughness(vertex, sampled.lobe);

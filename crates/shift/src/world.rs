@@ -17,6 +17,8 @@ use lightshed_sampling::{Density, SolidAngle};
 pub trait World {
     /// A point on a surface, ready to be scattered at.
     type Vertex: Clone;
+    /// A pixel of a camera, or whatever paths start from.
+    type Sensor: Clone;
     /// What the choice among emitters knows of a vertex: its position, and a normal perhaps.
     type Site: Copy;
     /// Something to trace.
@@ -33,6 +35,9 @@ pub trait World {
     /// Unit geometric normal; either side.
     fn geometric_normal(&self, vertex: &Self::Vertex) -> Vec3;
 
+    /// The ray from a sensor for uniform numbers of its area (the first two) and its lens, and its unit direction. A sensor
+    /// measures the mean over all numbers of the radiance against its rays.
+    fn sensor_ray(&self, sensor: &Self::Sensor, u: [f32; 4]) -> (Self::Ray, Vec3);
     /// The ray that leaves `from` along `direction`.
     fn ray(&self, from: &Self::Vertex, direction: Vec3) -> Self::Ray;
     /// The segment between two vertices.
@@ -88,6 +93,8 @@ pub trait World {
 /// What a ray is traced for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
+    /// To find the first surface that a sensor sees.
+    Sensor,
     /// To continue a path by a sampled direction.
     Path,
     /// To see whether an emitter is visible.

@@ -5,16 +5,17 @@ mod options;
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, PathMapping, RestirPtError, RestirPtOptions};
 
 use crate::camera_motion::pixel_seeing;
-use crate::{CameraMotion, FrameMethod, RayCounts, SceneWorld};
+use crate::{CameraMotion, FrameMethod, PixelSensor, RayCounts, SceneWorld};
 use lightshed_resampling::{
     ContributionWeight, DomainReservoir, Extent, Input, Mis, MixtureRis, Pattern, Reservoir, merge,
     merge_and_integrate,
 };
 use lightshed_sampling::{CounterRng, PathSeed};
-use lightshed_scene::glam::Vec2;
+use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb};
-use lightshed_shift::{Connectability, PathDomain, PathSample, PathShift, TreeTracer};
+use lightshed_shift::{Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, World};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 type Domain<'a> = PathDomain<'a, SceneWorld<'a>>;
@@ -43,10 +44,19 @@ pub struct RestirPt<'a> {
     motion: CameraMotion,
     size: [u32; 2],
     domains: Vec<Option<Domain<'a>>>,
+    /// Geometric normals at the middle of pixels, or where a frame's paths start.
+    normals: Vec<Option<Vec3>>,
     reservoirs: Vec<PathReservoir<'a>>,
     scratch: Vec<PathReservoir<'a>>,
-    /// Domains and reservoirs of the frame before, and its camera.
-    previous: Option<(Vec<Option<Domain<'a>>>, Vec<PathReservoir<'a>>, Camera)>,
+    previous: Option<Previous<'a>>,
+}
+
+/// What a frame leaves to the next.
+struct Previous<'a> {
+    domains: Vec<Option<Domain<'a>>>,
+    normals: Vec<Option<Vec3>>,
+    reservoirs: Vec<PathReservoir<'a>>,
+    camera: Arc<Camera>,
 }
 
 /// Passes of a frame, each with random numbers of its own.
@@ -80,6 +90,7 @@ impl<'a> RestirPt<'a> {
             motion,
             size: [settings.width, settings.height],
             domains: Vec::new(),
+            normals: Vec::new(),
             reservoirs: Vec::new(),
             scratch: Vec::new(),
             previous: None,
@@ -100,50 +111,69 @@ impl<'a> RestirPt<'a> {
         CounterRng::new(seed, y << 16 | x, frame)
     }
 
-    /// What every pixel sees first: its domain, and light that needs no path behind it.
-    fn see(&mut self, frame: u32, seed: u64, camera: &Camera, image: &mut [Rgb]) {
+    /// The pixels' domains, and what is seen without a path behind it.
+    fn see(&mut self, frame: u32, seed: u64, camera: &Arc<Camera>, image: &mut [Rgb]) {
         let scene = self.world.scene();
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
-        let mut domains = std::mem::take(&mut self.domains);
+        let (mut domains, mut normals) = (
+            std::mem::take(&mut self.domains),
+            std::mem::take(&mut self.normals),
+        );
         domains.resize(image.len(), None);
+        normals.resize(image.len(), None);
         let width = self.size[0] as usize;
         let rows = image.par_chunks_mut(width).zip(domains.par_chunks_mut(width));
-        rows.enumerate().for_each(|(y, (image, domains))| {
-            let rays: Vec<Ray> = (0..width)
-                .map(|x| {
+        let rows = rows.zip(normals.par_chunks_mut(width)).enumerate();
+        rows.for_each(|(y, ((image, domains), normals))| {
+            let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); TREES];
+            let mut hits = [None; TREES];
+            for start in (0..width).step_by(TREES) {
+                let columns = start..width.min(start + TREES);
+                let (rays, hits) = (&mut rays[..columns.len()], &mut hits[..columns.len()]);
+                for (x, ray) in columns.clone().zip(&mut *rays) {
                     let mut rng = self.rng(seed, frame, Pass::Primary, y * width + x);
-                    let film = Vec2::new(x as f32, y as f32) + Vec2::from(rng.next_2d());
+                    let place = Vec2::from(rng.next_2d());
                     let u_lens = if camera.has_lens() {
                         rng.next_2d()
                     } else {
                         [0.5; 2]
                     };
-                    camera.ray(film, u_lens)
-                })
-                .collect();
-            let mut hits = vec![None; width];
-            scene.accelerator().intersect_many(&rays, &mut hits);
-            for (((ray, hit), value), domain) in rays.iter().zip(&hits).zip(image).zip(domains) {
-                let vertex = hit.as_ref().map(|hit| self.world.arrive(ray, hit));
-                *value = match &vertex {
-                    _ if max_length == 0 => Rgb::ZERO,
-                    Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
-                    None => {
-                        let environment = scene.emitters().environment();
-                        environment.map_or(Rgb::ZERO, |environment| environment.radiance(ray.direction))
+                    *ray = camera.ray(Vec2::new(x as f32, y as f32) + place, u_lens);
+                }
+                scene.accelerator().intersect_many(rays, hits);
+                for ((x, ray), hit) in columns.zip(&*rays).zip(&*hits) {
+                    let vertex = hit.as_ref().map(|hit| self.world.arrive(ray, hit));
+                    normals[x] = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
+                    if self.options.path_starts_at_sensor {
+                        let camera = Arc::clone(camera);
+                        let pixel = [x as u32, y as u32];
+                        let sensor = PixelSensor { camera, pixel };
+                        image[x] = Rgb::ZERO;
+                        domains[x] = Some(PathDomain::of_sensor(
+                            self.world,
+                            sensor,
+                            self.connectability,
+                            max_length,
+                        ));
+                        continue;
                     }
-                };
-                *domain = vertex.map(|vertex| {
-                    let wo = -ray.direction;
-                    PathDomain::new(self.world, vertex, wo, self.connectability, max_length)
-                });
+                    image[x] = match &vertex {
+                        _ if max_length == 0 => Rgb::ZERO,
+                        Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
+                        None => self.world.environment(ray.direction),
+                    };
+                    domains[x] = vertex.map(|vertex| {
+                        let wo = -ray.direction;
+                        PathDomain::behind(self.world, vertex, wo, self.connectability, max_length)
+                    });
+                }
             }
         });
-        self.domains = domains;
+        (self.domains, self.normals) = (domains, normals);
     }
 
-    /// Resamples each pixel's own trees.
-    fn resample_candidates(&mut self, frame: u32, seed: u64, cancel: &AtomicBool) {
+    /// Resamples each pixel's own trees; adds to `image` what they see directly.
+    fn resample_candidates(&mut self, frame: u32, seed: u64, image: &mut [Rgb], cancel: &AtomicBool) {
         let trees = self.options.candidates as usize;
         let share = 1.0 / trees as f64;
         let roulette_from = self.world.scene().settings().roulette_depth;
@@ -151,10 +181,12 @@ impl<'a> RestirPt<'a> {
         reservoirs.resize(self.domains.len(), Reservoir::empty(0.0));
         // A chunk of pixels fills a batch of trees, or a pixel fills several.
         let pixels = (TREES / trees).max(1);
-        let chunks = reservoirs.par_chunks_mut(pixels).enumerate();
-        chunks.with_min_len(16).for_each_init(
+        let chunks = reservoirs
+            .par_chunks_mut(pixels)
+            .zip(image.par_chunks_mut(pixels));
+        chunks.enumerate().with_min_len(16).for_each_init(
             || (TreeTracer::new(roulette_from), Vec::new(), Vec::new(), Vec::new()),
-            |(tracer, streams, starts, owners), (chunk, reservoirs)| {
+            |(tracer, streams, starts, owners), (chunk, (reservoirs, image))| {
                 if cancel.load(Ordering::Relaxed) {
                     return;
                 }
@@ -177,10 +209,16 @@ impl<'a> RestirPt<'a> {
                             owners.extend((0..count).map(|_| place));
                         }
                     }
-                    tracer.trace(starts, |tree, sample, weight| {
-                        let (rng, ris) = &mut streams[owners[tree]];
-                        let weight = ContributionWeight::<_, f64>::new(weight).unwrap_or_default();
-                        ris.candidate(*sample, sample.target(), share, weight, rng);
+                    tracer.trace(starts, |tree, finding| {
+                        let place = owners[tree];
+                        match finding {
+                            Finding::Seen(radiance) => image[place] += radiance * share as f32,
+                            Finding::Path(sample, weight) => {
+                                let (rng, ris) = &mut streams[place];
+                                let weight = ContributionWeight::<_, f64>::new(weight).unwrap_or_default();
+                                ris.candidate(*sample, sample.target(), share, weight, rng);
+                            }
+                        }
                     });
                 }
                 for ((reservoir, (_, ris)), domain) in
@@ -196,7 +234,7 @@ impl<'a> RestirPt<'a> {
 
     /// Merges each pixel's reservoir with the previous frame's of the place where its point was seen.
     fn reuse_in_time(&mut self, frame: u32, seed: u64, cap: f32) {
-        let Some((previous, history, camera)) = &self.previous else {
+        let Some(previous) = &self.previous else {
             return;
         };
         let mut output = std::mem::take(&mut self.scratch);
@@ -206,18 +244,20 @@ impl<'a> RestirPt<'a> {
             let Some(domain) = &self.domains[pixel] else {
                 return;
             };
-            let source = if self.motion.is_still() {
-                Some(pixel)
-            } else {
-                pixel_seeing(camera, self.size, domain.first().point().position)
+            let source = match domain.first() {
+                Some((first, _)) if !self.motion.is_still() => {
+                    pixel_seeing(&previous.camera, self.size, first.point().position)
+                }
+                _ => Some(pixel),
             };
-            let source = source.and_then(|source| Some((previous[source].as_ref()?, &history[source])));
-            let Some((other, reservoir)) = source.filter(|(other, _)| similar(domain, other)) else {
+            let source = source.filter(|&source| similar(self.normals[pixel], previous.normals[source]));
+            let source = source.and_then(|source| Some((previous.domains[source].as_ref()?, source)));
+            let Some((other, source)) = source else {
                 return;
             };
             let inputs = [
                 Input::canonical(domain, &self.reservoirs[pixel]),
-                Input::neighbour(other, reservoir),
+                Input::neighbour(other, &previous.reservoirs[source]),
             ];
             let mut rng = self.rng(seed, frame, Pass::Temporal, pixel);
             if let Ok(merged) = merge(domain, &PathShift::default(), &inputs, Mis::Balance, &mut rng) {
@@ -261,7 +301,7 @@ impl<'a> RestirPt<'a> {
                 inputs.push(Input::canonical(domain, &self.reservoirs[pixel]));
                 pattern.for_each(extent, pixel, key, |index| {
                     if let Some(other) = &self.domains[index]
-                        && similar(domain, other)
+                        && similar(self.normals[pixel], self.normals[index])
                     {
                         inputs.push(Input::neighbour(other, &self.reservoirs[index]));
                     }
@@ -295,9 +335,12 @@ impl<'a> RestirPt<'a> {
 }
 
 /// Whether two pixels see surfaces that lie alike. It asks nothing of samples, so it is no bias.
-fn similar(own: &Domain<'_>, other: &Domain<'_>) -> bool {
-    let (own, other) = (own.first().point(), other.first().point());
-    own.geometric_normal.dot(other.geometric_normal).abs() >= 0.5
+fn similar(own: Option<Vec3>, other: Option<Vec3>) -> bool {
+    match (own, other) {
+        (Some(own), Some(other)) => own.dot(other).abs() >= 0.5,
+        (None, None) => true,
+        _ => false,
+    }
 }
 
 impl FrameMethod for RestirPt<'_> {
@@ -312,10 +355,10 @@ impl FrameMethod for RestirPt<'_> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let camera = self.motion.camera(self.world.scene(), frame);
+        let camera = Arc::new(self.motion.camera(self.world.scene(), frame));
         let cancelled = || cancel.load(Ordering::Relaxed);
         self.see(frame, seed, &camera, image);
-        self.resample_candidates(frame, seed, cancel);
+        self.resample_candidates(frame, seed, image, cancel);
         if cancelled() {
             return None;
         }
@@ -336,18 +379,21 @@ impl FrameMethod for RestirPt<'_> {
         }
         if self.options.temporal_cap.is_some() {
             // The buffers of the frame before last serve the next one.
-            let (domains, reservoirs) = match self.previous.take() {
-                Some((domains, reservoirs, _)) => (domains, reservoirs),
-                None => (Vec::new(), Vec::new()),
-            };
-            let domains = std::mem::replace(&mut self.domains, domains);
-            let reservoirs = std::mem::replace(&mut self.reservoirs, reservoirs);
-            self.previous = Some((domains, reservoirs, camera));
+            let mut this = self.previous.take().unwrap_or_else(|| Previous {
+                domains: Vec::new(),
+                normals: Vec::new(),
+                reservoirs: Vec::new(),
+                camera: Arc::clone(&camera),
+            });
+            std::mem::swap(&mut this.domains, &mut self.domains);
+            std::mem::swap(&mut this.normals, &mut self.normals);
+            std::mem::swap(&mut this.reservoirs, &mut self.reservoirs);
+            this.camera = camera;
+            self.previous = Some(this);
         }
-        Some(RayCounts {
-            camera: image.len() as u64,
-            ..self.world.take_counts()
-        })
+        let mut counts = self.world.take_counts();
+        counts.camera += image.len() as u64;
+        Some(counts)
     }
 
     fn is_still(&self) -> bool {

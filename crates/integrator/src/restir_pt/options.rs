@@ -27,6 +27,9 @@ pub struct RestirPtOptions {
     pub radius: f32,
     /// Confidence cap `M_c` of temporal reuse; `None` for independent frames.
     pub temporal_cap: Option<f32>,
+    /// Whether the place in the pixel is a path's own, so that a frame has as many as candidates; else it is one for all paths
+    /// of a frame, which saves rays, and what temporal reuse takes for granted.
+    pub path_starts_at_sensor: bool,
     /// The shift.
     pub mapping: PathMapping,
     /// Least roughness of lobes for a reconnection by the hybrid shift, as GGX's `α`.
@@ -47,6 +50,8 @@ pub enum RestirPtError {
     Pattern(PatternError),
     /// A cap below 1, or NaN.
     TemporalCap(f32),
+    /// Temporal reuse of paths that start at the sensor.
+    TemporalSensor,
     /// A least roughness outside of `(0, 1]`.
     Roughness(f32),
     /// A least distance outside of `[0, 1]`.
@@ -66,6 +71,9 @@ impl fmt::Display for RestirPtError {
             Self::Rounds(count) => write!(f, "{count} rounds of reuse are more than {MAX_ROUNDS}"),
             Self::Pattern(error) => write!(f, "{error}"),
             Self::TemporalCap(cap) => write!(f, "a confidence cap of {cap} is not at least 1"),
+            Self::TemporalSensor => {
+                f.write_str("paths that start at the sensor cannot be reused from the frame before")
+            }
             Self::Roughness(alpha) => write!(f, "a least roughness of {alpha} does not lie in (0, 1]"),
             Self::Distance(share) => write!(f, "a least distance of {share} does not lie in [0, 1]"),
         }
@@ -84,6 +92,7 @@ impl RestirPtOptions {
             neighbours: 3,
             radius: 20.0,
             temporal_cap: Some(20.0),
+            path_starts_at_sensor: false,
             mapping,
             min_roughness: 0.2,
             min_distance: 0.02,
@@ -98,6 +107,7 @@ impl RestirPtOptions {
             neighbours: 6,
             radius: 10.0,
             temporal_cap: None,
+            path_starts_at_sensor: true,
             ..Self::real_time(mapping)
         }
     }
@@ -123,6 +133,9 @@ impl RestirPtOptions {
             && !(cap >= 1.0)
         {
             return Err(RestirPtError::TemporalCap(cap));
+        }
+        if self.temporal_cap.is_some() && self.path_starts_at_sensor {
+            return Err(RestirPtError::TemporalSensor);
         }
         if !(0.0..=1.0).contains(&self.min_distance) {
             return Err(RestirPtError::Distance(self.min_distance));

@@ -68,9 +68,10 @@ fn case<'w>(world: &SceneWorld<'_>, x: &PathSample, from: &Domain<'w>, to: &Doma
     let normal = world.geometric_normal(&kept).as_dvec3();
     let z = world.position(&kept);
     let seen = |domain: &Domain<'_>| {
-        let position = world.position(domain.first());
+        let (first, wo) = domain.first().unwrap();
+        let position = world.position(first);
         let direction = (z - position).normalize();
-        let before = world.evaluate_lobe(domain.first(), domain.wo(), direction, lobe_before);
+        let before = world.evaluate_lobe(first, wo, direction, lobe_before);
         let behind = match (anatomy.lobe_at, anatomy.incident) {
             (Some(lobe), Some(incident)) => {
                 world.evaluate_lobe(&kept, -direction, incident, lobe).pdf.value()
@@ -82,7 +83,12 @@ fn case<'w>(world: &SceneWorld<'_>, x: &PathSample, from: &Domain<'w>, to: &Doma
     let ((px, dx, [before_x, behind_x]), (py, dy, [before_y, behind_y])) = (seen(from), seen(to));
     let cosine = |direction: Vec3| normal.dot(direction.as_dvec3()).abs();
     let at_first = |domain: &Domain<'_>, direction: Vec3| {
-        f64::from(world.geometric_normal(domain.first()).dot(direction).abs())
+        f64::from(
+            world
+                .geometric_normal(domain.first().unwrap().0)
+                .dot(direction)
+                .abs(),
+        )
     };
     let least_cosine = cosine(dx)
         .min(cosine(dy))

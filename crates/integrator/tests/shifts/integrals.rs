@@ -4,7 +4,7 @@ use crate::zoo::{domain, mappings, scene};
 use lightshed_integrator::{PathTracer, PixelEstimator, SceneWorld};
 use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_shift::TreeTracer;
+use lightshed_shift::{Finding, TreeTracer};
 use lightshed_testkit::MeanTest;
 
 /// Mean over the image of what trees of paths find, emission at the first surface added, against the path tracer's.
@@ -39,8 +39,10 @@ fn trees_find_the_light_of_the_path_tracer() {
                         .map_or(Vec3::ZERO, |environment| environment.radiance(ray.direction)),
                 };
                 if let Some(domain) = domain(&world, film, connectability) {
-                    trees.trace(&[(&domain, PathSeed::draw(&mut rng))], |_, sample, weight| {
-                        sum += sample.contribution() * weight as f32;
+                    trees.trace(&[(&domain, PathSeed::draw(&mut rng))], |_, finding| {
+                        if let Finding::Path(sample, weight) = finding {
+                            sum += sample.contribution() * weight as f32;
+                        }
                     });
                 }
                 test.push(f64::from(sum.element_sum()));

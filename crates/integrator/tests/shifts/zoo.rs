@@ -8,7 +8,7 @@ use lightshed_scene::{
     Image, Material, Microfacet, Rgb, Roughness, Scene, SceneDescription, ShapeDescription, SphereGeometry,
     builtin,
 };
-use lightshed_shift::{Connectability, PathDomain, PathSample, TreeTracer};
+use lightshed_shift::{Connectability, Finding, PathDomain, PathSample, TreeTracer};
 use std::sync::Arc;
 
 pub type Domain<'w> = PathDomain<'w, SceneWorld<'w>>;
@@ -161,7 +161,7 @@ pub fn domain<'w>(
     let hit = world.scene().accelerator().intersect(&ray)?;
     let first = world.arrive(&ray, &hit);
     let depth = world.scene().settings().max_depth.unwrap_or(9);
-    Some(PathDomain::new(
+    Some(PathDomain::behind(
         world,
         first,
         -ray.direction,
@@ -195,9 +195,11 @@ pub fn random_paths<'w>(
             continue;
         };
         let trees: [_; 8] = std::array::from_fn(|_| (&from, PathSeed::draw(&mut rng)));
-        tracer.trace(&trees, |_, sample, _| {
-            seen += 1;
-            visit(sample, &from, &to);
+        tracer.trace(&trees, |_, finding| {
+            if let Finding::Path(sample, _) = finding {
+                seen += 1;
+                visit(sample, &from, &to);
+            }
         });
     }
 }
