@@ -8,6 +8,7 @@
 //! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
 //! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
 //! | [`lights`] | `lightshed-lights` | choosing among many lights: trees, cuts, light BVH, lighting grid |
+//! | [`shift`] | `lightshed-shift` | paths, shift mappings and their Jacobians for ReSTIR path tracing |
 //! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
 //! | [`integrator`] | `lightshed-integrator` | reference path tracer, render loop, film, image files and metrics |
 //!
@@ -42,3 +43,5 @@ pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;
 #[cfg(feature = "scene")]
 pub use lightshed_scene as scene;
+#[cfg(feature = "shift")]
+pub use lightshed_shift as shift;

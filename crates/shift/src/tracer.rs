@@ -16,11 +16,13 @@ use lightshed_sampling::glam::Vec3;
 /// All trees of a call are traced together, depth by depth. Each depends on its domain and seed alone.
 pub struct TreeTracer<W: World> {
     roulette_from: u32,
-    walks: Vec<(usize, Walk<W>)>,
-    rays: Vec<W::Ray>,
+    /// By tree.
+    walks: Vec<Walk<W>>,
+    /// The trees that are still on their way, and where they have come to.
+    places: Vec<usize>,
     vertices: Vec<Option<W::Vertex>>,
-    /// First vertices of the trees that start at sensors.
-    seen: Vec<Option<W::Vertex>>,
+    next_places: Vec<usize>,
+    rays: Vec<W::Ray>,
     pending: Vec<(usize, Candidate)>,
     pending_rays: Vec<W::Ray>,
     occluded: Vec<bool>,
@@ -41,65 +43,14 @@ impl<W: World> TreeTracer<W> {
         Self {
             roulette_from,
             walks: Vec::new(),
-            rays: Vec::new(),
+            places: Vec::new(),
             vertices: Vec::new(),
-            seen: Vec::new(),
+            next_places: Vec::new(),
+            rays: Vec::new(),
             pending: Vec::new(),
             pending_rays: Vec::new(),
             occluded: Vec::new(),
         }
-    }
-
-    /// The first vertices.
-    fn begin(
-        &mut self,
-        world: &W,
-        trees: &[(&PathDomain<'_, W>, PathSeed)],
-        visit: &mut impl FnMut(usize, Finding<'_>),
-    ) {
-        self.walks.clear();
-        self.vertices.clear();
-        self.rays.clear();
-        for (tree, &(domain, seed)) in trees.iter().enumerate() {
-            let mut walk = Walk::new(seed);
-            match &domain.start {
-                Start::Vertex { first, wo } => {
-                    walk.start(*wo);
-                    self.vertices.push(Some(first.clone()));
-                }
-                Start::Sensor(sensor) => {
-                    self.rays.push(walk.leave_sensor(domain, sensor));
-                    self.vertices.push(None);
-                }
-            }
-            self.walks.push((tree, walk));
-        }
-        if !self.rays.is_empty() {
-            self.seen.clear();
-            self.seen.resize(self.rays.len(), None);
-            world.trace_many(&self.rays, RayKind::Sensor, &mut self.seen);
-            let mut seen = self.seen.drain(..);
-            for ((tree, walk), vertex) in self.walks.iter().zip(&mut self.vertices) {
-                let domain = trees[*tree].0;
-                if matches!(domain.start, Start::Sensor(_)) {
-                    *vertex = seen.next().flatten();
-                    let radiance = walk.seen(domain, vertex.as_ref());
-                    if radiance != Vec3::ZERO && domain.max_length >= 1 {
-                        visit(*tree, Finding::Seen(radiance));
-                    }
-                }
-            }
-        }
-        let mut kept = 0;
-        for place in 0..self.walks.len() {
-            if self.vertices[place].is_some() && trees[self.walks[place].0].0.max_length >= 2 {
-                self.walks.swap(kept, place);
-                self.vertices.swap(kept, place);
-                kept += 1;
-            }
-        }
-        self.walks.truncate(kept);
-        self.vertices.truncate(kept);
     }
 
     /// Traces a tree for each domain and seed and hands what it finds to `visit`, with the number of the tree. The candidates of
@@ -113,28 +64,8 @@ impl<W: World> TreeTracer<W> {
             return;
         };
         self.begin(world, trees, &mut visit);
-        while !self.walks.is_empty() {
-            self.pending.clear();
-            self.pending_rays.clear();
-            self.rays.clear();
-            let mut alive = 0;
-            for place in 0..self.walks.len() {
-                let (tree, walk) = &mut self.walks[place];
-                let (tree, domain) = (*tree, trees[*tree].0);
-                let Some(vertex) = self.vertices[place].as_ref() else {
-                    continue;
-                };
-                if let Some(Pending { candidate, ray }) = walk.sample_emitter(domain, vertex) {
-                    self.pending.push((tree, candidate));
-                    self.pending_rays.push(ray);
-                }
-                if let Some(ray) = walk.scatter(domain, vertex, self.roulette_from) {
-                    self.rays.push(ray);
-                    self.walks.swap(alive, place);
-                    alive += 1;
-                }
-            }
-            self.walks.truncate(alive);
+        while !self.places.is_empty() {
+            self.leave(trees);
             self.occluded.clear();
             self.occluded.resize(self.pending_rays.len(), false);
             world.occluded_many(&self.pending_rays, RayKind::Emitter, &mut self.occluded);
@@ -143,25 +74,76 @@ impl<W: World> TreeTracer<W> {
                     visit(*tree, Finding::Path(sample, *weight));
                 }
             }
-            self.vertices.clear();
-            self.vertices.resize(alive, None);
-            world.trace_many(&self.rays, RayKind::Path, &mut self.vertices);
-            let mut kept = 0;
-            for place in 0..alive {
-                let (tree, walk) = &self.walks[place];
-                let domain = trees[*tree].0;
-                let vertex = self.vertices[place].as_ref();
-                if let Some((sample, weight)) = walk.arrive(domain, vertex) {
-                    visit(*tree, Finding::Path(&sample, weight));
-                }
-                if vertex.is_some() && walk.index() < domain.max_length {
-                    self.walks.swap(kept, place);
-                    self.vertices.swap(kept, place);
-                    kept += 1;
+            std::mem::swap(&mut self.places, &mut self.next_places);
+            self.follow(world, RayKind::Path);
+            for (&tree, vertex) in self.places.iter().zip(&self.vertices) {
+                if let Some((sample, weight)) = self.walks[tree].arrive(trees[tree].0, vertex.as_ref()) {
+                    visit(tree, Finding::Path(&sample, weight));
                 }
             }
-            self.walks.truncate(kept);
-            self.vertices.truncate(kept);
+        }
+    }
+
+    /// The first vertices.
+    fn begin(
+        &mut self,
+        world: &W,
+        trees: &[(&PathDomain<'_, W>, PathSeed)],
+        visit: &mut impl FnMut(usize, Finding<'_>),
+    ) {
+        self.walks.clear();
+        self.walks.extend(trees.iter().map(|&(_, seed)| Walk::new(seed)));
+        self.places.clear();
+        self.rays.clear();
+        for (tree, (domain, _)) in trees.iter().enumerate() {
+            if let Start::Sensor(sensor) = &domain.start {
+                self.rays.push(self.walks[tree].leave_sensor(domain, sensor));
+                self.places.push(tree);
+            }
+        }
+        self.follow(world, RayKind::Sensor);
+        for (&tree, vertex) in self.places.iter().zip(&self.vertices) {
+            let domain = trees[tree].0;
+            let radiance = self.walks[tree].seen(domain, vertex.as_ref());
+            if radiance != Vec3::ZERO && domain.max_length >= 1 {
+                visit(tree, Finding::Seen(radiance));
+            }
+        }
+        for (tree, (domain, _)) in trees.iter().enumerate() {
+            if let Start::Vertex { first, wo } = &domain.start {
+                self.walks[tree].start(*wo);
+                self.places.push(tree);
+                self.vertices.push(Some(first.clone()));
+            }
+        }
+    }
+
+    /// Where the rays lead.
+    fn follow(&mut self, world: &W, kind: RayKind) {
+        self.vertices.clear();
+        self.vertices.resize(self.rays.len(), None);
+        world.trace_many(&self.rays, kind, &mut self.vertices);
+    }
+
+    /// From every vertex, a path to an emitter and a ray onwards.
+    fn leave(&mut self, trees: &[(&PathDomain<'_, W>, PathSeed)]) {
+        self.pending.clear();
+        self.pending_rays.clear();
+        self.next_places.clear();
+        self.rays.clear();
+        for (&tree, vertex) in self.places.iter().zip(&self.vertices) {
+            let (walk, domain) = (&mut self.walks[tree], trees[tree].0);
+            let Some(vertex) = vertex.as_ref().filter(|_| walk.index() < domain.max_length) else {
+                continue;
+            };
+            if let Some(Pending { candidate, ray }) = walk.sample_emitter(domain, vertex) {
+                self.pending.push((tree, candidate));
+                self.pending_rays.push(ray);
+            }
+            if let Some(ray) = walk.scatter(domain, vertex, self.roulette_from) {
+                self.rays.push(ray);
+                self.next_places.push(tree);
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How ReSTIR PT spends its time.
 
 use lightshed_resampling::{Pattern, PatternError};
-use lightshed_scene::Scene;
+use lightshed_scene::{Material, Scene};
 use lightshed_shift::Connectability;
 use std::fmt;
 
@@ -10,7 +10,8 @@ use std::fmt;
 pub enum PathMapping {
     /// `y₂ = x₂`: cheap, good for rough surfaces.
     Reconnection,
-    /// Random replay up to the first connectable pair of vertices: good for glossy surfaces too.
+    /// Random replay up to the first connectable pair of vertices: good for glossy surfaces too. In a scene of diffuse surfaces
+    /// it is the reconnection.
     Hybrid,
 }
 
@@ -142,10 +143,24 @@ impl RestirPtOptions {
         }
         match self.mapping {
             PathMapping::Reconnection => Ok(Connectability::RECONNECTION),
+            // Every pair of vertices is connectable: there is nothing to replay.
+            PathMapping::Hybrid if scene.materials().iter().all(is_diffuse) => {
+                Ok(Connectability::RECONNECTION)
+            }
             PathMapping::Hybrid => {
                 Connectability::hybrid(self.min_roughness, self.min_distance * scene.extent())
                     .map_err(|_| RestirPtError::Roughness(self.min_roughness))
             }
         }
+    }
+}
+
+/// Whether a material scatters by diffuse lobes alone.
+fn is_diffuse(material: &Material) -> bool {
+    match material {
+        Material::Diffuse { .. } => true,
+        Material::Blend { first, second, .. } => is_diffuse(first) && is_diffuse(second),
+        Material::TwoSided { front, back } => is_diffuse(front) && back.as_deref().is_none_or(is_diffuse),
+        _ => false,
     }
 }
