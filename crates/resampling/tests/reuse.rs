@@ -1,8 +1,8 @@
 //! Reuse over a grid: exactness of passes, determinism, cost, and what the named biased switches do.
 
 use lightshed_resampling::{
-    Choose, Counting, Domain, DomainReservoir, IdentityShift, MergeReport, Mis, Moments, PairedPattern,
-    Pattern, Reservoir, Reuse, ReuseError, Ris, TemporalDomains, Tractable,
+    Choose, Contribution, Counting, Domain, DomainReservoir, IdentityShift, MergeReport, Mis, Moments,
+    PairedPattern, Pattern, Reservoir, Reuse, ReuseError, Ris, TemporalDomains, Tractable,
 };
 use lightshed_resampling::{Extent, ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::CounterRng;
@@ -311,6 +311,54 @@ fn dissimilar_domains_are_left_out() {
         !same(&output, &input),
         "the control: without the test of similarity something happens"
     );
+}
+
+/// Shading beside a round of reuse: the reservoirs are those of the round alone, and the sum over inputs is what they average
+/// to, `Σ_i f(Y_i) W_i m_i |∂T_i/∂X_i|`, which for `f = p̂` is `Σ_i w_i` exactly.
+#[test]
+fn a_round_that_integrates_is_the_round_and_its_sum() {
+    let domains = domains(0.0);
+    let mut input = fresh(&domains, 0);
+    input[5] = DomainReservoir::<Pixel>::empty(0.0);
+    let rng = |pixel| CounterRng::new(1, pixel as u32, 0);
+    let pattern = Pattern::disk(4.0, 5).unwrap();
+    for mis in [Mis::PAIRWISE_DEFENSIVE, Mis::Balance, Mis::ConstantBiased] {
+        let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, mis, 9.0).unwrap();
+        let (mut plain, mut output) = (input.clone(), input.clone());
+        let sums_of_weights = std::sync::Mutex::new(vec![0.0; EXTENT.len()]);
+        let observe = |pixel: usize, report: &MergeReport| {
+            sums_of_weights.lock().unwrap()[pixel] = report.weight_sum;
+        };
+        reuse
+            .spatial(&pattern, 3, &input, &mut plain, rng, &observe)
+            .unwrap();
+        let mut sums = vec![[0.0, 0.0]; EXTENT.len()];
+        let shade = |pixel: usize, contribution: Contribution<'_, u32>, sum: &mut [f64; 2]| {
+            sum[0] += domains[pixel].target(contribution.sample) * contribution.weight;
+            sum[1] += 1.0;
+        };
+        reuse
+            .spatial_integrated(&pattern, 3, &input, &mut output, &mut sums, rng, shade, &nothing)
+            .unwrap();
+        assert_eq!(plain, output, "{mis:?}");
+        for ([sum, count], expected) in sums.iter().zip(sums_of_weights.into_inner().unwrap()) {
+            assert!((sum - expected).abs() <= 1e-12 * expected, "{sum} for {expected}");
+            assert!(*count <= 6.0);
+        }
+        assert_eq!(sums[5], [0.0, 0.0], "a pixel that takes no part");
+        assert!(sums.iter().any(|[_, count]| *count > 3.0));
+        let refused = reuse.spatial_integrated(
+            &pattern,
+            3,
+            &input,
+            &mut output,
+            &mut sums[1..],
+            rng,
+            shade,
+            &nothing,
+        );
+        assert_eq!(refused, Err(ReuseError::Length));
+    }
 }
 
 #[test]

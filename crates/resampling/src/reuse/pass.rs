@@ -3,7 +3,10 @@
 use super::pattern::{Extent, PairedPattern, Pattern};
 use crate::choose::Choose;
 use crate::domain::{Domain, ShiftMapping};
-use crate::merge::{Carried, DomainReservoir, Input, MergeError, MergeReport, PairwiseStream, merge};
+use crate::merge::{
+    Carried, Contribution, DomainReservoir, Input, MergeError, MergeReport, Merged, PairwiseStream, merge,
+    merge_and_integrate,
+};
 use crate::mis::{Mis, Pairwise};
 use crate::storage::Storage;
 
@@ -200,7 +203,7 @@ where
                     return Ok(());
                 };
                 let inputs = [own, Input::neighbour(domain, &history[source])];
-                self.finish(pixel, &inputs, output, &choose, observe)
+                self.merge(pixel, &inputs, output, &choose, observe)
             },
         )
     }
@@ -226,15 +229,89 @@ where
         }
         let inputs = || Vec::with_capacity(pattern.max_neighbours() + 1);
         each(output, inputs, |inputs, pixel, output| {
-            inputs.clear();
-            inputs.push(Input::canonical(&self.domains[pixel], &input[pixel]));
-            pattern.for_each(self.extent, pixel, key, |index| {
-                if self.admits(&self.domains[pixel], &self.domains[index]) {
-                    inputs.push(Input::neighbour(&self.domains[index], &input[index]));
-                }
-            });
-            self.finish(pixel, inputs, output, &choose, observe)
+            self.gather(pattern, key, pixel, input, inputs);
+            self.merge(pixel, inputs, output, &choose, observe)
         })
+    }
+
+    /// As [`Reuse::spatial`], with the same reservoirs as a result, and the sum form of each pixel's integral besides: `visit`
+    /// is handed each [`Contribution`] to a pixel with that pixel's element of `sums`, which it adds to. A last round that
+    /// shades so has no colour noise (Lin 2022 eq. 6.47).
+    ///
+    /// ```
+    /// # use lightshed_resampling::{Counting, Domain, DomainReservoir, Extent, IdentityShift, Mis, Pattern, Reuse};
+    /// # use lightshed_sampling::CounterRng;
+    /// # struct Pixel;
+    /// # impl Domain for Pixel {
+    /// #     type Sample = u32;
+    /// #     type Space = Counting;
+    /// #     fn target(&self, _: &u32) -> f64 {
+    /// #         1.0
+    /// #     }
+    /// # }
+    /// # let extent = Extent { width: 2, height: 2 };
+    /// # let pixels = [Pixel, Pixel, Pixel, Pixel];
+    /// # let reuse = Reuse::new(extent, &pixels, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 20.0)?;
+    /// # let input = vec![DomainReservoir::<Pixel>::from_density(3, 0.5, 1.0)?; 4];
+    /// # let mut output = input.clone();
+    /// # let rng = |pixel| CounterRng::new(7, pixel as u32, 0);
+    /// // Each pixel's light: what its sample (here a number) carries in three channels, times its weight.
+    /// let mut image = vec![[0.0; 3]; extent.len()];
+    /// let shade = |_pixel: usize, contribution: lightshed_resampling::Contribution<'_, u32>, sum: &mut [f64; 3]| {
+    ///     let light = f64::from(*contribution.sample) * contribution.weight;
+    ///     *sum = sum.map(|channel| channel + light);
+    /// };
+    /// let window = Pattern::window(1)?;
+    /// reuse.spatial_integrated(&window, 0, &input, &mut output, &mut image, rng, shade, &|_, _| ())?;
+    /// assert!(image.iter().all(|[red, ..]| (red - 6.0).abs() < 1e-6));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Reuse::temporal`].
+    #[allow(clippy::too_many_arguments)]
+    pub fn spatial_integrated<R: Storage, C: Choose, A: Send>(
+        &self,
+        pattern: &Pattern,
+        key: u32,
+        input: &[DomainReservoir<D, R>],
+        output: &mut [DomainReservoir<D, R>],
+        sums: &mut [A],
+        choose: impl Fn(usize) -> C + Sync,
+        visit: impl Fn(usize, Contribution<'_, D::Sample>, &mut A) + Sync,
+        observe: Observe<'_>,
+    ) -> Result<(), ReuseError> {
+        let count = self.extent.len();
+        if input.len() != count || output.len() != count || sums.len() != count {
+            return Err(ReuseError::Length);
+        }
+        let inputs = || Vec::with_capacity(pattern.max_neighbours() + 1);
+        each_pair(output, sums, inputs, |inputs, pixel, output, sum| {
+            self.gather(pattern, key, pixel, input, inputs);
+            self.finish(pixel, inputs, output, &choose, observe, |to, inputs, choose| {
+                merge_and_integrate(to, self.shift, inputs, self.mis, choose, |contribution| {
+                    visit(pixel, contribution, sum);
+                })
+            })
+        })
+    }
+
+    /// A pixel's own reservoir and those of its neighbours.
+    fn gather<'b, R: Storage>(
+        &'b self,
+        pattern: &Pattern,
+        key: u32,
+        pixel: usize,
+        input: &'b [DomainReservoir<D, R>],
+        inputs: &mut Vec<Input<'b, D, R>>,
+    ) {
+        inputs.clear();
+        inputs.push(Input::canonical(&self.domains[pixel], &input[pixel]));
+        pattern.for_each(self.extent, pixel, key, |index| {
+            if self.admits(&self.domains[pixel], &self.domains[index]) {
+                inputs.push(Input::neighbour(&self.domains[index], &input[index]));
+            }
+        });
     }
 
     /// `rounds` rounds of [`Reuse::spatial`], between two buffers: the result is in `reservoirs`, `scratch`
@@ -347,7 +424,7 @@ where
     }
 
     /// The merge of one pixel.
-    fn finish<R: Storage, C: Choose>(
+    fn merge<R: Storage, C: Choose>(
         &self,
         pixel: usize,
         inputs: &[Input<'_, D, R>],
@@ -355,18 +432,27 @@ where
         choose: &impl Fn(usize) -> C,
         observe: Observe<'_>,
     ) -> Result<(), ReuseError> {
+        self.finish(pixel, inputs, output, choose, observe, |to, inputs, choose| {
+            merge(to, self.shift, inputs, self.mis, choose)
+        })
+    }
+
+    /// One pixel, its inputs merged by `merge`.
+    fn finish<R: Storage, C: Choose>(
+        &self,
+        pixel: usize,
+        inputs: &[Input<'_, D, R>],
+        output: &mut DomainReservoir<D, R>,
+        choose: &impl Fn(usize) -> C,
+        observe: Observe<'_>,
+        merge: impl FnOnce(&D, &[Input<'_, D, R>], &mut C) -> Result<Merged<D, R>, MergeError>,
+    ) -> Result<(), ReuseError> {
         // No confidence of its own: the pixel takes no part (background, say).
         if inputs[0].confidence() == 0.0 {
             *output = inputs[0].reservoir.clone();
             return Ok(());
         }
-        let merged = merge(
-            &self.domains[pixel],
-            self.shift,
-            inputs,
-            self.mis,
-            &mut choose(pixel),
-        );
+        let merged = merge(&self.domains[pixel], inputs, &mut choose(pixel));
         let merged = merged.map_err(ReuseError::Merge)?;
         observe(pixel, &merged.report);
         *output = merged.reservoir.with_confidence_cap(self.confidence_cap);
@@ -374,32 +460,52 @@ where
     }
 }
 
-/// Runs `run` for each element, with per-thread scratch made by `scratch`. Elements are independent of each
-/// other.
-#[cfg(feature = "parallel")]
+/// [`each_pair`] for one slice.
 fn each<X: Send, S>(
     elements: &mut [X],
     scratch: impl Fn() -> S + Sync + Send,
     run: impl Fn(&mut S, usize, &mut X) -> Result<(), ReuseError> + Sync + Send,
 ) -> Result<(), ReuseError> {
+    // Units take no room: this allocates nothing.
+    let mut units = vec![(); elements.len()];
+    each_pair(elements, &mut units, scratch, |scratch, index, element, ()| {
+        run(scratch, index, element)
+    })
+}
+
+/// Runs `run` for each pair of elements of two slices of one length, with per-thread scratch made by `scratch`. Pairs are
+/// independent of each other.
+#[cfg(feature = "parallel")]
+fn each_pair<X: Send, A: Send, S>(
+    elements: &mut [X],
+    others: &mut [A],
+    scratch: impl Fn() -> S + Sync + Send,
+    run: impl Fn(&mut S, usize, &mut X, &mut A) -> Result<(), ReuseError> + Sync + Send,
+) -> Result<(), ReuseError> {
     use rayon::prelude::*;
     elements
         .par_iter_mut()
+        .zip(others)
         .enumerate()
         .with_min_len(64)
-        .try_for_each_init(scratch, |scratch, (index, element)| run(scratch, index, element))
+        .try_for_each_init(scratch, |scratch, (index, (element, other))| {
+            run(scratch, index, element, other)
+        })
 }
 
-/// Runs `run` for each element, with scratch made by `scratch`. Elements are independent of each other.
+/// Runs `run` for each pair of elements of two slices of one length, with scratch made by `scratch`. Pairs are independent of
+/// each other.
 #[cfg(not(feature = "parallel"))]
-fn each<X, S>(
+fn each_pair<X, A, S>(
     elements: &mut [X],
+    others: &mut [A],
     scratch: impl Fn() -> S,
-    run: impl Fn(&mut S, usize, &mut X) -> Result<(), ReuseError>,
+    run: impl Fn(&mut S, usize, &mut X, &mut A) -> Result<(), ReuseError>,
 ) -> Result<(), ReuseError> {
     let mut scratch = scratch();
     elements
         .iter_mut()
+        .zip(others)
         .enumerate()
-        .try_for_each(|(index, element)| run(&mut scratch, index, element))
+        .try_for_each(|(index, (element, other))| run(&mut scratch, index, element, other))
 }
