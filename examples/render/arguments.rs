@@ -24,8 +24,9 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Mapping::Hybrid)]
     pub shift: Mapping,
 
-    /// Samples in every pixel; the scene's own number if neither this nor --seconds is given.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
+    /// Samples in every pixel, or frames of methods that make whole frames; the scene's own number if neither this nor
+    /// --seconds is given.
+    #[arg(long, value_name = "N", visible_alias = "frames", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
     pub spp: Option<u32>,
 
     /// Wall time to render for instead of a number of samples.
@@ -60,6 +61,11 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
+    /// Moves the camera from frame to frame: translate:X,Y,Z (in the scene's units) or orbit:DEGREES (about what is in the
+    /// middle of the image). The image is the last frame.
+    #[arg(long, value_name = "MOTION", value_parser = motion, allow_hyphen_values = true)]
+    pub motion: Option<Motion>,
+
     /// Prints one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
@@ -76,6 +82,10 @@ pub enum Method {
     Path,
     /// Direct light only.
     Direct,
+    /// Direct light by reuse among pixels and frames; samples are frames.
+    RestirDi,
+    /// The same, cheaper and biased.
+    RestirDiBiased,
     /// ReSTIR path tracing, one tree a frame, with reuse from the frame before: --spp counts frames.
     RestirPt,
     /// ReSTIR path tracing in independent frames of 32 trees.
@@ -97,10 +107,31 @@ impl Method {
         match self {
             Self::Path => "path",
             Self::Direct => "direct",
+            Self::RestirDi => "restir-di",
+            Self::RestirDiBiased => "restir-di-biased",
             Self::RestirPt => "restir-pt",
             Self::RestirPtOffline => "restir-pt-offline",
         }
     }
+
+    /// Whether it shows paths of one and two edges only.
+    pub fn is_direct(self) -> bool {
+        matches!(self, Self::Direct | Self::RestirDi | Self::RestirDiBiased)
+    }
+
+    /// Whether it makes whole frames, with a camera that may move.
+    pub fn has_frames(self) -> bool {
+        !matches!(self, Self::Path | Self::Direct)
+    }
+}
+
+/// A camera's motion from each frame to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// By a vector.
+    Translation([f32; 3]),
+    /// About the middle of the image, by an angle in degrees.
+    Orbit(f32),
 }
 
 /// Parses the command line. In the other case what there is to say has been said and the program ends.
@@ -148,6 +179,21 @@ fn size(text: &str) -> Result<[u32; 2], String> {
         Some(_) => Err("an image needs at least one pixel".to_owned()),
         None => Err("not of the form 640x480".to_owned()),
     }
+}
+
+fn motion(text: &str) -> Result<Motion, String> {
+    let number = |text: &str| text.trim().parse::<f32>().ok().filter(|x| x.is_finite());
+    let parsed = match text.split_once(':') {
+        Some(("translate", vector)) => {
+            let numbers: Option<Vec<f32>> = vector.split(',').map(number).collect();
+            numbers
+                .and_then(|numbers| numbers.try_into().ok())
+                .map(Motion::Translation)
+        }
+        Some(("orbit", angle)) => number(angle).map(Motion::Orbit),
+        _ => None,
+    };
+    parsed.ok_or_else(|| "not of the form translate:X,Y,Z or orbit:DEGREES".to_owned())
 }
 
 fn definition(text: &str) -> Result<(String, String), String> {

@@ -1,13 +1,14 @@
 //! From arguments to a written image: everything that can be checked is, then the rendering, then the figures.
 
-use crate::arguments::{Arguments, Mapping, Method};
+use crate::arguments::{Arguments, Mapping, Method, Motion};
 use crate::failure::{Failure, one_line};
 use crate::progress::Bar;
 use crate::report::Report;
 use lightshed::integrator::{
     Budget, CameraMotion, DirectLight, ImageComparison, OutputTarget, PathMapping, PathTracer, RenderOptions,
-    RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render, render_frames,
+    RestirDi, RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render, render_frames,
 };
+use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -31,12 +32,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let (mut description, mut warnings) = describe(arguments)?;
     let settings = &mut description.settings;
     [settings.width, settings.height] = arguments.size.unwrap_or([settings.width, settings.height]);
-    settings.max_depth = match (arguments.method, arguments.max_depth) {
-        (Method::Direct, None) => Some(DIRECT_DEPTH),
-        (Method::Direct, Some(_)) => {
-            return Err(Failure::new("--max-depth has no meaning with --method direct"));
+    settings.max_depth = match arguments.max_depth {
+        None if arguments.method.is_direct() => Some(DIRECT_DEPTH),
+        Some(_) if arguments.method.is_direct() => {
+            let method = arguments.method.name();
+            return Err(Failure::new(format_args!(
+                "--max-depth has no meaning with --method {method}"
+            )));
         }
-        (_, max_depth) => max_depth.or(settings.max_depth),
+        max_depth => max_depth.or(settings.max_depth),
     };
     let RenderSettings {
         width,
@@ -70,6 +74,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         )));
     }
     let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
+    let motion = match arguments.motion {
+        Some(_) if !arguments.method.has_frames() => {
+            let method = arguments.method.name();
+            return Err(Failure::new(format_args!(
+                "--motion has no meaning with --method {method}"
+            )));
+        }
+        Some(motion) => camera_motion(motion, &scene, &description)?,
+        None => CameraMotion::STILL,
+    };
     drop(description);
     match scene.dropped_triangle_count() {
         0 => (),
@@ -92,6 +106,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let outcome = match arguments.method {
         Method::Path => render(&PathTracer::new(&scene), &options, &observer, cancel),
         Method::Direct => render(&DirectLight::new(&scene), &options, &observer, cancel),
+        Method::RestirDi | Method::RestirDiBiased => {
+            let method = match arguments.method {
+                Method::RestirDi => RestirDi::new(&scene),
+                _ => RestirDi::biased(&scene),
+            };
+            render_frames(&mut method.with_motion(motion), &options, &observer, cancel)
+        }
         Method::RestirPt | Method::RestirPtOffline => {
             let mapping = match arguments.shift {
                 Mapping::Hybrid => PathMapping::Hybrid,
@@ -102,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 _ => RestirPtOptions::offline(mapping),
             };
             let world = SceneWorld::new(&scene);
-            let mut method = RestirPt::new(&world, parameters, CameraMotion::STILL)?;
+            let mut method = RestirPt::new(&world, parameters, motion)?;
             render_frames(&mut method, &options, &observer, cancel)
         }
     }?;
@@ -123,6 +144,29 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         comparison: None,
     };
     finish(report, &target, reference, arguments.json)
+}
+
+/// The motion that the command line asks for: orbits go around what the middle of the image shows, along the image's vertical.
+fn camera_motion(
+    motion: Motion,
+    scene: &Scene,
+    description: &SceneDescription,
+) -> Result<CameraMotion, Failure> {
+    Ok(match motion {
+        Motion::Translation(per_frame) => CameraMotion::translation(per_frame.into())?,
+        Motion::Orbit(degrees) => {
+            let RenderSettings { width, height, .. } = *scene.settings();
+            let centre = Vec2::new(width as f32, height as f32) * 0.5;
+            let middle = scene.intersect(&scene.camera().ray(centre, [0.5; 2]));
+            let Some(middle) = middle else {
+                return Err(Failure::new(
+                    "the middle of the image shows nothing to orbit about",
+                ));
+            };
+            let axis = description.camera.to_world.transform_vector3(Vec3::Y);
+            CameraMotion::orbit(middle.position, axis, degrees.to_radians())?
+        }
+    })
 }
 
 /// Writes the image, compares it and prints the figures.

@@ -126,7 +126,6 @@ impl CameraMotion {
 /// Index `y · width + x` of the pixel in which `camera` sees the world position `point` (through the centre of its lens, and
 /// whatever stands in between); `None` outside an image of this size.
 #[inline]
-#[allow(dead_code)]
 pub(crate) fn pixel_seeing(camera: &Camera, [width, height]: [u32; 2], point: Vec3) -> Option<usize> {
     let film = camera.film_position(point)?;
     let inside = film.x >= 0.0 && film.y >= 0.0 && film.x < width as f32 && film.y < height as f32;

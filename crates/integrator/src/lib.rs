@@ -6,6 +6,7 @@
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
 //! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`CameraMotion`], [`RayCounts`] |
+//! | direct light by reuse among pixels and frames | [`RestirDi`], [`EndpointSampler`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
 //! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
@@ -28,7 +29,9 @@ mod next_event;
 mod output;
 mod path;
 mod ray_counts;
+mod ray_tally;
 mod render;
+mod restir;
 mod restir_pt;
 mod scene_world;
 mod statistics;
@@ -55,6 +58,7 @@ pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
     SampleId, render,
 };
+pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings};
 pub use restir_pt::{MAX_CANDIDATES, MAX_ROUNDS, PathMapping, RestirPt, RestirPtError, RestirPtOptions};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;

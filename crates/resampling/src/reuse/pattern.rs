@@ -97,10 +97,10 @@ impl Pattern {
     ///
     /// # Errors
     /// [`PatternError`] for a radius or count out of range.
-    pub fn disk(radius: f32, count: u32) -> Result<Self, PatternError> {
+    pub const fn disk(radius: f32, count: u32) -> Result<Self, PatternError> {
         if !(radius > 0.0 && radius < f32::INFINITY) {
             Err(PatternError::Radius)
-        } else if (1..=65_536).contains(&count) {
+        } else if matches!(count, 1..=65_536) {
             Ok(Self(Kind::Disk { radius, count }))
         } else {
             Err(PatternError::Count)

@@ -1,0 +1,561 @@
+//! ReSTIR DI: direct light from many emitters by reuse among pixels and frames.
+
+use super::candidates::{EndpointSampler, resample_candidates};
+use super::light::{DirectPixel, DirectReservoir, LightSample, SeenFrom, lit_by};
+use super::primary::{FrameView, Primary, trace_primaries};
+use super::{Pass, pass_rng, pattern_key};
+use crate::camera_motion::pixel_seeing;
+use crate::next_event::met_emission;
+use crate::ray_tally::{RayKind, RayTally};
+use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_resampling::{
+    Contribution, Extent, Mis, Pattern, PatternError, Reuse, ReuseError, TemporalDomains,
+};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::{Camera, EmitterEndpoint, Emitters, Hit, Ray, Rgb, Scene};
+use rayon::prelude::*;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What [`RestirDi`] does in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RestirDiSettings {
+    /// Candidates of the emitters' sampler for each pixel and frame, besides one of the BSDF; at least 1.
+    pub emitter_candidates: u32,
+    /// Whether a pixel reuses what it held in the frame before.
+    pub temporal_reuse: bool,
+    /// Rounds of spatial reuse.
+    pub spatial_rounds: u32,
+    /// Neighbours in a round; at least 1.
+    pub neighbours: u32,
+    /// They lie within this many pixels; positive.
+    pub radius_pixels: f32,
+    /// Most confidence that a pixel's history is given, in frames; positive.
+    pub confidence_cap: f32,
+    /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j` that ask no technique whether
+    /// it could have produced them, and targets that know no occlusion. Edges of shadows and of surfaces darken.
+    pub biased: bool,
+}
+
+impl RestirDiSettings {
+    /// Unbiased: 32 candidates, temporal reuse with cap 20, one round with 3 neighbours within 30 pixels.
+    pub const UNBIASED: Self = Self {
+        emitter_candidates: 32,
+        temporal_reuse: true,
+        spatial_rounds: 1,
+        neighbours: 3,
+        radius_pixels: 30.0,
+        confidence_cap: 20.0,
+        biased: false,
+    };
+    /// Biased: as before, with two rounds of 5 neighbours, which trace no rays.
+    pub const BIASED: Self = Self {
+        spatial_rounds: 2,
+        neighbours: 5,
+        biased: true,
+        ..Self::UNBIASED
+    };
+}
+
+impl Default for RestirDiSettings {
+    /// [`RestirDiSettings::UNBIASED`].
+    fn default() -> Self {
+        Self::UNBIASED
+    }
+}
+
+/// Why settings are refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RestirDiError {
+    /// No candidates, or more than 65,536.
+    Candidates,
+    /// More than 64 rounds.
+    Rounds,
+    /// Neighbours or radius out of range.
+    Pattern(PatternError),
+    /// The confidence cap is not positive, or NaN.
+    ConfidenceCap,
+}
+
+impl fmt::Display for RestirDiError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Candidates => f.write_str("candidates must number between 1 and 65536"),
+            Self::Rounds => f.write_str("at most 64 rounds of spatial reuse are possible"),
+            Self::Pattern(error) => error.fmt(f),
+            Self::ConfidenceCap => f.write_str("the confidence cap must be positive"),
+        }
+    }
+}
+
+impl std::error::Error for RestirDiError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Pattern(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+/// Direct light by spatiotemporal reservoir resampling (Bitterli et al. 2020; merges by GRIS, Lin 2022 ch. 6).
+///
+/// Each frame and pixel traces one camera ray, through a new place in the pixel. At the surface it meets, candidates for the
+/// *endpoint* of light are resampled by `p̂(e) = Y(f L_e |cos θ| |dω/de|)`; a shadow ray for the survivor tells whether it
+/// goes on (visibility *before* reuse). It is merged with what the pixel that saw the surface in the frame before held, then
+/// with neighbours of this frame, each in its own domain: its own surface, view direction and, unless biased, occlusion
+/// (visibility *after* reuse, asked in every MIS weight). The last round shades by the sum over its inputs, without colour
+/// noise. Emission seen directly, and light by delta lobes, which cannot be reused, are added exactly and by a sample each.
+///
+/// Every frame's expectation is that of [`DirectLight`](crate::DirectLight); frames are correlated with those before, by way of
+/// what they reuse.
+///
+/// ```
+/// use lightshed_integrator::{Budget, RenderOptions, RestirDi, render_frames};
+/// use lightshed_scene::{Scene, builtin};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let mut description = builtin::cornell();
+/// (description.settings.width, description.settings.height) = (16, 16);
+/// let scene = Scene::new(&description)?;
+/// let options = RenderOptions::new(16, 16, Budget::Samples(4));
+/// let outcome = render_frames(&mut RestirDi::new(&scene), &options, &|_| (), &AtomicBool::new(false))?;
+/// assert!(outcome.film.mean_image().mean()[1] > 0.05);
+/// assert_eq!(outcome.rays.map(|rays| rays.camera), Some(4 * 16 * 16));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct RestirDi<'a, S: EndpointSampler + ?Sized = Emitters> {
+    scene: &'a Scene,
+    sampler: &'a S,
+    settings: RestirDiSettings,
+    pattern: Pattern,
+    motion: CameraMotion,
+    tally: RayTally,
+    /// What the pixels of this frame and of the one before see, by the order of frames: even, odd.
+    pixels: [Vec<DirectPixel>; 2],
+    /// What the last frame left behind.
+    history: Vec<DirectReservoir>,
+    /// Room for the next frame's.
+    scratch: Vec<DirectReservoir>,
+    spare: Vec<DirectReservoir>,
+}
+
+impl<'a> RestirDi<'a> {
+    /// Unbiased, with candidates by the emitters' power.
+    pub fn new(scene: &'a Scene) -> Self {
+        let (settings, pattern) = UNBIASED;
+        Self::assembled(scene, scene.emitters(), settings, pattern)
+    }
+
+    /// The cheaper variant, **biased**: see [`RestirDiSettings::biased`].
+    pub fn biased(scene: &'a Scene) -> Self {
+        let (settings, pattern) = BIASED;
+        Self::assembled(scene, scene.emitters(), settings, pattern)
+    }
+
+    /// With other settings.
+    ///
+    /// # Errors
+    /// See [`RestirDiError`].
+    pub fn with_settings(scene: &'a Scene, settings: RestirDiSettings) -> Result<Self, RestirDiError> {
+        Self::with_sampler(scene, scene.emitters(), settings)
+    }
+}
+
+/// Settings with their pattern.
+const UNBIASED: (RestirDiSettings, Pattern) = with_pattern(RestirDiSettings::UNBIASED);
+const BIASED: (RestirDiSettings, Pattern) = with_pattern(RestirDiSettings::BIASED);
+
+/// Fails at compile time only.
+const fn with_pattern(settings: RestirDiSettings) -> (RestirDiSettings, Pattern) {
+    match Pattern::disk(settings.radius_pixels, settings.neighbours) {
+        Ok(pattern) => (settings, pattern),
+        Err(_) => panic!("the settings are sound"),
+    }
+}
+
+impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
+    /// Candidates by `sampler`.
+    ///
+    /// # Errors
+    /// See [`RestirDiError`].
+    pub fn with_sampler(
+        scene: &'a Scene,
+        sampler: &'a S,
+        settings: RestirDiSettings,
+    ) -> Result<Self, RestirDiError> {
+        if !(1..=1 << 16).contains(&settings.emitter_candidates) {
+            return Err(RestirDiError::Candidates);
+        }
+        if settings.spatial_rounds > 64 {
+            return Err(RestirDiError::Rounds);
+        }
+        // Also refuses NaN.
+        if !(settings.confidence_cap > 0.0) {
+            return Err(RestirDiError::ConfidenceCap);
+        }
+        let pattern =
+            Pattern::disk(settings.radius_pixels, settings.neighbours).map_err(RestirDiError::Pattern)?;
+        Ok(Self::assembled(scene, sampler, settings, pattern))
+    }
+
+    fn assembled(scene: &'a Scene, sampler: &'a S, settings: RestirDiSettings, pattern: Pattern) -> Self {
+        Self {
+            scene,
+            sampler,
+            settings,
+            pattern,
+            motion: CameraMotion::STILL,
+            tally: RayTally::default(),
+            pixels: [Vec::new(), Vec::new()],
+            history: Vec::new(),
+            scratch: Vec::new(),
+            spare: Vec::new(),
+        }
+    }
+
+    /// Moves the camera from frame to frame.
+    #[must_use]
+    pub fn with_motion(self, motion: CameraMotion) -> Self {
+        Self { motion, ..self }
+    }
+
+    /// What the pixels of frame `frame`, rendered last, see.
+    pub(super) fn pixels(&self, frame: u32) -> &[DirectPixel] {
+        &self.pixels[frame as usize % 2]
+    }
+
+    fn extent(&self) -> Extent {
+        let settings = self.scene.settings();
+        Extent {
+            width: settings.width,
+            height: settings.height,
+        }
+    }
+
+    /// Fresh reservoirs of all pixels, and light by delta lobes into the image. False if cancelled.
+    fn resample_fresh(
+        &self,
+        view: FrameView<'_>,
+        reservoirs: &mut [DirectReservoir],
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> bool {
+        let pixels = self.pixels(view.frame).par_chunks(MAX_BATCH);
+        let results = reservoirs
+            .par_chunks_mut(MAX_BATCH)
+            .zip(image.par_chunks_mut(MAX_BATCH));
+        pixels
+            .zip(results)
+            .enumerate()
+            .for_each(|(chunk, (pixels, (reservoirs, image)))| {
+                if !cancel.load(Ordering::Relaxed) {
+                    let mut by_bsdf = [None; MAX_BATCH];
+                    let first = chunk * MAX_BATCH;
+                    self.meet_emitters(view, first, pixels, &mut by_bsdf, image);
+                    self.resample_chunk(view, first, pixels, &by_bsdf, reservoirs);
+                }
+            });
+        !cancel.load(Ordering::Relaxed)
+    }
+
+    /// One ray for each pixel by its BSDF: those of delta lobes are shaded, the endpoints that others meet are candidates.
+    fn meet_emitters(
+        &self,
+        view: FrameView<'_>,
+        first: usize,
+        pixels: &[DirectPixel],
+        by_bsdf: &mut [Option<EmitterEndpoint>; MAX_BATCH],
+        image: &mut [Rgb],
+    ) {
+        let (scene, emitters) = (self.scene, self.scene.emitters());
+        if emitters.area_count() == 0 && emitters.environment().is_none() {
+            return;
+        }
+        let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [(0, None); MAX_BATCH], 0);
+        for (place, primary) in surfaces(pixels) {
+            let mut rng = pass_rng(view.seed, view.width, first + place, view.frame, Pass::Bsdf, 0);
+            let u_lobe = rng.next_f32();
+            let u = Vec2::from(rng.next_2d());
+            if let Some(sample) = primary.bsdf.sample(primary.wo, u_lobe, u) {
+                rays[count] = primary.point.spawn(primary.point.shading.to_world(sample.wi));
+                owners[count] = (place, sample.is_delta.then_some(sample.weight));
+                count += 1;
+            }
+        }
+        self.tally.add(RayKind::Path, count);
+        let mut hits = [None; MAX_BATCH];
+        scene.intersect_emitting_many(&rays[..count], &mut hits[..count]);
+        // What a ray may meet; those that meet nothing need not be asked whether something is in between.
+        let (mut met, mut kept) = ([Met::default(); MAX_BATCH], 0);
+        for index in 0..count {
+            let (ray, hit) = (rays[index], hits[index]);
+            let (place, delta) = owners[index];
+            let point = hit.map(|hit| scene.surface(&ray, &hit));
+            let radiance = met_emission(scene, &ray, point.as_ref(), None);
+            if radiance == Rgb::ZERO {
+                continue;
+            }
+            let endpoint = match point.zip(hit) {
+                Some((point, hit)) => EmitterEndpoint::Surface {
+                    emitter: point.emitter,
+                    coordinates: scene.coordinates(&ray, &hit),
+                },
+                None => EmitterEndpoint::Environment {
+                    direction: ray.direction,
+                },
+            };
+            met[kept] = Met {
+                place,
+                endpoint: Some(endpoint),
+                shaded: delta.map(|weight| weight * radiance),
+            };
+            rays[kept] = Ray {
+                t_max: hit.map_or(f32::INFINITY, |hit: Hit| hit.t),
+                ..ray
+            };
+            kept += 1;
+        }
+        let mut occluded = [false; MAX_BATCH];
+        scene
+            .accelerator()
+            .occluded_many(&rays[..kept], &mut occluded[..kept]);
+        for (met, _) in met.iter().zip(occluded).take(kept).filter(|(_, hidden)| !hidden) {
+            match met.shaded {
+                Some(radiance) => image[met.place] += radiance,
+                None => by_bsdf[met.place] = met.endpoint,
+            }
+        }
+    }
+
+    /// Candidates for each pixel, and whether the survivor is visible.
+    fn resample_chunk(
+        &self,
+        view: FrameView<'_>,
+        first: usize,
+        pixels: &[DirectPixel],
+        by_bsdf: &[Option<EmitterEndpoint>; MAX_BATCH],
+        reservoirs: &mut [DirectReservoir],
+    ) {
+        // Without a surface, or with one that no endpoint can light: no part in reuse.
+        reservoirs.fill(DirectReservoir::empty(0.0));
+        let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [0; MAX_BATCH], 0);
+        for (place, primary) in surfaces(pixels).filter(|(_, primary)| primary.bsdf.has_non_delta()) {
+            let mut rng = pass_rng(
+                view.seed,
+                view.width,
+                first + place,
+                view.frame,
+                Pass::Candidates,
+                0,
+            );
+            let (reservoir, is_met) = resample_candidates(
+                self.scene,
+                self.sampler,
+                primary,
+                self.settings.emitter_candidates,
+                by_bsdf[place],
+                &mut rng,
+            );
+            reservoirs[place] = reservoir;
+            let unknown = reservoir.sample().filter(|_| !is_met);
+            if let Some(lit) = unknown.and_then(|sample| lit_by(self.scene, primary, &sample.endpoint)) {
+                rays[count] = lit.connection.shadow_ray(&primary.point);
+                owners[count] = place;
+                count += 1;
+            }
+        }
+        for place in self.hidden(&rays[..count], &owners) {
+            reservoirs[place] = reservoirs[place].within(|_| false);
+        }
+    }
+
+    /// The owners of those shadow rays, at most [`MAX_BATCH`], that meet something.
+    fn hidden(&self, rays: &[Ray], owners: &[usize; MAX_BATCH]) -> impl Iterator<Item = usize> {
+        let mut occluded = [false; MAX_BATCH];
+        self.tally.add(RayKind::Emitter, rays.len());
+        self.scene
+            .accelerator()
+            .occluded_many(rays, &mut occluded[..rays.len()]);
+        occluded
+            .into_iter()
+            .zip(*owners)
+            .filter_map(|(hidden, owner)| hidden.then_some(owner))
+    }
+
+    /// All reuse of a frame. What the pixels hold in the end is in `reservoirs`; `image` is shaded if `shade` says so.
+    fn reuse(
+        &self,
+        view: FrameView<'_>,
+        reservoirs: &mut Vec<DirectReservoir>,
+        scratch: &mut Vec<DirectReservoir>,
+        image: &mut [Rgb],
+    ) -> Result<(), ReuseError> {
+        let RestirDiSettings {
+            biased,
+            spatial_rounds,
+            confidence_cap,
+            ..
+        } = self.settings;
+        let (pixels, extent) = (self.pixels(view.frame), self.extent());
+        let shift = SeenFrom {
+            scene: self.scene,
+            tally: &self.tally,
+            visibility: !biased,
+        };
+        let reuse = |mis: Mis| {
+            let mis = if biased { Mis::ConstantBiased } else { mis };
+            let resembles: &(dyn Fn(&DirectPixel, &DirectPixel) -> bool + Sync) = &DirectPixel::resembles;
+            Reuse::new(extent, pixels, &shift, mis, confidence_cap)
+                .map(|reuse| reuse.with_similarity(resembles))
+        };
+        let rng = |pass, round| move |pixel| pass_rng(view.seed, view.width, pixel, view.frame, pass, round);
+        if self.settings.temporal_reuse && view.frame > 0 {
+            let previous = self.pixels(view.frame - 1);
+            let camera = self.motion.camera(self.scene, view.frame - 1);
+            let seen_at = |pixel: usize| {
+                let primary = pixels[pixel].0.as_ref()?;
+                pixel_seeing(&camera, [extent.width, extent.height], primary.point.position)
+            };
+            reuse(Mis::Balance)?.temporal(
+                reservoirs,
+                &TemporalDomains::Previous(previous),
+                &self.history,
+                seen_at,
+                scratch,
+                rng(Pass::Temporal, 0),
+                &|_, _| (),
+            )?;
+            std::mem::swap(reservoirs, scratch);
+        }
+        let spatial = reuse(Mis::PAIRWISE_DEFENSIVE)?;
+        for round in 0..spatial_rounds {
+            let key = pattern_key(view.seed, view.frame, round);
+            let (choose, observe) = (rng(Pass::Spatial, round), |_: usize, _: &_| ());
+            if round + 1 == spatial_rounds && !biased {
+                spatial.spatial_integrated(
+                    &self.pattern,
+                    key,
+                    reservoirs,
+                    scratch,
+                    image,
+                    choose,
+                    |_, contribution: Contribution<'_, LightSample>, sum: &mut Rgb| {
+                        *sum += weighted(contribution.sample.value, contribution.weight);
+                    },
+                    &observe,
+                )?;
+            } else {
+                spatial.spatial(&self.pattern, key, reservoirs, scratch, choose, &observe)?;
+            }
+            std::mem::swap(reservoirs, scratch);
+        }
+        Ok(())
+    }
+
+    /// Adds `f(Y) W` to each pixel, `f` with occlusion.
+    fn shade(&self, frame: u32, reservoirs: &[DirectReservoir], image: &mut [Rgb]) {
+        let pixels = self.pixels(frame).par_chunks(MAX_BATCH);
+        let results = reservoirs
+            .par_chunks(MAX_BATCH)
+            .zip(image.par_chunks_mut(MAX_BATCH));
+        pixels.zip(results).for_each(|(pixels, (reservoirs, image))| {
+            let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [0; MAX_BATCH], 0);
+            let mut light = [Rgb::ZERO; MAX_BATCH];
+            for (place, primary) in surfaces(pixels) {
+                let Some((sample, weight)) = reservoirs[place].weighted_sample() else {
+                    continue;
+                };
+                light[place] = weighted(sample.value, f64::from(weight.value()));
+                // Where targets know no occlusion it is asked for now.
+                let unknown = self.settings.biased.then_some(sample.endpoint);
+                if let Some(lit) = unknown.and_then(|endpoint| lit_by(self.scene, primary, &endpoint)) {
+                    rays[count] = lit.connection.shadow_ray(&primary.point);
+                    owners[count] = place;
+                    count += 1;
+                }
+            }
+            for place in self.hidden(&rays[..count], &owners) {
+                light[place] = Rgb::ZERO;
+            }
+            for (value, light) in image.iter_mut().zip(light) {
+                *value += light;
+            }
+        });
+    }
+}
+
+/// In unused places of a batch.
+const NOWHERE: Ray = Ray {
+    origin: Vec3::ZERO,
+    direction: Vec3::Z,
+    t_max: 0.0,
+};
+
+/// What a ray by the BSDF may have met.
+#[derive(Clone, Copy, Default)]
+struct Met {
+    place: usize,
+    endpoint: Option<EmitterEndpoint>,
+    /// Its light, by a delta lobe.
+    shaded: Option<Rgb>,
+}
+
+/// The pixels that see a surface, with their place.
+fn surfaces(pixels: &[DirectPixel]) -> impl Iterator<Item = (usize, &Primary)> {
+    let numbered = pixels.iter().enumerate();
+    numbered.filter_map(|(place, pixel)| pixel.0.as_ref().map(|primary| (place, primary)))
+}
+
+/// `f W`: the factors may be of any size.
+fn weighted(value: Rgb, weight: f64) -> Rgb {
+    (value.as_dvec3() * weight).as_vec3()
+}
+
+impl<S: EndpointSampler + ?Sized> FrameMethod for RestirDi<'_, S> {
+    fn size(&self) -> [u32; 2] {
+        [self.extent().width, self.extent().height]
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let count = self.extent().len();
+        let camera: Camera = self.motion.camera(self.scene, frame);
+        let view = FrameView {
+            scene: self.scene,
+            camera: &camera,
+            width: self.extent().width,
+            frame,
+            seed,
+        };
+        let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
+        pixels.resize_with(count, || DirectPixel(None));
+        let traced = trace_primaries(view, &self.tally, &mut pixels, image, cancel);
+        self.pixels[frame as usize % 2] = pixels;
+
+        let mut reservoirs = std::mem::take(&mut self.scratch);
+        let mut scratch = std::mem::take(&mut self.spare);
+        reservoirs.resize(count, DirectReservoir::empty(0.0));
+        scratch.resize(count, DirectReservoir::empty(0.0));
+        let done = traced
+            && self.resample_fresh(view, &mut reservoirs, image, cancel)
+            // Fails for slices of other lengths only.
+            && self.reuse(view, &mut reservoirs, &mut scratch, image).is_ok();
+        if done && (self.settings.biased || self.settings.spatial_rounds == 0) {
+            self.shade(frame, &reservoirs, image);
+        }
+        self.spare = scratch;
+        self.scratch = std::mem::replace(&mut self.history, reservoirs);
+        (done && !cancel.load(Ordering::Relaxed)).then(|| self.tally.take())
+    }
+
+    fn is_still(&self) -> bool {
+        self.motion.is_still()
+    }
+}

@@ -1,0 +1,149 @@
+//! Direct light as a domain of its own for each pixel: endpoints on emitters, seen from the pixel's surface.
+//!
+//! The sample of a pixel is an endpoint `e` ([`EmitterEndpoint`]); its domain has the target
+//!
+//! > `p̂(e) = Y(f(ω_o, ω) L_e(ω) |cos θ| |dω/de| V)`,
+//!
+//! with `ω` towards `e`, `Y` the luminance and, where visibility belongs to the target, `V` whether nothing stands in between.
+//! Endpoints do not depend on the pixel, so the shift between two pixels is the identity with Jacobian 1; all that differs is
+//! the target.
+
+use super::primary::Primary;
+use crate::ray_tally::{RayKind, RayTally};
+use lightshed_resampling::{
+    Domain, DomainReservoir, Jacobian, Pulled, ShiftMapping, Shifted, Space, Undefined,
+};
+use lightshed_scene::{EmitterConnection, EmitterEndpoint, Rgb, Scene, luminance};
+
+/// The measure of endpoints: area, solid angle, and counting, each on its part of the space.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct EndpointSpace;
+impl Space for EndpointSpace {}
+
+/// An endpoint and what it gives the pixel in whose domain it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LightSample {
+    pub endpoint: EmitterEndpoint,
+    /// `f L_e |cos θ| |dω/de|`, times `V` where that belongs to the target.
+    pub value: Rgb,
+}
+
+impl LightSample {
+    pub fn target(&self) -> f64 {
+        f64::from(luminance(self.value))
+    }
+}
+
+/// A pixel of one frame, as direct light sees it; `None` where it sees no surface.
+#[derive(Clone, Debug)]
+pub(crate) struct DirectPixel(pub Option<Primary>);
+
+impl From<Option<Primary>> for DirectPixel {
+    fn from(primary: Option<Primary>) -> Self {
+        Self(primary)
+    }
+}
+
+impl DirectPixel {
+    /// Whether reuse between the two promises anything.
+    pub fn resembles(&self, other: &Self) -> bool {
+        matches!((&self.0, &other.0), (Some(a), Some(b)) if a.resembles(b))
+    }
+}
+
+impl Domain for DirectPixel {
+    type Sample = LightSample;
+    type Space = EndpointSpace;
+
+    /// Samples carry the value that they have in their domain.
+    fn target(&self, x: &LightSample) -> f64 {
+        x.target()
+    }
+}
+
+/// A pixel's endpoint with its weight.
+pub(crate) type DirectReservoir = DomainReservoir<DirectPixel>;
+
+/// Light from an endpoint at a surface, occlusion apart.
+pub(crate) struct Lit {
+    pub connection: EmitterConnection,
+    /// `f L_e |cos θ| |dω/de|`.
+    pub value: Rgb,
+    /// Density with which sampling the BSDF finds the endpoint, in the measure of endpoints; zero for those it cannot hit.
+    pub pdf_bsdf: f32,
+}
+
+/// Light from `endpoint` at `primary`; `None` where there is none.
+#[inline]
+pub(crate) fn lit_by(scene: &Scene, primary: &Primary, endpoint: &EmitterEndpoint) -> Option<Lit> {
+    let point = &primary.point;
+    let connection = scene.emitters().connect(point.position, endpoint)?;
+    let wi = point.shading.to_local(connection.direction);
+    let scattered = primary.bsdf.evaluate(primary.wo, wi);
+    let per_endpoint = connection.solid_angle_per_endpoint;
+    let value = scattered.value * connection.radiance * per_endpoint;
+    let pdf_bsdf = if connection.is_delta {
+        0.0
+    } else {
+        scattered.pdf.value() * per_endpoint
+    };
+    let lit = value != Rgb::ZERO && value.is_finite() && pdf_bsdf.is_finite();
+    lit.then_some(Lit {
+        connection,
+        value,
+        pdf_bsdf,
+    })
+}
+
+/// Endpoints seen from another pixel: the identity, with the target of where they arrive.
+pub(crate) struct SeenFrom<'a> {
+    pub scene: &'a Scene,
+    pub tally: &'a RayTally,
+    /// Whether occlusion belongs to the target.
+    pub visibility: bool,
+}
+
+impl SeenFrom<'_> {
+    /// What `endpoint` gives the pixel; a shadow ray is traced only where there is something to be blocked.
+    pub fn value(&self, pixel: &DirectPixel, endpoint: &EmitterEndpoint) -> Rgb {
+        let Some(primary) = &pixel.0 else {
+            return Rgb::ZERO;
+        };
+        let Some(lit) = lit_by(self.scene, primary, endpoint) else {
+            return Rgb::ZERO;
+        };
+        if self.visibility {
+            self.tally.add(RayKind::Emitter, 1);
+            if self.scene.occluded(&lit.connection.shadow_ray(&primary.point)) {
+                return Rgb::ZERO;
+            }
+        }
+        lit.value
+    }
+}
+
+impl ShiftMapping<DirectPixel> for SeenFrom<'_> {
+    fn shift(
+        &self,
+        x: &LightSample,
+        _from: &DirectPixel,
+        to: &DirectPixel,
+    ) -> Result<Shifted<LightSample>, Undefined> {
+        let sample = LightSample {
+            endpoint: x.endpoint,
+            value: self.value(to, &x.endpoint),
+        };
+        Ok(Shifted {
+            sample,
+            jacobian: Jacobian::IDENTITY,
+            target: sample.target(),
+        })
+    }
+
+    fn pull(&self, y: &LightSample, _to: &DirectPixel, from: &DirectPixel) -> Result<Pulled, Undefined> {
+        Ok(Pulled {
+            jacobian: Jacobian::IDENTITY,
+            proxy: f64::from(luminance(self.value(from, &y.endpoint))),
+        })
+    }
+}
