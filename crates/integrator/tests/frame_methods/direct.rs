@@ -1,0 +1,125 @@
+//! ReSTIR DI against direct light.
+
+use crate::ensemble::Ensemble;
+use crate::scenes::{cornell_without_light, every_emitter, small};
+use lightshed_integrator::{
+    CameraMotion, DirectLight, EndpointSampler, RestirDi, RestirDiError, RestirDiSettings,
+};
+use lightshed_scene::glam::{Affine3A, Vec3};
+use lightshed_scene::{EmitterConnection, EmitterEndpoint, Emitters, Scene, SurfacePoint, builtin};
+use lightshed_testkit::check_faults;
+
+/// Cheap enough for a test, with every kind of reuse.
+fn settings() -> RestirDiSettings {
+    let mut settings = RestirDiSettings::UNBIASED;
+    settings.emitter_candidates = 3;
+    settings.radius_pixels = 6.0;
+    settings.spatial_rounds = 2;
+    settings
+}
+
+fn truth(scene: &Scene, images: u32) -> Ensemble {
+    let size = [scene.settings().width, scene.settings().height];
+    Ensemble::of_estimator(&DirectLight::new(scene), size, 16, images)
+}
+
+/// Candidates whose density is stated wrong by five percent.
+struct Misstated<'a>(&'a Emitters);
+
+impl EndpointSampler for Misstated<'_> {
+    fn propose(&self, from: &SurfacePoint, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
+        self.0.propose(from, u_select, u)
+    }
+
+    fn pdf_endpoint(
+        &self,
+        from: &SurfacePoint,
+        endpoint: &EmitterEndpoint,
+        connection: &EmitterConnection,
+    ) -> f32 {
+        1.05 * self.0.pdf_endpoint(from, endpoint, connection)
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fault {
+    /// Weights that ask nobody, and targets without occlusion.
+    Biased,
+    Density,
+}
+
+/// Chains of four frames in scenes with every kind of emitter and lobe.
+#[test]
+fn frames_agree_with_direct_light() {
+    let scenes = [
+        ("every emitter", every_emitter(32), 150),
+        (
+            "cornell-glossy",
+            Scene::new(&cornell_without_light(builtin::cornell_glossy(), 24)).unwrap(),
+            150,
+        ),
+    ];
+    for (name, scene, chains) in scenes {
+        let truth = truth(&scene, 100);
+        check_faults(&[Fault::Biased, Fault::Density], |fault| {
+            let mut settings = settings();
+            settings.biased = fault == Some(Fault::Biased);
+            let frames = if fault == Some(Fault::Density) {
+                let sampler = Misstated(scene.emitters());
+                let make = || RestirDi::with_sampler(&scene, &sampler, settings).unwrap();
+                Ensemble::of_chains(make, 4, chains, 1)
+            } else {
+                let make = || RestirDi::with_settings(&scene, settings).unwrap();
+                Ensemble::of_chains(make, 4, chains, 1)
+            };
+            let agreement = frames.compare(&truth);
+            println!("{name}, {fault:?}: {agreement:?}");
+            agreement.verdict()
+        })
+        .unwrap();
+    }
+}
+
+/// The last frame of a moving camera shows what a still camera there shows.
+#[test]
+fn frames_of_a_moving_camera_agree_with_direct_light() {
+    let per_frame = Vec3::new(0.12, 0.03, 0.05);
+    let mut there = cornell_without_light(builtin::cornell_glossy(), 24);
+    let scene = Scene::new(&there).unwrap();
+    there.camera.to_world = Affine3A::from_translation(per_frame * 3.0) * there.camera.to_world;
+    let there = Scene::new(&there).unwrap();
+    let motion = CameraMotion::translation(per_frame).unwrap();
+    let make = || {
+        RestirDi::with_settings(&scene, settings())
+            .unwrap()
+            .with_motion(motion)
+    };
+    let frames = Ensemble::of_chains(make, 4, 150, 1);
+    let agreement = frames.compare(&truth(&there, 100));
+    println!("{agreement:?}");
+    agreement.verdict().unwrap();
+    // The control: the view has moved.
+    frames.compare(&truth(&scene, 20)).verdict().unwrap_err();
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let scene = small(builtin::cornell(), 8);
+    let refused = |change: &dyn Fn(&mut RestirDiSettings)| {
+        let mut settings = RestirDiSettings::default();
+        change(&mut settings);
+        RestirDi::with_settings(&scene, settings).err().unwrap()
+    };
+    assert_eq!(refused(&|s| s.emitter_candidates = 0), RestirDiError::Candidates);
+    assert_eq!(refused(&|s| s.spatial_rounds = 65), RestirDiError::Rounds);
+    assert_eq!(
+        refused(&|s| s.confidence_cap = f32::NAN),
+        RestirDiError::ConfidenceCap
+    );
+    assert!(matches!(
+        refused(&|s| s.neighbours = 0),
+        RestirDiError::Pattern(_)
+    ));
+    let error = refused(&|s| s.radius_pixels = -1.0);
+    assert!(error.to_string().contains("radius"), "{error}");
+}

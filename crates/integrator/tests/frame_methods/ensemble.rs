@@ -1,0 +1,162 @@
+//! Ensembles of independent chains of frames against plain estimators, by tiles.
+//!
+//! Pixels of a frame with reuse are correlated, so their variances do not add up to that of a tile. Each chain therefore counts
+//! as *one* sample of each tile's mean and of the image's; chains of different seeds are independent.
+
+use lightshed_integrator::{FrameMethod, PixelEstimator};
+use lightshed_scene::Rgb;
+use lightshed_testkit::{ImageMoments, MeanTest, TileOptions, compare_tiles};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+
+/// Edge of the tiles, in pixels.
+pub const TILE: usize = 8;
+
+/// Means of tiles and, last, of the whole image, channels interleaved, over independent images; and the variances of these
+/// means.
+pub struct Ensemble {
+    mean: Vec<f64>,
+    variance_of_mean: Vec<f64>,
+    images: u64,
+    across: usize,
+}
+
+/// How far two ensembles are apart.
+#[derive(Debug)]
+pub struct Agreement {
+    /// Tiles times channels.
+    pub tiles: usize,
+    /// Normal-equivalent score of the tile (and channel) that is off most.
+    pub worst_tile: f64,
+    /// Tiles (and channels) beyond 4.
+    pub outliers: usize,
+    /// Of the image, by channel: relative difference and its score.
+    pub whole: Vec<(f64, f64)>,
+}
+
+impl Ensemble {
+    /// Frame `frames − 1` of `chains` chains, seeds from `seed` on.
+    pub fn of_chains<M: FrameMethod>(
+        make: impl Fn() -> M + Sync,
+        frames: u32,
+        chains: u64,
+        seed: u64,
+    ) -> Self {
+        let size = make().size();
+        let pixels = size[0] as usize * size[1] as usize;
+        let images: Vec<Vec<Rgb>> = (0..chains)
+            .into_par_iter()
+            .map(|chain| {
+                let (mut method, mut image) = (make(), vec![Rgb::ZERO; pixels]);
+                for frame in 0..frames {
+                    let counts =
+                        method.render_frame(frame, seed + chain, &mut image, &AtomicBool::new(false));
+                    assert_eq!(counts.map(|rays| rays.camera > 0), Some(true), "frame {frame}");
+                }
+                image
+            })
+            .collect();
+        Self::of_images(size, &images)
+    }
+
+    /// Images of an estimator with `samples` samples in each pixel.
+    pub fn of_estimator(
+        estimator: &impl PixelEstimator,
+        [width, height]: [u32; 2],
+        samples: u32,
+        images: u32,
+    ) -> Self {
+        let render = |image: u32| {
+            let pixel = |index: u32| {
+                let value = |sample| {
+                    estimator.sample(
+                        index % width,
+                        index / width,
+                        image * samples + sample,
+                        0x5eed_0000,
+                    )
+                };
+                (0..samples).map(value).sum::<Rgb>() / samples as f32
+            };
+            (0..width * height).map(pixel).collect::<Vec<Rgb>>()
+        };
+        let images: Vec<Vec<Rgb>> = (0..images).into_par_iter().map(render).collect();
+        Self::of_images([width, height], &images)
+    }
+
+    fn of_images([width, height]: [u32; 2], images: &[Vec<Rgb>]) -> Self {
+        let (width, across) = (width as usize, (width as usize).div_ceil(TILE));
+        let whole = across * (height as usize).div_ceil(TILE);
+        let mut moments = vec![MeanTest::new(); (whole + 1) * 3];
+        for image in images {
+            let mut sums = vec![[0.0f64; 4]; whole + 1];
+            for (index, value) in image.iter().enumerate() {
+                assert!(value.is_finite(), "pixel {index} is {value}");
+                let (x, y) = (index % width, index / width);
+                for part in [y / TILE * across + x / TILE, whole] {
+                    let [red, green, blue] = value.to_array().map(f64::from);
+                    for (sum, value) in sums[part].iter_mut().zip([red, green, blue, 1.0]) {
+                        *sum += value;
+                    }
+                }
+            }
+            for ([red, green, blue, pixels], moments) in sums.into_iter().zip(moments.chunks_exact_mut(3)) {
+                for (moments, sum) in moments.iter_mut().zip([red, green, blue]) {
+                    moments.push(sum / pixels);
+                }
+            }
+        }
+        let images = images.len() as u64;
+        Self {
+            mean: moments.iter().map(MeanTest::mean).collect(),
+            variance_of_mean: moments.iter().map(|m| m.variance() / images as f64).collect(),
+            images,
+            across,
+        }
+    }
+
+    fn part(&self, range: Range<usize>, width: usize) -> ImageMoments<'_> {
+        ImageMoments {
+            width,
+            channels: 3,
+            mean: &self.mean[range.clone()],
+            variance_of_mean: &self.variance_of_mean[range],
+            samples_per_pixel: self.images,
+        }
+    }
+
+    /// Scores of the differences.
+    pub fn compare(&self, other: &Self) -> Agreement {
+        // A tile is a pixel here. Where nothing but a constant sky is seen, sums differ by their rounding alone.
+        let options = TileOptions {
+            tile_size: 1,
+            relative_tolerance: 1e-5,
+            ..TileOptions::default()
+        };
+        let compare = |range: Range<usize>, width| {
+            let parts = [self, other].map(|ensemble| ensemble.part(range.clone(), width));
+            compare_tiles(&parts[0], &parts[1], &options).unwrap()
+        };
+        let tiles = self.mean.len() - 3;
+        let by_tile = compare(0..tiles, self.across);
+        let whole = compare(tiles..tiles + 3, 1);
+        Agreement {
+            tiles,
+            worst_tile: by_tile.worst().map_or(0.0, |tile| tile.z.abs()),
+            outliers: by_tile.outliers,
+            whole: whole.channels.iter().map(|c| (c.ratio - 1.0, c.z)).collect(),
+        }
+    }
+}
+
+impl Agreement {
+    /// Whether chance explains what was found: with a false-positive rate of at most 3·10⁻⁵, from a tile beyond 5.5 (4·10⁻⁸
+    /// each, of at most 400), four beyond 4 (400 · 6·10⁻⁵ are expected, correlated between channels) or a mean beyond 4.6 (4·10⁻⁶ each).
+    pub fn verdict(&self) -> Result<(), String> {
+        assert!(self.tiles <= 400, "the rate is stated for fewer");
+        let sound =
+            self.worst_tile < 5.5 && self.outliers <= 3 && self.whole.iter().all(|(_, z)| z.abs() < 4.6);
+        if sound { Ok(()) } else { Err(format!("{self:?}")) }
+    }
+}
