@@ -82,6 +82,8 @@ pub enum Method {
     Path,
     /// Direct light only.
     Direct,
+    /// Path tracing by tiles of 16 pixels that share their paths; samples are frames.
+    PathReuse,
     /// Direct light by reuse among pixels and frames; samples are frames.
     RestirDi,
     /// The same, cheaper and biased.
@@ -107,6 +109,7 @@ impl Method {
         match self {
             Self::Path => "path",
             Self::Direct => "direct",
+            Self::PathReuse => "path-reuse",
             Self::RestirDi => "restir-di",
             Self::RestirDiBiased => "restir-di-biased",
             Self::RestirPt => "restir-pt",
@@ -119,9 +122,9 @@ impl Method {
         matches!(self, Self::Direct | Self::RestirDi | Self::RestirDiBiased)
     }
 
-    /// Whether it makes whole frames, with a camera that may move.
-    pub fn has_frames(self) -> bool {
-        !matches!(self, Self::Path | Self::Direct)
+    /// Whether it makes frames with a camera that may move.
+    pub fn has_motion(self) -> bool {
+        !matches!(self, Self::Path | Self::Direct | Self::PathReuse)
     }
 }
 

@@ -5,8 +5,9 @@ use crate::failure::{Failure, one_line};
 use crate::progress::Bar;
 use crate::report::Report;
 use lightshed::integrator::{
-    Budget, CameraMotion, DirectLight, ImageComparison, OutputTarget, PathMapping, PathTracer, RenderOptions,
-    RestirDi, RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render, render_frames,
+    Budget, CameraMotion, DirectLight, ImageComparison, OutputTarget, PathMapping, PathReuse, PathTracer,
+    RenderOptions, RestirDi, RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render,
+    render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
@@ -75,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
     let motion = match arguments.motion {
-        Some(_) if !arguments.method.has_frames() => {
+        Some(_) if !arguments.method.has_motion() => {
             let method = arguments.method.name();
             return Err(Failure::new(format_args!(
                 "--motion has no meaning with --method {method}"
@@ -106,6 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let outcome = match arguments.method {
         Method::Path => render(&PathTracer::new(&scene), &options, &observer, cancel),
         Method::Direct => render(&DirectLight::new(&scene), &options, &observer, cancel),
+        Method::PathReuse => render_frames(&mut PathReuse::new(&scene), &options, &observer, cancel),
         Method::RestirDi | Method::RestirDiBiased => {
             let method = match arguments.method {
                 Method::RestirDi => RestirDi::new(&scene),

@@ -6,6 +6,7 @@
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
 //! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`CameraMotion`], [`RayCounts`] |
+//! | path tracing by tiles that share what is behind their first vertices | [`PathReuse`] |
 //! | direct light by reuse among pixels and frames | [`RestirDi`], [`EndpointSampler`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
@@ -28,6 +29,7 @@ mod metrics;
 mod next_event;
 mod output;
 mod path;
+mod path_reuse;
 mod ray_counts;
 mod ray_tally;
 mod render;
@@ -53,6 +55,7 @@ pub use output::{
     ExrError, ImageFormat, OutputError, OutputTarget, linear_to_srgb, read_exr, write_exr, write_png,
 };
 pub use path::PathTracer;
+pub use path_reuse::PathReuse;
 pub use ray_counts::RayCounts;
 pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,

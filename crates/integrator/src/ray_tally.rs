@@ -9,6 +9,7 @@ pub(crate) enum RayKind {
     Camera,
     Path,
     Emitter,
+    Reconnection,
 }
 
 /// Threads that count without disturbing each other; more share places.
@@ -22,7 +23,7 @@ pub(crate) struct RayTally {
 /// One thread's counters, on cache lines of their own.
 #[derive(Default)]
 #[repr(align(128))]
-struct Shard([AtomicU64; 3]);
+struct Shard([AtomicU64; 4]);
 
 impl Default for RayTally {
     fn default() -> Self {
@@ -42,17 +43,18 @@ impl RayTally {
 
     /// What was counted since the last call.
     pub fn take(&mut self) -> RayCounts {
-        let mut sums = [0; 3];
+        let mut sums = [0; 4];
         for shard in &mut self.shards {
             for (sum, count) in sums.iter_mut().zip(&mut shard.0) {
                 *sum += std::mem::take(count.get_mut());
             }
         }
-        let [camera, path, emitter] = sums;
+        let [camera, path, emitter, reconnection] = sums;
         RayCounts {
             camera,
             path,
             emitter,
+            reconnection,
             ..RayCounts::default()
         }
     }
@@ -70,13 +72,15 @@ mod tests {
         pool.install(|| {
             (0..30_000).into_par_iter().for_each(|i| {
                 tally.add(RayKind::Camera, 1);
-                tally.add([RayKind::Path, RayKind::Emitter][i % 2], i % 2 + 1);
+                let kinds = [RayKind::Path, RayKind::Emitter, RayKind::Reconnection];
+                tally.add(kinds[i % 3], i % 3 + 1);
             });
         });
         let expected = RayCounts {
             camera: 30_000,
-            path: 15_000,
-            emitter: 30_000,
+            path: 10_000,
+            emitter: 20_000,
+            reconnection: 30_000,
             ..RayCounts::default()
         };
         assert_eq!(tally.take(), expected);

@@ -52,7 +52,7 @@ enum Fault {
 #[test]
 fn frames_agree_with_direct_light() {
     let scenes = [
-        ("every emitter", every_emitter(32), 150),
+        ("every emitter", every_emitter(32, 2), 150),
         (
             "cornell-glossy",
             Scene::new(&cornell_without_light(builtin::cornell_glossy(), 24)).unwrap(),

@@ -2,4 +2,5 @@
 
 mod direct;
 mod ensemble;
+mod path_reuse;
 mod scenes;

@@ -40,7 +40,7 @@ fn sphere(center: Vec3, radius: f32, material: u32, emission: Option<f32>) -> Sh
 
 /// Every kind of emitter over a floor with a diffuse, a glossy, a mirror and a plastic sphere: an environment with a bright
 /// spot, a sphere, two triangles, a point, a spot and a direction.
-pub fn every_emitter(side: u32) -> Scene {
+pub fn every_emitter(side: u32, max_depth: u32) -> Scene {
     let diffuse = |r, g, b| Material::Diffuse {
         reflectance: ColorTexture::Constant(Rgb::new(r, g, b)),
     };
@@ -123,7 +123,7 @@ pub fn every_emitter(side: u32) -> Scene {
             }),
         ],
     }
-    .build(side)
+    .build(side, max_depth)
 }
 
 struct SceneBuilder {
@@ -133,14 +133,14 @@ struct SceneBuilder {
 }
 
 impl SceneBuilder {
-    fn build(self, side: u32) -> Scene {
+    fn build(self, side: u32, max_depth: u32) -> Scene {
         // The camera looks along its own +z, with +x on the left of the image and +y at its top.
         let (eye, target) = (Vec3::new(0.0, 2.2, 6.0), Vec3::new(0.0, 0.7, 0.0));
         let forward = (target - eye).normalize();
         let left = Vec3::Y.cross(forward).normalize();
         let to_world =
             Affine3A::from_mat3_translation(Mat3::from_cols(left, forward.cross(left), forward), eye);
-        let description = SceneDescription {
+        let mut description = SceneDescription {
             shapes: self.shapes,
             materials: self.materials,
             emitters: self.emitters,
@@ -151,6 +151,7 @@ impl SceneBuilder {
             },
             ..SceneDescription::default()
         };
+        description.settings.max_depth = Some(max_depth);
         small(description, side)
     }
 }

@@ -51,6 +51,14 @@ impl SurfacePoint {
         offset_along(self.position, self.geometric_normal, self.offset, direction)
     }
 
+    /// The segment that must be free for this point and `other` to see each other: between the two, moved off their surfaces.
+    #[inline]
+    pub fn segment_to(&self, other: &Self) -> Ray {
+        let between = other.position - self.position;
+        let (origin, target) = (self.origin_towards(between), other.origin_towards(-between));
+        Ray::segment(origin, target - origin, 1.0)
+    }
+
     /// The ray from this point in `direction`.
     #[inline(always)]
     pub fn spawn(&self, direction: Vec3) -> Ray {

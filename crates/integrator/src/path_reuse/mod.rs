@@ -1,0 +1,188 @@
+//! Path reuse: the pixels of a tile share the trees of paths behind their first vertices.
+
+mod share;
+mod tree;
+mod walk;
+
+use crate::ray_tally::RayTally;
+use crate::{FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_resampling::{Extent, Pattern};
+use lightshed_scene::{Rgb, Scene};
+use rayon::prelude::*;
+use share::{Sharing, TILE_PIXELS};
+use std::sync::atomic::{AtomicBool, Ordering};
+use tree::Ground;
+use walk::Lengths;
+
+/// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
+///
+/// Each pixel traces a path `x₁ x₂ x₃ …` with an emitter sample at every vertex. Tiles of 16 pixels, one in each row and column
+/// of a square of 16 × 16 (the arrangement of Lin 2022 §6.8.3), connect every `x₁` of theirs with every `x₂`: light behind `x₂`
+/// serves all of them, for one more ray each. With pixel `k`'s contribution `f_k` of the path behind `x₁` and the density `p_j`
+/// with which pixel `j` makes it, in the measure of area at `x₂` and solid angle from there on,
+///
+/// > `I_k = Σ_i f_k(x̄_i) / Σ_j p_j(x̄_i)`,
+///
+/// the balance heuristic over the tile; `p_j` is zero where something stands between `x₁` of pixel `j` and `x₂`. Scattering at `x₂`
+/// is evaluated anew for each pixel. Direct light at `x₁`, and paths by delta lobes at `x₁` or from `x₂` on, are a pixel's own.
+///
+/// The estimate is unbiased and frames are independent; within a frame the pixels of a tile are correlated, which shows.
+///
+/// ```
+/// use lightshed_integrator::{Budget, PathReuse, RenderOptions, render_frames};
+/// use lightshed_scene::{Scene, builtin};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let mut description = builtin::cornell();
+/// (description.settings.width, description.settings.height) = (16, 16);
+/// let scene = Scene::new(&description)?;
+/// let options = RenderOptions::new(16, 16, Budget::Samples(4));
+/// let outcome = render_frames(&mut PathReuse::new(&scene), &options, &|_| (), &AtomicBool::new(false))?;
+/// let rays = outcome.rays.unwrap();
+/// assert!(rays.reconnection > 4 * rays.camera);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct PathReuse<'a> {
+    scene: &'a Scene,
+    lengths: Lengths,
+    tally: RayTally,
+    tiles: Pattern,
+}
+
+/// Side of the squares that tiles are laid out in.
+const SQUARE: usize = TILE_PIXELS;
+
+impl<'a> PathReuse<'a> {
+    /// Paths as long as the scene's settings ask for.
+    pub fn new(scene: &'a Scene) -> Self {
+        let settings = scene.settings();
+        Self {
+            scene,
+            lengths: Lengths {
+                max_depth: settings.max_depth.unwrap_or(u32::MAX),
+                roulette_depth: settings.roulette_depth,
+            },
+            tally: RayTally::default(),
+            tiles: Pattern::rooks_tiles(TILE_PIXELS as u32).expect("a fixed side in range"),
+        }
+    }
+}
+
+impl PathReuse<'_> {
+    fn extent(&self) -> Extent {
+        let settings = self.scene.settings();
+        Extent {
+            width: settings.width,
+            height: settings.height,
+        }
+    }
+
+    /// The pixels of each tile in the squares that start in row `top`, tile after tile, and where tiles end.
+    fn tiles(&self, top: usize) -> (Vec<usize>, Vec<usize>) {
+        let (extent, width) = (self.extent(), self.extent().width as usize);
+        let (first, last) = (top * width, ((top + SQUARE) * width).min(extent.len()));
+        let mut taken = vec![false; last - first];
+        let (mut pixels, mut ends) = (Vec::with_capacity(last - first), Vec::new());
+        // By columns of squares, so that tiles of a square follow each other.
+        for left in (0..width).step_by(SQUARE) {
+            for row in (first..last).step_by(width) {
+                for pixel in row + left..row + width.min(left + SQUARE) {
+                    if std::mem::replace(&mut taken[pixel - first], true) {
+                        continue;
+                    }
+                    pixels.push(pixel);
+                    self.tiles.for_each(extent, pixel, 0, |other| {
+                        taken[other - first] = true;
+                        pixels.push(other);
+                    });
+                    ends.push(pixels.len());
+                }
+            }
+        }
+        (pixels, ends)
+    }
+
+    /// Renders the squares that start in row `top`, into the rows of the image from there on.
+    fn render_band(&self, top: usize, frame: u32, seed: u64, band: &mut [Rgb], cancel: &AtomicBool) {
+        let ground = Ground {
+            scene: self.scene,
+            tally: &self.tally,
+            lengths: self.lengths,
+            width: self.extent().width,
+            frame,
+            seed,
+        };
+        let (pixels, ends) = self.tiles(top);
+        let (mut trees, mut sharing) = (Vec::new(), Sharing::default());
+        band.fill(Rgb::ZERO);
+        let mut start = 0;
+        // As many whole tiles at a time as trees grow together.
+        while start < pixels.len() && !cancel.load(Ordering::Relaxed) {
+            let within = ends.iter().take_while(|&&end| end <= start + MAX_BATCH);
+            let ends: Vec<usize> = within.copied().filter(|&end| end > start).collect();
+            let Some(&end) = ends.last() else { return };
+            ground.grow(&pixels[start..end], &mut trees);
+            let mut rest = trees.as_mut_slice();
+            for tile_end in ends {
+                let (tile, others) = rest.split_at_mut((tile_end - start).min(rest.len()));
+                sharing.share(self.scene, &self.tally, tile);
+                for tree in tile {
+                    band[tree.pixel - top * ground.width as usize] = tree.own;
+                }
+                rest = others;
+                start = tile_end;
+            }
+        }
+    }
+}
+
+impl FrameMethod for PathReuse<'_> {
+    fn size(&self) -> [u32; 2] {
+        [self.extent().width, self.extent().height]
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let rows = SQUARE * self.extent().width as usize;
+        let bands = image.par_chunks_mut(rows).enumerate();
+        let this = &*self;
+        bands.for_each(|(index, band)| this.render_band(index * SQUARE, frame, seed, band, cancel));
+        let counts = self.tally.take();
+        (!cancel.load(Ordering::Relaxed)).then_some(counts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_scene::builtin;
+
+    /// Each pixel belongs to one tile, also where the image ends within a square.
+    #[test]
+    fn tiles_cover_the_image() {
+        for (width, height) in [(16, 16), (37, 21), (1, 1), (5, 40)] {
+            let mut description = builtin::cornell();
+            (description.settings.width, description.settings.height) = (width, height);
+            let scene = Scene::new(&description).unwrap();
+            let method = PathReuse::new(&scene);
+            let mut all = Vec::new();
+            for top in (0..height as usize).step_by(SQUARE) {
+                let (pixels, ends) = method.tiles(top);
+                assert_eq!(ends.last(), Some(&pixels.len()));
+                let mut start = 0;
+                for end in ends {
+                    assert!((start + 1..=start + TILE_PIXELS).contains(&end));
+                    start = end;
+                }
+                all.extend(pixels);
+            }
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..(width * height) as usize));
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! Path reuse against path tracing.
+
+use crate::ensemble::Ensemble;
+use crate::scenes::{cornell_without_light, every_emitter};
+use lightshed_integrator::{PathReuse, PathTracer};
+use lightshed_scene::{Scene, builtin};
+
+/// Paths of up to four edges: everything that is shared, and what lies beyond.
+#[test]
+fn frames_agree_with_path_tracing() {
+    let mut glossy = cornell_without_light(builtin::cornell_glossy(), 24);
+    glossy.settings.max_depth = Some(4);
+    let scenes = [
+        ("cornell-glossy", Scene::new(&glossy).unwrap()),
+        ("every emitter", every_emitter(24, 4)),
+    ];
+    for (name, scene) in scenes {
+        let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 40);
+        let frames = Ensemble::of_chains(|| PathReuse::new(&scene), 1, 200, 1);
+        let agreement = frames.compare(&truth);
+        println!("{name}: {agreement:?}");
+        agreement.verdict().unwrap();
+    }
+}
