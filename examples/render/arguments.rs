@@ -88,6 +88,8 @@ pub enum Method {
     RestirDi,
     /// The same, cheaper and biased.
     RestirDiBiased,
+    /// Indirect light by reuse of the points that send it, biased; direct light as restir-di.
+    RestirGi,
     /// ReSTIR path tracing, one tree a frame, with reuse from the frame before: --spp counts frames.
     RestirPt,
     /// ReSTIR path tracing in independent frames of 32 trees.
@@ -112,6 +114,7 @@ impl Method {
             Self::PathReuse => "path-reuse",
             Self::RestirDi => "restir-di",
             Self::RestirDiBiased => "restir-di-biased",
+            Self::RestirGi => "restir-gi",
             Self::RestirPt => "restir-pt",
             Self::RestirPtOffline => "restir-pt-offline",
         }

@@ -6,7 +6,7 @@ use crate::progress::Bar;
 use crate::report::Report;
 use lightshed::integrator::{
     Budget, CameraMotion, DirectLight, ImageComparison, OutputTarget, PathMapping, PathReuse, PathTracer,
-    RenderOptions, RestirDi, RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render,
+    RenderOptions, RestirDi, RestirGi, RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render,
     render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
@@ -114,6 +114,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 _ => RestirDi::biased(&scene),
             };
             render_frames(&mut method.with_motion(motion), &options, &observer, cancel)
+        }
+        Method::RestirGi => {
+            let mut method = RestirGi::new(&scene).with_motion(motion);
+            render_frames(&mut method, &options, &observer, cancel)
         }
         Method::RestirPt | Method::RestirPtOffline => {
             let mapping = match arguments.shift {

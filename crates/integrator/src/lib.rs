@@ -8,6 +8,7 @@
 //! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`CameraMotion`], [`RayCounts`] |
 //! | path tracing by tiles that share what is behind their first vertices | [`PathReuse`] |
 //! | direct light by reuse among pixels and frames | [`RestirDi`], [`EndpointSampler`] |
+//! | indirect light by reuse, biased, to compare with | [`RestirGi`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
 //! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
@@ -37,6 +38,7 @@ mod restir;
 mod restir_pt;
 mod scene_world;
 mod statistics;
+mod walk;
 
 pub use camera_motion::{CameraMotion, CameraMotionError};
 pub use cpu_time::process_cpu_seconds;
@@ -61,7 +63,7 @@ pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
     SampleId, render,
 };
-pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings};
+pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
 pub use restir_pt::{MAX_CANDIDATES, MAX_ROUNDS, PathMapping, RestirPt, RestirPtError, RestirPtOptions};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;

@@ -2,9 +2,9 @@
 
 mod share;
 mod tree;
-mod walk;
 
 use crate::ray_tally::RayTally;
+use crate::walk::Lengths;
 use crate::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_scene::{Rgb, Scene};
@@ -12,7 +12,6 @@ use rayon::prelude::*;
 use share::{Sharing, TILE_PIXELS};
 use std::sync::atomic::{AtomicBool, Ordering};
 use tree::Ground;
-use walk::Lengths;
 
 /// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
 ///
@@ -55,13 +54,9 @@ const SQUARE: usize = TILE_PIXELS;
 impl<'a> PathReuse<'a> {
     /// Paths as long as the scene's settings ask for.
     pub fn new(scene: &'a Scene) -> Self {
-        let settings = scene.settings();
         Self {
             scene,
-            lengths: Lengths {
-                max_depth: settings.max_depth.unwrap_or(u32::MAX),
-                roulette_depth: settings.roulette_depth,
-            },
+            lengths: Lengths::of(scene),
             tally: RayTally::default(),
             tiles: Pattern::rooks_tiles(TILE_PIXELS as u32).expect("a fixed side in range"),
         }

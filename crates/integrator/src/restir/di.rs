@@ -7,11 +7,12 @@ use super::{Pass, pass_rng, pattern_key};
 use crate::camera_motion::pixel_seeing;
 use crate::next_event::met_emission;
 use crate::ray_tally::{RayKind, RayTally};
+use crate::walk::NOWHERE;
 use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_resampling::{
     Contribution, Extent, Mis, Pattern, PatternError, Reuse, ReuseError, TemporalDomains,
 };
-use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmitterEndpoint, Emitters, Hit, Ray, Rgb, Scene};
 use rayon::prelude::*;
 use std::fmt;
@@ -485,13 +486,6 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         });
     }
 }
-
-/// In unused places of a batch.
-const NOWHERE: Ray = Ray {
-    origin: Vec3::ZERO,
-    direction: Vec3::Z,
-    t_max: 0.0,
-};
 
 /// What a ray by the BSDF may have met.
 #[derive(Clone, Copy, Default)]

@@ -47,7 +47,7 @@ impl From<Option<Primary>> for DirectPixel {
 impl DirectPixel {
     /// Whether reuse between the two promises anything.
     pub fn resembles(&self, other: &Self) -> bool {
-        matches!((&self.0, &other.0), (Some(a), Some(b)) if a.resembles(b))
+        matches!((&self.0, &other.0), (Some(a), Some(b)) if a.outlook().resembles(&b.outlook()))
     }
 }
 

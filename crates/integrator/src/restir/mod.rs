@@ -2,11 +2,14 @@
 
 mod candidates;
 mod di;
+mod gi;
+mod indirect;
 mod light;
 mod primary;
 
 pub use candidates::EndpointSampler;
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};
+pub use gi::RestirGi;
 
 use lightshed_sampling::CounterRng;
 
@@ -17,6 +20,9 @@ enum Pass {
     Bsdf,
     Candidates,
     Temporal,
+    Indirect,
+    IndirectTemporal,
+    IndirectSpatial,
     /// The rounds follow each other.
     Spatial,
 }

@@ -25,12 +25,31 @@ const LEAST_COS_NORMALS: f32 = 0.906;
 /// … and those off the tangent plane by more than a tenth of the distance to the camera.
 const MOST_RELATIVE_DEPTH: f32 = 0.1;
 
+/// As much of a primary surface as decides whether reuse promises anything.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outlook {
+    pub position: Vec3,
+    /// Of shading.
+    pub normal: Vec3,
+    /// From the camera.
+    pub distance: f32,
+}
+
 impl Primary {
+    pub fn outlook(&self) -> Outlook {
+        Outlook {
+            position: self.point.position,
+            normal: self.point.shading.normal,
+            distance: self.distance,
+        }
+    }
+}
+
+impl Outlook {
     /// Whether reuse between the two promises anything. It asks about the surfaces and not about samples: no bias.
     pub fn resembles(&self, other: &Self) -> bool {
-        let normal = self.point.shading.normal;
-        let off_plane = (other.point.position - self.point.position).dot(normal);
-        normal.dot(other.point.shading.normal) >= LEAST_COS_NORMALS
+        let off_plane = (other.position - self.position).dot(self.normal);
+        self.normal.dot(other.normal) >= LEAST_COS_NORMALS
             && off_plane.abs() <= MOST_RELATIVE_DEPTH * self.distance
     }
 }

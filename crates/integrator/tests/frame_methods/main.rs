@@ -2,5 +2,7 @@
 
 mod direct;
 mod ensemble;
+mod hostile;
+mod indirect;
 mod path_reuse;
 mod scenes;

@@ -11,7 +11,7 @@ use lightshed_scene::{Bsdf, Hit, Ray, Rgb, Scene, SurfacePoint};
 const SURVIVAL_CAP: f32 = 0.95;
 
 /// In unused places of a batch.
-pub const NOWHERE: Ray = Ray {
+pub(crate) const NOWHERE: Ray = Ray {
     origin: Vec3::ZERO,
     direction: Vec3::Z,
     t_max: 0.0,
@@ -19,7 +19,7 @@ pub const NOWHERE: Ray = Ray {
 
 /// How long paths are.
 #[derive(Clone, Copy)]
-pub struct Lengths {
+pub(crate) struct Lengths {
     /// Longest path, in edges.
     pub max_depth: u32,
     /// Edges from which on roulette may end a path.
@@ -28,7 +28,7 @@ pub struct Lengths {
 
 /// A path on its way.
 #[derive(Clone)]
-pub struct Walk {
+pub(crate) struct Walk {
     /// Which tree it belongs to.
     pub owner: usize,
     pub rng: CounterRng,
@@ -50,11 +50,22 @@ pub struct Walk {
 }
 
 /// What follows from a vertex.
-pub struct Scattered {
+pub(crate) struct Scattered {
     /// Light from an emitter, times the throughput, if nothing is in between.
     pub shadow: Option<Shadow>,
     /// Whether the walk goes on.
     pub goes_on: bool,
+}
+
+impl Lengths {
+    /// Those that the scene's settings ask for.
+    pub fn of(scene: &Scene) -> Self {
+        let settings = scene.settings();
+        Self {
+            max_depth: settings.max_depth.unwrap_or(u32::MAX),
+            roulette_depth: settings.roulette_depth,
+        }
+    }
 }
 
 impl Walk {
@@ -130,7 +141,7 @@ impl Walk {
 }
 
 /// Traces walks, at most [`MAX_BATCH`], to their ends; `depth` is the number of the edge that is next. `finish` takes each.
-pub fn trace_walks(
+pub(crate) fn trace_walks(
     scene: &Scene,
     tally: &RayTally,
     lengths: Lengths,
@@ -191,7 +202,7 @@ pub fn trace_walks(
 
 /// Traces rays of which only emission matters: `hits` are the nearest emitting surfaces, `occluded` whether something else is
 /// in front of them, or of the environment. Where nothing emits, nothing is traced.
-pub fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<Hit>], occluded: &mut [bool]) {
+pub(crate) fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<Hit>], occluded: &mut [bool]) {
     scene.intersect_emitting_many(rays, hits);
     let everywhere = scene.emitters().environment().is_some();
     let (mut kept, mut places) = (0, [0; MAX_BATCH]);
@@ -218,7 +229,7 @@ pub fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<Hit>], o
 }
 
 /// Hands on the light of those shadows, at most [`MAX_BATCH`], in whose way nothing is.
-pub fn add_unhidden(
+pub(crate) fn add_unhidden(
     scene: &Scene,
     tally: &RayTally,
     shadows: &[(usize, Shadow)],
