@@ -65,12 +65,12 @@ fn open_corner(side: u32) -> Scene {
 #[test]
 fn an_open_corner_has_no_bias() {
     let scene = open_corner(24);
-    let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 40);
-    let frames = Ensemble::of_chains(|| RestirGi::new(&scene), 4, 100, 1);
+    let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 100);
+    let frames = Ensemble::of_chains(|| RestirGi::new(&scene), 3, 500, 1);
     let agreement = frames.compare(&truth);
     println!("{agreement:?}");
     agreement.verdict().unwrap();
     // The control: a tenth of the light is indirect, and its absence would be seen.
-    let direct = Ensemble::of_estimator(&DirectLight::new(&scene), [24, 24], 16, 40);
+    let direct = Ensemble::of_estimator(&DirectLight::new(&scene), [24, 24], 16, 100);
     frames.compare(&direct).verdict().unwrap_err();
 }

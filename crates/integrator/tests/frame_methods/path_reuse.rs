@@ -10,13 +10,17 @@ use lightshed_scene::{Scene, builtin};
 fn frames_agree_with_path_tracing() {
     let mut glossy = cornell_without_light(builtin::cornell_glossy(), 24);
     glossy.settings.max_depth = Some(4);
+    let mut hidden = cornell_without_light(builtin::cornell(), 24);
+    hidden.camera.fov_x = 0.3;
+    hidden.settings.max_depth = Some(3);
     let scenes = [
+        ("cornell", Scene::new(&hidden).unwrap()),
         ("cornell-glossy", Scene::new(&glossy).unwrap()),
         ("every emitter", every_emitter(24, 4)),
     ];
     for (name, scene) in scenes {
-        let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 40);
-        let frames = Ensemble::of_chains(|| PathReuse::new(&scene), 1, 200, 1);
+        let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 60);
+        let frames = Ensemble::of_chains(|| PathReuse::new(&scene), 1, 500, 1);
         let agreement = frames.compare(&truth);
         println!("{name}: {agreement:?}");
         agreement.verdict().unwrap();
