@@ -64,6 +64,9 @@ pub use render::{
     SampleId, render,
 };
 pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
-pub use restir_pt::{MAX_CANDIDATES, MAX_ROUNDS, PathMapping, RestirPt, RestirPtError, RestirPtOptions};
+pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings};
+pub use restir_pt::{
+    MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
+};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;

@@ -2,13 +2,13 @@
 
 mod options;
 
-pub use options::{MAX_CANDIDATES, MAX_ROUNDS, PathMapping, RestirPtError, RestirPtOptions};
+pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
 
 use crate::camera_motion::pixel_seeing;
 use crate::{CameraMotion, FrameMethod, PixelSensor, RayCounts, SceneWorld};
 use lightshed_resampling::{
-    ContributionWeight, DomainReservoir, Extent, Input, Mis, MixtureRis, Pattern, Reservoir, merge,
-    merge_and_integrate,
+    ContributionWeight, DomainReservoir, Extent, Input, Mis, MixtureRis, Pattern, Reservoir, ShiftMapping,
+    merge, merge_and_integrate,
 };
 use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::{Vec2, Vec3};
@@ -36,7 +36,9 @@ type PathReservoir<'a> = DomainReservoir<Domain<'a>>;
 /// confidence cap is finite; frames without are independent.
 ///
 /// Roulette works on the candidates' walks alone, from `roulette_depth` edges on as in the path tracer.
-pub struct RestirPt<'a> {
+/// The shift is [`PathShift`] unless another is given.
+pub struct RestirPt<'a, S = PathShift> {
+    shift: S,
     world: &'a SceneWorld<'a>,
     options: RestirPtOptions,
     connectability: Connectability,
@@ -83,6 +85,7 @@ impl<'a> RestirPt<'a> {
     ) -> Result<Self, RestirPtError> {
         let settings = world.scene().settings();
         Ok(Self {
+            shift: PathShift::default(),
             world,
             options,
             connectability: options.connectability(world.scene())?,
@@ -97,6 +100,26 @@ impl<'a> RestirPt<'a> {
         })
     }
 
+    /// With another shift among the same domains.
+    pub fn with_shift<S>(self, shift: S) -> RestirPt<'a, S> {
+        RestirPt {
+            shift,
+            world: self.world,
+            options: self.options,
+            connectability: self.connectability,
+            pattern: self.pattern,
+            motion: self.motion,
+            size: self.size,
+            domains: self.domains,
+            normals: self.normals,
+            reservoirs: self.reservoirs,
+            scratch: self.scratch,
+            previous: self.previous,
+        }
+    }
+}
+
+impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
     /// Decisions of a pixel in a pass.
     fn rng(&self, seed: u64, frame: u32, pass: Pass, pixel: usize) -> CounterRng {
         let pass = match pass {
@@ -260,7 +283,7 @@ impl<'a> RestirPt<'a> {
                 Input::neighbour(other, &previous.reservoirs[source]),
             ];
             let mut rng = self.rng(seed, frame, Pass::Temporal, pixel);
-            if let Ok(merged) = merge(domain, &PathShift::default(), &inputs, Mis::Balance, &mut rng) {
+            if let Ok(merged) = merge(domain, &self.shift, &inputs, Mis::Balance, &mut rng) {
                 *output = merged.reservoir.with_confidence_cap(cap);
             }
         });
@@ -307,13 +330,13 @@ impl<'a> RestirPt<'a> {
                     }
                 });
                 let mut rng = self.rng(seed, frame, Pass::Spatial(round), pixel);
-                let (shift, mis) = (PathShift::default(), Mis::PAIRWISE_DEFENSIVE);
+                let (shift, mis) = (&self.shift, Mis::PAIRWISE_DEFENSIVE);
                 let merged = if shade {
-                    merge_and_integrate(domain, &shift, inputs, mis, &mut rng, |contribution| {
+                    merge_and_integrate(domain, shift, inputs, mis, &mut rng, |contribution| {
                         *value += contribution.sample.contribution() * contribution.weight as f32;
                     })
                 } else {
-                    merge(domain, &shift, inputs, mis, &mut rng)
+                    merge(domain, shift, inputs, mis, &mut rng)
                 };
                 *output = match merged {
                     Ok(merged) => merged.reservoir.with_confidence_cap(cap),
@@ -343,7 +366,7 @@ fn similar(own: Option<Vec3>, other: Option<Vec3>) -> bool {
     }
 }
 
-impl FrameMethod for RestirPt<'_> {
+impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> FrameMethod for RestirPt<'a, S> {
     fn size(&self) -> [u32; 2] {
         self.size
     }

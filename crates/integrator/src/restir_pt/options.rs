@@ -15,6 +15,23 @@ pub enum PathMapping {
     Hybrid,
 }
 
+/// The pixels that a pixel reuses from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Neighbourhood {
+    /// `count` pixels of a disk of this radius, in pixels, other ones for every pixel and round.
+    Disk {
+        /// In pixels.
+        radius: f32,
+        /// How many; 0 for no reuse.
+        count: u32,
+    },
+    /// All pixels of the square of side `2 · radius + 1`.
+    Window {
+        /// In pixels.
+        radius: u32,
+    },
+}
+
 /// Parameters of [`RestirPt`](crate::RestirPt).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestirPtOptions {
@@ -22,10 +39,8 @@ pub struct RestirPtOptions {
     pub candidates: u32,
     /// Rounds of spatial reuse.
     pub rounds: u32,
-    /// Neighbours in each round.
-    pub neighbours: u32,
-    /// Radius of the disk that they come from, in pixels.
-    pub radius: f32,
+    /// Which neighbours take part in a round.
+    pub neighbourhood: Neighbourhood,
     /// Confidence cap `M_c` of temporal reuse; `None` for independent frames.
     pub temporal_cap: Option<f32>,
     /// Whether the place in the pixel is a path's own, so that a frame has as many as candidates; else it is one for all paths
@@ -90,8 +105,10 @@ impl RestirPtOptions {
         Self {
             candidates: 1,
             rounds: 1,
-            neighbours: 3,
-            radius: 20.0,
+            neighbourhood: Neighbourhood::Disk {
+                radius: 20.0,
+                count: 3,
+            },
             temporal_cap: Some(20.0),
             path_starts_at_sensor: false,
             mapping,
@@ -105,8 +122,10 @@ impl RestirPtOptions {
         Self {
             candidates: 32,
             rounds: 3,
-            neighbours: 6,
-            radius: 10.0,
+            neighbourhood: Neighbourhood::Disk {
+                radius: 10.0,
+                count: 6,
+            },
             temporal_cap: None,
             path_starts_at_sensor: true,
             ..Self::real_time(mapping)
@@ -115,11 +134,13 @@ impl RestirPtOptions {
 
     /// The neighbours; `None` without spatial reuse.
     pub(super) fn pattern(&self) -> Result<Option<Pattern>, RestirPtError> {
-        if self.rounds == 0 || self.neighbours == 0 {
-            return Ok(None);
-        }
-        let pattern = Pattern::disk(self.radius, self.neighbours).map_err(RestirPtError::Pattern)?;
-        Ok(Some(pattern))
+        let pattern = match self.neighbourhood {
+            _ if self.rounds == 0 => return Ok(None),
+            Neighbourhood::Disk { count: 0, .. } => return Ok(None),
+            Neighbourhood::Disk { radius, count } => Pattern::disk(radius, count),
+            Neighbourhood::Window { radius } => Pattern::window(radius),
+        };
+        pattern.map(Some).map_err(RestirPtError::Pattern)
     }
 
     /// The thresholds for a scene.
