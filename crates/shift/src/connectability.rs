@@ -60,6 +60,19 @@ impl Connectability {
         reach: Reach::First,
     };
 
+    /// The reconnection shift for vertices at least `min_distance` apart (in units of the scene). Closer ones, whose geometry
+    /// term is nearly singular, are not shifted.
+    ///
+    /// # Errors
+    /// [`ConnectabilityError::Distance`].
+    pub fn reconnection(min_distance: f32) -> Result<Self, ConnectabilityError> {
+        let hybrid = Self::hybrid(1.0, min_distance)?;
+        Ok(Self {
+            min_distance: hybrid.min_distance,
+            ..Self::RECONNECTION
+        })
+    }
+
     /// The hybrid shift: random replay up to the first connectable pair. `min_roughness` is in units of GGX's `α` (the thesis
     /// uses 0.2), `min_distance` in units of the scene (1–5 % of its size).
     ///

@@ -88,6 +88,13 @@ impl<'w, W: World> PathDomain<'w, W> {
         }
     }
 
+    /// Whether a path of this domain has an image anywhere: false where it could neither be reconnected nor replayed. What
+    /// cannot leave is better summed at home than resampled: the domain then is that of the other paths, its integral the
+    /// rest.
+    pub fn can_leave(&self, sample: &PathSample) -> bool {
+        self.connectability.replays() || sample.anatomy().reconnection.is_some()
+    }
+
     /// The point that all paths start at and the unit direction from there to the viewer, where they are given.
     pub fn first(&self) -> Option<(&W::Vertex, Vec3)> {
         match &self.start {

@@ -236,6 +236,12 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
                         let place = owners[tree];
                         match finding {
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
+                            // What cannot be carried elsewhere is no use to others and would only crowd out what can.
+                            Finding::Path(sample, weight)
+                                if !domains[place].as_ref().is_some_and(|d| d.can_leave(sample)) =>
+                            {
+                                image[place] += sample.contribution() * (weight * share) as f32;
+                            }
                             Finding::Path(sample, weight) => {
                                 let (rng, ris) = &mut streams[place];
                                 let weight = ContributionWeight::<_, f64>::new(weight).unwrap_or_default();

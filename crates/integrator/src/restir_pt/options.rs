@@ -162,16 +162,15 @@ impl RestirPtOptions {
         if !(0.0..=1.0).contains(&self.min_distance) {
             return Err(RestirPtError::Distance(self.min_distance));
         }
-        match self.mapping {
-            PathMapping::Reconnection => Ok(Connectability::RECONNECTION),
-            // Every pair of vertices is connectable: there is nothing to replay.
-            PathMapping::Hybrid if scene.materials().iter().all(is_diffuse) => {
-                Ok(Connectability::RECONNECTION)
-            }
-            PathMapping::Hybrid => {
-                Connectability::hybrid(self.min_roughness, self.min_distance * scene.extent())
-                    .map_err(|_| RestirPtError::Roughness(self.min_roughness))
-            }
+        let min_distance = self.min_distance * scene.extent();
+        // Among diffuse surfaces every pair of vertices is connectable, unless it is too close: there replay gains nothing.
+        let reconnects =
+            self.mapping == PathMapping::Reconnection || scene.materials().iter().all(is_diffuse);
+        if reconnects {
+            Connectability::reconnection(min_distance).map_err(|_| RestirPtError::Distance(self.min_distance))
+        } else {
+            Connectability::hybrid(self.min_roughness, min_distance)
+                .map_err(|_| RestirPtError::Roughness(self.min_roughness))
         }
     }
 }
