@@ -21,6 +21,9 @@ pub struct TreeTracer<W: World> {
     /// The trees that are still on their way, and where they have come to.
     places: Vec<usize>,
     vertices: Vec<Option<W::Vertex>>,
+    /// Where they came from: places in the vertices before.
+    origins: Vec<usize>,
+    before: Vec<Option<W::Vertex>>,
     next_places: Vec<usize>,
     rays: Vec<W::Ray>,
     pending: Vec<(usize, Candidate)>,
@@ -45,6 +48,8 @@ impl<W: World> TreeTracer<W> {
             walks: Vec::new(),
             places: Vec::new(),
             vertices: Vec::new(),
+            origins: Vec::new(),
+            before: Vec::new(),
             next_places: Vec::new(),
             rays: Vec::new(),
             pending: Vec::new(),
@@ -75,9 +80,16 @@ impl<W: World> TreeTracer<W> {
                 }
             }
             std::mem::swap(&mut self.places, &mut self.next_places);
+            std::mem::swap(&mut self.vertices, &mut self.before);
             self.follow(world, RayKind::Path);
-            for (&tree, vertex) in self.places.iter().zip(&self.vertices) {
-                if let Some((sample, weight)) = self.walks[tree].arrive(trees[tree].0, vertex.as_ref()) {
+            let arrivals = self.places.iter().zip(&self.origins).zip(&self.vertices);
+            for ((&tree, &origin), vertex) in arrivals {
+                let Some(before) = &self.before[origin] else {
+                    continue;
+                };
+                let (walk, domain) = (&mut self.walks[tree], trees[tree].0);
+                walk.settle(domain, before, vertex.as_ref());
+                if let Some((sample, weight)) = walk.arrive(domain, before, vertex.as_ref()) {
                     visit(tree, Finding::Path(&sample, weight));
                 }
             }
@@ -131,7 +143,8 @@ impl<W: World> TreeTracer<W> {
         self.pending_rays.clear();
         self.next_places.clear();
         self.rays.clear();
-        for (&tree, vertex) in self.places.iter().zip(&self.vertices) {
+        self.origins.clear();
+        for (place, (&tree, vertex)) in self.places.iter().zip(&self.vertices).enumerate() {
             let (walk, domain) = (&mut self.walks[tree], trees[tree].0);
             let Some(vertex) = vertex.as_ref().filter(|_| walk.index() < domain.max_length) else {
                 continue;
@@ -143,6 +156,7 @@ impl<W: World> TreeTracer<W> {
             if let Some(ray) = walk.scatter(domain, vertex, self.roulette_from) {
                 self.rays.push(ray);
                 self.next_places.push(tree);
+                self.origins.push(place);
             }
         }
     }

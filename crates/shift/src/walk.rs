@@ -11,6 +11,10 @@ use lightshed_sampling::{Density, PathSeed, SolidAngle, power_heuristic};
 struct Departure<S> {
     site: S,
     position: Vec3,
+    /// Direction to the viewer there.
+    wo: Vec3,
+    /// The path's throughput before it was scattered there.
+    throughput: Vec3,
     direction: Vec3,
     lobe: u8,
     roughness: f32,
@@ -30,11 +34,16 @@ struct Found {
     density: f32,
 }
 
-/// A connectable pair of the vertex before with the current one, by all but the current one's lobe.
+/// A connectable pair of the vertex before with the current one, by all but the current one's lobe; as a shift sees it: by the
+/// two positions, not by the direction that led from one to the other, which differs by the rays' offsets.
+#[derive(Clone, Copy)]
 struct Pair {
+    direction: Vec3,
+    lobe_before: u8,
     /// `p(x_m)` in area measure.
     density_area: f32,
-    lobe_before: u8,
+    /// `Π f / p` over all vertices but the current one.
+    throughput: Vec3,
 }
 
 /// A path `x₁ … x_m` of a tree.
@@ -50,6 +59,7 @@ pub(crate) struct Walk<W: World> {
     /// One over the probability of having survived roulette.
     weight: f64,
     departure: Option<Departure<W::Site>>,
+    pair: Option<Pair>,
     found: Option<Found>,
     /// From the first vertex to the viewer.
     wo: Vec3,
@@ -77,6 +87,7 @@ impl<W: World> Walk<W> {
             suffix: Vec3::ONE,
             weight: 1.0,
             departure: None,
+            pair: None,
             found: None,
             wo: Vec3::ZERO,
         }
@@ -102,20 +113,37 @@ impl<W: World> Walk<W> {
         }
     }
 
-    /// Whether the vertex before and `vertex` may be reconnected, as far as the former's lobe and the distance say.
-    fn pair(&self, domain: &PathDomain<'_, W>, vertex: &W::Vertex) -> Option<Pair> {
-        let rules = &domain.connectability;
+    /// Takes in that the path has come from `before` to `vertex`: whether they may be reconnected, as far as the former's lobe
+    /// and the distance say.
+    pub fn settle(&mut self, domain: &PathDomain<'_, W>, before: &W::Vertex, vertex: Option<&W::Vertex>) {
+        self.pair = self.connectable(domain, before, vertex);
+    }
+
+    fn connectable(
+        &self,
+        domain: &PathDomain<'_, W>,
+        before: &W::Vertex,
+        vertex: Option<&W::Vertex>,
+    ) -> Option<Pair> {
+        let (rules, world) = (&domain.connectability, domain.world);
         let departure = self.departure.as_ref().filter(|departure| {
             self.found.is_none() && rules.reaches(self.index) && rules.rough(departure.roughness)
         })?;
-        let position = domain.world.position(vertex);
+        let vertex = vertex?;
+        let position = world.position(vertex);
         let d = position - departure.position;
+        if !rules.far(position, d) {
+            return None;
+        }
         let squared = d.length_squared();
-        // By the positions, which the shift will see, rather than by the direction that led from one to the other.
-        let cos_theta = domain.world.geometric_normal(vertex).dot(d) / squared.sqrt();
-        rules.far(position, d).then(|| Pair {
-            density_area: departure.pdf.to_area(squared, cos_theta).value(),
+        let direction = d / squared.sqrt();
+        let scattering = world.evaluate_lobe(before, departure.wo, direction, departure.lobe);
+        let cos_theta = world.geometric_normal(vertex).dot(d) / squared.sqrt();
+        Some(Pair {
+            direction,
             lobe_before: departure.lobe,
+            density_area: scattering.pdf.to_area(squared, cos_theta).value(),
+            throughput: departure.throughput * scattering.weight(),
         })
     }
 
@@ -149,10 +177,7 @@ impl<W: World> Walk<W> {
             let mut sample = self.reconnecting(length, Technique::Emitter, found);
             sample.radiance = (self.suffix * here).to_array();
             sample
-        } else if let Some(pair) = self
-            .pair(domain, vertex)
-            .filter(|_| rules.rough(world.max_roughness(vertex)))
-        {
+        } else if let Some(pair) = self.pair.filter(|_| rules.rough(world.max_roughness(vertex))) {
             let anchor = Anchor::Vertex {
                 place: world.place(vertex),
                 incident: pack_direction(connection.direction),
@@ -165,9 +190,9 @@ impl<W: World> Walk<W> {
             sample.emitter_pdf = other.value();
             // Evaluated for the direction as it is stored.
             let stored = unpack_direction(pack_direction(connection.direction));
-            let scattering = world.evaluate(vertex, self.view(), stored);
+            let scattering = world.evaluate(vertex, -pair.direction, stored);
             let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
-            return self.pending(sample, here, connection.ray);
+            return self.pending(sample, pair.throughput * here, connection.ray);
         } else if rules.reaches(length)
             && rules.rough(world.max_roughness(vertex))
             && far_enough(domain, vertex, &endpoint)
@@ -180,12 +205,11 @@ impl<W: World> Walk<W> {
         } else {
             self.replayed(length, Technique::Emitter)
         };
-        self.pending(sample, here, connection.ray)
+        self.pending(sample, self.throughput * here, connection.ray)
     }
 
-    /// A candidate whose contribution is `throughput · here`.
-    fn pending(&self, mut sample: PathSample, here: Vec3, ray: W::Ray) -> Option<Pending<W::Ray>> {
-        let contribution = self.throughput * here;
+    /// A candidate, if it contributes anything.
+    fn pending(&self, mut sample: PathSample, contribution: Vec3, ray: W::Ray) -> Option<Pending<W::Ray>> {
         if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
             return None;
         }
@@ -206,11 +230,11 @@ impl<W: World> Walk<W> {
         let numbers = self.numbers.scatter(self.index);
         let mut sampled = world.sample_lobe(vertex, wo, numbers.lobe, numbers.direction)?;
         let roughness = world.lobe_roughness(vertex, sampled.lobe);
-        let pair = self
-            .pair(domain, vertex)
-            .filter(|_| domain.connectability.rough(roughness));
+        let pair = self.pair.filter(|_| domain.connectability.rough(roughness));
         let reconnects = pair.is_some();
         if let Some(pair) = pair {
+            let wo = -pair.direction;
+            self.throughput = pair.throughput;
             // From here on the direction is the stored one.
             let incident = pack_direction(sampled.wi);
             let wi = unpack_direction(incident);
@@ -231,6 +255,7 @@ impl<W: World> Walk<W> {
             });
         }
         let weight = sampled.scattering.weight();
+        let throughput = self.throughput;
         self.throughput *= weight;
         if self.found.is_some() && !reconnects {
             self.suffix *= weight;
@@ -249,6 +274,8 @@ impl<W: World> Walk<W> {
         self.departure = Some(Departure {
             site: world.site(vertex),
             position: world.position(vertex),
+            wo,
+            throughput,
             direction: sampled.wi,
             lobe: sampled.lobe,
             roughness,
@@ -260,8 +287,14 @@ impl<W: World> Walk<W> {
         Some(world.ray(vertex, sampled.wi))
     }
 
-    /// The path that ends where the current ray has arrived: at `vertex`, or at infinity. `None` if nothing is emitted there.
-    pub fn arrive(&self, domain: &PathDomain<'_, W>, vertex: Option<&W::Vertex>) -> Option<Candidate> {
+    /// The path that ends where the current ray has arrived from `before`: at `vertex`, or at infinity. `None` if nothing is
+    /// emitted there.
+    pub fn arrive(
+        &self,
+        domain: &PathDomain<'_, W>,
+        before: &W::Vertex,
+        vertex: Option<&W::Vertex>,
+    ) -> Option<Candidate> {
         let world = domain.world;
         let departure = self.departure.as_ref()?;
         let radiance = match vertex {
@@ -279,54 +312,48 @@ impl<W: World> Walk<W> {
         let omega = scattering_weight(departure.total_pdf, emitter_pdf);
         let rules = &domain.connectability;
         let length = self.index;
-        let mut sample = if let Some(found) = &self.found {
-            let mut sample = self.reconnecting(length, Technique::Scattering, found);
-            if found.index + 1 == length {
-                sample.radiance = radiance.to_array();
-                sample.emitter_pdf = emitter_pdf.value();
-            } else {
-                sample.radiance = (self.suffix * radiance * omega).to_array();
+        let rough = rules.reaches(length) && rules.rough(departure.roughness);
+        let (mut sample, contribution) = match (&self.found, &self.pair, vertex) {
+            (Some(found), _, _) => {
+                let mut sample = self.reconnecting(length, Technique::Scattering, found);
+                if found.index + 1 == length {
+                    sample.radiance = radiance.to_array();
+                    sample.emitter_pdf = emitter_pdf.value();
+                } else {
+                    sample.radiance = (self.suffix * radiance * omega).to_array();
+                }
+                (sample, self.throughput * radiance * omega)
             }
-            sample
-        } else if rules.reaches(length) && rules.rough(departure.roughness) {
-            let (endpoint, density) = match vertex {
-                Some(vertex) => {
-                    let position = world.position(vertex);
-                    let d = position - departure.position;
-                    let squared = d.length_squared();
-                    let cos_theta = world.geometric_normal(vertex).dot(d) / squared.sqrt();
-                    let density = departure.pdf.to_area(squared, cos_theta).value();
-                    let endpoint = Endpoint::Surface(world.place(vertex));
-                    (rules.far(position, d).then_some(endpoint), density)
-                }
-                None => {
-                    let endpoint = Endpoint::Direction(departure.direction);
-                    (Some(endpoint), departure.pdf.value())
-                }
-            };
-            match endpoint {
-                Some(endpoint) => {
-                    let mut sample = PathSample::new(
-                        self.seed,
-                        length,
-                        Technique::Scattering,
-                        (length, Anchor::Emitter(endpoint)),
-                        [departure.lobe, 0],
-                    );
-                    sample.density = density;
-                    sample
-                }
-                None => self.replayed(length, Technique::Scattering),
+            (None, Some(pair), Some(vertex)) => {
+                let total_pdf = world.evaluate(before, departure.wo, pair.direction).pdf;
+                let omega = scattering_weight(total_pdf, emitter_pdf);
+                let endpoint = Endpoint::Surface(world.place(vertex));
+                let sample = self.ending(length, endpoint, departure.lobe, pair.density_area);
+                (sample, pair.throughput * radiance * omega)
             }
-        } else {
-            self.replayed(length, Technique::Scattering)
+            (None, _, None) if rough => {
+                let endpoint = Endpoint::Direction(departure.direction);
+                let sample = self.ending(length, endpoint, departure.lobe, departure.pdf.value());
+                (sample, self.throughput * radiance * omega)
+            }
+            _ => {
+                let sample = self.replayed(length, Technique::Scattering);
+                (sample, self.throughput * radiance * omega)
+            }
         };
-        let contribution = self.throughput * radiance * omega;
         if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
             return None;
         }
         sample.contribution = contribution.to_array();
         Some((sample, self.weight))
+    }
+
+    /// A path that reconnects to the emitter it has met.
+    fn ending(&self, length: u32, endpoint: Endpoint, lobe: u8, density: f32) -> PathSample {
+        let anchor = (length, Anchor::Emitter(endpoint));
+        let mut sample = PathSample::new(self.seed, length, Technique::Scattering, anchor, [lobe, 0]);
+        sample.density = density;
+        sample
     }
 
     /// A path of all replay.

@@ -110,9 +110,8 @@ fn case<'w>(world: &SceneWorld<'_>, x: &PathSample, from: &Domain<'w>, to: &Doma
     })
 }
 
-/// Relative deviation over [`Case::condition`] that single precision explains: vertices are known to some 2⁻²², rays start 2⁻¹⁸
-/// off their surfaces, and densities of lobes of `α = 0.05` multiply what directions are off by 20.
-const ENVELOPE: f64 = 4e-4;
+/// Relative deviation over [`Case::condition`] that single precision explains.
+const ENVELOPE: f64 = 1e-4;
 
 #[test]
 fn determinants_are_those_of_finite_differences() {
