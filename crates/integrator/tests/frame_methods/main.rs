@@ -5,4 +5,5 @@ mod ensemble;
 mod hostile;
 mod indirect;
 mod path_reuse;
+mod restir_pt;
 mod scenes;
