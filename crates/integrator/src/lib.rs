@@ -64,7 +64,6 @@ pub use render::{
     SampleId, render,
 };
 pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
-pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings};
 pub use restir_pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };
