@@ -14,7 +14,9 @@ mod material;
 mod scene;
 mod texture;
 
-pub use accel::{Accelerator, AcceleratorKind, BuildQuality, Hit, Ray, Sphere, intersect_triangle};
+pub use accel::{
+    Accelerator, AcceleratorKind, BuildQuality, Hit, HitBatch, Ray, RayBatch, Sphere, intersect_triangle,
+};
 pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE};
 pub use color::{Rgb, luminance};
 pub use description::{

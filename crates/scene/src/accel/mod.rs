@@ -5,8 +5,10 @@
 //! own, with eight full-precision boxes a node and eight triangles a leaf tested at once. The default is what
 //! `docs/performance.md` shows to be the fastest.
 
+mod batch;
+mod block;
+mod flat;
 mod ray;
-mod simd;
 mod sphere;
 mod stack;
 mod triangle;
@@ -15,11 +17,12 @@ mod wide;
 #[cfg(test)]
 mod tests;
 
+pub use batch::{HitBatch, RayBatch};
 pub use ray::{Hit, Ray};
-pub(crate) use simd::prefetch;
 pub use sphere::Sphere;
 pub use triangle::intersect_triangle;
 
+use flat::Flat;
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -32,7 +35,7 @@ use wide::{Primitives, WideBvh};
 /// Which tree rays are traced through.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AcceleratorKind {
-    /// This crate's eight-wide tree.
+    /// This crate's eight-wide tree; for some dozens of triangles, none at all.
     #[default]
     Wide,
     /// obvhs' binary tree.
@@ -55,6 +58,7 @@ pub enum BuildQuality {
 
 enum Tree {
     Wide(WideBvh),
+    Flat(Flat),
     Bvh2(Bvh2),
     Cwbvh(CwBvh),
     Empty,
@@ -99,6 +103,7 @@ impl Accelerator {
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect(ray),
+            Tree::Flat(flat) => flat.intersect(ray),
             Tree::Bvh2(bvh) => self.nearest_by_obvhs(ray, &bvh.primitive_indices, |ray, test| {
                 bvh.ray_traverse(ray, &mut RayHit::none(), test);
             }),
@@ -114,6 +119,7 @@ impl Accelerator {
     pub fn occluded(&self, ray: &Ray) -> bool {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded(ray),
+            Tree::Flat(flat) => flat.occluded(ray),
             Tree::Bvh2(bvh) => {
                 !bvh.ray_traverse_miss(to_obvhs(ray).0, self.obvhs_test(ray, &bvh.primitive_indices))
             }
@@ -129,6 +135,19 @@ impl Accelerator {
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect_many(rays, hits),
+            Tree::Flat(flat) => {
+                let (mut batch, mut found) = (RayBatch::NOWHERE, HitBatch::NONE);
+                for (rays, hits) in rays
+                    .chunks(RayBatch::CAPACITY)
+                    .zip(hits.chunks_mut(RayBatch::CAPACITY))
+                {
+                    batch.fill(rays);
+                    flat.intersect_batch(&batch, rays.len(), &mut found);
+                    for (index, hit) in hits.iter_mut().enumerate().take(rays.len()) {
+                        *hit = found.get(index);
+                    }
+                }
+            }
             _ => rays
                 .iter()
                 .zip(hits)
@@ -142,6 +161,19 @@ impl Accelerator {
     pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded_many(rays, occluded),
+            Tree::Flat(flat) => {
+                let mut batch = RayBatch::NOWHERE;
+                for (rays, occluded) in rays
+                    .chunks(RayBatch::CAPACITY)
+                    .zip(occluded.chunks_mut(RayBatch::CAPACITY))
+                {
+                    batch.fill(rays);
+                    let bits = flat.occluded_batch(&batch, rays.len());
+                    for (index, occluded) in occluded.iter_mut().enumerate().take(rays.len()) {
+                        *occluded = bits >> index & 1 == 1;
+                    }
+                }
+            }
             _ => rays
                 .iter()
                 .zip(occluded)
@@ -149,10 +181,37 @@ impl Accelerator {
         }
     }
 
-    /// Bytes of the eight-wide tree with its copies of the triangles; 0 for the others.
+    /// The nearest hit of each of the first `count` rays of a batch, as [`Accelerator::intersect`] finds it.
+    #[inline]
+    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
+        match &self.tree {
+            Tree::Wide(bvh) => bvh.intersect_batch(rays, count, hits),
+            Tree::Flat(flat) => flat.intersect_batch(rays, count, hits),
+            _ => {
+                for index in 0..count.min(RayBatch::CAPACITY) {
+                    hits.set(index, self.intersect(&rays.get(index)));
+                }
+            }
+        }
+    }
+
+    /// Whether anything lies in the segments of each of the first `count` rays of a batch: bit `i` for ray `i`.
+    #[inline]
+    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
+        match &self.tree {
+            Tree::Wide(bvh) => bvh.occluded_batch(rays, count),
+            Tree::Flat(flat) => flat.occluded_batch(rays, count),
+            _ => (0..count.min(RayBatch::CAPACITY)).fold(0, |occluded, index| {
+                occluded | u64::from(self.occluded(&rays.get(index))) << index
+            }),
+        }
+    }
+
+    /// Bytes of what rays of the kind `Wide` are traced through, copies of the triangles included; 0 for the others.
     pub fn wide_bytes(&self) -> usize {
         match &self.tree {
             Tree::Wide(bvh) => bvh.bytes(),
+            Tree::Flat(flat) => flat.bytes(),
             _ => 0,
         }
     }
@@ -243,6 +302,11 @@ fn build_tree(
     let mut time = Duration::ZERO;
     match kind {
         AcceleratorKind::Wide => {
+            if spheres.is_empty()
+                && let Some(flat) = Flat::build(triangles)
+            {
+                return Tree::Flat(flat);
+            }
             let binary = build_bvh2(&boxes, params(1), &mut time);
             Tree::Wide(wide::build(&binary, &boxes, &Primitives { triangles, spheres }))
         }

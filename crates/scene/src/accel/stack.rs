@@ -1,11 +1,11 @@
 //! The traversal's stack: fixed, uninitialised until written, filled eight entries at a time.
 //!
-//! One of the crate's two modules with `unsafe` code: clearing the stacks of the rays in flight for every batch took 4 %
+//! The crate's only module with `unsafe` code: clearing the stacks of the rays in flight for every batch took 4 %
 //! of a render of the Cornell box.
 #![allow(unsafe_code)]
 
-use super::simd::Lanes;
 use core::mem::MaybeUninit;
+use lightshed_lanes::Lanes;
 
 /// Entries that a traversal may hold at once.
 pub const STACK_CAPACITY: usize = 256;

@@ -139,7 +139,7 @@ impl Scene {
     #[inline]
     pub fn prefetch_surface(&self, hit: &Hit) {
         if let Some(triangle) = self.triangles.get(hit.primitive as usize) {
-            crate::accel::prefetch(triangle);
+            lightshed_lanes::prefetch(triangle);
         }
     }
 

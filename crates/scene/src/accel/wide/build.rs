@@ -12,8 +12,9 @@
 //! with `A` the surface area of the box: the dynamic programme of Ylitie, Karras and Laine 2017, *Efficient
 //! Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, §3.1, with this tree's own leaf costs.
 
-use super::node::{Child, ChildKind, Node, TriangleBlock};
+use super::node::{Child, ChildKind, Node};
 use super::{Primitives, WideBvh};
+use crate::accel::block::TriangleBlock;
 use crate::accel::stack::STACK_CAPACITY;
 use glam::Vec3;
 use obvhs::aabb::Aabb;

@@ -7,7 +7,8 @@ mod traverse;
 pub use build::build;
 
 use super::sphere::Sphere;
-use node::{Node, TriangleBlock};
+use super::block::TriangleBlock;
+use node::Node;
 
 /// What a tree is built over.
 pub struct Primitives<'a> {
@@ -25,7 +26,7 @@ pub struct WideBvh {
     spheres: Vec<Sphere>,
     /// Primitive index of the first sphere.
     first_sphere: u32,
-    lanes: super::simd::LaneChoice,
+    lanes: lightshed_lanes::LaneChoice,
 }
 
 impl WideBvh {
@@ -40,7 +41,7 @@ impl WideBvh {
             blocks,
             spheres,
             first_sphere,
-            lanes: super::simd::LaneChoice::best(),
+            lanes: lightshed_lanes::LaneChoice::best(),
         }
     }
 
@@ -52,7 +53,7 @@ impl WideBvh {
     /// The same tree on the lanes of the specification.
     #[cfg(test)]
     pub fn on_array_lanes(mut self) -> Self {
-        self.lanes = super::simd::LaneChoice::Array;
+        self.lanes = lightshed_lanes::LaneChoice::ARRAY;
         self
     }
 }

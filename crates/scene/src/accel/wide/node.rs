@@ -1,4 +1,4 @@
-//! Nodes and leaves of the eight-wide tree.
+//! Nodes of the eight-wide tree.
 
 use glam::Vec3;
 
@@ -81,35 +81,5 @@ impl Node {
             self.bounds[3 + axis][slot] = max[axis];
         }
         self.children[slot] = child;
-    }
-}
-
-/// Up to eight triangles, one row of eight a coordinate: `vertices[v][axis][lane]`.
-#[derive(Clone, Debug)]
-#[repr(C, align(32))]
-pub struct TriangleBlock {
-    pub vertices: [[[f32; 8]; 3]; 3],
-    /// Index of the triangle in the order that the tree was built from.
-    pub primitives: [u32; 8],
-}
-
-const _: () = assert!(size_of::<TriangleBlock>() == 320);
-
-impl TriangleBlock {
-    /// A block of the given triangles (at most eight). Unused lanes hold a point at NaN, which no ray hits.
-    pub fn new(triangles: impl IntoIterator<Item = (u32, [Vec3; 3])>) -> Self {
-        let mut block = Self {
-            vertices: [[[f32::NAN; 8]; 3]; 3],
-            primitives: [u32::MAX; 8],
-        };
-        for (lane, (primitive, corners)) in triangles.into_iter().enumerate() {
-            block.primitives[lane] = primitive;
-            for (v, corner) in corners.iter().enumerate() {
-                for axis in 0..3 {
-                    block.vertices[v][axis][lane] = corner[axis];
-                }
-            }
-        }
-        block
     }
 }

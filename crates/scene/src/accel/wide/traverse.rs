@@ -1,11 +1,7 @@
 //! Rays through the eight-wide tree.
 //!
 //! Boxes are tested by slabs whose far ends are widened by the test's own rounding error (Ize 2013, *Robust BVH Ray
-//! Traversal*), triangles by signed areas in a space sheared along the ray (Woop, Benthin and Wald 2013, *Watertight
-//! Ray/Triangle Intersection*). The signed area of an edge is `a·b − c·d`, each product rounded once: rounding is
-//! monotonic, so the computed sign is never opposite to that of the exact value, only zero in its place; zero counts
-//! as inside. An edge seen from its two triangles has areas that differ in sign alone. So no ray passes between two
-//! triangles that share an edge or a vertex bit for bit.
+//! Traversal*), triangles as [`crate::accel::block`] says.
 //!
 //! A ray visits few nodes, and each visit waits: for the node to come from memory, for the chain of operations on it, for
 //! a branch that cannot be predicted. So several rays are in flight at once, a step of each in turn ([`IN_FLIGHT`]), the
@@ -13,11 +9,13 @@
 //! A ray's own steps do not depend on its neighbours: its result is the same, bit for bit, in any company.
 
 use super::WideBvh;
-use super::node::{Child, ChildKind, Node, TriangleBlock};
-use crate::accel::simd::{LaneKernel, Lanes, flip_mask, prefetch_line};
+use super::node::{Child, ChildKind, Node};
+use crate::accel::batch::{HitBatch, RayBatch};
+use crate::accel::block::{Nearest, TriangleBlock, TriangleRay};
 use crate::accel::stack::{Stack, StackMemory};
 use crate::accel::{Hit, Ray};
 use core::marker::PhantomData;
+use lightshed_lanes::{LaneKernel, LaneMask, Lanes, flip_mask, prefetch_line};
 
 /// `1 + 2γ(3)`, rounded up: how far the slab test's far end may be off (Ize 2013 §3).
 const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
@@ -28,7 +26,7 @@ const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 /// inline into a caller with other instructions than the crate's, and a call for every operation is the end of speed.
 #[derive(Clone, Copy)]
 struct RayConstants {
-    origin: [f32; 3],
+    triangle: TriangleRay,
     inverse_direction: [f32; 3],
     /// Row of the node's bounds in which the ray enters, and in which it leaves, along each axis.
     near_row: [usize; 3],
@@ -36,57 +34,31 @@ struct RayConstants {
     /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by where the children
     /// lie (see [`Node`]), so that far ones come first and the nearest is on top.
     flip: u32,
-    /// Axes permuted so that the last is the one along which the direction is longest.
-    axes: [usize; 3],
-    /// Shear `d[kx] / d[kz]`, `d[ky] / d[kz]`, and `1 / d[kz]`.
-    shear: [f32; 3],
-}
-
-/// A triangle's corner relative to the ray, sheared so that the ray runs along the last axis.
-struct Sheared<L> {
-    x: L,
-    y: L,
-    z: L,
 }
 
 impl RayConstants {
     #[inline(always)]
     fn new(ray: &Ray) -> Self {
-        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let magnitude = [d[0].abs(), d[1].abs(), d[2].abs()];
-        let kz = if magnitude[0] > magnitude[1] {
-            if magnitude[0] > magnitude[2] { 0 } else { 2 }
-        } else if magnitude[1] > magnitude[2] {
-            1
-        } else {
-            2
-        };
-        const NEXT: [usize; 3] = [1, 2, 0];
-        let kx = NEXT[kz];
-        let ky = NEXT[kx];
-        let inverse = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
-        let inverse_z = inverse[kz];
+        let d = ray.direction.to_array();
+        let inverse_direction = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let backwards = [
             3 * usize::from(d[0].is_sign_negative()),
             3 * usize::from(d[1].is_sign_negative()),
             3 * usize::from(d[2].is_sign_negative()),
         ];
         Self {
-            origin: o,
-            inverse_direction: inverse,
+            triangle: TriangleRay::new(ray, inverse_direction),
+            inverse_direction,
             near_row: [backwards[0], 1 + backwards[1], 2 + backwards[2]],
             far_row: [3 - backwards[0], 4 - backwards[1], 5 - backwards[2]],
             flip: 7 ^ (backwards[0] / 3 + backwards[1] / 3 * 2 + backwards[2] / 3 * 4) as u32,
-            axes: [kx, ky, kz],
-            shear: [d[kx] * inverse_z, d[ky] * inverse_z, inverse_z],
         }
     }
 
     /// Ray parameter at which the planes of `row` along `axis` are met.
     #[inline(always)]
     fn slab<L: Lanes>(&self, node: &Node, axis: usize, row: usize) -> L {
-        let from_origin = L::load(&node.bounds[row]).sub(L::splat(self.origin[axis]));
-        from_origin.mul(L::splat(self.inverse_direction[axis]))
+        (L::load(&node.bounds[row]) - L::splat(self.triangle.origin[axis])) * L::splat(self.inverse_direction[axis])
     }
 
     /// Where the ray enters each child's box, and in which it does before `t_max`.
@@ -99,53 +71,58 @@ impl RayConstants {
         let far = self.slab::<L>(node, 2, self.far_row[2]).min(t_max);
         let far = self.slab::<L>(node, 1, self.far_row[1]).min(far);
         let far = self.slab::<L>(node, 0, self.far_row[0]).min(far);
-        (near, near.less_equal(far.mul(L::splat(FAR_WIDENING))))
-    }
-
-    #[inline(always)]
-    fn corner<L: Lanes>(&self, corner: &[[f32; 8]; 3]) -> Sheared<L> {
-        let [kx, ky, kz] = self.axes;
-        let z = L::load(&corner[kz]).sub(L::splat(self.origin[kz]));
-        let x = L::load(&corner[kx])
-            .sub(L::splat(self.origin[kx]))
-            .sub(L::splat(self.shear[0]).mul(z));
-        let y = L::load(&corner[ky])
-            .sub(L::splat(self.origin[ky]))
-            .sub(L::splat(self.shear[1]).mul(z));
-        Sheared { x, y, z }
-    }
-
-    /// Ray parameter, weights of the first and second vertex, and the triangles hit within `(0, t_max)`.
-    #[inline(always)]
-    fn triangles<L: Lanes>(&self, block: &TriangleBlock, t_max: L) -> (L, L, L, u32) {
-        let a = self.corner::<L>(&block.vertices[0]);
-        let b = self.corner::<L>(&block.vertices[1]);
-        let c = self.corner::<L>(&block.vertices[2]);
-        // Products rounded on their own, never fused: the antisymmetry of the areas rests on it.
-        let area_a = c.x.mul(b.y).sub(c.y.mul(b.x));
-        let area_b = a.x.mul(c.y).sub(a.y.mul(c.x));
-        let area_c = b.x.mul(a.y).sub(b.y.mul(a.x));
-        let zero = L::splat(0.0);
-        let least = area_a.min(area_b.min(area_c));
-        let greatest = area_a.max(area_b.max(area_c));
-        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
-        // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below, which no
-        // comparison passes.
-        let inverse_determinant = L::splat(1.0).div(area_a.add(area_b.add(area_c)));
-        let z = area_a.mul(a.z).add(area_b.mul(b.z).add(area_c.mul(c.z)));
-        let t = z.mul(L::splat(self.shear[2])).mul(inverse_determinant);
-        let hit = one_sign & zero.less(t) & t.less(t_max);
-        (
-            t,
-            area_a.mul(inverse_determinant),
-            area_b.mul(inverse_determinant),
-            hit,
-        )
+        (near, near.less_equal(far * L::splat(FAR_WIDENING)).bits())
     }
 }
 
 /// Rays in flight at once. With four, large scenes are a few per cent slower; sixteen gain nothing. A power of two.
 const IN_FLIGHT: usize = 8;
+
+/// Where rays come from.
+trait Rays: Copy {
+    fn get(self, index: usize) -> Ray;
+}
+
+impl Rays for &[Ray] {
+    #[inline(always)]
+    fn get(self, index: usize) -> Ray {
+        self[index]
+    }
+}
+
+impl Rays for &RayBatch {
+    #[inline(always)]
+    fn get(self, index: usize) -> Ray {
+        self.get(index)
+    }
+}
+
+/// Where answers go.
+trait Answers<A> {
+    fn set(&mut self, index: usize, answer: A);
+}
+
+impl<A> Answers<A> for &mut [A] {
+    #[inline(always)]
+    fn set(&mut self, index: usize, answer: A) {
+        self[index] = answer;
+    }
+}
+
+impl Answers<Option<Hit>> for &mut HitBatch {
+    #[inline(always)]
+    fn set(&mut self, index: usize, hit: Option<Hit>) {
+        HitBatch::set(self, index, hit);
+    }
+}
+
+/// One bit a ray.
+impl Answers<bool> for &mut u64 {
+    #[inline(always)]
+    fn set(&mut self, index: usize, answer: bool) {
+        **self |= u64::from(answer) << (index % 64);
+    }
+}
 
 /// A question about a ray, answered step by step.
 trait Query: Copy {
@@ -154,20 +131,19 @@ trait Query: Copy {
     /// What an answer is before any step.
     fn start(ray: &Ray) -> Self;
     /// Takes in a leaf; true if the answer is settled.
-    fn leaf<L: Lanes>(&mut self, bvh: &WideBvh, ray: &Ray, constants: &RayConstants, child: Child) -> bool;
+    fn leaf<L: Lanes>(
+        &mut self,
+        bvh: &WideBvh,
+        rays: impl Rays,
+        index: usize,
+        constants: &RayConstants,
+        child: Child,
+    ) -> bool;
     /// Nothing that begins beyond this ray parameter matters any more.
     fn t_max(&self) -> f32;
     /// Whether nearer children are to be visited first.
     const ORDERED: bool;
     fn answer(&self) -> Self::Answer;
-}
-
-/// The nearest hit.
-#[derive(Clone, Copy)]
-struct Nearest {
-    t: f32,
-    primitive: u32,
-    weights: [f32; 2],
 }
 
 impl Query for Nearest {
@@ -176,34 +152,26 @@ impl Query for Nearest {
 
     #[inline(always)]
     fn start(ray: &Ray) -> Self {
-        Self {
-            t: ray.t_max,
-            primitive: u32::MAX,
-            weights: [0.0; 2],
-        }
+        Self::none(ray)
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes>(&mut self, bvh: &WideBvh, ray: &Ray, constants: &RayConstants, child: Child) -> bool {
+    fn leaf<L: Lanes>(
+        &mut self,
+        bvh: &WideBvh,
+        rays: impl Rays,
+        index: usize,
+        constants: &RayConstants,
+        child: Child,
+    ) -> bool {
         if child.kind() == ChildKind::Triangles {
-            let block = &bvh.blocks[child.index()];
-            let (t, a, b, hit) = constants.triangles::<L>(block, L::splat(self.t));
-            let nearest = t.least_of(hit);
-            let lane = (t.equal(nearest) & hit).trailing_zeros() as usize & 7;
-            // Selections in place of a branch on whether there was a hit, which is as good as random.
-            let found = hit != 0;
-            let (a, b) = (a.store()[lane], b.store()[lane]);
-            self.t = if found { nearest.first() } else { self.t };
-            self.primitive = if found {
-                block.primitives[lane]
-            } else {
-                self.primitive
-            };
-            self.weights = if found { [a, b] } else { self.weights };
-        } else if let Some(t) = bvh.spheres[child.index()].intersect(ray.origin, ray.direction, self.t) {
-            self.t = t;
-            self.primitive = bvh.first_sphere + child.index() as u32;
-            self.weights = [1.0, 0.0];
+            self.take_block::<L>(&constants.triangle, &bvh.blocks[child.index()]);
+        } else {
+            let ray = rays.get(index);
+            let sphere = &bvh.spheres[child.index()];
+            if let Some(t) = sphere.intersect(ray.origin, ray.direction, self.t) {
+                self.take_sphere(t, bvh.first_sphere + child.index() as u32);
+            }
         }
         false
     }
@@ -215,13 +183,7 @@ impl Query for Nearest {
 
     #[inline(always)]
     fn answer(&self) -> Option<Hit> {
-        let [a, b] = self.weights;
-        let barycentric = [b, (1.0 - a - b).max(0.0)];
-        (self.primitive != u32::MAX).then_some(Hit {
-            t: self.t,
-            primitive: self.primitive,
-            barycentric,
-        })
+        self.hit()
     }
 }
 
@@ -245,13 +207,20 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes>(&mut self, bvh: &WideBvh, ray: &Ray, constants: &RayConstants, child: Child) -> bool {
+    fn leaf<L: Lanes>(
+        &mut self,
+        bvh: &WideBvh,
+        rays: impl Rays,
+        index: usize,
+        constants: &RayConstants,
+        child: Child,
+    ) -> bool {
         self.found = if child.kind() == ChildKind::Triangles {
             constants
-                .triangles::<L>(&bvh.blocks[child.index()], L::splat(self.t_max))
-                .3
-                != 0
+                .triangle
+                .any::<L>(&bvh.blocks[child.index()], self.t_max)
         } else {
+            let ray = rays.get(index);
             bvh.spheres[child.index()]
                 .intersect(ray.origin, ray.direction, self.t_max)
                 .is_some()
@@ -293,7 +262,7 @@ impl<Q: Query> Traversal<Q> {
 
     /// Visits one child; true if the ray is done.
     #[inline(always)]
-    fn step<L: Lanes>(&mut self, stack: &mut Stack<'_>, bvh: &WideBvh, rays: &[Ray]) -> bool {
+    fn step<L: Lanes>(&mut self, stack: &mut Stack<'_>, bvh: &WideBvh, rays: impl Rays) -> bool {
         if self.child.kind() == ChildKind::Node {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
@@ -302,7 +271,7 @@ impl<Q: Query> Traversal<Q> {
                 let flip = self.constants.flip;
                 let order = flip_mask(hit, flip);
                 let next = if Q::ORDERED {
-                    (near.equal(near.least_of(hit)) & hit).trailing_zeros() ^ flip
+                    (near.equal(near.least_of(hit)).bits() & hit).trailing_zeros() ^ flip
                 } else {
                     order.ilog2()
                 };
@@ -318,7 +287,7 @@ impl<Q: Query> Traversal<Q> {
             }
         } else if self
             .query
-            .leaf::<L>(bvh, &rays[self.ray], &self.constants, self.child)
+            .leaf::<L>(bvh, rays, self.ray, &self.constants, self.child)
         {
             return true;
         }
@@ -384,24 +353,34 @@ impl<Q: Query> LaneKernel for One<'_, Q> {
     }
 }
 
-struct Many<'a, Q: Query> {
+struct Many<'a, Q, R, A> {
     bvh: &'a WideBvh,
-    rays: &'a [Ray],
-    answers: &'a mut [Q::Answer],
+    rays: R,
+    count: usize,
+    answers: A,
+    query: PhantomData<Q>,
 }
 
-impl<Q: Query> LaneKernel for Many<'_, Q> {
+impl<Q: Query, R: Rays, A: Answers<Q::Answer>> LaneKernel for Many<'_, Q, R, A> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { bvh, rays, answers } = self;
-        let mut flying = rays.len().min(answers.len()).min(IN_FLIGHT);
+        let Self {
+            bvh,
+            rays,
+            count,
+            mut answers,
+            ..
+        } = self;
+        if count == 0 {
+            return;
+        }
+        let mut flying = count.min(IN_FLIGHT);
         let mut next = flying;
-        let Some(first) = rays.first() else { return };
-        let mut traversals = [Traversal::<Q>::new(first, 0); IN_FLIGHT];
-        for (index, ray) in rays.iter().enumerate().take(flying) {
-            traversals[index] = Traversal::new(ray, index);
+        let mut traversals = [Traversal::<Q>::new(&rays.get(0), 0); IN_FLIGHT];
+        for (index, traversal) in traversals.iter_mut().enumerate().take(flying).skip(1) {
+            *traversal = Traversal::new(&rays.get(index), index);
         }
         let mut memory = [const { StackMemory::new() }; IN_FLIGHT];
         let mut stacks = memory.each_mut().map(Stack::new);
@@ -416,9 +395,9 @@ impl<Q: Query> LaneKernel for Many<'_, Q> {
                 let place = places[turn] % IN_FLIGHT;
                 let (traversal, stack) = (&mut traversals[place], &mut stacks[place]);
                 if traversal.step::<L>(stack, bvh, rays) {
-                    answers[traversal.ray] = traversal.query.answer();
-                    if next < rays.len() {
-                        *traversal = Traversal::new(&rays[next], next);
+                    answers.set(traversal.ray, traversal.query.answer());
+                    if next < count {
+                        *traversal = Traversal::new(&rays.get(next), next);
                         stack.clear();
                         next += 1;
                     } else {
@@ -454,25 +433,40 @@ impl WideBvh {
         })
     }
 
+    #[inline(always)]
+    fn many<Q: Query>(&self, rays: impl Rays, count: usize, answers: impl Answers<Q::Answer>) {
+        self.lanes.run(Many {
+            bvh: self,
+            rays,
+            count,
+            answers,
+            query: PhantomData::<Q>,
+        });
+    }
+
     /// The nearest hit of each ray.
     #[inline]
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        let count = rays.len().min(hits.len());
-        self.lanes.run(Many::<Nearest> {
-            bvh: self,
-            rays: &rays[..count],
-            answers: hits,
-        });
+        self.many::<Nearest>(rays, rays.len().min(hits.len()), hits);
     }
 
     /// Whether each ray has any hit.
     #[inline]
     pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
-        let count = rays.len().min(occluded.len());
-        self.lanes.run(Many::<Any> {
-            bvh: self,
-            rays: &rays[..count],
-            answers: occluded,
-        });
+        self.many::<Any>(rays, rays.len().min(occluded.len()), occluded);
+    }
+
+    /// The nearest hit of each of the first `count` rays.
+    #[inline]
+    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
+        self.many::<Nearest>(rays, count.min(RayBatch::CAPACITY), hits);
+    }
+
+    /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
+    #[inline]
+    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
+        let mut occluded = 0;
+        self.many::<Any>(rays, count.min(RayBatch::CAPACITY), &mut occluded);
+        occluded
     }
 }

@@ -1,0 +1,215 @@
+//! Lanes in plain arrays.
+
+use crate::{LANES, LaneMask, LaneWords, Lanes};
+use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The specification of [`Lanes`], for any machine.
+#[derive(Clone, Copy, Debug)]
+pub struct ArrayLanes([f32; LANES]);
+
+/// The specification of [`LaneWords`].
+#[derive(Clone, Copy, Debug)]
+pub struct ArrayWords([u32; LANES]);
+
+/// The specification of [`LaneMask`].
+#[derive(Clone, Copy, Debug)]
+pub struct ArrayMask(u8);
+
+#[inline(always)]
+fn lanewise(a: ArrayLanes, b: ArrayLanes, f: impl Fn(f32, f32) -> f32) -> ArrayLanes {
+    ArrayLanes(core::array::from_fn(|i| f(a.0[i], b.0[i])))
+}
+
+#[inline(always)]
+fn wordwise(a: ArrayWords, b: ArrayWords, f: impl Fn(u32, u32) -> u32) -> ArrayWords {
+    ArrayWords(core::array::from_fn(|i| f(a.0[i], b.0[i])))
+}
+
+#[inline(always)]
+fn mask(a: ArrayLanes, b: ArrayLanes, f: impl Fn(f32, f32) -> bool) -> ArrayMask {
+    ArrayMask((0..LANES).fold(0, |bits, i| bits | u8::from(f(a.0[i], b.0[i])) << i))
+}
+
+macro_rules! operators {
+    ($($type:ident $each:ident: $($trait:ident $method:ident $f:expr),+;)+) => {$($(
+        impl $trait for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                $each(self, other, $f)
+            }
+        }
+    )+)+};
+}
+
+operators! {
+    ArrayLanes lanewise: Add add |a, b| a + b, Sub sub |a, b| a - b, Mul mul |a, b| a * b, Div div |a, b| a / b;
+    ArrayWords wordwise: Add add u32::wrapping_add, BitAnd bitand |a, b| a & b, BitXor bitxor |a, b| a ^ b;
+}
+
+impl Neg for ArrayLanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|value| -value))
+    }
+}
+
+impl BitAnd for ArrayMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl BitOr for ArrayMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl Not for ArrayMask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
+impl LaneMask for ArrayMask {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self.0)
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        Self(bits as u8)
+    }
+}
+
+impl LaneWords for ArrayWords {
+    #[inline(always)]
+    fn splat(word: u32) -> Self {
+        Self([word; LANES])
+    }
+    #[inline(always)]
+    fn load(words: &[u32; LANES]) -> Self {
+        Self(*words)
+    }
+    #[inline(always)]
+    fn store(self) -> [u32; LANES] {
+        self.0
+    }
+    #[inline(always)]
+    fn rotate<const LEFT: i32, const RIGHT: i32>(self) -> Self {
+        const { assert!(LEFT + RIGHT == 32) };
+        Self(self.0.map(|word| word.rotate_left(LEFT as u32)))
+    }
+    #[inline(always)]
+    fn shift_left<const BITS: i32>(self) -> Self {
+        Self(self.0.map(|word| word << BITS))
+    }
+    #[inline(always)]
+    fn shift_right<const BITS: i32>(self) -> Self {
+        Self(self.0.map(|word| word >> BITS))
+    }
+}
+
+impl Lanes for ArrayLanes {
+    type Mask = ArrayMask;
+    type Words = ArrayWords;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self([value; LANES])
+    }
+    #[inline(always)]
+    fn load(values: &[f32; LANES]) -> Self {
+        Self(*values)
+    }
+    #[inline(always)]
+    fn store(self) -> [f32; LANES] {
+        self.0
+    }
+    #[inline(always)]
+    fn load_transposed(rows: [&[f32; LANES]; LANES]) -> [Self; LANES] {
+        core::array::from_fn(|j| Self(core::array::from_fn(|i| rows[i][j])))
+    }
+    #[inline(always)]
+    fn pick(table: &[f32; 4], index: ArrayWords) -> Self {
+        Self(index.0.map(|index| table[index as usize % 4]))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        lanewise(self, other, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        lanewise(self, other, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f32::sqrt))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        lanewise(self, sign, f32::copysign)
+    }
+    #[inline(always)]
+    fn select(self, mask: ArrayMask, other: Self) -> Self {
+        Self(core::array::from_fn(|i| {
+            if mask.0 >> i & 1 == 1 { self.0[i] } else { other.0[i] }
+        }))
+    }
+    #[inline(always)]
+    fn to_bits(self) -> ArrayWords {
+        ArrayWords(self.0.map(f32::to_bits))
+    }
+    #[inline(always)]
+    fn from_bits(bits: ArrayWords) -> Self {
+        Self(bits.0.map(f32::from_bits))
+    }
+    #[inline(always)]
+    fn from_integers(words: ArrayWords) -> Self {
+        Self(words.0.map(|word| word as f32))
+    }
+    #[inline(always)]
+    fn compress(self, mask: u32, flip: u32) -> Self {
+        Self(crate::tables::COMPRESS[mask as usize & 255].map(|bit| self.0[(bit ^ flip) as usize & 7]))
+    }
+    #[inline(always)]
+    fn least_of(self, mask: u32) -> Self {
+        let chosen = (0..LANES)
+            .filter(|lane| mask >> lane & 1 == 1)
+            .map(|lane| self.0[lane]);
+        Self(
+            [chosen.fold(
+                f32::INFINITY,
+                |least, value| if value < least { value } else { least },
+            ); LANES],
+        )
+    }
+    #[inline(always)]
+    fn first(self) -> f32 {
+        self.0[0]
+    }
+    #[inline(always)]
+    fn equal(self, other: Self) -> ArrayMask {
+        mask(self, other, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn less(self, other: Self) -> ArrayMask {
+        mask(self, other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn less_equal(self, other: Self) -> ArrayMask {
+        mask(self, other, |a, b| a <= b)
+    }
+}

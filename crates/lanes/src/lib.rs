@@ -1,0 +1,136 @@
+//! Eight `f32` lanes for code that does the same to eight rays, boxes, triangles or paths at once.
+//!
+//! [`Lanes`] has two implementations: plain arrays ([`ArrayLanes`]), which are the specification and run on any machine,
+//! and AVX2, chosen at run time. Both give the same bits: no operation is contracted, approximate or reordered, so code
+//! in lanes can be held to scalar code bit for bit.
+//!
+//! ```
+//! use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
+//!
+//! struct Hypotenuse<'a>(&'a [f32; 8], &'a [f32; 8]);
+//! impl LaneKernel for Hypotenuse<'_> {
+//!     type Output = [f32; 8];
+//!     #[inline(always)]
+//!     fn run<L: Lanes>(self) -> [f32; 8] {
+//!         let (a, b) = (L::load(self.0), L::load(self.1));
+//!         (a * a + b * b).sqrt().store()
+//!     }
+//! }
+//! assert_eq!(LaneChoice::best().run(Hypotenuse(&[3.0; 8], &[4.0; 8])), [5.0; 8]);
+//! ```
+//!
+//! # Writing a kernel
+//!
+//! Everything a kernel calls on lanes must be `#[inline(always)]`: code that is not inlined into the function that runs
+//! the kernel is compiled without its instructions. That rules out closures and iterator adaptors, which are functions of
+//! their own that the compiler does not inline across such a boundary; loops over lanes are plain `for` loops.
+//!
+//! # `unsafe`
+//!
+//! The module with the AVX2 lanes is this crate's only one with `unsafe` code, without which there are no
+//! intrinsics chosen at run time. What it gains stands in `docs/performance.md`.
+
+mod array;
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
+mod avx2;
+mod column;
+mod kernel;
+mod tables;
+mod vector;
+
+pub use array::{ArrayLanes, ArrayMask, ArrayWords};
+pub use column::Column;
+pub use kernel::{LaneChoice, LaneKernel, prefetch, prefetch_line};
+pub use tables::flip_mask;
+pub use vector::Vec3Lanes;
+
+use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// Number of lanes.
+pub const LANES: usize = 8;
+
+/// Eight truth values.
+pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// Bit `i` is set where lane `i` is true; no other bits are.
+    fn bits(self) -> u32;
+    /// The mask whose lane `i` is bit `i`; other bits are ignored.
+    fn from_bits(bits: u32) -> Self;
+}
+
+/// Eight 32-bit words; arithmetic wraps.
+pub trait LaneWords: Copy + Add<Output = Self> + BitAnd<Output = Self> + BitXor<Output = Self> {
+    /// The same word in all lanes.
+    fn splat(word: u32) -> Self;
+    /// From memory.
+    fn load(words: &[u32; LANES]) -> Self;
+    /// To memory.
+    fn store(self) -> [u32; LANES];
+    /// Rotated left by `LEFT` bits; `RIGHT` must be `32 − LEFT`, and `LEFT` between 1 and 31.
+    fn rotate<const LEFT: i32, const RIGHT: i32>(self) -> Self;
+    /// Shifted left by `BITS < 32`.
+    fn shift_left<const BITS: i32>(self) -> Self;
+    /// Shifted right by `BITS < 32`, zeros moving in.
+    fn shift_right<const BITS: i32>(self) -> Self;
+}
+
+/// Eight `f32` values on which arithmetic is done lane by lane.
+///
+/// `min` and `max` return their *second* argument where the first is NaN, which slab tests rely on: `0 · ∞`
+/// of a ray that lies in a slab's plane must leave the interval as it was. (Where the second is NaN, the
+/// second is returned as well.)
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// What comparisons give.
+    type Mask: LaneMask;
+    /// Bits of as many lanes.
+    type Words: LaneWords;
+
+    /// The same value in all lanes.
+    fn splat(value: f32) -> Self;
+    /// From memory.
+    fn load(values: &[f32; LANES]) -> Self;
+    /// To memory.
+    fn store(self) -> [f32; LANES];
+    /// The transpose of eight rows: lane `i` of value `j` is `rows[i][j]`.
+    fn load_transposed(rows: [&[f32; LANES]; LANES]) -> [Self; LANES];
+    /// Lane `i` is `table[index[i]]`, indices taken modulo four.
+    fn pick(table: &[f32; 4], index: Self::Words) -> Self;
+    /// The lesser; `other` where `self` is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The greater; `other` where `self` is NaN.
+    fn max(self, other: Self) -> Self;
+    /// Square root, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// Without the sign.
+    fn abs(self) -> Self;
+    /// The magnitude of `self` with the sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+    /// `self` where `mask` is true, else `other`.
+    fn select(self, mask: Self::Mask, other: Self) -> Self;
+    /// The values' bits.
+    fn to_bits(self) -> Self::Words;
+    /// The values with these bits.
+    fn from_bits(bits: Self::Words) -> Self;
+    /// The words as integers below 2²⁴, converted exactly; unspecified for others.
+    fn from_integers(words: Self::Words) -> Self;
+    /// The lanes of the set bits of `mask`, moved to the front in the order of the bits; bit `i` stands for lane
+    /// `i ^ flip`, `flip < 8`. What follows them is unspecified.
+    fn compress(self, mask: u32, flip: u32) -> Self;
+    /// The least of the lanes of the set bits of `mask` (none of which may be NaN), in all lanes; ∞ if there is none.
+    fn least_of(self, mask: u32) -> Self;
+    /// Lane 0.
+    fn first(self) -> f32;
+    /// Where `self` equals `other` (false for NaN).
+    fn equal(self, other: Self) -> Self::Mask;
+    /// Where `self` is less than `other` (false for NaN).
+    fn less(self, other: Self) -> Self::Mask;
+    /// Where `self` is at most `other` (false for NaN).
+    fn less_equal(self, other: Self) -> Self::Mask;
+}

@@ -1,0 +1,124 @@
+//! Eight vectors of three.
+
+use crate::{LANES, Lanes};
+use core::ops::{Add, Mul, Neg, Sub};
+
+/// Eight vectors, coordinate by coordinate. Operations round as those of `glam::Vec3` do.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec3Lanes<L> {
+    /// First coordinates.
+    pub x: L,
+    /// Second coordinates.
+    pub y: L,
+    /// Third coordinates.
+    pub z: L,
+}
+
+impl<L: Lanes> Vec3Lanes<L> {
+    /// From coordinates.
+    #[inline(always)]
+    pub fn new(x: L, y: L, z: L) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(vector: [f32; 3]) -> Self {
+        let [x, y, z] = vector;
+        Self::new(L::splat(x), L::splat(y), L::splat(z))
+    }
+
+    /// `(a.x·b.x + a.y·b.y) + a.z·b.z`.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// The magnitude of each coordinate.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self::new(self.x.abs(), self.y.abs(), self.z.abs())
+    }
+
+    /// The least of each coordinate.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Self::new(
+            self.x.min(other.x),
+            self.y.min(other.y),
+            self.z.min(other.z),
+        )
+    }
+
+    /// The greatest of each coordinate.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Self::new(
+            self.x.max(other.x),
+            self.y.max(other.y),
+            self.z.max(other.z),
+        )
+    }
+
+    /// The greatest coordinate.
+    #[inline(always)]
+    pub fn max_element(self) -> L {
+        self.x.max(self.y.max(self.z))
+    }
+
+    /// `self` where `mask` is true, else `other`.
+    #[inline(always)]
+    pub fn select(self, mask: L::Mask, other: Self) -> Self {
+        Self::new(
+            self.x.select(mask, other.x),
+            self.y.select(mask, other.y),
+            self.z.select(mask, other.z),
+        )
+    }
+
+    /// To memory, coordinate by coordinate.
+    #[inline(always)]
+    pub fn store(self) -> [[f32; LANES]; 3] {
+        [self.x.store(), self.y.store(), self.z.store()]
+    }
+}
+
+impl<L: Lanes> Add for Vec3Lanes<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+}
+
+impl<L: Lanes> Sub for Vec3Lanes<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+}
+
+impl<L: Lanes> Mul<L> for Vec3Lanes<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: L) -> Self {
+        Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+}
+
+impl<L: Lanes> Mul for Vec3Lanes<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+}
+
+impl<L: Lanes> Neg for Vec3Lanes<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y, -self.z)
+    }
+}

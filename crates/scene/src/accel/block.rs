@@ -1,0 +1,191 @@
+//! Eight triangles at a time against one ray, watertight.
+//!
+//! Triangles are tested by signed areas in a space sheared along the ray (Woop, Benthin and Wald 2013, *Watertight
+//! Ray/Triangle Intersection*). The signed area of an edge is `a·b − c·d`, each product rounded once: rounding is
+//! monotonic, so the computed sign is never opposite to that of the exact value, only zero in its place; zero counts
+//! as inside. An edge seen from its two triangles has areas that differ in sign alone. So no ray passes between two
+//! triangles that share an edge or a vertex bit for bit.
+//!
+//! No closures and no iterator adaptors here: they are functions of their own, which the compiler does not
+//! inline into a caller with other instructions than the crate's, and a call for every operation is the end of speed.
+
+use super::{Hit, Ray};
+use glam::Vec3;
+use lightshed_lanes::{LaneMask, Lanes};
+
+/// Up to eight triangles, one row of eight a coordinate: `vertices[v][axis][lane]`.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub struct TriangleBlock {
+    pub vertices: [[[f32; 8]; 3]; 3],
+    /// Index of the triangle in the order that the tree was built from.
+    pub primitives: [u32; 8],
+}
+
+const _: () = assert!(size_of::<TriangleBlock>() == 320);
+
+impl TriangleBlock {
+    /// A block of the given triangles (at most eight). Unused lanes hold a point at NaN, which no ray hits.
+    pub fn new(triangles: impl IntoIterator<Item = (u32, [Vec3; 3])>) -> Self {
+        let mut block = Self {
+            vertices: [[[f32::NAN; 8]; 3]; 3],
+            primitives: [u32::MAX; 8],
+        };
+        for (lane, (primitive, corners)) in triangles.into_iter().enumerate() {
+            block.primitives[lane] = primitive;
+            for (v, corner) in corners.iter().enumerate() {
+                for axis in 0..3 {
+                    block.vertices[v][axis][lane] = corner[axis];
+                }
+            }
+        }
+        block
+    }
+}
+
+/// What the test needs of a ray.
+#[derive(Clone, Copy)]
+pub struct TriangleRay {
+    pub origin: [f32; 3],
+    /// Axes permuted so that the last is the one along which the direction is longest.
+    axes: [usize; 3],
+    /// Shear `d[kx] / d[kz]`, `d[ky] / d[kz]`, and `1 / d[kz]`.
+    shear: [f32; 3],
+}
+
+/// A triangle's corner relative to the ray, sheared so that the ray runs along the last axis.
+struct Sheared<L> {
+    x: L,
+    y: L,
+    z: L,
+}
+
+impl TriangleRay {
+    /// For a ray and one over each coordinate of its direction.
+    #[inline(always)]
+    pub fn new(ray: &Ray, inverse_direction: [f32; 3]) -> Self {
+        let d = ray.direction.to_array();
+        let magnitude = [d[0].abs(), d[1].abs(), d[2].abs()];
+        let kz = if magnitude[0] > magnitude[1] {
+            if magnitude[0] > magnitude[2] { 0 } else { 2 }
+        } else if magnitude[1] > magnitude[2] {
+            1
+        } else {
+            2
+        };
+        const NEXT: [usize; 3] = [1, 2, 0];
+        let kx = NEXT[kz];
+        let ky = NEXT[kx];
+        let inverse_z = inverse_direction[kz];
+        Self {
+            origin: ray.origin.to_array(),
+            axes: [kx, ky, kz],
+            shear: [d[kx] * inverse_z, d[ky] * inverse_z, inverse_z],
+        }
+    }
+
+    #[inline(always)]
+    fn corner<L: Lanes>(&self, corner: &[[f32; 8]; 3]) -> Sheared<L> {
+        let [kx, ky, kz] = self.axes;
+        let z = L::load(&corner[kz]) - L::splat(self.origin[kz]);
+        let x = L::load(&corner[kx]) - L::splat(self.origin[kx]) - L::splat(self.shear[0]) * z;
+        let y = L::load(&corner[ky]) - L::splat(self.origin[ky]) - L::splat(self.shear[1]) * z;
+        Sheared { x, y, z }
+    }
+
+    /// Ray parameter, weights of the first and second vertex, and the triangles hit within `(0, t_max)`.
+    #[inline(always)]
+    fn test<L: Lanes>(&self, block: &TriangleBlock, t_max: f32) -> (L, L, L, u32) {
+        let a = self.corner::<L>(&block.vertices[0]);
+        let b = self.corner::<L>(&block.vertices[1]);
+        let c = self.corner::<L>(&block.vertices[2]);
+        // Products rounded on their own, never fused: the antisymmetry of the areas rests on it.
+        let area_a = c.x * b.y - c.y * b.x;
+        let area_b = a.x * c.y - a.y * c.x;
+        let area_c = b.x * a.y - b.y * a.x;
+        let zero = L::splat(0.0);
+        let least = area_a.min(area_b.min(area_c));
+        let greatest = area_a.max(area_b.max(area_c));
+        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
+        // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below, which no
+        // comparison passes.
+        let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
+        let z = area_a * a.z + (area_b * b.z + area_c * c.z);
+        let t = z * L::splat(self.shear[2]) * inverse_determinant;
+        let hit = one_sign & zero.less(t) & t.less(L::splat(t_max));
+        (
+            t,
+            area_a * inverse_determinant,
+            area_b * inverse_determinant,
+            hit.bits(),
+        )
+    }
+
+    /// Whether any triangle is hit within `(0, t_max)`.
+    #[inline(always)]
+    pub fn any<L: Lanes>(&self, block: &TriangleBlock, t_max: f32) -> bool {
+        self.test::<L>(block, t_max).3 != 0
+    }
+}
+
+/// The nearest hit so far.
+#[derive(Clone, Copy)]
+pub struct Nearest {
+    /// Its ray parameter, or the ray's end.
+    pub t: f32,
+    primitive: u32,
+    /// Weights of the first and second vertex.
+    weights: [f32; 2],
+}
+
+impl Nearest {
+    /// No hit yet.
+    #[inline(always)]
+    pub fn none(ray: &Ray) -> Self {
+        Self {
+            t: ray.t_max,
+            primitive: u32::MAX,
+            weights: [0.0; 2],
+        }
+    }
+
+    /// Takes in the nearest hit among a block's triangles; of several at one place, the first.
+    #[inline(always)]
+    pub fn take_block<L: Lanes>(&mut self, ray: &TriangleRay, block: &TriangleBlock) {
+        let (t, a, b, hit) = ray.test::<L>(block, self.t);
+        let nearest = t.least_of(hit);
+        let lane = (t.equal(nearest).bits() & hit).trailing_zeros() as usize & 7;
+        // Selections in place of a branch on whether there was a hit, which is as good as random.
+        let found = hit != 0;
+        let (a, b) = (a.store()[lane], b.store()[lane]);
+        self.t = if found { nearest.first() } else { self.t };
+        self.primitive = if found {
+            block.primitives[lane]
+        } else {
+            self.primitive
+        };
+        self.weights = if found { [a, b] } else { self.weights };
+    }
+
+    /// Takes in a hit with a sphere, nearer than any before.
+    #[inline(always)]
+    pub fn take_sphere(&mut self, t: f32, primitive: u32) {
+        *self = Self {
+            t,
+            primitive,
+            weights: [1.0, 0.0],
+        };
+    }
+
+    /// The hit, if there was any.
+    #[inline(always)]
+    pub fn hit(&self) -> Option<Hit> {
+        let [a, b] = self.weights;
+        let barycentric = [b, (1.0 - a - b).max(0.0)];
+        (self.primitive != u32::MAX).then_some(Hit {
+            t: self.t,
+            primitive: self.primitive,
+            barycentric,
+        })
+    }
+}

@@ -1,0 +1,57 @@
+//! Finding the vertices and edges that triangles share.
+
+use super::{Corners, Flat, MAX_EDGES, MAX_TRIANGLES, MAX_VERTICES};
+use crate::accel::block::TriangleBlock;
+use glam::Vec3;
+use lightshed_lanes::{LANES, LaneChoice};
+
+impl Flat {
+    /// The triangles, unless there are too many of them. Vertices are shared bit for bit or not at all.
+    pub fn build(triangles: &[[Vec3; 3]]) -> Option<Self> {
+        if triangles.len() > MAX_TRIANGLES {
+            return None;
+        }
+        let (mut vertices, mut edges, mut corners) = (Vec::new(), Vec::new(), Vec::new());
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|corner| position(&mut vertices, corner.to_array().map(f32::to_bits)));
+            let mut directed = |from: u8, to: u8| {
+                let edge = position(&mut edges, [from.min(to), from.max(to)]);
+                // Counted past what fits where there is no room: refused below.
+                edge.wrapping_mul(2).wrapping_add(u8::from(from > to))
+            };
+            corners.push(Corners {
+                vertices: [a, b, c],
+                edges: [directed(c, b), directed(a, c), directed(b, a)],
+            });
+        }
+        if vertices.len() > MAX_VERTICES || edges.len() > MAX_EDGES {
+            return None;
+        }
+        let numbered: Vec<(u32, [Vec3; 3])> = (0u32..).zip(triangles.iter().copied()).collect();
+        Some(Self {
+            blocks: numbered
+                .chunks(LANES)
+                .map(|chunk| TriangleBlock::new(chunk.iter().copied()))
+                .collect(),
+            vertices: vertices
+                .iter()
+                .map(|bits: &[u32; 3]| {
+                    let [x, y, z] = bits.map(f32::from_bits);
+                    [x, y, z, 0.0]
+                })
+                .collect(),
+            edges,
+            triangles: corners,
+            lanes: LaneChoice::best(),
+        })
+    }
+}
+
+/// Position of `item` in `list`, to which it is added if it is not there; meaningless beyond 255.
+fn position<T: PartialEq>(list: &mut Vec<T>, item: T) -> u8 {
+    let found = list.iter().position(|other| *other == item);
+    found.unwrap_or_else(|| {
+        list.push(item);
+        list.len() - 1
+    }) as u8
+}

@@ -1,0 +1,133 @@
+//! A few triangles without a tree: every ray is tested against all of them.
+//!
+//! For some dozens of triangles that is faster than any tree, since nothing has to be waited for and no branch depends on
+//! the rays. A ray alone is tested against eight triangles at a time, as in a leaf of the tree. Rays in company are taken
+//! eight at a time, which saves what triangles share: a vertex is sheared once for all its triangles, and the two signed
+//! areas of an edge, one for each of its triangles, are of the same two products. Both ways do the arithmetic of
+//! [`intersect_triangle`](super::intersect_triangle), operation by operation, and give its bits.
+
+mod build;
+mod together;
+
+use super::block::{Nearest, TriangleBlock, TriangleRay};
+use super::{Hit, HitBatch, Ray, RayBatch};
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
+use together::{AnyTogether, NearestTogether};
+
+/// Most triangles for which this is faster than the tree.
+const MAX_TRIANGLES: usize = 64;
+/// Room for sheared vertices, and for signed areas of edges.
+const MAX_VERTICES: usize = 96;
+const MAX_EDGES: usize = 128;
+
+/// The triangles.
+#[derive(Clone, Debug)]
+pub struct Flat {
+    /// In the order given; what a ray alone is tested against.
+    blocks: Vec<TriangleBlock>,
+    /// Distinct corners. The fourth coordinate is of no meaning.
+    vertices: Vec<[f32; 4]>,
+    /// Distinct edges, as vertices. Edge `i` gives the directed edges `2 i` and, backwards, `2 i + 1`.
+    edges: Vec<[u8; 2]>,
+    /// In the order given.
+    triangles: Vec<Corners>,
+    lanes: LaneChoice,
+}
+
+/// A triangle `abc`.
+#[derive(Clone, Copy, Debug)]
+struct Corners {
+    /// `a`, `b`, `c`.
+    vertices: [u8; 3],
+    /// Directed edges `cb`, `ac`, `ba`, whose signed areas weigh `a`, `b`, `c`.
+    edges: [u8; 3],
+}
+
+impl Flat {
+    /// The nearest hit.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.lanes.run(NearestAlone { flat: self, ray })
+    }
+
+    /// Whether there is any hit.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.lanes.run(AnyAlone { flat: self, ray })
+    }
+
+    /// The nearest hit of each of the first `count` rays.
+    #[inline]
+    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
+        self.lanes.run(NearestTogether {
+            flat: self,
+            rays,
+            count,
+            hits,
+        });
+    }
+
+    /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
+    #[inline]
+    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
+        self.lanes.run(AnyTogether {
+            flat: self,
+            rays,
+            count,
+        })
+    }
+
+    /// Bytes of the triangles.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.blocks[..])
+            + size_of_val(&self.vertices[..])
+            + size_of_val(&self.edges[..])
+            + size_of_val(&self.triangles[..])
+    }
+
+    /// The same on the lanes of the specification.
+    #[cfg(test)]
+    pub fn on_array_lanes(mut self) -> Self {
+        self.lanes = LaneChoice::ARRAY;
+        self
+    }
+}
+
+struct NearestAlone<'a> {
+    flat: &'a Flat,
+    ray: &'a Ray,
+}
+
+impl LaneKernel for NearestAlone<'_> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Option<Hit> {
+        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array());
+        let mut nearest = Nearest::none(self.ray);
+        for block in &self.flat.blocks {
+            nearest.take_block::<L>(&ray, block);
+        }
+        nearest.hit()
+    }
+}
+
+struct AnyAlone<'a> {
+    flat: &'a Flat,
+    ray: &'a Ray,
+}
+
+impl LaneKernel for AnyAlone<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let ray = TriangleRay::new(self.ray, (1.0 / self.ray.direction).to_array());
+        for block in &self.flat.blocks {
+            if ray.any::<L>(block, self.ray.t_max) {
+                return true;
+            }
+        }
+        false
+    }
+}

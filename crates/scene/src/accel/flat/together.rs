@@ -1,0 +1,183 @@
+//! Eight rays at a time against all triangles.
+//!
+//! No closures and no iterator adaptors here, see [`crate::accel::block`].
+
+use super::{Corners, Flat, MAX_EDGES, MAX_VERTICES};
+use crate::accel::{HitBatch, RayBatch};
+use lightshed_lanes::{LANES, LaneKernel, LaneMask, LaneWords, Lanes, Vec3Lanes};
+
+/// What eight rays see of the vertices and edges. Made once for a batch: clearing it costs.
+struct View<L> {
+    /// Vertices relative to the rays, sheared so that the rays run along the last axis.
+    vertices: [Vec3Lanes<L>; MAX_VERTICES],
+    /// Signed areas of the directed edges.
+    areas: [L; 2 * MAX_EDGES],
+    /// `1 / d[kz]`.
+    inverse_z: L,
+}
+
+/// A triangle as eight rays meet it.
+struct Meeting<L: Lanes> {
+    t: L,
+    /// Weights of the first and second vertex.
+    weight_a: L,
+    weight_b: L,
+    /// Which rays hit it within `(0, t_max)`.
+    hit: L::Mask,
+}
+
+impl<L: Lanes> View<L> {
+    #[inline(always)]
+    fn new() -> Self {
+        let zero = L::splat(0.0);
+        Self {
+            vertices: [Vec3Lanes::new(zero, zero, zero); MAX_VERTICES],
+            areas: [zero; 2 * MAX_EDGES],
+            inverse_z: zero,
+        }
+    }
+
+    /// Looks along the rays `place` to `place + 7`.
+    #[inline(always)]
+    fn look(&mut self, flat: &Flat, rays: &RayBatch, place: usize) {
+        let [o, d] = rays.load::<L>(place);
+        let magnitude = d.abs();
+        let x_over_y = magnitude.y.less(magnitude.x);
+        let along_x = x_over_y & magnitude.z.less(magnitude.x);
+        let along_y = !x_over_y & magnitude.z.less(magnitude.y);
+        let [d_x, d_y, d_z] = permute(d, along_x, along_y);
+        let [o_x, o_y, o_z] = permute(o, along_x, along_y);
+        // The same permutation of indices, to pick coordinates of a vertex by.
+        let axes = Vec3Lanes::new(
+            L::from_bits(L::Words::splat(0)),
+            L::from_bits(L::Words::splat(1)),
+            L::from_bits(L::Words::splat(2)),
+        );
+        let [k_x, k_y, k_z] = permute(axes, along_x, along_y);
+        let (k_x, k_y, k_z) = (k_x.to_bits(), k_y.to_bits(), k_z.to_bits());
+        self.inverse_z = L::splat(1.0) / d_z;
+        let (shear_x, shear_y) = (d_x * self.inverse_z, d_y * self.inverse_z);
+        for (vertex, seen) in flat.vertices.iter().zip(&mut self.vertices) {
+            let z = L::pick(vertex, k_z) - o_z;
+            let x = L::pick(vertex, k_x) - o_x - shear_x * z;
+            let y = L::pick(vertex, k_y) - o_y - shear_y * z;
+            *seen = Vec3Lanes::new(x, y, z);
+        }
+        for (edge, areas) in flat.edges.iter().zip(self.areas.as_chunks_mut::<2>().0) {
+            let (from, to) = (
+                self.vertices[edge[0] as usize],
+                self.vertices[edge[1] as usize],
+            );
+            // Products rounded on their own, never fused: the antisymmetry of the areas rests on it.
+            let (forth, back) = (from.x * to.y, from.y * to.x);
+            *areas = [forth - back, back - forth];
+        }
+    }
+
+    #[inline(always)]
+    fn meet(&self, triangle: &Corners, t_max: L) -> Meeting<L> {
+        let area_a = self.areas[triangle.edges[0] as usize];
+        let area_b = self.areas[triangle.edges[1] as usize];
+        let area_c = self.areas[triangle.edges[2] as usize];
+        let zero = L::splat(0.0);
+        let least = area_a.min(area_b.min(area_c));
+        let greatest = area_a.max(area_b.max(area_c));
+        let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
+        let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
+        let z = area_a * self.vertices[triangle.vertices[0] as usize].z
+            + (area_b * self.vertices[triangle.vertices[1] as usize].z
+                + area_c * self.vertices[triangle.vertices[2] as usize].z);
+        let t = z * self.inverse_z * inverse_determinant;
+        Meeting {
+            t,
+            weight_a: area_a * inverse_determinant,
+            weight_b: area_b * inverse_determinant,
+            hit: one_sign & zero.less(t) & t.less(t_max),
+        }
+    }
+}
+
+/// The coordinates with the dominant axis last, in the order that leaves handedness.
+#[inline(always)]
+fn permute<L: Lanes>(v: Vec3Lanes<L>, along_x: L::Mask, along_y: L::Mask) -> [L; 3] {
+    [
+        v.y.select(along_x, v.z.select(along_y, v.x)),
+        v.z.select(along_x, v.x.select(along_y, v.y)),
+        v.x.select(along_x, v.y.select(along_y, v.z)),
+    ]
+}
+
+pub struct NearestTogether<'a> {
+    pub flat: &'a Flat,
+    pub rays: &'a RayBatch,
+    pub count: usize,
+    pub hits: &'a mut HitBatch,
+}
+
+impl LaneKernel for NearestTogether<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            flat,
+            rays,
+            count,
+            hits,
+        } = self;
+        let mut view = View::<L>::new();
+        let mut place = 0;
+        while place < count.min(RayBatch::CAPACITY) {
+            view.look(flat, rays, place);
+            let mut t = rays.t_max.load::<L>(place);
+            let mut primitive = L::from_bits(L::Words::splat(HitBatch::NOTHING));
+            let (mut a, mut b) = (L::splat(0.0), L::splat(0.0));
+            for (number, triangle) in flat.triangles.iter().enumerate() {
+                let met = view.meet(triangle, t);
+                t = met.t.select(met.hit, t);
+                a = met.weight_a.select(met.hit, a);
+                b = met.weight_b.select(met.hit, b);
+                primitive = L::from_bits(L::Words::splat(number as u32)).select(met.hit, primitive);
+            }
+            hits.t.store(place, t);
+            hits.primitive.store(place, primitive);
+            hits.barycentric[0].store(place, b);
+            hits.barycentric[1].store(place, (L::splat(1.0) - a - b).max(L::splat(0.0)));
+            place += LANES;
+        }
+    }
+}
+
+pub struct AnyTogether<'a> {
+    pub flat: &'a Flat,
+    pub rays: &'a RayBatch,
+    pub count: usize,
+}
+
+impl LaneKernel for AnyTogether<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> u64 {
+        let Self { flat, rays, count } = self;
+        let count = count.min(RayBatch::CAPACITY);
+        let mut view = View::<L>::new();
+        let mut occluded = 0;
+        let mut place = 0;
+        while place < count {
+            view.look(flat, rays, place);
+            let t_max = rays.t_max.load::<L>(place);
+            let mut any = L::Mask::from_bits(0);
+            for triangle in &flat.triangles {
+                any = any | view.meet(triangle, t_max).hit;
+            }
+            occluded |= u64::from(any.bits()) << place;
+            place += LANES;
+        }
+        // Rays that were not asked about.
+        if count < RayBatch::CAPACITY {
+            occluded &= (1 << count) - 1;
+        }
+        occluded
+    }
+}
