@@ -1,6 +1,7 @@
 //! Orthonormal frames.
 
 use glam::Vec3;
+use lightshed_lanes::{Lanes, Vec3Lanes};
 
 /// A right-handed orthonormal frame; `normal` is the local z axis.
 ///
@@ -66,6 +67,43 @@ impl Frame {
     /// Local direction → world direction.
     #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
+        self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
+    }
+}
+
+/// Eight frames, with the arithmetic of [`Frame`], bit for bit.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameLanes<L> {
+    /// Local x axes.
+    pub tangent: Vec3Lanes<L>,
+    /// Local y axes.
+    pub bitangent: Vec3Lanes<L>,
+    /// Local z axes.
+    pub normal: Vec3Lanes<L>,
+}
+
+impl<L: Lanes> FrameLanes<L> {
+    /// Frames around unit normals, see [`Frame::from_normal`].
+    #[inline(always)]
+    pub fn from_normal(normal: Vec3Lanes<L>) -> Self {
+        let one = L::splat(1.0);
+        let sign = one.copysign(normal.z);
+        let a = -one / (sign + normal.z);
+        let b = normal.x * normal.y * a;
+        Self {
+            tangent: Vec3Lanes::new(
+                one + sign * normal.x * normal.x * a,
+                sign * b,
+                -sign * normal.x,
+            ),
+            bitangent: Vec3Lanes::new(b, sign + normal.y * normal.y * a, -normal.y),
+            normal,
+        }
+    }
+
+    /// From local to world coordinates, see [`Frame::to_world`].
+    #[inline(always)]
+    pub fn to_world(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
         self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
     }
 }

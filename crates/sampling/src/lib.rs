@@ -67,9 +67,11 @@ mod warp;
 mod weights;
 
 pub use alias::{AliasEntry, AliasTable};
-pub use frame::Frame;
+pub use frame::{Frame, FrameLanes};
 pub use glam;
-pub use measure::{Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic};
+pub use measure::{
+    Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic, power_heuristic_lanes,
+};
 pub use morton::{
     BoundsError, MortonGrid, morton30_decode, morton30_encode, morton63_decode, morton63_encode,
 };
@@ -84,7 +86,8 @@ pub use rng::{CounterRng, PathSeed, threefry4x32};
 pub use sobol::SobolSampler;
 pub use sum::{CompensatedSum, Real, pairwise_sum, pairwise_sum_iter};
 pub use uniform::{
-    Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from_u32, f64_from_u64, remap, u32_from_f32,
+    Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from_u32, f32_from_u32_lanes, f64_from_u64, remap,
+    u32_from_f32,
 };
 pub use warp::{
     Beckmann, ConcentricDisk, CosineHemisphere, FreeFlight, Ggx, MicrofacetDistribution, PolarDisk,

@@ -23,6 +23,7 @@
 
 use core::marker::PhantomData;
 use core::ops::Mul;
+use lightshed_lanes::Lanes;
 
 mod sealed {
     pub trait Sealed {}
@@ -176,4 +177,15 @@ fn heuristic(a: f32, b: f32, r: impl Fn(f32) -> f32) -> f32 {
     } else {
         1.0 / (1.0 + r(b / a))
     }
+}
+
+/// [`power_heuristic`] of eight pairs of densities, each pair in one measure, bit for bit.
+#[inline(always)]
+pub fn power_heuristic_lanes<L: Lanes>(a: L, b: L) -> L {
+    let (zero, one, infinity) = (L::splat(0.0), L::splat(1.0), L::splat(f32::INFINITY));
+    let ratio = b / a;
+    let weight = one / (one + ratio * ratio);
+    let both_infinite = L::splat(0.5).select(infinity.equal(b), one);
+    let weight = both_infinite.select(infinity.equal(a), weight);
+    weight.select(zero.less(a), zero)
 }

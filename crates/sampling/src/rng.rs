@@ -31,6 +31,7 @@ use bytemuck::{Pod, Zeroable};
 use rand::{Rng, TryRng};
 
 use crate::uniform::f32_from_u32;
+use lightshed_lanes::{LaneWords, Lanes};
 
 /// Parity constant of the Threefish key schedule, lower half.
 const PARITY: u32 = 0x1BD1_1BDA;
@@ -110,6 +111,50 @@ pub fn threefry4x32<const N: usize>(counter: [u32; 4], key: [u32; 4]) -> [u32; 4
     x
 }
 
+/// One round, of eight blocks.
+macro_rules! mix_lanes {
+    ($x:ident, $a:literal, $b:literal, $r0:literal, $r1:literal) => {
+        $x[0] = $x[0] + $x[$a];
+        $x[$a] = $x[$a].rotate::<$r0, { 32 - $r0 }>() ^ $x[0];
+        $x[2] = $x[2] + $x[$b];
+        $x[$b] = $x[$b].rotate::<$r1, { 32 - $r1 }>() ^ $x[2];
+    };
+}
+
+/// Key addition number `s`.
+#[inline(always)]
+fn add_key_lanes<W: LaneWords>(x: &mut [W; 4], schedule: &[W; 5], s: usize) {
+    x[0] = x[0] + schedule[s % 5];
+    x[1] = x[1] + schedule[(s + 1) % 5];
+    x[2] = x[2] + schedule[(s + 2) % 5];
+    x[3] = x[3] + schedule[(s + 3) % 5] + W::splat(s as u32);
+}
+
+/// [`threefry4x32`] with twelve rounds of eight blocks, each under a key of its own.
+#[inline(always)]
+fn threefry4x32_12_lanes<W: LaneWords>(counter: [W; 4], key: [W; 4]) -> [W; 4] {
+    let [k0, k1, k2, k3] = key;
+    let schedule = [k0, k1, k2, k3, W::splat(PARITY) ^ k0 ^ k1 ^ k2 ^ k3];
+    let mut x = counter;
+    add_key_lanes(&mut x, &schedule, 0);
+    mix_lanes!(x, 1, 3, 10, 26);
+    mix_lanes!(x, 3, 1, 11, 21);
+    mix_lanes!(x, 1, 3, 13, 27);
+    mix_lanes!(x, 3, 1, 23, 5);
+    add_key_lanes(&mut x, &schedule, 1);
+    mix_lanes!(x, 1, 3, 6, 20);
+    mix_lanes!(x, 3, 1, 17, 11);
+    mix_lanes!(x, 1, 3, 25, 10);
+    mix_lanes!(x, 3, 1, 18, 20);
+    add_key_lanes(&mut x, &schedule, 2);
+    mix_lanes!(x, 1, 3, 10, 26);
+    mix_lanes!(x, 3, 1, 11, 21);
+    mix_lanes!(x, 1, 3, 13, 27);
+    mix_lanes!(x, 3, 1, 23, 5);
+    add_key_lanes(&mut x, &schedule, 3);
+    x
+}
+
 /// A stream of random numbers for one sample of one pixel, or for one path ([`PathSeed`]).
 ///
 /// The `n`-th word drawn is [`CounterRng::at`]`(seed, pixel, sample, n)`, and the place in the stream can be
@@ -151,6 +196,32 @@ impl CounterRng {
             [seed as u32, (seed >> 32) as u32, pixel, sample],
         );
         block[dimension as usize % 4]
+    }
+
+    /// Words `4 · block` to `4 · block + 3` of eight streams at once: lane `i` of value `n` is
+    /// [`CounterRng::at`]`(seed, pixel[i], sample[i], 4 · block + n)`. `block` is below 2³⁰.
+    #[inline(always)]
+    pub fn block_lanes<L: Lanes>(
+        seed: u64,
+        pixel: L::Words,
+        sample: L::Words,
+        block: u32,
+    ) -> [L::Words; 4] {
+        const { assert!(Self::ROUNDS == 12) };
+        threefry4x32_12_lanes(
+            [
+                L::Words::splat(block),
+                L::Words::splat(STREAM_PIXEL),
+                L::Words::splat(0),
+                L::Words::splat(0),
+            ],
+            [
+                L::Words::splat(seed as u32),
+                L::Words::splat((seed >> 32) as u32),
+                pixel,
+                sample,
+            ],
+        )
     }
 
     /// The stream of sample `sample` of pixel `pixel` under `seed`, at dimension 0. Draws nothing yet.

@@ -1,5 +1,7 @@
 //! Uniform numbers in [0, 1) from random bits, and what can be done with one of them.
 
+use lightshed_lanes::{LaneWords, Lanes};
+
 /// 2⁻²⁴, the spacing of [`f32_from_u32`].
 const F32_STEP: f32 = 1.0 / (1 << 24) as f32;
 /// 2⁻⁵³, the spacing of [`f64_from_u64`].
@@ -12,6 +14,12 @@ pub const ONE_MINUS_EPSILON: f32 = 1.0 - F32_STEP;
 #[inline(always)]
 pub const fn f32_from_u32(bits: u32) -> f32 {
     (bits >> 8) as f32 * F32_STEP
+}
+
+/// [`f32_from_u32`] of eight words.
+#[inline(always)]
+pub fn f32_from_u32_lanes<L: Lanes>(bits: L::Words) -> L {
+    L::from_integers(bits.shift_right::<8>()) * L::splat(F32_STEP)
 }
 
 /// A uniform number in [0, 1) from uniform bits: `⌊bits / 2¹¹⌋ · 2⁻⁵³`. Exact, 0 is possible, 1 is not.

@@ -24,12 +24,12 @@ pub use description::{
     SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
 };
 pub use emitter::{
-    EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterOrientation, EmitterSample, Emitters,
+    EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation, EmitterSample, Emitters,
     Environment,
 };
 pub use glam;
 pub use material::{
     Bsdf, BsdfSample, BsdfValue, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,
 };
-pub use scene::{BuildOptions, Scene, SceneError, SurfacePoint};
+pub use scene::{BuildOptions, DiffuseLanes, Scene, SceneError, SurfacePoint};
 pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};

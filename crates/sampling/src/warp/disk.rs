@@ -4,10 +4,11 @@
 //! concentric map (Shirley and Chiu 1997) keeps neighbours together and shapes compact, the polar map
 //! `r = √u₀, φ = 2π u₁` is smooth but for one seam, and its first coordinate alone decides the radius.
 
-use super::turn::{sin_cos_quarter, sin_cos_turns, turns_of};
+use super::turn::{sin_cos_quarter, sin_cos_quarter_lanes, sin_cos_turns, turns_of};
 use crate::{Area, Density, ONE_MINUS_EPSILON};
 use core::f32::consts::{FRAC_1_PI, FRAC_2_PI};
 use glam::Vec2;
+use lightshed_lanes::Lanes;
 
 /// `p_A = 1/π` inside the unit disk, 0 outside. Points that a warp put on the border count as inside.
 #[inline(always)]
@@ -49,6 +50,20 @@ impl ConcentricDisk {
         let (sin, cos) = sin_cos_quarter(0.5 * ratio);
         let (x, y) = (select(along_x, cos, sin), select(along_x, sin, cos));
         (Vec2::new(radius * x, radius * y), radius)
+    }
+
+    /// [`ConcentricDisk::sample_with_radius`] of eight points, bit for bit: `(x, y, r)`.
+    #[inline(always)]
+    pub(crate) fn sample_with_radius_lanes<L: Lanes>(u: [L; 2]) -> (L, L, L) {
+        let (one, two) = (L::splat(1.0), L::splat(2.0));
+        let (a, b) = (two * u[0] - one, two * u[1] - one);
+        let along_x = b.abs().less(a.abs());
+        let (radius, other) = (a.select(along_x, b), b.select(along_x, a));
+        let zero = L::splat(0.0);
+        let ratio = zero.select(radius.equal(zero), other / radius);
+        let (sin, cos) = sin_cos_quarter_lanes(L::splat(0.5) * ratio);
+        let (x, y) = (cos.select(along_x, sin), sin.select(along_x, cos));
+        (radius * x, radius * y, radius)
     }
 
     /// Density of [`ConcentricDisk::sample`] per unit area.

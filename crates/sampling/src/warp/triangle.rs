@@ -5,6 +5,7 @@
 //! Triangle and Square*): no square root, and neighbours stay closer together than with `√u`.
 
 use crate::{Area, Density, ONE_MINUS_EPSILON};
+use lightshed_lanes::Lanes;
 
 /// Uniform barycentric coordinates of a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,6 +19,13 @@ impl UniformTriangle {
         let half = 0.5 * u[0].min(u[1]);
         let (b0, b1) = (u[0] - half, u[1] - half);
         [b0, b1, 1.0 - b0 - b1]
+    }
+
+    /// The first two coordinates that [`UniformTriangle::sample`] gives for each of eight points, bit for bit.
+    #[inline(always)]
+    pub fn sample_lanes<L: Lanes>(u: [L; 2]) -> [L; 2] {
+        let half = L::splat(0.5) * u[0].min(u[1]);
+        [u[0] - half, u[1] - half]
     }
 
     /// Density of the point at [`UniformTriangle::sample`] per unit area, `1/area`; zero for a triangle

@@ -2,6 +2,7 @@
 
 use super::clamp_or_low;
 use core::f32::consts::FRAC_PI_2;
+use lightshed_lanes::Lanes;
 
 /// `(sin 2πt, cos 2πt)` for `t` in [0, 1], the azimuth of most warps. Values outside are clamped to that
 /// range, NaN to 0.
@@ -36,6 +37,21 @@ pub(crate) fn sin_cos_quarter(r: f32) -> (f32, f32) {
     let t = r * r;
     let sin = r * (FRAC_PI_2 + t * (-0.645_963_5 + t * (0.079_680_22 + t * -0.004_602_149)));
     let cos = 1.0 - t * (1.233_700_5 + t * (-0.253_669_4 + t * (0.020_861_529 + t * -0.000_906_739_9)));
+    (sin, cos)
+}
+
+/// [`sin_cos_quarter`] of eight arguments, bit for bit.
+#[inline(always)]
+pub(crate) fn sin_cos_quarter_lanes<L: Lanes>(r: L) -> (L, L) {
+    let t = r * r;
+    let sin = r
+        * (L::splat(FRAC_PI_2)
+            + t * (L::splat(-0.645_963_5)
+                + t * (L::splat(0.079_680_22) + t * L::splat(-0.004_602_149))));
+    let cos = L::splat(1.0)
+        - t * (L::splat(1.233_700_5)
+            + t * (L::splat(-0.253_669_4)
+                + t * (L::splat(0.020_861_529) + t * L::splat(-0.000_906_739_9))));
     (sin, cos)
 }
 

@@ -26,8 +26,8 @@ pub enum AreaRecord {
 }
 
 /// Triangles are sampled uniformly by area.
-#[derive(Clone, Debug)]
-#[repr(align(64))]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
 pub struct TriangleEmitter {
     pub(super) corner: Vec3,
     pub(super) edges: [Vec3; 2],
@@ -119,6 +119,21 @@ impl AreaRecord {
 }
 
 impl TriangleEmitter {
+    /// In place of an emitter.
+    pub const NONE: Self = Self {
+        corner: Vec3::ZERO,
+        edges: [Vec3::X, Vec3::Y],
+        normal: Vec3::Z,
+        radiance: Rgb::ZERO,
+        pdf_area: 0.0,
+    };
+
+    /// The record as two rows of lanes.
+    #[inline(always)]
+    pub fn halves(&self) -> &[[f32; 8]; 2] {
+        bytemuck::cast_ref(self)
+    }
+
     pub(super) fn area(&self) -> f64 {
         let [a, b] = self.edges.map(Vec3::as_dvec3);
         0.5 * a.cross(b).length()

@@ -4,6 +4,7 @@ mod area;
 mod endpoint;
 mod environment;
 mod infinite;
+mod lanes;
 mod point;
 mod selection;
 
@@ -14,6 +15,7 @@ pub(crate) use area::{AreaEmitter, AreaShape};
 pub use endpoint::{EmitterConnection, EmitterEndpoint};
 pub use environment::Environment;
 pub use selection::{EmitterExtent, EmitterOrientation};
+pub use lanes::EmitterLanes;
 
 use crate::scene::{SceneError, offset_along};
 use crate::{EmitterDescription, Ray, Rgb, SurfacePoint, luminance};

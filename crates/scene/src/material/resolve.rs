@@ -7,7 +7,7 @@ use super::component::{
 };
 use super::microfacet::Distribution;
 use super::{Material, Roughness, fresnel, rough_coat};
-use crate::Rgb;
+use crate::{ColorTexture, Rgb};
 use glam::Vec2;
 use lightshed_sampling::Ggx;
 
@@ -18,13 +18,24 @@ impl Material {
     /// A rough dielectric whose index matches the outside's is a smooth one: it lets all light pass unbent.
     #[inline]
     pub fn at(&self, uv: Vec2) -> Bsdf {
+        match self.as_diffuse() {
+            Some((reflectance, two_sided)) => {
+                Bsdf::diffuse(reflectance.at(uv), if two_sided { Side::Both } else { Side::Front })
+            }
+            None => self.resolve(uv),
+        }
+    }
+
+    /// The reflectance of a material that is diffuse everywhere, and whether it is seen from both sides.
+    #[inline]
+    pub(crate) fn as_diffuse(&self) -> Option<(&ColorTexture, bool)> {
         match self {
-            Self::Diffuse { reflectance } => Bsdf::diffuse(reflectance.at(uv), Side::Front),
+            Self::Diffuse { reflectance } => Some((reflectance, false)),
             Self::TwoSided { front, back: None } => match &**front {
-                Self::Diffuse { reflectance } => Bsdf::diffuse(reflectance.at(uv), Side::Both),
-                _ => self.resolve(uv),
+                Self::Diffuse { reflectance } => Some((reflectance, true)),
+                _ => None,
             },
-            _ => self.resolve(uv),
+            _ => None,
         }
     }
 

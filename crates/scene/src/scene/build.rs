@@ -1,5 +1,6 @@
 //! From a description to a scene: validation, flattening, acceleration structure.
 
+use super::lanes::DiffuseRow;
 use super::primitive::{NONE, SphereRecord, TriangleRecord};
 use super::{EmittingSurfaces, Scene, SceneError};
 use crate::accel::Accelerator;
@@ -88,6 +89,7 @@ impl Scene {
             normals: flat.normals,
             uvs: flat.uvs,
             spheres: flat.spheres,
+            diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
             materials: materials.clone(),
             emitters,
             camera,

@@ -2,18 +2,22 @@
 
 mod build;
 mod error;
+mod lanes;
 mod primitive;
 mod surface;
 
 pub use build::BuildOptions;
 pub use error::SceneError;
+pub use lanes::DiffuseLanes;
+pub(crate) use lanes::{offset_along_lanes, offset_for_lanes};
 pub use surface::SurfacePoint;
 pub(crate) use surface::offset_along;
 
 use crate::accel::Accelerator;
-use crate::{Bsdf, Camera, Emitters, Hit, Material, Ray, RenderSettings};
+use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings};
 use glam::{Vec2, Vec3};
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
+use lanes::DiffuseRow;
 use primitive::{SphereRecord, TriangleRecord};
 
 /// A validated scene with its acceleration structure, emitters and camera.
@@ -28,6 +32,8 @@ pub struct Scene {
     uvs: Vec<[Vec2; 3]>,
     spheres: Vec<SphereRecord>,
     materials: Vec<Material>,
+    /// The materials as lanes read them.
+    diffuse_rows: Vec<DiffuseRow>,
     emitters: Emitters,
     camera: Camera,
     settings: RenderSettings,
@@ -135,10 +141,32 @@ impl Scene {
         }
     }
 
-    /// Asks for what [`Scene::surface`] reads to be brought near: worth it some hundred instructions ahead.
+    /// [`Scene::intersect_emitting_many`] of the first `count` rays of a batch.
+    pub fn intersect_emitting_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
+        let EmittingSurfaces {
+            accelerator,
+            primitives,
+            ..
+        } = &self.emitting;
+        accelerator.intersect_batch(rays, count, hits);
+        for index in 0..count.min(RayBatch::CAPACITY) {
+            // What hits nothing stays beyond all primitives.
+            let primitive = hits.primitive.get_word(index) as usize;
+            hits.primitive.set_word(
+                index,
+                primitives
+                    .get(primitive)
+                    .copied()
+                    .unwrap_or(HitBatch::NOTHING),
+            );
+        }
+    }
+
+    /// Asks for what [`Scene::surface`] reads of a primitive to be brought near: worth it some hundred instructions
+    /// ahead. There need not be one of that number.
     #[inline]
-    pub fn prefetch_surface(&self, hit: &Hit) {
-        if let Some(triangle) = self.triangles.get(hit.primitive as usize) {
+    pub fn prefetch_primitive(&self, primitive: u32) {
+        if let Some(triangle) = self.triangles.get(primitive as usize) {
             lightshed_lanes::prefetch(triangle);
         }
     }

@@ -9,7 +9,7 @@ use lightshed_sampling::Frame;
 pub const NONE: u32 = u32::MAX;
 
 /// A triangle.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct TriangleRecord {
     pub corners: [Vec3; 3],
@@ -26,6 +26,31 @@ pub struct TriangleRecord {
 const _: () = assert!(size_of::<TriangleRecord>() == 64);
 
 impl TriangleRecord {
+    /// In place of a triangle.
+    pub const NONE: Self = Self {
+        corners: [Vec3::ZERO; 3],
+        normal: Vec3::Z,
+        material: 0,
+        emitter: NONE,
+        normals: NONE,
+        uvs: NONE,
+    };
+
+    /// The record as two rows of lanes: corners and normal are the first twelve values.
+    #[inline(always)]
+    pub fn halves(&self) -> &[[f32; 8]; 2] {
+        bytemuck::cast_ref(self)
+    }
+
+    /// Texture coordinates at the weights of the second and third vertex.
+    #[inline(always)]
+    pub fn uv(&self, [v, w]: [f32; 2], uvs: &[[Vec2; 3]]) -> Vec2 {
+        match uvs.get(self.uvs as usize) {
+            Some(uvs) => uvs[0] * (1.0 - v - w).max(0.0) + uvs[1] * v + uvs[2] * w,
+            None => Vec2::new(v, w),
+        }
+    }
+
     #[inline(always)]
     pub fn surface(&self, hit: &Hit, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> SurfacePoint {
         let [v, w] = hit.barycentric;
@@ -37,16 +62,12 @@ impl TriangleRecord {
         let interpolated = normals.get(self.normals as usize).and_then(|normals| {
             (normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2]).try_normalize()
         });
-        let uv = match uvs.get(self.uvs as usize) {
-            Some(uvs) => uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2],
-            None => Vec2::new(v, w),
-        };
         SurfacePoint {
             position: terms[0] + terms[1] + terms[2],
             offset: SurfacePoint::offset_for(self.normal, magnitude, extent),
             geometric_normal: self.normal,
             shading: Frame::from_normal(interpolated.unwrap_or(self.normal)),
-            uv,
+            uv: self.uv([v, w], uvs),
             primitive: hit.primitive,
             material: self.material,
             emitter: self.emitter,

@@ -11,7 +11,7 @@ use lightshed_sampling::Frame;
 /// as much again each. That is an error of coordinates, which vanishes where they do: on the plane `y = 0`, say. The next
 /// ray's test against the same triangle has another one, of the triangle's *extent*: it forms the edges' cross products
 /// from differences of coordinates, some 15 roundings of that size deep. Both, rounded up.
-const POSITION_ERROR: f32 = 16.0 * f32::EPSILON;
+pub(super) const POSITION_ERROR: f32 = 16.0 * f32::EPSILON;
 
 /// A point on a surface as shading sees it.
 #[derive(Clone, Copy, Debug)]

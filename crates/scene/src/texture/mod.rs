@@ -172,6 +172,15 @@ impl Checkerboard {
 }
 
 impl ColorTexture {
+    /// The colour of one that is the same everywhere.
+    #[inline]
+    pub(crate) fn as_constant(&self) -> Option<Rgb> {
+        match self {
+            Self::Constant(color) => Some(*color),
+            _ => None,
+        }
+    }
+
     /// Linear RGB at mesh coordinates `uv`.
     #[inline(always)]
     pub fn at(&self, uv: Vec2) -> Rgb {

@@ -1,10 +1,16 @@
 //! Unidirectional path tracing with emitter sampling.
 
+mod batch;
+mod numbers;
+mod shade;
+
 use crate::next_event::{Bounce, SampleCounts, Shadow, met_emission, sample_emission};
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
+use lightshed_lanes::LaneChoice;
 use lightshed_sampling::CounterRng;
-use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Hit, Ray, Rgb, Scene, SurfacePoint};
+use numbers::VertexNumbers;
 
 /// Estimates the light transport equation by paths from the camera.
 ///
@@ -22,15 +28,15 @@ pub struct PathTracer<'a> {
     scene: &'a Scene,
     max_depth: u32,
     roulette_depth: u32,
+    lanes: LaneChoice,
 }
 
 /// Probability at which roulette keeps even the brightest path, so that paths between mirrors end.
 const SURVIVAL_CAP: f32 = 0.95;
 
-/// A path on its way.
+/// A path on its way, but for its ray and its random numbers.
 #[derive(Clone)]
-struct Path {
-    rng: CounterRng,
+struct PathState {
     throughput: Rgb,
     radiance: Rgb,
     /// Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
@@ -47,22 +53,19 @@ struct Next {
     ray: Option<Ray>,
 }
 
-impl Path {
-    #[inline(always)]
-    fn new(rng: CounterRng) -> Self {
-        Self {
-            rng,
-            throughput: Rgb::ONE,
-            radiance: Rgb::ZERO,
-            eta_squared: 1.0,
-            bounce: None,
-        }
-    }
+impl PathState {
+    /// At the camera.
+    const START: Self = Self {
+        throughput: Rgb::ONE,
+        radiance: Rgb::ZERO,
+        eta_squared: 1.0,
+        bounce: None,
+    };
 
-    /// Adds what the path's ray has met: `point`, or the environment.
+    /// What the path contributes by what its ray has met: `point`, or the environment.
     #[inline(always)]
-    fn collect_emission(&mut self, scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) {
-        self.radiance += self.throughput * met_emission(scene, ray, point, self.bounce);
+    fn emission(&self, scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
+        self.throughput * met_emission(scene, ray, point, self.bounce)
     }
 }
 
@@ -80,15 +83,18 @@ impl<'a> PathTracer<'a> {
             scene,
             max_depth: max_depth.unwrap_or(u32::MAX),
             roulette_depth,
+            lanes: LaneChoice::best(),
         }
     }
 
-    /// Radiance that arrives along `ray`, from one path.
+    /// Radiance that arrives along `ray`, from one path. The vertex at the end of edge `d` uses words `8 d` to `8 d + 7`
+    /// of `rng`, wherever that stands.
     pub fn radiance(&self, ray: Ray, rng: CounterRng) -> Rgb {
-        let (mut path, mut ray) = (Path::new(rng), ray);
+        let (mut path, mut ray, mut rng) = (PathState::START, ray, rng);
         for depth in 1..=self.max_depth {
             let hit = self.scene.accelerator().intersect(&ray);
-            let next = self.advance(&mut path, &ray, hit, depth);
+            let numbers = VertexNumbers::draw(&mut rng, depth);
+            let next = self.advance(&mut path, &ray, hit, depth, &numbers);
             if let Some(shadow) = next.shadow
                 && !self.scene.occluded(&shadow.ray)
             {
@@ -105,23 +111,30 @@ impl<'a> PathTracer<'a> {
     /// Takes in what the path's ray, its edge number `depth`, has hit: collects emission, and samples an emitter and the
     /// next direction.
     #[inline(always)]
-    fn advance(&self, path: &mut Path, ray: &Ray, hit: Option<Hit>, depth: u32) -> Next {
+    fn advance(
+        &self,
+        path: &mut PathState,
+        ray: &Ray,
+        hit: Option<Hit>,
+        depth: u32,
+        numbers: &VertexNumbers,
+    ) -> Next {
         let scene = self.scene;
         let point = hit.map(|hit| scene.surface(ray, &hit));
-        path.collect_emission(scene, ray, point.as_ref());
+        path.radiance += path.emission(scene, ray, point.as_ref());
         let Some(point) = point.filter(|_| depth < self.max_depth) else {
             return Next::default();
         };
         let bsdf = scene.bsdf(&point);
         let wo = point.shading.to_local(-ray.direction);
-        let shadow = sample_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, &mut path.rng).map(
+        let u_emitter = (numbers.u_emitter, numbers.u_on_emitter);
+        let shadow = sample_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, u_emitter).map(
             |Shadow { ray, radiance }| Shadow {
                 ray,
                 radiance: path.throughput * radiance,
             },
         );
-        let u_lobe = path.rng.next_f32();
-        let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::from(path.rng.next_2d())) else {
+        let Some(sample) = bsdf.sample(wo, numbers.u_lobe, Vec2::from(numbers.u_direction)) else {
             return Next { shadow, ray: None };
         };
         path.throughput *= sample.weight;
@@ -131,7 +144,7 @@ impl<'a> PathTracer<'a> {
         path.eta_squared *= sample.eta * sample.eta;
         if depth >= self.roulette_depth {
             let survival = (path.throughput.max_element() * path.eta_squared).min(SURVIVAL_CAP);
-            if path.rng.next_f32() >= survival {
+            if numbers.u_roulette >= survival {
                 return Next { shadow, ray: None };
             }
             path.throughput /= survival;
@@ -147,104 +160,6 @@ impl<'a> PathTracer<'a> {
             ray: Some(point.spawn(point.shading.to_world(sample.wi))),
         }
     }
-
-    /// Traces up to [`MAX_BATCH`] paths, all at the same depth.
-    fn trace_batch(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
-        let count = ids.len().min(MAX_BATCH);
-        if count == 0 || self.max_depth == 0 {
-            values.fill(Rgb::ZERO);
-            return;
-        }
-        let nowhere = Ray::segment(Vec3::ZERO, Vec3::Z, 0.0);
-        let mut rays = [nowhere; MAX_BATCH];
-        let mut paths: [Path; MAX_BATCH] = std::array::from_fn(|i| {
-            let SampleId { x, y, index } = ids[i.min(count - 1)];
-            let mut rng = CounterRng::new(seed, y << 16 | x, index);
-            rays[i] = camera_ray(self.scene, x, y, &mut rng);
-            Path::new(rng)
-        });
-        // Which path the ray in each place belongs to.
-        let mut owners: [u8; MAX_BATCH] = std::array::from_fn(|i| i as u8);
-        let mut hits = [None; MAX_BATCH];
-        let mut shadow_rays = [nowhere; MAX_BATCH];
-        let mut shadow_owners = [(0u8, Rgb::ZERO); MAX_BATCH];
-        let mut occluded = [false; MAX_BATCH];
-        let mut alive = count;
-        let mut depth = 0;
-        while alive > 0 {
-            depth += 1;
-            if depth == self.max_depth {
-                self.end_paths(&mut rays[..alive], &owners, &mut paths);
-                break;
-            }
-            self.scene
-                .accelerator()
-                .intersect_many(&rays[..alive], &mut hits[..alive]);
-            for hit in hits[..alive].iter().flatten() {
-                self.scene.prefetch_surface(hit);
-            }
-            let (mut survivors, mut shadows) = (0, 0);
-            for place in 0..alive {
-                let owner = owners[place];
-                let path = &mut paths[owner as usize % MAX_BATCH];
-                let next = self.advance(path, &rays[place], hits[place], depth);
-                if let Some(shadow) = next.shadow {
-                    shadow_rays[shadows] = shadow.ray;
-                    shadow_owners[shadows] = (owner, shadow.radiance);
-                    shadows += 1;
-                }
-                if let Some(ray) = next.ray {
-                    rays[survivors] = ray;
-                    owners[survivors] = owner;
-                    survivors += 1;
-                }
-            }
-            self.scene
-                .accelerator()
-                .occluded_many(&shadow_rays[..shadows], &mut occluded[..shadows]);
-            for (&(owner, radiance), &occluded) in shadow_owners.iter().zip(&occluded).take(shadows) {
-                if !occluded {
-                    paths[owner as usize % MAX_BATCH].radiance += radiance;
-                }
-            }
-            alive = survivors;
-        }
-        for (value, path) in values.iter_mut().zip(&paths[..count]) {
-            *value = path.radiance;
-        }
-    }
-
-    /// The last edge of each path: nothing but emission counts, so it is traced against what emits, and further only if
-    /// there is light to be blocked.
-    #[inline(never)]
-    fn end_paths(&self, rays: &mut [Ray], owners: &[u8; MAX_BATCH], paths: &mut [Path; MAX_BATCH]) {
-        let scene = self.scene;
-        let mut hits = [None; MAX_BATCH];
-        scene.intersect_emitting_many(rays, &mut hits);
-        let everywhere = scene.emitters().environment().is_some();
-        // Where rays that are still of interest went.
-        let (mut places, mut count) = ([0u8; MAX_BATCH], 0);
-        for place in 0..rays.len().min(MAX_BATCH) {
-            if let Some(hit) = hits[place] {
-                rays[place].t_max = hit.t;
-            }
-            if everywhere || hits[place].is_some() {
-                rays[count] = rays[place];
-                hits[count] = hits[place];
-                places[count] = owners[place];
-                count += 1;
-            }
-        }
-        let mut occluded = [false; MAX_BATCH];
-        scene
-            .accelerator()
-            .occluded_many(&rays[..count], &mut occluded[..count]);
-        for place in (0..count).filter(|&place| !occluded[place]) {
-            let path = &mut paths[places[place] as usize % MAX_BATCH];
-            let point = hits[place].map(|hit| scene.surface(&rays[place], &hit));
-            path.collect_emission(scene, &rays[place], point.as_ref());
-        }
-    }
 }
 
 impl PixelEstimator for PathTracer<'_> {
@@ -256,7 +171,7 @@ impl PixelEstimator for PathTracer<'_> {
 
     fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
         for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
-            self.trace_batch(ids, seed, values);
+            batch::trace(self, ids, seed, values);
         }
     }
 }

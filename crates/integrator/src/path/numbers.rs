@@ -1,0 +1,113 @@
+//! Which random numbers a path uses where.
+
+use lightshed_lanes::{LANES, LaneWords, Lanes};
+use lightshed_sampling::{CounterRng, f32_from_u32, f32_from_u32_lanes};
+
+/// Words set aside for each vertex; the camera has the first ones.
+const WORDS: u32 = 8;
+
+/// Random numbers of one vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VertexNumbers {
+    pub u_emitter: u64,
+    pub u_on_emitter: [f32; 2],
+    pub u_lobe: f32,
+    pub u_direction: [f32; 2],
+    pub u_roulette: f32,
+}
+
+impl VertexNumbers {
+    /// Those of the vertex at the end of edge `depth` (from 1): words `8 · depth` to `8 · depth + 7` of the stream.
+    #[inline(always)]
+    pub fn draw(rng: &mut CounterRng, depth: u32) -> Self {
+        rng.set_dimension(depth.wrapping_mul(WORDS));
+        Self {
+            u_emitter: rng.next_u64(),
+            u_on_emitter: rng.next_2d(),
+            u_lobe: rng.next_f32(),
+            u_direction: rng.next_2d(),
+            u_roulette: rng.next_f32(),
+        }
+    }
+}
+
+/// Random numbers of eight vertices.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VertexLanes<L: Lanes> {
+    words: [[L::Words; 4]; 2],
+}
+
+impl<L: Lanes> VertexLanes<L> {
+    /// [`VertexNumbers::draw`] for eight paths.
+    #[inline(always)]
+    pub fn draw(seed: u64, pixel: L::Words, sample: L::Words, depth: u32) -> Self {
+        // Blocks of four words wrap with the words.
+        let block = depth.wrapping_mul(WORDS) / 4;
+        Self {
+            words: [
+                CounterRng::block_lanes::<L>(seed, pixel, sample, block),
+                CounterRng::block_lanes::<L>(seed, pixel, sample, block + 1),
+            ],
+        }
+    }
+
+    #[inline(always)]
+    pub fn u_emitter(&self) -> [L::Words; 2] {
+        [self.words[0][0], self.words[0][1]]
+    }
+
+    #[inline(always)]
+    pub fn u_on_emitter(&self) -> [L; 2] {
+        [
+            f32_from_u32_lanes::<L>(self.words[0][2]),
+            f32_from_u32_lanes::<L>(self.words[0][3]),
+        ]
+    }
+
+    #[inline(always)]
+    pub fn u_direction(&self) -> [L; 2] {
+        [
+            f32_from_u32_lanes::<L>(self.words[1][1]),
+            f32_from_u32_lanes::<L>(self.words[1][2]),
+        ]
+    }
+
+    #[inline(always)]
+    pub fn u_roulette(&self) -> L {
+        f32_from_u32_lanes::<L>(self.words[1][3])
+    }
+
+    /// To memory.
+    #[inline(always)]
+    pub fn store(&self) -> StoredVertices {
+        let [[a, b, c, d], [e, f, g, h]] = self.words;
+        StoredVertices([
+            a.store(),
+            b.store(),
+            c.store(),
+            d.store(),
+            e.store(),
+            f.store(),
+            g.store(),
+            h.store(),
+        ])
+    }
+}
+
+/// Random words of eight vertices in memory.
+pub(super) struct StoredVertices([[u32; LANES]; WORDS as usize]);
+
+impl StoredVertices {
+    /// The numbers of one vertex.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> VertexNumbers {
+        let [low, high, a, b, c, d, e, f] = self.0.map(|words| words[lane % LANES]);
+        VertexNumbers {
+            u_emitter: u64::from(high) << 32 | u64::from(low),
+            u_on_emitter: [f32_from_u32(a), f32_from_u32(b)],
+            u_lobe: f32_from_u32(c),
+            u_direction: [f32_from_u32(d), f32_from_u32(e)],
+            u_roulette: f32_from_u32(f),
+        }
+    }
+}

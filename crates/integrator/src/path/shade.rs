@@ -1,0 +1,241 @@
+//! The vertices of a batch: eight at a time where surfaces are diffuse, one at a time elsewhere.
+//!
+//! In lanes and alone a vertex takes the same operations in the same order, so a path has the same value, bit for bit, in
+//! any company.
+
+use super::batch::{Paths, Radiances, Shadows, lanes_within};
+use super::numbers::VertexLanes;
+use super::{PathTracer, SURVIVAL_CAP};
+use crate::MAX_BATCH;
+use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
+use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
+use lightshed_scene::{DiffuseLanes, HitBatch};
+use std::f32::consts::FRAC_1_PI;
+
+/// Takes in what the rays of `paths` (and how many there are), their edge number `depth`, have hit: collects emission in
+/// `radiances`, and samples emitters into `shadows` and continuations into `next`, whose number it returns.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn shade(
+    tracer: &PathTracer<'_>,
+    seed: u64,
+    depth: u32,
+    paths: (&Paths, usize),
+    hits: &HitBatch,
+    next: &mut Paths,
+    shadows: &mut Shadows,
+    radiances: &mut Radiances,
+) -> usize {
+    tracer.lanes.run(Shade {
+        tracer,
+        seed,
+        depth,
+        paths: paths.0,
+        alive: paths.1,
+        hits,
+        next,
+        survivors: 0,
+        shadows,
+        radiances,
+    })
+}
+
+struct Shade<'a> {
+    tracer: &'a PathTracer<'a>,
+    seed: u64,
+    depth: u32,
+    paths: &'a Paths,
+    alive: usize,
+    hits: &'a HitBatch,
+    next: &'a mut Paths,
+    /// How many of `next` there are.
+    survivors: usize,
+    shadows: &'a mut Shadows,
+    radiances: &'a mut Radiances,
+}
+
+impl LaneKernel for Shade<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) -> usize {
+        let mut place = 0;
+        while place < self.alive.min(MAX_BATCH) {
+            self.eight::<L>(place);
+            place += LANES;
+        }
+        self.survivors
+    }
+}
+
+impl Shade<'_> {
+    /// Paths `place` to `place + 7`.
+    #[inline(always)]
+    fn eight<L: Lanes>(&mut self, place: usize) {
+        let wanted = lanes_within(place, self.alive);
+        let mut missed = 0;
+        for lane in 0..LANES {
+            missed |= u32::from(self.hits.primitive.get_word(place + lane) == HitBatch::NOTHING) << lane;
+        }
+        missed &= wanted;
+        let point = self
+            .tracer
+            .scene
+            .diffuse_lanes::<L>(self.hits, place, wanted & !missed);
+        let numbers = VertexLanes::<L>::draw(
+            self.seed,
+            self.paths.pixel.load_words::<L>(place),
+            self.paths.sample.load_words::<L>(place),
+            self.depth,
+        );
+        let mut met = point.emitting;
+        if self.tracer.scene.emitters().environment().is_some() {
+            met |= missed;
+        }
+        while met != 0 {
+            self.collect_emission(place + met.trailing_zeros() as usize);
+            met &= met - 1;
+        }
+        if point.diffuse != 0 {
+            self.diffuse(place, &point, &numbers);
+        }
+        let mut others = wanted & !missed & !point.diffuse;
+        if others != 0 {
+            let numbers = numbers.store();
+            while others != 0 {
+                let lane = others.trailing_zeros() as usize;
+                self.alone(place + lane, &numbers.get(lane));
+                others &= others - 1;
+            }
+        }
+    }
+
+    /// Adds the emission that one path has met.
+    #[inline(never)]
+    fn collect_emission(&mut self, index: usize) {
+        let (scene, ray) = (self.tracer.scene, self.paths.rays.get(index));
+        let point = self.hits.get(index).map(|hit| scene.surface(&ray, &hit));
+        self.radiances[self.paths.owner.get_word(index) as usize % MAX_BATCH] += self
+            .paths
+            .get(index, self.depth)
+            .emission(scene, &ray, point.as_ref());
+    }
+
+    /// [`PathTracer::advance`] of one path.
+    #[inline(never)]
+    fn alone(&mut self, index: usize, numbers: &super::VertexNumbers) {
+        let owner = self.paths.owner.get_word(index);
+        let mut state = self.paths.get(index, self.depth);
+        let ray = self.paths.rays.get(index);
+        let next = self
+            .tracer
+            .advance(&mut state, &ray, self.hits.get(index), self.depth, numbers);
+        self.radiances[owner as usize % MAX_BATCH] += state.radiance;
+        if let Some(shadow) = &next.shadow {
+            self.shadows.push(shadow, owner);
+        }
+        if let Some(ray) = &next.ray {
+            let to = self.survivors;
+            self.next.set(to, &state, ray);
+            self.next.pixel.set_word(to, self.paths.pixel.get_word(index));
+            self.next.sample.set_word(to, self.paths.sample.get_word(index));
+            self.next.owner.set_word(to, owner);
+            self.survivors += 1;
+        }
+    }
+
+    /// [`PathTracer::advance`] of the paths on diffuse surfaces, but for emission.
+    #[inline(always)]
+    fn diffuse<L: Lanes>(&mut self, place: usize, point: &DiffuseLanes<L>, numbers: &VertexLanes<L>) {
+        let paths = self.paths;
+        let zero = L::splat(0.0);
+        let [_, ray_direction] = paths.rays.load::<L>(place);
+        let normal = point.shading.normal;
+        let (seen, mirror) = point.seen_from(normal.dot(-ray_direction));
+        let seen = seen & L::Mask::from_bits(point.diffuse);
+        let throughput = load_vectors::<L>(&paths.throughput, place);
+        let owner = paths.owner.load_words::<L>(place);
+
+        let light = self.tracer.scene.emitters().sample_lanes::<L>(
+            point.position,
+            numbers.u_emitter(),
+            numbers.u_on_emitter(),
+            seen.bits(),
+        );
+        let pdf = (normal.dot(light.direction) * mirror).max(zero) * L::splat(FRAC_1_PI);
+        let value = point.reflectance * pdf;
+        let black = value.x.equal(zero) & value.y.equal(zero) & value.z.equal(zero);
+        let weight = power_heuristic_lanes(light.pdf_solid_angle, pdf);
+        let weight = L::splat(1.0).select(light.is_delta, weight);
+        let radiance = throughput * (value * light.weight * weight);
+        let shadow = (seen & light.found & !black).bits();
+        let (origin, direction, t_max) = light.shadow_rays(point);
+        let shadows = &mut *self.shadows;
+        shadows
+            .rays
+            .store_compressed(shadows.count, origin, direction, t_max, shadow);
+        store_vectors(&mut shadows.radiance, shadows.count, radiance, shadow);
+        shadows
+            .owner
+            .store_words_compressed::<L>(shadows.count, owner, shadow);
+        shadows.count += shadow.count_ones() as usize;
+
+        let local = CosineHemisphere::sample_lanes(numbers.u_direction());
+        let mut throughput = throughput * point.reflectance;
+        let black = throughput.x.equal(zero) & throughput.y.equal(zero) & throughput.z.equal(zero);
+        let mut survives = seen & zero.less(local.z) & !black;
+        let eta_squared = paths.eta_squared.load::<L>(place);
+        if self.depth >= self.tracer.roulette_depth {
+            let survival = (throughput.max_element() * eta_squared).min(L::splat(SURVIVAL_CAP));
+            survives = survives & numbers.u_roulette().less(survival);
+            throughput = Vec3Lanes::new(
+                throughput.x / survival,
+                throughput.y / survival,
+                throughput.z / survival,
+            );
+        }
+        let direction = point
+            .shading
+            .to_world(Vec3Lanes::new(local.x, local.y, local.z * mirror));
+        let survives = survives.bits();
+        let (to, next) = (self.survivors, &mut *self.next);
+        next.rays.store_compressed(
+            to,
+            point.origin_towards(direction),
+            direction,
+            L::splat(f32::INFINITY),
+            survives,
+        );
+        store_vectors(&mut next.throughput, to, throughput, survives);
+        next.eta_squared.store_compressed(to, eta_squared, survives);
+        store_vectors(&mut next.from, to, point.position, survives);
+        next.pdf
+            .store_compressed(to, local.z * L::splat(FRAC_1_PI), survives);
+        next.pixel
+            .store_words_compressed::<L>(to, paths.pixel.load_words::<L>(place), survives);
+        next.sample
+            .store_words_compressed::<L>(to, paths.sample.load_words::<L>(place), survives);
+        next.owner.store_words_compressed::<L>(to, owner, survives);
+        self.survivors += survives.count_ones() as usize;
+    }
+}
+
+#[inline(always)]
+fn load_vectors<L: Lanes>(columns: &[lightshed_lanes::Column; 3], place: usize) -> Vec3Lanes<L> {
+    Vec3Lanes::new(
+        columns[0].load(place),
+        columns[1].load(place),
+        columns[2].load(place),
+    )
+}
+
+#[inline(always)]
+fn store_vectors<L: Lanes>(
+    columns: &mut [lightshed_lanes::Column; 3],
+    place: usize,
+    v: Vec3Lanes<L>,
+    mask: u32,
+) {
+    columns[0].store_compressed(place, v.x, mask);
+    columns[1].store_compressed(place, v.y, mask);
+    columns[2].store_compressed(place, v.z, mask);
+}

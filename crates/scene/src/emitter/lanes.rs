@@ -1,0 +1,204 @@
+//! Choosing and sampling emitters for eight points at a time.
+
+use super::area::{AreaRecord, TriangleEmitter};
+use super::{EmitterSample, Emitters, SEGMENT_END};
+use crate::scene::{DiffuseLanes, offset_along_lanes, offset_for_lanes};
+use glam::Vec3;
+use lightshed_lanes::{LANES, LaneMask, LaneWords, Lanes, Vec3Lanes};
+use lightshed_sampling::UniformTriangle;
+
+/// Eight results of [`Emitters::sample`], bit for bit.
+#[derive(Clone, Copy, Debug)]
+pub struct EmitterLanes<L: Lanes> {
+    /// [`EmitterSample::direction`].
+    pub direction: Vec3Lanes<L>,
+    /// [`EmitterSample::weight`].
+    pub weight: Vec3Lanes<L>,
+    /// [`EmitterSample::pdf`], per steradian.
+    pub pdf_solid_angle: L,
+    /// [`EmitterSample::is_delta`].
+    pub is_delta: L::Mask,
+    /// Lanes that have a sample; nothing is of meaning in the others.
+    pub found: L::Mask,
+    /// The point aimed at, and whether there is one.
+    target: Vec3Lanes<L>,
+    finite: L::Mask,
+}
+
+impl<L: Lanes> EmitterLanes<L> {
+    /// [`EmitterSample::shadow_ray`]: origin, direction and end.
+    #[inline(always)]
+    pub fn shadow_rays(&self, from: &DiffuseLanes<L>) -> (Vec3Lanes<L>, Vec3Lanes<L>, L) {
+        let origin = from.origin_towards(self.direction);
+        let direction = (self.target - origin).select(self.finite, self.direction);
+        let t_max = L::splat(SEGMENT_END).select(self.finite, L::splat(f32::INFINITY));
+        (origin, direction, t_max)
+    }
+}
+
+/// Results of [`Emitters::sample`], lane by lane.
+struct Others {
+    direction: [[f32; LANES]; 3],
+    weight: [[f32; LANES]; 3],
+    pdf: [f32; LANES],
+    target: [[f32; LANES]; 3],
+    found: u32,
+    is_delta: u32,
+    finite: u32,
+}
+
+impl Others {
+    const NONE: Self = Self {
+        direction: [[0.0; LANES]; 3],
+        weight: [[0.0; LANES]; 3],
+        pdf: [0.0; LANES],
+        target: [[0.0; LANES]; 3],
+        found: 0,
+        is_delta: 0,
+        finite: 0,
+    };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, sample: &EmitterSample) {
+        let target = sample.target.unwrap_or(Vec3::ZERO);
+        for axis in 0..3 {
+            self.direction[axis][lane] = sample.direction[axis];
+            self.weight[axis][lane] = sample.weight[axis];
+            self.target[axis][lane] = target[axis];
+        }
+        self.pdf[lane] = sample.pdf.value();
+        self.found |= 1 << lane;
+        self.is_delta |= u32::from(sample.is_delta) << lane;
+        self.finite |= u32::from(sample.target.is_some()) << lane;
+    }
+
+    #[inline(always)]
+    fn load<L: Lanes>(&self) -> EmitterLanes<L> {
+        EmitterLanes {
+            direction: load_vectors(&self.direction),
+            weight: load_vectors(&self.weight),
+            pdf_solid_angle: L::load(&self.pdf),
+            is_delta: L::Mask::from_bits(self.is_delta),
+            found: L::Mask::from_bits(self.found),
+            target: load_vectors(&self.target),
+            finite: L::Mask::from_bits(self.finite),
+        }
+    }
+}
+
+#[inline(always)]
+fn load_vectors<L: Lanes>(rows: &[[f32; LANES]; 3]) -> Vec3Lanes<L> {
+    Vec3Lanes::new(L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2]))
+}
+
+impl Emitters {
+    /// [`Emitters::sample`] for eight points, those in the lanes `wanted`; `u_select` are the low and the high halves.
+    #[inline(always)]
+    pub fn sample_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        u_select: [L::Words; 2],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        const NO_TRIANGLE: &TriangleEmitter = &TriangleEmitter::NONE;
+        let mut records = [NO_TRIANGLE; LANES];
+        let (mut triangles, mut others) = (0, 0);
+        let (low, high) = (u_select[0].store(), u_select[1].store());
+        for lane in 0..LANES {
+            if wanted >> lane & 1 == 0 {
+                continue;
+            }
+            match self.triangle(u64::from(high[lane]) << 32 | u64::from(low[lane])) {
+                Some(record) => {
+                    records[lane] = record;
+                    triangles |= 1 << lane;
+                }
+                None => others |= 1 << lane,
+            }
+        }
+        let sampled = sample_triangles::<L>(records, from, u, L::Mask::from_bits(triangles));
+        if others == 0 {
+            return sampled;
+        }
+        let mut rest = Others::NONE;
+        let (from, u0, u1) = (from.store(), u[0].store(), u[1].store());
+        for lane in 0..LANES {
+            if others >> lane & 1 == 1 {
+                let u_select = u64::from(high[lane]) << 32 | u64::from(low[lane]);
+                let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
+                if let Some(sample) = self.sample(from, u_select, [u0[lane], u1[lane]]) {
+                    rest.set(lane, &sample);
+                }
+            }
+        }
+        let rest = rest.load::<L>();
+        let mask = L::Mask::from_bits(others);
+        EmitterLanes {
+            direction: rest.direction.select(mask, sampled.direction),
+            weight: rest.weight.select(mask, sampled.weight),
+            pdf_solid_angle: rest.pdf_solid_angle.select(mask, sampled.pdf_solid_angle),
+            is_delta: rest.is_delta,
+            found: sampled.found | rest.found,
+            target: rest.target.select(mask, sampled.target),
+            finite: sampled.finite | rest.finite,
+        }
+    }
+
+    /// The emitting triangle that `u_select` chooses, if it chooses one.
+    #[inline(always)]
+    fn triangle(&self, u_select: u64) -> Option<&TriangleEmitter> {
+        let table = self.finite.as_ref()?;
+        let routed = u128::from(u_select) * u128::from(self.groups);
+        if routed >> 64 != 0 {
+            return None;
+        }
+        match self.areas.get(table.sample_index(routed as u64) as usize) {
+            Some(AreaRecord::Triangle(triangle)) => Some(triangle),
+            _ => None,
+        }
+    }
+}
+
+/// [`TriangleEmitter::sample`] in the lanes `wanted`.
+#[inline(always)]
+fn sample_triangles<L: Lanes>(
+    records: [&TriangleEmitter; LANES],
+    from: Vec3Lanes<L>,
+    u: [L; 2],
+    wanted: L::Mask,
+) -> EmitterLanes<L> {
+    let [r0, r1, r2, r3, r4, r5, r6, r7] = records;
+    let ([l0, h0], [l1, h1], [l2, h2], [l3, h3]) = (r0.halves(), r1.halves(), r2.halves(), r3.halves());
+    let ([l4, h4], [l5, h5], [l6, h6], [l7, h7]) = (r4.halves(), r5.halves(), r6.halves(), r7.halves());
+    let [ax, ay, az, bx, by, bz, cx, cy] = L::load_transposed([l0, l1, l2, l3, l4, l5, l6, l7]);
+    let [cz, nx, ny, nz, red, green, blue, pdf_area] =
+        L::load_transposed([h0, h1, h2, h3, h4, h5, h6, h7]);
+    let corner = Vec3Lanes::new(ax, ay, az);
+    let edges = [Vec3Lanes::new(bx, by, bz), Vec3Lanes::new(cx, cy, cz)];
+    let normal = Vec3Lanes::new(nx, ny, nz);
+    let zero = L::splat(0.0);
+    let [v, w] = UniformTriangle::sample_lanes(u);
+    let (along, across) = (edges[0] * v, edges[1] * w);
+    let point = corner + along + across;
+    let d = point - from;
+    let distance_squared = d.dot(d);
+    let facing = -normal.dot(d);
+    let distance = distance_squared.sqrt();
+    let cos_theta = (facing / distance).abs();
+    let pdf = pdf_area * distance_squared / cos_theta;
+    let found = wanted & zero.less(facing) & zero.less(cos_theta) & zero.less(pdf);
+    let pdf = pdf.min(L::splat(f32::MAX));
+    let magnitude = corner.abs() + along.abs() + across.abs();
+    let extent = edges[0].abs().max(edges[1].abs()).max_element();
+    let offset = offset_for_lanes(normal, magnitude, extent);
+    EmitterLanes {
+        direction: Vec3Lanes::new(d.x / distance, d.y / distance, d.z / distance),
+        weight: Vec3Lanes::new(red / pdf, green / pdf, blue / pdf),
+        pdf_solid_angle: pdf,
+        is_delta: L::Mask::from_bits(0),
+        found,
+        target: offset_along_lanes(point, normal, offset, from - point),
+        finite: found,
+    }
+}
