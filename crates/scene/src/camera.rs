@@ -2,6 +2,7 @@
 
 use crate::{CameraDescription, Projection, Ray};
 use glam::{Affine3A, Quat, Vec2, Vec3, Vec3A};
+use lightshed_lanes::{Lanes, Vec3Lanes};
 use lightshed_sampling::ConcentricDisk;
 
 /// A camera ready to be sampled, for images of one size.
@@ -153,10 +154,52 @@ impl Camera {
         (local.z > 0.0 && film.is_finite()).then_some(film)
     }
 
+    /// [`Camera::ray`] for eight points, bit for bit: origins, directions and ends.
+    #[inline(always)]
+    pub fn ray_lanes<L: Lanes>(&self, film: [L; 2], u_lens: [L; 2]) -> (Vec3Lanes<L>, Vec3Lanes<L>, L) {
+        let one = L::splat(1.0);
+        let through = Vec3Lanes::new(
+            L::splat(self.corner.x) + L::splat(self.pixel.x) * film[0],
+            L::splat(self.corner.y) + L::splat(self.pixel.y) * film[1],
+            one,
+        );
+        let mut origin = Vec3Lanes::splat([0.0; 3]);
+        let mut direction = through;
+        if self.aperture_radius > 0.0 {
+            let [x, y] = ConcentricDisk::sample_lanes(u_lens);
+            let radius = L::splat(self.aperture_radius);
+            origin = Vec3Lanes::new(x * radius, y * radius, L::splat(0.0));
+            direction = through * L::splat(self.focus_distance) - origin;
+        }
+        let direction = divided(direction, direction.dot(direction).sqrt());
+        let along_axis = direction.z;
+        let world_direction = self.to_world_lanes(direction);
+        let world_origin = self.to_world_lanes(origin) + Vec3Lanes::splat(self.to_world.translation.to_array());
+        let length = world_direction.dot(world_direction).sqrt();
+        let world_direction = divided(world_direction, length);
+        let near = L::splat(self.near_clip) / along_axis * length;
+        let far = L::splat(self.far_clip) / along_axis * length;
+        (world_origin + world_direction * near, world_direction, far - near)
+    }
+
+    /// A direction in the world.
+    #[inline(always)]
+    fn to_world_lanes<L: Lanes>(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        let matrix = &self.to_world.matrix3;
+        Vec3Lanes::splat(matrix.x_axis.to_array()) * v.x
+            + Vec3Lanes::splat(matrix.y_axis.to_array()) * v.y
+            + Vec3Lanes::splat(matrix.z_axis.to_array()) * v.z
+    }
+
     /// Whether rays depend on `u_lens`.
     pub fn has_lens(&self) -> bool {
         self.aperture_radius > 0.0
     }
+}
+
+#[inline(always)]
+fn divided<L: Lanes>(v: Vec3Lanes<L>, divisor: L) -> Vec3Lanes<L> {
+    Vec3Lanes::new(v.x / divisor, v.y / divisor, v.z / divisor)
 }
 
 #[cfg(test)]

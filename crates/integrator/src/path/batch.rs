@@ -1,10 +1,11 @@
 //! Paths in batches, coordinate by coordinate.
 
-use super::{PathState, PathTracer, camera_ray};
+use super::start::Start;
+use super::{PathState, PathTracer};
 use crate::next_event::{Bounce, SampleCounts, Shadow};
 use crate::{MAX_BATCH, SampleId};
 use lightshed_lanes::{Column, LANES};
-use lightshed_sampling::{CounterRng, Density};
+use lightshed_sampling::Density;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{HitBatch, Ray, RayBatch, Rgb};
 
@@ -122,13 +123,12 @@ pub(super) fn trace(tracer: &PathTracer<'_>, ids: &[SampleId], seed: u64, values
     let scene = tracer.scene;
     let (mut one, mut other) = (Paths::NONE, Paths::NONE);
     let (mut paths, mut next) = (&mut one, &mut other);
-    for (index, &SampleId { x, y, index: sample }) in ids.iter().enumerate().take(count) {
-        let mut rng = CounterRng::new(seed, y << 16 | x, sample);
-        paths.set(index, &PathState::START, &camera_ray(scene, x, y, &mut rng));
-        paths.pixel.set_word(index, y << 16 | x);
-        paths.sample.set_word(index, sample);
-        paths.owner.set_word(index, index as u32);
-    }
+    tracer.lanes.run(Start {
+        camera: scene.camera(),
+        ids,
+        seed,
+        paths: &mut *paths,
+    });
     let mut radiances = [Rgb::ZERO; MAX_BATCH];
     let mut hits = HitBatch::NONE;
     let mut shadows = Shadows::NONE;

@@ -3,6 +3,7 @@
 mod batch;
 mod numbers;
 mod shade;
+mod start;
 
 use crate::next_event::{Bounce, SampleCounts, Shadow, met_emission, sample_emission};
 use crate::{MAX_BATCH, PixelEstimator, SampleId};

@@ -94,6 +94,12 @@ impl<L: Lanes> VertexLanes<L> {
     }
 }
 
+/// The camera's words of eight paths: two for the place in the pixel, two for the lens if there is one.
+#[inline(always)]
+pub(super) fn camera_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words) -> [L::Words; 4] {
+    CounterRng::block_lanes::<L>(seed, pixel, sample, 0)
+}
+
 /// Random words of eight vertices in memory.
 pub(super) struct StoredVertices([[u32; LANES]; WORDS as usize]);
 

@@ -52,6 +52,13 @@ impl ConcentricDisk {
         (Vec2::new(radius * x, radius * y), radius)
     }
 
+    /// [`ConcentricDisk::sample`] of eight points, bit for bit.
+    #[inline(always)]
+    pub fn sample_lanes<L: Lanes>(u: [L; 2]) -> [L; 2] {
+        let (x, y, _) = Self::sample_with_radius_lanes(u);
+        [x, y]
+    }
+
     /// [`ConcentricDisk::sample_with_radius`] of eight points, bit for bit: `(x, y, r)`.
     #[inline(always)]
     pub(crate) fn sample_with_radius_lanes<L: Lanes>(u: [L; 2]) -> (L, L, L) {

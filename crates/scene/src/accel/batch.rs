@@ -68,6 +68,26 @@ impl RayBatch {
         ]
     }
 
+    /// Sets rays `place` to `place + 7`.
+    #[inline(always)]
+    pub fn store<L: Lanes>(
+        &mut self,
+        place: usize,
+        origin: Vec3Lanes<L>,
+        direction: Vec3Lanes<L>,
+        t_max: L,
+    ) {
+        let [ox, oy, oz] = &mut self.origin;
+        ox.store(place, origin.x);
+        oy.store(place, origin.y);
+        oz.store(place, origin.z);
+        let [dx, dy, dz] = &mut self.direction;
+        dx.store(place, direction.x);
+        dy.store(place, direction.y);
+        dz.store(place, direction.z);
+        self.t_max.store(place, t_max);
+    }
+
     /// Appends the rays of the set bits of `mask` behind the first `place`.
     #[inline(always)]
     pub fn store_compressed<L: Lanes>(

@@ -10,9 +10,8 @@ mod build;
 mod together;
 
 use super::block::{Nearest, TriangleBlock, TriangleRay};
-use super::{Hit, HitBatch, Ray, RayBatch};
+use super::{Hit, Ray};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
-use together::{AnyTogether, NearestTogether};
 
 /// Most triangles for which this is faster than the tree.
 const MAX_TRIANGLES: usize = 64;
@@ -54,27 +53,6 @@ impl Flat {
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.lanes.run(AnyAlone { flat: self, ray })
-    }
-
-    /// The nearest hit of each of the first `count` rays.
-    #[inline]
-    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
-        self.lanes.run(NearestTogether {
-            flat: self,
-            rays,
-            count,
-            hits,
-        });
-    }
-
-    /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
-    #[inline]
-    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
-        self.lanes.run(AnyTogether {
-            flat: self,
-            rays,
-            count,
-        })
     }
 
     /// Bytes of the triangles.

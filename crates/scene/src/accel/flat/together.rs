@@ -4,16 +4,26 @@
 
 use super::{Corners, Flat, MAX_EDGES, MAX_VERTICES};
 use crate::accel::{HitBatch, RayBatch};
+use core::cell::RefCell;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, LaneWords, Lanes, Vec3Lanes};
 
-/// What eight rays see of the vertices and edges. Made once for a batch: clearing it costs.
-struct View<L> {
+/// What eight rays see of the vertices and edges: rows of lanes.
+pub struct View {
     /// Vertices relative to the rays, sheared so that the rays run along the last axis.
-    vertices: [Vec3Lanes<L>; MAX_VERTICES],
+    vertices: [[[f32; LANES]; 3]; MAX_VERTICES],
     /// Signed areas of the directed edges.
-    areas: [L; 2 * MAX_EDGES],
-    /// `1 / d[kz]`.
-    inverse_z: L,
+    areas: [[f32; LANES]; 2 * MAX_EDGES],
+}
+
+thread_local! {
+    /// One for each thread, since clearing it for every batch takes a tenth of a render of the Cornell box. Nothing is read
+    /// that has not been written for the rays in question.
+    static VIEW: RefCell<View> = const {
+        RefCell::new(View {
+            vertices: [[[0.0; LANES]; 3]; MAX_VERTICES],
+            areas: [[0.0; LANES]; 2 * MAX_EDGES],
+        })
+    };
 }
 
 /// A triangle as eight rays meet it.
@@ -26,20 +36,10 @@ struct Meeting<L: Lanes> {
     hit: L::Mask,
 }
 
-impl<L: Lanes> View<L> {
+impl View {
+    /// Looks along the rays `place` to `place + 7`. Returns `1 / d[kz]`.
     #[inline(always)]
-    fn new() -> Self {
-        let zero = L::splat(0.0);
-        Self {
-            vertices: [Vec3Lanes::new(zero, zero, zero); MAX_VERTICES],
-            areas: [zero; 2 * MAX_EDGES],
-            inverse_z: zero,
-        }
-    }
-
-    /// Looks along the rays `place` to `place + 7`.
-    #[inline(always)]
-    fn look(&mut self, flat: &Flat, rays: &RayBatch, place: usize) {
+    fn look<L: Lanes>(&mut self, flat: &Flat, rays: &RayBatch, place: usize) -> L {
         let [o, d] = rays.load::<L>(place);
         let magnitude = d.abs();
         let x_over_y = magnitude.y.less(magnitude.x);
@@ -55,39 +55,39 @@ impl<L: Lanes> View<L> {
         );
         let [k_x, k_y, k_z] = permute(axes, along_x, along_y);
         let (k_x, k_y, k_z) = (k_x.to_bits(), k_y.to_bits(), k_z.to_bits());
-        self.inverse_z = L::splat(1.0) / d_z;
-        let (shear_x, shear_y) = (d_x * self.inverse_z, d_y * self.inverse_z);
+        let inverse_z = L::splat(1.0) / d_z;
+        let (shear_x, shear_y) = (d_x * inverse_z, d_y * inverse_z);
         for (vertex, seen) in flat.vertices.iter().zip(&mut self.vertices) {
             let z = L::pick(vertex, k_z) - o_z;
             let x = L::pick(vertex, k_x) - o_x - shear_x * z;
             let y = L::pick(vertex, k_y) - o_y - shear_y * z;
-            *seen = Vec3Lanes::new(x, y, z);
+            *seen = [x.store(), y.store(), z.store()];
         }
         for (edge, areas) in flat.edges.iter().zip(self.areas.as_chunks_mut::<2>().0) {
-            let (from, to) = (
-                self.vertices[edge[0] as usize],
-                self.vertices[edge[1] as usize],
-            );
+            let [from_x, from_y, _] = &self.vertices[edge[0] as usize];
+            let [to_x, to_y, _] = &self.vertices[edge[1] as usize];
             // Products rounded on their own, never fused: the antisymmetry of the areas rests on it.
-            let (forth, back) = (from.x * to.y, from.y * to.x);
-            *areas = [forth - back, back - forth];
+            let forth = L::load(from_x) * L::load(to_y);
+            let back = L::load(from_y) * L::load(to_x);
+            *areas = [(forth - back).store(), (back - forth).store()];
         }
+        inverse_z
     }
 
     #[inline(always)]
-    fn meet(&self, triangle: &Corners, t_max: L) -> Meeting<L> {
-        let area_a = self.areas[triangle.edges[0] as usize];
-        let area_b = self.areas[triangle.edges[1] as usize];
-        let area_c = self.areas[triangle.edges[2] as usize];
+    fn meet<L: Lanes>(&self, triangle: &Corners, inverse_z: L, t_max: L) -> Meeting<L> {
+        let area_a = L::load(&self.areas[triangle.edges[0] as usize]);
+        let area_b = L::load(&self.areas[triangle.edges[1] as usize]);
+        let area_c = L::load(&self.areas[triangle.edges[2] as usize]);
         let zero = L::splat(0.0);
         let least = area_a.min(area_b.min(area_c));
         let greatest = area_a.max(area_b.max(area_c));
         let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
         let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
-        let z = area_a * self.vertices[triangle.vertices[0] as usize].z
-            + (area_b * self.vertices[triangle.vertices[1] as usize].z
-                + area_c * self.vertices[triangle.vertices[2] as usize].z);
-        let t = z * self.inverse_z * inverse_determinant;
+        let z = area_a * L::load(&self.vertices[triangle.vertices[0] as usize][2])
+            + (area_b * L::load(&self.vertices[triangle.vertices[1] as usize][2])
+                + area_c * L::load(&self.vertices[triangle.vertices[2] as usize][2]));
+        let t = z * inverse_z * inverse_determinant;
         Meeting {
             t,
             weight_a: area_a * inverse_determinant,
@@ -107,11 +107,41 @@ fn permute<L: Lanes>(v: Vec3Lanes<L>, along_x: L::Mask, along_y: L::Mask) -> [L;
     ]
 }
 
-pub struct NearestTogether<'a> {
-    pub flat: &'a Flat,
-    pub rays: &'a RayBatch,
-    pub count: usize,
-    pub hits: &'a mut HitBatch,
+impl Flat {
+    /// The nearest hit of each of the first `count` rays.
+    #[inline]
+    pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
+        VIEW.with_borrow_mut(|view| {
+            self.lanes.run(NearestTogether {
+                view,
+                flat: self,
+                rays,
+                count,
+                hits,
+            });
+        });
+    }
+
+    /// Whether each of the first `count` rays has any hit: bit `i` for ray `i`.
+    #[inline]
+    pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
+        VIEW.with_borrow_mut(|view| {
+            self.lanes.run(AnyTogether {
+                view,
+                flat: self,
+                rays,
+                count,
+            })
+        })
+    }
+}
+
+struct NearestTogether<'a> {
+    view: &'a mut View,
+    flat: &'a Flat,
+    rays: &'a RayBatch,
+    count: usize,
+    hits: &'a mut HitBatch,
 }
 
 impl LaneKernel for NearestTogether<'_> {
@@ -120,20 +150,20 @@ impl LaneKernel for NearestTogether<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self {
+            view,
             flat,
             rays,
             count,
             hits,
         } = self;
-        let mut view = View::<L>::new();
         let mut place = 0;
         while place < count.min(RayBatch::CAPACITY) {
-            view.look(flat, rays, place);
+            let inverse_z = view.look::<L>(flat, rays, place);
             let mut t = rays.t_max.load::<L>(place);
             let mut primitive = L::from_bits(L::Words::splat(HitBatch::NOTHING));
             let (mut a, mut b) = (L::splat(0.0), L::splat(0.0));
             for (number, triangle) in flat.triangles.iter().enumerate() {
-                let met = view.meet(triangle, t);
+                let met = view.meet(triangle, inverse_z, t);
                 t = met.t.select(met.hit, t);
                 a = met.weight_a.select(met.hit, a);
                 b = met.weight_b.select(met.hit, b);
@@ -148,10 +178,11 @@ impl LaneKernel for NearestTogether<'_> {
     }
 }
 
-pub struct AnyTogether<'a> {
-    pub flat: &'a Flat,
-    pub rays: &'a RayBatch,
-    pub count: usize,
+struct AnyTogether<'a> {
+    view: &'a mut View,
+    flat: &'a Flat,
+    rays: &'a RayBatch,
+    count: usize,
 }
 
 impl LaneKernel for AnyTogether<'_> {
@@ -159,17 +190,21 @@ impl LaneKernel for AnyTogether<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> u64 {
-        let Self { flat, rays, count } = self;
+        let Self {
+            view,
+            flat,
+            rays,
+            count,
+        } = self;
         let count = count.min(RayBatch::CAPACITY);
-        let mut view = View::<L>::new();
         let mut occluded = 0;
         let mut place = 0;
         while place < count {
-            view.look(flat, rays, place);
+            let inverse_z = view.look::<L>(flat, rays, place);
             let t_max = rays.t_max.load::<L>(place);
             let mut any = L::Mask::from_bits(0);
             for triangle in &flat.triangles {
-                any = any | view.meet(triangle, t_max).hit;
+                any = any | view.meet(triangle, inverse_z, t_max).hit;
             }
             occluded |= u64::from(any.bits()) << place;
             place += LANES;

@@ -1,0 +1,59 @@
+//! The first rays of a batch.
+
+use super::batch::Paths;
+use super::numbers::camera_lanes;
+use crate::{MAX_BATCH, SampleId};
+use lightshed_lanes::{LANES, LaneKernel, LaneWords, Lanes};
+use lightshed_sampling::f32_from_u32_lanes;
+use lightshed_scene::Camera;
+
+/// Sets `paths` to the beginnings of those that `ids` names, of which no more than [`MAX_BATCH`] are looked at.
+pub(super) struct Start<'a> {
+    pub camera: &'a Camera,
+    pub ids: &'a [SampleId],
+    pub seed: u64,
+    pub paths: &'a mut Paths,
+}
+
+impl LaneKernel for Start<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            camera,
+            ids,
+            seed,
+            paths,
+        } = self;
+        let count = ids.len().min(MAX_BATCH);
+        for index in 0..count {
+            let SampleId { x, y, index: sample } = ids[index];
+            paths.pixel.set_word(index, y << 16 | x);
+            paths.sample.set_word(index, sample);
+            paths.owner.set_word(index, index as u32);
+        }
+        let mut place = 0;
+        while place < count {
+            let pixel = paths.pixel.load_words::<L>(place);
+            let words = camera_lanes::<L>(seed, pixel, paths.sample.load_words::<L>(place));
+            let (x, y) = (pixel & L::Words::splat(0xffff), pixel.shift_right::<16>());
+            let film = [
+                L::from_integers(x) + f32_from_u32_lanes::<L>(words[0]),
+                L::from_integers(y) + f32_from_u32_lanes::<L>(words[1]),
+            ];
+            let u_lens = [
+                f32_from_u32_lanes::<L>(words[2]),
+                f32_from_u32_lanes::<L>(words[3]),
+            ];
+            let (origin, direction, t_max) = camera.ray_lanes(film, u_lens);
+            paths.rays.store(place, origin, direction, t_max);
+            let one = L::splat(1.0);
+            paths.throughput[0].store(place, one);
+            paths.throughput[1].store(place, one);
+            paths.throughput[2].store(place, one);
+            paths.eta_squared.store(place, one);
+            place += LANES;
+        }
+    }
+}
