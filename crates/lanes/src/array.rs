@@ -109,10 +109,6 @@ impl LaneWords for ArrayWords {
         Self(self.0.map(|word| word.rotate_left(LEFT as u32)))
     }
     #[inline(always)]
-    fn shift_left<const BITS: i32>(self) -> Self {
-        Self(self.0.map(|word| word << BITS))
-    }
-    #[inline(always)]
     fn shift_right<const BITS: i32>(self) -> Self {
         Self(self.0.map(|word| word >> BITS))
     }
@@ -165,7 +161,11 @@ impl Lanes for ArrayLanes {
     #[inline(always)]
     fn select(self, mask: ArrayMask, other: Self) -> Self {
         Self(core::array::from_fn(|i| {
-            if mask.0 >> i & 1 == 1 { self.0[i] } else { other.0[i] }
+            if mask.0 >> i & 1 == 1 {
+                self.0[i]
+            } else {
+                other.0[i]
+            }
         }))
     }
     #[inline(always)]

@@ -127,10 +127,6 @@ impl LaneWords for Avx2Words {
         })
     }
     #[inline(always)]
-    fn shift_left<const BITS: i32>(self) -> Self {
-        Self(unsafe { _mm256_slli_epi32::<BITS>(self.0) })
-    }
-    #[inline(always)]
     fn shift_right<const BITS: i32>(self) -> Self {
         Self(unsafe { _mm256_srli_epi32::<BITS>(self.0) })
     }

@@ -39,6 +39,9 @@ mod kernel;
 mod tables;
 mod vector;
 
+#[cfg(test)]
+mod tests;
+
 pub use array::{ArrayLanes, ArrayMask, ArrayWords};
 pub use column::Column;
 pub use kernel::{LaneChoice, LaneKernel, prefetch, prefetch_line};
@@ -68,8 +71,6 @@ pub trait LaneWords: Copy + Add<Output = Self> + BitAnd<Output = Self> + BitXor<
     fn store(self) -> [u32; LANES];
     /// Rotated left by `LEFT` bits; `RIGHT` must be `32 − LEFT`, and `LEFT` between 1 and 31.
     fn rotate<const LEFT: i32, const RIGHT: i32>(self) -> Self;
-    /// Shifted left by `BITS < 32`.
-    fn shift_left<const BITS: i32>(self) -> Self;
     /// Shifted right by `BITS < 32`, zeros moving in.
     fn shift_right<const BITS: i32>(self) -> Self;
 }
@@ -80,12 +81,7 @@ pub trait LaneWords: Copy + Add<Output = Self> + BitAnd<Output = Self> + BitXor<
 /// of a ray that lies in a slab's plane must leave the interval as it was. (Where the second is NaN, the
 /// second is returned as well.)
 pub trait Lanes:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// What comparisons give.
     type Mask: LaneMask;

@@ -43,21 +43,13 @@ impl<L: Lanes> Vec3Lanes<L> {
     /// The least of each coordinate.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
-        Self::new(
-            self.x.min(other.x),
-            self.y.min(other.y),
-            self.z.min(other.z),
-        )
+        Self::new(self.x.min(other.x), self.y.min(other.y), self.z.min(other.z))
     }
 
     /// The greatest of each coordinate.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
-        Self::new(
-            self.x.max(other.x),
-            self.y.max(other.y),
-            self.z.max(other.z),
-        )
+        Self::new(self.x.max(other.x), self.y.max(other.y), self.z.max(other.z))
     }
 
     /// The greatest coordinate.

@@ -91,11 +91,7 @@ impl<L: Lanes> FrameLanes<L> {
         let a = -one / (sign + normal.z);
         let b = normal.x * normal.y * a;
         Self {
-            tangent: Vec3Lanes::new(
-                one + sign * normal.x * normal.x * a,
-                sign * b,
-                -sign * normal.x,
-            ),
+            tangent: Vec3Lanes::new(one + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
             bitangent: Vec3Lanes::new(b, sign + normal.y * normal.y * a, -normal.y),
             normal,
         }

@@ -70,7 +70,8 @@ pub use alias::{AliasEntry, AliasTable};
 pub use frame::{Frame, FrameLanes};
 pub use glam;
 pub use measure::{
-    Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic, power_heuristic_lanes,
+    Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic,
+    power_heuristic_lanes,
 };
 pub use morton::{
     BoundsError, MortonGrid, morton30_decode, morton30_encode, morton63_decode, morton63_encode,

@@ -201,12 +201,7 @@ impl CounterRng {
     /// Words `4 · block` to `4 · block + 3` of eight streams at once: lane `i` of value `n` is
     /// [`CounterRng::at`]`(seed, pixel[i], sample[i], 4 · block + n)`. `block` is below 2³⁰.
     #[inline(always)]
-    pub fn block_lanes<L: Lanes>(
-        seed: u64,
-        pixel: L::Words,
-        sample: L::Words,
-        block: u32,
-    ) -> [L::Words; 4] {
+    pub fn block_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words, block: u32) -> [L::Words; 4] {
         const { assert!(Self::ROUNDS == 12) };
         threefry4x32_12_lanes(
             [

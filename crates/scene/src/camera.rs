@@ -174,7 +174,8 @@ impl Camera {
         let direction = divided(direction, direction.dot(direction).sqrt());
         let along_axis = direction.z;
         let world_direction = self.to_world_lanes(direction);
-        let world_origin = self.to_world_lanes(origin) + Vec3Lanes::splat(self.to_world.translation.to_array());
+        let world_origin =
+            self.to_world_lanes(origin) + Vec3Lanes::splat(self.to_world.translation.to_array());
         let length = world_direction.dot(world_direction).sqrt();
         let world_direction = divided(world_direction, length);
         let near = L::splat(self.near_clip) / along_axis * length;

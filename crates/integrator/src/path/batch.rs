@@ -47,8 +47,13 @@ impl Paths {
     /// The state of a path whose current ray is its edge number `depth`.
     #[inline(always)]
     pub fn get(&self, index: usize, depth: u32) -> PathState {
-        let vector =
-            |columns: &[Column; 3]| Vec3::new(columns[0].get(index), columns[1].get(index), columns[2].get(index));
+        let vector = |columns: &[Column; 3]| {
+            Vec3::new(
+                columns[0].get(index),
+                columns[1].get(index),
+                columns[2].get(index),
+            )
+        };
         let pdf = self.pdf.get(index);
         PathState {
             throughput: vector(&self.throughput),
@@ -140,9 +145,7 @@ pub(super) fn trace(tracer: &PathTracer<'_>, ids: &[SampleId], seed: u64, values
             end(tracer, paths, alive, depth, &mut radiances);
             break;
         }
-        scene
-            .accelerator()
-            .intersect_batch(&paths.rays, alive, &mut hits);
+        scene.accelerator().intersect_batch(&paths.rays, alive, &mut hits);
         for index in 0..alive {
             scene.prefetch_primitive(hits.primitive.get_word(index));
         }
@@ -157,9 +160,7 @@ pub(super) fn trace(tracer: &PathTracer<'_>, ids: &[SampleId], seed: u64, values
             &mut shadows,
             &mut radiances,
         );
-        let mut free = !scene
-            .accelerator()
-            .occluded_batch(&shadows.rays, shadows.count);
+        let mut free = !scene.accelerator().occluded_batch(&shadows.rays, shadows.count);
         if shadows.count < MAX_BATCH {
             free &= (1 << shadows.count) - 1;
         }

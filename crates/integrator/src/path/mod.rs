@@ -193,13 +193,70 @@ pub(crate) fn camera_ray(scene: &Scene, x: u32, y: u32, rng: &mut CounterRng) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightshed_scene::builtin;
+    use lightshed_scene::glam::{Affine2, Vec3};
+    use lightshed_scene::{
+        Checkerboard, ColorTexture, EmitterDescription, Geometry, Material, SceneDescription,
+        ShapeDescription, SphereGeometry, builtin,
+    };
 
-    /// Paths in company against paths alone, bit for bit, in batches of every size up to the full one.
+    /// The Cornell box with spheres, one of which emits, a mirror, a ball with interpolated normals and a texture, and
+    /// emitters of other kinds.
+    fn mixed() -> SceneDescription {
+        let mut scene = builtin::cornell();
+        scene.materials[0] = Material::TwoSided {
+            front: Box::new(Material::Diffuse {
+                reflectance: ColorTexture::Checkerboard(Checkerboard {
+                    color0: Rgb::new(0.2, 0.5, 0.7),
+                    color1: Rgb::new(0.9, 0.1, 0.4),
+                    to_uv: Affine2::from_scale(Vec2::new(5.0, 3.0)),
+                }),
+            }),
+            back: None,
+        };
+        scene.materials.push(Material::Mirror {
+            reflectance: Rgb::splat(0.9).into(),
+        });
+        let (center, radius) = (Vec3::new(-0.3, -0.4, 0.5), 0.35);
+        let mut ball = builtin::icosphere(center, radius, 2);
+        ball.normals = ball.positions.iter().map(|p| p - center).collect();
+        let sphere = |x| {
+            Geometry::Sphere(SphereGeometry {
+                center: Vec3::new(x, 0.5, 0.2),
+                radius: 0.2,
+                flip_normals: false,
+            })
+        };
+        let shapes = [
+            (Geometry::Mesh(ball), 1, None),
+            (sphere(0.5), 1, Some(Rgb::splat(2.0))),
+            (sphere(-0.5), 3, None),
+        ];
+        for (geometry, material, emission) in shapes {
+            scene.shapes.push(ShapeDescription {
+                name: "one more".to_owned(),
+                geometry,
+                material,
+                emission,
+            });
+        }
+        scene.emitters = vec![
+            EmitterDescription::Point {
+                position: Vec3::new(0.2, 0.1, 0.9),
+                intensity: Rgb::splat(0.5),
+            },
+            EmitterDescription::Constant {
+                radiance: Rgb::splat(0.2),
+            },
+        ];
+        scene
+    }
+
+    /// Paths in company against paths alone, bit for bit, on all kinds of lanes, in batches of every size up to the full
+    /// one.
     #[test]
     fn a_path_does_not_depend_on_its_batch() {
-        for name in builtin::NAMES {
-            let mut description = builtin::by_name(name).unwrap();
+        let builtin = builtin::NAMES.map(|name| (name, builtin::by_name(name).unwrap()));
+        for (name, mut description) in builtin.into_iter().chain([("mixed", mixed())]) {
             (description.settings.width, description.settings.height) = (16, 16);
             let scene = Scene::new(&description).unwrap();
             let ids: Vec<SampleId> = (0..1024)
@@ -218,14 +275,20 @@ mod tests {
                     .map(|id| tracer.sample(id.x, id.y, id.index, 5))
                     .collect();
                 assert!(alone.iter().any(|&value| value != Rgb::ZERO), "{name} is black");
-                for size in [1, 7, 9, MAX_BATCH, 256] {
+                let on_arrays = PathTracer {
+                    lanes: LaneChoice::ARRAY,
+                    ..PathTracer::with_depths(&scene, Some(max_depth), 3)
+                };
+                let batches = [1, 7, 9, MAX_BATCH, 256].map(|size| (size, &tracer));
+                for (size, tracer) in batches.into_iter().chain([(MAX_BATCH, &on_arrays)]) {
                     let mut together = vec![Rgb::NAN; ids.len()];
                     for (ids, values) in ids.chunks(size).zip(together.chunks_mut(size)) {
                         tracer.sample_many(ids, 5, values);
                     }
                     assert_eq!(
                         alone, together,
-                        "{name} to depth {max_depth} in batches of {size}"
+                        "{name} to depth {max_depth} in batches of {size}, {:?}",
+                        tracer.lanes
                     );
                 }
             }

@@ -46,12 +46,10 @@ pub(crate) fn sin_cos_quarter_lanes<L: Lanes>(r: L) -> (L, L) {
     let t = r * r;
     let sin = r
         * (L::splat(FRAC_PI_2)
-            + t * (L::splat(-0.645_963_5)
-                + t * (L::splat(0.079_680_22) + t * L::splat(-0.004_602_149))));
+            + t * (L::splat(-0.645_963_5) + t * (L::splat(0.079_680_22) + t * L::splat(-0.004_602_149))));
     let cos = L::splat(1.0)
         - t * (L::splat(1.233_700_5)
-            + t * (L::splat(-0.253_669_4)
-                + t * (L::splat(0.020_861_529) + t * L::splat(-0.000_906_739_9))));
+            + t * (L::splat(-0.253_669_4) + t * (L::splat(0.020_861_529) + t * L::splat(-0.000_906_739_9))));
     (sin, cos)
 }
 

@@ -4,6 +4,7 @@
 mod alias;
 mod choose;
 mod frame;
+mod lanes;
 mod measure;
 mod morton;
 mod octahedral;

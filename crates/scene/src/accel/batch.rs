@@ -70,13 +70,7 @@ impl RayBatch {
 
     /// Sets rays `place` to `place + 7`.
     #[inline(always)]
-    pub fn store<L: Lanes>(
-        &mut self,
-        place: usize,
-        origin: Vec3Lanes<L>,
-        direction: Vec3Lanes<L>,
-        t_max: L,
-    ) {
+    pub fn store<L: Lanes>(&mut self, place: usize, origin: Vec3Lanes<L>, direction: Vec3Lanes<L>, t_max: L) {
         let [ox, oy, oz] = &mut self.origin;
         ox.store(place, origin.x);
         oy.store(place, origin.y);

@@ -287,31 +287,36 @@ fn build_tree(
     kind: AcceleratorKind,
     quality: BuildQuality,
 ) -> Tree {
+    let mut time = Duration::ZERO;
+    let boxes = || primitive_boxes(triangles, spheres);
+    match kind {
+        AcceleratorKind::Wide => match Flat::build(triangles) {
+            Some(flat) if spheres.is_empty() => Tree::Flat(flat),
+            _ => wide_tree(triangles, spheres, quality),
+        },
+        AcceleratorKind::Bvh2 => Tree::Bvh2(build_bvh2(&boxes(), build_parameters(quality, 8), &mut time)),
+        AcceleratorKind::Cwbvh => Tree::Cwbvh(build_cwbvh(&boxes(), build_parameters(quality, 3), &mut time)),
+    }
+}
+
+fn wide_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], quality: BuildQuality) -> Tree {
+    let boxes = primitive_boxes(triangles, spheres);
+    let mut time = Duration::ZERO;
+    let binary = build_bvh2(&boxes, build_parameters(quality, 1), &mut time);
+    Tree::Wide(wide::build(&binary, &boxes, &Primitives { triangles, spheres }))
+}
+
+fn build_parameters(quality: BuildQuality, max_prims_per_leaf: u32) -> BvhBuildParams {
     let preset = match quality {
         BuildQuality::Fast => BvhBuildParams::very_fast_build(),
         BuildQuality::Medium => BvhBuildParams::medium_build(),
         BuildQuality::High => BvhBuildParams::slow_build(),
     };
     // Splitting large triangles gained nothing in the scenes of `docs/performance.md`, and costs time and memory.
-    let params = |max_prims_per_leaf| BvhBuildParams {
+    BvhBuildParams {
         max_prims_per_leaf,
         pre_split: false,
         ..preset
-    };
-    let boxes = primitive_boxes(triangles, spheres);
-    let mut time = Duration::ZERO;
-    match kind {
-        AcceleratorKind::Wide => {
-            if spheres.is_empty()
-                && let Some(flat) = Flat::build(triangles)
-            {
-                return Tree::Flat(flat);
-            }
-            let binary = build_bvh2(&boxes, params(1), &mut time);
-            Tree::Wide(wide::build(&binary, &boxes, &Primitives { triangles, spheres }))
-        }
-        AcceleratorKind::Bvh2 => Tree::Bvh2(build_bvh2(&boxes, params(8), &mut time)),
-        AcceleratorKind::Cwbvh => Tree::Cwbvh(build_cwbvh(&boxes, params(3), &mut time)),
     }
 }
 

@@ -10,6 +10,15 @@ const KINDS: [AcceleratorKind; 3] = [
     AcceleratorKind::Cwbvh,
 ];
 
+/// The wide tree also where there are too few triangles to need one.
+fn with_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], quality: BuildQuality) -> Accelerator {
+    Accelerator {
+        tree: wide_tree(triangles, spheres, quality),
+        triangles: Vec::new(),
+        spheres: Vec::new(),
+    }
+}
+
 /// The naive oracle.
 fn brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Ray) -> Option<Hit> {
     let mut best: Option<Hit> = None;
@@ -67,9 +76,10 @@ fn random_ray(rng: &mut impl Rng, axis_parallel: f32) -> Ray {
 /// The wide tree must return what brute force returns, to the bit, axis-parallel rays included. obvhs' box tests are
 /// not conservative: rays in general position alone are held against it, and one in a thousand may be lost.
 fn agree_with_brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], seed: u64) {
-    for kind in KINDS {
-        for quality in [BuildQuality::Fast, BuildQuality::High] {
-            let tree = Accelerator::build(triangles, spheres, kind, quality);
+    for quality in [BuildQuality::Fast, BuildQuality::High] {
+        let ours = with_tree(triangles, spheres, quality);
+        let by_kind = KINDS.map(|kind| (kind, Accelerator::build(triangles, spheres, kind, quality)));
+        for (kind, tree) in by_kind.into_iter().chain([(AcceleratorKind::Wide, ours)]) {
             let mut rng = Pcg64Mcg::seed_from_u64(seed);
             let (mut hits, mut differences) = (0, 0);
             let rays = 3_000;
@@ -158,6 +168,63 @@ fn lanes_give_the_same_bits() {
     }
 }
 
+/// Without a tree, alone and in company, on every kind of lanes: the hit of brute force to the last bit, where triangles
+/// share vertices and edges and where they do not.
+#[test]
+fn a_few_triangles_are_brute_force() {
+    let mut rng = Pcg64Mcg::seed_from_u64(7);
+    let mut scenes = vec![
+        closed_mesh(4, 7, 1.0, Vec3::ZERO),
+        closed_mesh(3, 5, 1e-3, Vec3::splat(0.25)),
+    ];
+    scenes.extend([1, 7, 8, 9, 30].map(|count| soup(&mut rng, count, 0.9)));
+    for triangles in scenes {
+        let best = Flat::build(&triangles).unwrap();
+        let array = best.clone().on_array_lanes();
+        let mut rays: Vec<Ray> = (0..2_000).map(|_| random_ray(&mut rng, 0.15)).collect();
+        // Through vertices and along edges, where areas are zero.
+        for ray in rays.iter_mut().step_by(3) {
+            let [a, b, _] = triangles[rng.random_range(0..triangles.len())];
+            let target = if rng.random() { a } else { a.midpoint(b) };
+            ray.direction = target - ray.origin;
+        }
+        let (mut batch, mut found) = (RayBatch::NOWHERE, HitBatch::NONE);
+        let mut hits = 0;
+        for rays in rays.chunks(RayBatch::CAPACITY) {
+            let expected: Vec<Option<Hit>> =
+                rays.iter().map(|ray| brute_force(&triangles, &[], ray)).collect();
+            hits += expected.iter().flatten().count();
+            batch.fill(rays);
+            for flat in [&best, &array] {
+                flat.intersect_batch(&batch, rays.len(), &mut found);
+                let occluded = flat.occluded_batch(&batch, rays.len());
+                for (index, (ray, &expected)) in rays.iter().zip(&expected).enumerate() {
+                    assert_eq!(flat.intersect(ray), expected, "{ray:?} alone");
+                    assert_eq!(found.get(index), expected, "{ray:?} in company");
+                    assert_eq!(flat.occluded(ray), expected.is_some());
+                    assert_eq!(occluded >> index & 1 == 1, expected.is_some());
+                }
+            }
+        }
+        assert!(hits > 20, "{hits} hits say little");
+    }
+}
+
+#[test]
+fn too_many_triangles_need_a_tree() {
+    let mut rng = Pcg64Mcg::seed_from_u64(8);
+    // Separate triangles have three vertices and three edges each; those of a mesh share them.
+    assert!(Flat::build(&soup(&mut rng, 32, 0.1)).is_some());
+    assert!(Flat::build(&soup(&mut rng, 33, 0.1)).is_none());
+    let mesh = closed_mesh(5, 8, 1.0, Vec3::ZERO);
+    assert_eq!(mesh.len(), 64);
+    assert!(Flat::build(&mesh).is_some());
+    let mut one_more = mesh.clone();
+    one_more.push(mesh[0]);
+    assert!(Flat::build(&one_more).is_none());
+    assert!(Flat::build(&soup(&mut rng, 5_000, 0.1)).is_none());
+}
+
 /// Rays in company against rays alone, bit for bit, for every number up to more than are in flight at once.
 #[test]
 fn many_rays_are_traced_as_one_is() {
@@ -167,18 +234,36 @@ fn many_rays_are_traced_as_one_is() {
         center: Vec3::ZERO,
         radius: 0.4,
     }];
-    for kind in KINDS {
-        let tree = Accelerator::build(&triangles, &spheres, kind, BuildQuality::Fast);
-        for count in (0..40).chain([1_000]) {
+    let of_kinds = KINDS.map(|kind| Accelerator::build(&triangles, &spheres, kind, BuildQuality::Fast));
+    let few = Accelerator::build(&triangles[..20], &[], AcceleratorKind::Wide, BuildQuality::Fast);
+    assert!(matches!(few.tree, Tree::Flat(_)));
+    let (mut batch, mut found) = (RayBatch::NOWHERE, HitBatch::NONE);
+    for tree in of_kinds.into_iter().chain([few]) {
+        for count in (0..40).chain([63, 64, 65, 1_000]) {
             let rays: Vec<Ray> = (0..count).map(|_| random_ray(&mut rng, 0.1)).collect();
             let (mut hits, mut occluded) = (vec![None; count], vec![false; count]);
             tree.intersect_many(&rays, &mut hits);
             tree.occluded_many(&rays, &mut occluded);
-            for (ray, (hit, occluded)) in rays.iter().zip(hits.iter().zip(occluded)) {
+            for (ray, (hit, occluded)) in rays.iter().zip(hits.iter().zip(&occluded)) {
                 assert_eq!(tree.intersect(ray), *hit);
-                assert_eq!(tree.occluded(ray), occluded);
-                assert_eq!(occluded, hit.is_some());
+                assert_eq!(tree.occluded(ray), *occluded);
+                assert_eq!(*occluded, hit.is_some());
             }
+            if count > RayBatch::CAPACITY {
+                continue;
+            }
+            batch.fill(&rays);
+            tree.intersect_batch(&batch, count, &mut found);
+            let bits = tree.occluded_batch(&batch, count);
+            for index in 0..count {
+                assert_eq!(batch.get(index), rays[index]);
+                assert_eq!(found.get(index), hits[index]);
+                assert_eq!(bits >> index & 1 == 1, occluded[index]);
+            }
+            assert!(
+                count == 64 || bits >> count == 0,
+                "rays that were not asked about"
+            );
         }
     }
 }
@@ -217,6 +302,7 @@ fn closed_mesh(rings: u32, segments: u32, scale: f32, offset: Vec3) -> Vec<[Vec3
 fn count_leaks(tree: &Accelerator, triangles: &[[Vec3; 3]], center: Vec3, scale: f32, rays: u32) -> u32 {
     let mut rng = Pcg64Mcg::seed_from_u64(4);
     let mut leaks = 0;
+    let (mut batch, mut hits) = (RayBatch::NOWHERE, HitBatch::NONE);
     for i in 0..rays {
         let corners = triangles[rng.random_range(0..triangles.len())];
         let target = match i % 4 {
@@ -225,7 +311,12 @@ fn count_leaks(tree: &Accelerator, triangles: &[[Vec3; 3]], center: Vec3, scale:
             _ => (corners[0] + corners[1] + corners[2]) / 3.0,
         };
         let origin = center + uniform(&mut rng) * 0.3 * scale;
-        leaks += u32::from(tree.intersect(&Ray::new(origin, target - origin)).is_none());
+        batch.set(i as usize, &Ray::new(origin, target - origin));
+        let count = i as usize % RayBatch::CAPACITY + 1;
+        if count == RayBatch::CAPACITY || i + 1 == rays {
+            tree.intersect_batch(&batch, count, &mut hits);
+            leaks += (0..count).filter(|&index| hits.get(index).is_none()).count() as u32;
+        }
     }
     leaks
 }
@@ -245,6 +336,14 @@ fn no_ray_leaks_through_a_closed_mesh() {
             count_leaks(&tree, &triangles, offset, scale, 2_500_000),
             0,
             "scale {scale}, offset {offset}"
+        );
+        let few = closed_mesh(5, 8, scale, offset);
+        let flat = Accelerator::build(&few, &[], AcceleratorKind::Wide, BuildQuality::High);
+        assert!(matches!(flat.tree, Tree::Flat(_)));
+        assert_eq!(
+            count_leaks(&flat, &few, offset, scale, 250_000),
+            0,
+            "without a tree: scale {scale}, offset {offset}"
         );
     }
 }

@@ -172,8 +172,7 @@ fn sample_triangles<L: Lanes>(
     let ([l0, h0], [l1, h1], [l2, h2], [l3, h3]) = (r0.halves(), r1.halves(), r2.halves(), r3.halves());
     let ([l4, h4], [l5, h5], [l6, h6], [l7, h7]) = (r4.halves(), r5.halves(), r6.halves(), r7.halves());
     let [ax, ay, az, bx, by, bz, cx, cy] = L::load_transposed([l0, l1, l2, l3, l4, l5, l6, l7]);
-    let [cz, nx, ny, nz, red, green, blue, pdf_area] =
-        L::load_transposed([h0, h1, h2, h3, h4, h5, h6, h7]);
+    let [cz, nx, ny, nz, red, green, blue, pdf_area] = L::load_transposed([h0, h1, h2, h3, h4, h5, h6, h7]);
     let corner = Vec3Lanes::new(ax, ay, az);
     let edges = [Vec3Lanes::new(bx, by, bz), Vec3Lanes::new(cx, cy, cz)];
     let normal = Vec3Lanes::new(nx, ny, nz);

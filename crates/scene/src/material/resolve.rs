@@ -19,9 +19,10 @@ impl Material {
     #[inline]
     pub fn at(&self, uv: Vec2) -> Bsdf {
         match self.as_diffuse() {
-            Some((reflectance, two_sided)) => {
-                Bsdf::diffuse(reflectance.at(uv), if two_sided { Side::Both } else { Side::Front })
-            }
+            Some((reflectance, two_sided)) => Bsdf::diffuse(
+                reflectance.at(uv),
+                if two_sided { Side::Both } else { Side::Front },
+            ),
             None => self.resolve(uv),
         }
     }

@@ -6,6 +6,9 @@ mod lanes;
 mod primitive;
 mod surface;
 
+#[cfg(test)]
+mod tests;
+
 pub use build::BuildOptions;
 pub use error::SceneError;
 pub use lanes::DiffuseLanes;
@@ -154,10 +157,7 @@ impl Scene {
             let primitive = hits.primitive.get_word(index) as usize;
             hits.primitive.set_word(
                 index,
-                primitives
-                    .get(primitive)
-                    .copied()
-                    .unwrap_or(HitBatch::NOTHING),
+                primitives.get(primitive).copied().unwrap_or(HitBatch::NOTHING),
             );
         }
     }

@@ -13,7 +13,8 @@ impl Flat {
         }
         let (mut vertices, mut edges, mut corners) = (Vec::new(), Vec::new(), Vec::new());
         for triangle in triangles {
-            let [a, b, c] = triangle.map(|corner| position(&mut vertices, corner.to_array().map(f32::to_bits)));
+            let [a, b, c] =
+                triangle.map(|corner| position(&mut vertices, corner.to_array().map(f32::to_bits)));
             let mut directed = |from: u8, to: u8| {
                 let edge = position(&mut edges, [from.min(to), from.max(to)]);
                 // Counted past what fits where there is no room: refused below.

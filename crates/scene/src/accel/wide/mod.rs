@@ -6,8 +6,8 @@ mod traverse;
 
 pub use build::build;
 
-use super::sphere::Sphere;
 use super::block::TriangleBlock;
+use super::sphere::Sphere;
 use node::Node;
 
 /// What a tree is built over.

@@ -58,7 +58,8 @@ impl RayConstants {
     /// Ray parameter at which the planes of `row` along `axis` are met.
     #[inline(always)]
     fn slab<L: Lanes>(&self, node: &Node, axis: usize, row: usize) -> L {
-        (L::load(&node.bounds[row]) - L::splat(self.triangle.origin[axis])) * L::splat(self.inverse_direction[axis])
+        (L::load(&node.bounds[row]) - L::splat(self.triangle.origin[axis]))
+            * L::splat(self.inverse_direction[axis])
     }
 
     /// Where the ray enters each child's box, and in which it does before `t_max`.

@@ -1,0 +1,275 @@
+//! Every operation against scalar code, and every kind of lanes against plain arrays, bit for bit.
+
+use super::*;
+
+/// What comparisons and arithmetic get wrong first.
+const HOSTILE: [f32; 16] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::NAN,
+    f32::MIN_POSITIVE,
+    1e-45,
+    -1e-45,
+    f32::MAX,
+    f32::MIN,
+    0.1,
+    -3.5,
+    16_777_216.0,
+    1.5e-20,
+];
+
+/// All NaNs are one: which operand's payload survives is no lane's promise.
+fn bits(value: f32) -> u32 {
+    if value.is_nan() { u32::MAX } else { value.to_bits() }
+}
+
+/// Rows of lanes in which each hostile value meets each.
+fn pairs() -> Vec<[[f32; LANES]; 2]> {
+    let all: Vec<[f32; 2]> = HOSTILE.iter().flat_map(|&a| HOSTILE.map(|b| [a, b])).collect();
+    all.chunks_exact(LANES)
+        .map(|chunk| [0, 1].map(|side| core::array::from_fn(|lane| chunk[lane][side])))
+        .collect()
+}
+
+/// Everything that lanes do to `a` and `b`, one row each.
+struct Everything<'a> {
+    a: &'a [f32; LANES],
+    b: &'a [f32; LANES],
+    mask: u32,
+}
+
+impl LaneKernel for Everything<'_> {
+    type Output = (Vec<[f32; LANES]>, Vec<u32>);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let (a, b) = (L::load(self.a), L::load(self.b));
+        let mask = L::Mask::from_bits(self.mask);
+        let words = a.to_bits() + b.to_bits();
+        let mixed = words.rotate::<13, 19>() ^ (a.to_bits() & b.to_bits());
+        let rows = vec![
+            (a + b).store(),
+            (a - b).store(),
+            (a * b).store(),
+            (a / b).store(),
+            (-a).store(),
+            a.min(b).store(),
+            a.max(b).store(),
+            a.sqrt().store(),
+            a.abs().store(),
+            a.copysign(b).store(),
+            a.select(mask, b).store(),
+            L::splat(self.a[3]).store(),
+            L::from_bits(L::Words::load(&self.a.map(f32::to_bits))).store(),
+            L::from_integers(mixed.shift_right::<8>()).store(),
+            L::pick(&[1.0, 2.0, 3.0, 4.0], mixed & L::Words::splat(3)).store(),
+            [a.first(); LANES],
+        ];
+        let masks = vec![
+            a.equal(b).bits(),
+            a.less(b).bits(),
+            a.less_equal(b).bits(),
+            (a.less(b) & mask).bits(),
+            (a.less(b) | mask).bits(),
+            (!mask).bits(),
+        ];
+        (rows, masks)
+    }
+}
+
+/// The same by scalar code.
+fn expected(a: [f32; LANES], b: [f32; LANES], mask: u32) -> (Vec<[f32; LANES]>, Vec<u32>) {
+    let each = |f: &dyn Fn(f32, f32) -> f32| core::array::from_fn(|i| f(a[i], b[i]));
+    let set = |i: usize| mask >> i & 1 == 1;
+    let mixed =
+        |x: f32, y: f32| x.to_bits().wrapping_add(y.to_bits()).rotate_left(13) ^ (x.to_bits() & y.to_bits());
+    let rows = vec![
+        each(&|x, y| x + y),
+        each(&|x, y| x - y),
+        each(&|x, y| x * y),
+        each(&|x, y| x / y),
+        each(&|x, _| -x),
+        each(&|x, y| if x < y { x } else { y }),
+        each(&|x, y| if x > y { x } else { y }),
+        each(&|x, _| x.sqrt()),
+        each(&|x, _| x.abs()),
+        each(&f32::copysign),
+        core::array::from_fn(|i| if set(i) { a[i] } else { b[i] }),
+        [a[3]; LANES],
+        a,
+        each(&|x, y| (mixed(x, y) >> 8) as f32),
+        each(&|x, y| (mixed(x, y) & 3) as f32 + 1.0),
+        [a[0]; LANES],
+    ];
+    let bits = |f: &dyn Fn(usize) -> bool| (0..LANES).fold(0, |bits, i| bits | u32::from(f(i)) << i);
+    let masks = vec![
+        bits(&|i| a[i] == b[i]),
+        bits(&|i| a[i] < b[i]),
+        bits(&|i| a[i] <= b[i]),
+        bits(&|i| a[i] < b[i] && set(i)),
+        bits(&|i| a[i] < b[i] || set(i)),
+        bits(&|i| !set(i)),
+    ];
+    (rows, masks)
+}
+
+fn assert_same(found: &(Vec<[f32; LANES]>, Vec<u32>), expected: &(Vec<[f32; LANES]>, Vec<u32>)) {
+    assert_eq!(found.1, expected.1, "masks");
+    for (number, (found, expected)) in found.0.iter().zip(&expected.0).enumerate() {
+        assert_eq!(
+            found.map(bits),
+            expected.map(bits),
+            "row {number}: {found:?} for {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn operations_are_those_of_scalars() {
+    for (number, [a, b]) in (0u32..).zip(pairs()) {
+        let mask = number.wrapping_mul(0x9e37_79b9) >> 24;
+        for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+            let found = choice.run(Everything { a: &a, b: &b, mask });
+            assert_same(&found, &expected(a, b, mask));
+        }
+    }
+}
+
+/// Moves among lanes, for every mask and flip.
+struct Moves {
+    values: [f32; LANES],
+    mask: u32,
+    flip: u32,
+}
+
+impl LaneKernel for Moves {
+    type Output = ([f32; LANES], [f32; LANES]);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let values = L::load(&self.values);
+        (
+            values.compress(self.mask, self.flip).store(),
+            values.least_of(self.mask).store(),
+        )
+    }
+}
+
+#[test]
+fn compressions_keep_the_chosen_lanes_in_order() {
+    let values = [5.0, -1.0, 3.0, 9.0, -7.0, 0.5, 2.0, 4.0];
+    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+        for mask in 0..256 {
+            for flip in 0..8 {
+                let (compressed, least) = choice.run(Moves { values, mask, flip });
+                let set = (0..8u32).filter(|bit| mask >> bit & 1 == 1);
+                let chosen: Vec<f32> = set.clone().map(|bit| values[(bit ^ flip) as usize]).collect();
+                assert_eq!(compressed[..chosen.len()], chosen[..]);
+                let smallest = set.map(|bit| values[bit as usize]).fold(f32::INFINITY, f32::min);
+                assert_eq!(least, [smallest; LANES]);
+                let flipped = (0..8u32).fold(0, |bits, bit| bits | (mask >> bit & 1) << (bit ^ flip));
+                assert_eq!(flip_mask(mask, flip), flipped);
+            }
+        }
+    }
+}
+
+struct Transpose<'a>(&'a [[f32; LANES]; LANES]);
+
+impl LaneKernel for Transpose<'_> {
+    type Output = [[f32; LANES]; LANES];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        let columns = L::load_transposed([a, b, c, d, e, f, g, h]);
+        let mut rows = [[0.0; LANES]; LANES];
+        for (row, column) in rows.iter_mut().zip(columns) {
+            *row = column.store();
+        }
+        rows
+    }
+}
+
+#[test]
+fn transposes_exchange_rows_and_columns() {
+    let rows: [[f32; LANES]; LANES] = core::array::from_fn(|i| core::array::from_fn(|j| (10 * i + j) as f32));
+    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+        let columns = choice.run(Transpose(&rows));
+        for i in 0..LANES {
+            for j in 0..LANES {
+                assert_eq!(columns[j][i], rows[i][j]);
+            }
+        }
+    }
+}
+
+struct Append<'a> {
+    column: &'a mut Column,
+    place: usize,
+    values: [f32; LANES],
+    mask: u32,
+}
+
+impl LaneKernel for Append<'_> {
+    type Output = [f32; LANES];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> [f32; LANES] {
+        self.column
+            .store_compressed(self.place, L::load(&self.values), self.mask);
+        self.column.load::<L>(self.place).store()
+    }
+}
+
+#[test]
+fn columns_are_filled_without_gaps() {
+    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+        let mut column = Column::splat(-1.0);
+        let mut expected = Vec::new();
+        let mut number = 0u32;
+        while expected.len() < Column::CAPACITY {
+            let left = Column::CAPACITY - expected.len();
+            let mut mask = number.wrapping_mul(0x9e37_79b9) >> 24;
+            while mask.count_ones() as usize > left {
+                mask &= mask - 1;
+            }
+            let values: [f32; LANES] = core::array::from_fn(|lane| (8 * number) as f32 + lane as f32);
+            let loaded = choice.run(Append {
+                column: &mut column,
+                place: expected.len(),
+                values,
+                mask,
+            });
+            let chosen: Vec<f32> = (0..LANES)
+                .filter(|lane| mask >> lane & 1 == 1)
+                .map(|lane| values[lane])
+                .collect();
+            assert_eq!(loaded[..chosen.len()], chosen[..]);
+            expected.extend(chosen);
+            number += 1;
+        }
+        let found: Vec<f32> = (0..Column::CAPACITY).map(|index| column.get(index)).collect();
+        assert_eq!(found, expected);
+        column.set_word(3, 0x7fa0_0001);
+        assert_eq!(
+            column.get_word(3),
+            0x7fa0_0001,
+            "words keep bits that are no number"
+        );
+    }
+}
+
+/// The comparison above can fail.
+#[test]
+fn a_wrong_bit_is_seen() {
+    let [a, b] = pairs()[1];
+    let mut found = expected(a, b, 7);
+    found.0[0][2] = -found.0[0][2];
+    let caught = std::panic::catch_unwind(|| assert_same(&found, &expected(a, b, 7)));
+    assert!(caught.is_err());
+}
