@@ -362,12 +362,15 @@ fn the_atrium_is_mitsubas() {
 }
 
 /// 20,166 emissive triangles, and points of light that rough conductors of `α = 0.01` mirror into everything: the noisiest
-/// reference, 0.6 % of the mean. Without the points Mitsuba and this renderer agree to 0.17 % already at 256 samples.
+/// reference, 0.6 % of the mean. Without the points Mitsuba and this renderer agree to 0.17 % already at 256 samples. With
+/// them a tile of 48² pixels is a few bright samples, far from the normal distribution that its score presumes: of six
+/// seeds at 256 samples one had such a tile 11 % too dark at 4.8 estimated deviations, five none, and their mean is 0.993 ±
+/// 0.010 of the reference's. Hence large tiles and more samples.
 #[test]
 fn the_classroom_is_mitsubas() {
     Case {
-        tile_size: 48,
-        ..Case::new("classroom", "classroom_d6", 6, 256)
+        tile_size: 120,
+        ..Case::new("classroom", "classroom_d6", 6, 512)
     }
     .agrees();
 }

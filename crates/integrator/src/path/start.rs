@@ -27,8 +27,7 @@ impl LaneKernel for Start<'_> {
             paths,
         } = self;
         let count = ids.len().min(MAX_BATCH);
-        for index in 0..count {
-            let SampleId { x, y, index: sample } = ids[index];
+        for (index, &SampleId { x, y, index: sample }) in ids.iter().enumerate().take(count) {
             paths.pixel.set_word(index, y << 16 | x);
             paths.sample.set_word(index, sample);
             paths.owner.set_word(index, index as u32);
