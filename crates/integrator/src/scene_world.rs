@@ -217,7 +217,7 @@ impl World for SceneWorld<'_> {
             let hits = &mut hits[..rays.len()];
             self.scene.accelerator().intersect_many(rays, hits);
             for hit in hits.iter().flatten() {
-                self.scene.prefetch_surface(hit);
+                self.scene.prefetch_primitive(hit.primitive);
             }
             for ((ray, hit), vertex) in rays.iter().zip(hits).zip(vertices) {
                 *vertex = hit.as_ref().map(|hit| self.arrive(ray, hit));

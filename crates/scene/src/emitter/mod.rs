@@ -14,8 +14,8 @@ mod tests;
 pub(crate) use area::{AreaEmitter, AreaShape};
 pub use endpoint::{EmitterConnection, EmitterEndpoint};
 pub use environment::Environment;
-pub use selection::{EmitterExtent, EmitterOrientation};
 pub use lanes::EmitterLanes;
+pub use selection::{EmitterExtent, EmitterOrientation};
 
 use crate::scene::{SceneError, offset_along};
 use crate::{EmitterDescription, Ray, Rgb, SurfacePoint, luminance};

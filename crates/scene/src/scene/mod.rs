@@ -6,9 +6,6 @@ mod lanes;
 mod primitive;
 mod surface;
 
-#[cfg(test)]
-mod tests;
-
 pub use build::BuildOptions;
 pub use error::SceneError;
 pub use lanes::DiffuseLanes;
@@ -19,8 +16,8 @@ pub(crate) use surface::offset_along;
 use crate::accel::Accelerator;
 use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings};
 use glam::{Vec2, Vec3};
-use lightshed_sampling::{octahedral_decode, octahedral_encode};
 use lanes::DiffuseRow;
+use lightshed_sampling::{octahedral_decode, octahedral_encode};
 use primitive::{SphereRecord, TriangleRecord};
 
 /// A validated scene with its acceleration structure, emitters and camera.

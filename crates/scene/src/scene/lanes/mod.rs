@@ -1,5 +1,8 @@
 //! Eight diffuse surface points at a time.
 
+#[cfg(test)]
+mod tests;
+
 use super::primitive::{NONE, TriangleRecord};
 use super::surface::POSITION_ERROR;
 use crate::{HitBatch, Material, Scene};
