@@ -109,8 +109,7 @@ impl<'a> DirectLight<'a> {
         };
         let mut from_emitters = Rgb::ZERO;
         for _ in 0..self.emitter_samples {
-            if let Some(shadow) =
-                sample_emission(scene, &point, &bsdf, wo, counts, (rng.next_u64(), rng.next_2d()))
+            if let Some(shadow) = sample_emission(scene, &point, &bsdf, wo, counts, rng)
                 && !scene.occluded(&shadow.ray)
             {
                 from_emitters += shadow.radiance;

@@ -6,7 +6,7 @@
 //! `w_e = (n p_e)² / ((n p_e)² + (m p_b)²)`, `w_b = 1 − w_e` (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4, eq. 9.10).
 //! Where only one of them can find an emitter its weight is 1.
 
-use lightshed_sampling::{Density, SolidAngle, power_heuristic};
+use lightshed_sampling::{CounterRng, Density, SolidAngle, power_heuristic};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Bsdf, Ray, Rgb, Scene, SurfacePoint};
 
@@ -90,12 +90,27 @@ pub(crate) struct Shadow {
     pub radiance: Rgb,
 }
 
+/// [`emission_sample`] with the next numbers of `rng`: five, whether or not they are used, so that dimensions keep their
+/// meaning along a path.
+#[inline(always)]
+pub(crate) fn sample_emission(
+    scene: &Scene,
+    point: &SurfacePoint,
+    bsdf: &Bsdf,
+    wo: Vec3,
+    counts: SampleCounts,
+    rng: &mut CounterRng,
+) -> Option<Shadow> {
+    let numbers = (rng.next_u64(), rng.next_2d());
+    emission_sample(scene, point, bsdf, wo, counts, numbers)
+}
+
 /// One sample of the light that reaches `point` from the emitters and leaves it towards `wo` (in the shading frame):
 /// `w_e f |cos θ| L_e / p_e`, to be averaged over the `counts.emitter` samples. `u_select` chooses the emitter, `u` the
 /// direction. `None` is a sample of value zero, for which no
 /// ray need be traced.
 #[inline(always)]
-pub(crate) fn sample_emission(
+pub(crate) fn emission_sample(
     scene: &Scene,
     point: &SurfacePoint,
     bsdf: &Bsdf,

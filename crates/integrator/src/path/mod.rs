@@ -5,7 +5,7 @@ mod numbers;
 mod shade;
 mod start;
 
-use crate::next_event::{Bounce, SampleCounts, Shadow, met_emission, sample_emission};
+use crate::next_event::{Bounce, SampleCounts, Shadow, emission_sample, met_emission};
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lanes::LaneChoice;
 use lightshed_sampling::CounterRng;
@@ -129,7 +129,7 @@ impl<'a> PathTracer<'a> {
         let bsdf = scene.bsdf(&point);
         let wo = point.shading.to_local(-ray.direction);
         let u_emitter = (numbers.u_emitter, numbers.u_on_emitter);
-        let shadow = sample_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, u_emitter).map(
+        let shadow = emission_sample(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, u_emitter).map(
             |Shadow { ray, radiance }| Shadow {
                 ray,
                 radiance: path.throughput * radiance,

@@ -45,13 +45,13 @@ impl DiffuseRow {
 /// Eight points on diffuse triangles, as [`Scene::surface`] and [`Scene::bsdf`] find them, bit for bit.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseLanes<L: Lanes> {
-    /// [`SurfacePoint::position`].
+    /// [`SurfacePoint::position`](crate::SurfacePoint::position).
     pub position: Vec3Lanes<L>,
-    /// [`SurfacePoint::offset`].
+    /// [`SurfacePoint::offset`](crate::SurfacePoint::offset).
     pub offset: L,
-    /// [`SurfacePoint::geometric_normal`].
+    /// [`SurfacePoint::geometric_normal`](crate::SurfacePoint::geometric_normal).
     pub geometric_normal: Vec3Lanes<L>,
-    /// [`SurfacePoint::shading`].
+    /// [`SurfacePoint::shading`](crate::SurfacePoint::shading).
     pub shading: FrameLanes<L>,
     /// Albedo `ρ` of the BSDF `ρ/π`.
     pub reflectance: Vec3Lanes<L>,
@@ -73,7 +73,7 @@ impl<L: Lanes> DiffuseLanes<L> {
         (seen, L::splat(1.0).copysign(cos_theta_out))
     }
 
-    /// [`SurfacePoint::origin_towards`].
+    /// [`SurfacePoint::origin_towards`](crate::SurfacePoint::origin_towards).
     #[inline(always)]
     pub fn origin_towards(&self, direction: Vec3Lanes<L>) -> Vec3Lanes<L> {
         offset_along_lanes(self.position, self.geometric_normal, self.offset, direction)
@@ -91,7 +91,7 @@ pub fn offset_along_lanes<L: Lanes>(
     position + normal * offset.copysign(direction.dot(normal))
 }
 
-/// [`SurfacePoint::offset_for`].
+/// [`SurfacePoint::offset_for`](crate::SurfacePoint::offset_for).
 #[inline(always)]
 pub fn offset_for_lanes<L: Lanes>(normal: Vec3Lanes<L>, terms: Vec3Lanes<L>, extent: L) -> L {
     (normal.abs().dot(terms) + extent) * L::splat(POSITION_ERROR)
