@@ -24,8 +24,8 @@ pub use description::{
     SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
 };
 pub use emitter::{
-    EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation, EmitterSample,
-    Emitters, Environment,
+    EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
+    EmitterSample, Emitters, Environment,
 };
 pub use glam;
 pub use material::{

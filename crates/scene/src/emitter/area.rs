@@ -43,7 +43,7 @@ pub struct SphereEmitter {
     pub(super) sphere: Sphere,
     pub(super) orientation: f32,
     pub(super) radiance: Rgb,
-    selection_probability: f32,
+    pub(super) selection_probability: f32,
 }
 
 impl AreaRecord {

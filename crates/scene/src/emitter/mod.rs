@@ -1,6 +1,7 @@
 //! Emitters: choosing one, sampling a direction towards it, and the density of having done so.
 
 mod area;
+mod emission;
 mod endpoint;
 mod environment;
 mod infinite;
@@ -12,6 +13,8 @@ mod selection;
 mod tests;
 
 pub(crate) use area::{AreaEmitter, AreaShape};
+pub use emission::EmittedRay;
+pub(crate) use emission::Surroundings;
 pub use endpoint::{EmitterConnection, EmitterEndpoint};
 pub use environment::Environment;
 pub use lanes::EmitterLanes;

@@ -14,6 +14,7 @@ pub use surface::SurfacePoint;
 pub(crate) use surface::offset_along;
 
 use crate::accel::Accelerator;
+use crate::emitter::{EmittedRay, Surroundings};
 use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings};
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
@@ -183,6 +184,21 @@ impl Scene {
     #[inline(always)]
     pub fn emitters(&self) -> &Emitters {
         &self.emitters
+    }
+
+    /// A ray of light from an emitter chosen by `u_select`, from a place on it by `u_place` in a direction by `u_direction`; `None` where
+    /// nothing emits. For tracing from the light: the mean of what the rays bring about, weighted by their flux, is what the
+    /// emitters bring about. Areas emit with the cosine, points uniformly over their solid angle, light from infinity through
+    /// a disk as wide as the scene.
+    #[inline]
+    pub fn sample_emission(
+        &self,
+        u_select: u64,
+        u_place: [f32; 2],
+        u_direction: [f32; 2],
+    ) -> Option<EmittedRay> {
+        self.emitters
+            .sample_emission(Surroundings::of_box(self.bounds), u_select, u_place, u_direction)
     }
 
     /// The camera, for images of the size in [`Scene::settings`].
