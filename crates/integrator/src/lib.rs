@@ -38,6 +38,7 @@ mod restir;
 mod restir_pt;
 mod scene_world;
 mod statistics;
+mod vpl;
 mod walk;
 
 pub use camera_motion::{CameraMotion, CameraMotionError};
@@ -69,3 +70,7 @@ pub use restir_pt::{
 };
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;
+pub use vpl::{
+    MAX_FILTER_ITERATIONS, MAX_LIGHT_PATHS, MAX_VPL_BOUNCES, ShadowTargets, VplBrute, VplError, VplGrid,
+    VplGridOptions, VplOptions, VplSet,
+};

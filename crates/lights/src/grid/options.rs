@@ -58,7 +58,12 @@ impl Default for GridOptions {
 }
 
 impl GridOptions {
-    pub(super) fn check(&self) -> Result<(), GridError> {
+    /// Tells what construction would refuse, without lights.
+    ///
+    /// # Errors
+    ///
+    /// [`GridError::Alpha`], [`GridError::Levels`], [`GridError::Bounds`].
+    pub fn check(&self) -> Result<(), GridError> {
         // NaN fails the comparison.
         if !(self.alpha > 0.0 && self.alpha <= MAX_ALPHA) {
             return Err(GridError::Alpha(self.alpha));
