@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::failure::one_line;
+use crate::vpl::VplArguments;
 use clap::error::ErrorKind;
 use clap::{Parser, ValueEnum};
 use lightshed::integrator::MAX_THREADS;
@@ -73,6 +74,9 @@ pub struct Arguments {
     /// Sets a parameter ($key) of a Mitsuba scene.
     #[arg(long = "define", value_name = "KEY=VALUE", value_parser = definition)]
     pub defines: Vec<(String, String)>,
+
+    #[command(flatten)]
+    pub vpl: VplArguments,
 }
 
 /// How light is found.
@@ -94,6 +98,10 @@ pub enum Method {
     RestirPt,
     /// ReSTIR path tracing in independent frames of 32 trees.
     RestirPtOffline,
+    /// Indirect light by a lighting grid hierarchy over virtual point lights: --spp counts frames.
+    VplGrid,
+    /// Indirect light by a sum over virtual point lights.
+    VplBrute,
 }
 
 /// How paths are carried between pixels.
@@ -117,6 +125,8 @@ impl Method {
             Self::RestirGi => "restir-gi",
             Self::RestirPt => "restir-pt",
             Self::RestirPtOffline => "restir-pt-offline",
+            Self::VplGrid => "vpl-grid",
+            Self::VplBrute => "vpl-brute",
         }
     }
 

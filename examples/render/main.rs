@@ -13,6 +13,7 @@ mod failure;
 mod progress;
 mod report;
 mod session;
+mod vpl;
 
 use std::process::ExitCode;
 

@@ -4,6 +4,7 @@ use crate::arguments::{Arguments, Mapping, Method, Motion};
 use crate::failure::{Failure, one_line};
 use crate::progress::Bar;
 use crate::report::Report;
+use crate::vpl;
 use lightshed::integrator::{
     Budget, CameraMotion, DirectLight, ImageComparison, OutputTarget, PathMapping, PathReuse, PathTracer,
     RenderOptions, RestirDi, RestirGi, RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render,
@@ -41,6 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 "--max-depth has no meaning with --method {method}"
             )));
         }
+        max_depth if arguments.method.is_vpl() => Some(vpl::depth(max_depth)?),
         max_depth => max_depth.or(settings.max_depth),
     };
     let RenderSettings {
@@ -130,6 +132,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             };
             let world = SceneWorld::new(&scene);
             let mut method = RestirPt::new(&world, parameters, motion)?;
+            render_frames(&mut method, &options, &observer, cancel)
+        }
+        Method::VplGrid => {
+            let mut method = arguments.vpl.grid(&scene, max_depth.unwrap_or_default())?;
+            render_frames(&mut method, &options, &observer, cancel)
+        }
+        Method::VplBrute => {
+            let mut method = arguments.vpl.brute(&scene, max_depth.unwrap_or_default())?;
             render_frames(&mut method, &options, &observer, cancel)
         }
     }?;
