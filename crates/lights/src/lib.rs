@@ -47,3 +47,8 @@ pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use perfect::{PerfectTree, PerfectTreeOptions, Stride};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/lighting-grid.md")]
+struct GridGuide;
