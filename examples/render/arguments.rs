@@ -137,7 +137,12 @@ impl Method {
 
     /// Whether it makes frames with a camera that may move.
     pub fn has_motion(self) -> bool {
-        !matches!(self, Self::Path | Self::Direct | Self::PathReuse)
+        !matches!(self, Self::Path | Self::Direct | Self::PathReuse) && !self.is_vpl()
+    }
+
+    /// Whether its indirect light comes from virtual point lights.
+    pub fn is_vpl(self) -> bool {
+        matches!(self, Self::VplGrid | Self::VplBrute)
     }
 }
 

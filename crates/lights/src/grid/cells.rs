@@ -1,5 +1,6 @@
 //! The cells of the finest level and the lights in them.
 
+use super::level::ensure;
 use super::rows::Rows;
 use super::sort::key_of;
 use glam::{DVec3, Vec3};
@@ -103,10 +104,9 @@ impl Cells {
 
     /// Makes room for a few more cells than there are now.
     pub fn reserve(&mut self) {
-        let count = self.rows.len() + self.rows.len() / 4 + 64;
-        self.rows.reserve(self.rows.side(), count);
-        super::level::reserve_total(&mut self.ranges, count);
-        super::level::reserve_total(&mut self.unordered, count);
+        let count = self.rows.reserve();
+        ensure(&mut self.ranges, count);
+        ensure(&mut self.unordered, count);
     }
 }
 

@@ -3,7 +3,7 @@
 use super::blend::BlendingFunctions;
 use super::cells::{Cells, Frame, KEY_BITS, finest_bits_below, key};
 use super::grid_light::GridLight;
-use super::level::{Level, reserve_total};
+use super::level::Level;
 use super::parallel::{fill, reduce};
 use super::sort::{index_of, pack, sort_by_key};
 use super::{Construction, GridError, GridOptions, Levels, PointLight};
@@ -103,7 +103,7 @@ impl LightingGrid {
     }
 
     /// Builds the hierarchy of other lights in place of this one, as [`LightingGrid::new`] would, in the memory there is. With as many
-    /// lights as before, and a quarter more occupied vertices at most, nothing is allocated.
+    /// lights as before, and about as many occupied vertices, nothing is allocated.
     ///
     /// # Errors
     ///
@@ -210,8 +210,6 @@ impl LightingGrid {
             }
             current.finish(&frame);
         }
-        let pairs = self.pairs.len();
-        reserve_total(&mut self.scratch, pairs);
     }
 
     /// The grid of level ℓ ≥ 1.

@@ -174,10 +174,9 @@ impl Level {
 
     /// Makes room for a few more vertices than there are now.
     pub fn reserve(&mut self) {
-        let count = self.rows.len() + self.rows.len() / 4 + 64;
-        self.rows.reserve(self.rows.side(), count);
-        reserve_total(&mut self.moments, count);
-        reserve_total(&mut self.lights, count);
+        let count = self.rows.reserve();
+        ensure(&mut self.moments, count);
+        ensure(&mut self.lights, count);
     }
 
     /// Which vertex a light belongs to.
@@ -188,9 +187,12 @@ impl Level {
     }
 }
 
-/// Makes `vec` hold `count` elements without another allocation.
-pub(super) fn reserve_total<T>(vec: &mut Vec<T>, count: usize) {
-    vec.reserve(count.saturating_sub(vec.len()));
+/// Makes `vec` hold `needed` elements without another allocation; if it must allocate, then a quarter more, so that frames with about as
+/// many need none.
+pub(super) fn ensure<T>(vec: &mut Vec<T>, needed: usize) {
+    if vec.capacity() < needed {
+        vec.reserve(needed + needed / 4 + 64 - vec.len());
+    }
 }
 
 /// The cells around `vertex` of the finest level, in a fixed order.

@@ -1,5 +1,6 @@
 //! Sparse grids: which places are occupied, row by row.
 
+use super::level::ensure;
 use std::ops::Range;
 
 /// The occupied places of a cube of `side`³, in the order of z, then y, then x, and where each row starts.
@@ -76,11 +77,12 @@ impl Rows {
         [row % self.side, row / self.side]
     }
 
-    /// Makes room so that later collections of about this size allocate nothing.
-    pub fn reserve(&mut self, side: u32, places: usize) {
-        let rows = side as usize * side as usize + 1;
-        self.starts.reserve(rows.saturating_sub(self.starts.len()));
-        self.x.reserve(places.saturating_sub(self.x.len()));
+    /// Makes room so that later collections of about as many places allocate nothing. Returns how many places there is to be room for:
+    /// a sixteenth more than now.
+    pub fn reserve(&mut self) -> usize {
+        let count = self.x.len() + self.x.len() / 16 + 16;
+        ensure(&mut self.x, count);
+        count
     }
 
     pub fn side(&self) -> u32 {

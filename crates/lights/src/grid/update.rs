@@ -2,7 +2,7 @@
 
 use super::cells::{KEY_BITS, key};
 use super::hierarchy::LightingGrid;
-use super::level::{Level, moments_of_finer, moments_of_lights};
+use super::level::{Level, ensure, moments_of_finer, moments_of_lights};
 use super::sort::{index_of, pack};
 use super::{GridError, PointLight};
 use lightshed_sampling::morton30_decode;
@@ -111,9 +111,11 @@ impl LightingGrid {
         let (frame, shift) = (self.key_frame(), self.cell_shift());
         let Scratch { indices, cells, .. } = scratch;
         indices.clear();
+        ensure(indices, changes.len());
         indices.extend(changes.iter().map(|change| change.index));
         sort_unique(indices);
         cells.clear();
+        ensure(cells, 2 * indices.len());
         let cell_of = |light: &PointLight| key(light.position, &frame) >> shift;
         cells.extend(indices.iter().map(|&index| cell_of(&self.lights[index as usize])));
         for change in changes {
@@ -169,6 +171,7 @@ impl LightingGrid {
         changed.clear();
         changed.resize(self.lights.len().div_ceil(64), 0);
         incoming.clear();
+        ensure(incoming, indices.len());
         for &index in indices.iter() {
             changed[index as usize / 64] |= 1 << (index % 64);
             incoming.push(pack(key(self.lights[index as usize].position, &frame), index));
@@ -247,6 +250,7 @@ impl Scratch {
     /// Lists the corners of the changed cells, as numbers of vertices of level 1.
     fn list_corners(&mut self, side: u32) {
         self.dirty.clear();
+        ensure(&mut self.dirty, 8 * self.cells.len());
         for &cell in &self.cells {
             let [x, y, z] = morton30_decode(cell);
             for corner in 0..8 {
@@ -261,6 +265,10 @@ impl Scratch {
     fn list_coarser(&mut self, side: u32) {
         let coarser_side = side / 2 + 1;
         self.next.clear();
+        // The two change places, so both get the room.
+        let count = 8 * self.dirty.len();
+        ensure(&mut self.next, count);
+        ensure(&mut self.dirty, count);
         for &finer in &self.dirty {
             let [x, y, z] = vertex(finer, side);
             for z in z / 2..=z.div_ceil(2) {
