@@ -10,12 +10,15 @@
 mod measure;
 #[path = "../gris_convergence/plot.rs"]
 mod plot;
+#[path = "../common/reference.rs"]
+mod reference;
 
 use clap::Parser;
 use lightshed::integrator::{Neighbourhood, PathMapping, RestirPtOptions};
 use lightshed::scene::{Scene, builtin, import};
-use measure::{Measured, Reference, race};
+use measure::{Measured, race};
 use plot::Plot;
+use reference::Reference;
 use serde_json::json;
 use std::error::Error;
 use std::path::{Path, PathBuf};
