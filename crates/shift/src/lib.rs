@@ -7,6 +7,7 @@
 //! | a path in 64 bytes | [`PathSample`] |
 //! | candidates: trees of paths from the camera | [`TreeTracer`] |
 //! | random replay, reconnection, hybrid | [`PathShift`] with [`Connectability`] |
+//! | one scattering event: copies of a vertex, a direction, a half vector | [`LocalShift`], [`VertexCopy`], [`DirectionCopy`], [`HalfVectorCopy`] |
 //! | determinants that know their measure | [`MeasuredJacobian`], [`reconnection_jacobian`] |
 //!
 //! [`PathDomain`] and [`PathShift`] are a `Domain` and a `ShiftMapping` of `lightshed-resampling`: its merges reuse paths
@@ -19,6 +20,7 @@
 mod connectability;
 mod domain;
 mod jacobian;
+mod local;
 mod numbers;
 mod path_shift;
 mod sample;
@@ -29,6 +31,7 @@ mod world;
 pub use connectability::{Connectability, ConnectabilityError};
 pub use domain::PathDomain;
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
+pub use local::{DirectionCopy, HalfVectorCopy, LocalShift, LocalVertex, VertexCopy};
 pub use path_shift::PathShift;
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
 pub use tracer::{Finding, TreeTracer};

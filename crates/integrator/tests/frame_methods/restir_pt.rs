@@ -287,17 +287,6 @@ fn frame(scene: &Scene, options: RestirPtOptions, threads: usize) -> (Vec<Rgb>, 
     (image, rays)
 }
 
-#[test]
-fn frames_do_not_depend_on_threads() {
-    let (_, scene) = &scenes()[0];
-    for options in [real_time(PathMapping::Hybrid), offline(PathMapping::Hybrid)] {
-        let alone = frame(scene, options, 1);
-        for threads in [2, 5] {
-            assert_eq!(frame(scene, options, threads), alone, "{threads} threads");
-        }
-    }
-}
-
 /// A Cornell box in small whose lamp shines on the ceiling, so that nothing else has light but from there.
 fn lit_by_the_ceiling(side: u32) -> Scene {
     let mut description = small_description(builtin::cornell(), side);
