@@ -36,3 +36,8 @@ pub use path_shift::PathShift;
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
 pub use tracer::{Finding, TreeTracer};
 pub use world::{Connection, Endpoint, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, World};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/shift.md")]
+struct Guide;
