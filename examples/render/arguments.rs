@@ -4,7 +4,7 @@ use crate::failure::one_line;
 use crate::vpl::VplArguments;
 use clap::error::ErrorKind;
 use clap::{Parser, ValueEnum};
-use lightshed::integrator::MAX_THREADS;
+use lightshed::integrator::{LightChoosing, MAX_DIRECT_SAMPLES, MAX_THREADS};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -24,6 +24,14 @@ pub struct Arguments {
     /// How ReSTIR path tracing carries paths between pixels.
     #[arg(long, value_enum, default_value_t = Mapping::Hybrid)]
     pub shift: Mapping,
+
+    /// How an emitter is chosen; by power and without regard to the point if not given.
+    #[arg(long, value_name = "HOW", value_parser = lights)]
+    pub lights: Option<LightChoosing>,
+
+    /// Samples of emitters at the point that a camera ray meets, with --method direct and --lights.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DIRECT_SAMPLES)), requires = "lights")]
+    pub light_samples: Option<u32>,
 
     /// Samples in every pixel, or frames of methods that make whole frames; the scene's own number if neither this nor
     /// --seconds is given.
@@ -173,6 +181,13 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments,
             );
             ExitCode::from(2)
         }
+    })
+}
+
+fn lights(text: &str) -> Result<LightChoosing, String> {
+    text.parse().map_err(|_| {
+        let names = LightChoosing::ALL.map(LightChoosing::name).join(", ");
+        format!("not one of {names}")
     })
 }
 

@@ -6,9 +6,9 @@ use crate::progress::Bar;
 use crate::report::Report;
 use crate::vpl;
 use lightshed::integrator::{
-    Budget, CameraMotion, DirectLight, ImageComparison, OutputTarget, PathMapping, PathReuse, PathTracer,
-    RenderOptions, RestirDi, RestirGi, RestirPt, RestirPtOptions, RgbImage, SceneWorld, read_exr, render,
-    render_frames,
+    Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
+    PathTracer, RenderOptions, RestirDi, RestirGi, RestirPt, RestirPtOptions, RgbImage, SceneWorld,
+    SelectedDirectLight, read_exr, render, render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
@@ -23,6 +23,9 @@ const INTERRUPTED: u8 = 130;
 
 /// Longest path, in edges, of direct light: camera, surface, emitter.
 const DIRECT_DEPTH: u32 = 2;
+
+/// Samples of emitters at a point unless told otherwise.
+const LIGHT_SAMPLES: u32 = 8;
 
 /// Does what the command line asks.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
@@ -45,6 +48,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         max_depth if arguments.method.is_vpl() => Some(vpl::depth(max_depth)?),
         max_depth => max_depth.or(settings.max_depth),
     };
+    if arguments.lights.is_some() && arguments.method != Method::Direct {
+        let method = arguments.method.name();
+        return Err(Failure::new(format_args!(
+            "--lights has no meaning with --method {method}"
+        )));
+    }
     let RenderSettings {
         width,
         height,
@@ -97,6 +106,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         None => default_target(&arguments.scene)?,
     }
     .with_exposure(arguments.exposure);
+    let selection = arguments
+        .lights
+        .map(|choosing| LightSelection::new(&scene, choosing))
+        .transpose()?;
     let setup_seconds = setup.elapsed().as_secs_f64();
     for warning in &warnings {
         eprintln!("warning: {}", one_line(warning));
@@ -108,7 +121,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     // Each arm is compiled for its estimator, so that its loop holds no indirect call.
     let outcome = match arguments.method {
         Method::Path => render(&PathTracer::new(&scene), &options, &observer, cancel),
-        Method::Direct => render(&DirectLight::new(&scene), &options, &observer, cancel),
+        Method::Direct => match selection {
+            None => render(&DirectLight::new(&scene), &options, &observer, cancel),
+            Some(selection) => {
+                let samples = arguments.light_samples.unwrap_or(LIGHT_SAMPLES);
+                let estimator = SelectedDirectLight::new(&scene, selection, samples, 1)?;
+                render(&estimator, &options, &observer, cancel)
+            }
+        },
         Method::PathReuse => render_frames(&mut PathReuse::new(&scene), &options, &observer, cancel),
         Method::RestirDi | Method::RestirDiBiased => {
             let method = match arguments.method {

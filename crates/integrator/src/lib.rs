@@ -22,6 +22,7 @@
 mod camera_motion;
 mod cpu_time;
 mod direct;
+mod direct_selected;
 mod film;
 mod frames;
 mod image;
@@ -44,6 +45,7 @@ mod walk;
 pub use camera_motion::{CameraMotion, CameraMotionError};
 pub use cpu_time::process_cpu_seconds;
 pub use direct::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
+pub use direct_selected::SelectedDirectLight;
 pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
 pub use frames::{FrameMethod, render_frames};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};

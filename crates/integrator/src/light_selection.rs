@@ -1,8 +1,8 @@
 //! Which emitter a shading point asks for light.
 
 use lightshed_lights::{
-    Bounds, Facing, Light, LightBvh, LightError, LightSampler, OrientationCone, PerfectTree, PowerLights,
-    ShadingPoint, UniformLights,
+    Bounds, Facing, Light, LightBvh, LightError, LightSampler, OpenedTree, OrientationCone, PerfectTree,
+    PowerLights, ShadingPoint, UniformLights,
 };
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
@@ -25,11 +25,13 @@ pub enum LightChoosing {
     Tree,
     /// By a light BVH.
     Bvh,
+    /// By a light BVH whose near nodes are opened first.
+    OpenBvh,
 }
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Uniform, Self::Power, Self::Tree, Self::Bvh];
+    pub const ALL: [Self; 5] = [Self::Uniform, Self::Power, Self::Tree, Self::Bvh, Self::OpenBvh];
 
     /// The name by which [`FromStr`] finds it.
     pub fn name(self) -> &'static str {
@@ -38,6 +40,7 @@ impl LightChoosing {
             Self::Power => "power",
             Self::Tree => "tree",
             Self::Bvh => "bvh",
+            Self::OpenBvh => "open-bvh",
         }
     }
 }
@@ -83,6 +86,7 @@ enum Sampler {
     Power(PowerLights),
     Tree(Box<PerfectTree>),
     Bvh(LightBvh),
+    OpenBvh(OpenedTree<LightBvh>),
 }
 
 /// Each arm is compiled for its sampler.
@@ -93,6 +97,7 @@ macro_rules! with_sampler {
             Sampler::Power($found) => $do,
             Sampler::Tree($found) => $do,
             Sampler::Bvh($found) => $do,
+            Sampler::OpenBvh($found) => $do,
         }
     };
 }
@@ -131,6 +136,7 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::Power => Sampler::Power(PowerLights::new(&lights)?),
                     LightChoosing::Tree => Sampler::Tree(Box::new(PerfectTree::new(&lights)?)),
                     LightChoosing::Bvh => Sampler::Bvh(LightBvh::new(&lights)?),
+                    LightChoosing::OpenBvh => Sampler::OpenBvh(OpenedTree::new(LightBvh::new(&lights)?)),
                 })
             })
             .transpose()?;
@@ -235,7 +241,7 @@ impl<'a> LightSelection<'a> {
 }
 
 /// Choices that are made together.
-const COMPANY: usize = 64;
+const COMPANY: usize = 16;
 
 /// What a light sampler sees of a surface point with this BSDF, from the unit direction `wo` (in the shading frame).
 #[inline]

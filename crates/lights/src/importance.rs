@@ -22,11 +22,11 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weighting {
     /// Distance to the centre, at least half the box's diagonal (Conty Estevez and Kulla 2018, §5.2).
-    #[default]
     Center,
     /// The mean of two probabilities, by the least and by the greatest distance to the box (Lin 2022 §4.3.2, eqs. 4.1
-    /// and 4.2, here among up to eight siblings). Where the point is inside boxes, they share the first probability
+    /// and 4.2, here among up to eight siblings). What is near is never much underestimated. Where the point is inside boxes, they share the first probability
     /// regardless of distance.
+    #[default]
     MinMax,
     /// The least distance to the box, unless the point is nearer to one of the siblings' boxes than its diagonal: then none's
     /// distance counts (Yuksel 2019, as Lin 2022 §4.3.2 describes it).
@@ -75,6 +75,16 @@ struct Offsets {
 /// Weights of the nodes of `block` at a surface point.
 #[inline(always)]
 pub(crate) fn surface_weights(at: &ShadingPoint, block: &NodeBlock, weighting: Weighting) -> [f32; WIDTH] {
+    // What is asked for most is compiled in place, the others apart.
+    match (weighting, at.facing) {
+        (Weighting::Center, Facing::Front) => center_weights::<0>(at, block),
+        (Weighting::MinMax, Facing::Front) => range_weights::<0>(at, block, Weighting::MinMax),
+        _ => other_surface_weights(at, block, weighting),
+    }
+}
+
+#[inline(never)]
+fn other_surface_weights(at: &ShadingPoint, block: &NodeBlock, weighting: Weighting) -> [f32; WIDTH] {
     match (weighting, at.facing) {
         (Weighting::Center, Facing::Front) => center_weights::<0>(at, block),
         (Weighting::Center, Facing::Both) => center_weights::<1>(at, block),
@@ -213,12 +223,11 @@ fn min_max(directed: &[f32; WIDTH], reach: &Offsets) -> [f32; WIDTH] {
         };
         by_max[lane] = min(directed[lane] / reach.farthest[lane], LARGEST);
     }
-    let (sum_min, sum_max): (f32, f32) = (by_min.iter().sum(), by_max.iter().sum());
+    let (inverse_min, inverse_max) = (inverse_of_sum(&by_min), inverse_of_sum(&by_max));
     let mut weights = [0.0; WIDTH];
     for lane in 0..WIDTH {
-        let share = |w: f32, sum: f32| if sum > 0.0 { w / sum } else { 0.0 };
-        let w = share(by_min[lane], sum_min) + share(by_max[lane], sum_max);
-        // Both shares may have vanished by rounding where the factor has not.
+        let w = by_min[lane] * inverse_min + by_max[lane] * inverse_max;
+        // Both terms may have vanished by rounding where the factor has not.
         weights[lane] = if directed[lane] > 0.0 {
             max(w, f32::MIN_POSITIVE)
         } else {
@@ -226,6 +235,13 @@ fn min_max(directed: &[f32; WIDTH], reach: &Offsets) -> [f32; WIDTH] {
         };
     }
     weights
+}
+
+/// One over the sum, or 0 where that is too small to have an inverse.
+#[inline(always)]
+fn inverse_of_sum(w: &[f32; WIDTH]) -> f32 {
+    let sum = ((w[0] + w[1]) + (w[2] + w[3])) + ((w[4] + w[5]) + (w[6] + w[7]));
+    if sum > 1e-36 { 1.0 / sum } else { 0.0 }
 }
 
 #[inline(always)]
@@ -244,6 +260,36 @@ fn yuksel(directed: &[f32; WIDTH], reach: &Offsets) -> [f32; WIDTH] {
         };
     }
     weights
+}
+
+/// Squared ratio of distance and half-diagonal below which a node is near.
+const NEAR_SQUARED: f32 = 4.0;
+
+/// Nodes near a point.
+#[inline(always)]
+pub(crate) fn near_point(x: Vec3, block: &NodeBlock) -> [bool; WIDTH] {
+    let mut near = [false; WIDTH];
+    for lane in 0..WIDTH {
+        let (d, h) = offsets(block, lane, x);
+        let d_squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let r_squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
+        near[lane] = d_squared < NEAR_SQUARED * r_squared;
+    }
+    near
+}
+
+/// Nodes near the line of a stretch.
+#[inline(always)]
+pub(crate) fn near_segment(at: &RaySegment, block: &NodeBlock) -> [bool; WIDTH] {
+    let mut near = [false; WIDTH];
+    for lane in 0..WIDTH {
+        let (d, h) = offsets(block, lane, at.start());
+        let d = Vec3::from(d);
+        let along = d.dot(at.direction()).clamp(0.0, 2.0 * at.length());
+        let r_squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
+        near[lane] = (d - at.direction() * along).length_squared() < NEAR_SQUARED * r_squared;
+    }
+    near
 }
 
 /// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch of one over the squared

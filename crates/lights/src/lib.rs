@@ -22,6 +22,7 @@ mod grid;
 mod importance;
 mod light;
 mod normals;
+mod opened;
 mod parallel;
 mod perfect;
 #[cfg(test)]
@@ -44,6 +45,7 @@ pub use grid::{
 };
 pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
+pub use opened::OpenedTree;
 pub use perfect::{PerfectTree, PerfectTreeOptions, Stride};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};

@@ -6,14 +6,19 @@ use crate::receiver::Receiver;
 use crate::route::Shares;
 use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
 use crate::{
-    Light, LightBvh, LightChoice, LightSampler, PerfectTree, PerfectTreeOptions, PowerLights, ShadingPoint,
-    Stride, UniformLights, Weighting,
+    Light, LightBvh, LightChoice, LightSampler, OpenedTree, PerfectTree, PerfectTreeOptions, PowerLights,
+    ShadingPoint, Stride, UniformLights, Weighting,
 };
 use lightshed_sampling::CounterRng;
 use lightshed_testkit::{check_faults, chi_squared_test};
 
 /// Probabilities of all lights and of none, by visiting all of the tree.
 fn enumerate<T: Tree, R: Receiver>(tree: &T, at: &R) -> (Vec<f64>, f64) {
+    enumerate_from(tree, at, &[(tree.root(), 1.0)])
+}
+
+/// The same from some nodes with their probabilities.
+fn enumerate_from<T: Tree, R: Receiver>(tree: &T, at: &R, from: &[(Step<T::Place>, f64)]) -> (Vec<f64>, f64) {
     fn visit<T: Tree, R: Receiver>(
         tree: &T,
         at: &R,
@@ -48,7 +53,9 @@ fn enumerate<T: Tree, R: Receiver>(tree: &T, at: &R) -> (Vec<f64>, f64) {
         }
     }
     let mut found = (vec![0.0; tree.lights()], 0.0);
-    visit(tree, at, tree.root(), 1.0, &mut found);
+    for &(step, here) in from {
+        visit(tree, at, step, here, &mut found);
+    }
     found
 }
 
@@ -107,6 +114,37 @@ fn probabilities_add_up() {
     }
 }
 
+/// The same with near nodes opened.
+#[test]
+fn opened_probabilities_add_up() {
+    for layout in LAYOUTS {
+        for count in [1, 2, 9, 100, 300] {
+            let lights = lights_of(layout, count, 11);
+            let opened = OpenedTree::new(LightBvh::new(&lights).unwrap());
+            let tree = LightBvh::new(&lights).unwrap();
+            for at in points(&lights, 16, 3) {
+                let cut = opened.cut_for(&at);
+                let (expected, none) = enumerate_from(&tree, &at, &cut);
+                let none = none + 1.0 - cut.iter().map(|(_, here)| here).sum::<f64>();
+                let mut sum = 0.0;
+                for (light, &expected) in expected.iter().enumerate() {
+                    let pmf = f64::from(opened.pmf(&at, light as u32));
+                    let name = format!("light {light} of {count} {layout:?}");
+                    assert!(
+                        (pmf - expected).abs() <= 1e-6 * expected + 1e-30,
+                        "{name}: {pmf} is not {expected}"
+                    );
+                    sum += pmf;
+                }
+                assert!(
+                    (sum + none - 1.0).abs() < 1e-6,
+                    "{count} {layout:?}: {sum} + {none} is not 1"
+                );
+            }
+        }
+    }
+}
+
 /// What is sampled has the pmf that is reported, bit for bit; alone and in company.
 fn check_agreement<S: LightSampler<R>, R>(name: &str, sampler: &S, at: &R, count: u32) {
     let mut rng = CounterRng::new(17, count, 0);
@@ -147,6 +185,15 @@ fn sample_and_pmf_are_the_same_number() {
                 UniformLights::new(count).unwrap(),
                 PowerLights::new(&lights).unwrap(),
             );
+            let opened = OpenedTree::new(LightBvh::new(&lights).unwrap());
+            at.iter()
+                .for_each(|at| check_agreement("opened BVH", &opened, at, 150));
+            stretches
+                .iter()
+                .for_each(|at| check_agreement("opened BVH", &opened, at, 150));
+            let opened = OpenedTree::new(PerfectTree::new(&lights).unwrap());
+            at.iter()
+                .for_each(|at| check_agreement("opened tree", &opened, at, 150));
             check_agreement("uniform", &uniform, &at[0], 150);
             check_agreement("power", &power, &at[0], 150);
         }

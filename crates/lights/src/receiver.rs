@@ -1,7 +1,7 @@
 //! What receives light: surface points, and segments of rays in a medium.
 
 use crate::block::NodeBlock;
-use crate::importance::{Weighting, segment_weights, surface_weights};
+use crate::importance::{Weighting, near_point, near_segment, segment_weights, surface_weights};
 use glam::Vec3;
 use std::fmt;
 
@@ -137,6 +137,9 @@ pub trait Sealed: Sync {
 
     /// Weights of eight siblings: not negative, finite, with a finite sum; zero only where the node cannot contribute.
     fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8];
+
+    /// Which of them are so near that their weights say little.
+    fn near(&self, block: &NodeBlock) -> [bool; 8];
 }
 
 impl Sealed for ShadingPoint {
@@ -149,6 +152,11 @@ impl Sealed for ShadingPoint {
     fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8] {
         surface_weights(self, block, weighting)
     }
+
+    #[inline(always)]
+    fn near(&self, block: &NodeBlock) -> [bool; 8] {
+        near_point(self.position, block)
+    }
 }
 
 impl Sealed for RaySegment {
@@ -160,5 +168,10 @@ impl Sealed for RaySegment {
     #[inline(always)]
     fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8] {
         segment_weights(self, block, weighting)
+    }
+
+    #[inline(always)]
+    fn near(&self, block: &NodeBlock) -> [bool; 8] {
+        near_segment(self, block)
     }
 }

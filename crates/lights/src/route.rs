@@ -2,7 +2,7 @@
 //!
 //! At each step the number's place among the children's shares says which is taken, and its place within that share is the
 //! number for the next step. So a tree maps the unit interval to its leaves *in order*: stratified numbers give stratified
-//! lights. The number has 52 bits; when 2²⁰ possibilities have been told apart by it, fresh bits are made from the 64 that it
+//! lights. The number has 52 bits; when 2²⁶ possibilities have been told apart by it, fresh bits are made from the 64 that it
 //! came from, so that depth makes no leaf unreachable.
 
 use crate::block::WIDTH;
@@ -21,12 +21,12 @@ pub(crate) struct Route {
 
 /// Cumulative weights of the children of a node, made from weights so that every child of positive weight has a share of at
 /// least about 2⁻²⁰: the last is their sum, zero for a dead node.
-pub(crate) type Shares = [f32; WIDTH];
+pub type Shares = [f32; WIDTH];
 
 /// Shares below this are raised to it. It keeps every light in reach, and bounds what an underestimated one can be worth.
-const LEAST_SHARE: f32 = 1.0 / (1 << 20) as f32;
-/// Below this the number has too few bits left.
-const REFRESH_BELOW: f64 = 1.0 / (1 << 20) as f64;
+pub(crate) const LEAST_SHARE: f32 = 1.0 / (1 << 20) as f32;
+/// Below this the number has too few bits left: 26, of which a step may need 20.
+const REFRESH_BELOW: f64 = 1.0 / (1 << 26) as f64;
 const LARGEST_U: f64 = 1.0 - f64::EPSILON;
 
 /// The cumulative shares of non-negative finite weights whose sum is finite.
@@ -62,6 +62,16 @@ pub(crate) fn probability(shares: &Shares, lane: usize) -> f64 {
     }
     let low = if lane == 0 { 0.0 } else { shares[lane - 1] };
     (f64::from(shares[lane]) - f64::from(low)) / total
+}
+
+/// Probability of one of any number of cumulative shares.
+#[inline(always)]
+pub(crate) fn share_of(shares: &[f64], index: usize) -> f64 {
+    let low = if index == 0 { 0.0 } else { shares[index - 1] };
+    match shares.last() {
+        Some(&total) if total > 0.0 => (shares[index] - low) / total,
+        _ => 0.0,
+    }
 }
 
 impl Route {
@@ -102,6 +112,29 @@ impl Route {
             self.refresh();
         }
         Some(lane)
+    }
+
+    /// Chooses among any number of cumulative shares; `None` where their sum is zero.
+    #[inline(always)]
+    pub fn enter(&mut self, shares: &[f64]) -> Option<usize> {
+        let total = *shares.last()?;
+        if !(total > 0.0) {
+            return None;
+        }
+        let place = self.u * total;
+        // Below the total up to rounding.
+        let index = shares
+            .partition_point(|&share| share <= place)
+            .min(shares.len() - 1);
+        let low = if index == 0 { 0.0 } else { shares[index - 1] };
+        let probability = share_of(shares, index);
+        self.probability *= probability;
+        self.used *= probability;
+        self.u = ((place - low) / (shares[index] - low)).clamp(0.0, LARGEST_U);
+        if self.used < REFRESH_BELOW {
+            self.refresh();
+        }
+        Some(index)
     }
 
     #[cold]

@@ -95,7 +95,12 @@ impl Tree for LightBvh {
 
     #[inline(always)]
     fn shares<R: Receiver>(&self, at: &R, place: u32) -> Shares {
-        shares(&at.weights(&self.blocks[place as usize].nodes, Weighting::Center))
+        shares(&at.weights(&self.blocks[place as usize].nodes, Weighting::MinMax))
+    }
+
+    #[inline(always)]
+    fn nodes(&self, place: u32) -> NodeBlock {
+        self.blocks[place as usize].nodes
     }
 
     #[inline(always)]

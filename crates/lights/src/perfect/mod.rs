@@ -74,7 +74,7 @@ pub enum Stride {
 impl Default for PerfectTreeOptions {
     fn default() -> Self {
         Self {
-            weighting: Weighting::Center,
+            weighting: Weighting::MinMax,
             stride: Stride::Three,
         }
     }
@@ -105,7 +105,7 @@ impl Stride {
 
 /// Children of one node: `2^stride` nodes of one level.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Siblings {
+pub struct Siblings {
     level: u32,
     first: u32,
 }
@@ -159,6 +159,12 @@ impl PerfectTree {
         }
     }
 
+    /// Shares with options other than the default, apart from the code for these.
+    #[inline(never)]
+    fn other_shares<R: Receiver>(&self, at: &R, place: Siblings) -> Shares {
+        shares(&at.weights(&self.nodes(place), self.options.weighting))
+    }
+
     #[inline(always)]
     fn step_to(&self, level: u32, node: u32) -> Step<Siblings> {
         if level == self.depth() {
@@ -180,14 +186,22 @@ impl Tree for PerfectTree {
     #[inline(always)]
     fn shares<R: Receiver>(&self, at: &R, place: Siblings) -> Shares {
         let block = self.block(place.level, place.first);
-        match self.options.stride {
+        match self.options {
             // The block of a first step of fewer levels holds nothing else.
-            Stride::Three => shares(&at.weights(block, self.options.weighting)),
-            Stride::One => {
-                let lane = place.first as usize % WIDTH;
-                let pair = block.pair(lane);
-                shares(&at.weights(&pair, self.options.weighting))
-            }
+            PerfectTreeOptions {
+                stride: Stride::Three,
+                weighting: Weighting::MinMax,
+            } => shares(&at.weights(block, Weighting::MinMax)),
+            _ => self.other_shares(at, place),
+        }
+    }
+
+    #[inline(always)]
+    fn nodes(&self, place: Siblings) -> NodeBlock {
+        let block = self.block(place.level, place.first);
+        match self.options.stride {
+            Stride::Three => *block,
+            Stride::One => block.pair(place.first as usize % WIDTH),
         }
     }
 

@@ -1,9 +1,10 @@
 //! For guests that choose among the finite emitters by themselves: what there is to know of each, and samples of a given one.
 
-use super::{AreaRecord, EmitterSample, Emitters, PointEmitter};
+use super::area::TriangleEmitter;
+use super::{AreaRecord, EmitterSample, Emitters, PointEmitter, target_on_surface};
 use crate::{SurfacePoint, luminance};
 use glam::Vec3;
-use lightshed_sampling::{Density, SolidAngle};
+use lightshed_sampling::{Density, SolidAngle, SphericalTriangle};
 use std::f32::consts::PI;
 
 /// Where a finite emitter is and where it shines.
@@ -78,8 +79,11 @@ impl Emitters {
         }
     }
 
-    /// A direction towards the finite emitter `index`, which was chosen with `probability`: what [`Emitters::sample`] would
-    /// give had it chosen so. `None` where the emitter sends nothing to `from`, and for any other index.
+    /// A direction towards the finite emitter `index`, which was chosen with `probability`. `None` where the emitter sends
+    /// nothing to `from`, and for any other index.
+    ///
+    /// As [`Emitters::sample`] does once it has chosen, but near triangles are sampled by solid angle: there `L_i / p_ω` is
+    /// bounded, while by area it has no bound.
     #[inline(always)]
     pub fn sample_emitter(
         &self,
@@ -91,6 +95,11 @@ impl Emitters {
         let own = self.finite.as_ref()?.pmf(index);
         if !(own > 0.0 && probability > 0.0) {
             return None;
+        }
+        if let Some(AreaRecord::Triangle(triangle)) = self.areas.get(index as usize)
+            && let Some(seen) = triangle.seen_near(from)
+        {
+            return triangle.sample_seen(from, &seen, index, probability, u);
         }
         let mut sample = self.sample_finite(from, index, own, u)?;
         let scale = probability / (own * self.group_probability);
@@ -120,6 +129,11 @@ impl Emitters {
     /// that it lies on been chosen with `probability`; zero if it lies on none.
     #[inline(always)]
     pub fn pdf_given(&self, from: Vec3, point: &SurfacePoint, probability: f32) -> Density<SolidAngle> {
+        if let Some(AreaRecord::Triangle(triangle)) = self.areas.get(point.emitter as usize)
+            && let Some(seen) = triangle.seen_near(from)
+        {
+            return seen.density() * probability;
+        }
         let own = self.selection_probability(point.emitter);
         if own > 0.0 {
             self.pdf(from, point) * (probability / own)
@@ -166,5 +180,62 @@ impl AreaRecord {
                 }
             }
         }
+    }
+}
+
+/// A triangle is near within this many times the root of its edges' squares: beyond, densities by area and by solid angle
+/// differ by a fraction that depends on the place in the triangle, and area is much faster.
+const NEAR: f32 = 2.5;
+
+impl TriangleEmitter {
+    /// The triangle on the sphere around `from`, if it is near.
+    #[inline(always)]
+    fn seen_near(&self, from: Vec3) -> Option<SphericalTriangle> {
+        let [a, b] = self.edges;
+        let to_center = self.corner + (a + b) * (1.0 / 3.0) - from;
+        let size_squared = a.length_squared() + b.length_squared();
+        if to_center.length_squared() < NEAR * NEAR * size_squared {
+            self.on_sphere(from)
+        } else {
+            None
+        }
+    }
+
+    #[inline(never)]
+    fn on_sphere(&self, from: Vec3) -> Option<SphericalTriangle> {
+        let to_corner = self.corner - from;
+        SphericalTriangle::new([to_corner, to_corner + self.edges[0], to_corner + self.edges[1]])
+    }
+
+    /// A uniform direction towards it as it is seen.
+    #[inline(never)]
+    fn sample_seen(
+        &self,
+        from: Vec3,
+        seen: &SphericalTriangle,
+        index: u32,
+        probability: f32,
+        u: [f32; 2],
+    ) -> Option<EmitterSample> {
+        let sample = seen.sample(u);
+        let [_, v, w] = sample.barycentric;
+        let (along, across) = (self.edges[0] * v, self.edges[1] * w);
+        let point = self.corner + along + across;
+        let direction = (point - from).try_normalize()?;
+        let pdf = seen.density() * probability;
+        if !(self.normal.dot(direction) < 0.0 && pdf.is_positive()) {
+            return None;
+        }
+        let weight = self.radiance / pdf.value();
+        let magnitude = self.corner.abs() + along.abs() + across.abs();
+        let extent = self.edges[0].abs().max(self.edges[1].abs()).max_element();
+        weight.is_finite().then(|| EmitterSample {
+            emitter: index,
+            direction,
+            weight,
+            pdf,
+            is_delta: false,
+            target: Some(target_on_surface(point, self.normal, magnitude, extent, from)),
+        })
     }
 }

@@ -1,0 +1,255 @@
+//! Every way of choosing an emitter gives the same image, and the same as choosing by power alone does.
+//!
+//! Images are compared by tiles, each channel apart, with seeds of their own. A sound implementation fails a comparison
+//! with probability 1e-5; there are about twenty without data, and as many in the scenes of `LIGHTSHED_SCENES`.
+
+#[expect(dead_code, reason = "the other tests compare with reference images")]
+mod common;
+#[path = "common/rendered.rs"]
+mod rendered;
+
+use common::data_folder;
+use lightshed_integrator::{
+    DirectLight, LightChoosing, LightSelection, MAX_BATCH, PathTracer, PixelEstimator, SampleId,
+    SelectedDirectLight,
+};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::import::load;
+use lightshed_scene::{
+    EmitterDescription, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, SphereGeometry,
+    builtin,
+};
+use lightshed_testkit::{TileOptions, check_faults, compare_tiles};
+use rendered::Rendered;
+
+/// False-positive rate of a comparison.
+const SIGNIFICANCE: f64 = 1e-5;
+
+/// Many lights of all kinds, and a rough conductor among the occluders.
+fn mixed_lights() -> SceneDescription {
+    let mut scene = builtin::many_lights();
+    [scene.settings.width, scene.settings.height] = [32, 32];
+    scene.shapes.push(ShapeDescription {
+        name: "ball".to_owned(),
+        geometry: Geometry::Sphere(SphereGeometry {
+            center: Vec3::new(0.0, 1.0, 0.0),
+            radius: 0.3,
+            flip_normals: false,
+        }),
+        material: 0,
+        emission: Some(Rgb::new(2.0, 3.0, 4.0)),
+    });
+    scene.emitters.push(EmitterDescription::Point {
+        position: Vec3::new(2.0, 2.0, 1.0),
+        intensity: Rgb::new(3.0, 1.0, 1.0),
+    });
+    scene.emitters.push(EmitterDescription::Spot {
+        position: Vec3::new(-2.0, 3.0, 1.0),
+        direction: Vec3::NEG_Y,
+        intensity: Rgb::splat(60.0),
+        beam_width: 0.3,
+        cutoff_angle: 0.6,
+    });
+    scene.emitters.push(EmitterDescription::Constant {
+        radiance: Rgb::splat(0.05),
+    });
+    scene.emitters.push(EmitterDescription::Directional {
+        direction: Vec3::new(0.3, -0.9, 0.1).normalize(),
+        irradiance: Rgb::splat(0.1),
+    });
+    scene
+}
+
+/// Edge of the tiles: by uniform choice the brightest emitters are met so seldom that only the whole image averages them.
+fn tile_size(choosing: LightChoosing, size: [u32; 2]) -> usize {
+    match choosing {
+        LightChoosing::Uniform => size[0].max(size[1]) as usize,
+        _ => 16,
+    }
+}
+
+fn compare(found: &Rendered, expected: &Rendered, tile_size: usize) -> Result<(), String> {
+    let options = TileOptions {
+        significance: SIGNIFICANCE,
+        tile_size,
+        ..TileOptions::default()
+    };
+    let report = compare_tiles(&found.moments(), &expected.moments(), &options).map_err(|e| e.to_string())?;
+    report.verdict().map_err(|e| e.to_string())
+}
+
+/// Leaves out pixels that see more than the sky: where a small emitter is met by one camera ray in a thousand, noise is too
+/// skewed to be judged.
+struct Mask(Vec<bool>);
+
+impl Mask {
+    fn new(scene: &Scene, size: [u32; 2]) -> Self {
+        let seen = Rendered::new(&PathTracer::with_depths(scene, Some(1), 1), size, 2048, 99);
+        Self(seen.mean.iter().map(|&value| value > 0.0501).collect())
+    }
+
+    fn apply(&self, image: &mut Rendered) {
+        for (index, _) in self.0.iter().enumerate().filter(|&(_, &hidden)| hidden) {
+            (image.mean[index], image.variance_of_mean[index]) = (0.0, 0.0);
+        }
+    }
+}
+
+fn selected(scene: &Scene, choosing: LightChoosing, each: u32) -> SelectedDirectLight<'_> {
+    let selection = LightSelection::new(scene, choosing).unwrap();
+    SelectedDirectLight::new(scene, selection, each, 1).unwrap()
+}
+
+#[test]
+fn every_selection_gives_the_same_direct_light() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        /// All counts for 4 % too much, as with a pmf that is not the one sampled.
+        Brighter,
+        /// The spot is missing from the selection.
+        NoSpot,
+    }
+    let description = mixed_lights();
+    let scene = Scene::new(&description).unwrap();
+    let size = [32, 32];
+    let mask = Mask::new(&scene, size);
+    let mut expected = Rendered::new(&DirectLight::new(&scene), size, 4096, 1);
+    mask.apply(&mut expected);
+    for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
+        let faults = match choosing {
+            LightChoosing::OpenBvh => &[Fault::Brighter, Fault::NoSpot][..],
+            _ => &[],
+        };
+        check_faults(faults, |fault| {
+            let mut description = description.clone();
+            if let Some(Fault::NoSpot) = fault {
+                description.emitters.remove(1);
+            }
+            let scene = Scene::new(&description).unwrap();
+            let estimator = selected(&scene, choosing, 4).with_camera_strata(2);
+            let mut found = Rendered::new(&estimator, size, 64, seed);
+            if let Some(Fault::Brighter) = fault {
+                found.mean.iter_mut().for_each(|value| *value *= 1.04);
+            }
+            mask.apply(&mut found);
+            compare(&found, &expected, tile_size(choosing, size))
+        })
+        .unwrap_or_else(|error| panic!("{}: {error:?}", choosing.name()));
+    }
+}
+
+/// In company and alone, and for any number of company: bit for bit.
+#[test]
+fn a_sample_does_not_depend_on_its_batch() {
+    let scene = Scene::new(&mixed_lights()).unwrap();
+    let ids: Vec<SampleId> = (0..300)
+        .map(|i| SampleId {
+            x: i % 32,
+            y: i / 32 * 3,
+            index: i,
+        })
+        .collect();
+    for (choosing, strata, each) in [
+        (LightChoosing::Uniform, 1, 1),
+        (LightChoosing::Power, 1, 40),
+        (LightChoosing::Tree, 2, 3),
+        (LightChoosing::OpenBvh, 8, 1),
+        (LightChoosing::Bvh, 3, 20),
+    ] {
+        let estimator = selected(&scene, choosing, each).with_camera_strata(strata);
+        let alone: Vec<Rgb> = ids
+            .iter()
+            .map(|id| estimator.sample(id.x, id.y, id.index, 5))
+            .collect();
+        assert!(alone.iter().any(|&value| value != Rgb::ZERO));
+        for size in [1, 7, MAX_BATCH, 300] {
+            let mut together = vec![Rgb::NAN; ids.len()];
+            for (ids, values) in ids.chunks(size).zip(together.chunks_mut(size)) {
+                estimator.sample_many(ids, 5, values);
+            }
+            assert_eq!(alone, together, "{}, batches of {size}", choosing.name());
+        }
+    }
+}
+
+/// Scenes without finite lights, and without any.
+#[test]
+fn nothing_to_choose_from() {
+    let mut description = builtin::furnace();
+    let scene = Scene::new(&description).unwrap();
+    let estimator = selected(&scene, LightChoosing::Tree, 4);
+    assert_eq!(estimator.sample(0, 0, 0, 1), Rgb::ONE);
+    description.emitters.clear();
+    description.materials = vec![Material::Diffuse {
+        reflectance: Rgb::splat(0.5).into(),
+    }];
+    let scene = Scene::new(&description).unwrap();
+    for choosing in LightChoosing::ALL {
+        assert_eq!(selected(&scene, choosing, 4).sample(32, 32, 0, 1), Rgb::ZERO);
+    }
+}
+
+/// Where a sampled place on an emitter is met again, its density is that of the sample.
+#[test]
+fn densities_of_samples_and_of_hits_agree() {
+    let scene = Scene::new(&mixed_lights()).unwrap();
+    let selection = LightSelection::new(&scene, LightChoosing::OpenBvh).unwrap();
+    let mut compared = 0;
+    for i in 0..3000u32 {
+        let mut rng = lightshed_sampling::CounterRng::new(4, i, 0);
+        let ray = scene.camera().ray(Vec2::from(rng.next_2d()) * 32.0, [0.5; 2]);
+        let Some(point) = scene.intersect(&ray) else {
+            continue;
+        };
+        let bsdf = scene.bsdf(&point);
+        let wo = point.shading.to_local(-ray.direction);
+        let at = lightshed_integrator::shading_point(&point, &bsdf, wo);
+        let Some(sample) = selection.sample(&at, rng.next_u64(), rng.next_2d()) else {
+            continue;
+        };
+        let Some(met) = scene.intersect(&point.spawn(sample.direction)) else {
+            continue;
+        };
+        if sample.is_delta || met.emitter != sample.emitter {
+            continue;
+        }
+        let again = selection.pdf(&at, &met).value();
+        let ratio = again / sample.pdf.value();
+        assert!(
+            (ratio - 1.0).abs() < 0.02,
+            "{again} is not {}",
+            sample.pdf.value()
+        );
+        compared += 1;
+    }
+    assert!(compared > 300, "{compared}");
+}
+
+/// The scenes with the most lights there are, at a size at which a few samples say much: every selection against the best.
+#[test]
+fn published_scenes_look_the_same_by_every_selection() {
+    let Some(scenes) = data_folder("LIGHTSHED_SCENES") else {
+        return;
+    };
+    for name in ["many_lights_1000", "oacmpctf3", "oacmpdm9", "classroom"] {
+        let mut description = load(scenes.join(name).join("scene.xml"), &[])
+            .unwrap_or_else(|error| panic!("{}", error.chain()))
+            .description;
+        let size = [48, 27];
+        [description.settings.width, description.settings.height] = size;
+        let scene = Scene::new(&description).unwrap();
+        let mask = Mask::new(&scene, size);
+        let mut expected = Rendered::new(&selected(&scene, LightChoosing::OpenBvh, 8), size, 64, 1);
+        mask.apply(&mut expected);
+        for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
+            // A few of twenty thousand emitters light most of this room: chosen uniformly they are hardly met.
+            if (name, choosing) == ("classroom", LightChoosing::Uniform) {
+                continue;
+            }
+            let mut found = Rendered::new(&selected(&scene, choosing, 8), size, 64, seed);
+            mask.apply(&mut found);
+            compare(&found, &expected, tile_size(choosing, size))
+                .unwrap_or_else(|e| panic!("{name}, {}: {e}", choosing.name()));
+        }
+    }
+}
