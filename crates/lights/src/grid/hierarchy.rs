@@ -188,7 +188,8 @@ impl LightingGrid {
         }
     }
 
-    fn build_levels(&mut self) {
+    /// Sums of all levels and their lights, the finest level's vertices being collected.
+    pub(super) fn build_levels(&mut self) {
         self.cells.reserve();
         for level in 1..=self.level_count {
             let frame = self.frame(level);

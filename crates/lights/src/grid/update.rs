@@ -43,6 +43,9 @@ pub(super) struct Scratch {
     levels: Vec<Level>,
 }
 
+/// Where more than one in so many lights change, all sums are taken anew.
+const MANY: usize = 64;
+
 /// A vertex as one number, in the order of places.
 #[inline(always)]
 fn number([x, y, z]: [u32; 3], side: u32) -> u32 {
@@ -83,15 +86,25 @@ impl LightingGrid {
             self.rebuild_own()?;
             return Ok(UpdateReport {
                 moved: 0,
-                refreshed: self.levels[..self.level_count as usize]
-                    .iter()
-                    .map(|level| level.rows.len())
-                    .sum(),
+                refreshed: self.vertex_count(),
                 rebuilt: true,
             });
         }
         let mut scratch = std::mem::take(&mut self.update);
         let moved = self.apply(changes, &mut scratch);
+        if scratch.indices.len() > self.lights.len() / MANY {
+            // So many that it is cheaper to take all sums anew.
+            self.update = scratch;
+            self.sort_lights();
+            self.cells.collect(&self.pairs, self.level_count - 1);
+            self.levels[0].collect_from_cells(&self.cells);
+            self.build_levels();
+            return Ok(UpdateReport {
+                moved,
+                refreshed: self.vertex_count(),
+                rebuilt: false,
+            });
+        }
         if moved == 0 {
             self.resort_cells(&scratch);
         } else {
@@ -104,6 +117,11 @@ impl LightingGrid {
             refreshed,
             rebuilt: false,
         })
+    }
+
+    fn vertex_count(&self) -> usize {
+        let levels = &self.levels[..self.level_count as usize];
+        levels.iter().map(|level| level.rows.len()).sum()
     }
 
     /// Takes the changes over; lists changed lights and the cells that they are or were in. Returns how many changed cells.

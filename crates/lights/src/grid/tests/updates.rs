@@ -34,11 +34,13 @@ fn fixed(levels: u32) -> GridOptions {
 /// update gives what a new construction gives. One that forgets a light, or a level, is noticed.
 #[test]
 fn an_update_is_a_rebuild_bit_for_bit() {
-    let steps: [(&str, usize); 5] = [
+    let steps: [(&str, usize); 7] = [
         ("dim", 1),
+        ("dim", 40),
         ("dim", 200),
-        ("shake", 50),
+        ("shake", 30),
         ("move", 1),
+        ("move", 40),
         ("move", 400),
     ];
     let faults = ["forgets a light", "forgets a sum"];
