@@ -90,7 +90,7 @@ struct Pixel {
 /// - shadows are blurred by the filter, light by interleaving;
 /// - [`ShadowTargets::Spread`] darkens.
 ///
-/// After the first frame nothing is allocated as long as sets of lights are of about the same size. Threads do not change the image.
+/// Lights, hierarchy and images keep their memory from frame to frame. Threads do not change the image.
 pub struct VplGrid<'a> {
     scene: &'a Scene,
     options: VplGridOptions,
