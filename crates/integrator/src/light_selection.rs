@@ -1,8 +1,8 @@
 //! Which emitter a shading point asks for light.
 
 use lightshed_lights::{
-    Bounds, Facing, Light, LightBvh, LightError, LightSampler, OpenedTree, OrientationCone, PerfectTree,
-    PowerLights, ShadingPoint, UniformLights,
+    Bounds, Facing, Light, LightBvh, LightError, LightInstance, LightSampler, OpenedTree, OrientationCone,
+    PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree, UniformLights,
 };
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
@@ -23,6 +23,8 @@ pub enum LightChoosing {
     Power,
     /// By a perfect binary light tree.
     Tree,
+    /// By a perfect binary tree of meshes, each of which has one of its own.
+    TwoLevel,
     /// By a light BVH.
     Bvh,
     /// By a light BVH whose near nodes are opened first.
@@ -31,7 +33,14 @@ pub enum LightChoosing {
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Uniform, Self::Power, Self::Tree, Self::Bvh, Self::OpenBvh];
+    pub const ALL: [Self; 6] = [
+        Self::Uniform,
+        Self::Power,
+        Self::Tree,
+        Self::TwoLevel,
+        Self::Bvh,
+        Self::OpenBvh,
+    ];
 
     /// The name by which [`FromStr`] finds it.
     pub fn name(self) -> &'static str {
@@ -39,6 +48,7 @@ impl LightChoosing {
             Self::Uniform => "uniform",
             Self::Power => "power",
             Self::Tree => "tree",
+            Self::TwoLevel => "two-level",
             Self::Bvh => "bvh",
             Self::OpenBvh => "open-bvh",
         }
@@ -85,6 +95,7 @@ enum Sampler {
     Uniform(UniformLights),
     Power(PowerLights),
     Tree(Box<PerfectTree>),
+    TwoLevel(Box<TwoLevelTree>),
     Bvh(LightBvh),
     OpenBvh(OpenedTree<LightBvh>),
 }
@@ -96,6 +107,7 @@ macro_rules! with_sampler {
             Sampler::Uniform($found) => $do,
             Sampler::Power($found) => $do,
             Sampler::Tree($found) => $do,
+            Sampler::TwoLevel($found) => $do,
             Sampler::Bvh($found) => $do,
             Sampler::OpenBvh($found) => $do,
         }
@@ -135,6 +147,7 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::Uniform => Sampler::Uniform(UniformLights::new(lights.len())?),
                     LightChoosing::Power => Sampler::Power(PowerLights::new(&lights)?),
                     LightChoosing::Tree => Sampler::Tree(Box::new(PerfectTree::new(&lights)?)),
+                    LightChoosing::TwoLevel => Sampler::TwoLevel(Box::new(two_level(emitters, &lights)?)),
                     LightChoosing::Bvh => Sampler::Bvh(LightBvh::new(&lights)?),
                     LightChoosing::OpenBvh => Sampler::OpenBvh(OpenedTree::new(LightBvh::new(&lights)?)),
                 })
@@ -270,6 +283,21 @@ fn scene_lights(emitters: &Emitters) -> Vec<Light> {
         .filter_map(|index| emitters.extent(index))
         .map(|extent| light_of(&extent))
         .collect()
+}
+
+/// A tree of the groups of emitters, each at rest.
+fn two_level(emitters: &Emitters, lights: &[Light]) -> Result<TwoLevelTree, LightError> {
+    let groups = emitters.groups_of_finite();
+    let meshes: Vec<&[Light]> = groups
+        .iter()
+        .map(|group| &lights[group.start as usize..group.end as usize])
+        .collect();
+    let instances: Vec<LightInstance> = (0..meshes.len() as u32).map(LightInstance::at_rest).collect();
+    TwoLevelTree::new(&meshes, &instances).map_err(|error| match error {
+        TwoLevelError::Mesh(_, error) | TwoLevelError::Instances(error) => error,
+        // Every group is placed where it is.
+        _ => LightError::Overflow,
+    })
 }
 
 fn light_of(extent: &EmitterExtent) -> Light {

@@ -77,10 +77,16 @@ pub(crate) fn descend_from<T: Tree, R: Receiver>(
     }
 }
 
-/// Probability of reaching a light from the root; the product in the order in which [`descend`] forms it.
+/// Probability of reaching a light from the root.
 #[inline(always)]
 pub(crate) fn probability_of<T: Tree, R: Receiver>(tree: &T, at: &R, light: u32) -> f64 {
-    let mut product = 1.0;
+    probability_onwards(1.0, tree, at, light)
+}
+
+/// The same for a root that is reached with probability `before`; the product in the order in which [`descend`] forms it.
+#[inline(always)]
+pub(crate) fn probability_onwards<T: Tree, R: Receiver>(before: f64, tree: &T, at: &R, light: u32) -> f64 {
+    let mut product = before;
     let found = tree.way_to(light, |place, lane| {
         product *= probability(&tree.shares(at, place), lane);
         product > 0.0

@@ -32,6 +32,7 @@ mod route;
 mod sampler;
 #[cfg(test)]
 mod testing;
+mod two_level;
 
 pub use bounds::Bounds;
 pub use bvh::LightBvh;
@@ -49,8 +50,14 @@ pub use opened::OpenedTree;
 pub use perfect::{PerfectTree, PerfectTreeOptions, Stride};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
+pub use two_level::{LightInstance, TwoLevelError, TwoLevelTree};
 
 /// The guide's code is a test.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/lighting-grid.md")]
 struct GridGuide;
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/lights.md")]
+struct Guide;

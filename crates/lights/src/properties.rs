@@ -263,6 +263,39 @@ fn samples_follow_the_pmf() {
     .expect("every fault is found");
 }
 
+/// Trees built on any number of threads, and by pools of any size, choose the same lights.
+#[cfg(feature = "parallel")]
+#[test]
+fn threads_change_nothing() {
+    let lights = lights_of(Layout::Clustered, 150_000, 6);
+    let at = points(&lights, 50, 4);
+    let u: Vec<u64> = (0..20).map(|i| i * (u64::MAX / 20)).collect();
+    let choices = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let (perfect, bvh) = pool.install(|| {
+            (
+                PerfectTree::new(&lights).unwrap(),
+                LightBvh::new(&lights).unwrap(),
+            )
+        });
+        let mut all = Vec::new();
+        for at in &at {
+            for sampler in [&perfect as &dyn LightSampler, &bvh] {
+                all.extend(u.iter().map(|&u| sampler.sample(at, u)));
+            }
+        }
+        all
+    };
+    let one = choices(1);
+    assert!(one.iter().filter(|c| c.is_some()).count() > 500);
+    for threads in [2, 3, 8] {
+        assert_eq!(one, choices(threads), "{threads} threads");
+    }
+}
+
 /// With 2²⁰ lights, each has a number that leads to it: the middle of the share that it should have does.
 #[test]
 fn every_light_of_a_million_is_reached() {

@@ -2,6 +2,7 @@
 
 use crate::block::NodeBlock;
 use crate::importance::{Weighting, near_point, near_segment, segment_weights, surface_weights};
+use crate::two_level::LightInstance;
 use glam::Vec3;
 use std::fmt;
 
@@ -131,7 +132,10 @@ impl Receiver for ShadingPoint {}
 impl Receiver for RaySegment {}
 
 /// Receivers as nodes see them.
-pub trait Sealed: Sync {
+pub trait Sealed: Sync + Sized {
+    /// The receiver as a mesh at rest sees it whose instance this is.
+    fn in_mesh(&self, instance: &LightInstance) -> Self;
+
     /// Whether nothing can be received, whatever shines.
     fn is_black(&self) -> bool;
 
@@ -143,6 +147,15 @@ pub trait Sealed: Sync {
 }
 
 impl Sealed for ShadingPoint {
+    #[inline(always)]
+    fn in_mesh(&self, instance: &LightInstance) -> Self {
+        Self {
+            position: instance.to_mesh(self.position),
+            normal: instance.direction_to_mesh(self.normal),
+            ..*self
+        }
+    }
+
     #[inline(always)]
     fn is_black(&self) -> bool {
         !(self.reflectance_bound > 0.0)
@@ -160,6 +173,15 @@ impl Sealed for ShadingPoint {
 }
 
 impl Sealed for RaySegment {
+    #[inline(always)]
+    fn in_mesh(&self, instance: &LightInstance) -> Self {
+        Self {
+            start: instance.to_mesh(self.start),
+            direction: instance.direction_to_mesh(self.direction),
+            length: self.length / instance.scale,
+        }
+    }
+
     #[inline(always)]
     fn is_black(&self) -> bool {
         !(self.length > 0.0)

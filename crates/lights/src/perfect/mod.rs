@@ -9,7 +9,7 @@ mod order;
 #[cfg(test)]
 mod tests;
 
-use crate::block::{NodeBlock, WIDTH};
+use crate::block::{Node, NodeBlock, WIDTH};
 use crate::descent::{Step, Tree};
 use crate::receiver::Receiver;
 use crate::route::{Shares, shares};
@@ -132,6 +132,11 @@ impl PerfectTree {
         };
         tree.rebuild(lights)?;
         Ok(tree)
+    }
+
+    /// The node of all lights together.
+    pub(crate) fn root_node(&self) -> Node {
+        self.block(0, 0).node(0)
     }
 
     /// Depth `D` of all leaves.

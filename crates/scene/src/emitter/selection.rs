@@ -6,6 +6,7 @@ use crate::{SurfacePoint, luminance};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, SphericalTriangle};
 use std::f32::consts::PI;
+use std::ops::Range;
 
 /// Where a finite emitter is and where it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +69,24 @@ impl Emitters {
             intensity: luminance(intensity),
             orientation,
         })
+    }
+
+    /// Finite emitters that go together, as ranges of indices that cover all of them: surfaces next to each other of the same
+    /// radiance, which as a rule are those of one mesh, and all points.
+    pub fn groups_of_finite(&self) -> Vec<Range<u32>> {
+        let mut first = 0;
+        let runs = self
+            .areas
+            .chunk_by(|a, b| a.radiance() == b.radiance())
+            .map(<[_]>::len);
+        let lengths = runs.chain([self.points.len()]).filter(|&length| length > 0);
+        lengths
+            .map(|length| {
+                let range = first..first + length as u32;
+                first = range.end;
+                range
+            })
+            .collect()
     }
 
     /// Probability with which [`Emitters::sample`] chooses a finite emitter, at every point; 0 for any other index.
