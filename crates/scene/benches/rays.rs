@@ -1,4 +1,5 @@
-//! Rays through each tree, alone and in company: `scene/rays_<query>_<alone|together>/<tree>`.
+//! Rays through each tree, alone and in company: `scene/rays_<query>_<alone|together>/<tree>`; and through a few boxes,
+//! without a tree and with one: `scene/few/<query>_<alone|together>/<flat|tree>/<triangles>`.
 //!
 //! The geometry is a ball of 80 thousand triangles in a box, the rays are what a path tracer asks: from points on the
 //! surfaces, in all directions. One iteration is one ray.
@@ -6,8 +7,11 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_scene::glam::{Affine3A, Vec3};
-use lightshed_scene::{Accelerator, AcceleratorKind, BuildQuality, Ray, TriangleMesh, builtin};
+use lightshed_scene::{
+    Accelerator, AcceleratorKind, BuildQuality, HitBatch, Ray, RayBatch, Sphere, TriangleMesh, builtin,
+};
 use std::hint::black_box;
+use std::time::Duration;
 
 const TREES: [(&str, AcceleratorKind); 3] = [
     ("wide", AcceleratorKind::Wide),
@@ -93,5 +97,72 @@ fn bench(criterion: &mut Criterion) {
     build.finish();
 }
 
-criterion_group!(benches, bench);
+/// Boxes in a box.
+fn boxes(count: usize) -> Vec<[Vec3; 3]> {
+    let mut rng = CounterRng::new(2, 0, 0);
+    let mut triangles: Vec<[Vec3; 3]> = corners(&builtin::cuboid(Affine3A::IDENTITY)).collect();
+    for _ in 1..count {
+        let place = UniformSphere::sample(rng.next_2d()) * 0.6;
+        let turned = Affine3A::from_translation(place)
+            * Affine3A::from_rotation_y(rng.next_f32())
+            * Affine3A::from_scale(Vec3::splat(0.1 + 0.2 * rng.next_f32()));
+        triangles.extend(corners(&builtin::cuboid(turned)));
+    }
+    triangles
+}
+
+fn bench_few(criterion: &mut Criterion) {
+    // A sphere out of reach needs a tree.
+    let far = Sphere {
+        center: Vec3::splat(100.0),
+        radius: 1e-3,
+    };
+    let mut group = criterion.benchmark_group("scene/few");
+    group
+        .throughput(Throughput::Elements(RAYS as u64))
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_secs(1));
+    for count in 1..=5 {
+        let triangles = boxes(count);
+        let rays = rays(&triangles);
+        for (name, spheres) in [("flat", &[][..]), ("tree", &[far][..])] {
+            let few = Accelerator::build(&triangles, spheres, AcceleratorKind::Wide, BuildQuality::High);
+            let id = |query: &str| BenchmarkId::new(format!("{query}/{name}"), triangles.len());
+            group.bench_function(id("nearest_alone"), |b| {
+                b.iter(|| {
+                    rays.iter()
+                        .filter(|ray| few.intersect(black_box(ray)).is_some())
+                        .count()
+                });
+            });
+            let batches: Vec<RayBatch> = rays
+                .chunks(RayBatch::CAPACITY)
+                .map(|rays| {
+                    let mut batch = RayBatch::NOWHERE;
+                    batch.fill(rays);
+                    batch
+                })
+                .collect();
+            let mut hits = HitBatch::NONE;
+            group.bench_function(id("nearest_together"), |b| {
+                b.iter(|| {
+                    for batch in &batches {
+                        few.intersect_batch(black_box(batch), RayBatch::CAPACITY, &mut hits);
+                    }
+                });
+            });
+            group.bench_function(id("any_together"), |b| {
+                b.iter(|| {
+                    batches.iter().fold(0, |bits, batch| {
+                        bits ^ few.occluded_batch(black_box(batch), RayBatch::CAPACITY)
+                    })
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, bench, bench_few);
 criterion_main!(benches);

@@ -1,6 +1,6 @@
 //! Finding the vertices and edges that triangles share.
 
-use super::{Corners, Flat, MAX_EDGES, MAX_TRIANGLES, MAX_VERTICES};
+use super::{Corners, Flat, MAX_TRIANGLES};
 use crate::accel::block::TriangleBlock;
 use glam::Vec3;
 use lightshed_lanes::{LANES, LaneChoice};
@@ -16,17 +16,12 @@ impl Flat {
             let [a, b, c] =
                 triangle.map(|corner| position(&mut vertices, corner.to_array().map(f32::to_bits)));
             let mut directed = |from: u8, to: u8| {
-                let edge = position(&mut edges, [from.min(to), from.max(to)]);
-                // Counted past what fits where there is no room: refused below.
-                edge.wrapping_mul(2).wrapping_add(u8::from(from > to))
+                2 * position(&mut edges, [from.min(to), from.max(to)]) + u8::from(from > to)
             };
             corners.push(Corners {
                 vertices: [a, b, c],
                 edges: [directed(c, b), directed(a, c), directed(b, a)],
             });
-        }
-        if vertices.len() > MAX_VERTICES || edges.len() > MAX_EDGES {
-            return None;
         }
         let numbered: Vec<(u32, [Vec3; 3])> = (0u32..).zip(triangles.iter().copied()).collect();
         Some(Self {
@@ -48,7 +43,7 @@ impl Flat {
     }
 }
 
-/// Position of `item` in `list`, to which it is added if it is not there; meaningless beyond 255.
+/// Position of `item` in `list`, to which it is added if it is not there.
 fn position<T: PartialEq>(list: &mut Vec<T>, item: T) -> u8 {
     let found = list.iter().position(|other| *other == item);
     found.unwrap_or_else(|| {

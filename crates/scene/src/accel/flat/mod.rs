@@ -13,11 +13,14 @@ use super::block::{Nearest, TriangleBlock, TriangleRay};
 use super::{Hit, Ray};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
-/// Most triangles for which this is faster than the tree.
-const MAX_TRIANGLES: usize = 64;
-/// Room for sheared vertices, and for signed areas of edges.
-const MAX_VERTICES: usize = 96;
-const MAX_EDGES: usize = 128;
+/// Most triangles for which this is faster than the tree, see `docs/performance.md`.
+const MAX_TRIANGLES: usize = 40;
+/// Room for sheared vertices, and for signed areas of edges, of triangles that share nothing.
+const MAX_VERTICES: usize = 3 * MAX_TRIANGLES;
+const MAX_EDGES: usize = 3 * MAX_TRIANGLES;
+
+/// Vertices and directed edges are numbered in bytes.
+const _: () = assert!(2 * MAX_EDGES <= 256);
 
 /// The triangles.
 #[derive(Clone, Debug)]
