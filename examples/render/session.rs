@@ -8,7 +8,7 @@ use crate::vpl;
 use lightshed::integrator::{
     Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
     PathTracer, RenderOptions, RestirDi, RestirGi, RestirPt, RestirPtOptions, RgbImage, SceneWorld,
-    SelectedDirectLight, read_exr, render, render_frames,
+    SelectedDirectLight, SelectedPathTracer, read_exr, render, render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         max_depth if arguments.method.is_vpl() => Some(vpl::depth(max_depth)?),
         max_depth => max_depth.or(settings.max_depth),
     };
-    if arguments.lights.is_some() && arguments.method != Method::Direct {
+    if arguments.lights.is_some() && !matches!(arguments.method, Method::Direct | Method::Path) {
         let method = arguments.method.name();
         return Err(Failure::new(format_args!(
             "--lights has no meaning with --method {method}"
@@ -120,7 +120,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let (observer, cancel) = (|progress: &_| bar.show(progress), &interruption.cancel);
     // Each arm is compiled for its estimator, so that its loop holds no indirect call.
     let outcome = match arguments.method {
-        Method::Path => render(&PathTracer::new(&scene), &options, &observer, cancel),
+        Method::Path => match selection {
+            None => render(&PathTracer::new(&scene), &options, &observer, cancel),
+            Some(selection) => {
+                let roulette_depth = scene.settings().roulette_depth;
+                let estimator = SelectedPathTracer::new(&scene, selection, max_depth, roulette_depth);
+                render(&estimator, &options, &observer, cancel)
+            }
+        },
         Method::Direct => match selection {
             None => render(&DirectLight::new(&scene), &options, &observer, cancel),
             Some(selection) => {

@@ -3,6 +3,7 @@
 //! | what | where |
 //! |---|---|
 //! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
+//! | emitters chosen for the point that they light | [`LightSelection`], [`SelectedDirectLight`], [`SelectedPathTracer`] |
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
 //! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`CameraMotion`], [`RayCounts`] |
@@ -32,6 +33,7 @@ mod next_event;
 mod output;
 mod path;
 mod path_reuse;
+mod path_selected;
 mod ray_counts;
 mod ray_tally;
 mod render;
@@ -61,6 +63,7 @@ pub use output::{
 };
 pub use path::PathTracer;
 pub use path_reuse::PathReuse;
+pub use path_selected::SelectedPathTracer;
 pub use ray_counts::RayCounts;
 pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,

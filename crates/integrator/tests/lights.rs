@@ -11,7 +11,7 @@ mod rendered;
 use common::data_folder;
 use lightshed_integrator::{
     DirectLight, LightChoosing, LightSelection, MAX_BATCH, PathTracer, PixelEstimator, SampleId,
-    SelectedDirectLight,
+    SelectedDirectLight, SelectedPathTracer,
 };
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::import::load;
@@ -130,6 +130,36 @@ fn every_selection_gives_the_same_direct_light() {
             let mut found = Rendered::new(&estimator, size, 64, seed);
             if let Some(Fault::Brighter) = fault {
                 found.mean.iter_mut().for_each(|value| *value *= 1.04);
+            }
+            mask.apply(&mut found);
+            compare(&found, &expected, tile_size(choosing, size))
+        })
+        .unwrap_or_else(|error| panic!("{}: {error:?}", choosing.name()));
+    }
+}
+
+/// Paths of up to four edges, with every selection, against the path tracer that chooses by power; ten per cent too
+/// much light is noticed.
+#[test]
+fn every_selection_gives_the_same_paths() {
+    let description = mixed_lights();
+    let scene = Scene::new(&description).unwrap();
+    let size = [32, 32];
+    let mask = Mask::new(&scene, size);
+    let mut expected = Rendered::new(&PathTracer::with_depths(&scene, Some(4), 3), size, 4096, 1);
+    mask.apply(&mut expected);
+    for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
+        let faults: &[bool] = if choosing == LightChoosing::Bvh {
+            &[true]
+        } else {
+            &[]
+        };
+        check_faults(faults, |fault| {
+            let selection = LightSelection::new(&scene, choosing).unwrap();
+            let estimator = SelectedPathTracer::new(&scene, selection, Some(4), 3);
+            let mut found = Rendered::new(&estimator, size, 256, seed);
+            if fault.is_some() {
+                found.mean.iter_mut().for_each(|value| *value *= 1.1);
             }
             mask.apply(&mut found);
             compare(&found, &expected, tile_size(choosing, size))
