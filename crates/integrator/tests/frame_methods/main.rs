@@ -5,5 +5,6 @@ mod ensemble;
 mod hostile;
 mod indirect;
 mod path_reuse;
+mod published;
 mod restir_pt;
 mod scenes;
