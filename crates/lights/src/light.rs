@@ -18,6 +18,9 @@ pub struct Light {
 /// Most lights in one structure.
 pub const MAX_LIGHTS: usize = 1 << 28;
 
+/// Lights that a thread checks at once.
+const CHUNK: usize = 1 << 13;
+
 /// Why lights are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -96,11 +99,17 @@ pub fn check_lights(lights: &[Light]) -> Result<(), LightError> {
         count if count > MAX_LIGHTS => return Err(LightError::TooMany(count)),
         _ => (),
     }
-    let mut total = 0.0;
-    for (index, light) in lights.iter().enumerate() {
-        light.check(index)?;
-        total += f64::from(light.intensity);
-    }
+    // The first that is refused, whatever the grouping of chunks.
+    let check = |start: usize, lights: &[Light]| {
+        let mut total = 0.0;
+        for (i, light) in lights.iter().enumerate() {
+            light.check(start + i)?;
+            total += f64::from(light.intensity);
+        }
+        Ok(total)
+    };
+    let total = crate::parallel::reduce_indexed(lights, CHUNK, check, |a, b| Ok(a? + b?));
+    let total = total.unwrap_or(Ok(0.0))?;
     if total <= f64::from(f32::MAX) {
         Ok(())
     } else {

@@ -44,6 +44,22 @@ pub(crate) fn reduce<T: Sync, V: Send>(
     items.chunks(chunk).map(of).reduce(combine)
 }
 
+/// As [`reduce`], with the index of each chunk's first item.
+pub(crate) fn reduce_indexed<T: Sync, V: Send>(
+    items: &[T],
+    chunk: usize,
+    of: impl Fn(usize, &[T]) -> V + Sync + Send,
+    combine: impl Fn(V, V) -> V + Sync + Send,
+) -> Option<V> {
+    #[cfg(feature = "parallel")]
+    if items.len() > chunk {
+        let chunks = items.par_chunks(chunk).enumerate();
+        return chunks.map(|(i, items)| of(i * chunk, items)).reduce_with(combine);
+    }
+    let chunks = items.chunks(chunk).enumerate();
+    chunks.map(|(i, items)| of(i * chunk, items)).reduce(combine)
+}
+
 /// Applies `work` to chunks of `source` and to the chunks of a half, a quarter and an eighth of that size of three targets.
 /// `chunk` is a multiple of eight; empty targets stay empty.
 pub(crate) fn for_each_group<T: Sync + Send>(

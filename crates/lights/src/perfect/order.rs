@@ -129,3 +129,29 @@ fn sort_alone(keys: &mut [Keyed], spare: &mut [Keyed]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_sampling::CounterRng;
+
+    /// Codes spread out, close together, and equal, against the standard library's sort.
+    #[test]
+    fn sorts_as_a_comparison_does() {
+        for count in [0usize, 1, 100, 5000, 200_000] {
+            for mask in [u64::MAX >> 1, 0xffff, 0x7 << 40, 0] {
+                let mut rng = CounterRng::new(2, count as u32, 0);
+                let key = |index| Keyed {
+                    code: rng.next_u64() & mask,
+                    index,
+                };
+                let mut keys: Vec<Keyed> = (0..count as u32).map(key).collect();
+                let mut expected = keys.clone();
+                expected.sort_unstable();
+                let mut spare = vec![Keyed::default(); count];
+                sort(&mut keys, &mut spare);
+                assert!(keys == expected, "{count} codes within {mask:#x}");
+            }
+        }
+    }
+}
