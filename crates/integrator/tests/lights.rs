@@ -60,10 +60,11 @@ fn mixed_lights() -> SceneDescription {
     scene
 }
 
-/// Edge of the tiles: by uniform choice the brightest emitters are met so seldom that only the whole image averages them.
+/// Edge of the tiles. By uniform choice, and where a two-level tree's boxes overlap, the brightest emitters are met so seldom that
+/// only the whole image averages them: a tile of `oacmpctf3` that reads 0.85 after 500 samples reads 0.95 after 12,000.
 fn tile_size(choosing: LightChoosing, size: [u32; 2]) -> usize {
     match choosing {
-        LightChoosing::Uniform => size[0].max(size[1]) as usize,
+        LightChoosing::Uniform | LightChoosing::TwoLevel => size[0].max(size[1]) as usize,
         _ => 16,
     }
 }
