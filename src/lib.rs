@@ -9,6 +9,7 @@
 //! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
 //! | [`lights`] | `lightshed-lights` | choosing among many lights: trees, cuts, light BVH, lighting grid |
 //! | [`shift`] | `lightshed-shift` | paths, shift mappings and their Jacobians for ReSTIR path tracing |
+//! | [`volume`] | `lightshed-volume` | density grids, majorants, free flight, transmittance, phase functions |
 //! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
 //! | [`integrator`] | `lightshed-integrator` | reference path tracer, render loop, film, image files and metrics |
 //!
@@ -45,3 +46,5 @@ pub use lightshed_sampling as sampling;
 pub use lightshed_scene as scene;
 #[cfg(feature = "shift")]
 pub use lightshed_shift as shift;
+#[cfg(feature = "volume")]
+pub use lightshed_volume as volume;

@@ -1,0 +1,179 @@
+//! What trackers ask of a density.
+
+use crate::FieldBounds;
+use glam::Vec3;
+
+/// Bounds of a density over a region: `min ≤ ρ(x) ≤ max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DensityRange {
+    /// A lower bound, not below 0.
+    pub min: f32,
+    /// An upper bound.
+    pub max: f32,
+}
+
+impl DensityRange {
+    /// The range of a region of which nothing is known yet: the neutral element of [`DensityRange::union`].
+    pub const EMPTY: Self = Self {
+        min: f32::INFINITY,
+        max: 0.0,
+    };
+
+    /// The range of both regions together.
+    #[inline(always)]
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+}
+
+/// A density `ρ(x) ≥ 0` over a box, without unit: extinction is `σ_t(x) = k ρ(x)` with a guest's coefficient `k` per unit of a
+/// ray's parameter ([`FieldRay`](crate::FieldRay)), one number or one a channel.
+///
+/// Outside of its bounds there is no medium: trackers cut rays to them, and never look there.
+pub trait DensityField {
+    /// Looks up densities along one ray, and may keep what neighbouring lookups share.
+    type Accessor<'a>: DensityAccessor
+    where
+        Self: 'a;
+
+    /// Where there is a medium, in the field's space.
+    fn bounds(&self) -> FieldBounds;
+
+    /// A fresh accessor for one ray; cheap.
+    fn accessor(&self) -> Self::Accessor<'_>;
+
+    /// Bounds of the density over the closed box from `low` to `high`, for points off by rounding as well. Need not be tight,
+    /// but tighter bounds make faster trackers.
+    fn range(&self, low: Vec3, high: Vec3) -> DensityRange;
+
+    /// `ρ(x)`. Of a point outside of the bounds it is unspecified, but finite and not negative.
+    #[inline]
+    fn density(&self, position: Vec3) -> f32 {
+        self.accessor().density(position)
+    }
+}
+
+/// Looks up the densities of a [`DensityField`].
+pub trait DensityAccessor {
+    /// `ρ(x)` as [`DensityField::density`], whatever was looked up before.
+    fn density(&mut self, position: Vec3) -> f32;
+}
+
+/// The same density everywhere in a box, or in all of space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Homogeneous {
+    density: f32,
+    bounds: FieldBounds,
+}
+
+impl Homogeneous {
+    /// Density `ρ` within `bounds`; `None` unless it is finite and not negative.
+    pub fn new(density: f32, bounds: FieldBounds) -> Option<Self> {
+        (0.0..=f32::MAX)
+            .contains(&density)
+            .then_some(Self { density, bounds })
+    }
+}
+
+impl DensityField for Homogeneous {
+    type Accessor<'a> = Self;
+
+    fn bounds(&self) -> FieldBounds {
+        self.bounds
+    }
+
+    fn accessor(&self) -> Self {
+        *self
+    }
+
+    fn range(&self, _: Vec3, _: Vec3) -> DensityRange {
+        DensityRange {
+            min: self.density,
+            max: self.density,
+        }
+    }
+}
+
+impl DensityAccessor for Homogeneous {
+    #[inline(always)]
+    fn density(&mut self, _: Vec3) -> f32 {
+        self.density
+    }
+}
+
+/// A density by a function.
+///
+/// Values of the function below 0 and NaN count as 0, values above the upper bound of the range as that bound: a bound that is too
+/// low changes the medium, and trackers stay right for the medium that results.
+#[derive(Clone, Copy, Debug)]
+pub struct Procedural<D, R> {
+    density: D,
+    range: R,
+    bounds: FieldBounds,
+    maximum: f32,
+}
+
+impl<D: Fn(Vec3) -> f32, R: Fn(Vec3, Vec3) -> DensityRange> Procedural<D, R> {
+    /// The density `density(x)` within `bounds`. `range(low, high)` bounds it over a closed box, as [`DensityField::range`];
+    /// a function that always returns the range of the whole field will do. `None` unless the upper bound over all of `bounds` is finite and
+    /// not negative.
+    pub fn new(density: D, range: R, bounds: FieldBounds) -> Option<Self> {
+        let maximum = range(bounds.min(), bounds.max()).max;
+        (0.0..=f32::MAX).contains(&maximum).then_some(Self {
+            density,
+            range,
+            bounds,
+            maximum,
+        })
+    }
+}
+
+impl<D: Fn(Vec3) -> f32, R: Fn(Vec3, Vec3) -> DensityRange> DensityField for Procedural<D, R> {
+    type Accessor<'a>
+        = ProceduralAccessor<'a, D>
+    where
+        Self: 'a;
+
+    fn bounds(&self) -> FieldBounds {
+        self.bounds
+    }
+
+    fn accessor(&self) -> ProceduralAccessor<'_, D> {
+        ProceduralAccessor {
+            density: &self.density,
+            maximum: self.maximum,
+        }
+    }
+
+    fn range(&self, low: Vec3, high: Vec3) -> DensityRange {
+        let range = (self.range)(low, high);
+        // NaN becomes the bound that is always true.
+        DensityRange {
+            min: range.min.max(0.0).min(self.maximum),
+            max: if range.max <= self.maximum {
+                range.max.max(0.0)
+            } else {
+                self.maximum
+            },
+        }
+    }
+}
+
+/// Looks up a [`Procedural`] density.
+#[derive(Clone, Copy, Debug)]
+pub struct ProceduralAccessor<'a, D> {
+    density: &'a D,
+    maximum: f32,
+}
+
+impl<D: Fn(Vec3) -> f32> DensityAccessor for ProceduralAccessor<'_, D> {
+    #[inline(always)]
+    fn density(&mut self, position: Vec3) -> f32 {
+        // `max` returns the other operand where one is NaN.
+        (self.density)(position).max(0.0).min(self.maximum)
+    }
+}

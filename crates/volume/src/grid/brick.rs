@@ -1,0 +1,81 @@
+//! Bricks of 8³ cells with the 9³ voxels at their corners.
+//!
+//! Cell `c` of an axis lies between the centres of voxels `c − 1` and `c`, `0 ≤ c ≤ n`, and what is beyond the first and last
+//! centre repeats their voxels: a lookup needs no test for the grid's edge.
+
+use super::{MAX_VOXELS, MAX_VOXELS_PER_AXIS};
+use glam::Vec3;
+
+/// Cells of a brick along an axis.
+pub(super) const CELLS: usize = 8;
+/// Corners of a brick's cells along an axis.
+const CORNERS: usize = CELLS + 1;
+/// Values of a brick.
+pub(super) const VALUES: usize = CORNERS * CORNERS * CORNERS;
+/// From a cell's first corner to its last.
+pub(super) const LAST_CORNER: usize = 1 + CORNERS + CORNERS * CORNERS;
+
+/// Values at the corners of a brick's cells, x fastest.
+pub(super) type Brick = [f32; VALUES];
+
+/// How many bricks there are, and which holds what.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layout {
+    /// Voxels.
+    pub size: [u32; 3],
+    /// Bricks.
+    counts: [u32; 3],
+}
+
+impl Layout {
+    pub fn new(size: [u32; 3]) -> Option<Self> {
+        let voxels: u64 = size.iter().map(|&n| u64::from(n)).product();
+        let valid = size.iter().all(|&n| (1..=MAX_VOXELS_PER_AXIS).contains(&n)) && voxels <= MAX_VOXELS;
+        valid.then(|| Self {
+            size,
+            // n + 1 cells.
+            counts: size.map(|n| n / CELLS as u32 + 1),
+        })
+    }
+
+    pub fn bricks(&self) -> usize {
+        self.counts.iter().map(|&n| n as usize).product()
+    }
+
+    /// The greatest cell coordinates whose cell exists: points between are at most this.
+    #[inline(always)]
+    pub fn limit(&self) -> Vec3 {
+        Vec3::from_array(self.size.map(|n| n as f32))
+    }
+
+    /// The brick of a cell and the place of the cell's first corner in it.
+    #[inline(always)]
+    pub fn locate(&self, cell: [u32; 3]) -> (usize, usize) {
+        const MASK: usize = CELLS - 1;
+        let [x, y, z] = cell.map(|c| c as usize);
+        let [nx, ny, _] = self.counts.map(|n| n as usize);
+        let brick = (z / CELLS * ny + y / CELLS) * nx + x / CELLS;
+        (brick, ((z & MASK) * CORNERS + (y & MASK)) * CORNERS + (x & MASK))
+    }
+
+    /// Fills brick number `index`.
+    pub fn fill(&self, index: usize, brick: &mut Brick, voxel: impl Fn([u32; 3]) -> f32) {
+        let [nx, ny, _] = self.counts.map(|n| n as usize);
+        let first = [index % nx, index / nx % ny, index / (nx * ny)].map(|b| b * CELLS);
+        for (i, value) in brick.iter_mut().enumerate() {
+            let corner = [i % CORNERS, i / CORNERS % CORNERS, i / (CORNERS * CORNERS)];
+            *value = voxel(core::array::from_fn(|a| {
+                ((first[a] + corner[a]).saturating_sub(1) as u32).min(self.size[a] - 1)
+            }));
+        }
+    }
+}
+
+/// The eight corners of a cell, x fastest.
+#[inline(always)]
+pub(super) fn corners(brick: &Brick, first: usize) -> [f32; 8] {
+    const Y: usize = CORNERS;
+    const Z: usize = CORNERS * CORNERS;
+    let c = |i: usize| brick[first + i];
+    [c(0), c(1), c(Y), c(Y + 1), c(Z), c(Z + 1), c(Z + Y), c(Z + Y + 1)]
+}

@@ -1,0 +1,186 @@
+use super::*;
+use lightshed_testkit::{check_faults, rng, uniform_f64};
+
+/// Mitsuba's definition, written out: voxel `i` at `i + ½`, indices clamped.
+fn naive(values: &[f32], size: [u32; 3], p: [f64; 3]) -> f64 {
+    let at = |i: [i64; 3]| {
+        let i: [usize; 3] = core::array::from_fn(|a| i[a].clamp(0, i64::from(size[a]) - 1) as usize);
+        f64::from(values[(i[2] * size[1] as usize + i[1]) * size[0] as usize + i[0]])
+    };
+    let low = p.map(|x| (x - 0.5).floor());
+    let mut sum = 0.0;
+    for corner in 0..8 {
+        let offset = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let weight: f64 = (0..3)
+            .map(|a| {
+                let f = p[a] - 0.5 - low[a];
+                if offset[a] == 1 { f } else { 1.0 - f }
+            })
+            .product();
+        sum += weight * at(core::array::from_fn(|a| low[a] as i64 + offset[a]));
+    }
+    sum
+}
+
+fn random_grid(size: [u32; 3], filter: Filter, seed: u64) -> (Vec<f32>, DenseGrid) {
+    let mut rng = rng(seed);
+    let count = size.iter().product::<u32>();
+    let values: Vec<f32> = (0..count).map(|_| uniform_f64(&mut rng) as f32).collect();
+    let grid = DenseGrid::new(size, &values, filter).unwrap();
+    (values, grid)
+}
+
+const SIZES: [[u32; 3]; 5] = [[1, 1, 1], [8, 8, 8], [7, 9, 16], [1, 33, 2], [17, 3, 24]];
+
+#[test]
+fn trilinear_lookups_agree_with_the_definition() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        VoxelsAtCorners,
+        AxesExchanged,
+    }
+    check_faults(&[Fault::VoxelsAtCorners, Fault::AxesExchanged], |fault| {
+        let mut rng = rng(1);
+        for (seed, size) in (10..).zip(SIZES) {
+            let (values, grid) = random_grid(size, Filter::Trilinear, seed);
+            let mut accessor = grid.accessor();
+            for i in 0..2000 {
+                let mut p: [f64; 3] = core::array::from_fn(|a| f64::from(size[a]) * uniform_f64(&mut rng));
+                if i % 4 == 0 {
+                    // Faces, edges and corners of voxels and of their dual.
+                    p = p.map(|x| (2.0 * x).round() / 2.0);
+                }
+                let mut at = Vec3::from_array(p.map(|x| x as f32));
+                match fault {
+                    Some(Fault::VoxelsAtCorners) => at += 0.5,
+                    Some(Fault::AxesExchanged) => at = Vec3::new(at.x, at.z, at.y),
+                    None => (),
+                }
+                let (found, truth) = (accessor.density(at), naive(&values, size, p));
+                if (f64::from(found) - truth).abs() > 2e-5 || found != grid.density(at) {
+                    return Err((size, p, found, truth));
+                }
+            }
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
+#[test]
+fn nearest_lookups_and_voxels_are_the_values() {
+    for (seed, size) in (20..).zip(SIZES) {
+        let (values, grid) = random_grid(size, Filter::Nearest, seed);
+        let mut accessor = grid.accessor();
+        let mut values = values.iter();
+        for z in 0..size[2] {
+            for y in 0..size[1] {
+                for x in 0..size[0] {
+                    let value = *values.next().unwrap();
+                    assert_eq!(grid.voxel([x, y, z]), value);
+                    for offset in [0.0, 0.5, 0.999] {
+                        let p = Vec3::new(x as f32, y as f32, z as f32) + offset;
+                        assert_eq!(accessor.density(p), value);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn ranges_bound_every_lookup_and_are_attained() {
+    let size = [19, 11, 23];
+    for filter in [Filter::Nearest, Filter::Trilinear] {
+        let (_, grid) = random_grid(size, filter, 30);
+        let mut rng = rng(31);
+        for _ in 0..200 {
+            let mut corner = || Vec3::from_array(size.map(|n| (uniform_f64(&mut rng) * f64::from(n)) as f32));
+            let (a, b) = (corner(), corner());
+            let (low, high) = (a.min(b), a.max(b));
+            let range = grid.range(low, high);
+            for _ in 0..200 {
+                let f = Vec3::from_array(core::array::from_fn(|_| uniform_f64(&mut rng) as f32));
+                let density = grid.density((low + f * (high - low)).clamp(low, high));
+                assert!(range.min <= density + 1e-6 && density <= range.max + 1e-6);
+            }
+            // No wider than the voxels within the box and one more around.
+            let (first, last) = (
+                (low - 1.0).max(Vec3::ZERO),
+                (high + 1.0).min(Vec3::new(18.0, 10.0, 22.0)),
+            );
+            let mut widest = DensityRange::EMPTY;
+            for z in first.z as u32..=last.z as u32 {
+                for y in first.y as u32..=last.y as u32 {
+                    for x in first.x as u32..=last.x as u32 {
+                        let value = grid.voxel([x, y, z]);
+                        widest = widest.union(DensityRange {
+                            min: value,
+                            max: value,
+                        });
+                    }
+                }
+            }
+            assert!(widest.min <= range.min && range.max <= widest.max);
+        }
+    }
+}
+
+#[test]
+fn a_constant_grid_is_its_constant_exactly() {
+    let grid = DenseGrid::from_fn([9, 9, 9], Filter::Trilinear, |_| 0.1).unwrap();
+    let mut rng = rng(40);
+    for _ in 0..1000 {
+        let p = Vec3::from_array(core::array::from_fn(|_| {
+            12.0 * uniform_f64(&mut rng) as f32 - 1.5
+        }));
+        assert_eq!(grid.density(p), 0.1);
+    }
+}
+
+#[test]
+fn lookups_anywhere_are_finite() {
+    let (_, grid) = random_grid([5, 6, 7], Filter::Trilinear, 50);
+    for filter in [Filter::Nearest, Filter::Trilinear] {
+        let grid = grid.clone().with_filter(filter);
+        for x in [
+            0.0,
+            -1.0,
+            1e30,
+            -1e30,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::NAN,
+            f32::MAX,
+        ] {
+            for p in [Vec3::splat(x), Vec3::new(x, 1.0, 2.0), Vec3::new(1.0, 2.0, x)] {
+                assert!((0.0..=1.0).contains(&grid.density(p)), "{p}");
+            }
+        }
+    }
+}
+
+#[test]
+fn bad_grids_are_refused() {
+    let filter = Filter::Trilinear;
+    assert_eq!(
+        DenseGrid::new([0, 1, 1], &[], filter).unwrap_err(),
+        GridError::Size([0, 1, 1])
+    );
+    let huge = [1 << 14; 3];
+    assert_eq!(
+        DenseGrid::new(huge, &[], filter).unwrap_err(),
+        GridError::Size(huge)
+    );
+    let count = GridError::Count {
+        expected: 2,
+        found: 1,
+    };
+    assert_eq!(DenseGrid::new([2, 1, 1], &[1.0], filter).unwrap_err(), count);
+    for bad in [-1.0, f32::NAN, f32::INFINITY] {
+        assert_eq!(
+            DenseGrid::new([2, 1, 1], &[1.0, bad], filter).unwrap_err(),
+            GridError::Value(1)
+        );
+    }
+}

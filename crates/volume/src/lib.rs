@@ -1,0 +1,67 @@
+//! Participating media: density fields, majorants, free flight, transmittance and phase functions.
+//!
+//! Scene-agnostic: a medium is a [`DensityField`] `ρ(x) ≥ 0` in a space of its own and a guest's coefficient `k`, so that extinction is
+//! `σ_t = k ρ` per unit of a ray's parameter `t`. A [`FieldRay`] is the guest's ray transformed into that space without normalising its
+//! direction; `t` stays the guest's distance.
+//!
+//! | what | where |
+//! |---|---|
+//! | densities | [`DenseGrid`], [`Homogeneous`], [`Procedural`], or a guest's own [`DensityField`] |
+//! | bounds of densities along rays | [`MajorantGrid`] |
+//! | where light collides | [`delta_tracking`], [`spectral_delta_tracking`] |
+//! | how much light comes through | [`ratio_tracking`], [`spectral_ratio_tracking`] |
+//! | a guest's own null-collision method | [`TentativeCollisions`] |
+//! | where light scatters to | [`HenyeyGreenstein`], [`Draine`], [`Isotropic`], [`Blend`] |
+//!
+//! # Example
+//!
+//! ```
+//! use lightshed_sampling::CounterRng;
+//! use lightshed_volume::{
+//!     DenseGrid, DensityField, FieldRay, Filter, Interval, MajorantGrid, delta_tracking, glam::Vec3, ratio_tracking,
+//! };
+//!
+//! let grid = DenseGrid::from_fn([16, 16, 16], Filter::Trilinear, |[x, ..]| x as f32 / 16.0)?;
+//! let majorants = MajorantGrid::new(&grid, 8.0)?;
+//! // A ray through the grid; 16 voxels are two units of its parameter.
+//! let ray = FieldRay::new(Vec3::new(0.0, 8.0, 8.0), Vec3::new(8.0, 0.0, 0.0));
+//! let interval = Interval { t0: 0.0, t1: 2.0 };
+//! let mut rng = CounterRng::new(1, 2, 3);
+//!
+//! let segments = || majorants.segments(&ray, interval);
+//! let flight = delta_tracking(&mut grid.accessor(), &ray, segments(), 3.0, &mut rng);
+//! assert!(flight.distance.is_none_or(|t| t < 2.0));
+//! let transmittance = ratio_tracking(&mut grid.accessor(), &ray, segments(), 3.0, &mut rng);
+//! assert!((0.0..=1.0).contains(&transmittance.value));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Features
+//!
+//! - `parallel`: builds over a rayon pool. Same result, bit for bit.
+#![forbid(unsafe_code)]
+
+mod bounds;
+mod collisions;
+mod dda;
+mod exponential;
+mod field;
+mod grid;
+mod majorant;
+mod parallel;
+mod phase;
+mod spectral;
+mod tracking;
+
+pub use bounds::{FieldBounds, FieldRay, Interval};
+pub use collisions::{TentativeCollision, TentativeCollisions};
+pub use field::{DensityAccessor, DensityField, DensityRange, Homogeneous, Procedural, ProceduralAccessor};
+pub use glam;
+pub use grid::{DenseAccessor, DenseGrid, Filter, GridError, MAX_VOXELS, MAX_VOXELS_PER_AXIS};
+pub use majorant::{MAX_MAJORANTS, MajorantError, MajorantGrid, Segment, Segments};
+pub use phase::{
+    Blend, Draine, HenyeyGreenstein, Isotropic, MAX_ASYMMETRY, MAX_DRAINE_ALPHA, PhaseError, PhaseFunction,
+    PhaseSample, ScatteringAngle,
+};
+pub use spectral::{SpectralFlight, SpectralTransmittance, spectral_delta_tracking, spectral_ratio_tracking};
+pub use tracking::{Flight, TransmittanceEstimate, delta_tracking, ratio_tracking};
