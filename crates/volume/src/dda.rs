@@ -23,6 +23,8 @@ pub(crate) struct Lattice {
 pub(crate) struct Crossing {
     /// The cell's index, x fastest.
     pub index: usize,
+    /// The cell.
+    pub cell: [u32; 3],
     pub t0: f64,
     pub t1: f64,
 }
@@ -31,6 +33,7 @@ pub(crate) struct Crossing {
 #[derive(Clone, Debug)]
 pub(crate) struct Dda {
     index: isize,
+    cell: [u32; 3],
     t: f64,
     t_end: f64,
     /// Where the ray leaves the cell along each axis; ∞ where it never does or the grid ends.
@@ -39,6 +42,8 @@ pub(crate) struct Dda {
     plane: [f64; 3],
     step: [f64; 3],
     stride: [isize; 3],
+    /// ±1, wrapping.
+    towards: [u32; 3],
     /// Cells ahead of this one.
     ahead: [u32; 3],
     origin: [f64; 3],
@@ -58,12 +63,14 @@ impl Dda {
         let start = (origin + direction * t0 - lattice.min) / lattice.cell;
         let mut dda = Self {
             index: 0,
+            cell: [0; 3],
             t: t0,
             t_end: t1,
             next: [f64::INFINITY; 3],
             plane: [0.0; 3],
             step: [0.0; 3],
             stride: [0; 3],
+            towards: [0; 3],
             ahead: [0; 3],
             origin: origin.to_array(),
             inverse: direction.recip().to_array(),
@@ -72,6 +79,7 @@ impl Dda {
             let last = lattice.counts[axis] - 1;
             // The cast saturates: points before the grid are in the first cell.
             let cell = (start[axis] as u32).min(last);
+            dda.cell[axis] = cell;
             dda.index += cell as isize * strides[axis];
             if !dda.inverse[axis].is_finite() {
                 continue;
@@ -79,6 +87,7 @@ impl Dda {
             let forward = direction[axis] > 0.0;
             dda.ahead[axis] = if forward { last - cell } else { cell };
             dda.step[axis] = if forward { lattice.cell } else { -lattice.cell };
+            dda.towards[axis] = if forward { 1 } else { u32::MAX };
             dda.stride[axis] = if forward { strides[axis] } else { -strides[axis] };
             dda.plane[axis] = lattice.min[axis] + f64::from(cell + u32::from(forward)) * lattice.cell;
             if dda.ahead[axis] > 0 {
@@ -103,12 +112,14 @@ impl Iterator for Dda {
         let t1 = self.next[axis].max(self.t).min(self.t_end);
         let crossing = Crossing {
             index: self.index as usize,
+            cell: self.cell,
             t0: self.t,
             t1,
         };
         self.t = t1;
         if t1 < self.t_end {
             self.index += self.stride[axis];
+            self.cell[axis] = self.cell[axis].wrapping_add(self.towards[axis]);
             self.ahead[axis] -= 1;
             self.plane[axis] += self.step[axis];
             self.next[axis] = if self.ahead[axis] > 0 {

@@ -46,16 +46,25 @@ mod collisions;
 mod dda;
 mod exponential;
 mod field;
+mod flight;
 mod grid;
 mod majorant;
 mod parallel;
 mod phase;
+mod regular;
 mod spectral;
-mod tracking;
+#[cfg(test)]
+mod testing;
+mod transmittance;
+mod voxels;
 
 pub use bounds::{FieldBounds, FieldRay, Interval};
 pub use collisions::{TentativeCollision, TentativeCollisions};
 pub use field::{DensityAccessor, DensityField, DensityRange, Homogeneous, Procedural, ProceduralAccessor};
+pub use flight::{
+    EquiAngular, EquiAngularSample, Flight, KnownFlight, WeightedFlight, decomposition_tracking,
+    delta_tracking, homogeneous_flight, ray_marching_flight, weighted_delta_tracking,
+};
 pub use glam;
 pub use grid::{DenseAccessor, DenseGrid, Filter, GridError, MAX_VOXELS, MAX_VOXELS_PER_AXIS};
 pub use majorant::{MAX_MAJORANTS, MajorantError, MajorantGrid, Segment, Segments};
@@ -63,5 +72,12 @@ pub use phase::{
     Blend, Draine, HenyeyGreenstein, Isotropic, MAX_ASYMMETRY, MAX_DRAINE_ALPHA, PhaseError, PhaseFunction,
     PhaseSample, ScatteringAngle,
 };
-pub use spectral::{SpectralFlight, SpectralTransmittance, spectral_delta_tracking, spectral_ratio_tracking};
-pub use tracking::{Flight, TransmittanceEstimate, delta_tracking, ratio_tracking};
+pub use regular::{RegularDepth, regular_depth, regular_flight};
+pub use spectral::{SpectralFlight, spectral_delta_tracking};
+pub use transmittance::{
+    Control, SpectralTransmittance, TransmittanceEstimate, delta_transmittance, next_flight_transmittance,
+    power_series_transmittance, ratio_tracking, ray_marching_transmittance, residual_ratio_tracking,
+    spectral_ratio_tracking, spectral_residual_ratio_tracking, unbiased_ray_marching,
+    unbiased_ray_marching_lookups,
+};
+pub use voxels::VoxelGrid;

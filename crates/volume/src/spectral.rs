@@ -30,15 +30,6 @@ pub struct SpectralFlight {
     pub lookups: u32,
 }
 
-/// An estimate of transmittance in several channels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpectralTransmittance {
-    /// The estimates.
-    pub value: [f32; 3],
-    /// Density lookups.
-    pub lookups: u32,
-}
-
 /// `(k_c/k_h)^n e^{−(k_c − k_h) τ̄}`, at most `f32::MAX`.
 #[inline]
 fn density_ratio(extinction: [f32; 3], hero: usize, collisions: u32, majorant_depth: f32) -> [f32; 3] {
@@ -91,35 +82,4 @@ pub fn spectral_delta_tracking<A: DensityAccessor>(
         density_ratio: density_ratio(extinction, hero, lookups, collisions.majorant_depth()),
         lookups,
     }
-}
-
-/// Transmittance of all channels by ratio tracking at the rate of the greatest coefficient `k̂`: `Π (1 − k_c ρ / (k̂ ρ̄))`,
-/// unbiased and in [0, 1] for each (spectral tracking, Kutz et al. 2017).
-///
-/// `extinction` has the coefficients `k_c ≥ 0`, finite.
-#[inline]
-pub fn spectral_ratio_tracking<A: DensityAccessor>(
-    density: &mut A,
-    ray: &FieldRay,
-    segments: impl Iterator<Item = Segment>,
-    extinction: [f32; 3],
-    rng: &mut (impl Rng + ?Sized),
-) -> SpectralTransmittance {
-    let greatest = extinction[0].max(extinction[1]).max(extinction[2]);
-    let share = extinction.map(|k| k / greatest);
-    let mut collisions = TentativeCollisions::new(segments, greatest);
-    let mut value = [1.0f32; 3];
-    let mut lookups = 0;
-    while let Some(collision) = collisions.next(rng) {
-        lookups += 1;
-        let ratio = density.density(ray.at(collision.t)) / collision.majorant;
-        for (value, share) in value.iter_mut().zip(share) {
-            *value *= (1.0 - share * ratio).max(0.0);
-        }
-        if value[0].max(value[1]).max(value[2]) < f32::MIN_POSITIVE {
-            value = [0.0; 3];
-            break;
-        }
-    }
-    SpectralTransmittance { value, lookups }
 }

@@ -3,7 +3,7 @@
 mod brick;
 
 use crate::parallel::for_each_chunk;
-use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds};
+use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds, VoxelGrid};
 use brick::{Brick, CELLS, Layout};
 use glam::Vec3;
 use std::fmt;
@@ -136,11 +136,6 @@ impl DenseGrid {
         self.layout.size
     }
 
-    /// How voxels make a density.
-    pub fn filter(&self) -> Filter {
-        self.filter
-    }
-
     /// The same voxels under another filter.
     #[must_use]
     pub fn with_filter(mut self, filter: Filter) -> Self {
@@ -152,15 +147,33 @@ impl DenseGrid {
     pub fn value_range(&self) -> DensityRange {
         self.whole
     }
+}
 
-    /// The value of the voxel `[x, y, z]`; of the nearest voxel for indices out of range.
+impl VoxelGrid for DenseGrid {
     #[inline]
-    pub fn voxel(&self, voxel: [u32; 3]) -> f32 {
+    fn size(&self) -> [u32; 3] {
+        self.layout.size
+    }
+
+    #[inline]
+    fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    #[inline]
+    fn voxel(&self, voxel: [u32; 3]) -> f32 {
         // A voxel is the last corner of the cell with its own index.
         let last = self.layout.size.map(|n| n - 1);
         let cell = core::array::from_fn(|a| voxel[a].min(last[a]));
         let (brick, corner) = self.layout.locate(cell);
         self.bricks[brick][corner + brick::LAST_CORNER]
+    }
+
+    #[inline]
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        let cell = core::array::from_fn(|a| cell[a].min(self.layout.size[a]));
+        let (brick, corner) = self.layout.locate(cell);
+        brick::corners(&self.bricks[brick], corner)
     }
 }
 

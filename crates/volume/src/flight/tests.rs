@@ -1,5 +1,6 @@
 use super::*;
 use crate::{DenseGrid, DensityField, Filter, Interval, MajorantGrid};
+use crate::{FieldRay, Segment, ratio_tracking};
 use glam::Vec3;
 use lightshed_sampling::CounterRng;
 use lightshed_testkit::{MeanTest, check_faults, chi_squared_test, integrate};

@@ -1,0 +1,74 @@
+//! Where light collides: free-flight distances.
+//!
+//! With extinction `σ(t) = k ρ(x(t))` and `T(t) = e^{−∫₀ᵗ σ}`, a photon collides first at `t` with density `σ(t) T(t)` per unit of
+//! `t`, and comes through with probability `T(t₁)` (Lin 2022 §2.3.1).
+
+mod decomposition;
+mod delta;
+mod equi_angular;
+mod homogeneous;
+mod marching;
+#[cfg(test)]
+mod tests;
+mod weighted;
+
+pub use decomposition::decomposition_tracking;
+pub use delta::delta_tracking;
+pub use equi_angular::{EquiAngular, EquiAngularSample};
+pub use homogeneous::homogeneous_flight;
+pub use marching::ray_marching_flight;
+pub use weighted::{WeightedFlight, weighted_delta_tracking};
+
+/// How far light came, by a method whose density is not known in closed form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    /// Where on the ray it collided; `None` if it crossed all segments.
+    pub distance: Option<f32>,
+    /// Density lookups.
+    pub lookups: u32,
+}
+
+/// How far light came, by a method whose density is known in closed form.
+///
+/// It holds what the density is made of, so that the density for any coefficient `k` can be told, not only for the one that was sampled with: that
+/// is what multiple importance sampling over channels needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownFlight {
+    /// Where on the ray it collided; `None` if it came through.
+    pub distance: Option<f32>,
+    /// `ρ` there, of the medium that was sampled; 0 if it came through.
+    pub density: f32,
+    /// `∫ ρ dt` up to there, or over the whole interval, of the medium that was sampled.
+    pub depth: f64,
+    /// Density lookups.
+    pub lookups: u32,
+}
+
+impl KnownFlight {
+    /// With the coefficient `extinction`, `k`: the density `k ρ e^{−k ∫ρ}` per unit of `t` of a collision, the probability
+    /// `e^{−k ∫ρ}` of coming through.
+    #[inline]
+    pub fn pdf(&self, extinction: f32) -> f32 {
+        let transmittance = self.transmittance(extinction);
+        match self.distance {
+            Some(_) => extinction * self.density * transmittance,
+            None => transmittance,
+        }
+    }
+
+    /// `e^{−k ∫ρ}` up to where light came.
+    #[inline]
+    pub fn transmittance(&self, extinction: f32) -> f32 {
+        (-f64::from(extinction) * self.depth).exp() as f32
+    }
+}
+
+/// The `∫ ρ dt` at which a flight with coefficient `extinction` collides, for `u` in [0, 1); infinite without extinction.
+#[inline]
+pub(crate) fn depth_of_collision(extinction: f32, u: f64) -> f64 {
+    if extinction > 0.0 {
+        -(-u).ln_1p() / f64::from(extinction)
+    } else {
+        f64::INFINITY
+    }
+}

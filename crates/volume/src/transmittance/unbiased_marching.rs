@@ -1,0 +1,153 @@
+//! Unbiased ray marching (Kettunen et al. 2021).
+//!
+//! A *query* `X` is an unbiased estimate of the optical depth `τ` by ray marching: `M` lookups at equal distances with one random offset. `e^{−X}` is too
+//! large on average; around a pivot `P`, another query, the power series
+//!
+//! `e^{−τ} = e^{−P} Σ_n (P − τ)^n / n!`
+//!
+//! puts that right: `(P − τ)^n` is the mean product of `n` of the differences `P − X_i`. The number `N` of terms is random, most often 0. With
+//! `N + 1` queries, each in turn the pivot and the others in elementary symmetric means `m_n`, term `n` over `q_n = P(N ≥ n)`,
+//!
+//! `T̂ = 1/(N + 1) Σ_j e^{−X_j} Σ_{n ≤ N} m_n({X_j − X_i}_{i ≠ j}) / (n! q_n)`.
+//!
+//! The lookups are at equal distances not in `t` but in the residual depth `∫ (ρ̄ − ρ̌) dt` of the segments, with `∫ ρ̌ dt` as control variate: empty
+//! segments take none of them, and `X` is bounded on both sides.
+
+use super::TransmittanceEstimate;
+use crate::{DensityAccessor, FieldRay, Segment};
+use lightshed_sampling::f32_from_u32;
+use lightshed_sampling::rand::Rng;
+
+/// The chance of any correction, `q_1` and `q_2`.
+const CORRECTED: f64 = 0.1;
+/// `q_{n+1}/q_n = 2/(n + 1)` from here on (the roulette of Bhanot and Kennedy 1985).
+const ROULETTE: f64 = 2.0;
+/// Most queries at once: `q` of more is 10⁻¹⁵, and so is the bias of leaving them out.
+const MAX_QUERIES: usize = 26;
+
+/// Lookups of one query that suit a majorant depth `τ̄ = k ∫ ρ̄ dt`: `⌈((0.015 + τ̄)(0.65 + τ̄)(60.3 + τ̄))^{1/3}⌉`, the rule of Kettunen et al.
+/// 2021; at most 2¹⁶.
+#[inline]
+pub fn unbiased_ray_marching_lookups(majorant_depth: f32) -> u32 {
+    let depth = majorant_depth.clamp(0.0, 65536.0);
+    ((0.015 + depth) * (0.65 + depth) * (60.3 + depth))
+        .cbrt()
+        .ceil()
+        .min(65536.0) as u32
+}
+
+/// Transmittance by unbiased ray marching (see the source's head), with `lookups` lookups a query (at least 1;
+/// [`unbiased_ray_marching_lookups`] suggests a number).
+///
+/// Unbiased. Nine estimates in ten are one query, `e^{−X}`, in (0, 1]; the others may be negative or exceed 1. Where a query's noise is well
+/// below 1 the variance is far below that of ratio tracking; where a query misses the medium's structure, it is large.
+///
+/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The segments are walked once for each query.
+pub fn unbiased_ray_marching<A: DensityAccessor>(
+    density: &mut A,
+    ray: &FieldRay,
+    segments: impl Iterator<Item = Segment> + Clone,
+    extinction: f32,
+    lookups: u32,
+    rng: &mut (impl Rng + ?Sized),
+) -> TransmittanceEstimate {
+    let (mut control, mut residual) = (0.0f64, 0.0f64);
+    for segment in segments.clone() {
+        let length = f64::from(segment.t1) - f64::from(segment.t0);
+        control += (f64::from(segment.minorant) * length).max(0.0);
+        residual += (f64::from(segment.majorant - segment.minorant) * length).max(0.0);
+    }
+    let k = f64::from(if extinction > 0.0 { extinction } else { 0.0 });
+    if !(residual > 0.0) {
+        return TransmittanceEstimate {
+            value: (-k * control).exp() as f32,
+            lookups: 0,
+        };
+    }
+    let lookups = lookups.max(1);
+
+    let mut corrections = 0;
+    let mut u = f64::from(f32_from_u32(rng.next_u32()));
+    if u < CORRECTED {
+        corrections = 2;
+        let mut chance = ROULETTE / 3.0;
+        u = f64::from(f32_from_u32(rng.next_u32()));
+        while u < chance && corrections + 1 < MAX_QUERIES {
+            corrections += 1;
+            chance = ROULETTE / (corrections + 1) as f64;
+            u = f64::from(f32_from_u32(rng.next_u32()));
+        }
+    }
+
+    let mut queries = [0.0f64; MAX_QUERIES];
+    for query in &mut queries[..=corrections] {
+        let offset = f64::from(f32_from_u32(rng.next_u32()));
+        let share = residual_share(density, ray, segments.clone(), residual, lookups, offset);
+        *query = k * (control + residual * share);
+    }
+    let queries = &queries[..=corrections];
+    let mut sum = 0.0;
+    for (j, &pivot) in queries.iter().enumerate() {
+        sum += (-pivot).exp() * corrected(queries, j);
+    }
+    TransmittanceEstimate {
+        value: (sum / queries.len() as f64) as f32,
+        lookups: lookups * queries.len() as u32,
+    }
+}
+
+/// The mean of `(ρ − ρ̌)/(ρ̄ − ρ̌)` over points at equal distances in residual depth.
+#[inline]
+fn residual_share<A: DensityAccessor>(
+    density: &mut A,
+    ray: &FieldRay,
+    segments: impl Iterator<Item = Segment>,
+    residual: f64,
+    lookups: u32,
+    offset: f64,
+) -> f64 {
+    let spacing = residual / f64::from(lookups);
+    let (mut before, mut done, mut sum) = (0.0, 0, 0.0);
+    let mut next = offset * spacing;
+    for segment in segments {
+        let length = f64::from(segment.t1) - f64::from(segment.t0);
+        let spread = segment.majorant - segment.minorant;
+        let within = (f64::from(spread) * length).max(0.0);
+        // The last point may lie past the end by rounding.
+        while next < before + within && done < lookups {
+            let t = (f64::from(segment.t0) + (next - before) / f64::from(spread)) as f32;
+            sum += f64::from((density.density(ray.at(t.min(segment.t1))) - segment.minorant) / spread);
+            done += 1;
+            next = (f64::from(done) + offset) * spacing;
+        }
+        before += within;
+    }
+    sum / f64::from(done.max(1))
+}
+
+/// `Σ_n m_n / (n! q_n)` around the pivot `queries[j]`.
+fn corrected(queries: &[f64], j: usize) -> f64 {
+    let count = queries.len() - 1;
+    // Means of products of n different ones: e_n / C(count, n), built by adding one query at a time:
+    // m_n of i + 1 is ((i + 1 − n) m_n + n x m_{n−1}) / (i + 1).
+    let mut means = [0.0f64; MAX_QUERIES];
+    means[0] = 1.0;
+    let others = queries.iter().enumerate().filter(|&(i, _)| i != j);
+    for (added, (_, &query)) in others.enumerate() {
+        let x = queries[j] - query;
+        let total = (added + 1) as f64;
+        for n in (1..=added + 1).rev() {
+            means[n] = ((total - n as f64) * means[n] + n as f64 * x * means[n - 1]) / total;
+        }
+    }
+    let (mut sum, mut factorial, mut chance) = (1.0, 1.0, 1.0);
+    for (n, mean) in means.iter().enumerate().take(count + 1).skip(1) {
+        factorial *= n as f64;
+        chance = match n {
+            1 | 2 => CORRECTED,
+            _ => chance * ROULETTE / n as f64,
+        };
+        sum += mean / (factorial * chance);
+    }
+    sum
+}
