@@ -28,6 +28,13 @@ impl Medium {
         self.majorants.segments(&path.ray, path.interval)
     }
 
+    /// `∫ ρ̄ dt`.
+    pub fn majorant_depth(&self, path: &Path) -> f64 {
+        self.segments(path)
+            .map(|s| f64::from(s.majorant * (s.t1 - s.t0)))
+            .sum()
+    }
+
     /// `∫ ρ dt`, in `f64` and independently of all trackers: the ray is cut at every plane of voxels' centres and faces, and each
     /// piece, a cubic at most, integrated by Gauss's three points over a naive lookup.
     pub fn depth(&self, path: &Path) -> f64 {
