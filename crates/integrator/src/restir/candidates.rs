@@ -50,9 +50,54 @@ enum Technique {
     Bsdf = 1,
 }
 
+/// How many kinds of endpoints there are.
+pub(crate) const KINDS: usize = 3;
+
+/// The kind of an endpoint: on a surface, at infinity, or a light that is a point or a direction.
+fn kind(endpoint: &EmitterEndpoint) -> usize {
+    match endpoint {
+        EmitterEndpoint::Surface { .. } => 0,
+        EmitterEndpoint::Environment { .. } => 1,
+        EmitterEndpoint::Delta { .. } => 2,
+    }
+}
+
+/// A pixel's endpoints from candidates alone, one of each kind, before it is known whether they are visible.
+///
+/// Were there one for all kinds, a sun behind a roof would win nearly always, and be thrown away; what remained, once in a
+/// while, would be a patch of sky with the sun's weight. Endpoints of a kind are mostly hidden together.
+#[derive(Clone, Copy)]
+pub(crate) struct Survivors {
+    reservoirs: [DirectReservoir; KINDS],
+    /// Those that a ray has met.
+    met: [bool; KINDS],
+}
+
+impl Survivors {
+    /// That of a kind, if it may be hidden.
+    pub fn unknown(&self, kind: usize) -> Option<&EmitterEndpoint> {
+        let sample = self.reservoirs[kind].sample().filter(|_| !self.met[kind])?;
+        Some(&sample.endpoint)
+    }
+
+    /// Forgets that of a kind: it is hidden.
+    pub fn remove(&mut self, kind: usize) {
+        self.reservoirs[kind] = DirectReservoir::empty(1.0);
+    }
+
+    /// One of those that are left, of confidence 1. Kinds have no endpoint in common, so each is a technique of its own with weight
+    /// 1 in the domain with occlusion.
+    pub fn resample(&self, rng: &mut CounterRng) -> DirectReservoir {
+        let mut ris = MixtureRis::new();
+        for (sample, weight) in self.reservoirs.iter().filter_map(DirectReservoir::weighted_sample) {
+            ris.candidate(*sample, sample.target(), 1.0, weight, rng);
+        }
+        ris.finish(1.0)
+    }
+}
+
 /// Resamples `count` candidates of `sampler` and one of the BSDF (`by_bsdf`, the endpoint that its ray met, if it met any) by
-/// the target without occlusion, with balance weights over the two techniques (Lin 2022 eq. 6.5). Also whether the endpoint
-/// selected is known to be visible, since a ray has met it.
+/// the target without occlusion, with balance weights over the two techniques (Lin 2022 eq. 6.5), each kind for itself.
 pub(crate) fn resample_candidates(
     scene: &Scene,
     sampler: &(impl EndpointSampler + ?Sized),
@@ -60,8 +105,8 @@ pub(crate) fn resample_candidates(
     count: u32,
     by_bsdf: Option<EmitterEndpoint>,
     rng: &mut CounterRng,
-) -> (DirectReservoir, bool) {
-    let mut ris = MixtureRis::<(LightSample, Technique), EndpointSpace>::new();
+) -> Survivors {
+    let mut kinds = [const { MixtureRis::<(LightSample, Technique), EndpointSpace>::new() }; KINDS];
     let mut offer = |endpoint: EmitterEndpoint, technique: Technique, rng: &mut CounterRng| {
         let Some(lit) = lit_by(scene, primary, &endpoint) else {
             return;
@@ -77,7 +122,7 @@ pub(crate) fn resample_candidates(
             endpoint,
             value: lit.value,
         };
-        ris.candidate((sample, technique), sample.target(), mis, weight, rng);
+        kinds[kind(&endpoint)].candidate((sample, technique), sample.target(), mis, weight, rng);
     };
     for _ in 0..count {
         let (u_select, u) = (rng.next_u64(), rng.next_2d());
@@ -88,9 +133,16 @@ pub(crate) fn resample_candidates(
     if let Some(endpoint) = by_bsdf {
         offer(endpoint, Technique::Bsdf, rng);
     }
-    let selected = ris.finish(1.0);
-    let met = selected
-        .sample()
-        .is_some_and(|(_, technique)| *technique == Technique::Bsdf);
-    (selected.map(|(sample, _)| sample), met)
+    let mut survivors = Survivors {
+        reservoirs: [DirectReservoir::empty(1.0); KINDS],
+        met: [false; KINDS],
+    };
+    for (number, ris) in kinds.into_iter().enumerate() {
+        let selected = ris.finish(1.0);
+        survivors.met[number] = selected
+            .sample()
+            .is_some_and(|(_, technique)| *technique == Technique::Bsdf);
+        survivors.reservoirs[number] = selected.map(|(sample, _)| sample);
+    }
+    survivors
 }

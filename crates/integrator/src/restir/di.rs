@@ -1,6 +1,6 @@
 //! ReSTIR DI: direct light from many emitters by reuse among pixels and frames.
 
-use super::candidates::{EndpointSampler, resample_candidates};
+use super::candidates::{EndpointSampler, KINDS, Survivors, resample_candidates};
 use super::light::{DirectPixel, DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::primary::{FrameView, Primary, trace_primaries};
 use super::{Pass, pass_rng, pattern_key};
@@ -103,8 +103,8 @@ impl std::error::Error for RestirDiError {
 /// Direct light by spatiotemporal reservoir resampling (Bitterli et al. 2020; merges by GRIS, Lin 2022 ch. 6).
 ///
 /// Each frame and pixel traces one camera ray, through a new place in the pixel. At the surface it meets, candidates for the
-/// *endpoint* of light are resampled by `p̂(e) = Y(f L_e |cos θ| |dω/de|)`; a shadow ray for the survivor tells whether it
-/// goes on (visibility *before* reuse). It is merged with what the pixel that saw the surface in the frame before held, then
+/// *endpoint* of light are resampled by `p̂(e) = Y(f L_e |cos θ| |dω/de|)`, those on surfaces, at infinity and of lights that are points or directions
+/// each for themselves; shadow rays tell which survivors go on (visibility *before* reuse), and one of them does. It is merged with what the pixel that saw the surface in the frame before held, then
 /// with neighbours of this frame, each in its own domain: its own surface, view direction and, unless biased, occlusion
 /// (visibility *after* reuse, asked in every MIS weight). The last round shades by the sum over its inputs, without colour
 /// noise. Emission seen directly, and light by delta lobes, which cannot be reused, are added exactly and by a sample each.
@@ -330,7 +330,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         }
     }
 
-    /// Candidates for each pixel, and whether the survivor is visible.
+    /// Candidates for each pixel, and which survivors are visible.
     fn resample_chunk(
         &self,
         view: FrameView<'_>,
@@ -341,34 +341,38 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
     ) {
         // Without a surface, or with one that no endpoint can light: no part in reuse.
         reservoirs.fill(DirectReservoir::empty(0.0));
-        let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [0; MAX_BATCH], 0);
+        let rng = |place, pass| pass_rng(view.seed, view.width, first + place, view.frame, pass, 0);
+        let mut survivors = [None; MAX_BATCH];
         for (place, primary) in surfaces(pixels).filter(|(_, primary)| primary.bsdf.has_non_delta()) {
-            let mut rng = pass_rng(
-                view.seed,
-                view.width,
-                first + place,
-                view.frame,
-                Pass::Candidates,
-                0,
-            );
-            let (reservoir, is_met) = resample_candidates(
+            survivors[place] = Some(resample_candidates(
                 self.scene,
                 self.sampler,
                 primary,
                 self.settings.emitter_candidates,
                 by_bsdf[place],
-                &mut rng,
-            );
-            reservoirs[place] = reservoir;
-            let unknown = reservoir.sample().filter(|_| !is_met);
-            if let Some(lit) = unknown.and_then(|sample| lit_by(self.scene, primary, &sample.endpoint)) {
-                rays[count] = lit.connection.shadow_ray(&primary.point);
-                owners[count] = place;
-                count += 1;
+                &mut rng(place, Pass::Candidates),
+            ));
+        }
+        for kind in 0..KINDS {
+            let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [0; MAX_BATCH], 0);
+            for (place, primary) in surfaces(pixels) {
+                let unknown = survivors[place].as_ref().and_then(|held: &Survivors| held.unknown(kind));
+                if let Some(lit) = unknown.and_then(|endpoint| lit_by(self.scene, primary, endpoint)) {
+                    rays[count] = lit.connection.shadow_ray(&primary.point);
+                    owners[count] = place;
+                    count += 1;
+                }
+            }
+            for place in self.hidden(&rays[..count], &owners) {
+                if let Some(held) = &mut survivors[place] {
+                    held.remove(kind);
+                }
             }
         }
-        for place in self.hidden(&rays[..count], &owners) {
-            reservoirs[place] = reservoirs[place].within(|_| false);
+        for ((place, held), reservoir) in survivors.iter().enumerate().zip(reservoirs) {
+            if let Some(held) = held {
+                *reservoir = held.resample(&mut rng(place, Pass::Survivors));
+            }
         }
     }
 

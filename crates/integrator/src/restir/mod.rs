@@ -19,6 +19,7 @@ enum Pass {
     Camera,
     Bsdf,
     Candidates,
+    Survivors,
     Temporal,
     Indirect,
     IndirectTemporal,

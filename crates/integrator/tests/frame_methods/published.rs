@@ -36,9 +36,7 @@ fn size(scene: &Scene) -> [u32; 2] {
 #[test]
 fn direct_light_by_reuse_agrees_in_published_scenes() {
     let Some((scenes, times)) = scenes() else { return };
-    // In the atrium a sun that few pixels see outshines the sky among the candidates: what noise remains is too skewed for
-    // so few chains.
-    for (name, scene) in scenes.into_iter().filter(|(name, _)| *name != "sponza_crytek") {
+    for (name, scene) in scenes {
         let truth = Ensemble::of_estimator(&DirectLight::new(&scene), size(&scene), 16, 16 * times);
         let frames = Ensemble::of_chains(|| RestirDi::new(&scene), 4, 16 * u64::from(times), 1);
         let agreement = frames.compare(&truth);
