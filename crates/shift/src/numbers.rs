@@ -37,7 +37,7 @@ impl PathNumbers {
     /// Of the lobe and the direction at `x_vertex`.
     #[inline]
     pub fn scatter(&mut self, vertex: u32) -> ScatterNumbers {
-        let rng = self.at(vertex, 0);
+        let rng = self.at(vertex, 4);
         ScatterNumbers {
             lobe: rng.next_f32(),
             direction: rng.next_2d(),
@@ -47,7 +47,7 @@ impl PathNumbers {
     /// Of the emitter and the place on it, chosen at `x_vertex`.
     #[inline]
     pub fn emitter(&mut self, vertex: u32) -> (u64, [f32; 2]) {
-        let rng = self.at(vertex, 3);
+        let rng = self.at(vertex, 0);
         (rng.next_u64(), rng.next_2d())
     }
 

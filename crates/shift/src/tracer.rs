@@ -2,7 +2,8 @@
 
 use crate::domain::{PathDomain, Start};
 use crate::sample::PathSample;
-use crate::walk::{Candidate, Pending, Walk};
+use crate::suffix::{Suffix, SuffixLimits};
+use crate::walk::{Candidate, Onward, Pending, Walk};
 use crate::world::{RayKind, World};
 use lightshed_sampling::PathSeed;
 use lightshed_sampling::glam::Vec3;
@@ -29,6 +30,9 @@ pub struct TreeTracer<W: World> {
     pending: Vec<(usize, Candidate)>,
     pending_rays: Vec<W::Ray>,
     occluded: Vec<bool>,
+    /// Of this depth, and their trees.
+    suffixes: Vec<Suffix<W::Ray, W::Site>>,
+    suffix_trees: Vec<usize>,
 }
 
 /// What a tree has found.
@@ -55,6 +59,8 @@ impl<W: World> TreeTracer<W> {
             pending: Vec::new(),
             pending_rays: Vec::new(),
             occluded: Vec::new(),
+            suffixes: Vec::new(),
+            suffix_trees: Vec::new(),
         }
     }
 
@@ -69,8 +75,15 @@ impl<W: World> TreeTracer<W> {
             return;
         };
         self.begin(world, trees, &mut visit);
+        let lengths = trees.iter().map(|(domain, _)| domain.max_length);
+        let mut limits = SuffixLimits {
+            first: 1,
+            max_length: lengths.max().unwrap_or(0),
+            roulette_from: self.roulette_from,
+        };
         while !self.places.is_empty() {
             self.leave(trees);
+            limits.first += 1;
             self.occluded.clear();
             self.occluded.resize(self.pending_rays.len(), false);
             world.occluded_many(&self.pending_rays, RayKind::Emitter, &mut self.occluded);
@@ -79,6 +92,15 @@ impl<W: World> TreeTracer<W> {
                     visit(*tree, Finding::Path(sample, *weight));
                 }
             }
+            world.trace_suffixes(&self.suffixes, limits, &mut |number, light| {
+                let tree = self.suffix_trees[number];
+                match self.walks[tree].take_in(&light) {
+                    Some((sample, weight)) if sample.shape().length <= trees[tree].0.max_length => {
+                        visit(tree, Finding::Path(&sample, weight));
+                    }
+                    _ => (),
+                }
+            });
             std::mem::swap(&mut self.places, &mut self.next_places);
             std::mem::swap(&mut self.vertices, &mut self.before);
             self.follow(world, RayKind::Path);
@@ -144,6 +166,8 @@ impl<W: World> TreeTracer<W> {
         self.next_places.clear();
         self.rays.clear();
         self.origins.clear();
+        self.suffixes.clear();
+        self.suffix_trees.clear();
         for (place, (&tree, vertex)) in self.places.iter().zip(&self.vertices).enumerate() {
             let (walk, domain) = (&mut self.walks[tree], trees[tree].0);
             let Some(vertex) = vertex.as_ref().filter(|_| walk.index() < domain.max_length) else {
@@ -153,10 +177,17 @@ impl<W: World> TreeTracer<W> {
                 self.pending.push((tree, candidate));
                 self.pending_rays.push(ray);
             }
-            if let Some(ray) = walk.scatter(domain, vertex, self.roulette_from) {
-                self.rays.push(ray);
-                self.next_places.push(tree);
-                self.origins.push(place);
+            match walk.scatter(domain, vertex, self.roulette_from) {
+                Some(Onward::Ray(ray)) => {
+                    self.rays.push(ray);
+                    self.next_places.push(tree);
+                    self.origins.push(place);
+                }
+                Some(Onward::Suffix(suffix)) => {
+                    self.suffixes.push(suffix);
+                    self.suffix_trees.push(tree);
+                }
+                None => (),
             }
         }
     }

@@ -3,6 +3,7 @@
 use crate::domain::PathDomain;
 use crate::numbers::PathNumbers;
 use crate::sample::{ALL_LOBES, Anchor, PathSample, Technique, pack_direction, unpack_direction};
+use crate::suffix::{Suffix, SuffixLight};
 use crate::world::{Endpoint, LobeDirection, Place, World};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PathSeed, SolidAngle, power_heuristic};
@@ -32,6 +33,16 @@ struct Found {
     incident: [f32; 2],
     lobes: [u8; 2],
     density: f32,
+    /// Of the direction in which the path has left it, over all lobes.
+    total_pdf: Density<SolidAngle>,
+}
+
+/// How a walk goes on.
+pub(crate) enum Onward<W: World> {
+    /// To its next vertex.
+    Ray(W::Ray),
+    /// From its reconnection vertex: to whatever light there is.
+    Suffix(Suffix<W::Ray, W::Site>),
 }
 
 /// A connectable pair of the vertex before with the current one, by all but the current one's lobe; as a shift sees it: by the
@@ -54,8 +65,6 @@ pub(crate) struct Walk<W: World> {
     index: u32,
     /// `Π f / p` over all vertices but the current one.
     throughput: Vec3,
-    /// The same over the vertices behind the reconnection vertex.
-    suffix: Vec3,
     /// One over the probability of having survived roulette.
     weight: f64,
     departure: Option<Departure<W::Site>>,
@@ -75,7 +84,7 @@ pub(crate) struct Pending<R> {
 }
 
 /// Longest survival probability of roulette, so that paths between mirrors end.
-const SURVIVAL_CAP: f32 = 0.95;
+pub(crate) const SURVIVAL_CAP: f32 = 0.95;
 
 impl<W: World> Walk<W> {
     pub fn new(seed: PathSeed) -> Self {
@@ -84,7 +93,6 @@ impl<W: World> Walk<W> {
             numbers: PathNumbers::new(seed),
             index: 1,
             throughput: Vec3::ONE,
-            suffix: Vec3::ONE,
             weight: 1.0,
             departure: None,
             pair: None,
@@ -127,7 +135,7 @@ impl<W: World> Walk<W> {
     ) -> Option<Pair> {
         let (rules, world) = (&domain.connectability, domain.world);
         let departure = self.departure.as_ref().filter(|departure| {
-            self.found.is_none() && rules.reaches(self.index) && rules.rough(departure.roughness)
+            rules.reaches(self.index) && rules.rough(departure.roughness)
         })?;
         let vertex = vertex?;
         let position = world.position(vertex);
@@ -173,11 +181,7 @@ impl<W: World> Walk<W> {
         let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
         let rules = &domain.connectability;
         let length = self.index + 1;
-        let sample = if let Some(found) = &self.found {
-            let mut sample = self.reconnecting(length, Technique::Emitter, found);
-            sample.radiance = (self.suffix * here).to_array();
-            sample
-        } else if let Some(pair) = self.pair.filter(|_| rules.rough(world.max_roughness(vertex))) {
+        let sample = if let Some(pair) = self.pair.filter(|_| rules.rough(world.max_roughness(vertex))) {
             let anchor = Anchor::Vertex {
                 place: world.place(vertex),
                 incident: pack_direction(connection.direction),
@@ -209,12 +213,16 @@ impl<W: World> Walk<W> {
     }
 
     /// A candidate, if it contributes anything.
-    fn pending(&self, mut sample: PathSample, contribution: Vec3, ray: W::Ray) -> Option<Pending<W::Ray>> {
+    fn candidate(&self, mut sample: PathSample, contribution: Vec3) -> Option<Candidate> {
         if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
             return None;
         }
         sample.contribution = contribution.to_array();
-        let candidate = (sample, self.weight);
+        Some((sample, self.weight))
+    }
+
+    fn pending(&self, sample: PathSample, contribution: Vec3, ray: W::Ray) -> Option<Pending<W::Ray>> {
+        let candidate = self.candidate(sample, contribution)?;
         Some(Pending { candidate, ray })
     }
 
@@ -224,14 +232,14 @@ impl<W: World> Walk<W> {
         domain: &PathDomain<'_, W>,
         vertex: &W::Vertex,
         roulette_from: u32,
-    ) -> Option<W::Ray> {
+    ) -> Option<Onward<W>> {
         let world = domain.world;
         let wo = self.view();
         let numbers = self.numbers.scatter(self.index);
         let mut sampled = world.sample_lobe(vertex, wo, numbers.lobe, numbers.direction)?;
         let roughness = world.lobe_roughness(vertex, sampled.lobe);
         let pair = self.pair.filter(|_| domain.connectability.rough(roughness));
-        let reconnects = pair.is_some();
+        let throughput = self.throughput;
         if let Some(pair) = pair {
             let wo = -pair.direction;
             self.throughput = pair.throughput;
@@ -252,14 +260,11 @@ impl<W: World> Walk<W> {
                 incident,
                 lobes: [pair.lobe_before, sampled.lobe],
                 density: pair.density_area * scattering.pdf.value(),
+                total_pdf,
             });
         }
         let weight = sampled.scattering.weight();
-        let throughput = self.throughput;
         self.throughput *= weight;
-        if self.found.is_some() && !reconnects {
-            self.suffix *= weight;
-        }
         if !(self.throughput.max_element() > 0.0 && self.throughput.is_finite()) {
             return None;
         }
@@ -270,6 +275,17 @@ impl<W: World> Walk<W> {
                 return None;
             }
             self.weight /= f64::from(survival);
+        }
+        self.index += 1;
+        if let Some(found) = &self.found {
+            return Some(Onward::Suffix(Suffix {
+                ray: world.ray(vertex, sampled.wi),
+                direction: sampled.wi,
+                site: world.site(vertex),
+                total_pdf: found.total_pdf,
+                seed: self.seed,
+                importance: self.throughput.max_element() * self.weight as f32,
+            }));
         }
         self.departure = Some(Departure {
             site: world.site(vertex),
@@ -283,8 +299,37 @@ impl<W: World> Walk<W> {
             total_pdf: sampled.total_pdf,
             is_delta: sampled.is_delta,
         });
-        self.index += 1;
-        Some(world.ray(vertex, sampled.wi))
+        Some(Onward::Ray(world.ray(vertex, sampled.wi)))
+    }
+
+    /// The path by which light arrives behind the reconnection vertex.
+    pub fn take_in(&self, light: &SuffixLight) -> Option<Candidate> {
+        let found = self.found.as_ref()?;
+        let (length, arriving, omega, emitter_pdf) = match *light {
+            SuffixLight::Met {
+                radiance,
+                emitter_pdf,
+            } => {
+                let omega = scattering_weight(found.total_pdf, emitter_pdf);
+                (found.index + 1, radiance, omega, emitter_pdf)
+            }
+            SuffixLight::Scattered { length, radiance, .. } => (length, radiance, 1.0, Density::ZERO),
+        };
+        let anchor = Anchor::Vertex {
+            place: found.place,
+            incident: found.incident,
+        };
+        let mut sample = PathSample::new(
+            self.seed,
+            length,
+            light.technique(),
+            (found.index, anchor),
+            found.lobes,
+        );
+        sample.density = found.density;
+        sample.radiance = arriving.to_array();
+        sample.emitter_pdf = emitter_pdf.value();
+        self.candidate(sample, self.throughput * arriving * omega)
     }
 
     /// The path that ends where the current ray has arrived from `before`: at `vertex`, or at infinity. `None` if nothing is
@@ -313,25 +358,15 @@ impl<W: World> Walk<W> {
         let rules = &domain.connectability;
         let length = self.index;
         let rough = rules.reaches(length) && rules.rough(departure.roughness);
-        let (mut sample, contribution) = match (&self.found, &self.pair, vertex) {
-            (Some(found), _, _) => {
-                let mut sample = self.reconnecting(length, Technique::Scattering, found);
-                if found.index + 1 == length {
-                    sample.radiance = radiance.to_array();
-                    sample.emitter_pdf = emitter_pdf.value();
-                } else {
-                    sample.radiance = (self.suffix * radiance * omega).to_array();
-                }
-                (sample, self.throughput * radiance * omega)
-            }
-            (None, Some(pair), Some(vertex)) => {
+        let (sample, contribution) = match (&self.pair, vertex) {
+            (Some(pair), Some(vertex)) => {
                 let total_pdf = world.evaluate(before, departure.wo, pair.direction).pdf;
                 let omega = scattering_weight(total_pdf, emitter_pdf);
                 let endpoint = Endpoint::Surface(world.place(vertex));
                 let sample = self.ending(length, endpoint, departure.lobe, pair.density_area);
                 (sample, pair.throughput * radiance * omega)
             }
-            (None, _, None) if rough => {
+            (_, None) if rough => {
                 let endpoint = Endpoint::Direction(departure.direction);
                 let sample = self.ending(length, endpoint, departure.lobe, departure.pdf.value());
                 (sample, self.throughput * radiance * omega)
@@ -341,11 +376,7 @@ impl<W: World> Walk<W> {
                 (sample, self.throughput * radiance * omega)
             }
         };
-        if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
-            return None;
-        }
-        sample.contribution = contribution.to_array();
-        Some((sample, self.weight))
+        self.candidate(sample, contribution)
     }
 
     /// A path that reconnects to the emitter it has met.
@@ -360,16 +391,6 @@ impl<W: World> Walk<W> {
     fn replayed(&self, length: u32, technique: Technique) -> PathSample {
         let mut sample = PathSample::new(self.seed, length, technique, (length + 1, Anchor::None), [0, 0]);
         sample.density = 1.0;
-        sample
-    }
-
-    fn reconnecting(&self, length: u32, technique: Technique, found: &Found) -> PathSample {
-        let anchor = Anchor::Vertex {
-            place: found.place,
-            incident: found.incident,
-        };
-        let mut sample = PathSample::new(self.seed, length, technique, (found.index, anchor), found.lobes);
-        sample.density = found.density;
         sample
     }
 

@@ -1,5 +1,6 @@
 //! What a renderer brings: rays, scattering by lobes, emitters.
 
+use crate::suffix::{self, Suffix, SuffixLight, SuffixLimits};
 use bytemuck::{Pod, Zeroable};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle};
@@ -56,6 +57,21 @@ pub trait World {
     fn occluded_many(&self, rays: &[Self::Ray], kind: RayKind, occluded: &mut [bool]) {
         for (ray, occluded) in rays.iter().zip(occluded) {
             *occluded = self.occluded(ray, kind);
+        }
+    }
+
+    /// Follows paths on their way behind their reconnection vertices, and hands the light that arrives along each one's ray to
+    /// `visit`, with the number of the suffix: in a fixed order, and what depends on the suffix alone. A renderer with a fast
+    /// path tracer overrides it; random numbers and lobes may then be used in its own way, since nothing of a suffix is ever
+    /// replayed.
+    fn trace_suffixes(
+        &self,
+        suffixes: &[Suffix<Self::Ray, Self::Site>],
+        limits: SuffixLimits,
+        visit: &mut dyn FnMut(usize, SuffixLight),
+    ) {
+        for (number, suffix) in suffixes.iter().enumerate() {
+            suffix::trace(self, suffix, limits, &mut |light| visit(number, light));
         }
     }
 
