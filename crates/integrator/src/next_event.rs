@@ -58,28 +58,44 @@ pub(crate) fn met_emission(
     point: Option<&SurfacePoint>,
     bounce: Option<Bounce>,
 ) -> Rgb {
+    let emitted = emitted_towards(scene, ray, point);
+    match bounce {
+        Some(bounce) if emitted != Rgb::ZERO => {
+            emitted * bounce.weight_against(|| emitter_pdf(scene, ray, point, bounce.from))
+        }
+        _ => emitted,
+    }
+}
+
+/// Emitted radiance that `ray` meets, and the density with which emitter sampling at `from` finds its direction; `None` if
+/// nothing is emitted.
+pub(crate) fn emitted_radiance(
+    scene: &Scene,
+    ray: &Ray,
+    point: Option<&SurfacePoint>,
+    from: Vec3,
+) -> Option<(Rgb, Density<SolidAngle>)> {
+    let emitted = emitted_towards(scene, ray, point);
+    (emitted != Rgb::ZERO).then(|| (emitted, emitter_pdf(scene, ray, point, from)))
+}
+
+#[inline(always)]
+fn emitted_towards(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
     let emitters = scene.emitters();
-    let (emitted, weight) = match point {
-        Some(point) => {
-            if point.emitter == SurfacePoint::NO_EMITTER {
-                return Rgb::ZERO;
-            }
-            let emitted = emitters.radiance(point, ray.direction);
-            if emitted == Rgb::ZERO {
-                return Rgb::ZERO;
-            }
-            let weight = bounce.map(|b| b.weight_against(|| emitters.pdf(b.from, point)));
-            (emitted, weight)
-        }
-        None => {
-            let Some(environment) = emitters.environment() else {
-                return Rgb::ZERO;
-            };
-            let weight = bounce.map(|b| b.weight_against(|| emitters.pdf_environment(ray.direction)));
-            (environment.radiance(ray.direction), weight)
-        }
-    };
-    emitted * weight.unwrap_or(1.0)
+    match (point, emitters.environment()) {
+        (Some(point), _) if point.emitter == SurfacePoint::NO_EMITTER => Rgb::ZERO,
+        (Some(point), _) => emitters.radiance(point, ray.direction),
+        (None, Some(environment)) => environment.radiance(ray.direction),
+        (None, None) => Rgb::ZERO,
+    }
+}
+
+#[inline(always)]
+fn emitter_pdf(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>, from: Vec3) -> Density<SolidAngle> {
+    match point {
+        Some(point) => scene.emitters().pdf(from, point),
+        None => scene.emitters().pdf_environment(ray.direction),
+    }
 }
 
 /// Light on its way from an emitter to a point and on, if nothing is in between.

@@ -4,7 +4,9 @@ use crate::RayCounts;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, Camera, EmitterEndpoint, Hit, Ray, Scene, SurfacePoint};
-use lightshed_shift::{Connection, Endpoint, LobeDirection, Place, RayKind, Scattering, World};
+use lightshed_shift::{
+    Connection, Endpoint, LobeDirection, Place, RayKind, Scattering, Suffix, SuffixLight, SuffixLimits, World,
+};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -228,6 +230,18 @@ impl World for SceneWorld<'_> {
     fn occluded_many(&self, rays: &[Ray], kind: RayKind, occluded: &mut [bool]) {
         self.count(kind, rays.len().min(occluded.len()));
         self.scene.accelerator().occluded_many(rays, occluded);
+    }
+
+    /// By the path tracer's batches.
+    fn trace_suffixes(
+        &self,
+        suffixes: &[Suffix<Ray, Vec3>],
+        limits: SuffixLimits,
+        visit: &mut dyn FnMut(usize, SuffixLight),
+    ) {
+        let [path, emitter] = crate::path::trace_suffixes(self.scene, suffixes, limits, visit);
+        self.count(RayKind::Path, path);
+        self.count(RayKind::Emitter, emitter);
     }
 
     fn sample_lobe(

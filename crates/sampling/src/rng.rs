@@ -381,6 +381,23 @@ impl PathSeed {
         self.words[0] as u64 | (self.words[1] as u64) << 32
     }
 
+    /// The seed's 64 bits as two words, low and high.
+    #[inline(always)]
+    pub const fn words(self) -> [u32; 2] {
+        self.words
+    }
+
+    /// Words `4 · block` to `4 · block + 3` of the [streams](Self::stream) of eight seeds at once, given by their
+    /// [words](Self::words). `block` is below 2³⁰.
+    #[inline(always)]
+    pub fn block_lanes<L: Lanes>(seeds: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        let zero = L::Words::splat(0);
+        threefry4x32_12_lanes(
+            [L::Words::splat(block), L::Words::splat(STREAM_PATH), zero, zero],
+            [seeds[0], seeds[1], zero, zero],
+        )
+    }
+
     /// The path's random numbers from the beginning. Word `n` is word `n mod 4` of Threefry-4×32-12 with key
     /// `(seed mod 2³², seed div 2³², 0, 0)` and counter `(n div 4, 1, 0, 0)`.
     #[inline]

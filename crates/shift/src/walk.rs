@@ -134,9 +134,10 @@ impl<W: World> Walk<W> {
         vertex: Option<&W::Vertex>,
     ) -> Option<Pair> {
         let (rules, world) = (&domain.connectability, domain.world);
-        let departure = self.departure.as_ref().filter(|departure| {
-            rules.reaches(self.index) && rules.rough(departure.roughness)
-        })?;
+        let departure = self
+            .departure
+            .as_ref()
+            .filter(|departure| rules.reaches(self.index) && rules.rough(departure.roughness))?;
         let vertex = vertex?;
         let position = world.position(vertex);
         let d = position - departure.position;

@@ -1,5 +1,6 @@
 //! Paths in batches, coordinate by coordinate.
 
+use super::purpose::{Pixels, Purpose};
 use super::start::Start;
 use super::{PathState, PathTracer};
 use crate::next_event::{Bounce, SampleCounts, Shadow};
@@ -25,10 +26,9 @@ pub(super) struct Paths {
     pub from: [Column; 3],
     /// [`Bounce::pdf`], per steradian; infinite where [`Bounce::is_delta`].
     pub pdf: Column,
-    /// Words of the random numbers' key.
-    pub pixel: Column,
-    pub sample: Column,
-    /// Place of the path's result, as a word.
+    /// Two words that name the path for its random numbers: pixel and sample, or the words of a seed.
+    pub name: [Column; 2],
+    /// Place of the path in the batch as it began, as a word.
     pub owner: Column,
 }
 
@@ -39,8 +39,7 @@ impl Paths {
         eta_squared: ZEROS,
         from: [ZEROS; 3],
         pdf: ZEROS,
-        pixel: ZEROS,
-        sample: ZEROS,
+        name: [ZEROS; 2],
         owner: ZEROS,
     };
 
@@ -57,7 +56,6 @@ impl Paths {
         let pdf = self.pdf.get(index);
         PathState {
             throughput: vector(&self.throughput),
-            radiance: Rgb::ZERO,
             eta_squared: self.eta_squared.get(index),
             bounce: (depth > 1).then(|| Bounce {
                 from: vector(&self.from),
@@ -115,34 +113,43 @@ impl Shadows {
     }
 }
 
-/// The results of a batch.
-pub(super) type Radiances = [Rgb; MAX_BATCH];
-
-/// Traces up to [`MAX_BATCH`] paths, all at the same depth.
+/// Traces up to [`MAX_BATCH`] paths from the camera.
 pub(super) fn trace(tracer: &PathTracer<'_>, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
     let count = ids.len().min(MAX_BATCH);
     if count == 0 || tracer.max_depth == 0 {
         values.fill(Rgb::ZERO);
         return;
     }
-    let scene = tracer.scene;
-    let (mut one, mut other) = (Paths::NONE, Paths::NONE);
-    let (mut paths, mut next) = (&mut one, &mut other);
+    let mut paths = Paths::NONE;
     tracer.lanes.run(Start {
-        camera: scene.camera(),
+        camera: tracer.scene.camera(),
         ids,
         seed,
-        paths: &mut *paths,
+        paths: &mut paths,
     });
-    let mut radiances = [Rgb::ZERO; MAX_BATCH];
+    let radiances = [Rgb::ZERO; MAX_BATCH];
+    let mut pixels = Pixels { seed, radiances };
+    follow(tracer, &mut paths, count, 1, &mut pixels);
+    values[..count].copy_from_slice(&pixels.radiances[..count]);
+}
+
+/// Traces the first `alive` of `paths` to their ends, all at the same depth. Their rays are edges number `depth`, of which
+/// there are no more than the tracer's.
+pub(super) fn follow(
+    tracer: &PathTracer<'_>,
+    paths: &mut Paths,
+    mut alive: usize,
+    mut depth: u32,
+    purpose: &mut impl Purpose,
+) {
+    let scene = tracer.scene;
+    let mut other = Paths::NONE;
+    let (mut paths, mut next) = (paths, &mut other);
     let mut hits = HitBatch::NONE;
     let mut shadows = Shadows::NONE;
-    let mut alive = count;
-    let mut depth = 0;
     while alive > 0 {
-        depth += 1;
         if depth == tracer.max_depth {
-            end(tracer, paths, alive, depth, &mut radiances);
+            end(tracer, paths, alive, depth, purpose);
             break;
         }
         scene.accelerator().intersect_batch(&paths.rays, alive, &mut hits);
@@ -150,36 +157,37 @@ pub(super) fn trace(tracer: &PathTracer<'_>, ids: &[SampleId], seed: u64, values
             scene.prefetch_primitive(hits.primitive.get_word(index));
         }
         shadows.count = 0;
+        let arrived = alive;
         alive = super::shade::shade(
             tracer,
-            seed,
             depth,
             (&*paths, alive),
             &hits,
             &mut *next,
             &mut shadows,
-            &mut radiances,
+            purpose,
         );
+        purpose.count(arrived, shadows.count);
         let mut free = !scene.accelerator().occluded_batch(&shadows.rays, shadows.count);
         if shadows.count < MAX_BATCH {
             free &= (1 << shadows.count) - 1;
         }
+        depth += 1;
         while free != 0 {
             let index = free.trailing_zeros() as usize;
             free &= free - 1;
             let [red, green, blue] = &shadows.radiance;
-            radiances[shadows.owner.get_word(index) as usize % MAX_BATCH] +=
-                Rgb::new(red.get(index), green.get(index), blue.get(index));
+            let radiance = Rgb::new(red.get(index), green.get(index), blue.get(index));
+            purpose.connect(shadows.owner.get_word(index) as usize, depth, radiance);
         }
         std::mem::swap(&mut paths, &mut next);
     }
-    values[..count].copy_from_slice(&radiances[..count]);
 }
 
 /// The last edge of each path: nothing but emission counts, so it is traced against what emits, and further only if
 /// there is light to be blocked.
 #[inline(never)]
-fn end(tracer: &PathTracer<'_>, paths: &Paths, alive: usize, depth: u32, radiances: &mut Radiances) {
+fn end(tracer: &PathTracer<'_>, paths: &Paths, alive: usize, depth: u32, purpose: &mut impl Purpose) {
     let scene = tracer.scene;
     let mut hits = HitBatch::NONE;
     scene.intersect_emitting_batch(&paths.rays, alive, &mut hits);
@@ -198,14 +206,15 @@ fn end(tracer: &PathTracer<'_>, paths: &Paths, alive: usize, depth: u32, radianc
             count += 1;
         }
     }
+    purpose.count(alive, 0);
     let occluded = scene.accelerator().occluded_batch(&rays, count);
     for (number, &place) in places.iter().enumerate().take(count) {
         if occluded >> number & 1 == 0 {
             let index = place as usize;
             let ray = rays.get(number);
             let point = hits.get(index).map(|hit| scene.surface(&ray, &hit));
-            radiances[paths.owner.get_word(index) as usize % MAX_BATCH] +=
-                paths.get(index, depth).emission(scene, &ray, point.as_ref());
+            let (owner, path) = (paths.owner.get_word(index) as usize, paths.get(index, depth));
+            purpose.arrive(scene, owner, depth, &path, &ray, point.as_ref());
         }
     }
 }

@@ -2,16 +2,20 @@
 
 mod batch;
 mod numbers;
+mod purpose;
 mod shade;
 mod start;
+mod suffix;
 
 use crate::next_event::{Bounce, SampleCounts, Shadow, emission_sample, met_emission};
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lanes::LaneChoice;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{Hit, Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
 use numbers::VertexNumbers;
+
+pub(crate) use suffix::trace_suffixes;
 
 /// Estimates the light transport equation by paths from the camera.
 ///
@@ -39,7 +43,6 @@ const SURVIVAL_CAP: f32 = 0.95;
 #[derive(Clone)]
 struct PathState {
     throughput: Rgb,
-    radiance: Rgb,
     /// Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
     /// scaling that refraction undoes on the way out.
     eta_squared: f32,
@@ -48,7 +51,6 @@ struct PathState {
 }
 
 /// What follows from a vertex.
-#[derive(Default)]
 struct Next {
     shadow: Option<Shadow>,
     ray: Option<Ray>,
@@ -58,7 +60,6 @@ impl PathState {
     /// At the camera.
     const START: Self = Self {
         throughput: Rgb::ONE,
-        radiance: Rgb::ZERO,
         eta_squared: 1.0,
         bounce: None,
     };
@@ -92,44 +93,44 @@ impl<'a> PathTracer<'a> {
     /// of `rng`, wherever that stands.
     pub fn radiance(&self, ray: Ray, rng: CounterRng) -> Rgb {
         let (mut path, mut ray, mut rng) = (PathState::START, ray, rng);
+        let mut radiance = Rgb::ZERO;
         for depth in 1..=self.max_depth {
             let hit = self.scene.accelerator().intersect(&ray);
+            let point = hit.map(|hit| self.scene.surface(&ray, &hit));
+            radiance += path.emission(self.scene, &ray, point.as_ref());
+            let Some(point) = point.filter(|_| depth < self.max_depth) else {
+                break;
+            };
             let numbers = VertexNumbers::draw(&mut rng, depth);
-            let next = self.advance(&mut path, &ray, hit, depth, &numbers);
+            let next = self.advance(&mut path, &ray, &point, depth, &numbers);
             if let Some(shadow) = next.shadow
                 && !self.scene.occluded(&shadow.ray)
             {
-                path.radiance += shadow.radiance;
+                radiance += shadow.radiance;
             }
             match next.ray {
                 Some(next) => ray = next,
                 None => break,
             }
         }
-        path.radiance
+        radiance
     }
 
-    /// Takes in what the path's ray, its edge number `depth`, has hit: collects emission, and samples an emitter and the
-    /// next direction.
+    /// At the end of a path's ray, its edge number `depth`: samples an emitter and the next direction.
     #[inline(always)]
     fn advance(
         &self,
         path: &mut PathState,
         ray: &Ray,
-        hit: Option<Hit>,
+        point: &SurfacePoint,
         depth: u32,
         numbers: &VertexNumbers,
     ) -> Next {
         let scene = self.scene;
-        let point = hit.map(|hit| scene.surface(ray, &hit));
-        path.radiance += path.emission(scene, ray, point.as_ref());
-        let Some(point) = point.filter(|_| depth < self.max_depth) else {
-            return Next::default();
-        };
-        let bsdf = scene.bsdf(&point);
+        let bsdf = scene.bsdf(point);
         let wo = point.shading.to_local(-ray.direction);
         let u_emitter = (numbers.u_emitter, numbers.u_on_emitter);
-        let shadow = emission_sample(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, u_emitter).map(
+        let shadow = emission_sample(scene, point, &bsdf, wo, SampleCounts::ONE_EACH, u_emitter).map(
             |Shadow { ray, radiance }| Shadow {
                 ray,
                 radiance: path.throughput * radiance,

@@ -38,17 +38,17 @@ pub(super) struct VertexLanes<L: Lanes> {
 }
 
 impl<L: Lanes> VertexLanes<L> {
-    /// [`VertexNumbers::draw`] for eight paths.
+    /// Number of the first of the two blocks of four words that belong to the vertex at the end of edge `depth`. It wraps with
+    /// the words.
     #[inline(always)]
-    pub fn draw(seed: u64, pixel: L::Words, sample: L::Words, depth: u32) -> Self {
-        // Blocks of four words wrap with the words.
-        let block = depth.wrapping_mul(WORDS) / 4;
-        Self {
-            words: [
-                CounterRng::block_lanes::<L>(seed, pixel, sample, block),
-                CounterRng::block_lanes::<L>(seed, pixel, sample, block + 1),
-            ],
-        }
+    pub fn first_block(depth: u32) -> u32 {
+        depth.wrapping_mul(WORDS) / 4
+    }
+
+    /// [`VertexNumbers::draw`] for eight paths, out of their two blocks.
+    #[inline(always)]
+    pub fn from_blocks(words: [[L::Words; 4]; 2]) -> Self {
+        Self { words }
     }
 
     #[inline(always)]

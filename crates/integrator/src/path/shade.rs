@@ -3,8 +3,9 @@
 //! In lanes and alone a vertex takes the same operations in the same order, so a path has the same value, bit for bit, in
 //! any company.
 
-use super::batch::{Paths, Radiances, Shadows, lanes_within};
+use super::batch::{Paths, Shadows, lanes_within};
 use super::numbers::VertexLanes;
+use super::purpose::Purpose;
 use super::{PathTracer, SURVIVAL_CAP};
 use crate::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
@@ -12,22 +13,19 @@ use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
 use lightshed_scene::{DiffuseLanes, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
-/// Takes in what the rays of `paths` (and how many there are), their edge number `depth`, have hit: collects emission in
-/// `radiances`, and samples emitters into `shadows` and continuations into `next`, whose number it returns.
-#[allow(clippy::too_many_arguments)]
+/// Takes in what the rays of `paths` (and how many there are), their edge number `depth`, have hit: tells
+/// `purpose`, and samples emitters into `shadows` and continuations into `next`, whose number it returns.
 pub(super) fn shade(
     tracer: &PathTracer<'_>,
-    seed: u64,
     depth: u32,
     paths: (&Paths, usize),
     hits: &HitBatch,
     next: &mut Paths,
     shadows: &mut Shadows,
-    radiances: &mut Radiances,
+    purpose: &mut impl Purpose,
 ) -> usize {
     tracer.lanes.run(Shade {
         tracer,
-        seed,
         depth,
         paths: paths.0,
         alive: paths.1,
@@ -35,13 +33,12 @@ pub(super) fn shade(
         next,
         survivors: 0,
         shadows,
-        radiances,
+        purpose,
     })
 }
 
-struct Shade<'a> {
+struct Shade<'a, P> {
     tracer: &'a PathTracer<'a>,
-    seed: u64,
     depth: u32,
     paths: &'a Paths,
     alive: usize,
@@ -50,10 +47,10 @@ struct Shade<'a> {
     /// How many of `next` there are.
     survivors: usize,
     shadows: &'a mut Shadows,
-    radiances: &'a mut Radiances,
+    purpose: &'a mut P,
 }
 
-impl LaneKernel for Shade<'_> {
+impl<P: Purpose> LaneKernel for Shade<'_, P> {
     type Output = usize;
 
     #[inline(always)]
@@ -67,7 +64,7 @@ impl LaneKernel for Shade<'_> {
     }
 }
 
-impl Shade<'_> {
+impl<P: Purpose> Shade<'_, P> {
     /// Paths `place` to `place + 7`.
     #[inline(always)]
     fn eight<L: Lanes>(&mut self, place: usize) {
@@ -81,18 +78,19 @@ impl Shade<'_> {
             .tracer
             .scene
             .diffuse_lanes::<L>(self.hits, place, wanted & !missed);
-        let numbers = VertexLanes::<L>::draw(
-            self.seed,
-            self.paths.pixel.load_words::<L>(place),
-            self.paths.sample.load_words::<L>(place),
-            self.depth,
-        );
+        let [name, further] = &self.paths.name;
+        let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
+        let block = VertexLanes::<L>::first_block(self.depth);
+        let numbers = VertexLanes::<L>::from_blocks([
+            self.purpose.words::<L>(names, block),
+            self.purpose.words::<L>(names, block + 1),
+        ]);
         let mut met = point.emitting;
         if self.tracer.scene.emitters().environment().is_some() {
             met |= missed;
         }
         while met != 0 {
-            self.collect_emission(place + met.trailing_zeros() as usize);
+            self.arrive(place + met.trailing_zeros() as usize);
             met &= met - 1;
         }
         if point.diffuse != 0 {
@@ -109,35 +107,39 @@ impl Shade<'_> {
         }
     }
 
-    /// Adds the emission that one path has met.
+    /// Tells what one path has met.
     #[inline(never)]
-    fn collect_emission(&mut self, index: usize) {
+    fn arrive(&mut self, index: usize) {
         let (scene, ray) = (self.tracer.scene, self.paths.rays.get(index));
         let point = self.hits.get(index).map(|hit| scene.surface(&ray, &hit));
-        self.radiances[self.paths.owner.get_word(index) as usize % MAX_BATCH] += self
-            .paths
-            .get(index, self.depth)
-            .emission(scene, &ray, point.as_ref());
+        let owner = self.paths.owner.get_word(index) as usize;
+        let path = self.paths.get(index, self.depth);
+        self.purpose
+            .arrive(scene, owner, self.depth, &path, &ray, point.as_ref());
     }
 
-    /// [`PathTracer::advance`] of one path.
+    /// [`PathTracer::advance`] of one path that has hit something, and what it has met.
     #[inline(never)]
     fn alone(&mut self, index: usize, numbers: &super::VertexNumbers) {
+        let (scene, ray) = (self.tracer.scene, self.paths.rays.get(index));
+        let Some(hit) = self.hits.get(index) else {
+            return;
+        };
+        let point = scene.surface(&ray, &hit);
         let owner = self.paths.owner.get_word(index);
         let mut state = self.paths.get(index, self.depth);
-        let ray = self.paths.rays.get(index);
-        let next = self
-            .tracer
-            .advance(&mut state, &ray, self.hits.get(index), self.depth, numbers);
-        self.radiances[owner as usize % MAX_BATCH] += state.radiance;
+        self.purpose
+            .arrive(scene, owner as usize, self.depth, &state, &ray, Some(&point));
+        let next = self.tracer.advance(&mut state, &ray, &point, self.depth, numbers);
         if let Some(shadow) = &next.shadow {
             self.shadows.push(shadow, owner);
         }
         if let Some(ray) = &next.ray {
             let to = self.survivors;
             self.next.set(to, &state, ray);
-            self.next.pixel.set_word(to, self.paths.pixel.get_word(index));
-            self.next.sample.set_word(to, self.paths.sample.get_word(index));
+            for (next, name) in self.next.name.iter_mut().zip(&self.paths.name) {
+                next.set_word(to, name.get_word(index));
+            }
             self.next.owner.set_word(to, owner);
             self.survivors += 1;
         }
@@ -210,10 +212,9 @@ impl Shade<'_> {
         store_vectors(&mut next.from, to, point.position, survives);
         next.pdf
             .store_compressed(to, local.z * L::splat(FRAC_1_PI), survives);
-        next.pixel
-            .store_words_compressed::<L>(to, paths.pixel.load_words::<L>(place), survives);
-        next.sample
-            .store_words_compressed::<L>(to, paths.sample.load_words::<L>(place), survives);
+        for (next, name) in next.name.iter_mut().zip(&paths.name) {
+            next.store_words_compressed::<L>(to, name.load_words::<L>(place), survives);
+        }
         next.owner.store_words_compressed::<L>(to, owner, survives);
         self.survivors += survives.count_ones() as usize;
     }

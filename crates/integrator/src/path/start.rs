@@ -28,14 +28,14 @@ impl LaneKernel for Start<'_> {
         } = self;
         let count = ids.len().min(MAX_BATCH);
         for (index, &SampleId { x, y, index: sample }) in ids.iter().enumerate().take(count) {
-            paths.pixel.set_word(index, y << 16 | x);
-            paths.sample.set_word(index, sample);
+            paths.name[0].set_word(index, y << 16 | x);
+            paths.name[1].set_word(index, sample);
             paths.owner.set_word(index, index as u32);
         }
         let mut place = 0;
         while place < count {
-            let pixel = paths.pixel.load_words::<L>(place);
-            let words = camera_lanes::<L>(seed, pixel, paths.sample.load_words::<L>(place));
+            let pixel = paths.name[0].load_words::<L>(place);
+            let words = camera_lanes::<L>(seed, pixel, paths.name[1].load_words::<L>(place));
             let (x, y) = (pixel & L::Words::splat(0xffff), pixel.shift_right::<16>());
             let film = [
                 L::from_integers(x) + f32_from_u32_lanes::<L>(words[0]),

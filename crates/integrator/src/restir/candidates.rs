@@ -89,7 +89,11 @@ impl Survivors {
     /// 1 in the domain with occlusion.
     pub fn resample(&self, rng: &mut CounterRng) -> DirectReservoir {
         let mut ris = MixtureRis::new();
-        for (sample, weight) in self.reservoirs.iter().filter_map(DirectReservoir::weighted_sample) {
+        for (sample, weight) in self
+            .reservoirs
+            .iter()
+            .filter_map(DirectReservoir::weighted_sample)
+        {
             ris.candidate(*sample, sample.target(), 1.0, weight, rng);
         }
         ris.finish(1.0)

@@ -356,7 +356,9 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         for kind in 0..KINDS {
             let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [0; MAX_BATCH], 0);
             for (place, primary) in surfaces(pixels) {
-                let unknown = survivors[place].as_ref().and_then(|held: &Survivors| held.unknown(kind));
+                let unknown = survivors[place]
+                    .as_ref()
+                    .and_then(|held: &Survivors| held.unknown(kind));
                 if let Some(lit) = unknown.and_then(|endpoint| lit_by(self.scene, primary, endpoint)) {
                     rays[count] = lit.connection.shadow_ray(&primary.point);
                     owners[count] = place;
