@@ -43,12 +43,20 @@ struct Arguments {
     /// Image size.
     #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [128, 128])]
     size: Vec<u32>,
+    /// Show the middle of an image so many times as wide and high: pixels that are neighbours then see places as close as they are
+    /// in a large image.
+    #[arg(long, default_value_t = 1.0, value_parser = zoom)]
+    zoom: f32,
     /// Longest path in edges, instead of the scene's own.
     #[arg(long)]
     max_depth: Option<u32>,
     /// OpenEXR image of that size to compare with; path-traced with --reference-spp where there is none.
     #[arg(long)]
     reference: Option<PathBuf>,
+    /// Setting of restir-pt-offline to race as well, hybrid: trees, rounds, neighbours of a disk (0 for all of a square) and its
+    /// radius in pixels, such as 16,3,12,10. May be repeated.
+    #[arg(long, value_name = "TREES,ROUNDS,NEIGHBOURS,RADIUS", value_parser = setting)]
+    setting: Vec<RestirPtOptions>,
     /// Samples a pixel of the reference.
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(2..))]
     reference_spp: u32,
@@ -67,9 +75,55 @@ fn main() -> ExitCode {
     }
 }
 
+/// Reads `--zoom`.
+fn zoom(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(zoom) if zoom >= 1.0 && zoom < 1e6 => Ok(zoom),
+        _ => Err("a number from 1 on is needed".into()),
+    }
+}
+
+/// Reads a `--setting`.
+fn setting(text: &str) -> Result<RestirPtOptions, String> {
+    let parts: Vec<u32> = text
+        .split(',')
+        .map(|part| part.trim().parse().map_err(|_| format!("{part:?} is no number")))
+        .collect::<Result<_, _>>()?;
+    let [candidates, rounds, count, radius] = parts[..] else {
+        return Err("four numbers are needed".into());
+    };
+    Ok(RestirPtOptions {
+        candidates,
+        rounds,
+        neighbourhood: if count == 0 {
+            Neighbourhood::Window { radius }
+        } else {
+            let radius = radius as f32;
+            Neighbourhood::Disk { radius, count }
+        },
+        ..RestirPtOptions::offline(PathMapping::Hybrid)
+    })
+}
+
+/// What a setting is called.
+fn name(options: &RestirPtOptions) -> String {
+    let RestirPtOptions {
+        candidates, rounds, ..
+    } = options;
+    match options.neighbourhood {
+        Neighbourhood::Window { radius } => {
+            let side = 2 * radius + 1;
+            format!("restir-pt-offline {candidates} trees, {rounds}x{side}x{side}")
+        }
+        Neighbourhood::Disk { radius, count } => {
+            format!("restir-pt-offline {candidates} trees, {rounds}x{count} in {radius}")
+        }
+    }
+}
+
 /// A method in the race.
 struct Runner<'a> {
-    name: &'static str,
+    name: String,
     method: Box<dyn FrameMethod + 'a>,
     sum: Vec<f64>,
     frames: u32,
@@ -79,9 +133,9 @@ struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    fn new(name: &'static str, method: impl FrameMethod + 'a, pixels: usize) -> Self {
+    fn new(name: impl Into<String>, method: impl FrameMethod + 'a, pixels: usize) -> Self {
         Self {
-            name,
+            name: name.into(),
             method: Box::new(method),
             sum: vec![0.0; pixels],
             frames: 0,
@@ -141,6 +195,8 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let settings = &mut description.settings;
     (settings.width, settings.height) = (arguments.size[0], arguments.size[1]);
     settings.max_depth = arguments.max_depth.or(settings.max_depth);
+    let fov_x = &mut description.camera.fov_x;
+    *fov_x = 2.0 * ((0.5 * *fov_x).tan() / arguments.zoom).atan();
     let scene = Scene::new(&description)?;
     let reference = match &arguments.reference {
         Some(path) => {
@@ -155,12 +211,6 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     };
     let (world, pixels) = (SceneWorld::new(&scene), reference.pixels());
     let restir = |options| RestirPt::new(&world, options, CameraMotion::STILL);
-    let dense = RestirPtOptions {
-        candidates: 16,
-        rounds: 1,
-        neighbourhood: Neighbourhood::Window { radius: 2 },
-        ..RestirPtOptions::offline(PathMapping::Hybrid)
-    };
     let mut runners = vec![
         Runner::new("path", PlainFrames { scene: &scene }, pixels),
         Runner::new("path-reuse", PathReuse::new(&scene), pixels),
@@ -174,8 +224,10 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             restir(RestirPtOptions::offline(PathMapping::Hybrid))?,
             pixels,
         ),
-        Runner::new("restir-pt-offline hybrid 16 in 5x5", restir(dense)?, pixels),
     ];
+    for options in &arguments.setting {
+        runners.push(Runner::new(name(options), restir(*options)?, pixels));
+    }
     let (start, mut image) = (Instant::now(), vec![Rgb::ZERO; pixels]);
     while runners
         .iter()
@@ -199,7 +251,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     for (file, label, axis) in [("mse", "MSE of luminance", 1), ("mape", "MAPE of luminance", 2)] {
         let series = runners.iter().map(|runner| {
             let points = runner.curve.iter().map(|point| (point[0], point[axis]));
-            (runner.name.to_owned(), points.collect())
+            (runner.name.clone(), points.collect())
         });
         let plot = Plot {
             title: format!("{}: run time against error", arguments.scene),
@@ -235,7 +287,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
                 runner.speedup(&runners[0]).unwrap_or_default(),
             );
             println!(
-                "{:<36} {:5} frames {time:6.1} s  MSE {mse:.3e} ({by_mse:.2}x)  MAPE {mape:.4} ({by_mape:.2}x)",
+                "{:<44} {:5} frames {time:6.1} s  MSE {mse:.3e} ({by_mse:.2}x)  MAPE {mape:.4} ({by_mape:.2}x)",
                 runner.name, runner.frames
             );
         }

@@ -35,7 +35,7 @@ pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use local::{DirectionCopy, HalfVectorCopy, LocalShift, LocalVertex, VertexCopy};
 pub use path_shift::PathShift;
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
-pub use suffix::{Suffix, SuffixLight, SuffixLimits};
+pub use suffix::{Suffix, SuffixLight, SuffixLimits, trace_suffix};
 pub use tracer::{Finding, TreeTracer};
 pub use world::{Connection, Endpoint, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, World};
 

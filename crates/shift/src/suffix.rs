@@ -70,8 +70,9 @@ impl SuffixLight {
     }
 }
 
-/// Traces one suffix: [`World::trace_suffixes`] for worlds with nothing better.
-pub(crate) fn trace<W: World + ?Sized>(
+/// Traces one suffix by a world's other functions: what [`World::trace_suffixes`] does where it is not overridden, and what to
+/// hold one's own against.
+pub fn trace_suffix<W: World + ?Sized>(
     world: &W,
     suffix: &Suffix<W::Ray, W::Site>,
     limits: SuffixLimits,

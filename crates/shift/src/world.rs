@@ -1,6 +1,6 @@
 //! What a renderer brings: rays, scattering by lobes, emitters.
 
-use crate::suffix::{self, Suffix, SuffixLight, SuffixLimits};
+use crate::suffix::{Suffix, SuffixLight, SuffixLimits, trace_suffix};
 use bytemuck::{Pod, Zeroable};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle};
@@ -71,7 +71,7 @@ pub trait World {
         visit: &mut dyn FnMut(usize, SuffixLight),
     ) {
         for (number, suffix) in suffixes.iter().enumerate() {
-            suffix::trace(self, suffix, limits, &mut |light| visit(number, light));
+            trace_suffix(self, suffix, limits, &mut |light| visit(number, light));
         }
     }
 

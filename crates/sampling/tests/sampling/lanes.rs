@@ -3,8 +3,8 @@
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneWords, Lanes, Vec3Lanes};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{
-    ConcentricDisk, CosineHemisphere, CounterRng, Density, Frame, FrameLanes, SolidAngle, UniformSphere,
-    UniformTriangle, f32_from_u32, f32_from_u32_lanes, power_heuristic, power_heuristic_lanes,
+    ConcentricDisk, CosineHemisphere, CounterRng, Density, Frame, FrameLanes, PathSeed, SolidAngle,
+    UniformSphere, UniformTriangle, f32_from_u32, f32_from_u32_lanes, power_heuristic, power_heuristic_lanes,
 };
 use lightshed_testkit::{check_faults, hostile_unit_f32};
 
@@ -46,12 +46,14 @@ impl LaneKernel for Arguments {
             L::Words::load(&self.sample),
             self.block,
         );
+        let seeds = [L::Words::load(&self.pixel), L::Words::load(&self.sample)];
+        let path_words = PathSeed::block_lanes::<L>(seeds, self.block);
         let mut rows = vec![disk[0].store(), disk[1].store()];
         for v in [hemisphere, frame.tangent, frame.bitangent, world] {
             rows.extend(v.store());
         }
         rows.extend([triangle[0].store(), triangle[1].store(), weight.store()]);
-        for word in words {
+        for word in words.into_iter().chain(path_words) {
             rows.push(f32_from_u32_lanes::<L>(word).store());
             rows.push(L::from_bits(word).store());
         }
@@ -95,8 +97,11 @@ fn alone(arguments: &Arguments, fault: Option<Fault>) -> Results {
                 results.extend(v.to_array());
             }
             results.extend([triangle[0], triangle[1], power_heuristic(a, b)]);
-            for n in 0..4 {
-                let word = CounterRng::at(arguments.seed, pixel, arguments.sample[lane], 4 * block + n);
+            let sample = arguments.sample[lane];
+            let mut stream = PathSeed::new(u64::from(sample) << 32 | u64::from(pixel)).stream();
+            stream.set_dimension(4 * block);
+            let words = (0..4).map(|n| CounterRng::at(arguments.seed, pixel, sample, 4 * block + n));
+            for word in words.chain((0..4).map(|_| stream.next_u32())) {
                 results.extend([f32_from_u32(word), f32::from_bits(word)]);
             }
             results
