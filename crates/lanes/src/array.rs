@@ -201,6 +201,26 @@ impl Lanes for ArrayLanes {
         self.0[0]
     }
     #[inline(always)]
+    fn evens_and_odds(self, next: Self) -> [Self; 2] {
+        let at = |i: usize| if i < LANES { self.0[i] } else { next.0[i - LANES] };
+        [0, 1].map(|odd| Self(core::array::from_fn(|i| at(2 * i + odd))))
+    }
+    #[inline(always)]
+    fn total(self) -> Self {
+        let v = self.0;
+        Self([((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7])); LANES])
+    }
+    #[inline(always)]
+    fn running_sums(self) -> Self {
+        // Each step adds to all lanes, zero to some: that matters to −0 alone.
+        let v = self.0;
+        let pairs: [f32; LANES] = core::array::from_fn(|i| v[i] + if i % 2 == 1 { v[i - 1] } else { 0.0 });
+        let fours: [f32; LANES] =
+            core::array::from_fn(|i| pairs[i] + if i % 4 >= 2 { pairs[i / 4 * 4 + 1] } else { 0.0 });
+        let v = core::array::from_fn(|i| fours[i] + if i >= 4 { fours[3] } else { 0.0 });
+        Self(v)
+    }
+    #[inline(always)]
     fn equal(self, other: Self) -> ArrayMask {
         mask(self, other, |a, b| a == b)
     }

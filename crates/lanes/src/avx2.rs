@@ -240,6 +240,39 @@ impl Lanes for Avx2Lanes {
         unsafe { _mm256_cvtss_f32(self.0) }
     }
     #[inline(always)]
+    fn evens_and_odds(self, next: Self) -> [Self; 2] {
+        unsafe {
+            // Both rows' low halves and both rows' high halves, so that a shuffle within halves finds all evens.
+            let low = _mm256_permute2f128_ps::<0x20>(self.0, next.0);
+            let high = _mm256_permute2f128_ps::<0x31>(self.0, next.0);
+            [
+                Self(_mm256_shuffle_ps::<0b10_00_10_00>(low, high)),
+                Self(_mm256_shuffle_ps::<0b11_01_11_01>(low, high)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn total(self) -> Self {
+        Self(unsafe {
+            let pairs = _mm256_add_ps(self.0, _mm256_shuffle_ps::<0b10_11_00_01>(self.0, self.0));
+            let halves = _mm256_add_ps(pairs, _mm256_shuffle_ps::<0b01_00_11_10>(pairs, pairs));
+            _mm256_add_ps(halves, _mm256_permute2f128_ps::<1>(halves, halves))
+        })
+    }
+    #[inline(always)]
+    fn running_sums(self) -> Self {
+        Self(unsafe {
+            let zero = _mm256_setzero_ps();
+            let before = _mm256_shuffle_ps::<0b10_10_00_00>(self.0, self.0);
+            let pairs = _mm256_add_ps(self.0, _mm256_blend_ps::<0b1010_1010>(zero, before));
+            let before = _mm256_shuffle_ps::<0b01_01_01_01>(pairs, pairs);
+            let halves = _mm256_add_ps(pairs, _mm256_blend_ps::<0b1100_1100>(zero, before));
+            // The low half's sum in the high half, zero in the low one.
+            let low = _mm256_permute2f128_ps::<0x08>(halves, halves);
+            _mm256_add_ps(halves, _mm256_shuffle_ps::<0b11_11_11_11>(low, low))
+        })
+    }
+    #[inline(always)]
     fn equal(self, other: Self) -> Avx2Mask {
         Avx2Mask(unsafe { _mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0) })
     }

@@ -123,6 +123,13 @@ pub trait Lanes:
     fn least_of(self, mask: u32) -> Self;
     /// Lane 0.
     fn first(self) -> f32;
+    /// Lanes `0, 2, 4, …` of `self` and then of `next`, and lanes `1, 3, 5, …` of both.
+    fn evens_and_odds(self, next: Self) -> [Self; 2];
+    /// The sum of all lanes in each of them: `((0 + 1) + (2 + 3)) + ((4 + 5) + (6 + 7))`.
+    fn total(self) -> Self;
+    /// Lane `i` is the sum of lanes `0 ..= i`, of halves of halves (Sklansky 1960). Where no lane is negative or NaN, no sum is less
+    /// than the one before it, and it is equal where the lane is zero.
+    fn running_sums(self) -> Self;
     /// Where `self` equals `other` (false for NaN).
     fn equal(self, other: Self) -> Self::Mask;
     /// Where `self` is less than `other` (false for NaN).

@@ -57,6 +57,10 @@ impl LaneKernel for Everything<'_> {
             (a * b).store(),
             (a / b).store(),
             (-a).store(),
+            a.evens_and_odds(b)[0].store(),
+            a.evens_and_odds(b)[1].store(),
+            a.total().store(),
+            a.running_sums().store(),
             a.min(b).store(),
             a.max(b).store(),
             a.sqrt().store(),
@@ -81,6 +85,13 @@ impl LaneKernel for Everything<'_> {
     }
 }
 
+/// The sum of values up to `last`: of halves of halves, or zero where there is no half before.
+fn running_sum(v: &[f32; LANES], last: usize) -> f32 {
+    let pair = |i: usize| v[i] + if i % 2 == 1 { v[i - 1] } else { 0.0 };
+    let four = |i: usize| pair(i) + if i % 4 >= 2 { pair(i / 4 * 4 + 1) } else { 0.0 };
+    four(last) + if last >= 4 { four(3) } else { 0.0 }
+}
+
 /// The same by scalar code.
 fn expected(a: [f32; LANES], b: [f32; LANES], mask: u32) -> (Vec<[f32; LANES]>, Vec<u32>) {
     let each = |f: &dyn Fn(f32, f32) -> f32| core::array::from_fn(|i| f(a[i], b[i]));
@@ -93,6 +104,10 @@ fn expected(a: [f32; LANES], b: [f32; LANES], mask: u32) -> (Vec<[f32; LANES]>, 
         each(&|x, y| x * y),
         each(&|x, y| x / y),
         each(&|x, _| -x),
+        core::array::from_fn(|i| if i < 4 { a[2 * i] } else { b[2 * i - 8] }),
+        core::array::from_fn(|i| if i < 4 { a[2 * i + 1] } else { b[2 * i - 7] }),
+        [((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7])); LANES],
+        core::array::from_fn(|i| running_sum(&a, i)),
         each(&|x, y| if x < y { x } else { y }),
         each(&|x, y| if x > y { x } else { y }),
         each(&|x, _| x.sqrt()),

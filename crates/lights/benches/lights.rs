@@ -95,10 +95,10 @@ fn build() {
 }
 
 fn choose() {
-    println!("choosing a light, ns: alone, and in companies of 4, 16 and 64 for one point");
+    println!("choosing a light, ns: one alone, one for each of many points, and 4, 16 and 64 for one point");
     println!(
-        "{:>9} {:<24} {:>8} {:>8} {:>8} {:>8} {:>8}",
-        "lights", "sampler", "alone", "4", "16", "64", "pmf"
+        "{:>9} {:<24} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "lights", "sampler", "alone", "each", "4", "16", "64", "pmf"
     );
     for count in [1_000, 10_000, 100_000, 1_000_000] {
         let lights = lights(count);
@@ -143,24 +143,33 @@ fn time<S: LightSampler>(name: &str, count: usize, sampler: &S) {
         })
         .collect();
     let per_choice = |seconds: f64, each: usize| seconds * 1e9 / (POINTS * each) as f64;
-    let alone = least(15, || {
-        for (i, at) in points.iter().enumerate() {
-            let mut rng = CounterRng::new(1, i as u32, 0);
-            black_box(sampler.sample(at, rng.next_u64()));
+    let numbers: Vec<u64> = (0..POINTS as u32)
+        .map(|i| CounterRng::new(1, i, 0).next_u64())
+        .collect();
+    let alone = least(25, || {
+        for (at, &u) in points.iter().zip(&numbers) {
+            black_box(sampler.sample(at, u));
         }
     });
-    let mut row = vec![per_choice(alone, 1)];
+    let mut choices = vec![None; POINTS];
+    let each_point = least(25, || {
+        sampler.sample_each(&points, &numbers, &mut choices);
+        black_box(&choices);
+    });
+    let mut row = vec![per_choice(alone, 1), per_choice(each_point, 1)];
     for each in [4usize, 16, 64] {
+        let u: Vec<u64> = numbers
+            .iter()
+            .flat_map(|number| {
+                let stratum = u64::MAX / each as u64;
+                let within = move |k: u64| number.rotate_left(17 * k as u32) % stratum;
+                (0..each as u64).map(move |k| stratum * k + within(k))
+            })
+            .collect();
         let mut choices = vec![None; each];
-        let mut u = vec![0; each];
-        let seconds = least(8, || {
-            for (i, at) in points.iter().enumerate() {
-                let mut rng = CounterRng::new(1, i as u32, 0);
-                for (k, u) in u.iter_mut().enumerate() {
-                    let stratum = u64::MAX / each as u64;
-                    *u = stratum * k as u64 + rng.next_u64() % stratum;
-                }
-                sampler.sample_many(at, &u, &mut choices);
+        let seconds = least(10, || {
+            for (at, u) in points.iter().zip(u.chunks(each)) {
+                sampler.sample_many(at, u, &mut choices);
                 black_box(&choices);
             }
         });
@@ -168,13 +177,10 @@ fn time<S: LightSampler>(name: &str, count: usize, sampler: &S) {
     }
     let chosen: Vec<u32> = points
         .iter()
-        .enumerate()
-        .map(|(i, at)| {
-            let u = CounterRng::new(1, i as u32, 0).next_u64();
-            sampler.sample(at, u).map_or(0, |choice| choice.light)
-        })
+        .zip(&numbers)
+        .map(|(at, &u)| sampler.sample(at, u).map_or(0, |choice| choice.light))
         .collect();
-    let pmf = least(15, || {
+    let pmf = least(25, || {
         for (at, &light) in points.iter().zip(&chosen) {
             black_box(sampler.pmf(at, light));
         }

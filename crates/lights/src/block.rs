@@ -4,6 +4,7 @@ use crate::normals::NormalBall;
 use crate::{Bounds, Light};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use lightshed_lanes::prefetch;
 
 /// Nodes in a block: the children of one step down.
 pub(crate) const WIDTH: usize = 8;
@@ -99,6 +100,15 @@ impl NodeBlock {
             intensity: self.intensity[lane],
             normals: self.normals[lane],
         }
+    }
+
+    /// Asks for all of it to be brought near.
+    #[inline(always)]
+    pub fn prefetch(&self) {
+        prefetch(&self.min);
+        prefetch(&self.min[2]);
+        prefetch(&self.max[1]);
+        prefetch(&self.intensity);
     }
 
     /// Nodes `lane` and `lane + 1` alone, in the first two places; `lane` is even.

@@ -1,9 +1,9 @@
 //! From the root of a tree to a leaf, the same way for every tree.
 
-use crate::block::{NodeBlock, WIDTH};
+use crate::block::NodeBlock;
 use crate::receiver::Receiver;
-use crate::route::{Route, Shares, probability};
-use crate::{LightChoice, LightSampler, Weighting};
+use crate::route::{Route, Shares};
+use crate::{LightChoice, LightSampler};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
 /// Where a step leads.
@@ -18,49 +18,89 @@ pub enum Step<P> {
 /// A tree whose nodes have up to eight children, and a light at each leaf.
 pub trait Tree: Sync {
     /// Names the children of one node.
-    type Place: Copy;
+    type Place: Copy + PartialEq;
 
     /// The children of the root.
     fn root(&self) -> Step<Self::Place>;
 
-    /// Cumulative weights of the children.
-    fn shares<R: Receiver>(&self, at: &R, place: Self::Place) -> Shares;
+    /// What parts of about one the children get.
+    fn parts<L: Lanes, R: Receiver>(&self, at: &R, place: Self::Place) -> L;
 
     /// The nodes of the children.
     fn nodes(&self, place: Self::Place) -> NodeBlock;
 
+    /// Asks for the nodes of the children to be brought near.
+    fn prefetch(&self, place: Self::Place);
+
+    /// Any place.
+    fn nowhere(&self) -> Self::Place;
+
     /// What is below one of the children; its share must be positive.
     fn below(&self, place: Self::Place, lane: usize) -> Step<Self::Place>;
 
-    /// Calls `visit` with the way to a light from the root on, place and child at each step, until it returns false. False
-    /// where there is no such light.
-    fn way_to(&self, light: u32, visit: impl FnMut(Self::Place, usize) -> bool) -> bool;
+    /// The way to a light from the root on, place and child at each step; `None` where there is no such light.
+    fn way_to(&self, light: u32) -> Option<Way<Self::Place>>;
 
     fn lights(&self) -> usize;
 }
 
-/// Most numbers that go down together.
-const COMPANY: usize = 16;
+/// No way is longer.
+pub(crate) const MAX_DEPTH: usize = 64;
 
-/// Weights of the children of a place, comparable with those of any other place, and which of them are near.
+/// Steps from the root to a light: places and children.
+pub struct Way<P> {
+    steps: [Option<(P, u8)>; MAX_DEPTH],
+    count: usize,
+}
+
+impl<P: Copy> Way<P> {
+    pub const EMPTY: Self = Self {
+        steps: [None; MAX_DEPTH],
+        count: 0,
+    };
+
+    /// One step more; false where there is no room for it.
+    #[inline(always)]
+    pub fn push(&mut self, place: P, lane: usize) -> bool {
+        let room = self.count < MAX_DEPTH;
+        if room {
+            self.steps[self.count] = Some((place, lane as u8));
+            self.count += 1;
+        }
+        room
+    }
+
+    /// From the last step to the first.
+    #[inline(always)]
+    pub fn reverse(&mut self) {
+        self.steps[..self.count].reverse();
+    }
+
+    /// Step `i`, if there are as many.
+    #[inline(always)]
+    pub fn step(&self, i: usize) -> Option<(P, usize)> {
+        let (place, lane) = (*self.steps.get(i)?)?;
+        Some((place, usize::from(lane)))
+    }
+}
+
+/// Most numbers that go down together.
+pub(crate) const COMPANY: usize = 16;
+
+/// Cumulative shares of the children of a place.
 #[inline(always)]
-pub(crate) fn weights_below<T: Tree, R: Receiver>(
-    tree: &T,
-    at: &R,
-    place: T::Place,
-) -> ([f32; WIDTH], [bool; WIDTH]) {
-    let nodes = tree.nodes(place);
-    (at.weights(&nodes, Weighting::Center), at.near(&nodes))
+pub(crate) fn shares<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, place: T::Place) -> Shares<L> {
+    Shares::new(tree.parts(at, place))
 }
 
 /// Follows a route to a leaf; `None` at a dead node.
 #[inline(always)]
-pub(crate) fn descend<T: Tree, R: Receiver>(tree: &T, at: &R, route: &mut Route) -> Option<u32> {
-    descend_from(tree, at, tree.root(), route)
+pub(crate) fn descend<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, route: &mut Route) -> Option<u32> {
+    descend_from::<L, T, R>(tree, at, tree.root(), route)
 }
 
 #[inline(always)]
-pub(crate) fn descend_from<T: Tree, R: Receiver>(
+pub(crate) fn descend_from<L: Lanes, T: Tree, R: Receiver>(
     tree: &T,
     at: &R,
     mut step: Step<T::Place>,
@@ -70,7 +110,7 @@ pub(crate) fn descend_from<T: Tree, R: Receiver>(
         match step {
             Step::Leaf(light) => return Some(light),
             Step::Inner(place) => {
-                let lane = route.step(&tree.shares(at, place))?;
+                let lane = route.step::<L>(&shares::<L, T, R>(tree, at, place))?;
                 step = tree.below(place, lane);
             }
         }
@@ -79,19 +119,43 @@ pub(crate) fn descend_from<T: Tree, R: Receiver>(
 
 /// Probability of reaching a light from the root.
 #[inline(always)]
-pub(crate) fn probability_of<T: Tree, R: Receiver>(tree: &T, at: &R, light: u32) -> f64 {
-    probability_onwards(1.0, tree, at, light)
+pub(crate) fn probability_of<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, light: u32) -> f64 {
+    probability_onwards::<L, T, R>(1.0, tree, at, light)
 }
 
 /// The same for a root that is reached with probability `before`; the product in the order in which [`descend`] forms it.
 #[inline(always)]
-pub(crate) fn probability_onwards<T: Tree, R: Receiver>(before: f64, tree: &T, at: &R, light: u32) -> f64 {
+pub(crate) fn probability_onwards<L: Lanes, T: Tree, R: Receiver>(
+    before: f64,
+    tree: &T,
+    at: &R,
+    light: u32,
+) -> f64 {
+    match tree.way_to(light) {
+        Some(way) => probability_along::<L, T, R>(before, tree, at, &way, 0),
+        None => 0.0,
+    }
+}
+
+/// The same for the steps of a way from step `first` on.
+#[inline(always)]
+pub(crate) fn probability_along<L: Lanes, T: Tree, R: Receiver>(
+    before: f64,
+    tree: &T,
+    at: &R,
+    way: &Way<T::Place>,
+    first: usize,
+) -> f64 {
     let mut product = before;
-    let found = tree.way_to(light, |place, lane| {
-        product *= probability(&tree.shares(at, place), lane);
-        product > 0.0
-    });
-    if found { product } else { 0.0 }
+    let mut i = first;
+    while let Some((place, lane)) = way.step(i) {
+        if !(product > 0.0) {
+            return 0.0;
+        }
+        product *= shares::<L, T, R>(tree, at, place).probability(lane);
+        i += 1;
+    }
+    product
 }
 
 /// The choice of a light that was reached with this probability: none where `f32` cannot state it.
@@ -101,74 +165,128 @@ pub(crate) fn choice(light: u32, probability: f64) -> Option<LightChoice> {
     (pmf > 0.0).then_some(LightChoice { light, pmf })
 }
 
-/// Numbers `from .. to` of a company, at a place that all of them have come to.
-#[derive(Clone, Copy)]
-struct Party<P> {
-    step: Step<P>,
-    from: u8,
-    to: u8,
+/// Where a number enters a tree.
+pub(crate) trait Entry<P> {
+    /// What it comes to first; `None` where nothing can be chosen.
+    fn enter(&self, route: &mut Route) -> Option<Step<P>>;
 }
 
-/// Takes all routes down together: numbers that are next to each other and go the same way share the weights.
+/// Every number enters at this step.
+impl<P: Copy> Entry<P> for Step<P> {
+    #[inline(always)]
+    fn enter(&self, _: &mut Route) -> Option<Self> {
+        Some(*self)
+    }
+}
+
+/// Whose numbers go down together.
+pub(crate) trait Receivers<R> {
+    /// Whether number `i` and the one before it are of one receiver.
+    const SAME: bool;
+    /// That of number `i`.
+    fn get(&self, i: usize) -> &R;
+}
+
+/// All numbers are of one receiver.
+pub(crate) struct One<'a, R>(pub &'a R);
+
+impl<R> Receivers<R> for One<'_, R> {
+    const SAME: bool = true;
+    #[inline(always)]
+    fn get(&self, _: usize) -> &R {
+        self.0
+    }
+}
+
+/// Each number has a receiver of its own.
+struct Each<'a, R>(&'a [R]);
+
+impl<R> Receivers<R> for Each<'_, R> {
+    const SAME: bool = false;
+    #[inline(always)]
+    fn get(&self, i: usize) -> &R {
+        &self.0[i]
+    }
+}
+
+/// Takes up to [`COMPANY`] numbers down together, a step of each after the other: while one waits for memory or for a division the next
+/// goes on, and numbers of one receiver that are next to each other at the same place share its weights.
 #[inline(always)]
-fn descend_together<T: Tree, R: Receiver>(
+pub(crate) fn descend_together<L: Lanes, T: Tree, R: Receiver, A: Receivers<R>>(
     tree: &T,
-    at: &R,
-    routes: &mut [Route],
+    at: &A,
+    entry: &impl Entry<T::Place>,
+    u: &[u64],
     choices: &mut [Option<LightChoice>],
 ) {
-    let start = Party {
-        step: tree.root(),
-        from: 0,
-        to: routes.len() as u8,
-    };
-    // Parties are disjoint and of at least two, but for the first.
-    let mut waiting = [start; COMPANY / 2 + 1];
-    let mut parties = 1;
-    while parties > 0 {
-        parties -= 1;
-        let Party { step, from, to } = waiting[parties];
-        let (from, to) = (usize::from(from), usize::from(to));
-        let place = match step {
-            Step::Leaf(light) => {
-                for (route, chosen) in routes[from..to].iter().zip(&mut choices[from..to]) {
-                    *chosen = choice(light, route.probability);
-                }
-                continue;
-            }
-            Step::Inner(place) => place,
+    let count = u.len().min(choices.len()).min(COMPANY);
+    let mut routes = [Route::new(0); COMPANY];
+    let mut places = [tree.nowhere(); COMPANY];
+    let mut left = 0u32;
+    for i in 0..count {
+        routes[i] = Route::new(u[i]);
+        let step = if at.get(i).is_black() {
+            None
+        } else {
+            entry.enter(&mut routes[i])
         };
-        let shares = tree.shares(at, place);
-        if !(shares[WIDTH - 1] > 0.0) {
-            choices[from..to].fill(None);
-            continue;
-        }
-        let mut first = from;
-        let mut lane = routes[first].step(&shares).unwrap_or(0);
-        while first < to {
-            let mut next = first + 1;
-            let mut other = 0;
-            while next < to {
-                other = routes[next].step(&shares).unwrap_or(0);
-                if other != lane {
-                    break;
-                }
-                next += 1;
-            }
-            let step = tree.below(place, lane);
-            if next - first == 1 {
-                let route = &mut routes[first];
-                choices[first] =
-                    descend_from(tree, at, step, route).and_then(|light| choice(light, route.probability));
+        arrive(i, step, &routes, &mut places, &mut left, choices);
+    }
+    // Shares of each number's place, or that of the number whose place is the same.
+    let mut known = [Shares::new(L::splat(0.0)); COMPANY];
+    let mut of = [0u8; COMPANY];
+    while left != 0 {
+        let mut before = COMPANY;
+        let mut here = left;
+        while here != 0 {
+            let i = here.trailing_zeros() as usize % COMPANY;
+            here &= here - 1;
+            if A::SAME && before < COMPANY && places[before] == places[i] {
+                of[i] = of[before];
             } else {
-                waiting[parties] = Party {
-                    step,
-                    from: first as u8,
-                    to: next as u8,
-                };
-                parties += 1;
+                of[i] = i as u8;
+                known[i] = shares::<L, T, R>(tree, at.get(i), places[i]);
             }
-            (first, lane) = (next, other);
+            before = i;
+        }
+        let mut here = left;
+        while here != 0 {
+            let i = here.trailing_zeros() as usize % COMPANY;
+            here &= here - 1;
+            let step = match routes[i].step(&known[of[i] as usize % COMPANY]) {
+                Some(lane) => Some(tree.below(places[i], lane)),
+                None => None,
+            };
+            if let Some(Step::Inner(next)) = step {
+                tree.prefetch(next);
+            }
+            arrive(i, step, &routes, &mut places, &mut left, choices);
+        }
+    }
+}
+
+/// Number `i` has come to a step, or nowhere.
+#[inline(always)]
+fn arrive<P: Copy>(
+    i: usize,
+    step: Option<Step<P>>,
+    routes: &[Route; COMPANY],
+    places: &mut [P; COMPANY],
+    left: &mut u32,
+    choices: &mut [Option<LightChoice>],
+) {
+    match step {
+        Some(Step::Inner(place)) => {
+            places[i] = place;
+            *left |= 1 << i;
+        }
+        Some(Step::Leaf(light)) => {
+            choices[i] = choice(light, routes[i].probability);
+            *left &= !(1 << i);
+        }
+        None => {
+            choices[i] = None;
+            *left &= !(1 << i);
         }
     }
 }
@@ -203,6 +321,15 @@ macro_rules! impl_sampler {
                     choices,
                 });
             }
+
+            fn sample_each(&self, at: &[R], u: &[u64], choices: &mut [Option<LightChoice>]) {
+                LaneChoice::best().run(SampleEach {
+                    tree: self,
+                    at,
+                    u,
+                    choices,
+                });
+            }
         }
     };
 }
@@ -225,7 +352,7 @@ impl<T: Tree, R: Receiver> LaneKernel for Sample<'_, T, R> {
             return None;
         }
         let mut route = Route::new(self.u);
-        let light = descend(self.tree, self.at, &mut route)?;
+        let light = descend::<L, T, R>(self.tree, self.at, &mut route)?;
         choice(light, route.probability)
     }
 }
@@ -244,7 +371,7 @@ impl<T: Tree, R: Receiver> LaneKernel for Pmf<'_, T, R> {
         if self.at.is_black() {
             return 0.0;
         }
-        probability_of(self.tree, self.at, self.light) as f32
+        probability_of::<L, T, R>(self.tree, self.at, self.light) as f32
     }
 }
 
@@ -260,26 +387,34 @@ impl<T: Tree, R: Receiver> LaneKernel for SampleMany<'_, T, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        if self.at.is_black() {
-            self.choices.fill(None);
-            return;
-        }
+        let root = self.tree.root();
         for (u, choices) in self.u.chunks(COMPANY).zip(self.choices.chunks_mut(COMPANY)) {
-            let count = u.len().min(choices.len());
-            if count == 0 {
-                return;
-            }
-            if count == 1 {
-                choices[0] = Sample {
-                    tree: self.tree,
-                    at: self.at,
-                    u: u[0],
-                }
-                .run::<L>();
-                continue;
-            }
-            let mut routes: [Route; COMPANY] = std::array::from_fn(|i| Route::new(u[i.min(count - 1)]));
-            descend_together(self.tree, self.at, &mut routes[..count], &mut choices[..count]);
+            descend_together::<L, T, R, _>(self.tree, &One(self.at), &root, u, choices);
+        }
+    }
+}
+
+struct SampleEach<'a, T, R> {
+    tree: &'a T,
+    at: &'a [R],
+    u: &'a [u64],
+    choices: &'a mut [Option<LightChoice>],
+}
+
+impl<T: Tree, R: Receiver> LaneKernel for SampleEach<'_, T, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let root = self.tree.root();
+        let count = self.at.len().min(self.u.len()).min(self.choices.len());
+        let mut first = 0;
+        while first < count {
+            let end = count.min(first + COMPANY);
+            let at = Each(&self.at[first..end]);
+            let (u, choices) = (&self.u[first..end], &mut self.choices[first..end]);
+            descend_together::<L, T, R, _>(self.tree, &at, &root, u, choices);
+            first = end;
         }
     }
 }

@@ -11,12 +11,11 @@
 //! weight of zero means that no light of the node reaches the point: a bound where it matters, and an estimate
 //! everywhere else. Spreads are widened by [`MARGIN`], so that rounding does not undo this.
 
-#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays at once")]
-
 use crate::block::{NodeBlock, WIDTH};
-use crate::normals::{CENTER_STEP, RADIUS_STEP};
+use crate::normals::{BallLanes, CENTER_STEPS, NormalBall};
 use crate::receiver::{Facing, RaySegment, ShadingPoint};
 use glam::Vec3;
+use lightshed_lanes::{LaneMask, LaneWords, Lanes, Vec3Lanes};
 
 /// How the distance to a node enters its weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,8 +23,8 @@ pub enum Weighting {
     /// Distance to the centre, at least half the box's diagonal (Conty Estevez and Kulla 2018, §5.2).
     Center,
     /// The mean of two probabilities, by the least and by the greatest distance to the box (Lin 2022 §4.3.2, eqs. 4.1
-    /// and 4.2, here among up to eight siblings). What is near is never much underestimated. Where the point is inside boxes, they share the first probability
-    /// regardless of distance.
+    /// and 4.2, here among up to eight siblings). What is near is never much underestimated. The least distance counts as at least 10⁻⁴ of the greatest: boxes
+    /// around the point share the first probability.
     #[default]
     MinMax,
     /// The least distance to the box, unless the point is nearer to one of the siblings' boxes than its diagonal: then none's
@@ -36,297 +35,249 @@ pub enum Weighting {
 /// Widening of a spread, relative to the distance: far above the rounding errors of cosines in `f32`.
 const MARGIN: f32 = 1e-5;
 /// Squared distances are at least this.
-const LEAST_SQUARED: f32 = 1e-30;
-/// Weights are at most this, so that eight of them can be added.
-const LARGEST: f32 = f32::MAX / 16.0;
+const LEAST_SQUARED: f32 = 1e-28;
+/// A least squared distance is at least this part of the greatest one.
+const INSIDE: f32 = 1e-8;
+/// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an [`about_inverse`].
+const LARGEST: f32 = f32::from_bits(247 << 23);
+/// Parts of shares, which add up to about one, are at least this: it keeps every light in reach, and bounds what an underestimated one can
+/// be worth.
+const LEAST_SHARE: f32 = 1.0 / (1 << 19) as f32;
 
+/// `1/√x` within 3.5 %, for positive finite `x`, by the logarithm that a float's bits are.
 #[inline(always)]
-fn max(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+fn about_inverse_root<L: Lanes>(x: L) -> L {
+    let halved = x.to_bits().shift_right::<1>();
+    L::from_bits(L::Words::splat(0x5f37_59e0) + (halved ^ L::Words::splat(u32::MAX)))
 }
 
+/// What [`about_inverse_root`] is at most, times the root.
+const ABOUT_ONE: f32 = 1.04;
+
+/// `1/x` within 13 %, for normal `x` up to 2¹²³; finite for those that are smaller.
 #[inline(always)]
-fn min(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
+fn about_inverse<L: Lanes>(x: L) -> L {
+    L::from_bits(L::Words::splat(0x7ef3_11c8) + (x.to_bits() ^ L::Words::splat(u32::MAX)))
 }
 
 /// `4 s E(m, s)` for `s > 0`.
 #[inline(always)]
-fn clamped_mean_4s(m: f32, s: f32) -> f32 {
-    let t = min(max(m + s, 0.0), s + s);
-    t * t + 4.0 * s * max(m - s, 0.0)
+fn clamped_mean_4s<L: Lanes>(m: L, s: L) -> L {
+    let zero = L::splat(0.0);
+    let t = (m + s).max(zero).min(s + s);
+    let four_s = (s + s) + (s + s);
+    t * t + four_s * (m - s).max(zero)
 }
 
-/// A coordinate of the centre of a packed normal ball.
-#[inline(always)]
-fn ball_coordinate(packed: u32, shift: u32) -> f32 {
-    ((packed << shift) as i32 >> 24) as f32 * CENTER_STEP
+/// Eight boxes as a point sees them, lengths doubled: no cancellation but that of the corners' own differences from the point.
+struct Seen<L> {
+    /// To the centres.
+    d: Vec3Lanes<L>,
+    /// Extents.
+    h: Vec3Lanes<L>,
+    d_squared: L,
+    h_squared: L,
 }
 
-/// For eight nodes, twice the offset from `x` to the centre and twice the half-extents.
-struct Offsets {
-    d: [[f32; WIDTH]; 3],
-    h: [[f32; WIDTH]; 3],
-    /// Squared least and greatest distances to the box, times four.
-    nearest: [f32; WIDTH],
-    farthest: [f32; WIDTH],
-}
+impl<L: Lanes> Seen<L> {
+    #[inline(always)]
+    fn new(x: Vec3, block: &NodeBlock) -> Self {
+        let x = Vec3Lanes::<L>::splat(x.to_array());
+        let corner = |c: &[[f32; WIDTH]; 3]| Vec3Lanes::new(L::load(&c[0]), L::load(&c[1]), L::load(&c[2]));
+        let (low, high) = (corner(&block.min) - x, corner(&block.max) - x);
+        let (d, h) = (low + high, high - low);
+        Self {
+            d_squared: d.dot(d),
+            h_squared: h.dot(h),
+            d,
+            h,
+        }
+    }
 
-/// Weights of the nodes of `block` at a surface point.
-#[inline(always)]
-pub(crate) fn surface_weights(at: &ShadingPoint, block: &NodeBlock, weighting: Weighting) -> [f32; WIDTH] {
-    // What is asked for most is compiled in place, the others apart.
-    match (weighting, at.facing) {
-        (Weighting::Center, Facing::Front) => center_weights::<0>(at, block),
-        (Weighting::MinMax, Facing::Front) => range_weights::<0>(at, block, Weighting::MinMax),
-        _ => other_surface_weights(at, block, weighting),
+    /// Squared distance to the centre, at least half the diagonal squared.
+    #[inline(always)]
+    fn clamped(&self) -> L {
+        self.d_squared.max(self.h_squared).max(L::splat(LEAST_SQUARED))
+    }
+
+    /// Squared least and greatest distances.
+    #[inline(always)]
+    fn range(&self) -> (L, L) {
+        let (d, zero) = (self.d.abs(), L::splat(0.0));
+        let near = d - self.h;
+        let near = Vec3Lanes::new(near.x.max(zero), near.y.max(zero), near.z.max(zero));
+        let far = d + self.h;
+        (near.dot(near), far.dot(far).max(L::splat(LEAST_SQUARED)))
     }
 }
 
-#[inline(never)]
-fn other_surface_weights(at: &ShadingPoint, block: &NodeBlock, weighting: Weighting) -> [f32; WIDTH] {
-    match (weighting, at.facing) {
-        (Weighting::Center, Facing::Front) => center_weights::<0>(at, block),
-        (Weighting::Center, Facing::Both) => center_weights::<1>(at, block),
-        (Weighting::Center, Facing::All) => center_weights::<2>(at, block),
-        (_, Facing::Front) => range_weights::<0>(at, block, weighting),
-        (_, Facing::Both) => range_weights::<1>(at, block, weighting),
-        (_, Facing::All) => range_weights::<2>(at, block, weighting),
-    }
-}
-
-/// Directional factor `I E E / D` of a lane, and `1/D`, all in units in which lengths are doubled.
-#[inline(always)]
-fn directional<const FACING: u8>(
-    at: &ShadingPoint,
-    block: &NodeBlock,
-    lane: usize,
-    d: [f32; 3],
-    h: [f32; 3],
-) -> (f32, f32) {
-    let d_squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let r_squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
-    let clamped = max(max(d_squared, r_squared), LEAST_SQUARED);
-    let inverse = 1.0 / clamped.sqrt();
-
-    let normals = block.normals[lane];
-    let (vx, vy, vz) = (
-        ball_coordinate(normals, 0),
-        ball_coordinate(normals, 8),
-        ball_coordinate(normals, 16),
-    );
-    let rho = (normals & 0xff) as i32 as f32 * RADIUS_STEP;
-    let h_sum = h[0] + h[1] + h[2];
-    let m_e = -(vx * d[0] + vy * d[1] + vz * d[2]) * inverse;
-    let spread = vx.abs() * h[0] + vy.abs() * h[1] + vz.abs() * h[2] + rho * h_sum;
-    let s_e = spread * inverse + (rho + MARGIN);
-    let emitted = clamped_mean_4s(m_e, s_e);
-
-    let (received, s_r) = if FACING == 2 {
-        (1.0, 0.25)
-    } else {
-        let n = at.normal;
-        let m = (n.x * d[0] + n.y * d[1] + n.z * d[2]) * inverse;
-        let s = (n.x.abs() * h[0] + n.y.abs() * h[1] + n.z.abs() * h[2]) * inverse + MARGIN;
-        let front = clamped_mean_4s(m, s);
-        (
-            if FACING == 1 {
-                front + clamped_mean_4s(-m, s)
-            } else {
-                front
-            },
-            s,
-        )
-    };
-    let factor = emitted * received / (16.0 * s_e * s_r);
-    (block.intensity[lane] * factor, inverse * inverse)
+/// `I E E` of eight nodes as numerators and denominators, in a unit of its own; where a numerator is positive.
+struct Directed<L: Lanes> {
+    numerator: L,
+    denominator: L,
+    positive: L::Mask,
 }
 
 #[inline(always)]
-fn center_weights<const FACING: u8>(at: &ShadingPoint, block: &NodeBlock) -> [f32; WIDTH] {
-    let x = at.position;
-    let mut weights = [0.0; WIDTH];
-    for lane in 0..WIDTH {
-        let (d, h) = offsets(block, lane, x);
-        let (directed, inverse_squared) = directional::<FACING>(at, block, lane, d, h);
-        weights[lane] = min(directed * inverse_squared, LARGEST);
+fn directed<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &Seen<L>) -> Directed<L> {
+    let Seen { d, h, .. } = *seen;
+    let inverse = about_inverse_root(seen.clamped());
+    let BallLanes { center, radius } = BallLanes::<L>::unpack(&block.normals);
+    let emitted_mean = -(center.dot(d) * inverse);
+    let spread = center.abs().dot(h) + radius * (h.x + h.y + h.z);
+    let emitted_spread = spread * inverse + (radius * L::splat(ABOUT_ONE) + L::splat(MARGIN * CENTER_STEPS));
+    let emitted = clamped_mean_4s(emitted_mean, emitted_spread);
+    let intensity = L::load(&block.intensity);
+    let zero = L::splat(0.0);
+    if at.facing == Facing::All {
+        return Directed {
+            numerator: intensity * emitted,
+            denominator: emitted_spread * L::splat(0.25),
+            positive: zero.less(emitted) & zero.less(intensity),
+        };
     }
+    let n = Vec3Lanes::<L>::splat(at.normal.to_array());
+    let mean = n.dot(d) * inverse;
+    let spread = n.abs().dot(h) * inverse + L::splat(MARGIN);
+    let mut received = clamped_mean_4s(mean, spread);
+    if at.facing == Facing::Both {
+        received = received + clamped_mean_4s(-mean, spread);
+    }
+    let both = emitted * received;
+    Directed {
+        numerator: intensity * both,
+        denominator: emitted_spread * spread,
+        positive: zero.less(both) & zero.less(intensity),
+    }
+}
+
+impl<L: Lanes> Directed<L> {
+    /// Divided by a squared distance. Finite: denominators are no less than about 1e-44.
+    #[inline(always)]
+    fn over(&self, squared: L) -> L {
+        (self.numerator / (self.denominator * squared)).min(L::splat(LARGEST))
+    }
+}
+
+/// Weights of the nodes of `block` at a surface point by [`Weighting::Center`], comparable with those of any other block.
+#[inline(always)]
+pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) -> L {
+    let seen = Seen::<L>::new(at.position, block);
+    let directed = directed(at, block, &seen);
+    let weights = directed.over(seen.clamped());
     weights
+        .max(L::splat(f32::MIN_POSITIVE))
+        .select(directed.positive, L::splat(0.0))
 }
 
-/// Twice the offset from `x` to the centre of a box, and twice its half-extents: no cancellation but that of the corners'
-/// own differences from `x`.
+/// Parts of one, of two, or of none if nothing reaches the surface point, that the nodes of `block` get.
 #[inline(always)]
-fn offsets(block: &NodeBlock, lane: usize, x: Vec3) -> ([f32; 3], [f32; 3]) {
-    let x = [x.x, x.y, x.z];
-    let (mut d, mut h) = ([0.0; 3], [0.0; 3]);
-    for axis in 0..3 {
-        let (low, high) = (block.min[axis][lane] - x[axis], block.max[axis][lane] - x[axis]);
-        d[axis] = low + high;
-        h[axis] = high - low;
-    }
-    (d, h)
-}
-
-/// The weightings by least and greatest distance.
-#[inline(always)]
-fn range_weights<const FACING: u8>(
-    at: &ShadingPoint,
-    block: &NodeBlock,
-    weighting: Weighting,
-) -> [f32; WIDTH] {
-    let x = at.position;
-    let mut directed = [0.0; WIDTH];
-    let mut reach = Offsets {
-        d: [[0.0; WIDTH]; 3],
-        h: [[0.0; WIDTH]; 3],
-        nearest: [0.0; WIDTH],
-        farthest: [0.0; WIDTH],
-    };
-    for lane in 0..WIDTH {
-        let (d, h) = offsets(block, lane, x);
-        directed[lane] = min(directional::<FACING>(at, block, lane, d, h).0, LARGEST);
-        for axis in 0..3 {
-            reach.d[axis][lane] = d[axis];
-            reach.h[axis][lane] = h[axis];
-        }
-        let (mut nearest, mut farthest) = (0.0, 0.0);
-        for axis in 0..3 {
-            let near = max(d[axis].abs() - h[axis], 0.0);
-            let far = d[axis].abs() + h[axis];
-            nearest += near * near;
-            farthest += far * far;
-        }
-        reach.nearest[lane] = nearest;
-        reach.farthest[lane] = max(farthest, LEAST_SQUARED);
-    }
+pub(crate) fn surface_parts<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, weighting: Weighting) -> L {
+    let seen = Seen::<L>::new(at.position, block);
+    let directed = directed(at, block, &seen);
     match weighting {
-        Weighting::Yuksel => yuksel(&directed, &reach),
-        _ => min_max(&directed, &reach),
+        Weighting::MinMax => {
+            let (near, far) = seen.range();
+            let by_min = directed.over(near.max(far * L::splat(INSIDE)));
+            let by_max = directed.over(far);
+            let parts = by_min * about_inverse(by_min.total()) + by_max * about_inverse(by_max.total());
+            at_least(parts, directed.positive)
+        }
+        Weighting::Center => parts_of(directed.over(seen.clamped()), directed.positive),
+        Weighting::Yuksel => {
+            let (near, _) = seen.range();
+            let diagonal = seen.h_squared.max(L::splat(LEAST_SQUARED));
+            let too_near = near.less_equal(diagonal) & directed.positive;
+            let distance = if too_near.bits() == 0 { near } else { L::splat(1.0) };
+            parts_of(directed.over(distance), directed.positive)
+        }
     }
 }
 
-/// Eqs. 4.1 and 4.2.
+/// Weights as parts of about one.
 #[inline(always)]
-fn min_max(directed: &[f32; WIDTH], reach: &Offsets) -> [f32; WIDTH] {
-    let mut inside = false;
-    for lane in 0..WIDTH {
-        inside |= directed[lane] > 0.0 && reach.nearest[lane] < LEAST_SQUARED;
-    }
-    let (mut by_min, mut by_max) = ([0.0; WIDTH], [0.0; WIDTH]);
-    for lane in 0..WIDTH {
-        let near = reach.nearest[lane];
-        by_min[lane] = if inside {
-            if near < LEAST_SQUARED { directed[lane] } else { 0.0 }
-        } else {
-            min(directed[lane] / max(near, LEAST_SQUARED), LARGEST)
-        };
-        by_max[lane] = min(directed[lane] / reach.farthest[lane], LARGEST);
-    }
-    let (inverse_min, inverse_max) = (inverse_of_sum(&by_min), inverse_of_sum(&by_max));
-    let mut weights = [0.0; WIDTH];
-    for lane in 0..WIDTH {
-        let w = by_min[lane] * inverse_min + by_max[lane] * inverse_max;
-        // Both terms may have vanished by rounding where the factor has not.
-        weights[lane] = if directed[lane] > 0.0 {
-            max(w, f32::MIN_POSITIVE)
-        } else {
-            0.0
-        };
-    }
-    weights
-}
-
-/// One over the sum, or 0 where that is too small to have an inverse.
-#[inline(always)]
-fn inverse_of_sum(w: &[f32; WIDTH]) -> f32 {
-    let sum = ((w[0] + w[1]) + (w[2] + w[3])) + ((w[4] + w[5]) + (w[6] + w[7]));
-    if sum > 1e-36 { 1.0 / sum } else { 0.0 }
+fn parts_of<L: Lanes>(weights: L, positive: L::Mask) -> L {
+    at_least(weights * about_inverse(weights.total()), positive)
 }
 
 #[inline(always)]
-fn yuksel(directed: &[f32; WIDTH], reach: &Offsets) -> [f32; WIDTH] {
-    let mut too_near = false;
-    for lane in 0..WIDTH {
-        let diagonal: f32 = (0..3).map(|a| reach.h[a][lane] * reach.h[a][lane]).sum();
-        too_near |= directed[lane] > 0.0 && reach.nearest[lane] <= max(diagonal, LEAST_SQUARED);
-    }
-    let mut weights = [0.0; WIDTH];
-    for lane in 0..WIDTH {
-        weights[lane] = if too_near {
-            directed[lane]
-        } else {
-            min(directed[lane] / reach.nearest[lane], LARGEST)
-        };
-    }
-    weights
+fn at_least<L: Lanes>(parts: L, positive: L::Mask) -> L {
+    parts.max(L::splat(LEAST_SHARE)).select(positive, L::splat(0.0))
 }
 
 /// Squared ratio of distance and half-diagonal below which a node is near.
 const NEAR_SQUARED: f32 = 4.0;
 
-/// Nodes near a point.
+/// Nodes near a point, a bit each.
 #[inline(always)]
-pub(crate) fn near_point(x: Vec3, block: &NodeBlock) -> [bool; WIDTH] {
-    let mut near = [false; WIDTH];
+pub(crate) fn near_point<L: Lanes>(x: Vec3, block: &NodeBlock) -> u32 {
+    let seen = Seen::<L>::new(x, block);
+    let reach = seen.h_squared * L::splat(NEAR_SQUARED);
+    seen.d_squared.less(reach).bits()
+}
+
+/// Offset from the start of a stretch to a box's centre and squared half-diagonal, lengths doubled.
+#[inline(always)]
+fn seen_from(start: Vec3, block: &NodeBlock, lane: usize) -> (Vec3, Vec3) {
+    let bounds = block.node(lane).bounds;
+    let (low, high) = (bounds.min - start, bounds.max - start);
+    (low + high, high - low)
+}
+
+/// Nodes near the line of a stretch, a bit each.
+#[inline(always)]
+pub(crate) fn near_segment(at: &RaySegment, block: &NodeBlock) -> u32 {
+    let mut near = 0;
     for lane in 0..WIDTH {
-        let (d, h) = offsets(block, lane, x);
-        let d_squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let r_squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
-        near[lane] = d_squared < NEAR_SQUARED * r_squared;
+        let (d, h) = seen_from(at.start(), block, lane);
+        let along = d.dot(at.direction()).clamp(0.0, 2.0 * at.length());
+        let off = (d - at.direction() * along).length_squared();
+        near |= u32::from(off < NEAR_SQUARED * h.length_squared()) << lane;
     }
     near
 }
 
-/// Nodes near the line of a stretch.
+/// As [`surface_parts`] for a stretch of a ray, whatever the weighting.
 #[inline(always)]
-pub(crate) fn near_segment(at: &RaySegment, block: &NodeBlock) -> [bool; WIDTH] {
-    let mut near = [false; WIDTH];
-    for lane in 0..WIDTH {
-        let (d, h) = offsets(block, lane, at.start());
-        let d = Vec3::from(d);
-        let along = d.dot(at.direction()).clamp(0.0, 2.0 * at.length());
-        let r_squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
-        near[lane] = (d - at.direction() * along).length_squared() < NEAR_SQUARED * r_squared;
-    }
-    near
+pub(crate) fn segment_parts<L: Lanes>(at: &RaySegment, block: &NodeBlock) -> L {
+    let weights = L::load(&segment_weights(at, block));
+    parts_of(weights, L::splat(0.0).less(weights))
 }
 
 /// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch of one over the squared
 /// distance to the box's centre, `∫ dt / (h² + t²) = γ / h`, with `γ` the angle under which the stretch is seen from the centre
-/// and `h` its distance from the ray's line (Conty Estevez and Kulla 2018, §6), at least half the diagonal. All weightings are
-/// the same here.
+/// and `h` its distance from the ray's line (Conty Estevez and Kulla 2018, §6), at least half the diagonal.
 #[inline(always)]
-pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock, _: Weighting) -> [f32; WIDTH] {
+pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH] {
     let (start, direction, length) = (at.start(), at.direction(), at.length());
     let mut weights = [0.0; WIDTH];
-    for lane in 0..WIDTH {
+    for (lane, weight) in weights.iter_mut().enumerate() {
         // Doubled lengths, as for points.
-        let (d, h) = offsets(block, lane, start);
-        let d = Vec3::from(d);
+        let (d, h) = seen_from(start, block, lane);
         let length = 2.0 * length;
         let along = d.dot(direction);
-        let r_squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
-        let off_squared = max((d - direction * along).length_squared(), r_squared);
-        let off = max(off_squared, LEAST_SQUARED).sqrt();
+        let off_squared = (d - direction * along).length_squared().max(h.length_squared());
+        let off = off_squared.max(LEAST_SQUARED).sqrt();
         let seen = (off * length).atan2(off * off - along * (length - along));
 
-        let normals = block.normals[lane];
-        let v = Vec3::new(
-            ball_coordinate(normals, 0),
-            ball_coordinate(normals, 8),
-            ball_coordinate(normals, 16),
-        );
-        let rho = (normals & 0xff) as i32 as f32 * RADIUS_STEP;
+        let ball = NormalBall::unpack(block.normals[lane]);
         // From the middle of the stretch; positions differ by half of it.
         let to_middle = d - direction * (0.5 * length);
-        let distance = max(to_middle.length(), off) + 0.5 * length;
-        let m_e = -v.dot(to_middle) / distance;
-        let h_sum = h[0] + h[1] + h[2];
-        let spread = v.abs().dot(Vec3::from(h)) + 0.5 * length * v.dot(direction).abs() + rho * h_sum;
-        let s_e = spread / distance + (rho + MARGIN);
-        let emitted = clamped_mean_4s(m_e, s_e) / (4.0 * s_e);
-        weights[lane] = min(block.intensity[lane] * emitted * (seen / off), LARGEST);
+        let distance = to_middle.length().max(off) + 0.5 * length;
+        let mean = -ball.center.dot(to_middle) / distance;
+        let spread = ball.center.abs().dot(h)
+            + 0.5 * length * ball.center.dot(direction).abs()
+            + ball.radius * (h.x + h.y + h.z);
+        let spread = spread / distance + (ball.radius + MARGIN);
+        let t = (mean + spread).clamp(0.0, 2.0 * spread);
+        let emitted = t * t / (4.0 * spread) + (mean - spread).max(0.0);
+        let w = block.intensity[lane] * emitted * (seen / off);
+        *weight = if emitted > 0.0 && block.intensity[lane] > 0.0 {
+            // NaN, of an infinity that met a zero, is the largest too.
+            w.max(f32::MIN_POSITIVE).min(LARGEST)
+        } else {
+            0.0
+        };
     }
     weights
 }

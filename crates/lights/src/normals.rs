@@ -6,6 +6,7 @@
 
 use crate::OrientationCone;
 use glam::Vec3;
+use lightshed_lanes::{LANES, LaneWords, Lanes, Vec3Lanes};
 use std::f32::consts::FRAC_PI_2;
 
 /// A ball around normals, before it is packed.
@@ -15,14 +16,14 @@ pub(crate) struct NormalBall {
     pub radius: f32,
 }
 
-/// Steps of a coordinate of the centre in [0, 1].
-const CENTER_STEPS: f32 = 127.0;
+/// Steps of a coordinate of the centre in [0, 1]; bytes hold a coordinate plus one.
+pub(crate) const CENTER_STEPS: f32 = 127.0;
 /// Steps of the radius in [0, 1].
 const RADIUS_STEPS: f32 = 255.0;
 /// What one step of a coordinate is worth.
-pub(crate) const CENTER_STEP: f32 = 1.0 / CENTER_STEPS;
+const CENTER_STEP: f32 = 1.0 / CENTER_STEPS;
 /// What one step of the radius is worth.
-pub(crate) const RADIUS_STEP: f32 = 1.0 / RADIUS_STEPS;
+const RADIUS_STEP: f32 = 1.0 / RADIUS_STEPS;
 /// More than the rounding of this module's arithmetic.
 const SLACK: f32 = 1e-6;
 
@@ -66,24 +67,29 @@ impl NormalBall {
         Self { center, radius }
     }
 
-    /// Rounded outwards to 32 bits: three signed bytes and one unsigned.
+    /// Rounded outwards to 32 bits: four bytes, those of the coordinates counted from −1.
     pub fn pack(&self) -> u32 {
         let steps = (self.center * CENTER_STEPS).round();
         let off = (steps * CENTER_STEP - self.center).length();
         let radius = ((self.radius + off + SLACK) * RADIUS_STEPS).ceil();
+        let byte = |step: f32| (step + CENTER_STEPS) as u8;
         if !(radius <= RADIUS_STEPS) {
-            return RADIUS_STEPS as u32;
+            return Self::ALL_PACKED;
         }
-        let byte = |step: f32| u32::from(step as i8 as u8);
-        byte(steps.x) << 24 | byte(steps.y) << 16 | byte(steps.z) << 8 | radius as u32
+        u32::from_be_bytes([byte(steps.x), byte(steps.y), byte(steps.z), radius as u8])
     }
+
+    /// [`Self::ALL`], packed.
+    const ALL_PACKED: u32 =
+        u32::from_be_bytes([CENTER_STEPS as u8, CENTER_STEPS as u8, CENTER_STEPS as u8, 255]);
 
     /// What [`pack`](Self::pack) kept.
     pub fn unpack(packed: u32) -> Self {
-        let coordinate = |shift: u32| ((packed << shift) as i32 >> 24) as f32 * CENTER_STEP;
+        let [x, y, z, radius] = packed.to_be_bytes();
+        let coordinate = |byte: u8| (f32::from(byte) - CENTER_STEPS) * CENTER_STEP;
         Self {
-            center: Vec3::new(coordinate(0), coordinate(8), coordinate(16)),
-            radius: (packed & 0xff) as f32 * RADIUS_STEP,
+            center: Vec3::new(coordinate(x), coordinate(y), coordinate(z)),
+            radius: f32::from(radius) * RADIUS_STEP,
         }
     }
 
@@ -100,6 +106,31 @@ impl NormalBall {
             b
         } else {
             ball_a.union(&ball_b).pack()
+        }
+    }
+}
+
+/// Eight packed balls, lengths in steps of a coordinate: [`CENTER_STEPS`] times as long.
+#[derive(Clone, Copy)]
+pub(crate) struct BallLanes<L> {
+    pub center: Vec3Lanes<L>,
+    pub radius: L,
+}
+
+impl<L: Lanes> BallLanes<L> {
+    /// What `packed` holds.
+    #[inline(always)]
+    pub fn unpack(packed: &[u32; LANES]) -> Self {
+        let words = L::Words::load(packed);
+        let byte = L::Words::splat(0xff);
+        let coordinate = |word| L::from_integers(word) - L::splat(CENTER_STEPS);
+        Self {
+            center: Vec3Lanes::new(
+                coordinate(words.shift_right::<24>()),
+                coordinate(words.shift_right::<16>() & byte),
+                coordinate(words.shift_right::<8>() & byte),
+            ),
+            radius: L::from_integers(words & byte) * L::splat(CENTER_STEPS * RADIUS_STEP),
         }
     }
 }

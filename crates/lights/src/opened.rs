@@ -9,7 +9,7 @@
 //! samples.
 
 use crate::block::WIDTH;
-use crate::descent::{Step, Tree, choice, descend_from, weights_below};
+use crate::descent::{COMPANY, Entry, One, Step, Tree, Way, descend_together, probability_along};
 use crate::receiver::Receiver;
 use crate::route::{self, Route};
 use crate::{LightChoice, LightSampler};
@@ -54,7 +54,7 @@ impl<T: Tree> OpenedTree<T> {
     /// The nodes of the cut with their probabilities.
     #[cfg(test)]
     pub(crate) fn cut_for<R: Receiver>(&self, at: &R) -> Vec<(Step<T::Place>, f64)> {
-        let (cut, _) = Cut::new(&self.tree, at, None);
+        let (cut, _) = Cut::new::<lightshed_lanes::ArrayLanes, T, R>(&self.tree, at, None);
         (0..cut.count)
             .map(|i| (cut.steps[i], route::share_of(&cut.shares[..cut.count], i)))
             .collect()
@@ -68,19 +68,10 @@ struct Cut<P> {
     count: usize,
 }
 
-/// What is on the way to a light, for finding its node of the cut.
-struct Way<P> {
-    steps: [(P, u8); MAX_DEPTH],
-    count: usize,
-}
-
-/// No way is longer.
-const MAX_DEPTH: usize = 64;
-
 impl<P: Copy> Cut<P> {
     /// Opens what is near. With `way`, also tells which node of the cut is on it, and how many of its steps lead there.
     #[inline(always)]
-    fn new<T: Tree<Place = P>, R: Receiver>(
+    fn new<L: Lanes, T: Tree<Place = P>, R: Receiver>(
         tree: &T,
         at: &R,
         way: Option<&Way<P>>,
@@ -110,18 +101,25 @@ impl<P: Copy> Cut<P> {
                     continue;
                 }
             };
-            let (weights, near) = weights_below(tree, at, place);
+            let nodes = tree.nodes(place);
+            let (weights, near) = (at.weights::<L>(&nodes).store(), at.near::<L>(&nodes));
             let taken = match way {
-                Some(way) if on_way != OFF && usize::from(on_way) < way.count => {
-                    Some(usize::from(way.steps[usize::from(on_way)].1))
-                }
-                _ => None,
+                Some(way) if on_way != OFF => match way.step(usize::from(on_way)) {
+                    Some((_, lane)) => lane,
+                    None => WIDTH,
+                },
+                _ => WIDTH,
             };
             // The first is opened first.
             for lane in (0..WIDTH).rev() {
                 if weights[lane] > 0.0 {
-                    let on_way = if taken == Some(lane) { on_way + 1 } else { OFF };
-                    waiting[left] = (tree.below(place, lane), weights[lane], near[lane], on_way);
+                    let on_way = if taken == lane { on_way + 1 } else { OFF };
+                    waiting[left] = (
+                        tree.below(place, lane),
+                        weights[lane],
+                        near >> lane & 1 == 1,
+                        on_way,
+                    );
                     left += 1;
                 }
             }
@@ -135,19 +133,19 @@ impl<P: Copy> Cut<P> {
     fn accumulate(&mut self) {
         let weights = &mut self.shares[..self.count];
         let sum: f64 = weights.iter().sum();
-        let least = sum * f64::from(route::LEAST_SHARE);
+        let least = sum * route::LEAST_SHARE;
         let mut total = 0.0;
         for weight in weights {
             total += weight.max(least);
             *weight = total;
         }
     }
+}
 
-    /// Takes a route to a node of the cut.
+impl<P: Copy> Entry<P> for Cut<P> {
     #[inline(always)]
     fn enter(&self, route: &mut Route) -> Option<Step<P>> {
-        let shares = &self.shares[..self.count];
-        let index = route.enter(shares)?;
+        let index = route.enter(&self.shares[..self.count])?;
         Some(self.steps[index])
     }
 }
@@ -202,13 +200,9 @@ impl<T: Tree, R: Receiver> LaneKernel for SampleMany<'_, T, R> {
             choices.fill(None);
             return;
         }
-        let (cut, _) = Cut::new(tree, at, None);
-        for (&u, chosen) in u.iter().zip(choices) {
-            let mut route = Route::new(u);
-            *chosen = cut
-                .enter(&mut route)
-                .and_then(|step| descend_from(tree, at, step, &mut route))
-                .and_then(|light| choice(light, route.probability));
+        let (cut, _) = Cut::new::<L, T, R>(tree, at, None);
+        for (u, choices) in u.chunks(COMPANY).zip(choices.chunks_mut(COMPANY)) {
+            descend_together::<L, T, R, _>(tree, &One(at), &cut, u, choices);
         }
     }
 }
@@ -225,31 +219,16 @@ impl<T: Tree, R: Receiver> LaneKernel for Pmf<'_, T, R> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> f32 {
         let Self { tree, at, light } = self;
-        let Step::Inner(root) = tree.root() else {
-            return if light == 0 && !at.is_black() { 1.0 } else { 0.0 };
-        };
-        let mut way = Way {
-            steps: [(root, 0); MAX_DEPTH],
-            count: 0,
-        };
-        let exists = tree.way_to(light, |place, lane| {
-            way.steps[way.count] = (place, lane as u8);
-            way.count += 1;
-            way.count < MAX_DEPTH
-        });
-        if !exists || at.is_black() {
-            return 0.0;
-        }
-        let (cut, Some((index, steps))) = Cut::new(tree, at, Some(&way)) else {
+        let Some(way) = tree.way_to(light) else {
             return 0.0;
         };
-        let mut product = route::share_of(&cut.shares[..cut.count], index);
-        for &(place, lane) in &way.steps[steps..way.count] {
-            if !(product > 0.0) {
-                return 0.0;
-            }
-            product *= route::probability(&tree.shares(at, place), usize::from(lane));
+        if at.is_black() {
+            return 0.0;
         }
-        product as f32
+        let (cut, Some((index, steps))) = Cut::new::<L, T, R>(tree, at, Some(&way)) else {
+            return 0.0;
+        };
+        let here = route::share_of(&cut.shares[..cut.count], index);
+        probability_along::<L, T, R>(here, tree, at, &way, steps) as f32
     }
 }

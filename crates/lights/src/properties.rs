@@ -1,14 +1,14 @@
 //! What every sampler must hold to, and faults that these tests must find.
 
 use crate::block::WIDTH;
-use crate::descent::{Step, Tree, probability_of};
+use crate::descent::{Step, Tree, probability_of, shares};
 use crate::receiver::Receiver;
-use crate::route::Shares;
 use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
 use crate::{
     Light, LightBvh, LightChoice, LightSampler, OpenedTree, PerfectTree, PerfectTreeOptions, PowerLights,
     ShadingPoint, Stride, UniformLights, Weighting,
 };
+use lightshed_lanes::{ArrayLanes, Lanes};
 use lightshed_sampling::CounterRng;
 use lightshed_testkit::{check_faults, chi_squared_test};
 
@@ -30,26 +30,22 @@ fn enumerate_from<T: Tree, R: Receiver>(tree: &T, at: &R, from: &[(Step<T::Place
             Step::Leaf(light) => return found.0[light as usize] += here,
             Step::Inner(place) => place,
         };
-        let shares: Shares = tree.shares(at, place);
-        let total = f64::from(shares[WIDTH - 1]);
-        if total == 0.0 {
+        let parts = tree.parts::<ArrayLanes, R>(at, place).store();
+        let shares = shares::<ArrayLanes, T, R>(tree, at, place);
+        if shares.total() == 0.0 {
+            assert_eq!(parts, [0.0; WIDTH]);
             found.1 += here;
             return;
         }
-        let mut low = 0.0;
-        for (lane, &share) in shares.iter().enumerate() {
-            let share = f64::from(share);
-            assert!(share >= low, "shares must not fall: {shares:?}");
-            if share > low {
-                visit(
-                    tree,
-                    at,
-                    tree.below(place, lane),
-                    here * (share - low) / total,
-                    found,
-                );
+        for (lane, part) in parts.into_iter().enumerate() {
+            let probability = shares.probability(lane);
+            assert!(
+                (probability > 0.0) == (part > 0.0),
+                "lane {lane} has {probability}: {parts:?}"
+            );
+            if part > 0.0 {
+                visit(tree, at, tree.below(place, lane), here * probability, found);
             }
-            low = share;
         }
     }
     let mut found = (vec![0.0; tree.lights()], 0.0);
@@ -200,6 +196,25 @@ fn sample_and_pmf_are_the_same_number() {
     }
 }
 
+/// Receivers that go down together choose what each chooses alone; black ones choose nothing.
+#[test]
+fn company_changes_no_choice() {
+    for count in [1, 9, 4096] {
+        let lights = lights_of(Layout::Clustered, count, 23);
+        let mut at = points(&lights, 50, 9);
+        at[7].reflectance_bound = 0.0;
+        let mut rng = CounterRng::new(3, count as u32, 0);
+        let u: Vec<u64> = at.iter().map(|_| rng.next_u64()).collect();
+        for_every_tree!(&lights, |name, tree| {
+            let mut together = vec![None; at.len()];
+            tree.sample_each(&at, &u, &mut together);
+            for ((at, &u), together) in at.iter().zip(&u).zip(together) {
+                assert_eq!(tree.sample(at, u), together, "{name}, {count} lights");
+            }
+        });
+    }
+}
+
 /// Histograms of choices against pmfs, χ² at a significance of 1e-4 shared among about 50 tests; with faults.
 #[test]
 fn samples_follow_the_pmf() {
@@ -245,7 +260,7 @@ fn samples_follow_the_pmf() {
                 };
                 let off = u32::from(matches!(fault, Some(Fault::Neighbour)));
                 for (light, expected) in (0..200).zip(&mut expected) {
-                    *expected = probability_of(&tree, pmf_at, (light + off) % 200);
+                    *expected = probability_of::<ArrayLanes, _, _>(&tree, pmf_at, (light + off) % 200);
                 }
                 expected[200] = (1.0 - expected[..200].iter().sum::<f64>()).max(0.0);
                 if result.is_ok() {

@@ -1,9 +1,12 @@
 //! What receives light: surface points, and segments of rays in a medium.
 
 use crate::block::NodeBlock;
-use crate::importance::{Weighting, near_point, near_segment, segment_weights, surface_weights};
+use crate::importance::{
+    Weighting, near_point, near_segment, segment_parts, segment_weights, surface_parts, surface_weights,
+};
 use crate::two_level::LightInstance;
 use glam::Vec3;
+use lightshed_lanes::Lanes;
 use std::fmt;
 
 /// The sides from which a surface takes light.
@@ -139,11 +142,15 @@ pub trait Sealed: Sync + Sized {
     /// Whether nothing can be received, whatever shines.
     fn is_black(&self) -> bool;
 
-    /// Weights of eight siblings: not negative, finite, with a finite sum; zero only where the node cannot contribute.
-    fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8];
+    /// What parts of about one eight siblings get: of the sum of all, zero only where the node cannot contribute.
+    fn parts<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting) -> L;
 
-    /// Which of them are so near that their weights say little.
-    fn near(&self, block: &NodeBlock) -> [bool; 8];
+    /// Weights that can be compared with those of other blocks: not negative, finite, with a finite sum; zero only where the node cannot
+    /// contribute.
+    fn weights<L: Lanes>(&self, block: &NodeBlock) -> L;
+
+    /// Which of them are so near that their weights say little, a bit each.
+    fn near<L: Lanes>(&self, block: &NodeBlock) -> u32;
 }
 
 impl Sealed for ShadingPoint {
@@ -162,13 +169,18 @@ impl Sealed for ShadingPoint {
     }
 
     #[inline(always)]
-    fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8] {
-        surface_weights(self, block, weighting)
+    fn parts<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting) -> L {
+        surface_parts(self, block, weighting)
     }
 
     #[inline(always)]
-    fn near(&self, block: &NodeBlock) -> [bool; 8] {
-        near_point(self.position, block)
+    fn weights<L: Lanes>(&self, block: &NodeBlock) -> L {
+        surface_weights(self, block)
+    }
+
+    #[inline(always)]
+    fn near<L: Lanes>(&self, block: &NodeBlock) -> u32 {
+        near_point::<L>(self.position, block)
     }
 }
 
@@ -188,12 +200,17 @@ impl Sealed for RaySegment {
     }
 
     #[inline(always)]
-    fn weights(&self, block: &NodeBlock, weighting: Weighting) -> [f32; 8] {
-        segment_weights(self, block, weighting)
+    fn parts<L: Lanes>(&self, block: &NodeBlock, _: Weighting) -> L {
+        segment_parts(self, block)
     }
 
     #[inline(always)]
-    fn near(&self, block: &NodeBlock) -> [bool; 8] {
+    fn weights<L: Lanes>(&self, block: &NodeBlock) -> L {
+        L::load(&segment_weights(self, block))
+    }
+
+    #[inline(always)]
+    fn near<L: Lanes>(&self, block: &NodeBlock) -> u32 {
         near_segment(self, block)
     }
 }

@@ -6,6 +6,7 @@
 //! came from, so that depth makes no leaf unreachable.
 
 use crate::block::WIDTH;
+use lightshed_lanes::{LaneMask, Lanes};
 
 /// Where a traversal is.
 #[derive(Clone, Copy, Debug)]
@@ -19,49 +20,66 @@ pub(crate) struct Route {
     bits: u64,
 }
 
-/// Cumulative weights of the children of a node, made from weights so that every child of positive weight has a share of at
-/// least about 2⁻²⁰: the last is their sum, zero for a dead node.
-pub type Shares = [f32; WIDTH];
-
-/// Shares below this are raised to it. It keeps every light in reach, and bounds what an underestimated one can be worth.
-pub(crate) const LEAST_SHARE: f32 = 1.0 / (1 << 20) as f32;
+/// The least part of a cut's weight that a node gets: it keeps every light in reach.
+pub(crate) const LEAST_SHARE: f64 = 1.0 / (1 << 20) as f64;
 /// Below this the number has too few bits left: 26, of which a step may need 20.
 const REFRESH_BELOW: f64 = 1.0 / (1 << 26) as f64;
 const LARGEST_U: f64 = 1.0 - f64::EPSILON;
 
-/// The cumulative shares of non-negative finite weights whose sum is finite.
-#[inline(always)]
-pub(crate) fn shares(weights: &[f32; WIDTH]) -> Shares {
-    let w = weights;
-    let sum = ((w[0] + w[1]) + (w[2] + w[3])) + ((w[4] + w[5]) + (w[6] + w[7]));
-    let least = sum * LEAST_SHARE;
-    let mut c = *weights;
-    for share in &mut c {
-        let raised = if *share > least { *share } else { least };
-        *share = if *share > 0.0 { raised } else { 0.0 };
-    }
-    // Prefix sums of halves, quarters, … (Sklansky 1960): a child of zero has exactly the sum before it, and none has less.
-    c[1] += c[0];
-    c[3] += c[2];
-    c[5] += c[4];
-    c[7] += c[6];
-    (c[2], c[3]) = (c[1] + c[2], c[1] + c[3]);
-    (c[6], c[7]) = (c[5] + c[6], c[5] + c[7]);
-    for lane in 4..WIDTH {
-        c[lane] += c[3];
-    }
-    c
+/// Cumulative shares of the children of a node: none is less than the one before it, and the last is their sum, zero for a dead
+/// node. They stay in lanes: what has just been written as eight is slow to be read as one.
+#[derive(Clone, Copy)]
+pub(crate) struct Shares<L> {
+    ends: L,
+    total: f32,
 }
 
-/// Probability of `lane`; 0 in a dead node.
-#[inline(always)]
-pub(crate) fn probability(shares: &Shares, lane: usize) -> f64 {
-    let total = f64::from(shares[WIDTH - 1]);
-    if !(total > 0.0) {
-        return 0.0;
+impl<L: Lanes> Shares<L> {
+    /// From what [`Sealed::parts`](crate::receiver::Sealed::parts) gives: zeros, and numbers that are not small beside their sum.
+    #[inline(always)]
+    pub fn new(parts: L) -> Self {
+        let ends = parts.running_sums();
+        Self {
+            ends,
+            total: ends.compress(1 << (WIDTH - 1), 0).first(),
+        }
     }
-    let low = if lane == 0 { 0.0 } else { shares[lane - 1] };
-    (f64::from(shares[lane]) - f64::from(low)) / total
+
+    /// Their sum.
+    #[inline(always)]
+    pub fn total(&self) -> f64 {
+        f64::from(self.total)
+    }
+
+    /// Where the share of `lane` starts, and how wide it is.
+    #[inline(always)]
+    fn of(&self, lane: usize) -> (f64, f64) {
+        let end = self.ends.compress(1 << lane, 0).first();
+        // Of lane 0 there is none before: no lane is chosen, and which one comes does not matter.
+        let before = self.ends.compress((1 << lane) >> 1, 0).first();
+        let start = if lane == 0 { 0.0 } else { f64::from(before) };
+        (start, f64::from(end) - start)
+    }
+
+    /// Probability of `lane`; 0 in a dead node.
+    #[inline(always)]
+    pub fn probability(&self, lane: usize) -> f64 {
+        if self.total() > 0.0 {
+            self.of(lane).1 / self.total()
+        } else {
+            0.0
+        }
+    }
+
+    /// The lane whose share contains `place`, which is less than the total.
+    #[inline(always)]
+    fn lane_at(&self, place: f64) -> usize {
+        // Shares are `f32`s: they are at most `place` where they are at most the greatest `f32` that is. Places are far from the
+        // least of those.
+        let below = f64::from_bits(place.to_bits() & !((1 << 29) - 1)) as f32;
+        let passed = self.ends.less_equal(L::splat(below));
+        (passed.bits() & 0x7f).count_ones() as usize
+    }
 }
 
 /// Probability of one of any number of cumulative shares.
@@ -87,31 +105,28 @@ impl Route {
 
     /// Takes a step; `None` in a dead node.
     #[inline(always)]
-    pub fn step(&mut self, shares: &Shares) -> Option<usize> {
-        let total = f64::from(shares[WIDTH - 1]);
+    pub fn step<L: Lanes>(&mut self, shares: &Shares<L>) -> Option<usize> {
+        let total = shares.total();
         if !(total > 0.0) {
             return None;
         }
         // Below the total, as `u` is at least one spacing below one.
         let place = self.u * total;
-        let mut lane = 0;
-        for share in &shares[..WIDTH - 1] {
-            lane += usize::from(f64::from(*share) <= place);
-        }
-        let low = if lane == 0 {
-            0.0
-        } else {
-            f64::from(shares[lane - 1])
-        };
-        let width = f64::from(shares[lane]) - low;
-        let probability = width / total;
+        let lane = shares.lane_at(place);
+        let (low, width) = shares.of(lane);
+        self.took(width / total, (place - low) / width);
+        Some(lane)
+    }
+
+    /// Something of this probability was chosen, and within it the number is `rest`.
+    #[inline(always)]
+    fn took(&mut self, probability: f64, rest: f64) {
         self.probability *= probability;
         self.used *= probability;
-        self.u = ((place - low) / width).clamp(0.0, LARGEST_U);
+        self.u = rest.clamp(0.0, LARGEST_U);
         if self.used < REFRESH_BELOW {
             self.refresh();
         }
-        Some(lane)
     }
 
     /// Chooses among any number of cumulative shares; `None` where their sum is zero.
@@ -127,13 +142,7 @@ impl Route {
             .partition_point(|&share| share <= place)
             .min(shares.len() - 1);
         let low = if index == 0 { 0.0 } else { shares[index - 1] };
-        let probability = share_of(shares, index);
-        self.probability *= probability;
-        self.used *= probability;
-        self.u = ((place - low) / (shares[index] - low)).clamp(0.0, LARGEST_U);
-        if self.used < REFRESH_BELOW {
-            self.refresh();
-        }
+        self.took(share_of(shares, index), (place - low) / (shares[index] - low));
         Some(index)
     }
 

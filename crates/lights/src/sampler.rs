@@ -37,4 +37,15 @@ pub trait LightSampler<R: ?Sized = ShadingPoint>: Sync {
             *choice = self.sample(at, *u);
         }
     }
+
+    /// One choice for each of many receivers: `choices[i]` becomes what [`sample`](Self::sample) gives for `at[i]` and `u[i]`, bit
+    /// for bit. The shortest slice's length counts. Trees take the receivers down together, so that none waits for its own nodes only.
+    fn sample_each(&self, at: &[R], u: &[u64], choices: &mut [Option<LightChoice>])
+    where
+        R: Sized,
+    {
+        for ((at, u), choice) in at.iter().zip(u).zip(choices) {
+            *choice = self.sample(at, *u);
+        }
+    }
 }

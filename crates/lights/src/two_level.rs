@@ -283,9 +283,9 @@ impl<R: Receiver> LaneKernel for Sample<'_, R> {
             return None;
         }
         let mut route = Route::new(u);
-        let index = descend(&tree.top, at, &mut route)? as usize;
+        let index = descend::<L, _, R>(&tree.top, at, &mut route)? as usize;
         let instance = &tree.instances[index];
-        let light = descend(
+        let light = descend::<L, _, R>(
             &tree.meshes[instance.mesh as usize],
             &at.in_mesh(instance),
             &mut route,
@@ -312,10 +312,10 @@ impl<R: Receiver> LaneKernel for Pmf<'_, R> {
         }
         let index = tree.first_light.partition_point(|&first| first <= light) - 1;
         let instance = &tree.instances[index];
-        let top = probability_onwards(1.0, &tree.top, at, index as u32);
+        let top = probability_onwards::<L, _, R>(1.0, &tree.top, at, index as u32);
         let mesh = &tree.meshes[instance.mesh as usize];
         let within = light - tree.first_light[index];
-        probability_onwards(top, mesh, &at.in_mesh(instance), within) as f32
+        probability_onwards::<L, _, R>(top, mesh, &at.in_mesh(instance), within) as f32
     }
 }
 

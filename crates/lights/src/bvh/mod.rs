@@ -8,10 +8,10 @@ mod build;
 mod split;
 
 use crate::block::{NodeBlock, WIDTH};
-use crate::descent::{Step, Tree};
+use crate::descent::{Step, Tree, Way};
 use crate::receiver::Receiver;
-use crate::route::{Shares, shares};
 use crate::{Light, LightError, Weighting};
+use lightshed_lanes::{Lanes, prefetch};
 
 /// A bounding volume hierarchy over lights: slower to build than a [`PerfectTree`](crate::PerfectTree), with better
 /// probabilities.
@@ -54,8 +54,6 @@ struct WideNode {
 const LEAF: u32 = 1 << 31;
 /// In place of a light's leaf.
 const NOWHERE: u32 = u32::MAX;
-/// Most steps from the root to a leaf; the build sees to it.
-const MAX_DEPTH: usize = 64;
 
 impl LightBvh {
     /// Builds the hierarchy.
@@ -94,13 +92,25 @@ impl Tree for LightBvh {
     }
 
     #[inline(always)]
-    fn shares<R: Receiver>(&self, at: &R, place: u32) -> Shares {
-        shares(&at.weights(&self.blocks[place as usize].nodes, Weighting::MinMax))
+    fn parts<L: Lanes, R: Receiver>(&self, at: &R, place: u32) -> L {
+        at.parts(&self.blocks[place as usize].nodes, Weighting::MinMax)
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, place: u32) {
+        let block = &self.blocks[place as usize];
+        block.nodes.prefetch();
+        prefetch(&block.below);
     }
 
     #[inline(always)]
     fn nodes(&self, place: u32) -> NodeBlock {
         self.blocks[place as usize].nodes
+    }
+
+    #[inline(always)]
+    fn nowhere(&self) -> u32 {
+        0
     }
 
     #[inline(always)]
@@ -114,20 +124,17 @@ impl Tree for LightBvh {
     }
 
     #[inline(always)]
-    fn way_to(&self, light: u32, mut visit: impl FnMut(u32, usize) -> bool) -> bool {
-        let mut place = self.leaf_of.get(light as usize).copied().unwrap_or(NOWHERE);
-        let mut way = [0u32; MAX_DEPTH];
-        let mut steps = 0;
-        while place != NOWHERE && steps < MAX_DEPTH {
-            way[steps] = place;
-            steps += 1;
+    fn way_to(&self, light: u32) -> Option<Way<u32>> {
+        let mut place = *self.leaf_of.get(light as usize)?;
+        if place == NOWHERE {
+            return None;
+        }
+        let mut way = Way::EMPTY;
+        while place != NOWHERE && way.push(place / WIDTH as u32, place as usize % WIDTH) {
             place = self.parents[place as usize / WIDTH];
         }
-        steps > 0
-            && way[..steps]
-                .iter()
-                .rev()
-                .all(|&place| visit(place / WIDTH as u32, place as usize % WIDTH))
+        way.reverse();
+        Some(way)
     }
 
     #[inline(always)]

@@ -10,10 +10,10 @@ mod order;
 mod tests;
 
 use crate::block::{Node, NodeBlock, WIDTH};
-use crate::descent::{Step, Tree};
+use crate::descent::{Step, Tree, Way};
 use crate::receiver::Receiver;
-use crate::route::{Shares, shares};
 use crate::{Light, LightError, Weighting};
+use lightshed_lanes::Lanes;
 
 /// A perfect binary light tree (Lin 2022, ch. 4): built in a few milliseconds a million lights, and again every frame.
 ///
@@ -104,7 +104,7 @@ impl Stride {
 }
 
 /// Children of one node: `2^stride` nodes of one level.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Siblings {
     level: u32,
     first: u32,
@@ -164,12 +164,6 @@ impl PerfectTree {
         }
     }
 
-    /// Shares with options other than the default, apart from the code for these.
-    #[inline(never)]
-    fn other_shares<R: Receiver>(&self, at: &R, place: Siblings) -> Shares {
-        shares(&at.weights(&self.nodes(place), self.options.weighting))
-    }
-
     #[inline(always)]
     fn step_to(&self, level: u32, node: u32) -> Step<Siblings> {
         if level == self.depth() {
@@ -189,16 +183,18 @@ impl Tree for PerfectTree {
     }
 
     #[inline(always)]
-    fn shares<R: Receiver>(&self, at: &R, place: Siblings) -> Shares {
+    fn parts<L: Lanes, R: Receiver>(&self, at: &R, place: Siblings) -> L {
         let block = self.block(place.level, place.first);
-        match self.options {
+        match self.options.stride {
             // The block of a first step of fewer levels holds nothing else.
-            PerfectTreeOptions {
-                stride: Stride::Three,
-                weighting: Weighting::MinMax,
-            } => shares(&at.weights(block, Weighting::MinMax)),
-            _ => self.other_shares(at, place),
+            Stride::Three => at.parts(block, self.options.weighting),
+            Stride::One => at.parts(&block.pair(place.first as usize % WIDTH), self.options.weighting),
         }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, place: Siblings) {
+        self.block(place.level, place.first).prefetch();
     }
 
     #[inline(always)]
@@ -211,26 +207,27 @@ impl Tree for PerfectTree {
     }
 
     #[inline(always)]
+    fn nowhere(&self) -> Siblings {
+        Siblings { level: 0, first: 0 }
+    }
+
+    #[inline(always)]
     fn below(&self, place: Siblings, lane: usize) -> Step<Siblings> {
         self.step_to(place.level, place.first + lane as u32)
     }
 
     #[inline(always)]
-    fn way_to(&self, light: u32, mut visit: impl FnMut(Siblings, usize) -> bool) -> bool {
-        let Some(&leaf) = self.leaf_of.get(light as usize) else {
-            return false;
-        };
+    fn way_to(&self, light: u32) -> Option<Way<Siblings>> {
+        let leaf = *self.leaf_of.get(light as usize)?;
+        let mut way = Way::EMPTY;
         let mut level = 0;
         while level < self.depth() {
-            let node = leaf >> (self.depth() - level);
-            let place = self.children(level, node);
+            let place = self.children(level, leaf >> (self.depth() - level));
             level = place.level;
             let child = leaf >> (self.depth() - level);
-            if !visit(place, (child - place.first) as usize) {
-                return false;
-            }
+            way.push(place, (child - place.first) as usize);
         }
-        true
+        Some(way)
     }
 
     #[inline(always)]
