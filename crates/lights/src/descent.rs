@@ -253,12 +253,13 @@ pub(crate) fn descend_together<L: Lanes, T: Tree, R: Receiver, A: Receivers<R>>(
         while here != 0 {
             let i = here.trailing_zeros() as usize % COMPANY;
             here &= here - 1;
-            let step = match routes[i].step(&known[of[i] as usize % COMPANY]) {
-                Some(lane) => Some(tree.below(places[i], lane)),
-                None => None,
-            };
-            if let Some(Step::Inner(next)) = step {
-                tree.prefetch(next);
+            let mut step = None;
+            if let Some(lane) = routes[i].step(&known[of[i] as usize % COMPANY]) {
+                let next = tree.below(places[i], lane);
+                if let Step::Inner(next) = next {
+                    tree.prefetch(next);
+                }
+                step = Some(next);
             }
             arrive(i, step, &routes, &mut places, &mut left, choices);
         }

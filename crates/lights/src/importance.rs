@@ -274,7 +274,7 @@ pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH
         let w = block.intensity[lane] * emitted * (seen / off);
         *weight = if emitted > 0.0 && block.intensity[lane] > 0.0 {
             // NaN, of an infinity that met a zero, is the largest too.
-            w.max(f32::MIN_POSITIVE).min(LARGEST)
+            w.min(LARGEST).max(f32::MIN_POSITIVE)
         } else {
             0.0
         };
