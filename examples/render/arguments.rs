@@ -143,6 +143,11 @@ impl Method {
         matches!(self, Self::Direct | Self::RestirDi | Self::RestirDiBiased)
     }
 
+    /// Whether its emitters may be chosen by any of the light samplers.
+    pub fn chooses_lights(self) -> bool {
+        self.is_direct() || self == Self::Path
+    }
+
     /// Whether it makes frames with a camera that may move.
     pub fn has_motion(self) -> bool {
         !matches!(self, Self::Path | Self::Direct | Self::PathReuse) && !self.is_vpl()

@@ -7,8 +7,8 @@ use crate::report::Report;
 use crate::vpl;
 use lightshed::integrator::{
     Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
-    PathTracer, RenderOptions, RestirDi, RestirGi, RestirPt, RestirPtOptions, RgbImage, SceneWorld,
-    SelectedDirectLight, SelectedPathTracer, read_exr, render, render_frames,
+    PathTracer, RenderOptions, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RgbImage,
+    SceneWorld, SelectedDirectLight, SelectedPathTracer, read_exr, render, render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         max_depth if arguments.method.is_vpl() => Some(vpl::depth(max_depth)?),
         max_depth => max_depth.or(settings.max_depth),
     };
-    if arguments.lights.is_some() && !matches!(arguments.method, Method::Direct | Method::Path) {
+    if arguments.lights.is_some() && !arguments.method.chooses_lights() {
         let method = arguments.method.name();
         return Err(Failure::new(format_args!(
             "--lights has no meaning with --method {method}"
@@ -138,11 +138,20 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         },
         Method::PathReuse => render_frames(&mut PathReuse::new(&scene), &options, &observer, cancel),
         Method::RestirDi | Method::RestirDiBiased => {
-            let method = match arguments.method {
-                Method::RestirDi => RestirDi::new(&scene),
-                _ => RestirDi::biased(&scene),
+            let settings = match arguments.method {
+                Method::RestirDi => RestirDiSettings::UNBIASED,
+                _ => RestirDiSettings::BIASED,
             };
-            render_frames(&mut method.with_motion(motion), &options, &observer, cancel)
+            match &selection {
+                None => {
+                    let mut method = RestirDi::with_settings(&scene, settings)?.with_motion(motion);
+                    render_frames(&mut method, &options, &observer, cancel)
+                }
+                Some(selection) => {
+                    let method = RestirDi::with_sampler(&scene, selection, settings)?;
+                    render_frames(&mut method.with_motion(motion), &options, &observer, cancel)
+                }
+            }
         }
         Method::RestirGi => {
             let mut method = RestirGi::new(&scene).with_motion(motion);

@@ -78,7 +78,7 @@ fn main() -> ExitCode {
 /// Reads `--zoom`.
 fn zoom(text: &str) -> Result<f32, String> {
     match text.parse() {
-        Ok(zoom) if zoom >= 1.0 && zoom < 1e6 => Ok(zoom),
+        Ok(zoom) if (1.0..1e6).contains(&zoom) => Ok(zoom),
         _ => Err("a number from 1 on is needed".into()),
     }
 }

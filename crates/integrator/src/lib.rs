@@ -69,7 +69,7 @@ pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
     SampleId, render,
 };
-pub use restir::{EndpointSampler, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
+pub use restir::{EndpointSampler, LitPoint, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
 pub use restir_pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };

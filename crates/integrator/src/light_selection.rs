@@ -7,7 +7,8 @@ use lightshed_lights::{
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    Bsdf, EmitterExtent, EmitterOrientation, EmitterSample, Emitters, Scene, SurfacePoint, luminance,
+    Bsdf, EmitterEndpoint, EmitterExtent, EmitterOrientation, EmitterSample, Emitters, Scene, SurfacePoint,
+    luminance,
 };
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 use std::fmt;
@@ -222,6 +223,39 @@ impl<'a> LightSelection<'a> {
                 self.emitters
                     .sample_infinity(u_select, self.infinite_probability, u)
             }
+        }
+    }
+
+    /// Chooses an emitter by `u_select` and a place on it by `u`; with
+    /// [`endpoint_probability`](Self::endpoint_probability) of it.
+    #[inline]
+    pub fn sample_endpoint(
+        &self,
+        at: &ShadingPoint,
+        u_select: u64,
+        u: [f32; 2],
+    ) -> Option<(EmitterEndpoint, f32)> {
+        Some(match self.choose(at, u_select)? {
+            ChosenLight::Finite { emitter, probability } => {
+                (self.emitters.endpoint_on(at.position, emitter, u)?, probability)
+            }
+            ChosenLight::Infinite { u: u_select } => (
+                self.emitters.endpoint_at_infinity(u_select, u)?,
+                self.infinite_probability,
+            ),
+        })
+    }
+
+    /// Probability with which [`choose`](Self::choose) chooses the emitter of `endpoint`; of one at infinity that of choosing
+    /// any of those.
+    #[inline]
+    pub fn endpoint_probability(&self, at: &ShadingPoint, endpoint: &EmitterEndpoint) -> f32 {
+        match (self.emitters.finite_emitter(endpoint), &self.sampler) {
+            (Some(emitter), Some(sampler)) => {
+                with_sampler!(sampler, s => s.pmf(at, emitter)) * self.finite_probability
+            }
+            (Some(_), None) => 0.0,
+            (None, _) => self.infinite_probability,
         }
     }
 

@@ -2,44 +2,64 @@
 
 use super::light::{DirectReservoir, EndpointSpace, LightSample, lit_by};
 use super::primary::Primary;
+use crate::light_selection::{LightSelection, shading_point};
 use lightshed_resampling::{ContributionWeight, MixtureRis, balance_over_techniques};
 use lightshed_sampling::CounterRng;
-use lightshed_scene::{EmitterConnection, EmitterEndpoint, Emitters, Scene, SurfacePoint};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Bsdf, EmitterEndpoint, Emitters, Scene, SurfacePoint};
 
-/// Proposes endpoints on emitters for a surface point, with a density `p(e)` in the measure of endpoints: area on surfaces,
-/// solid angle at infinity, a probability for lights that are points or directions.
+/// A surface point that light is wanted for.
+#[derive(Clone, Copy, Debug)]
+pub struct LitPoint<'a> {
+    /// The point.
+    pub point: &'a SurfacePoint,
+    /// What scatters there.
+    pub bsdf: &'a Bsdf,
+    /// Towards the viewer, in the shading frame.
+    pub wo: Vec3,
+}
+
+/// Proposes endpoints on emitters for a surface point: chooses an emitter, or all those at infinity, and leaves the place on it to
+/// the scene ([`Emitters::endpoint_on`], [`Emitters::endpoint_at_infinity`]).
 ///
 /// Lights that are points or directions must have a positive probability wherever they shine; what the BSDF can hit may
-/// have a density of zero.
+/// have none.
 pub trait EndpointSampler: Sync {
-    /// An endpoint for light at `from`, by uniform numbers; `None` counts as a candidate of value zero.
-    fn propose(&self, from: &SurfacePoint, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint>;
+    /// An endpoint for light at `from`, by uniform numbers, and [`EndpointSampler::probability`] of it; `None` counts as a
+    /// candidate of value zero.
+    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)>;
 
-    /// The density with which [`EndpointSampler::propose`] at `from` gives `endpoint`, which is seen from there as
-    /// `connection`.
-    fn pdf_endpoint(
-        &self,
-        from: &SurfacePoint,
-        endpoint: &EmitterEndpoint,
-        connection: &EmitterConnection,
-    ) -> f32;
+    /// The probability with which [`EndpointSampler::propose`] at `from` chooses the emitter of `endpoint`; of one at infinity,
+    /// that of choosing any of those.
+    fn probability(&self, from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32;
 }
 
 /// By power: the scene's own choice.
 impl EndpointSampler for Emitters {
     #[inline]
-    fn propose(&self, from: &SurfacePoint, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
-        self.sample_endpoint(from.position, u_select, u)
+    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)> {
+        let endpoint = self.sample_endpoint(from.point.position, u_select, u)?;
+        Some((endpoint, self.endpoint_probability(&endpoint)))
     }
 
     #[inline]
-    fn pdf_endpoint(
-        &self,
-        _from: &SurfacePoint,
-        _endpoint: &EmitterEndpoint,
-        connection: &EmitterConnection,
-    ) -> f32 {
-        connection.pdf_endpoint
+    fn probability(&self, _from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32 {
+        self.endpoint_probability(endpoint)
+    }
+}
+
+/// For the point, by one of the light samplers.
+impl EndpointSampler for LightSelection<'_> {
+    #[inline]
+    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)> {
+        let at = shading_point(from.point, from.bsdf, from.wo);
+        self.sample_endpoint(&at, u_select, u)
+    }
+
+    #[inline]
+    fn probability(&self, from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32 {
+        let at = shading_point(from.point, from.bsdf, from.wo);
+        self.endpoint_probability(&at, endpoint)
     }
 }
 
@@ -111,11 +131,22 @@ pub(crate) fn resample_candidates(
     rng: &mut CounterRng,
 ) -> Survivors {
     let mut kinds = [const { MixtureRis::<(LightSample, Technique), EndpointSpace>::new() }; KINDS];
-    let mut offer = |endpoint: EmitterEndpoint, technique: Technique, rng: &mut CounterRng| {
+    let from = LitPoint {
+        point: &primary.point,
+        bsdf: &primary.bsdf,
+        wo: primary.wo,
+    };
+    let mut offer = |endpoint: EmitterEndpoint, probability: Option<f32>, rng: &mut CounterRng| {
         let Some(lit) = lit_by(scene, primary, &endpoint) else {
             return;
         };
-        let pdf_emitter = sampler.pdf_endpoint(&primary.point, &endpoint, &lit.connection);
+        let technique = match probability {
+            Some(_) => Technique::Emitter,
+            None => Technique::Bsdf,
+        };
+        let probability = probability.unwrap_or_else(|| sampler.probability(&from, &endpoint));
+        let emitters = scene.emitters();
+        let pdf_emitter = emitters.pdf_endpoint_given(&endpoint, &lit.connection, probability);
         let densities = [pdf_emitter, lit.pdf_bsdf].map(f64::from);
         let techniques = [(count, densities[0]), (1, densities[1])];
         let mis = balance_over_techniques(&techniques, technique as usize);
@@ -130,12 +161,12 @@ pub(crate) fn resample_candidates(
     };
     for _ in 0..count {
         let (u_select, u) = (rng.next_u64(), rng.next_2d());
-        if let Some(endpoint) = sampler.propose(&primary.point, u_select, u) {
-            offer(endpoint, Technique::Emitter, rng);
+        if let Some((endpoint, probability)) = sampler.propose(&from, u_select, u) {
+            offer(endpoint, Some(probability), rng);
         }
     }
     if let Some(endpoint) = by_bsdf {
-        offer(endpoint, Technique::Bsdf, rng);
+        offer(endpoint, None, rng);
     }
     let mut survivors = Survivors {
         reservoirs: [DirectReservoir::empty(1.0); KINDS],

@@ -7,7 +7,7 @@ mod indirect;
 mod light;
 mod primary;
 
-pub use candidates::EndpointSampler;
+pub use candidates::{EndpointSampler, LitPoint};
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};
 pub use gi::RestirGi;
 

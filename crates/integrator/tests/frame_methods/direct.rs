@@ -3,10 +3,11 @@
 use crate::ensemble::Ensemble;
 use crate::scenes::{cornell_without_light, every_emitter, small};
 use lightshed_integrator::{
-    CameraMotion, DirectLight, EndpointSampler, RestirDi, RestirDiError, RestirDiSettings,
+    CameraMotion, DirectLight, EndpointSampler, LightChoosing, LightSelection, LitPoint, RestirDi,
+    RestirDiError, RestirDiSettings,
 };
 use lightshed_scene::glam::{Affine3A, Vec3};
-use lightshed_scene::{EmitterConnection, EmitterEndpoint, Emitters, Scene, SurfacePoint, builtin};
+use lightshed_scene::{EmitterEndpoint, Scene, builtin};
 use lightshed_testkit::check_faults;
 
 /// Cheap enough for a test, with every kind of reuse.
@@ -23,21 +24,17 @@ fn truth(scene: &Scene, images: u32) -> Ensemble {
     Ensemble::of_estimator(&DirectLight::new(scene), size, 16, images)
 }
 
-/// Candidates whose density is stated wrong by five percent.
-struct Misstated<'a>(&'a Emitters);
+/// Candidates whose probability is stated wrong by a factor.
+struct Misstated<'a, S>(&'a S, f32);
 
-impl EndpointSampler for Misstated<'_> {
-    fn propose(&self, from: &SurfacePoint, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
-        self.0.propose(from, u_select, u)
+impl<S: EndpointSampler> EndpointSampler for Misstated<'_, S> {
+    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)> {
+        let (endpoint, probability) = self.0.propose(from, u_select, u)?;
+        Some((endpoint, self.1 * probability))
     }
 
-    fn pdf_endpoint(
-        &self,
-        from: &SurfacePoint,
-        endpoint: &EmitterEndpoint,
-        connection: &EmitterConnection,
-    ) -> f32 {
-        1.05 * self.0.pdf_endpoint(from, endpoint, connection)
+    fn probability(&self, from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32 {
+        self.1 * self.0.probability(from, endpoint)
     }
 }
 
@@ -65,7 +62,7 @@ fn frames_agree_with_direct_light() {
             let mut settings = settings();
             settings.biased = fault == Some(Fault::Biased);
             let frames = if fault == Some(Fault::Density) {
-                let sampler = Misstated(scene.emitters());
+                let sampler = Misstated(scene.emitters(), 1.05);
                 let make = || RestirDi::with_sampler(&scene, &sampler, settings).unwrap();
                 Ensemble::of_chains(make, 4, chains, 1)
             } else {
@@ -74,6 +71,24 @@ fn frames_agree_with_direct_light() {
             };
             let agreement = frames.compare(&truth);
             println!("{name}, {fault:?}: {agreement:?}");
+            agreement.verdict()
+        })
+        .unwrap();
+    }
+}
+
+/// Candidates of every light sampler, as of the scene's own table.
+#[test]
+fn candidates_of_light_samplers_agree_with_direct_light() {
+    let scene = every_emitter(32, 2);
+    let truth = truth(&scene, 100);
+    for choosing in LightChoosing::ALL {
+        let selection = LightSelection::new(&scene, choosing).unwrap();
+        check_faults(&[Fault::Density], |fault| {
+            let sampler = Misstated(&selection, if fault.is_some() { 1.1 } else { 1.0 });
+            let make = || RestirDi::with_sampler(&scene, &sampler, settings()).unwrap();
+            let agreement = Ensemble::of_chains(make, 4, 100, 1).compare(&truth);
+            println!("{}, {fault:?}: {agreement:?}", choosing.name());
             agreement.verdict()
         })
         .unwrap();

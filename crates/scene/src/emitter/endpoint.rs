@@ -72,20 +72,78 @@ impl Emitters {
     #[inline]
     pub fn sample_endpoint(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
         match self.select(u_select) {
-            Selected::Finite { index: emitter, .. } => match self.areas.get(emitter as usize) {
-                Some(area) => Some(EmitterEndpoint::Surface {
-                    emitter,
-                    coordinates: area.sample_coordinates(from, u)?,
-                }),
-                None => Some(EmitterEndpoint::Delta { emitter }),
-            },
-            Selected::Infinite(index) if index < self.directionals.len() => Some(EmitterEndpoint::Delta {
-                emitter: (self.areas.len() + self.points.len() + index) as u32,
+            Selected::Finite { index, .. } => self.endpoint_on(from, index, u),
+            Selected::Infinite(index) => self.endpoint_of_infinite(index, u),
+        }
+    }
+
+    /// An endpoint on the finite emitter `emitter`, as [`Emitters::sample_endpoint`] aims at it once it has chosen; `None` for
+    /// any other index too.
+    #[inline]
+    pub fn endpoint_on(&self, from: Vec3, emitter: u32, u: [f32; 2]) -> Option<EmitterEndpoint> {
+        match self.areas.get(emitter as usize) {
+            Some(area) => Some(EmitterEndpoint::Surface {
+                emitter,
+                coordinates: area.sample_coordinates(from, u)?,
             }),
-            Selected::Infinite(_) => {
-                let (direction, _, _) = self.environment.as_ref()?.sample(u)?;
-                Some(EmitterEndpoint::Environment { direction })
+            None => ((emitter as usize) < self.finite_count()).then_some(EmitterEndpoint::Delta { emitter }),
+        }
+    }
+
+    /// An endpoint of one of the emitters at infinity, which are chosen by `u_select` uniformly; `None` where there are none.
+    #[inline]
+    pub fn endpoint_at_infinity(&self, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
+        let count = self.infinite_count();
+        let which = ((u128::from(u_select) * count as u128) >> 64) as usize;
+        (count > 0).then(|| self.endpoint_of_infinite(which, u)).flatten()
+    }
+
+    fn endpoint_of_infinite(&self, index: usize, u: [f32; 2]) -> Option<EmitterEndpoint> {
+        if index < self.directionals.len() {
+            return Some(EmitterEndpoint::Delta {
+                emitter: (self.finite_count() + index) as u32,
+            });
+        }
+        let (direction, _, _) = self.environment.as_ref()?.sample(u)?;
+        Some(EmitterEndpoint::Environment { direction })
+    }
+
+    /// The finite emitter that an endpoint lies on; `None` of those at infinity.
+    #[inline]
+    pub fn finite_emitter(&self, endpoint: &EmitterEndpoint) -> Option<u32> {
+        match *endpoint {
+            EmitterEndpoint::Surface { emitter, .. } => Some(emitter),
+            EmitterEndpoint::Delta { emitter } => {
+                ((emitter as usize) < self.finite_count()).then_some(emitter)
             }
+            EmitterEndpoint::Environment { .. } => None,
+        }
+    }
+
+    /// Probability with which [`Emitters::sample_endpoint`] chooses the emitter of an endpoint; of one at infinity that of
+    /// choosing any of those.
+    #[inline]
+    pub fn endpoint_probability(&self, endpoint: &EmitterEndpoint) -> f32 {
+        match self.finite_emitter(endpoint) {
+            Some(emitter) => self.selection_probability(emitter),
+            None => self.group_probability * self.infinite_count() as f32,
+        }
+    }
+
+    /// What [`EmitterConnection::pdf_endpoint`] of an endpoint would be had its emitter (or any of those at infinity) been
+    /// chosen with `probability` instead of [`Emitters::endpoint_probability`].
+    #[inline]
+    pub fn pdf_endpoint_given(
+        &self,
+        endpoint: &EmitterEndpoint,
+        connection: &EmitterConnection,
+        probability: f32,
+    ) -> f32 {
+        let own = self.endpoint_probability(endpoint);
+        if own > 0.0 {
+            connection.pdf_endpoint * (probability / own)
+        } else {
+            0.0
         }
     }
 
