@@ -22,64 +22,115 @@ pub struct TentativeCollision {
 }
 
 /// The tentative collisions along a ray's segments.
+///
+/// # Performance
+/// How many segments lie before the next collision is as good as random, so every other branch is mispredicted, and what it waits for should
+/// be ready: the optical depth of the next collision and the next segment are known one step ahead.
 #[derive(Clone, Debug)]
 pub struct TentativeCollisions<S> {
     segments: S,
-    /// What is left of the current segment.
-    segment: Segment,
     rate: f32,
-    /// `∫ ρ̄ dt` of the segments left behind, whole.
+    current: Stretch,
+    upcoming: Option<Stretch>,
+    /// What of the current segment's optical depth lies before the last collision.
+    used: f32,
+    /// Optical depth from the collision after next on, if `drawn`.
+    ahead: f32,
+    drawn: bool,
+    /// `∫ ρ̄ dt` of the segments left behind.
     depth_before: f32,
-    /// Beginning of the current segment.
-    segment_start: f32,
+}
+
+/// A segment and what the walk computes of it.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    segment: Segment,
+    /// `∫ ρ̄ dt`.
+    depth: f32,
+    /// The same times the walk's rate.
+    available: f32,
+    /// From optical depth to `t`.
+    scale: f32,
+}
+
+impl Stretch {
+    #[inline(always)]
+    fn new(segment: Segment, rate: f32) -> Self {
+        let length = segment.t1 - segment.t0;
+        // No majorant over an endless segment is NaN: there is nothing to use up.
+        let positive = |x: f32| if x > 0.0 { x } else { 0.0 };
+        Self {
+            segment,
+            depth: positive(segment.majorant * length),
+            available: positive(rate * segment.majorant * length),
+            scale: 1.0 / (rate * segment.majorant),
+        }
+    }
 }
 
 impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
     /// A walk through `segments` with the collision rate `rate · ρ̄` per unit of `t`. A rate that is not positive, and finite, has no
     /// collisions.
     #[inline(always)]
-    pub fn new(segments: S, rate: f32) -> Self {
+    pub fn new(mut segments: S, rate: f32) -> Self {
+        let rate = if rate > 0.0 && rate <= f32::MAX { rate } else { 0.0 };
+        let nothing = Segment {
+            t0: 0.0,
+            t1: 0.0,
+            majorant: 0.0,
+            minorant: 0.0,
+        };
+        let upcoming = segments.next().map(|segment| Stretch::new(segment, rate));
         Self {
             segments,
-            segment: Segment {
-                t0: 0.0,
-                t1: 0.0,
-                majorant: 0.0,
-                minorant: 0.0,
-            },
-            rate: if rate > 0.0 && rate <= f32::MAX { rate } else { 0.0 },
+            rate,
+            current: Stretch::new(nothing, rate),
+            upcoming,
+            used: 0.0,
+            ahead: 0.0,
+            drawn: false,
             depth_before: 0.0,
-            segment_start: 0.0,
         }
     }
 
-    /// The next collision, of one random word; `None` once the segments are crossed.
+    /// The next collision; `None` once the segments are crossed.
+    ///
+    /// Draws one random word, two the first time: the number of words is one more than that of the calls.
     #[inline(always)]
     pub fn next(&mut self, rng: &mut (impl Rng + ?Sized)) -> Option<TentativeCollision> {
-        let mut depth = exponential(f32_from_u32(rng.next_u32()));
+        let mut draw = || exponential(f32_from_u32(rng.next_u32()));
+        let mut depth = if self.drawn { self.ahead } else { draw() };
+        self.ahead = draw();
+        self.drawn = true;
         loop {
-            let rate = self.rate * self.segment.majorant;
-            let available = rate * (self.segment.t1 - self.segment.t0);
-            if depth < available {
+            let end = self.used + depth;
+            let Stretch {
+                segment,
+                available,
+                scale,
+                ..
+            } = self.current;
+            if end < available {
+                self.used = end;
                 // Rounding must not lead out of the segment.
-                let t = (self.segment.t0 + depth / rate).min(self.segment.t1);
-                self.segment.t0 = t;
+                let t = segment.t0 + end * scale;
                 return Some(TentativeCollision {
-                    t,
-                    majorant: self.segment.majorant,
-                    minorant: self.segment.minorant,
+                    t: if t < segment.t1 { t } else { segment.t1 },
+                    majorant: segment.majorant,
+                    minorant: segment.minorant,
                 });
             }
-            // A rate of 0 over an infinite distance is NaN: nothing is used up there.
-            depth -= available.max(0.0);
-            self.depth_before += (self.segment.majorant * (self.segment.t1 - self.segment_start)).max(0.0);
-            let Some(segment) = self.segments.next() else {
-                // From now on the walk is at the end, however often it is asked.
-                self.segment.majorant = 0.0;
-                return None;
-            };
-            self.segment = segment;
-            self.segment_start = segment.t0;
+            depth -= available - self.used;
+            self.used = available;
+            // At the end nothing changes any more, however often the walk is asked.
+            let next = self.upcoming?;
+            self.depth_before += self.current.depth;
+            self.current = next;
+            self.used = 0.0;
+            self.upcoming = self
+                .segments
+                .next()
+                .map(|segment| Stretch::new(segment, self.rate));
         }
     }
 
@@ -87,6 +138,12 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
     /// `None`.
     #[inline(always)]
     pub fn majorant_depth(&self) -> f32 {
-        self.depth_before + (self.segment.majorant * (self.segment.t0 - self.segment_start)).max(0.0)
+        let Stretch { depth, available, .. } = self.current;
+        self.depth_before
+            + if self.used < available {
+                self.used / self.rate
+            } else {
+                depth
+            }
     }
 }

@@ -532,8 +532,8 @@ fn empty_segments_take_no_random_numbers() {
     let density = &mut medium.grid.accessor();
     let flight = delta_tracking(density, &path.ray, empty.into_iter(), 1e30, &mut rng);
     assert_eq!((flight.distance, flight.lookups), (None, 0));
-    // One number for the flight as a whole, none for its segments.
-    assert_eq!(rng.dimension(), 1);
+    // Two numbers for the flight as a whole, none for its segments.
+    assert_eq!(rng.dimension(), 2);
     for extinction in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let flight = decomposition_tracking(density, &path.ray, empty.into_iter(), extinction, &mut rng);
         assert_eq!((flight.distance, flight.lookups), (None, 0));

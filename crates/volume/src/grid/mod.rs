@@ -177,13 +177,12 @@ impl VoxelGrid for DenseGrid {
     }
 }
 
-/// Looks up a [`DenseGrid`]. Keeps the voxels of the cell looked up last.
+/// Looks up a [`DenseGrid`]. Keeps nothing but where the grid is: to look whether the cell is still the same costs more than its eight
+/// voxels do.
 #[derive(Clone, Debug)]
 pub struct DenseAccessor<'a> {
     grid: &'a DenseGrid,
     limit: Vec3,
-    cell: [u32; 3],
-    corners: [f32; 8],
 }
 
 impl DensityField for DenseGrid {
@@ -199,8 +198,6 @@ impl DensityField for DenseGrid {
         DenseAccessor {
             grid: self,
             limit: self.layout.limit(),
-            cell: [u32::MAX; 3],
-            corners: [0.0; 8],
         }
     }
 
@@ -244,13 +241,10 @@ impl DensityAccessor for DenseAccessor<'_> {
                 // Cell c lies between the centres of voxels c − 1 and c.
                 let p = (position + Vec3::splat(0.5)).max(Vec3::ZERO).min(self.limit);
                 let cell = [p.x as u32, p.y as u32, p.z as u32];
-                if cell != self.cell {
-                    let (brick, corner) = layout.locate(cell);
-                    self.corners = brick::corners(&self.grid.bricks[brick], corner);
-                    self.cell = cell;
-                }
+                let (brick, corner) = layout.locate(cell);
+                let corners = brick::corners(&self.grid.bricks[brick], corner);
                 let [fx, fy, fz] = [p.x - cell[0] as f32, p.y - cell[1] as f32, p.z - cell[2] as f32];
-                trilinear(&self.corners, fx, fy, fz)
+                trilinear(&corners, fx, fy, fz)
             }
         }
     }

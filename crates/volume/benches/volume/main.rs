@@ -1,0 +1,32 @@
+//! What trackers cost and what they gain.
+//!
+//! ```sh
+//! cargo bench -p lightshed-volume --bench volume
+//! cargo bench -p lightshed-volume --bench volume -- steps
+//! ```
+//!
+//! - `steps`: nanoseconds per lookup of each tracker on a grid of 256³, and lookups per second on two cores;
+//! - `variance`: variance times lookups of each estimate of transmittance, in four media. The fourth is the Disney cloud, read
+//!   from the folder `LIGHTSHED_SCENES`.
+//!
+//! Times are CPU time of the threads that work, the least of several turns: what other processes take does not count.
+
+mod steps;
+mod support;
+mod variance;
+
+fn main() {
+    let wanted = |part: &str| {
+        let mut given = std::env::args()
+            .skip(1)
+            .filter(|a| !a.starts_with('-'))
+            .peekable();
+        given.peek().is_none() || given.any(|g| g == part)
+    };
+    if wanted("steps") {
+        steps::run();
+    }
+    if wanted("variance") {
+        variance::run();
+    }
+}
