@@ -1,10 +1,10 @@
 //! Eight nodes side by side, 32 bytes each.
 
-use crate::normals::NormalBall;
+use crate::normals::{BallLanes, CENTER_STEPS, NormalBall};
 use crate::{Bounds, Light};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use lightshed_lanes::prefetch;
+use lightshed_lanes::{LaneWords, Lanes, Vec3Lanes, prefetch};
 
 /// Nodes in a block: the children of one step down.
 pub(crate) const WIDTH: usize = 8;
@@ -48,38 +48,28 @@ impl Node {
 
     /// The leaf of a light.
     pub fn leaf(light: &Light) -> Self {
-        if light.intensity == 0.0 {
+        let (intensity, ball) = leaf_parts(light);
+        if intensity == 0.0 {
             return Self::BOGUS;
         }
-        let (intensity, ball) = match &light.cone {
-            Some(cone) => (light.intensity, NormalBall::of_cone(cone)),
-            // No less than what it is where that would overflow.
-            None => (
-                (light.intensity * ALL_AROUND).min(f32::MAX * 0.5),
-                NormalBall::ALL,
-            ),
-        };
         Self {
             bounds: light.bounds,
             intensity,
             normals: ball.pack(),
         }
     }
+}
 
-    /// Both together; bogus nodes do not count.
-    #[inline]
-    pub fn union(&self, other: &Self) -> Self {
-        if self.intensity == 0.0 {
-            return *other;
-        }
-        if other.intensity == 0.0 {
-            return *self;
-        }
-        Self {
-            bounds: self.bounds.union(&other.bounds),
-            intensity: (self.intensity + other.intensity).min(f32::MAX),
-            normals: NormalBall::union_packed(self.normals, other.normals),
-        }
+/// Intensity and normals of a light as nodes store them.
+#[inline(always)]
+fn leaf_parts(light: &Light) -> (f32, NormalBall) {
+    match &light.cone {
+        Some(cone) => (light.intensity, NormalBall::of_cone(cone)),
+        // No less than what it is where that would overflow.
+        None => (
+            (light.intensity * ALL_AROUND).min(f32::MAX * 0.5),
+            NormalBall::ALL,
+        ),
     }
 }
 
@@ -109,6 +99,59 @@ impl NodeBlock {
         prefetch(&self.min[2]);
         prefetch(&self.max[1]);
         prefetch(&self.intensity);
+    }
+
+    /// Leaves of up to eight lights; [`Node::BOGUS`] for those that are off, and where there is none.
+    #[inline(always)]
+    pub fn leaves<L: Lanes>(lights: &[Option<&Light>; WIDTH]) -> Self {
+        let mut block = Self::BOGUS;
+        let (mut center, mut radius) = ([[0.0; WIDTH]; 3], [0.0; WIDTH]);
+        for lane in 0..WIDTH {
+            let Some(light) = lights[lane] else { continue };
+            let (intensity, ball) = leaf_parts(light);
+            if intensity > 0.0 {
+                for axis in 0..3 {
+                    block.min[axis][lane] = light.bounds.min[axis];
+                    block.max[axis][lane] = light.bounds.max[axis];
+                    center[axis][lane] = ball.center[axis];
+                }
+                block.intensity[lane] = intensity;
+                radius[lane] = ball.radius;
+            }
+        }
+        let steps = |row: &[f32; WIDTH]| L::load(row) * L::splat(CENTER_STEPS);
+        let ball = BallLanes {
+            center: Vec3Lanes::new(steps(&center[0]), steps(&center[1]), steps(&center[2])),
+            radius: steps(&radius),
+        };
+        let on = L::splat(0.0).less(L::load(&block.intensity));
+        block.normals = L::from_bits(ball.pack())
+            .select(on, L::splat(0.0))
+            .to_bits()
+            .store();
+        block
+    }
+
+    /// Eight nodes from the sixteen that follow each other in two blocks, each the union of two; bogus nodes do not count.
+    #[inline(always)]
+    pub fn halved<L: Lanes>(first: &Self, second: &Self) -> Self {
+        let pairs = |a: &[f32; WIDTH], b: &[f32; WIDTH]| L::load(a).evens_and_odds(L::load(b));
+        let [intensity_a, intensity_b] = pairs(&first.intensity, &second.intensity);
+        let zero = L::splat(0.0);
+        let (none_a, none_b) = (intensity_a.equal(zero), intensity_b.equal(zero));
+        let mut block = Self::BOGUS;
+        for axis in 0..3 {
+            let [a, b] = pairs(&first.min[axis], &second.min[axis]);
+            block.min[axis] = b.select(none_a, a.select(none_b, a.min(b))).store();
+            let [a, b] = pairs(&first.max[axis], &second.max[axis]);
+            block.max[axis] = b.select(none_a, a.select(none_b, a.max(b))).store();
+        }
+        block.intensity = (intensity_a + intensity_b).min(L::splat(f32::MAX)).store();
+        let words = |words: &[u32; WIDTH]| L::from_bits(L::Words::load(words));
+        let [a, b] = words(&first.normals).evens_and_odds(words(&second.normals));
+        let union = L::from_bits(BallLanes::<L>::union(&a.to_bits().store(), &b.to_bits().store()));
+        block.normals = b.select(none_a, a.select(none_b, union)).to_bits().store();
+        block
     }
 
     /// Nodes `lane` and `lane + 1` alone, in the first two places; `lane` is even.

@@ -274,7 +274,8 @@ pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH
         let w = block.intensity[lane] * emitted * (seen / off);
         *weight = if emitted > 0.0 && block.intensity[lane] > 0.0 {
             // NaN, of an infinity that met a zero, is the largest too.
-            w.min(LARGEST).max(f32::MIN_POSITIVE)
+            let finite = w.min(LARGEST);
+            finite.max(f32::MIN_POSITIVE)
         } else {
             0.0
         };

@@ -47,7 +47,7 @@ pub use grid::{
 pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use opened::OpenedTree;
-pub use perfect::{PerfectTree, PerfectTreeOptions, Stride};
+pub use perfect::{Curve, PerfectTree, PerfectTreeOptions, Stride};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
 pub use two_level::{LightInstance, TwoLevelError, TwoLevelTree};

@@ -99,20 +99,37 @@ pub fn check_lights(lights: &[Light]) -> Result<(), LightError> {
         count if count > MAX_LIGHTS => return Err(LightError::TooMany(count)),
         _ => (),
     }
-    // The first that is refused, whatever the grouping of chunks.
-    let check = |start: usize, lights: &[Light]| {
-        let mut total = 0.0;
-        for (i, light) in lights.iter().enumerate() {
-            light.check(start + i)?;
-            total += f64::from(light.intensity);
-        }
-        Ok(total)
-    };
-    let total = crate::parallel::reduce_indexed(lights, CHUNK, check, |a, b| Ok(a? + b?));
-    let total = total.unwrap_or(Ok(0.0))?;
+    let (sound, total) =
+        crate::parallel::reduce(lights, CHUNK, sound_and_total, |a, b| (a.0 & b.0, a.1 + b.1))
+            .unwrap_or((true, 0.0));
+    if !sound {
+        // Which one is found by looking again.
+        lights
+            .iter()
+            .enumerate()
+            .try_for_each(|(i, light)| light.check(i))?;
+    }
     if total <= f64::from(f32::MAX) {
         Ok(())
     } else {
         Err(LightError::Overflow)
     }
+}
+
+/// Whether none of the lights is refused for itself, and the sum of their intensities: all tests of all lights, without branches.
+fn sound_and_total(lights: &[Light]) -> (bool, f64) {
+    let mut sound = true;
+    let mut total = 0.0;
+    for light in lights {
+        let Bounds { min, max } = light.bounds;
+        for axis in 0..3 {
+            sound &= (f32::MIN <= min[axis]) & (min[axis] <= max[axis]) & (max[axis] <= f32::MAX);
+        }
+        sound &= (0.0 <= light.intensity) & (light.intensity <= f32::MAX);
+        total += f64::from(light.intensity);
+        if let Some(cone) = &light.cone {
+            sound &= cone.is_valid();
+        }
+    }
+    (sound, total)
 }

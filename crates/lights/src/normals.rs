@@ -6,7 +6,7 @@
 
 use crate::OrientationCone;
 use glam::Vec3;
-use lightshed_lanes::{LANES, LaneWords, Lanes, Vec3Lanes};
+use lightshed_lanes::{ArrayLanes, LANES, LaneWords, Lanes, Vec3Lanes};
 use std::f32::consts::FRAC_PI_2;
 
 /// A ball around normals, before it is packed.
@@ -24,6 +24,8 @@ const RADIUS_STEPS: f32 = 255.0;
 const CENTER_STEP: f32 = 1.0 / CENTER_STEPS;
 /// What one step of the radius is worth.
 const RADIUS_STEP: f32 = 1.0 / RADIUS_STEPS;
+/// Added to a number between 0 and 2²², leaves its nearest integer in the low bits.
+const TO_INTEGER: f32 = (1 << 23) as f32;
 /// More than the rounding of this module's arithmetic.
 const SLACK: f32 = 1e-6;
 
@@ -42,41 +44,20 @@ impl NormalBall {
         if angle >= FRAC_PI_2 {
             return Self::ALL;
         }
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = if angle > 0.0 { angle.sin_cos() } else { (0.0, 1.0) };
         Self {
             center: cone.axis.normalize_or_zero() * cos,
             radius: sin,
         }
     }
 
-    /// A ball around both, no larger than [`NormalBall::ALL`].
-    pub fn union(&self, other: &Self) -> Self {
-        let across = other.center - self.center;
-        let distance = across.length();
-        if distance + other.radius <= self.radius {
-            return *self;
-        }
-        if distance + self.radius <= other.radius {
-            return *other;
-        }
-        let radius = 0.5 * (distance + self.radius + other.radius);
-        if radius >= 1.0 {
-            return Self::ALL;
-        }
-        let center = self.center + across * ((radius - self.radius) / distance);
-        Self { center, radius }
-    }
-
     /// Rounded outwards to 32 bits: four bytes, those of the coordinates counted from −1.
     pub fn pack(&self) -> u32 {
-        let steps = (self.center * CENTER_STEPS).round();
-        let off = (steps * CENTER_STEP - self.center).length();
-        let radius = ((self.radius + off + SLACK) * RADIUS_STEPS).ceil();
-        let byte = |step: f32| (step + CENTER_STEPS) as u8;
-        if !(radius <= RADIUS_STEPS) {
-            return Self::ALL_PACKED;
-        }
-        u32::from_be_bytes([byte(steps.x), byte(steps.y), byte(steps.z), radius as u8])
+        let ball = BallLanes::<ArrayLanes> {
+            center: Vec3Lanes::splat((self.center * CENTER_STEPS).to_array()),
+            radius: ArrayLanes::splat(self.radius * CENTER_STEPS),
+        };
+        ball.pack().store()[0]
     }
 
     /// [`Self::ALL`], packed.
@@ -92,22 +73,6 @@ impl NormalBall {
             radius: f32::from(radius) * RADIUS_STEP,
         }
     }
-
-    /// The union of two packed balls; itself where one contains the other.
-    pub fn union_packed(a: u32, b: u32) -> u32 {
-        if a == b {
-            return a;
-        }
-        let (ball_a, ball_b) = (Self::unpack(a), Self::unpack(b));
-        let distance = ball_a.center.distance(ball_b.center) + SLACK;
-        if distance + ball_b.radius <= ball_a.radius {
-            a
-        } else if distance + ball_a.radius <= ball_b.radius {
-            b
-        } else {
-            ball_a.union(&ball_b).pack()
-        }
-    }
 }
 
 /// Eight packed balls, lengths in steps of a coordinate: [`CENTER_STEPS`] times as long.
@@ -115,6 +80,17 @@ impl NormalBall {
 pub(crate) struct BallLanes<L> {
     pub center: Vec3Lanes<L>,
     pub radius: L,
+}
+
+/// The byte of the coordinate nearest to this one, and how far it is off, in steps.
+#[inline(always)]
+fn whole_step<L: Lanes>(coordinate: L) -> (L::Words, L) {
+    let from_least = (coordinate + L::splat(CENTER_STEPS))
+        .max(L::splat(0.0))
+        .min(L::splat(2.0 * CENTER_STEPS));
+    let step = from_least + L::splat(TO_INTEGER);
+    let off = step - L::splat(TO_INTEGER) - from_least;
+    (step.to_bits() & L::Words::splat(0xff), off)
 }
 
 impl<L: Lanes> BallLanes<L> {
@@ -133,13 +109,69 @@ impl<L: Lanes> BallLanes<L> {
             radius: L::from_integers(words & byte) * L::splat(CENTER_STEPS * RADIUS_STEP),
         }
     }
+
+    /// Rounded outwards.
+    #[inline(always)]
+    pub fn pack(&self) -> L::Words {
+        let byte = L::Words::splat(0xff);
+        let center = self.center;
+        let (x, off_x) = whole_step(center.x);
+        let (y, off_y) = whole_step(center.y);
+        let (z, off_z) = whole_step(center.z);
+        let off = off_x * off_x + off_y * off_y + off_z * off_z;
+        let radius = self.radius + off.sqrt() + L::splat(SLACK * CENTER_STEPS);
+        let radius_steps = radius * L::splat(RADIUS_STEPS / CENTER_STEPS);
+        // Half a step more, rounded to the nearest: no less than it is.
+        let radius_byte = (radius_steps + L::splat(0.5)) + L::splat(TO_INTEGER);
+        let packed =
+            x.rotate::<24, 8>() + y.rotate::<16, 16>() + z.rotate::<8, 24>() + (radius_byte.to_bits() & byte);
+        let all = L::from_bits(L::Words::splat(NormalBall::ALL_PACKED));
+        let fits = radius_steps.less_equal(L::splat(RADIUS_STEPS));
+        L::from_bits(packed).select(fits, all).to_bits()
+    }
+
+    /// Unions of packed balls; one of both where it contains the other.
+    #[inline(always)]
+    pub fn union(a: &[u32; LANES], b: &[u32; LANES]) -> L::Words {
+        let (ball_a, ball_b) = (Self::unpack(a), Self::unpack(b));
+        let across = ball_b.center - ball_a.center;
+        // Centres that are equal have a distance of exactly zero.
+        let distance = across.dot(across).sqrt() * L::splat(1.0 + 4.0 * f32::EPSILON);
+        let radius = (distance + ball_a.radius + ball_b.radius) * L::splat(0.5);
+        let part = (radius - ball_a.radius) / distance.max(L::splat(1.0));
+        let union = Self {
+            center: ball_a.center + across * part,
+            radius,
+        };
+        let in_a = (distance + ball_b.radius).less_equal(ball_a.radius);
+        let in_b = (distance + ball_a.radius).less_equal(ball_b.radius);
+        let words = |words: &[u32; LANES]| L::from_bits(L::Words::load(words));
+        let union = words(b).select(in_b, L::from_bits(union.pack()));
+        words(a).select(in_a, union).to_bits()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lightshed_lanes::{LaneChoice, LaneKernel};
     use lightshed_sampling::Frame;
     use lightshed_sampling::{CounterRng, UniformCone, UniformSphere};
+
+    /// By every kind of lanes.
+    fn union(a: u32, b: u32) -> u32 {
+        struct Union(u32, u32);
+        impl LaneKernel for Union {
+            type Output = [u32; LANES];
+            #[inline(always)]
+            fn run<L: Lanes>(self) -> [u32; LANES] {
+                BallLanes::<L>::union(&[self.0; LANES], &[self.1; LANES]).store()
+            }
+        }
+        let found = LaneChoice::best().run(Union(a, b));
+        assert_eq!(found, LaneChoice::ARRAY.run(Union(a, b)));
+        found[0]
+    }
 
     fn random_cone(rng: &mut CounterRng) -> OrientationCone {
         let angle = rng.next_f32() * rng.next_f32() * 3.0;
@@ -162,7 +194,7 @@ mod tests {
         for _ in 0..2000 {
             let cones: Vec<OrientationCone> = (0..4).map(|_| random_cone(&mut rng)).collect();
             let packed: Vec<u32> = cones.iter().map(|c| NormalBall::of_cone(c).pack()).collect();
-            let all = packed.iter().copied().reduce(NormalBall::union_packed).unwrap();
+            let all = packed.into_iter().reduce(union).unwrap();
             let ball = NormalBall::unpack(all);
             for cone in &cones {
                 for _ in 0..8 {
@@ -177,7 +209,7 @@ mod tests {
     #[test]
     fn equal_directions_do_not_widen() {
         let packed = NormalBall::of_cone(&OrientationCone::diffuse(Vec3::new(0.6, 0.0, 0.8))).pack();
-        assert_eq!(NormalBall::union_packed(packed, packed), packed);
+        assert_eq!(union(packed, packed), packed);
         assert!(NormalBall::unpack(packed).radius < 0.02);
         assert_eq!(NormalBall::unpack(NormalBall::ALL.pack()), NormalBall::ALL);
     }

@@ -121,7 +121,11 @@ impl Extent {
     }
 }
 
+/// Bins of a large group, …
 const BINS: usize = 16;
+/// … and of one of fewer lights than [`FEW`]: going through bins costs more there than going through lights.
+const BINS_OF_FEW: usize = 8;
+const FEW: usize = 48;
 
 /// Divides a group of at least two in place; both parts have items. The rest of the arithmetic is of least and greatest
 /// values and of sums in the order of the items.
@@ -133,14 +137,19 @@ pub(super) fn split(items: &mut [Item], by_half: bool) -> usize {
         high = high.max(center);
     }
     let extent = high - low;
-    let place = if by_half {
-        None
-    } else {
-        best_place(items, low, extent)
+    let bins = if items.len() < FEW { BINS_OF_FEW } else { BINS };
+    let place = match bins {
+        _ if by_half => None,
+        BINS_OF_FEW => best_place::<BINS_OF_FEW>(items, low, extent),
+        _ => best_place::<BINS>(items, low, extent),
     };
     if let Some((axis, bin)) = place {
-        let scale = BINS as f32 / extent;
-        let middle = partition(items, |item| bin_of(item, low, scale)[axis] <= bin as f32);
+        let (low, scale) = (low[axis], bins as f32 / extent[axis]);
+        let last = (bins - 1) as f32;
+        let middle = partition(items, |item| {
+            let center = item.doubled_center()[axis];
+            ((center - low) * scale).min(last) as usize <= bin
+        });
         if middle > 0 && middle < items.len() {
             return middle;
         }
@@ -158,20 +167,18 @@ pub(super) fn split(items: &mut [Item], by_half: bool) -> usize {
     middle
 }
 
-/// Bin along each axis, as a whole number in a float; NaN on an axis without extent.
+/// Bin along each axis and the place in it; NaN on an axis without extent.
 #[inline(always)]
-fn bin_of(item: &Item, low: Vec3A, scale: Vec3A) -> Vec3A {
-    ((item.doubled_center() - low) * scale)
-        .min(Vec3A::splat((BINS - 1) as f32))
-        .floor()
+fn bin_of<const BINS: usize>(item: &Item, low: Vec3A, scale: Vec3A) -> Vec3A {
+    ((item.doubled_center() - low) * scale).min(Vec3A::splat((BINS - 1) as f32))
 }
 
 /// Axis and last bin of the first part, for the least cost; `None` where no axis has extent.
-fn best_place(items: &[Item], low: Vec3A, extent: Vec3A) -> Option<(usize, usize)> {
+fn best_place<const BINS: usize>(items: &[Item], low: Vec3A, extent: Vec3A) -> Option<(usize, usize)> {
     let mut bins = [[Extent::EMPTY; BINS]; 3];
     let scale = BINS as f32 / extent;
     for item in items {
-        let bin = bin_of(item, low, scale).to_array();
+        let bin = bin_of::<BINS>(item, low, scale).to_array();
         for axis in 0..3 {
             // NaN is bin 0.
             bins[axis][bin[axis] as usize % BINS].add(item);

@@ -1,24 +1,28 @@
 //! Building, and building again.
 
 use super::PerfectTree;
-use super::order::{Keyed, sort};
-use crate::block::{Node, NodeBlock, WIDTH};
+use super::curve::{Cells, Cube, Curve};
+use super::order::{Order, Sorted};
+use crate::block::{NodeBlock, WIDTH};
 use crate::light::check_lights;
-use crate::parallel::{for_each_chunk, for_each_group, for_each_pair, reduce};
+use crate::parallel::{for_each_chunk, join, reduce};
 use crate::{Bounds, Light, LightError};
-use lightshed_sampling::MortonGrid;
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes, prefetch};
 
 /// What is kept from one build to the next, so that the next allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    keys: Vec<Keyed>,
-    spare: Vec<Keyed>,
+    order: Order,
 }
 
-/// Lights or blocks that a thread takes at once.
-const CHUNK: usize = 1 << 12;
-/// Source blocks of three levels built at once: whole blocks of each of the three.
-const GROUP: usize = 512;
+/// Lights that a thread takes at once.
+const CHUNK: usize = 1 << 13;
+/// Levels that are built of a part of the leaves while it is in cache, that of the leaves among them.
+const LOW_LEVELS: usize = 10;
+/// Blocks of leaves in such a part: one block of the last of these levels.
+const PART: usize = 1 << (LOW_LEVELS - 1);
+/// How many lights ahead of their turn are asked for.
+const AHEAD: usize = 32;
 
 impl PerfectTree {
     /// Builds the tree again for other lights, in the memory that it has: nothing is allocated unless there are more than ever
@@ -30,9 +34,26 @@ impl PerfectTree {
     pub fn rebuild(&mut self, lights: &[Light]) -> Result<(), LightError> {
         check_lights(lights)?;
         self.lay_out(lights.len());
-        self.sort_lights(lights);
-        self.fill_leaves(lights);
-        self.build_levels();
+        self.encode(lights);
+        let Self {
+            blocks,
+            levels,
+            light_at,
+            leaf_of,
+            scratch,
+            ..
+        } = self;
+        let sorted = scratch.order.sort();
+        join(
+            || {
+                for (place, leaf) in (0..leaf_of.len()).zip(0..) {
+                    if let Some(light) = sorted.get(place) {
+                        leaf_of[light] = leaf;
+                    }
+                }
+            },
+            || build_levels(blocks, levels, light_at, lights, sorted),
+        );
         Ok(())
     }
 
@@ -46,101 +67,176 @@ impl PerfectTree {
             let nodes = count.div_ceil(1 << (depth - level));
             blocks += nodes.div_ceil(WIDTH);
         }
-        self.blocks.resize(blocks, NodeBlock::default());
+        self.blocks.resize(blocks, NodeBlock::BOGUS);
         self.light_at.resize(count, 0);
         self.leaf_of.resize(count, 0);
+        self.scratch.order.resize(count);
     }
 
-    /// Sorts the lights' centres along a Morton curve through their box.
-    fn sort_lights(&mut self, lights: &[Light]) {
+    /// Codes of the lights' centres along the curve, in a cube around all of them.
+    fn encode(&mut self, lights: &[Light]) {
         let box_of = |lights: &[Light]| {
             lights.iter().fold(Bounds::EMPTY, |all, light| {
                 all.union(&Bounds::of_point(light.bounds.center()))
             })
         };
         let all = reduce(lights, CHUNK, box_of, |a, b| a.union(&b)).unwrap_or_default();
-        // Finite and in order, as all lights have been checked.
-        let Ok(grid) = MortonGrid::new(all.min, all.max) else {
-            return;
-        };
-        let Scratch { keys, spare } = &mut self.scratch;
-        keys.resize(lights.len(), Keyed::default());
-        spare.resize(lights.len(), Keyed::default());
-        for_each_pair(keys, lights, CHUNK, |start, keys, lights| {
-            for (i, (key, light)) in keys.iter_mut().zip(lights).enumerate() {
-                *key = Keyed {
-                    code: grid.encode63(light.bounds.center()),
-                    index: (start + i) as u32,
-                };
-            }
+        let (cube, curve) = (Cube::around(&all), self.options.curve);
+        for_each_chunk(&mut self.scratch.order.codes, CHUNK, |start, codes| {
+            LaneChoice::best().run(Encode {
+                lights: &lights[start..start + codes.len()],
+                codes,
+                cube: &cube,
+                curve,
+            });
         });
-        sort(keys, spare);
-        for (leaf, key) in keys.iter().enumerate() {
-            self.light_at[leaf] = key.index;
-            self.leaf_of[key.index as usize] = leaf as u32;
-        }
     }
+}
 
-    /// Copies lights into the leaves, in order.
-    fn fill_leaves(&mut self, lights: &[Light]) {
-        let first = self.levels[self.depth() as usize] as usize;
-        let light_at = &self.light_at;
-        for_each_chunk(&mut self.blocks[first..], CHUNK / WIDTH, |start, blocks| {
-            for (i, block) in blocks.iter_mut().enumerate() {
-                let leaf = (start + i) * WIDTH;
-                for lane in 0..WIDTH {
-                    let light = light_at.get(leaf + lane).map(|&light| &lights[light as usize]);
-                    block.set(lane, &light.map_or(Node::BOGUS, Node::leaf));
+struct Encode<'a> {
+    lights: &'a [Light],
+    codes: &'a mut [u64],
+    cube: &'a Cube,
+    curve: Curve,
+}
+
+impl LaneKernel for Encode<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (lights, codes) in self.lights.chunks(LANES).zip(self.codes.chunks_mut(LANES)) {
+            let mut cells: Cells = [[0; LANES]; 3];
+            for (lane, light) in lights.iter().enumerate() {
+                let cell = self.cube.cell(&light.bounds);
+                for axis in 0..3 {
+                    cells[axis][lane] = cell[axis];
                 }
             }
-        });
-    }
-
-    /// Builds all inner levels, in groups of up to three from the level below them (Lin 2022 §4.4).
-    fn build_levels(&mut self) {
-        let mut source = self.depth() as usize;
-        while source > 0 {
-            let group = source.min(3);
-            let (above, rest) = self.blocks.split_at_mut(self.levels[source] as usize);
-            let end = self
-                .levels
-                .get(source + 1)
-                .map_or(rest.len(), |&end| end as usize - self.levels[source] as usize);
-            build_group(&rest[..end], above, &self.levels[source - group..source]);
-            source -= group;
+            codes.copy_from_slice(&self.curve.codes(cells)[..codes.len()]);
         }
     }
 }
 
-/// Builds the levels that start at `firsts` (the uppermost first) at the end of `above`, from `source`, the level below them.
-fn build_group(source: &[NodeBlock], above: &mut [NodeBlock], firsts: &[u32]) {
-    let origin = firsts[0] as usize;
-    let mut rest = &mut above[origin..];
-    let mut targets: [&mut [NodeBlock]; 3] = Default::default();
-    // From the lowest to the uppermost.
-    for (slot, &first) in targets.iter_mut().zip(firsts.iter().rev()) {
-        let (before, level) = rest.split_at_mut(first as usize - origin);
-        (*slot, rest) = (level, before);
+/// All levels, from the leaves to the root.
+fn build_levels(
+    blocks: &mut [NodeBlock],
+    levels: &[u32],
+    light_at: &mut [u32],
+    lights: &[Light],
+    sorted: Sorted,
+) {
+    // The lowest levels, that of the leaves first; those that are not there are empty.
+    let mut low: [&mut [NodeBlock]; LOW_LEVELS] = Default::default();
+    let mut above = &mut *blocks;
+    for (slot, &first) in low.iter_mut().zip(levels.iter().rev()) {
+        (above, *slot) = above.split_at_mut(first as usize);
     }
-    let [one, two, three] = targets;
-    for_each_group(source, GROUP, [one, two, three], &|source, [one, two, three]| {
-        halve(source, one);
-        halve(one, two);
-        halve(two, three);
+    build_low(&Leaves { lights, sorted }, 0, &mut low, light_at);
+    // The rest are few.
+    for level in (1..levels.len()).rev().skip(LOW_LEVELS - 1) {
+        let (above, below) = blocks.split_at_mut(levels[level] as usize);
+        let end = levels
+            .get(level + 1)
+            .map_or(below.len(), |&end| (end - levels[level]) as usize);
+        LaneChoice::best().run(Halve {
+            below: &below[..end],
+            level: &mut above[levels[level - 1] as usize..],
+        });
+    }
+}
+
+struct Leaves<'a> {
+    lights: &'a [Light],
+    sorted: Sorted<'a>,
+}
+
+/// Builds the lowest levels above the leaves from place `first` on; each part while it is in cache.
+fn build_low(source: &Leaves, first: usize, low: &mut [&mut [NodeBlock]; LOW_LEVELS], light_at: &mut [u32]) {
+    let count = low[0].len();
+    if count > PART {
+        let middle = count.div_ceil(2 * PART) * PART;
+        let mut left: [&mut [NodeBlock]; LOW_LEVELS] = Default::default();
+        let mut right: [&mut [NodeBlock]; LOW_LEVELS] = Default::default();
+        for (level, blocks) in low.iter_mut().enumerate() {
+            (left[level], right[level]) = std::mem::take(blocks).split_at_mut(middle >> level);
+        }
+        let (light_at_left, light_at_right) = light_at.split_at_mut(middle * WIDTH);
+        join(
+            || build_low(source, first, &mut left, light_at_left),
+            || build_low(source, first + middle * WIDTH, &mut right, light_at_right),
+        );
+        return;
+    }
+    let [leaves, above @ ..] = low;
+    LaneChoice::best().run(FillLeaves {
+        source,
+        first,
+        leaves,
+        light_at,
     });
+    let mut below: &[NodeBlock] = leaves;
+    for level in above.iter_mut().filter(|level| !level.is_empty()) {
+        LaneChoice::best().run(Halve { below, level });
+        below = level;
+    }
+}
+
+/// Copies lights into leaves, in order.
+struct FillLeaves<'a> {
+    source: &'a Leaves<'a>,
+    first: usize,
+    leaves: &'a mut [NodeBlock],
+    light_at: &'a mut [u32],
+}
+
+impl LaneKernel for FillLeaves<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Leaves { lights, sorted } = self.source;
+        for (place, light_at) in (self.first..).zip(self.light_at.iter_mut()) {
+            *light_at = sorted.get(place).unwrap_or(0) as u32;
+        }
+        for (i, (block, indices)) in self
+            .leaves
+            .iter_mut()
+            .zip(self.light_at.chunks(WIDTH))
+            .enumerate()
+        {
+            for later in self.light_at.iter().skip(i * WIDTH + AHEAD).take(WIDTH) {
+                // A light lies in one line or in two.
+                let light = &lights[*later as usize];
+                prefetch(&light.bounds);
+                prefetch(&light.cone);
+            }
+            let mut eight = [None; WIDTH];
+            for (slot, &light) in eight.iter_mut().zip(indices) {
+                *slot = Some(&lights[light as usize]);
+            }
+            *block = NodeBlock::leaves::<L>(&eight);
+        }
+    }
 }
 
 /// A level from the one below it: node `i` is the union of nodes `2i` and `2i + 1`.
-fn halve(below: &[NodeBlock], level: &mut [NodeBlock]) {
-    for (i, block) in level.iter_mut().enumerate() {
-        for lane in 0..WIDTH {
-            let child = 2 * (i * WIDTH + lane);
-            let from = |child: usize| {
-                below
-                    .get(child / WIDTH)
-                    .map_or(Node::BOGUS, |b| b.node(child % WIDTH))
+struct Halve<'a> {
+    below: &'a [NodeBlock],
+    level: &'a mut [NodeBlock],
+}
+
+impl LaneKernel for Halve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (block, pair) in self.level.iter_mut().zip(self.below.chunks(2)) {
+            *block = match pair {
+                [first, second] => NodeBlock::halved::<L>(first, second),
+                [first] => NodeBlock::halved::<L>(first, &NodeBlock::BOGUS),
+                _ => NodeBlock::BOGUS,
             };
-            block.set(lane, &from(child).union(&from(child + 1)));
         }
     }
 }

@@ -1,13 +1,16 @@
 //! The perfect binary light tree.
 //!
-//! Lights are sorted along a Morton curve and become the leaves of a binary tree in which every leaf has the same depth
+//! Lights are sorted along a space-filling curve and become the leaves of a binary tree in which every leaf has the same depth
 //! `D = ⌈log₂ n⌉` (Lin 2022 §4.3.1). No node stores a pointer: the children of node `i` of a level are nodes `2i` and `2i + 1` of
 //! the next. Bogus leaves of zero intensity fill up the last level; whatever lies beyond the last light is not even stored.
 
 mod build;
+mod curve;
 mod order;
 #[cfg(test)]
 mod tests;
+
+pub use curve::Curve;
 
 use crate::block::{Node, NodeBlock, WIDTH};
 use crate::descent::{Step, Tree, Way};
@@ -59,6 +62,8 @@ pub struct PerfectTreeOptions {
     pub weighting: Weighting,
     /// Levels of the tree taken at each step.
     pub stride: Stride,
+    /// The curve along which lights are sorted.
+    pub curve: Curve,
 }
 
 /// How many levels of a binary tree a step goes down.
@@ -76,6 +81,7 @@ impl Default for PerfectTreeOptions {
         Self {
             weighting: Weighting::MinMax,
             stride: Stride::Three,
+            curve: Curve::Hilbert,
         }
     }
 }
@@ -85,6 +91,12 @@ impl PerfectTreeOptions {
     #[must_use]
     pub fn with_weighting(self, weighting: Weighting) -> Self {
         Self { weighting, ..self }
+    }
+
+    /// Lights sorted along the given curve.
+    #[must_use]
+    pub fn with_curve(self, curve: Curve) -> Self {
+        Self { curve, ..self }
     }
 
     /// The given number of levels at each step.

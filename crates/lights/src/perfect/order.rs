@@ -1,131 +1,180 @@
-//! Sorting along the Morton curve.
+//! Sorting by 63-bit codes, ties by index: a total order, which does not depend on how it was found.
 //!
-//! Codes have 63 bits and ties go by index, so the order is total and does not depend on how it was found. Most codes differ in
-//! their upper bits already: those are sorted by counting (three passes over 11 bits each), and runs that agree in them
-//! are finished by comparison. On several threads, halves are sorted apart and merged.
+//! What is moved is one word for each light: as many of the code's upper bits as the index leaves room for, then the index. Words
+//! are thrown into buckets by their upper bits, a chunk of them at a time; buckets are small enough to be sorted in cache. Only runs
+//! that agree in all these bits look at the whole codes.
 
-/// Digits of the counted part: `DIGITS · DIGIT_BITS` upper bits of the 63.
-const DIGITS: u32 = 3;
-const DIGIT_BITS: u32 = 11;
+use crate::parallel::join;
+
+/// A chunk is thrown into at most so many buckets.
 const BUCKETS: usize = 1 << DIGIT_BITS;
-/// What the counted part leaves of a code.
-const REST_BITS: u32 = 63 - DIGITS * DIGIT_BITS;
-/// Below this a counting pass costs more than it saves.
-const SMALL: usize = 2048;
-/// Halves are not sorted apart below this.
-#[cfg(feature = "parallel")]
+const DIGIT_BITS: u32 = 9;
+/// Words that are sorted by comparisons, in cache.
+const SMALL: usize = 1 << 11;
+/// Words that a thread takes at once.
 const APART: usize = 1 << 15;
 
-/// A code and the index of its light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Keyed {
-    pub code: u64,
-    pub index: u32,
+/// What is kept from one sort to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Order {
+    /// The lights' codes.
+    pub codes: Vec<u64>,
+    words: Vec<u64>,
+    spare: Vec<u64>,
 }
 
-/// Sorts by code, then index. `keys` must come in the order of their indices; `spare` is as long.
-pub(crate) fn sort(keys: &mut [Keyed], spare: &mut [Keyed]) {
-    #[cfg(feature = "parallel")]
-    if keys.len() >= 2 * APART && rayon::current_num_threads() > 1 {
-        return sort_apart(keys, spare);
+impl Order {
+    /// Room for `count` codes.
+    pub fn resize(&mut self, count: usize) {
+        self.codes.resize(count, 0);
+        self.words.resize(count, 0);
+        self.spare.resize(count, 0);
     }
-    sort_alone(keys, spare);
-}
 
-/// Two halves on two threads, then merged in two halves.
-#[cfg(feature = "parallel")]
-fn sort_apart(keys: &mut [Keyed], spare: &mut [Keyed]) {
-    let middle = keys.len() / 2;
-    {
-        let (low, high) = keys.split_at_mut(middle);
-        let (spare_low, spare_high) = spare.split_at_mut(middle);
-        rayon::join(|| sort(low, spare_low), || sort(high, spare_high));
-    }
-    let (low, high) = keys.split_at(middle);
-    // How many of the smaller half come from `low`.
-    let half = keys.len() / 2;
-    let from_low = co_rank(low, high, half);
-    let (first, second) = spare.split_at_mut(half);
-    rayon::join(
-        || merge(&low[..from_low], &high[..half - from_low], first),
-        || merge(&low[from_low..], &high[half - from_low..], second),
-    );
-    rayon::join(|| keys[..half].copy_from_slice(&spare[..half]), || ());
-    keys[half..].copy_from_slice(&spare[half..]);
-}
-
-/// How many of the `count` least elements of both sorted slices are in `low`.
-#[cfg(feature = "parallel")]
-fn co_rank(low: &[Keyed], high: &[Keyed], count: usize) -> usize {
-    let (mut least, mut most) = (count.saturating_sub(high.len()), count.min(low.len()));
-    while least < most {
-        let middle = (least + most) / 2;
-        if low[middle] < high[count - middle - 1] {
-            least = middle + 1;
-        } else {
-            most = middle;
-        }
-    }
-    least
-}
-
-#[cfg(feature = "parallel")]
-fn merge(low: &[Keyed], high: &[Keyed], out: &mut [Keyed]) {
-    let (mut from_low, mut from_high) = (0, 0);
-    for slot in out {
-        let take_low = match (low.get(from_low), high.get(from_high)) {
-            (Some(a), Some(b)) => a < b,
-            (a, _) => a.is_some(),
-        };
-        if take_low {
-            *slot = low[from_low];
-            from_low += 1;
-        } else {
-            *slot = high[from_high];
-            from_high += 1;
+    /// The indices of all codes, sorted.
+    pub fn sort(&mut self) -> Sorted<'_> {
+        let index_bits = self.codes.len().max(2).next_power_of_two().trailing_zeros();
+        let codes = &self.codes;
+        crate::parallel::for_each_chunk(&mut self.words, APART, |start, words| {
+            for (i, word) in words.iter_mut().enumerate() {
+                let index = start + i;
+                // Codes have 63 bits.
+                *word = codes[index] << 1 >> index_bits << index_bits | index as u64;
+            }
+        });
+        let job = Job { index_bits, codes };
+        job.sort(&mut self.words, &mut self.spare, 64, false);
+        Sorted {
+            words: &self.words,
+            mask: (1 << index_bits) - 1,
         }
     }
 }
 
-fn sort_alone(keys: &mut [Keyed], spare: &mut [Keyed]) {
-    if keys.len() < SMALL {
-        keys.sort_unstable();
+/// Indices in order.
+#[derive(Clone, Copy)]
+pub(super) struct Sorted<'a> {
+    words: &'a [u64],
+    mask: u64,
+}
+
+impl Sorted<'_> {
+    /// The index at `place`; `None` beyond the last.
+    #[inline(always)]
+    pub fn get(&self, place: usize) -> Option<usize> {
+        Some((self.words.get(place)? & self.mask) as usize)
+    }
+}
+
+/// What a sort needs to know.
+#[derive(Clone, Copy)]
+struct Job<'a> {
+    index_bits: u32,
+    codes: &'a [u64],
+}
+
+/// How many words have each digit.
+type Counts = [u32; BUCKETS];
+
+impl Job<'_> {
+    /// Sorts `words`, which agree in all bits from `top` up. The result is in `other` if `moved`, else in `words`.
+    fn sort(&self, words: &mut [u64], other: &mut [u64], top: u32, moved: bool) {
+        if words.len() <= SMALL || top < self.index_bits + DIGIT_BITS {
+            words.sort_unstable();
+            self.settle_runs(words);
+            if moved {
+                other.copy_from_slice(words);
+            }
+            return;
+        }
+        let shift = top - DIGIT_BITS;
+        let counts = self.count(words, shift);
+        // All in one bucket: the next digit.
+        if counts[digit(words[0], shift)] as usize == words.len() {
+            return self.sort(words, other, shift, moved);
+        }
+        throw(words, other, &counts, shift, 0);
+        self.sort_buckets(other, words, &counts, shift, !moved);
+    }
+
+    fn count(&self, words: &[u64], shift: u32) -> Counts {
+        if words.len() > APART {
+            let (low, high) = words.split_at(words.len() / 2);
+            let (mut low, high) = join(|| self.count(low, shift), || self.count(high, shift));
+            low.iter_mut().zip(&high).for_each(|(low, high)| *low += high);
+            return low;
+        }
+        let mut counts = [0; BUCKETS];
+        for &word in words {
+            counts[digit(word, shift)] += 1;
+        }
+        counts
+    }
+
+    /// Sorts consecutive buckets of these sizes, the larger ones apart.
+    fn sort_buckets(&self, words: &mut [u64], other: &mut [u64], sizes: &[u32], top: u32, moved: bool) {
+        if sizes.len() > 1 && words.len() > APART {
+            let (low, high) = sizes.split_at(sizes.len() / 2);
+            let middle: usize = low.iter().map(|&size| size as usize).sum();
+            let (words_low, words_high) = words.split_at_mut(middle);
+            let (other_low, other_high) = other.split_at_mut(middle);
+            join(
+                || self.sort_buckets(words_low, other_low, low, top, moved),
+                || self.sort_buckets(words_high, other_high, high, top, moved),
+            );
+            return;
+        }
+        let (mut words, mut other) = (words, other);
+        for &size in sizes {
+            let (bucket, words_rest) = words.split_at_mut(size as usize);
+            let (other_bucket, other_rest) = other.split_at_mut(size as usize);
+            if size > 0 {
+                self.sort(bucket, other_bucket, top, moved);
+            }
+            (words, other) = (words_rest, other_rest);
+        }
+    }
+
+    /// Sorts what agrees in all that a word holds of the code by the whole code.
+    fn settle_runs(&self, words: &mut [u64]) {
+        let mask = (1 << self.index_bits) - 1;
+        for run in words.chunk_by_mut(|a, b| a >> self.index_bits == b >> self.index_bits) {
+            if run.len() > 1 {
+                run.sort_unstable_by_key(|&word| (self.codes[(word & mask) as usize], word));
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn digit(word: u64, shift: u32) -> usize {
+    (word >> shift) as usize % BUCKETS
+}
+
+/// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on that go into `to`. Many words are
+/// thrown by two threads, each of which reads all of them and fills half of the buckets.
+fn throw(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize) {
+    if words.len() > APART && counts.len() == BUCKETS {
+        let (low, high) = counts.split_at(BUCKETS / 2);
+        let middle: u32 = low.iter().sum();
+        let (to_low, to_high) = to.split_at_mut(middle as usize);
+        join(
+            || throw(words, to_low, low, shift, 0),
+            || throw(words, to_high, high, shift, BUCKETS / 2),
+        );
         return;
     }
-    let mut counts = [[0u32; BUCKETS]; DIGITS as usize];
-    for key in keys.iter() {
-        let high = key.code >> REST_BITS;
-        for (digit, counts) in counts.iter_mut().enumerate() {
-            counts[(high >> (digit as u32 * DIGIT_BITS)) as usize % BUCKETS] += 1;
-        }
+    let mut next = [0; BUCKETS];
+    let mut sum = 0;
+    for (next, count) in next.iter_mut().zip(counts) {
+        *next = sum;
+        sum += count;
     }
-    let (mut from, mut to) = (&mut *keys, &mut *spare);
-    let mut moved = 0;
-    for (digit, counts) in counts.iter_mut().enumerate() {
-        // All in one bucket: nothing to do.
-        if counts.iter().any(|&count| count as usize == from.len()) {
-            continue;
-        }
-        let mut next = 0;
-        for count in counts.iter_mut() {
-            next += std::mem::replace(count, next);
-        }
-        let shift = REST_BITS + digit as u32 * DIGIT_BITS;
-        for key in from.iter() {
-            let place = &mut counts[(key.code >> shift) as usize % BUCKETS];
-            to[*place as usize] = *key;
-            *place += 1;
-        }
-        std::mem::swap(&mut from, &mut to);
-        moved += 1;
-    }
-    if moved % 2 == 1 {
-        to.copy_from_slice(from);
-    }
-    // Counting is stable, so that what agrees in all bits is in the order of its indices already.
-    for run in keys.chunk_by_mut(|a, b| a.code >> REST_BITS == b.code >> REST_BITS) {
-        if run.len() > 1 {
-            run.sort_unstable();
+    for &word in words {
+        let bucket = digit(word, shift).wrapping_sub(base);
+        if bucket < counts.len() {
+            to[next[bucket] as usize] = word;
+            next[bucket] += 1;
         }
     }
 }
@@ -138,19 +187,21 @@ mod tests {
     /// Codes spread out, close together, and equal, against the standard library's sort.
     #[test]
     fn sorts_as_a_comparison_does() {
-        for count in [0usize, 1, 100, 5000, 200_000] {
-            for mask in [u64::MAX >> 1, 0xffff, 0x7 << 40, 0] {
+        let mut order = Order::default();
+        for count in [1usize, 2, 100, 5000, 200_000] {
+            for mask in [u64::MAX >> 1, 0xffff, 0x7 << 40, 0, 0x7fff_0000_0000_0001] {
                 let mut rng = CounterRng::new(2, count as u32, 0);
-                let key = |index| Keyed {
-                    code: rng.next_u64() & mask,
-                    index,
-                };
-                let mut keys: Vec<Keyed> = (0..count as u32).map(key).collect();
-                let mut expected = keys.clone();
-                expected.sort_unstable();
-                let mut spare = vec![Keyed::default(); count];
-                sort(&mut keys, &mut spare);
-                assert!(keys == expected, "{count} codes within {mask:#x}");
+                order.resize(count);
+                order
+                    .codes
+                    .iter_mut()
+                    .for_each(|code| *code = rng.next_u64() & mask);
+                let mut expected: Vec<usize> = (0..count).collect();
+                expected.sort_unstable_by_key(|&index| (order.codes[index], index));
+                let sorted = order.sort();
+                let found: Vec<usize> = (0..count).filter_map(|place| sorted.get(place)).collect();
+                assert!(found == expected, "{count} codes within {mask:#x}");
+                assert_eq!(sorted.get(count), None);
             }
         }
     }

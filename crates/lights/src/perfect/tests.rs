@@ -1,21 +1,41 @@
 //! The tree's structure; what it samples is tested for all samplers alike.
 
 use super::*;
+use crate::normals::BallLanes;
 use crate::testing::{Layout, lights_of};
+use lightshed_lanes::{ArrayLanes, LaneWords};
 
 /// A level built from the leaves in one go, by halving again and again.
-fn level_from_leaves(tree: &PerfectTree, level: u32) -> Vec<crate::block::Node> {
+fn level_from_leaves(tree: &PerfectTree, level: u32) -> Vec<Node> {
     let count = tree.lights();
     let mut nodes: Vec<_> = (0..count.next_power_of_two())
         .map(|leaf| match leaf < count {
             true => tree.block(tree.depth(), leaf as u32).node(leaf % WIDTH),
-            false => crate::block::Node::BOGUS,
+            false => Node::BOGUS,
         })
         .collect();
     for _ in level..tree.depth() {
-        nodes = nodes.chunks(2).map(|pair| pair[0].union(&pair[1])).collect();
+        nodes = nodes.chunks(2).map(|pair| union(&pair[0], &pair[1])).collect();
     }
     nodes
+}
+
+/// Both together, one by one; bogus nodes do not count.
+fn union(a: &Node, b: &Node) -> Node {
+    let lanes = |node: &Node, lane: usize| {
+        let mut block = crate::block::NodeBlock::BOGUS;
+        block.set(lane, node);
+        block.normals
+    };
+    match (a.intensity > 0.0, b.intensity > 0.0) {
+        (false, _) => *b,
+        (_, false) => *a,
+        _ => Node {
+            bounds: a.bounds.union(&b.bounds),
+            intensity: a.intensity + b.intensity,
+            normals: BallLanes::<ArrayLanes>::union(&lanes(a, 0), &lanes(b, 0)).store()[0],
+        },
+    }
 }
 
 /// Every node is the union of the lights below it, as found from the leaf level directly.
@@ -44,7 +64,7 @@ fn beyond_the_last_light_nodes_are_bogus() {
         let real = 1001usize.div_ceil(1 << (tree.depth() - level));
         let block = tree.block(level, real as u32 - 1);
         for lane in (real - 1) % WIDTH + 1..WIDTH {
-            assert_eq!(block.node(lane), crate::block::Node::BOGUS, "level {level}");
+            assert_eq!(block.node(lane), Node::BOGUS, "level {level}");
         }
     }
 }
