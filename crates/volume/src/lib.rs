@@ -49,6 +49,7 @@ mod field;
 mod flight;
 mod grid;
 mod majorant;
+mod mip;
 mod parallel;
 mod phase;
 mod regular;
@@ -66,8 +67,13 @@ pub use flight::{
     delta_tracking, homogeneous_flight, ray_marching_flight, weighted_delta_tracking,
 };
 pub use glam;
-pub use grid::{DenseAccessor, DenseGrid, Filter, GridError, MAX_VOXELS, MAX_VOXELS_PER_AXIS};
+pub use grid::{
+    BrickAccessor, BrickGrid, BrickStorage, DenseAccessor, DenseBricks, DenseGrid, Filter, FilteredGrid,
+    Grid4, Grid8, GridError, MAX_VOXELS, MAX_VOXELS_PER_AXIS, QuantizedBricks, SparseBricks, SparseGrid,
+    VoxelBlock,
+};
 pub use majorant::{MAX_MAJORANTS, MajorantError, MajorantGrid, Segment, Segments};
+pub use mip::{MAX_MIP_LEVELS, MipError, MipLevel, MipPyramid};
 pub use phase::{
     Blend, Draine, HenyeyGreenstein, Isotropic, MAX_ASYMMETRY, MAX_DRAINE_ALPHA, PhaseError, PhaseFunction,
     PhaseSample, ScatteringAngle,

@@ -118,6 +118,11 @@ impl MajorantGrid {
         self.lattice.counts
     }
 
+    /// The bounds of all super-voxels, x fastest.
+    pub(crate) fn ranges(&self) -> &[DensityRange] {
+        &self.ranges
+    }
+
     /// Bounds of the density over all super-voxels.
     pub fn range(&self) -> DensityRange {
         self.whole

@@ -23,6 +23,8 @@ pub(super) type Brick = [f32; VALUES];
 pub(super) struct Layout {
     /// Voxels.
     pub size: [u32; 3],
+    /// The greatest corner of the medium, at most `size`.
+    pub extent: Vec3,
     /// Bricks.
     counts: [u32; 3],
 }
@@ -33,6 +35,7 @@ impl Layout {
         let valid = size.iter().all(|&n| (1..=MAX_VOXELS_PER_AXIS).contains(&n)) && voxels <= MAX_VOXELS;
         valid.then(|| Self {
             size,
+            extent: Vec3::from_array(size.map(|n| n as f32)),
             // n + 1 cells.
             counts: size.map(|n| n / CELLS as u32 + 1),
         })
@@ -40,12 +43,6 @@ impl Layout {
 
     pub fn bricks(&self) -> usize {
         self.counts.iter().map(|&n| n as usize).product()
-    }
-
-    /// The greatest cell coordinates whose cell exists: points between are at most this.
-    #[inline(always)]
-    pub fn limit(&self) -> Vec3 {
-        Vec3::from_array(self.size.map(|n| n as f32))
     }
 
     /// The brick of a cell and the place of the cell's first corner in it.
@@ -58,10 +55,43 @@ impl Layout {
         (brick, ((z & MASK) * CORNERS + (y & MASK)) * CORNERS + (x & MASK))
     }
 
+    /// Where brick number `index` is among the bricks.
+    pub fn brick_position(&self, index: usize) -> [u32; 3] {
+        let [nx, ny, _] = self.counts.map(|n| n as usize);
+        [index % nx, index / nx % ny, index / (nx * ny)].map(|b| b as u32)
+    }
+
+    /// Every corner of the cells from `first` to `last`, by the brick of each cell.
+    pub fn for_each_corner(&self, first: [u32; 3], last: [u32; 3], mut visit: impl FnMut(usize, usize)) {
+        const EDGE: u32 = CELLS as u32;
+        // Bricks along an axis, and in each the corners of its cells among those asked for.
+        let along = |axis: usize| {
+            (first[axis] / EDGE..=last[axis] / EDGE).map(move |brick| {
+                let from = first[axis].max(brick * EDGE) - brick * EDGE;
+                let to = last[axis].min(brick * EDGE + EDGE - 1) - brick * EDGE + 1;
+                (brick as usize, from as usize..=to as usize)
+            })
+        };
+        let [nx, ny, _] = self.counts.map(|n| n as usize);
+        for (bz, zs) in along(2) {
+            for (by, ys) in along(1) {
+                for (bx, xs) in along(0) {
+                    let brick = (bz * ny + by) * nx + bx;
+                    for z in zs.clone() {
+                        for y in ys.clone() {
+                            for x in xs.clone() {
+                                visit(brick, (z * CORNERS + y) * CORNERS + x);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Fills brick number `index`.
     pub fn fill(&self, index: usize, brick: &mut Brick, voxel: impl Fn([u32; 3]) -> f32) {
-        let [nx, ny, _] = self.counts.map(|n| n as usize);
-        let first = [index % nx, index / nx % ny, index / (nx * ny)].map(|b| b * CELLS);
+        let first = self.brick_position(index).map(|b| b as usize * CELLS);
         for (i, value) in brick.iter_mut().enumerate() {
             let corner = [i % CORNERS, i / CORNERS % CORNERS, i / (CORNERS * CORNERS)];
             *value = voxel(core::array::from_fn(|a| {
@@ -71,11 +101,9 @@ impl Layout {
     }
 }
 
-/// The eight corners of a cell, x fastest.
-#[inline(always)]
-pub(super) fn corners(brick: &Brick, first: usize) -> [f32; 8] {
+/// From a cell's first corner to all of them, x fastest.
+pub(super) const CELL_CORNERS: [usize; 8] = {
     const Y: usize = CORNERS;
     const Z: usize = CORNERS * CORNERS;
-    let c = |i: usize| brick[first + i];
-    [c(0), c(1), c(Y), c(Y + 1), c(Z), c(Z + 1), c(Z + Y), c(Z + Y + 1)]
-}
+    [0, 1, Y, Y + 1, Z, Z + 1, Z + Y, Z + Y + 1]
+};

@@ -1,10 +1,22 @@
-//! Dense grids of voxels.
+//! Grids of voxels.
 
 mod brick;
+mod dense;
+mod filtered;
+mod quantized;
+mod sparse;
+mod storage;
+#[cfg(test)]
+mod tests;
 
-use crate::parallel::for_each_chunk;
+pub use dense::DenseBricks;
+pub use filtered::FilteredGrid;
+pub use quantized::QuantizedBricks;
+pub use sparse::{SparseBricks, VoxelBlock};
+pub use storage::BrickStorage;
+
 use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds, VoxelGrid};
-use brick::{Brick, CELLS, Layout};
+use brick::Layout;
 use glam::Vec3;
 use std::fmt;
 
@@ -37,8 +49,10 @@ pub enum GridError {
         /// Values.
         found: u64,
     },
-    /// The value at this index is negative or not finite.
+    /// The value at this index is negative or not finite; of a block, the index counts all values of the blocks before.
     Value(u64),
+    /// A block does not lie on the lattice of blocks or outside of the grid, or there are two at one place. The index of the block.
+    Block(usize),
 }
 
 impl fmt::Display for GridError {
@@ -50,6 +64,10 @@ impl fmt::Display for GridError {
             ),
             Self::Count { expected, found } => write!(f, "{found} values for {expected} voxels"),
             Self::Value(index) => write!(f, "value {index} of the grid is negative or not finite"),
+            Self::Block(index) => write!(
+                f,
+                "block {index} is not at a multiple of 8 within the grid, or at the place of another"
+            ),
         }
     }
 }
@@ -61,81 +79,35 @@ impl std::error::Error for GridError {}
 /// Outside of this box there is no medium; up to its faces a trilinear density keeps the value of the outermost centres, as
 /// Mitsuba's `gridvolume` does with its wrap mode `clamp`.
 ///
+/// Its voxels are kept in one of several forms `S`: [`DenseGrid`], [`SparseGrid`], [`Grid8`], [`Grid4`].
+///
 /// # Performance
-/// Stored in bricks of 8³ cells with the 9³ voxels at their corners: the eight voxels of a lookup are always within the same
-/// 2.9 KiB, for 1.42 times the memory of the bare values (more for grids of less than 8 voxels along an axis).
+/// All have bricks of 8³ cells with the 9³ voxels at their corners: the eight voxels of a lookup are always in the same
+/// brick, for 1.42 times as many values as voxels (more for grids of less than 8 voxels along an axis).
 #[derive(Clone, Debug)]
-pub struct DenseGrid {
+pub struct BrickGrid<S> {
     layout: Layout,
-    bricks: Vec<Brick>,
+    storage: S,
     filter: Filter,
     whole: DensityRange,
 }
 
-impl DenseGrid {
-    /// From `nx · ny · nz` values, x fastest, then y, then z: voxel `(x, y, z)` is `values[(z · ny + y) · nx + x]`, the order
-    /// of Mitsuba's `.vol` files.
-    ///
-    /// # Errors
-    /// [`GridError`] for sizes out of range and values that are negative or not finite.
-    pub fn new(size: [u32; 3], values: &[f32], filter: Filter) -> Result<Self, GridError> {
-        let layout = Layout::new(size).ok_or(GridError::Size(size))?;
-        let expected = size.iter().map(|&n| u64::from(n)).product();
-        let found = values.len() as u64;
-        if found != expected {
-            return Err(GridError::Count { expected, found });
-        }
-        let mut whole = DensityRange::EMPTY;
-        for (index, &value) in (0..).zip(values) {
-            if !(0.0..=f32::MAX).contains(&value) {
-                return Err(GridError::Value(index));
-            }
-            whole = whole.union(DensityRange {
-                min: value,
-                max: value,
-            });
-        }
-        let mut bricks = vec![[0.0; brick::VALUES]; layout.bricks()];
-        for_each_chunk(&mut bricks, 64, |start, chunk| {
-            for (index, brick) in (start..).zip(chunk) {
-                layout.fill(index, brick, |[x, y, z]| {
-                    values[(z as usize * size[1] as usize + y as usize) * size[0] as usize + x as usize]
-                });
-            }
-        });
-        Ok(Self {
-            layout,
-            bricks,
-            filter,
-            whole,
-        })
-    }
+/// A grid with all its voxels in 32 bits each: 5.7 bytes a voxel.
+pub type DenseGrid = BrickGrid<DenseBricks>;
 
-    /// From a function of the voxel's indices `[x, y, z]`.
-    ///
-    /// # Errors
-    /// As [`DenseGrid::new`].
-    pub fn from_fn(
-        size: [u32; 3],
-        filter: Filter,
-        mut value: impl FnMut([u32; 3]) -> f32,
-    ) -> Result<Self, GridError> {
-        Layout::new(size).ok_or(GridError::Size(size))?;
-        let [nx, ny, nz] = size;
-        let mut values = Vec::with_capacity(nx as usize * ny as usize * nz as usize);
-        for z in 0..nz {
-            for y in 0..ny {
-                values.extend((0..nx).map(|x| value([x, y, z])));
-            }
-        }
-        Self::new(size, &values, filter)
-    }
+/// A grid without memory for bricks in which everything is 0: 5.7 bytes a voxel of the others.
+pub type SparseGrid = BrickGrid<SparseBricks>;
 
-    /// Voxels along each axis.
-    pub fn size(&self) -> [u32; 3] {
-        self.layout.size
-    }
+/// A grid of 8 bits a value, 1.44 bytes a voxel; see [`QuantizedBricks`].
+pub type Grid8 = BrickGrid<QuantizedBricks<8, 729>>;
 
+/// A grid of 4 bits a value, 0.73 bytes a voxel; see [`QuantizedBricks`].
+pub type Grid4 = BrickGrid<QuantizedBricks<4, 365>>;
+
+/// Looks up a [`DenseGrid`].
+pub type DenseAccessor<'a> = BrickAccessor<'a, DenseBricks>;
+
+impl<S: BrickStorage> BrickGrid<S> {
     /// The same voxels under another filter.
     #[must_use]
     pub fn with_filter(mut self, filter: Filter) -> Self {
@@ -143,13 +115,91 @@ impl DenseGrid {
         self
     }
 
+    /// These voxels seen through another filter, without a copy.
+    pub fn filtered(&self, filter: Filter) -> FilteredGrid<'_, S> {
+        FilteredGrid::new(self, filter)
+    }
+
+    /// Voxels along each axis.
+    pub fn size(&self) -> [u32; 3] {
+        self.layout.size
+    }
+
     /// The least and greatest voxel.
     pub fn value_range(&self) -> DensityRange {
         self.whole
     }
+
+    /// Bytes of all voxels.
+    pub fn bytes(&self) -> usize {
+        self.storage.bytes()
+    }
+
+    fn access(&self, filter: Filter) -> BrickAccessor<'_, S> {
+        BrickAccessor {
+            grid: self,
+            limit: Vec3::from_array(self.layout.size.map(|n| n as f32)),
+            filter,
+        }
+    }
+
+    /// As [`DensityField::range`], under `filter`.
+    fn range_by(&self, filter: Filter, low: Vec3, high: Vec3) -> DensityRange {
+        let size = self.layout.size;
+        let mut range = DensityRange::EMPTY;
+        let mut add = |value: f32| {
+            range = range.union(DensityRange {
+                min: value,
+                max: value,
+            });
+        };
+        match filter {
+            Filter::Nearest => {
+                let first: [u32; 3] = core::array::from_fn(|a| (low[a] as u32).min(size[a] - 1));
+                let last: [u32; 3] = core::array::from_fn(|a| (high[a] as u32).min(size[a] - 1));
+                for z in first[2]..=last[2] {
+                    for y in first[1]..=last[1] {
+                        for x in first[0]..=last[0] {
+                            add(self.voxel([x, y, z]));
+                        }
+                    }
+                }
+            }
+            // All corners of the cells that the box touches, each from the brick that holds the cell: bricks may differ in what they keep of a
+            // voxel they share.
+            Filter::Trilinear => {
+                let first: [u32; 3] = core::array::from_fn(|a| ((low[a] + 0.5) as u32).min(size[a]));
+                let last: [u32; 3] = core::array::from_fn(|a| ((high[a] + 0.5) as u32).min(size[a]));
+                self.layout.for_each_corner(first, last, |brick, corner| {
+                    add(self.storage.corner(brick, corner));
+                });
+            }
+        }
+        range
+    }
 }
 
-impl VoxelGrid for DenseGrid {
+impl<S: BrickStorage> DensityField for BrickGrid<S> {
+    type Accessor<'a>
+        = BrickAccessor<'a, S>
+    where
+        S: 'a;
+
+    fn bounds(&self) -> FieldBounds {
+        FieldBounds::new(Vec3::ZERO, self.layout.extent).unwrap_or(FieldBounds::ALL)
+    }
+
+    #[inline]
+    fn accessor(&self) -> BrickAccessor<'_, S> {
+        self.access(self.filter)
+    }
+
+    fn range(&self, low: Vec3, high: Vec3) -> DensityRange {
+        self.range_by(self.filter, low, high)
+    }
+}
+
+impl<S: BrickStorage> VoxelGrid for BrickGrid<S> {
     #[inline]
     fn size(&self) -> [u32; 3] {
         self.layout.size
@@ -166,83 +216,43 @@ impl VoxelGrid for DenseGrid {
         let last = self.layout.size.map(|n| n - 1);
         let cell = core::array::from_fn(|a| voxel[a].min(last[a]));
         let (brick, corner) = self.layout.locate(cell);
-        self.bricks[brick][corner + brick::LAST_CORNER]
+        self.storage.corner(brick, corner + brick::LAST_CORNER)
     }
 
     #[inline]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         let cell = core::array::from_fn(|a| cell[a].min(self.layout.size[a]));
         let (brick, corner) = self.layout.locate(cell);
-        brick::corners(&self.bricks[brick], corner)
+        self.storage.cell(brick, corner)
     }
 }
 
-/// Looks up a [`DenseGrid`]. Keeps nothing but where the grid is: to look whether the cell is still the same costs more than its eight
-/// voxels do.
+/// Looks up a [`BrickGrid`]. Keeps nothing but where the grid is: to look whether the cell is still the same costs more than its eight voxels
+/// do.
 #[derive(Clone, Debug)]
-pub struct DenseAccessor<'a> {
-    grid: &'a DenseGrid,
+pub struct BrickAccessor<'a, S> {
+    grid: &'a BrickGrid<S>,
     limit: Vec3,
+    filter: Filter,
 }
 
-impl DensityField for DenseGrid {
-    type Accessor<'a> = DenseAccessor<'a>;
-
-    fn bounds(&self) -> FieldBounds {
-        let max = Vec3::from_array(self.layout.size.map(|n| n as f32));
-        FieldBounds::new(Vec3::ZERO, max).unwrap_or(FieldBounds::ALL)
-    }
-
-    #[inline]
-    fn accessor(&self) -> DenseAccessor<'_> {
-        DenseAccessor {
-            grid: self,
-            limit: self.layout.limit(),
-        }
-    }
-
-    fn range(&self, low: Vec3, high: Vec3) -> DensityRange {
-        // The voxels that a lookup in the box may read: those of all cells it touches, or those that hold it.
-        let reach = match self.filter {
-            Filter::Nearest => 0.0,
-            Filter::Trilinear => 0.5,
-        };
-        let size = self.layout.size;
-        let first: [u32; 3] = core::array::from_fn(|a| ((low[a] - reach).floor() as u32).min(size[a] - 1));
-        let last: [u32; 3] = core::array::from_fn(|a| ((high[a] + reach).floor() as u32).min(size[a] - 1));
-        let mut range = DensityRange::EMPTY;
-        for z in first[2]..=last[2] {
-            for y in first[1]..=last[1] {
-                for x in first[0]..=last[0] {
-                    let value = self.voxel([x, y, z]);
-                    range = range.union(DensityRange {
-                        min: value,
-                        max: value,
-                    });
-                }
-            }
-        }
-        range
-    }
-}
-
-impl DensityAccessor for DenseAccessor<'_> {
+impl<S: BrickStorage> DensityAccessor for BrickAccessor<'_, S> {
     #[inline(always)]
     fn density(&mut self, position: Vec3) -> f32 {
         let layout = &self.grid.layout;
-        match self.grid.filter {
+        match self.filter {
             Filter::Nearest => {
                 let p = position.max(Vec3::ZERO).min(self.limit - Vec3::ONE);
                 let cell = [p.x as u32, p.y as u32, p.z as u32];
                 let (brick, corner) = layout.locate(cell);
-                self.grid.bricks[brick][corner + brick::LAST_CORNER]
+                self.grid.storage.corner(brick, corner + brick::LAST_CORNER)
             }
             Filter::Trilinear => {
                 // Cell c lies between the centres of voxels c − 1 and c.
                 let p = (position + Vec3::splat(0.5)).max(Vec3::ZERO).min(self.limit);
                 let cell = [p.x as u32, p.y as u32, p.z as u32];
                 let (brick, corner) = layout.locate(cell);
-                let corners = brick::corners(&self.grid.bricks[brick], corner);
+                let corners = self.grid.storage.cell(brick, corner);
                 let [fx, fy, fz] = [p.x - cell[0] as f32, p.y - cell[1] as f32, p.z - cell[2] as f32];
                 trilinear(&corners, fx, fy, fz)
             }
@@ -264,9 +274,3 @@ fn trilinear(c: &[f32; 8], fx: f32, fy: f32, fz: f32) -> f32 {
     // Rounding may fall below zero between positive voxels.
     lerp(near, far, fz).max(0.0)
 }
-
-/// The layout's edge in cells is what the documentation says.
-const _: () = assert!(CELLS == 8);
-
-#[cfg(test)]
-mod tests;

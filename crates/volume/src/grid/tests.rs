@@ -184,3 +184,199 @@ fn bad_grids_are_refused() {
         );
     }
 }
+
+/// A grid with much nothing, the same in all forms.
+fn patchy(size: [u32; 3], seed: u64) -> (Vec<f32>, DenseGrid) {
+    let mut rng = rng(seed);
+    let [nx, ny, nz] = size;
+    let values: Vec<f32> = (0..nx * ny * nz)
+        .map(|i| {
+            let [x, y, z] = [i % nx, i / nx % ny, i / (nx * ny)].map(|v| v / 8);
+            let empty = x % 4 != 0 || (y + z) % 3 == 1;
+            if empty {
+                0.0
+            } else {
+                (uniform_f64(&mut rng) - 0.2).max(0.0) as f32
+            }
+        })
+        .collect();
+    let grid = DenseGrid::new(size, &values, Filter::Trilinear).unwrap();
+    (values, grid)
+}
+
+fn blocks(size: [u32; 3], values: &[f32]) -> Vec<VoxelBlock> {
+    let mut blocks = Vec::new();
+    let counts = size.map(|n| n.div_ceil(8));
+    for i in 0..counts.iter().product::<u32>() {
+        let origin = [
+            i % counts[0],
+            i / counts[0] % counts[1],
+            i / (counts[0] * counts[1]),
+        ]
+        .map(|b| b * 8);
+        let block: [f32; 512] = core::array::from_fn(|v| {
+            let p: [u32; 3] = core::array::from_fn(|a| origin[a] + [v % 8, v / 8 % 8, v / 64][a] as u32);
+            let inside = (0..3).all(|a| p[a] < size[a]);
+            // Beyond the grid's end there may be anything.
+            if inside {
+                values[((p[2] * size[1] + p[1]) * size[0] + p[0]) as usize]
+            } else {
+                7.0
+            }
+        });
+        if block.iter().any(|&v| v > 0.0 && v < 7.0) {
+            blocks.push(VoxelBlock {
+                origin,
+                values: block,
+            });
+        }
+    }
+    blocks
+}
+
+#[test]
+fn sparse_grids_are_dense_grids() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        BlockForgotten,
+        Shifted,
+    }
+    check_faults(&[Fault::BlockForgotten, Fault::Shifted], |fault| {
+        for size in [[16, 16, 16], [40, 23, 33], [5, 3, 1], [17, 8, 64]] {
+            let (values, dense) = patchy(size, 60);
+            let mut blocks = blocks(size, &values);
+            match fault {
+                Some(Fault::BlockForgotten) => drop(blocks.pop()),
+                Some(Fault::Shifted) => blocks[0].values.rotate_right(1),
+                None => (),
+            }
+            let sparse = SparseGrid::from_blocks(size, &blocks, Filter::Trilinear).unwrap();
+            let mut rng = rng(61);
+            for filter in [Filter::Nearest, Filter::Trilinear] {
+                let (a, b) = (dense.filtered(filter), sparse.filtered(filter));
+                let (mut a, mut b) = (a.accessor(), b.accessor());
+                for _ in 0..4000 {
+                    let p = Vec3::from_array(size.map(|n| (uniform_f64(&mut rng) * f64::from(n)) as f32));
+                    if a.density(p) != b.density(p) {
+                        return Err(format!("{size:?} at {p}"));
+                    }
+                    let (low, high) = (p - 2.0, p + 3.0);
+                    assert!(fault.is_some() || dense.range(low, high) == sparse.range(low, high));
+                }
+            }
+            if size == [40, 23, 33] {
+                assert!(sparse.bytes() * 10 < dense.bytes() * 9);
+            }
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
+#[test]
+fn misplaced_blocks_are_refused() {
+    let block = |origin| VoxelBlock {
+        origin,
+        values: [1.0; 512],
+    };
+    let build =
+        |blocks: &[VoxelBlock]| SparseGrid::from_blocks([16, 16, 9], blocks, Filter::Nearest).map(|_| ());
+    assert_eq!(build(&[block([0, 0, 0]), block([8, 8, 8])]), Ok(()));
+    assert_eq!(build(&[block([0, 4, 0])]), Err(GridError::Block(0)));
+    assert_eq!(
+        build(&[block([0, 0, 0]), block([16, 0, 0])]),
+        Err(GridError::Block(1))
+    );
+    assert_eq!(
+        build(&[block([8, 0, 0]), block([8, 0, 0])]),
+        Err(GridError::Block(1))
+    );
+    let mut bad = block([0, 0, 0]);
+    bad.values[3] = -1.0;
+    assert_eq!(build(&[block([8, 0, 0]), bad]), Err(GridError::Value(515)));
+}
+
+/// Checks a compressed grid against the original: half a step where nothing is near zero, a step elsewhere, nothing lost.
+fn check_compressed<S: BrickStorage>(
+    dense: &DenseGrid,
+    compressed: &BrickGrid<S>,
+    levels: f32,
+) -> Result<(), String> {
+    let size = dense.size();
+    let mut rng = rng(70);
+    for _ in 0..20_000 {
+        let p = Vec3::from_array(size.map(|n| (uniform_f64(&mut rng) * f64::from(n)) as f32));
+        let (truth, found) = (dense.density(p), compressed.density(p));
+        // A brick's values span less than the whole.
+        let step = dense.value_range().max / levels;
+        if (truth - found).abs() > step + 1e-6 {
+            return Err(format!("{found} for {truth}, at most {step} off"));
+        }
+        if (truth > 0.0) != (found > 0.0) {
+            return Err(format!("{found} for {truth}"));
+        }
+        let range = compressed.range(p - 0.1, p + 0.1);
+        if !(range.min <= found + 1e-6 && found <= range.max + 1e-6) {
+            return Err(format!("{found} out of {range:?}"));
+        }
+    }
+    for z in 0..size[2] {
+        for y in 0..size[1] {
+            for x in 0..size[0] {
+                let (truth, found) = (dense.voxel([x, y, z]), compressed.voxel([x, y, z]));
+                if (truth == 0.0) != (found == 0.0) {
+                    return Err(format!("voxel {found} for {truth}"));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn compressed_grids_are_close_and_lose_nothing() {
+    for size in [[16, 16, 16], [40, 23, 33], [5, 3, 1]] {
+        let (values, _) = patchy(size, 80);
+        // Values so faint that they round to nothing.
+        let faint = values
+            .iter()
+            .map(|&v| if v > 0.6 { v * 1e-6 } else { v })
+            .collect::<Vec<_>>();
+        let dense = DenseGrid::new(size, &faint, Filter::Trilinear).unwrap();
+        check_faults(&[1.0f32 - 0.9, 2.0], |fault| {
+            // Faults: all values scaled by as much.
+            let scaled = faint.iter().map(|v| v * fault.unwrap_or(1.0)).collect::<Vec<_>>();
+            let used = DenseGrid::new(size, &scaled, Filter::Trilinear).unwrap();
+            check_compressed(&dense, &Grid8::compress(&used), 255.0)?;
+            check_compressed(&dense, &Grid4::compress(&used), 15.0)
+        })
+        .unwrap();
+        assert!(Grid8::compress(&dense).bytes() * 3 < dense.bytes());
+        assert!(Grid4::compress(&dense).bytes() * 7 < dense.bytes());
+    }
+}
+
+#[test]
+fn extreme_values_survive_compression() {
+    for scale in [f32::MAX, 1e-45, 1e-38, 1.0] {
+        let grid = DenseGrid::from_fn([9, 9, 9], Filter::Trilinear, |[x, y, _]| {
+            if x < 3 {
+                0.0
+            } else {
+                scale * ((y + 1) as f32 / 9.0)
+            }
+        })
+        .unwrap();
+        let (eight, four) = (Grid8::compress(&grid), Grid4::compress(&grid));
+        for x in 0..9 {
+            let truth = grid.voxel([x, 8, 4]);
+            for found in [eight.voxel([x, 8, 4]), four.voxel([x, 8, 4])] {
+                assert!(
+                    found.is_finite() && (found > 0.0) == (truth > 0.0),
+                    "{scale}: {found}"
+                );
+            }
+        }
+        assert!(eight.value_range().max <= f32::MAX && four.value_range().max <= f32::MAX);
+    }
+}

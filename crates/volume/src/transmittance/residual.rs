@@ -102,7 +102,7 @@ fn residual<const N: usize, A: DensityAccessor>(
         } else {
             0.0
         };
-        (value[c] * (-depth).exp()) as f32
+        (value[c] * (-depth).exp()).min(f64::from(f32::MAX)) as f32
     });
     Estimates { value, lookups }
 }
