@@ -34,6 +34,8 @@
 //! # }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#[cfg(feature = "evaluate")]
+pub use lightshed_evaluate as evaluate;
 #[cfg(feature = "integrator")]
 pub use lightshed_integrator as integrator;
 #[cfg(feature = "lights")]

@@ -3,12 +3,12 @@
 use crate::Outcome;
 use crate::fit::slope;
 use crate::pixels::{Pixel, SamePlace};
-use crate::plot::Plot;
 use lightshed::resampling::{
     DomainReservoir, Extent, IdentityShift, Input, Mis, Moments, Pattern, Reuse, TemporalDomains,
     correlation, duplicate_rate, merge, neighbour_correlation,
 };
 use lightshed::sampling::CounterRng;
+use lightshed_evaluate::Plot;
 use serde_json::{Value, json};
 
 /// Fig. 6.2: the average over the frames of one pixel, with and without a cap, over an ensemble of

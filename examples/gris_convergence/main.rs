@@ -11,11 +11,11 @@
 mod fit;
 mod frames;
 mod pixels;
-mod plot;
 mod stress;
 mod window;
 
 use clap::Parser;
+use lightshed_evaluate::Plot;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -45,7 +45,7 @@ struct Outcome {
     name: &'static str,
     figure: &'static str,
     values: Value,
-    plot: Option<plot::Plot>,
+    plot: Option<Plot>,
     /// Each claim and whether it held.
     claims: Vec<(String, bool)>,
 }

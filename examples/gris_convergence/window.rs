@@ -3,9 +3,9 @@
 use crate::Outcome;
 use crate::fit::slope;
 use crate::pixels::{Pixel, SamePlace};
-use crate::plot::Plot;
 use lightshed::resampling::{DomainReservoir, Input, Mis, Moments, merge};
 use lightshed::sampling::CounterRng;
+use lightshed_evaluate::Plot;
 use serde_json::{Value, json};
 use std::time::Instant;
 

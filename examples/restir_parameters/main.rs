@@ -8,16 +8,14 @@
 //! that of the luminance against a path-traced reference, whose own variance is subtracted.
 
 mod measure;
-#[path = "../gris_convergence/plot.rs"]
-mod plot;
 #[path = "../common/reference.rs"]
 mod reference;
 
 use clap::Parser;
 use lightshed::integrator::{Neighbourhood, PathMapping, RestirPtOptions};
 use lightshed::scene::{Scene, builtin, import};
+use lightshed_evaluate::Plot;
 use measure::{Measured, race};
-use plot::Plot;
 use reference::Reference;
 use serde_json::json;
 use std::error::Error;

@@ -8,8 +8,6 @@
 //! double. Of the real-time chain single frames are judged, after 20 others, against as many path-traced samples as fit into the
 //! time of one.
 
-#[path = "../gris_convergence/plot.rs"]
-mod plot;
 #[path = "../common/reference.rs"]
 mod reference;
 
@@ -19,7 +17,7 @@ use lightshed::integrator::{
     read_exr,
 };
 use lightshed::scene::{Rgb, Scene, builtin, import};
-use plot::Plot;
+use lightshed_evaluate::Plot;
 use reference::{PlainFrames, Reference, clock, image_luminance};
 use serde_json::{Value, json};
 use std::error::Error;

@@ -3,10 +3,15 @@
 use std::fmt::Write;
 
 /// Named series on logarithmic axes.
+#[derive(Clone, Debug)]
 pub struct Plot {
+    /// Above the drawing.
     pub title: String,
+    /// Below it.
     pub x_label: &'static str,
+    /// At its left.
     pub y_label: &'static str,
+    /// Names and points `(x, y)`, joined by lines in their order.
     pub series: Vec<(String, Vec<(f64, f64)>)>,
 }
 

@@ -1,0 +1,294 @@
+//! Methods race each other: run time against error.
+
+use crate::reference::luminances;
+use crate::{Errors, EvaluateError, Reference};
+use lightshed_integrator::{FrameMethod, RgbImage, process_cpu_seconds};
+use lightshed_scene::Rgb;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// How long a contest goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContestOptions {
+    /// Processor seconds for each method in each repeat; seconds of the clock where the platform does not tell.
+    pub seconds: f64,
+    /// Independent repeats, for intervals: at least 2.
+    pub repeats: u32,
+    /// Repeats of other seeds are independent of these.
+    pub seed: u64,
+}
+
+/// Points of a curve for each doubling of time … and how many doublings there are before the end.
+const DOUBLINGS: i32 = 6;
+
+/// Someone who takes part.
+pub struct Contestant<'a> {
+    /// Name, unlike the others'.
+    pub name: String,
+    start: Box<dyn Fn() -> Result<Box<dyn FrameMethod + 'a>, EvaluateError> + 'a>,
+}
+
+impl<'a> Contestant<'a> {
+    /// `start` makes the method anew for every repeat.
+    pub fn new(
+        name: impl Into<String>,
+        start: impl Fn() -> Result<Box<dyn FrameMethod + 'a>, EvaluateError> + 'a,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            start: Box::new(start),
+        }
+    }
+}
+
+/// Errors at some time of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Processor seconds spent so far.
+    pub seconds: f64,
+    /// Frames so far.
+    pub frames: u32,
+    /// Errors of their mean.
+    pub errors: Errors,
+}
+
+/// What one method did in one repeat: its errors at times that about double.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// In the order of time; the last is at the end.
+    pub curve: Vec<CurvePoint>,
+}
+
+/// All that a contest has measured: what goes into files, and can be taken up again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// What was shown; free text.
+    pub scene: String,
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Of the contest.
+    pub options: ContestOptions,
+    /// Names of those who took part, the first of which is the baseline.
+    pub names: Vec<String>,
+    /// Complete repeats, each a run for every name.
+    pub repeats: Vec<Vec<Run>>,
+}
+
+/// How far a contest is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContestProgress {
+    /// Processor seconds spent in all, of those that will be.
+    pub seconds: f64,
+    /// Seconds that all runs will take together.
+    pub total: f64,
+}
+
+/// What a contest leaves: its record, and the images of the last repeat.
+#[derive(Clone, Debug)]
+pub struct Contested {
+    /// The measurements.
+    pub record: Record,
+    /// For every name the mean of its frames in one repeat, where a repeat was run: the last that was complete, or what an
+    /// interruption has left of the first.
+    pub images: Vec<RgbImage>,
+}
+
+/// Takes part in one repeat.
+struct Runner<'a> {
+    method: Box<dyn FrameMethod + 'a>,
+    sum: Vec<[f64; 3]>,
+    frames: u32,
+    seconds: f64,
+    curve: Vec<CurvePoint>,
+}
+
+/// Processor seconds, or those of the clock.
+fn clock(start: Instant) -> f64 {
+    process_cpu_seconds().unwrap_or_else(|| start.elapsed().as_secs_f64())
+}
+
+impl Runner<'_> {
+    /// One frame more. False if it was cancelled.
+    fn step(&mut self, seed: u64, image: &mut [Rgb], cancel: &AtomicBool) -> bool {
+        let start = Instant::now();
+        let before = clock(start);
+        let done = self.method.render_frame(self.frames, seed, image, cancel);
+        if done.is_none() {
+            return false;
+        }
+        // A clock that stands still would never let anybody finish.
+        self.seconds += (clock(start) - before).max(1e-9);
+        self.frames += 1;
+        for (sum, value) in self.sum.iter_mut().zip(image.iter()) {
+            for (sum, value) in sum.iter_mut().zip(value.to_array()) {
+                *sum += f64::from(value);
+            }
+        }
+        true
+    }
+
+    fn mean(&self, size: [u32; 2]) -> Result<RgbImage, EvaluateError> {
+        let frames = f64::from(self.frames.max(1));
+        let pixels = self
+            .sum
+            .iter()
+            .map(|sum| sum.map(|channel| (channel / frames) as f32));
+        Ok(RgbImage::new(size[0], size[1], pixels.collect())?)
+    }
+
+    fn note(&mut self, reference: &Reference) -> Result<(), EvaluateError> {
+        let errors = reference.errors(&luminances(&self.mean(reference.size())?));
+        self.curve.push(CurvePoint {
+            seconds: self.seconds,
+            frames: self.frames,
+            errors,
+        });
+        Ok(())
+    }
+}
+
+/// Lets all run, each for the same processor time in each repeat, and measures their errors on the way.
+///
+/// Within a repeat the next frame is always that of who has had least time so far: a machine that slows down for a while slows
+/// all alike. Errors are those of the mean of all frames. A frame that has begun is finished, so times end a little apart.
+///
+/// `record` takes up an earlier contest of the same scene, options and names where it stopped. If `cancel` is set, what was
+/// complete is kept.
+///
+/// # Errors
+/// [`EvaluateError::Contest`] for options or names that make no contest, [`EvaluateError::Record`] for a record of another
+/// contest, [`EvaluateError::Size`] where a method's frames are not as large as the reference, and those of starting methods.
+pub fn run(
+    scene: &str,
+    contestants: &[Contestant<'_>],
+    reference: &Reference,
+    options: ContestOptions,
+    record: Option<Record>,
+    observer: &dyn Fn(ContestProgress),
+    cancel: &AtomicBool,
+) -> Result<Contested, EvaluateError> {
+    let mut record = begin(scene, contestants, reference, options, record)?;
+    let size = reference.size();
+    let mut image = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
+    let mut images = Vec::new();
+    let run_seconds = options.seconds * contestants.len() as f64;
+    let total = run_seconds * f64::from(options.repeats);
+    while record.repeats.len() < options.repeats as usize {
+        let repeat = record.repeats.len();
+        let seed = options.seed.wrapping_add(repeat as u64);
+        let mut runners = Vec::new();
+        for contestant in contestants {
+            let method = (contestant.start)()?;
+            if method.size() != size {
+                return Err(EvaluateError::Size {
+                    image: method.size(),
+                    reference: size,
+                });
+            }
+            runners.push(Runner {
+                method,
+                sum: vec![[0.0; 3]; image.len()],
+                frames: 0,
+                seconds: 0.0,
+                curve: Vec::new(),
+            });
+        }
+        let mut interrupted = false;
+        while let Some(next) = runners
+            .iter_mut()
+            .filter(|runner| runner.seconds < options.seconds)
+            .min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+        {
+            interrupted = cancel.load(Ordering::Relaxed) || !next.step(seed, &mut image, cancel);
+            if interrupted {
+                break;
+            }
+            let due = match next.curve.last() {
+                Some(last) => 2.0 * last.seconds,
+                None => options.seconds * 0.5f64.powi(DOUBLINGS),
+            };
+            if next.seconds >= due || next.seconds >= options.seconds {
+                next.note(reference)?;
+            }
+            let spent: f64 = runners
+                .iter()
+                .map(|runner| runner.seconds.min(options.seconds))
+                .sum();
+            observer(ContestProgress {
+                seconds: repeat as f64 * run_seconds + spent,
+                total,
+            });
+        }
+        if !interrupted || images.is_empty() {
+            images = runners
+                .iter()
+                .map(|runner| runner.mean(size))
+                .collect::<Result<_, _>>()?;
+        }
+        if interrupted {
+            break;
+        }
+        let runs = runners.into_iter().map(|runner| Run { curve: runner.curve });
+        record.repeats.push(runs.collect());
+    }
+    Ok(Contested { record, images })
+}
+
+/// A record to go on with.
+fn begin(
+    scene: &str,
+    contestants: &[Contestant<'_>],
+    reference: &Reference,
+    options: ContestOptions,
+    record: Option<Record>,
+) -> Result<Record, EvaluateError> {
+    let names: Vec<String> = contestants
+        .iter()
+        .map(|contestant| contestant.name.clone())
+        .collect();
+    let twice = names
+        .iter()
+        .enumerate()
+        .any(|(place, name)| names[..place].contains(name));
+    if names.is_empty() || twice {
+        return Err(EvaluateError::Contest(
+            "a contest needs methods of different names".into(),
+        ));
+    }
+    if !(options.seconds > 0.0 && options.seconds.is_finite()) {
+        return Err(EvaluateError::Contest("a contest needs a positive time".into()));
+    }
+    if options.repeats < 2 {
+        return Err(EvaluateError::Contest(
+            "intervals need at least two repeats".into(),
+        ));
+    }
+    let fresh = Record {
+        scene: scene.to_owned(),
+        size: reference.size(),
+        options,
+        names,
+        repeats: Vec::new(),
+    };
+    let Some(record) = record else {
+        return Ok(fresh);
+    };
+    let key = |record: &Record| {
+        let ContestOptions { seconds, seed, .. } = record.options;
+        (
+            record.scene.clone(),
+            record.size,
+            record.names.clone(),
+            seconds.to_bits(),
+            seed,
+        )
+    };
+    if key(&record) != key(&fresh) {
+        return Err(EvaluateError::Record("it is of another contest".into()));
+    }
+    if record.repeats.iter().any(|runs| runs.len() != fresh.names.len()) {
+        return Err(EvaluateError::Record("it lacks runs".into()));
+    }
+    Ok(Record { options, ..record })
+}

@@ -1,0 +1,83 @@
+//! Why something cannot be evaluated.
+
+use lightshed_integrator::{ImageError, RenderError};
+use std::fmt;
+
+/// Why something cannot be evaluated.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum EvaluateError {
+    /// Images of different sizes.
+    Size {
+        /// Width and height of one.
+        image: [u32; 2],
+        /// Width and height of the other.
+        reference: [u32; 2],
+    },
+    /// A reference whose mean is not positive and finite.
+    Black,
+    /// A reference was interrupted before it was complete.
+    Interrupted,
+    /// No method has this name; the names there are.
+    UnknownMethod {
+        /// What was asked for.
+        name: String,
+    },
+    /// A method that cannot be had in this scene, and why.
+    Method {
+        /// Its name.
+        name: String,
+        /// In words.
+        reason: String,
+    },
+    /// Options of a contest that make none.
+    Contest(String),
+    /// An image cannot be made.
+    Image(ImageError),
+    /// A reference cannot be rendered.
+    Render(RenderError),
+    /// A kept record does not belong to the contest, or is none.
+    Record(String),
+}
+
+impl fmt::Display for EvaluateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size { image, reference } => write!(
+                f,
+                "an image of {}x{} pixels cannot be compared with one of {}x{}",
+                image[0], image[1], reference[0], reference[1]
+            ),
+            Self::Black => f.write_str("the reference's mean is not positive and finite"),
+            Self::Interrupted => f.write_str("the reference was interrupted"),
+            Self::UnknownMethod { name } => write!(f, "no method is called {name:?}"),
+            Self::Method { name, reason } => write!(f, "{name}: {reason}"),
+            Self::Contest(reason) => f.write_str(reason),
+            Self::Image(error) => error.fmt(f),
+            Self::Render(error) => error.fmt(f),
+            Self::Record(reason) => write!(f, "the kept record: {reason}"),
+        }
+    }
+}
+
+impl std::error::Error for EvaluateError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Image(error) => Some(error),
+            Self::Render(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+impl From<ImageError> for EvaluateError {
+    fn from(error: ImageError) -> Self {
+        Self::Image(error)
+    }
+}
+
+impl From<RenderError> for EvaluateError {
+    fn from(error: RenderError) -> Self {
+        Self::Render(error)
+    }
+}

@@ -1,0 +1,60 @@
+//! Run time against error.
+//!
+//! A method is as good as its error after a given time. [`run`] lets methods race each other on one scene, frame by frame in
+//! turns, so that a noisy machine treats all alike; a [`Record`] holds what was measured, goes into a file and can be taken up
+//! again; its [`standings`](Record::standings) tell errors at equal time and time to equal error with intervals, from independent
+//! repeats. A [`Reference`] says what the truth is and how well it is known: its own noise is taken off squared errors.
+//! [`TemporalStudy`] looks at chains of frames, [`html_report`] shows all of it on a page.
+//!
+//! ```
+//! use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, SampledFrames, run};
+//! use lightshed_integrator::{DirectLight, PathTracer};
+//! use lightshed_scene::{Scene, builtin};
+//! use std::sync::atomic::AtomicBool;
+//!
+//! let mut description = builtin::cornell();
+//! (description.settings.width, description.settings.height) = (16, 16);
+//! description.settings.max_depth = Some(2);
+//! let scene = Scene::new(&description)?;
+//! let never = AtomicBool::new(false);
+//! let reference = Reference::path_traced(&scene, 64, &|_| (), &never)?;
+//!
+//! // Two estimators of direct light.
+//! let path = || Ok(Box::new(SampledFrames::new(PathTracer::new(&scene), [16, 16], 1)) as Box<_>);
+//! let direct = || Ok(Box::new(SampledFrames::new(DirectLight::new(&scene), [16, 16], 1)) as Box<_>);
+//! let contestants = [Contestant::new("path", path), Contestant::new("direct", direct)];
+//! let options = ContestOptions { seconds: 0.02, repeats: 2, seed: 1 };
+//! let contested = run("cornell", &contestants, &reference, options, None, &|_| (), &never)?;
+//! let standing = &contested.record.standings()[1];
+//! assert_eq!(standing.by_metric[2].metric, Metric::Mape);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Features
+//!
+//! - `flip`: the image metric FLIP in reports.
+#![forbid(unsafe_code)]
+
+mod contest;
+mod errors;
+mod failure;
+mod frames;
+mod interval;
+mod method;
+mod plot;
+mod reference;
+mod report;
+mod summary;
+mod temporal;
+
+pub use contest::{ContestOptions, ContestProgress, Contestant, Contested, CurvePoint, Record, Run, run};
+pub use errors::{Errors, Metric};
+pub use failure::EvaluateError;
+pub use frames::SampledFrames;
+pub use interval::Interval;
+pub use method::{Method, Stage};
+pub use plot::Plot;
+pub use reference::Reference;
+pub use report::{ReportScene, html_report};
+pub use summary::{MetricStanding, Standing};
+pub use temporal::{Autocorrelation, TemporalStudy};

@@ -1,0 +1,244 @@
+//! What methods are measured against.
+
+use crate::{Errors, EvaluateError};
+use lightshed_integrator::{Budget, PathTracer, PixelEstimator, Progress, RenderOptions, RgbImage, render};
+use lightshed_scene::{Rgb, Scene, luminance};
+use std::sync::atomic::AtomicBool;
+
+/// The true image, as far as it is known.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    image: RgbImage,
+    /// Luminance of each pixel.
+    truth: Vec<f64>,
+    uncertainty: Uncertainty,
+    /// `ε` of [`Errors`].
+    floor: f64,
+}
+
+/// How well a reference's pixels are known.
+#[derive(Clone, Debug)]
+enum Uncertainty {
+    /// Not at all: errors include that of the reference.
+    Unknown,
+    /// Luminances of two independent images, of which the reference is the mean.
+    Halves([Vec<f64>; 2]),
+}
+
+impl Reference {
+    /// A stored image, taken as it is.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Black`] if its mean is not positive, or not finite.
+    pub fn stored(image: RgbImage) -> Result<Self, EvaluateError> {
+        let truth = luminances(&image);
+        Self::assembled(image, truth, Uncertainty::Unknown)
+    }
+
+    /// The mean of two independent images of the same precision: their difference tells how precise it is.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Size`] of images of different size, [`EvaluateError::Black`].
+    pub fn of_halves(halves: [RgbImage; 2]) -> Result<Self, EvaluateError> {
+        let sizes = [&halves[0], &halves[1]].map(size);
+        if sizes[0] != sizes[1] {
+            return Err(EvaluateError::Size {
+                image: sizes[1],
+                reference: sizes[0],
+            });
+        }
+        let pixels = halves[0].pixels().iter().zip(halves[1].pixels());
+        let mean = pixels
+            .map(|(a, b)| std::array::from_fn(|channel| 0.5 * (a[channel] + b[channel])))
+            .collect();
+        let image = RgbImage::new(sizes[0][0], sizes[0][1], mean)?;
+        let [a, b] = halves.map(|half| luminances(&half));
+        let truth = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+        Self::assembled(image, truth, Uncertainty::Halves([a, b]))
+    }
+
+    /// Renders two independent halves with `samples / 2` path-traced samples a pixel each, at the size that the scene's settings
+    /// ask for.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Interrupted`] if `cancel` was set meanwhile, [`EvaluateError::Black`], and those of rendering.
+    pub fn path_traced(
+        scene: &Scene,
+        samples: u32,
+        observer: &(dyn Fn(&Progress) + Sync),
+        cancel: &AtomicBool,
+    ) -> Result<Self, EvaluateError> {
+        Self::rendered(&PathTracer::new(scene), scene, samples, observer, cancel)
+    }
+
+    /// As [`Reference::path_traced`], by another unbiased estimator.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn rendered(
+        estimator: &impl PixelEstimator,
+        scene: &Scene,
+        samples: u32,
+        observer: &(dyn Fn(&Progress) + Sync),
+        cancel: &AtomicBool,
+    ) -> Result<Self, EvaluateError> {
+        let settings = scene.settings();
+        let samples = samples.div_ceil(2).max(1);
+        let half = |seed| -> Result<RgbImage, EvaluateError> {
+            let budget = Budget::Samples(samples);
+            let mut options = RenderOptions::new(settings.width, settings.height, budget);
+            options.seed = seed;
+            let outcome = render(estimator, &options, observer, cancel)?;
+            if outcome.samples_per_pixel < samples {
+                return Err(EvaluateError::Interrupted);
+            }
+            Ok(outcome.film.mean_image())
+        };
+        // Seeds that methods in a race do not have.
+        Self::of_halves([half(u64::MAX - 1)?, half(u64::MAX - 2)?])
+    }
+
+    fn assembled(image: RgbImage, truth: Vec<f64>, uncertainty: Uncertainty) -> Result<Self, EvaluateError> {
+        let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+        if !(mean > 0.0 && mean.is_finite()) {
+            return Err(EvaluateError::Black);
+        }
+        Ok(Self {
+            image,
+            truth,
+            uncertainty,
+            floor: 0.01 * mean,
+        })
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> [u32; 2] {
+        size(&self.image)
+    }
+
+    /// The image.
+    pub fn image(&self) -> &RgbImage {
+        &self.image
+    }
+
+    /// Errors of an image, given by the luminances of its pixels; NaN for another number of pixels.
+    ///
+    /// Of a reference of two halves `a` and `b`, `(x − a)(x − b)` has the expectation `(x − μ)²`, whatever their noise.
+    pub fn errors(&self, luminances: &[f64]) -> Errors {
+        let mut sums = [0.0; 3];
+        for (index, (&x, &truth)) in luminances.iter().zip(&self.truth).enumerate() {
+            let squared = match &self.uncertainty {
+                Uncertainty::Unknown => (x - truth).powi(2),
+                Uncertainty::Halves([a, b]) => (x - a[index]) * (x - b[index]),
+            };
+            sums[0] += squared;
+            sums[1] += squared / (truth * truth + self.floor * self.floor);
+            sums[2] += (x - truth).abs() / (truth.max(0.0) + self.floor);
+        }
+        let same = luminances.len() == self.truth.len();
+        let [mse, rel_mse, mape] = sums.map(|sum| {
+            if same {
+                sum / self.truth.len() as f64
+            } else {
+                f64::NAN
+            }
+        });
+        Errors { mse, rel_mse, mape }
+    }
+
+    /// Error of each pixel, `(x − μ) / (μ + ε)`, for pictures.
+    pub fn relative_errors(&self, luminances: &[f64]) -> Vec<f64> {
+        let pairs = luminances.iter().zip(&self.truth);
+        pairs
+            .map(|(x, truth)| (x - truth) / (truth.max(0.0) + self.floor))
+            .collect()
+    }
+}
+
+/// Luminances of an image's pixels.
+pub(crate) fn luminances(image: &RgbImage) -> Vec<f64> {
+    let of_pixel = |&pixel: &[f32; 3]| f64::from(luminance(Rgb::from(pixel)));
+    image.pixels().iter().map(of_pixel).collect()
+}
+
+fn size(image: &RgbImage) -> [u32; 2] {
+    [image.width(), image.height()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_scene::builtin;
+    use lightshed_testkit::check_faults;
+
+    fn image(values: &[f32]) -> RgbImage {
+        let pixels = values.iter().map(|&value| [value; 3]).collect();
+        RgbImage::new(values.len() as u32, 1, pixels).unwrap()
+    }
+
+    #[test]
+    fn errors_are_those_of_the_formulas() {
+        let reference = Reference::stored(image(&[1.0, 3.0])).unwrap();
+        let errors = reference.errors(&[2.0, 2.0]);
+        assert!((errors.mse - 1.0).abs() < 1e-6);
+        let floor = 0.02;
+        let rel_mse = 0.5 * (1.0 / (1.0 + floor * floor) + 1.0 / (9.0 + floor * floor));
+        assert!((errors.rel_mse - rel_mse).abs() < 1e-6);
+        assert!((errors.mape - 0.5 * (1.0 / 1.02 + 1.0 / 3.02)).abs() < 1e-6);
+        assert!(reference.errors(&[1.0]).mse.is_nan());
+        assert!(matches!(
+            Reference::stored(image(&[0.0, 0.0])),
+            Err(EvaluateError::Black)
+        ));
+        assert!(matches!(
+            Reference::of_halves([image(&[1.0]), image(&[1.0, 1.0])]),
+            Err(EvaluateError::Size { .. })
+        ));
+    }
+
+    #[derive(Clone, Copy, Debug)]
+    struct NoiseKept;
+
+    /// The squared error of a known distance against a noisy reference. The noise has 50 times its size; with 40,000 pixels
+    /// the estimate is within 6 standard errors but for 2 in 10⁹.
+    #[test]
+    fn the_noise_of_halves_is_not_counted() {
+        let count = 40_000;
+        let mut state = 1u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 40) as f32 / (1u64 << 24) as f32 - 0.5) * 1.2
+        };
+        let mut half = || image(&(0..count).map(|_| 1.0 + noise()).collect::<Vec<_>>());
+        let halves = [half(), half()];
+        let x = vec![1.05; count];
+        check_faults(&[NoiseKept], |fault| {
+            let reference = match fault {
+                None => Reference::of_halves(halves.clone())?,
+                Some(NoiseKept) => Reference::stored(Reference::of_halves(halves.clone())?.image)?,
+            };
+            let mse = reference.errors(&x).mse;
+            // Of (x − a)(x − b): variance σ⁴ + 2 σ² d² with σ² = 0.12, d = 0.05.
+            let tolerance = 6.0 * ((0.12f64.powi(2) + 2.0 * 0.12 * 0.0025) / count as f64).sqrt();
+            if (mse - 0.0025).abs() < tolerance {
+                Ok(())
+            } else {
+                Err(EvaluateError::Contest(format!("{mse}")))
+            }
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn a_reference_that_was_interrupted_is_none() {
+        let mut description = builtin::cornell();
+        (description.settings.width, description.settings.height) = (8, 8);
+        let scene = Scene::new(&description).unwrap();
+        let cancel = AtomicBool::new(true);
+        assert!(Reference::path_traced(&scene, 4, &|_| (), &cancel).is_err());
+        let reference = Reference::path_traced(&scene, 4, &|_| (), &AtomicBool::new(false)).unwrap();
+        assert_eq!(reference.size(), [8, 8]);
+    }
+}

@@ -1,0 +1,281 @@
+//! A page that shows a contest: one file, nothing loaded from elsewhere.
+
+mod page;
+mod picture;
+
+use crate::reference::luminances;
+use crate::{Autocorrelation, EvaluateError, Interval, Metric, Plot, Record, Reference, Standing};
+use lightshed_integrator::RgbImage;
+use page::{escape, figure};
+use picture::{error_colours, exposure_of, png_data};
+use std::fmt::Write;
+
+/// What the page shows of one scene.
+#[derive(Clone, Debug)]
+pub struct ReportScene<'a> {
+    /// Heading.
+    pub title: String,
+    /// What it shows, in a sentence.
+    pub description: String,
+    /// The measurements.
+    pub record: &'a Record,
+    /// What methods are measured against.
+    pub reference: &'a Reference,
+    /// An image for every name of the record.
+    pub images: &'a [RgbImage],
+    /// Chains: a name, how its frames hang together, and a row over time.
+    pub chains: &'a [(String, Autocorrelation, RgbImage)],
+}
+
+/// The page, as HTML. `machine` is a line about where it was made; `command` what makes it again.
+///
+/// # Errors
+/// [`EvaluateError::Record`] where a scene has another number of images than of methods, [`EvaluateError::Size`] where their
+/// sizes are not the reference's, and those of pictures.
+pub fn html_report(
+    title: &str,
+    machine: &str,
+    command: &str,
+    scenes: &[ReportScene<'_>],
+) -> Result<String, EvaluateError> {
+    let mut body = String::new();
+    for (number, scene) in scenes.iter().enumerate() {
+        section(&mut body, number, scene)?;
+    }
+    Ok(page::page(title, machine, command, &body))
+}
+
+fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<(), EvaluateError> {
+    let record = scene.record;
+    if scene.images.len() != record.names.len() {
+        return Err(EvaluateError::Record("it needs an image of every method".into()));
+    }
+    for image in scene.images {
+        let size = [image.width(), image.height()];
+        if size != scene.reference.size() {
+            return Err(EvaluateError::Size {
+                image: size,
+                reference: scene.reference.size(),
+            });
+        }
+    }
+    let _ = write!(
+        body,
+        "<section><h2>{}</h2>\n<p>{}</p>\n",
+        escape(&scene.title),
+        escape(&scene.description)
+    );
+    let standings = record.standings();
+    table(body, record, &standings);
+    let exposure = exposure_of(scene.reference.image());
+    let truth = png_data(scene.reference.image(), exposure)?;
+    let base = png_data(&scene.images[0], exposure)?;
+    body.push_str("<div class=\"grid\">\n");
+    for (place, (name, image)) in record.names.iter().zip(scene.images).enumerate() {
+        let own = png_data(image, exposure)?;
+        let (under, under_name) = if place == 0 {
+            (&truth, "reference")
+        } else {
+            (&base, record.names[0].as_str())
+        };
+        body.push_str(&page::slider(
+            &format!("pair-{number}-{place}"),
+            (under, under_name),
+            (&own, name),
+        ));
+    }
+    body.push_str("</div>\n<h3>Where the error is</h3>\n<p>(image − reference) / reference: blue is too dark, red too bright, \
+                   full colour at 100 %.</p>\n<div class=\"grid\">\n");
+    for (name, image) in record.names.iter().zip(scene.images) {
+        let errors = scene.reference.relative_errors(&luminances(image));
+        let colours = error_colours(scene.reference.size(), &errors)?;
+        body.push_str(&figure(&png_data(&colours, 0.0)?, name));
+    }
+    body.push_str(&figure(&truth, "reference"));
+    body.push_str("</div>\n<h3>Error over time</h3>\n<div class=\"plots\">\n");
+    for metric in Metric::ALL {
+        body.push_str(&curves(record, metric).svg());
+    }
+    body.push_str("</div>\n");
+    if !scene.chains.is_empty() {
+        chains(body, scene)?;
+    }
+    body.push_str("</section>\n");
+    Ok(())
+}
+
+/// Errors of all repeats.
+fn curves(record: &Record, metric: Metric) -> Plot {
+    let series = record.names.iter().enumerate().map(|(place, name)| {
+        let runs = record.repeats.iter().filter_map(|runs| runs.get(place));
+        let mut points: Vec<(f64, f64, u32)> = Vec::new();
+        // The geometric mean of what repeats had at about the same time, by their places on the curves.
+        let longest = runs.clone().map(|run| run.curve.len()).max().unwrap_or(0);
+        for index in 0..longest {
+            let (mut log_time, mut log_error, mut count) = (0.0, 0.0, 0u32);
+            for point in runs.clone().filter_map(|run| run.curve.get(index)) {
+                let error = point.errors.get(metric);
+                if error > 0.0 {
+                    log_time += point.seconds.ln();
+                    log_error += error.ln();
+                    count += 1;
+                }
+            }
+            if count > 0 {
+                let count_f = f64::from(count);
+                points.push(((log_time / count_f).exp(), (log_error / count_f).exp(), count));
+            }
+        }
+        let points = points.into_iter().map(|(time, error, _)| (time, error)).collect();
+        (name.clone(), points)
+    });
+    Plot {
+        title: format!("{} of luminance", metric.name()),
+        x_label: "processor seconds",
+        y_label: metric.name(),
+        series: series.collect(),
+    }
+}
+
+fn chains(body: &mut String, scene: &ReportScene<'_>) -> Result<(), EvaluateError> {
+    body.push_str(
+        "<h3>Frames of chains</h3>\n<p>One row of pixels, a frame a line: what lives on from frame to frame shows as \
+         stripes.</p>\n<div class=\"grid\">\n",
+    );
+    let exposure = exposure_of(scene.reference.image());
+    for (name, correlation, slice) in scene.chains {
+        let caption = format!(
+            "{name}: lag 1 {:.2}, lag 5 {:.2}; {:.1} frames count as one",
+            correlation.by_lag.get(1).copied().unwrap_or(0.0),
+            correlation.by_lag.get(5).copied().unwrap_or(0.0),
+            correlation.time
+        );
+        body.push_str(&figure(&png_data(slice, exposure)?, &caption));
+    }
+    body.push_str("</div>\n");
+    Ok(())
+}
+
+fn table(body: &mut String, record: &Record, standings: &[Standing]) {
+    let _ = write!(
+        body,
+        "<table><thead><tr><th>method</th><th>frames</th>{}</tr></thead>\n<tbody>\n",
+        Metric::ALL
+            .map(|m| format!("<th>{}</th><th>as fast</th>", m.name()))
+            .concat()
+    );
+    for standing in standings {
+        let _ = write!(
+            body,
+            "<tr><td>{}</td><td>{:.0}</td>",
+            escape(&standing.name),
+            standing.frames
+        );
+        for by_metric in &standing.by_metric {
+            let mark = if by_metric.is_extrapolated { "*" } else { "" };
+            let _ = write!(
+                body,
+                "<td>{}</td><td>{}{mark}</td>",
+                by_metric.error.map_or("–".into(), |e| format!("{:.3e}", e.mid)),
+                by_metric.speedup.map_or("–".into(), |s| interval_text(&s)),
+            );
+        }
+        body.push_str("</tr>\n");
+    }
+    let _ = write!(
+        body,
+        "</tbody></table>\n<p class=\"small\">After {} processor seconds for each method, {} × {} pixels, {} repeats. “As \
+         fast”: how many times the baseline ({}) would need that time for the same error, with 95 % intervals; * where the \
+         baseline's curve had to be continued.</p>\n",
+        record.options.seconds,
+        record.size[0],
+        record.size[1],
+        record.repeats.len(),
+        escape(&record.names[0]),
+    );
+}
+
+/// `mid× (low – high)`.
+pub(crate) fn interval_text(interval: &Interval) -> String {
+    format!("{:.2}× ({:.2}–{:.2})", interval.mid, interval.low, interval.high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ContestOptions, CurvePoint, Errors, Run};
+
+    fn record() -> Record {
+        let point = |seconds: f64, mse: f64| CurvePoint {
+            seconds,
+            frames: 3,
+            errors: Errors {
+                mse,
+                rel_mse: mse,
+                mape: mse.sqrt(),
+            },
+        };
+        let run = |scale: f64| Run {
+            curve: vec![point(1.0, scale), point(2.0, scale / 2.0)],
+        };
+        Record {
+            scene: "a <scene>".into(),
+            size: [4, 4],
+            options: ContestOptions {
+                seconds: 2.0,
+                repeats: 2,
+                seed: 0,
+            },
+            names: vec!["path".into(), "other".into()],
+            repeats: vec![vec![run(1.0), run(0.3)], vec![run(1.1), run(0.28)]],
+        }
+    }
+
+    #[test]
+    fn a_page_holds_all_it_shows_and_asks_for_nothing() {
+        let image = RgbImage::new(4, 4, vec![[0.5, 0.4, 0.3]; 16]).unwrap();
+        let (record, reference) = (record(), Reference::stored(image.clone()).unwrap());
+        let images = [image.clone(), image.clone()];
+        let chains = [(
+            "chain".to_owned(),
+            Autocorrelation {
+                by_lag: vec![1.0, 0.5],
+                time: 2.0,
+            },
+            image,
+        )];
+        let scene = ReportScene {
+            title: "a <scene>".into(),
+            description: "two & two".into(),
+            record: &record,
+            reference: &reference,
+            images: &images,
+            chains: &chains,
+        };
+        let html = html_report("Title", "a machine", "a command", std::slice::from_ref(&scene)).unwrap();
+        assert!(html.contains("a &lt;scene&gt;") && html.contains("two &amp; two"));
+        assert_eq!(html.matches("<svg").count(), 3);
+        assert_eq!(html.matches("type=\"range\"").count(), 2);
+        assert!(
+            html.contains("3.66") || html.contains("3.6"),
+            "the speed-up is shown"
+        );
+        // Nothing that a browser would fetch: every source is data, and no style or script comes from elsewhere.
+        for attribute in ["src=\"", "href=\""] {
+            for part in html.split(attribute).skip(1) {
+                assert!(
+                    part.starts_with("data:") || part.starts_with('#'),
+                    "{}",
+                    &part[..40.min(part.len())]
+                );
+            }
+        }
+        assert!(!html.contains("url(") && !html.contains("@import") && !html.contains("fetch("));
+
+        let lacking = ReportScene {
+            images: &images[..1],
+            ..scene
+        };
+        assert!(html_report("Title", "", "", &[lacking]).is_err());
+    }
+}

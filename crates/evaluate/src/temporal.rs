@@ -1,0 +1,190 @@
+//! How frames of a chain hang together.
+
+use crate::EvaluateError;
+use lightshed_integrator::{FrameMethod, RgbImage};
+use lightshed_scene::{Rgb, luminance};
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Frames of a chain in their order: how much each resembles those before.
+#[derive(Clone, Debug)]
+pub struct TemporalStudy {
+    size: [u32; 2],
+    /// Luminances, frame by frame.
+    frames: Vec<Vec<f32>>,
+    slice: Vec<[f32; 3]>,
+    row: u32,
+}
+
+/// Autocorrelation of a chain's frames.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Autocorrelation {
+    /// `ρ_k = Σ_p C_p(k) / Σ_p C_p(0)` for lags `k` from 0 on, with `C_p(k)` the autocovariance of pixel `p`'s luminance over
+    /// the frames.
+    pub by_lag: Vec<f64>,
+    /// `τ = 1 + 2 Σ_{k≥1} ρ_k`, summed up to the first lag that is not positive: of `n` frames the mean has the variance of
+    /// that of `n/τ` independent ones. Estimates from fewer than some 20 `τ` frames are too low.
+    pub time: f64,
+}
+
+impl TemporalStudy {
+    /// Frames `skipped` to `skipped + frames − 1` of a method, and of each the middle row.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Contest`] for fewer than 2 frames, [`EvaluateError::Interrupted`] if `cancel` was set.
+    pub fn run(
+        method: &mut dyn FrameMethod,
+        skipped: u32,
+        frames: u32,
+        seed: u64,
+        cancel: &AtomicBool,
+    ) -> Result<Self, EvaluateError> {
+        if frames < 2 {
+            return Err(EvaluateError::Contest("two frames at least are needed".into()));
+        }
+        let size = method.size();
+        let row = size[1] / 2;
+        let mut image = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
+        let mut study = Self {
+            size,
+            frames: Vec::new(),
+            slice: Vec::new(),
+            row,
+        };
+        for frame in 0..skipped.saturating_add(frames) {
+            let done = method.render_frame(frame, seed, &mut image, cancel);
+            if done.is_none() || cancel.load(Ordering::Relaxed) {
+                return Err(EvaluateError::Interrupted);
+            }
+            if frame >= skipped {
+                study
+                    .frames
+                    .push(image.iter().map(|&value| luminance(value)).collect());
+                let width = size[0] as usize;
+                let columns = &image[row as usize * width..][..width];
+                study.slice.extend(columns.iter().map(|value| value.to_array()));
+            }
+        }
+        Ok(study)
+    }
+
+    /// The row of [`TemporalStudy::slice`].
+    pub fn row(&self) -> u32 {
+        self.row
+    }
+
+    /// One row of the image over time: column `x` of line `t` is the pixel in frame `t`. Chains show as stripes.
+    ///
+    /// # Errors
+    /// None in practice: the image is as wide as the frames and as high as there are frames.
+    pub fn slice(&self) -> Result<RgbImage, EvaluateError> {
+        Ok(RgbImage::new(
+            self.size[0],
+            self.frames.len() as u32,
+            self.slice.clone(),
+        )?)
+    }
+
+    /// Autocorrelation up to a lag, which is less than the number of frames.
+    pub fn autocorrelation(&self, lags: usize) -> Autocorrelation {
+        let count = self.frames.len();
+        let lags = lags.min(count - 1);
+        let mut covariance = vec![0.0f64; lags + 1];
+        for pixel in 0..self.frames[0].len() {
+            let series = || self.frames.iter().map(|frame| f64::from(frame[pixel]));
+            let mean = series().sum::<f64>() / count as f64;
+            for (lag, sum) in covariance.iter_mut().enumerate() {
+                let pairs = series().zip(series().skip(lag));
+                *sum += pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+            }
+        }
+        let all = covariance[0];
+        let by_lag: Vec<f64> = covariance
+            .iter()
+            .map(|c| if all > 0.0 { c / all } else { 0.0 })
+            .collect();
+        let positive = by_lag.iter().skip(1).take_while(|rho| **rho > 0.0);
+        let time = 1.0 + 2.0 * positive.sum::<f64>();
+        Autocorrelation { by_lag, time }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_integrator::RayCounts;
+
+    /// Pixels that keep a share of what they were: `ρ_k = share^k`.
+    struct Memory {
+        share: f32,
+        values: Vec<f32>,
+        state: u64,
+    }
+
+    impl FrameMethod for Memory {
+        fn size(&self) -> [u32; 2] {
+            [40, 30]
+        }
+
+        fn render_frame(&mut self, _: u32, _: u64, image: &mut [Rgb], _: &AtomicBool) -> Option<RayCounts> {
+            self.values.resize(image.len(), 0.0);
+            for (value, pixel) in self.values.iter_mut().zip(image) {
+                let step = self.state.wrapping_mul(6_364_136_223_846_793_005);
+                self.state = step.wrapping_add(1_442_695_040_888_963_407);
+                let noise = (self.state >> 40) as f32 / (1u64 << 24) as f32 - 0.5;
+                *value = self.share * *value + noise;
+                *pixel = Rgb::splat(1.0 + *value);
+            }
+            Some(RayCounts::default())
+        }
+    }
+
+    /// 1,200 pixels of 400 frames: standard error of `ρ₁` about 0.0014; the mean of a series taken off makes it some
+    /// `τ/400` too low.
+    #[test]
+    fn autocorrelation_is_that_of_an_autoregression() {
+        for share in [0.0f32, 0.5, 0.8] {
+            let mut method = Memory {
+                share,
+                values: Vec::new(),
+                state: 5,
+            };
+            let study = TemporalStudy::run(&mut method, 20, 400, 0, &AtomicBool::new(false)).unwrap();
+            let found = study.autocorrelation(60);
+            let share = f64::from(share);
+            let time = (1.0 + share) / (1.0 - share);
+            for lag in 0..4 {
+                let expected = share.powi(lag as i32);
+                assert!(
+                    (found.by_lag[lag] - expected).abs() < 0.01 + time / 400.0,
+                    "{lag}: {found:?}"
+                );
+            }
+            assert!(
+                (found.time / time - 1.0).abs() < 0.12,
+                "{} for {time}",
+                found.time
+            );
+            let slice = study.slice().unwrap();
+            assert_eq!((slice.width(), slice.height(), study.row()), (40, 400, 15));
+        }
+    }
+
+    #[test]
+    fn constant_frames_and_single_ones() {
+        let mut method = Memory {
+            share: 0.0,
+            values: Vec::new(),
+            state: 5,
+        };
+        let cancel = AtomicBool::new(false);
+        assert!(TemporalStudy::run(&mut method, 0, 1, 0, &cancel).is_err());
+        let study = TemporalStudy {
+            size: [1, 1],
+            frames: vec![vec![1.0]; 3],
+            slice: vec![[1.0; 3]; 3],
+            row: 0,
+        };
+        assert_eq!(study.autocorrelation(9).time, 1.0);
+    }
+}

@@ -1,0 +1,51 @@
+//! What can be asked for.
+
+use clap::Parser;
+use lightshed_evaluate::Method;
+use std::path::PathBuf;
+
+#[derive(Parser, Debug)]
+#[command(about = "Rendering methods at equal time: errors, speed-ups and a page to look at")]
+pub struct Arguments {
+    /// A built-in scene or a file (Mitsuba 3 .xml, glTF), instead of the built-in comparison.
+    #[arg(long)]
+    pub scene: Option<String>,
+    /// Methods, the baseline first, such as path,path-reuse,restir-pt-offline:reconnection,direct:bvh.
+    #[arg(long, value_delimiter = ',', value_parser = method, requires = "scene")]
+    pub methods: Vec<Method>,
+    /// Processor seconds for each method in each repeat.
+    #[arg(long, default_value_t = 4.0)]
+    pub seconds: f64,
+    /// Independent repeats, for intervals.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(2..))]
+    pub repeats: u32,
+    /// Image size.
+    #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [128, 128])]
+    pub size: Vec<u32>,
+    /// Longest path in edges, instead of the scene's own.
+    #[arg(long)]
+    pub max_depth: Option<u32>,
+    /// OpenEXR image to compare with, of that size; path-traced if not given.
+    #[arg(long, requires = "scene")]
+    pub reference: Option<PathBuf>,
+    /// Samples a pixel of a path-traced reference.
+    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..))]
+    pub reference_spp: u32,
+    /// Other seeds, other noise.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Print JSON instead of tables.
+    #[arg(long)]
+    pub json: bool,
+    /// Go on with what an interrupted comparison has left in the output folder.
+    #[arg(long)]
+    pub resume: bool,
+    /// Output folder.
+    #[arg(long, default_value = "target/compare")]
+    pub out: PathBuf,
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    text.parse()
+        .map_err(|error: lightshed_evaluate::EvaluateError| error.to_string())
+}

@@ -1,0 +1,225 @@
+//! Our methods against the plain ones, at equal time: a table, and a page to look at.
+//!
+//! ```text
+//! cargo run --release --example compare
+//! ```
+//!
+//! takes about two minutes on two cores and writes `target/compare/report.html`. With `--scene`, `--methods`, `--seconds` and
+//! `--reference` it compares what you like; the first method is the baseline. Ctrl-C keeps what is complete, and the same command
+//! goes on from there with `--resume`.
+
+mod arguments;
+mod scenes;
+mod show;
+
+use arguments::Arguments;
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use lightshed::integrator::{RgbImage, read_exr, write_exr};
+use lightshed::scene::Scene;
+use lightshed_evaluate::{
+    Autocorrelation, ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Method, Record,
+    Reference, ReportScene, Stage, TemporalStudy, html_report, run,
+};
+use scenes::Subject;
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+fn main() -> ExitCode {
+    match compare(&Arguments::parse()) {
+        Ok(false) => ExitCode::SUCCESS,
+        // As a shell has it of an interrupted program.
+        Ok(true) => ExitCode::from(130),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// A scene that has been compared.
+struct Compared {
+    subject: Subject,
+    reference: Reference,
+    contested: Contested,
+    chains: Vec<(String, Autocorrelation, RgbImage)>,
+}
+
+/// Whether it was interrupted.
+fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    let subjects = scenes::subjects(arguments)?;
+    fs::create_dir_all(&arguments.out)?;
+    let cancel = Arc::new(AtomicBool::new(false));
+    let heard = Arc::clone(&cancel);
+    ctrlc::set_handler(move || heard.store(true, Ordering::Relaxed))?;
+    let mut compared = Vec::new();
+    for subject in subjects {
+        match one(arguments, subject, &cancel) {
+            Ok(done) => compared.push(done),
+            Err(error) if cancel.load(Ordering::Relaxed) => {
+                eprintln!("{error}");
+                break;
+            }
+            Err(error) => return Err(error),
+        }
+        if cancel.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    let machine = show::machine();
+    let command: Vec<String> = std::env::args().skip(1).collect();
+    let command = format!("cargo run --release --example compare -- {}", command.join(" "));
+    let sections: Vec<ReportScene<'_>> = compared
+        .iter()
+        .map(|done| ReportScene {
+            title: done.subject.name.clone(),
+            description: done.subject.about.clone(),
+            record: &done.contested.record,
+            reference: &done.reference,
+            images: &done.contested.images,
+            chains: &done.chains,
+        })
+        .collect();
+    let html = html_report(
+        "Light transport at equal time",
+        &machine,
+        command.trim_end_matches(" -- "),
+        &sections,
+    )?;
+    let page = arguments.out.join("report.html");
+    fs::write(&page, html)?;
+    let records: Vec<&Record> = compared.iter().map(|done| &done.contested.record).collect();
+    if arguments.json {
+        println!("{}", show::json(&machine, &records));
+    } else {
+        for record in &records {
+            print!("{}", show::table(record));
+        }
+        println!("report: {}", page.display());
+    }
+    Ok(cancel.load(Ordering::Relaxed))
+}
+
+fn one(arguments: &Arguments, subject: Subject, cancel: &AtomicBool) -> Result<Compared, Box<dyn Error>> {
+    let scene = Scene::new(&subject.description)?;
+    let stage = &Stage::new(&scene, &subject.methods)?;
+    let folder = arguments.out.join(&subject.name);
+    fs::create_dir_all(&folder)?;
+    let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
+    let contestants: Vec<Contestant<'_>> = subject
+        .methods
+        .iter()
+        .map(|&method| Contestant::new(method.to_string(), move || stage.start(method)))
+        .collect();
+    let options = ContestOptions {
+        seconds: arguments.seconds,
+        repeats: arguments.repeats,
+        seed: arguments.seed,
+    };
+    let file = folder.join("record.json");
+    let kept = kept_record(arguments, &file)?;
+    let bar = bar(&subject.name);
+    let observer = |progress: ContestProgress| {
+        bar.set_length((progress.total * 1e3) as u64);
+        bar.set_position((progress.seconds * 1e3) as u64);
+    };
+    let mut contested = run(
+        &subject.name,
+        &contestants,
+        &reference,
+        options,
+        kept,
+        &observer,
+        cancel,
+    )?;
+    bar.finish_and_clear();
+    fs::write(&file, serde_json::to_string_pretty(&contested.record)?)?;
+    keep_images(&subject.methods, &folder, &mut contested)?;
+    let chains = if cancel.load(Ordering::Relaxed) {
+        Vec::new()
+    } else {
+        chains(stage, &subject.methods, cancel)?
+    };
+    Ok(Compared {
+        subject,
+        reference,
+        contested,
+        chains,
+    })
+}
+
+/// The file that is asked for, or a fresh one, which is kept for the next time.
+fn reference(
+    arguments: &Arguments,
+    subject: &Subject,
+    scene: &Scene,
+    folder: &Path,
+    cancel: &AtomicBool,
+) -> Result<Reference, Box<dyn Error>> {
+    if let Some(path) = &arguments.reference {
+        return Ok(Reference::stored(read_exr(path)?)?);
+    }
+    let bar = bar(&format!("{}: reference", subject.name));
+    let observer = |progress: &lightshed::integrator::Progress| {
+        bar.set_length(progress.samples_total.unwrap_or(1));
+        bar.set_position(progress.samples_done);
+    };
+    let reference = Reference::path_traced(scene, arguments.reference_spp, &observer, cancel)?;
+    bar.finish_and_clear();
+    write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
+    Ok(reference)
+}
+
+fn kept_record(arguments: &Arguments, file: &Path) -> Result<Option<Record>, Box<dyn Error>> {
+    if !arguments.resume || !file.exists() {
+        return Ok(None);
+    }
+    let text = fs::read_to_string(file)?;
+    let record = serde_json::from_str(&text);
+    Ok(Some(
+        record.map_err(|error| format!("{}: {error}", file.display()))?,
+    ))
+}
+
+/// Writes the images, or reads those of a record that was complete already.
+fn keep_images(methods: &[Method], folder: &Path, contested: &mut Contested) -> Result<(), Box<dyn Error>> {
+    let file = |method: &Method| folder.join(format!("{}.exr", method.to_string().replace(':', "-")));
+    if contested.images.is_empty() {
+        let images = methods.iter().map(|method| read_exr(file(method)));
+        contested.images = images.collect::<Result<_, _>>()?;
+    }
+    for (method, image) in methods.iter().zip(&contested.images) {
+        write_exr(image, fs::File::create(file(method))?)?;
+    }
+    Ok(())
+}
+
+/// Frames that a chain is looked at for, after as many that fill its history.
+const CHAIN_FRAMES: u32 = 40;
+
+fn chains(
+    stage: &Stage<'_>,
+    methods: &[Method],
+    cancel: &AtomicBool,
+) -> Result<Vec<(String, Autocorrelation, RgbImage)>, EvaluateError> {
+    let mut chains = Vec::new();
+    for method in methods.iter().filter(|method| method.is_chain()) {
+        let mut started = stage.start(*method)?;
+        let study = TemporalStudy::run(started.as_mut(), CHAIN_FRAMES / 2, CHAIN_FRAMES, 0, cancel)?;
+        chains.push((method.to_string(), study.autocorrelation(20), study.slice()?));
+    }
+    Ok(chains)
+}
+
+fn bar(label: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix:<28} {bar:40} {percent:>3} % {eta}");
+    let bar = ProgressBar::new(1).with_prefix(label.to_owned());
+    match style {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
