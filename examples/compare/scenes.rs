@@ -17,8 +17,8 @@ pub struct Subject {
 /// Built-in scenes, what they show, methods of which the first is the baseline, and the longest path.
 const DEFAULT: [(&str, &str, &[&str], Option<u32>); 2] = [
     (
-        "cornell-glossy",
-        "Indirect light between glossy and diffuse walls: path tracing against paths that pixels share.",
+        "doorway",
+        "A room lit through a door: path tracing against paths that pixels share.",
         &["path", "path-reuse", "restir-pt-offline", "restir-pt"],
         None,
     ),

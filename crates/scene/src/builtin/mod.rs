@@ -1,6 +1,7 @@
 //! Scenes made in code: no file is read, and each is the same every time.
 
 mod cornell;
+mod doorway;
 mod furnace;
 mod many_lights;
 mod mesh;
@@ -8,19 +9,21 @@ mod mesh;
 use crate::SceneDescription;
 
 pub use cornell::{cornell, cornell_glossy};
+pub use doorway::doorway;
 pub use furnace::furnace;
 pub use many_lights::many_lights;
 pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
 
 /// Names that [`by_name`] knows.
-pub const NAMES: [&str; 4] = ["cornell", "cornell-glossy", "furnace", "many-lights"];
+pub const NAMES: [&str; 5] = ["cornell", "cornell-glossy", "doorway", "furnace", "many-lights"];
 
 /// The built-in scene of that name, or `None`.
 pub fn by_name(name: &str) -> Option<SceneDescription> {
     Some(match name {
         "cornell" => cornell(),
         "cornell-glossy" => cornell_glossy(),
+        "doorway" => doorway(),
         "furnace" => furnace(),
         "many-lights" => many_lights(),
         _ => return None,
