@@ -179,6 +179,11 @@ impl PathSample {
         }
     }
 
+    /// The seed of the random numbers behind the vertices that are replayed.
+    pub fn seed(&self) -> PathSeed {
+        self.seed
+    }
+
     pub(crate) fn shape(&self) -> Shape {
         Shape::unpack(self.shape)
     }
