@@ -6,10 +6,14 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | densities | [`DenseGrid`], [`Homogeneous`], [`Procedural`], or a guest's own [`DensityField`] |
+//! | densities | [`DenseGrid`], [`SparseGrid`], [`Grid8`], [`Grid4`], [`Homogeneous`], [`Procedural`], or a guest's own [`DensityField`] |
+//! | coarser versions of a grid | [`MipPyramid`] |
 //! | bounds of densities along rays | [`MajorantGrid`] |
-//! | where light collides | [`delta_tracking`], [`spectral_delta_tracking`] |
-//! | how much light comes through | [`ratio_tracking`], [`spectral_ratio_tracking`] |
+//! | where light collides, density known | [`regular_flight`], [`homogeneous_flight`], [`ray_marching_flight`], [`EquiAngular`] |
+//! | the same, density not known | [`delta_tracking`], [`decomposition_tracking`], [`weighted_delta_tracking`], [`spectral_delta_tracking`] |
+//! | how much light comes through, exactly | [`regular_depth`] |
+//! | the same, unbiased | [`ratio_tracking`], [`residual_ratio_tracking`], [`delta_transmittance`], [`next_flight_transmittance`], [`power_series_transmittance`], [`unbiased_ray_marching`] |
+//! | the same, biased | [`ray_marching_transmittance`] |
 //! | a guest's own null-collision method | [`TentativeCollisions`] |
 //! | where light scatters to | [`HenyeyGreenstein`], [`Draine`], [`Isotropic`], [`Blend`] |
 //!
@@ -87,3 +91,8 @@ pub use transmittance::{
     unbiased_ray_marching_lookups,
 };
 pub use voxels::VoxelGrid;
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/volume.md")]
+struct Guide;

@@ -469,3 +469,45 @@ fn the_rule_for_lookups_grows_with_the_depth() {
     let suggested = [0.0, 1.0, 10.0, 1e3, f32::INFINITY].map(unbiased_ray_marching_lookups);
     assert_eq!(suggested, [1, 5, 20, 1020, 65536]);
 }
+
+#[test]
+fn each_control_has_its_media() {
+    let variance_times_lookups = |grid: DenseGrid, k: f32, control: Control| {
+        let medium = Medium::new(grid, 8.0);
+        let path = Path {
+            ray: crate::FieldRay::new(glam::Vec3::new(0.5, 1.0, 2.0), glam::Vec3::new(15.0, 13.0, 12.0)),
+            interval: Interval { t0: 0.0, t1: 1.0 },
+        };
+        let mut test = MeanTest::new();
+        let mut lookups = 0.0;
+        for i in 0..4000 {
+            let mut rng = CounterRng::new(9, i, 0);
+            let segments = medium.segments(&path);
+            let density = &mut medium.grid.accessor();
+            let estimate = residual_ratio_tracking(density, &path.ray, segments, k, control, &mut rng);
+            test.push(f64::from(estimate.value));
+            lookups += f64::from(estimate.lookups);
+        }
+        test.variance() * lookups
+    };
+    let noise = |low: f64| {
+        let mut rng = rng(71);
+        DenseGrid::from_fn([16; 3], Filter::Trilinear, |_| {
+            (low + (1.0 - low) * lightshed_testkit::uniform_f64(&mut rng)) as f32
+        })
+        .unwrap()
+    };
+    let gain = |grid: DenseGrid| {
+        variance_times_lookups(grid.clone(), 2.0, Control::Minorant)
+            / variance_times_lookups(grid, 2.0, Control::Middle)
+    };
+    // Even media gain by the middle, patchy ones lose.
+    let patchy = DenseGrid::from_fn(
+        [16; 3],
+        Filter::Trilinear,
+        |[x, ..]| if x % 8 == 0 { 1.0 } else { 0.0 },
+    )
+    .unwrap();
+    let (even, patchy) = (gain(noise(0.5)), gain(patchy));
+    assert!(even > 2.0 && patchy < 0.8, "{even} {patchy}");
+}
