@@ -8,19 +8,17 @@
 //! that of the luminance against a path-traced reference, whose own variance is subtracted.
 
 mod measure;
-#[path = "../common/reference.rs"]
-mod reference;
 
 use clap::Parser;
 use lightshed::integrator::{Neighbourhood, PathMapping, RestirPtOptions};
 use lightshed::scene::{Scene, builtin, import};
-use lightshed_evaluate::Plot;
+use lightshed_evaluate::{Plot, Reference};
 use measure::{Measured, race};
-use reference::Reference;
 use serde_json::json;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 #[derive(Parser, Debug)]
 #[command(about = "Candidates, neighbours and rounds of ReSTIR path tracing against error at equal time")]
@@ -76,7 +74,8 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let mut description = describe(&arguments.scene)?;
     (description.settings.width, description.settings.height) = (arguments.size, arguments.size);
     let scene = Scene::new(&description)?;
-    let reference = Reference::new(&scene, arguments.reference)?;
+    let never = AtomicBool::new(false);
+    let reference = Reference::path_traced(&scene, arguments.reference, &|_| (), &never)?;
     let base = RestirPtOptions::offline(PathMapping::Hybrid);
     let dense: Vec<RestirPtOptions> = CANDIDATES
         .iter()

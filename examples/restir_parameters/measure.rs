@@ -1,10 +1,11 @@
 //! Errors of settings that have had the same time.
 
-use crate::reference::{PlainFrames, Reference, clock, image_luminance};
 use lightshed::integrator::{
-    CameraMotion, FrameMethod, Neighbourhood, RestirPt, RestirPtOptions, SceneWorld,
+    CameraMotion, FrameMethod, Neighbourhood, PathTracer, RestirPt, RestirPtOptions, RgbImage, SceneWorld,
+    process_cpu_seconds,
 };
 use lightshed::scene::{Rgb, Scene};
+use lightshed_evaluate::{Reference, SampledFrames};
 use serde_json::{Value, json};
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
@@ -15,7 +16,7 @@ use std::time::Instant;
 pub struct Measured {
     /// `None` for plain path tracing.
     pub options: Option<RestirPtOptions>,
-    /// Frames, or samples of every pixel.
+    /// Frames; of path tracing, of four samples in every pixel.
     pub frames: u32,
     /// Processor time, seconds.
     pub cpu_seconds: f64,
@@ -81,17 +82,20 @@ pub fn race(
     seconds: f64,
 ) -> Result<Vec<Measured>, Box<dyn Error>> {
     let world = SceneWorld::new(scene);
-    let pixels = reference.pixels();
+    let [width, height] = reference.size();
+    let pixels = width as usize * height as usize;
+    let plain = SampledFrames::new(PathTracer::new(scene), [width, height], SAMPLES);
     let mut runners: Vec<(Option<RestirPtOptions>, Box<dyn FrameMethod + '_>)> =
-        vec![(None, Box::new(PlainFrames { scene }))];
+        vec![(None, Box::new(plain))];
     for &options in settings {
         let method = RestirPt::new(&world, options, CameraMotion::STILL)?;
         runners.push((Some(options), Box::new(method)));
     }
-    let mut sums = vec![vec![0.0; pixels]; runners.len()];
+    let mut sums = vec![vec![[0.0f64; 3]; pixels]; runners.len()];
     let mut spent = vec![(0u32, 0.0); runners.len()];
     let mut image = vec![Rgb::ZERO; pixels];
     let start = Instant::now();
+    let clock = || process_cpu_seconds().unwrap_or_else(|| start.elapsed().as_secs_f64());
     loop {
         let mut running = false;
         for (index, (_, method)) in runners.iter_mut().enumerate() {
@@ -101,12 +105,14 @@ pub fn race(
                 continue;
             }
             running = true;
-            let before = clock(start);
+            let before = clock();
             method.render_frame(*frames, index as u64, &mut image, &AtomicBool::new(false));
-            *used += clock(start) - before;
+            *used += clock() - before;
             *frames += 1;
-            for (sum, value) in sums[index].iter_mut().zip(image_luminance(&image)) {
-                *sum += value;
+            for (sum, value) in sums[index].iter_mut().zip(&image) {
+                for (sum, value) in sum.iter_mut().zip(value.to_array()) {
+                    *sum += f64::from(value);
+                }
             }
         }
         if !running {
@@ -114,13 +120,22 @@ pub fn race(
         }
     }
     let found = runners.iter().zip(sums).zip(spent);
-    Ok(found
-        .map(|(((options, _), sum), (frames, cpu_seconds))| Measured {
-            options: *options,
-            frames,
-            cpu_seconds,
-            mse: reference.mse(&sum, frames),
-            mape: reference.mape(&sum, frames),
+    found
+        .map(|(((options, _), sum), (frames, cpu_seconds))| {
+            let mean = sum
+                .iter()
+                .map(|sum| sum.map(|sum| (sum / f64::from(frames)) as f32));
+            let errors = reference.errors(&RgbImage::new(width, height, mean.collect())?)?;
+            Ok(Measured {
+                options: *options,
+                frames,
+                cpu_seconds,
+                mse: errors.mse,
+                mape: errors.mape,
+            })
         })
-        .collect())
+        .collect()
 }
+
+/// Samples of a pixel in a frame of path tracing.
+const SAMPLES: u32 = 4;

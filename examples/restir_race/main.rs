@@ -5,20 +5,18 @@
 //! ```
 //!
 //! Methods take turns frame by frame until each has had its processor time; errors are those of the luminance, at times that
-//! double. Of the real-time chain single frames are judged, after 20 others, against as many path-traced samples as fit into the
+//! double, and speed-ups say how much longer path tracing would take. Of the real-time chain single frames are judged, after 20 others, against as many path-traced samples as fit into the
 //! time of one.
-
-#[path = "../common/reference.rs"]
-mod reference;
 
 use clap::Parser;
 use lightshed::integrator::{
-    CameraMotion, FrameMethod, Neighbourhood, PathMapping, PathReuse, RestirPt, RestirPtOptions, SceneWorld,
-    read_exr,
+    CameraMotion, FrameMethod, Neighbourhood, PathMapping, PathReuse, PathTracer, RestirPt, RestirPtOptions,
+    RgbImage, SceneWorld, process_cpu_seconds, read_exr,
 };
 use lightshed::scene::{Rgb, Scene, builtin, import};
-use lightshed_evaluate::Plot;
-use reference::{PlainFrames, Reference, clock, image_luminance};
+use lightshed_evaluate::{
+    ContestOptions, Contestant, EvaluateError, Metric, Reference, SampledFrames, run as contest,
+};
 use serde_json::{Value, json};
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -35,9 +33,12 @@ struct Arguments {
     /// Print JSON instead of tables.
     #[arg(long)]
     json: bool,
-    /// Processor seconds for each method.
+    /// Processor seconds for each method in each repeat.
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
+    /// Independent repeats, for intervals.
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(2..))]
+    repeats: u32,
     /// Image size.
     #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [128, 128])]
     size: Vec<u32>,
@@ -48,9 +49,10 @@ struct Arguments {
     /// Longest path in edges, instead of the scene's own.
     #[arg(long)]
     max_depth: Option<u32>,
-    /// OpenEXR image of that size to compare with; path-traced with --reference-spp where there is none.
-    #[arg(long)]
-    reference: Option<PathBuf>,
+    /// OpenEXR image of that size to compare with, or two independent ones of like precision, whose noise is then known;
+    /// path-traced with --reference-spp where there is none.
+    #[arg(long, num_args = 1..=2)]
+    reference: Vec<PathBuf>,
     /// Setting of restir-pt-offline to race as well, hybrid: trees, rounds, neighbours of a disk (0 for all of a square) and its
     /// radius in pixels, such as 16,3,12,10. May be repeated.
     #[arg(long, value_name = "TREES,ROUNDS,NEIGHBOURS,RADIUS", value_parser = setting)]
@@ -119,72 +121,7 @@ fn name(options: &RestirPtOptions) -> String {
     }
 }
 
-/// A method in the race.
-struct Runner<'a> {
-    name: String,
-    method: Box<dyn FrameMethod + 'a>,
-    sum: Vec<f64>,
-    frames: u32,
-    cpu_seconds: f64,
-    /// Processor time, MSE and MAPE.
-    curve: Vec<[f64; 3]>,
-}
-
-impl<'a> Runner<'a> {
-    fn new(name: impl Into<String>, method: impl FrameMethod + 'a, pixels: usize) -> Self {
-        Self {
-            name: name.into(),
-            method: Box::new(method),
-            sum: vec![0.0; pixels],
-            frames: 0,
-            cpu_seconds: 0.0,
-            curve: Vec::new(),
-        }
-    }
-
-    /// One frame more; a point of the curve at each doubling of time.
-    fn step(&mut self, reference: &Reference, image: &mut [Rgb], start: Instant) {
-        let before = clock(start);
-        self.method
-            .render_frame(self.frames, 11, image, &AtomicBool::new(false));
-        self.cpu_seconds += clock(start) - before;
-        self.frames += 1;
-        for (sum, value) in self.sum.iter_mut().zip(image_luminance(image)) {
-            *sum += value;
-        }
-        if self
-            .curve
-            .last()
-            .is_none_or(|last| self.cpu_seconds >= 2.0 * last[0])
-        {
-            self.note(reference);
-        }
-    }
-
-    fn note(&mut self, reference: &Reference) {
-        let errors = [
-            reference.mse(&self.sum, self.frames),
-            reference.mape(&self.sum, self.frames),
-        ];
-        self.curve.push([self.cpu_seconds, errors[0], errors[1]]);
-    }
-
-    /// Processor time that path tracing would take for the last MSE and MAPE, over that taken: errors fall as one over time and
-    /// as one over its root.
-    fn speedup(&self, path: &Self) -> Option<[f64; 2]> {
-        let ([time, mse, mape], [path_time, path_mse, path_mape]) =
-            (*self.curve.last()?, *path.curve.last()?);
-        Some([
-            path_mse * path_time / (mse * time),
-            (path_mape / mape).powi(2) * path_time / time,
-        ])
-    }
-}
-
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    if !(arguments.seconds > 0.0 && arguments.seconds.is_finite()) {
-        return Err("--seconds must be positive".into());
-    }
     std::fs::create_dir_all(&arguments.plots)?;
     let mut description = match builtin::by_name(&arguments.scene) {
         Some(description) => description,
@@ -196,98 +133,91 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let fov_x = &mut description.camera.fov_x;
     *fov_x = 2.0 * ((0.5 * *fov_x).tan() / arguments.zoom).atan();
     let scene = Scene::new(&description)?;
-    let reference = match &arguments.reference {
-        Some(path) => {
-            let image = read_exr(path)?;
-            if [image.width(), image.height()] != arguments.size[..] {
-                return Err("the reference is of another size".into());
-            }
-            let values: Vec<Rgb> = image.pixels().iter().map(|&value| Rgb::from(value)).collect();
-            Reference::known(image_luminance(&values), 0.0)
-        }
-        None => Reference::new(&scene, arguments.reference_spp)?,
+    let never = AtomicBool::new(false);
+    let reference = match &arguments.reference[..] {
+        [] => Reference::path_traced(&scene, arguments.reference_spp, &|_| (), &never)?,
+        [one] => Reference::stored(read_exr(one)?)?,
+        [one, other] => Reference::of_halves([read_exr(one)?, read_exr(other)?])?,
+        _ => return Err("a reference is one image, or two independent ones".into()),
     };
-    let (world, pixels) = (SceneWorld::new(&scene), reference.pixels());
-    let restir = |options| RestirPt::new(&world, options, CameraMotion::STILL);
-    let mut runners = vec![
-        Runner::new("path", PlainFrames { scene: &scene }, pixels),
-        Runner::new("path-reuse", PathReuse::new(&scene), pixels),
-        Runner::new(
-            "restir-pt-offline reconnection",
-            restir(RestirPtOptions::offline(PathMapping::Reconnection))?,
-            pixels,
-        ),
-        Runner::new(
-            "restir-pt-offline hybrid",
-            restir(RestirPtOptions::offline(PathMapping::Hybrid))?,
-            pixels,
-        ),
+    let world = SceneWorld::new(&scene);
+    let size = [arguments.size[0], arguments.size[1]];
+    let plain = || {
+        let frames = SampledFrames::new(PathTracer::new(&scene), size, SAMPLES);
+        Ok(Box::new(frames) as Box<dyn FrameMethod + '_>)
+    };
+    let shared = || Ok(Box::new(PathReuse::new(&scene)) as Box<dyn FrameMethod + '_>);
+    let mut contestants = vec![
+        Contestant::new("path", plain),
+        Contestant::new("path-reuse", shared),
     ];
+    let world = &world;
+    let mut add = |name: String, options: RestirPtOptions| {
+        let start = move || {
+            let method = RestirPt::new(world, options, CameraMotion::STILL);
+            let method = method.map_err(|error| EvaluateError::Contest(error.to_string()))?;
+            Ok(Box::new(method) as Box<dyn FrameMethod + '_>)
+        };
+        contestants.push(Contestant::new(name, start));
+    };
+    for (name, mapping) in [
+        ("reconnection", PathMapping::Reconnection),
+        ("hybrid", PathMapping::Hybrid),
+    ] {
+        add(
+            format!("restir-pt-offline {name}"),
+            RestirPtOptions::offline(mapping),
+        );
+    }
     for options in &arguments.setting {
-        runners.push(Runner::new(name(options), restir(*options)?, pixels));
+        add(name(options), *options);
     }
-    let (start, mut image) = (Instant::now(), vec![Rgb::ZERO; pixels]);
-    while runners
-        .iter()
-        .any(|runner| runner.cpu_seconds < arguments.seconds)
-    {
-        for runner in runners
-            .iter_mut()
-            .filter(|runner| runner.cpu_seconds < arguments.seconds)
-        {
-            runner.step(&reference, &mut image, start);
-        }
-    }
-    runners.iter_mut().for_each(|runner| runner.note(&reference));
+    let options = ContestOptions {
+        seconds: arguments.seconds,
+        repeats: arguments.repeats,
+        seed: 11,
+    };
+    let contested = contest(
+        &arguments.scene,
+        &contestants,
+        &reference,
+        options,
+        None,
+        &|_| (),
+        &never,
+    )?;
+    let record = contested.record;
     let chains = [PathMapping::Reconnection, PathMapping::Hybrid].map(|mapping| {
-        let method = restir(RestirPtOptions::real_time(mapping))?;
-        Ok::<_, Box<dyn Error>>(real_time(method, &scene, &reference, start))
+        let method = RestirPt::new(world, RestirPtOptions::real_time(mapping), CameraMotion::STILL)?;
+        real_time(method, &scene, &reference)
     });
     let [reconnection, hybrid] = chains;
     let chains = [("reconnection", reconnection?), ("hybrid", hybrid?)];
 
-    for (file, label, axis) in [("mse", "MSE of luminance", 1), ("mape", "MAPE of luminance", 2)] {
-        let series = runners.iter().map(|runner| {
-            let points = runner.curve.iter().map(|point| (point[0], point[axis]));
-            (runner.name.clone(), points.collect())
-        });
-        let plot = Plot {
-            title: format!("{}: run time against error", arguments.scene),
-            x_label: "processor seconds",
-            y_label: label,
-            series: series.collect(),
-        };
-        std::fs::write(arguments.plots.join(format!("{file}.svg")), plot.svg())?;
+    for metric in Metric::ALL {
+        let file = format!("{}.svg", metric.name().to_lowercase());
+        std::fs::write(arguments.plots.join(file), record.plot(metric).svg())?;
     }
-    let found: Vec<Value> = runners
-        .iter()
-        .map(|runner| {
-            let speedup = runner.speedup(&runners[0]);
-            json!({
-                "method": runner.name,
-                "frames": runner.frames,
-                "curve": runner.curve,
-                "speedup_mse": speedup.map(|s| s[0]),
-                "speedup_mape": speedup.map(|s| s[1]),
-            })
-        })
-        .collect();
     if arguments.json {
         let chains: Vec<Value> = chains.iter().map(|(name, chain)| chain.json(name)).collect();
+        let standings = record.standings();
         println!(
             "{}",
-            json!({ "scene": arguments.scene, "size": arguments.size, "methods": found, "real_time": chains })
+            json!({ "record": record, "standings": standings, "real_time": chains })
         );
     } else {
-        for runner in &runners {
-            let ([time, mse, mape], [by_mse, by_mape]) = (
-                runner.curve.last().copied().unwrap_or_default(),
-                runner.speedup(&runners[0]).unwrap_or_default(),
-            );
-            println!(
-                "{:<44} {:5} frames {time:6.1} s  MSE {mse:.3e} ({by_mse:.2}x)  MAPE {mape:.4} ({by_mape:.2}x)",
-                runner.name, runner.frames
-            );
+        for standing in record.standings() {
+            print!("{:<44} {:6.0} frames", standing.name, standing.frames);
+            for by_metric in &standing.by_metric {
+                let error = by_metric
+                    .error
+                    .map_or("-".to_owned(), |error| format!("{:.3e}", error.mid));
+                let speedup = by_metric.speedup.map_or("-".to_owned(), |speedup| {
+                    format!("{:.2}x ({:.2}-{:.2})", speedup.mid, speedup.low, speedup.high)
+                });
+                print!("  {} {error} {speedup}", by_metric.metric.name());
+            }
+            println!();
         }
         for (name, chain) in &chains {
             println!("{}", chain.text(name));
@@ -296,6 +226,9 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     }
     Ok(())
 }
+
+/// Samples of a pixel in a frame of path tracing in the contest.
+const SAMPLES: u32 = 4;
 
 /// Single frames of a chain, and path tracing in the time of one.
 struct RealTime {
@@ -340,9 +273,20 @@ impl RealTime {
 const WARM: u32 = 20;
 const JUDGED: u32 = 4;
 
-fn real_time(mut method: impl FrameMethod, scene: &Scene, reference: &Reference, start: Instant) -> RealTime {
-    let mut image = vec![Rgb::ZERO; reference.pixels()];
+fn real_time(
+    mut method: impl FrameMethod,
+    scene: &Scene,
+    reference: &Reference,
+) -> Result<RealTime, Box<dyn Error>> {
+    let size = reference.size();
+    let mut image = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
     let never = AtomicBool::new(false);
+    let start = Instant::now();
+    let clock = || process_cpu_seconds().unwrap_or_else(|| start.elapsed().as_secs_f64());
+    let errors = |image: &[Rgb]| {
+        let pixels = image.iter().map(|value| value.to_array()).collect();
+        reference.errors(&RgbImage::new(size[0], size[1], pixels)?)
+    };
     let mut found = RealTime {
         cpu_seconds: 0.0,
         mse: 0.0,
@@ -352,32 +296,26 @@ fn real_time(mut method: impl FrameMethod, scene: &Scene, reference: &Reference,
         path_mape: 0.0,
     };
     for frame in 0..WARM + JUDGED {
-        let before = clock(start);
+        let before = clock();
         method.render_frame(frame, 21, &mut image, &never);
         if frame >= WARM {
-            let values = image_luminance(&image);
-            found.cpu_seconds += (clock(start) - before) / f64::from(JUDGED);
-            found.mse += reference.mse(&values, 1) / f64::from(JUDGED);
-            found.mape += reference.mape(&values, 1) / f64::from(JUDGED);
+            found.cpu_seconds += (clock() - before) / f64::from(JUDGED);
+            let errors = errors(&image)?;
+            found.mse += errors.mse / f64::from(JUDGED);
+            found.mape += errors.mape / f64::from(JUDGED);
         }
     }
-    let mut path = PlainFrames { scene };
-    let before = clock(start);
-    for frame in 0..4 {
-        path.render_frame(frame, 1, &mut image, &never);
-    }
-    let sample_seconds = (clock(start) - before) / 4.0;
+    let mut path = SampledFrames::new(PathTracer::new(scene), size, SAMPLES);
+    let before = clock();
+    path.render_frame(0, 1, &mut image, &never);
+    let sample_seconds = (clock() - before) / f64::from(SAMPLES);
     found.path_samples = (found.cpu_seconds / sample_seconds).round().max(1.0) as u32;
+    let mut path = SampledFrames::new(PathTracer::new(scene), size, found.path_samples);
     for repeat in 0..JUDGED {
-        let mut sum = vec![0.0; image.len()];
-        for sample in 0..found.path_samples {
-            path.render_frame(repeat * found.path_samples + sample, 31, &mut image, &never);
-            for (sum, value) in sum.iter_mut().zip(image_luminance(&image)) {
-                *sum += value;
-            }
-        }
-        found.path_mse += reference.mse(&sum, found.path_samples) / f64::from(JUDGED);
-        found.path_mape += reference.mape(&sum, found.path_samples) / f64::from(JUDGED);
+        path.render_frame(repeat, 31, &mut image, &never);
+        let errors = errors(&image)?;
+        found.path_mse += errors.mse / f64::from(JUDGED);
+        found.path_mape += errors.mape / f64::from(JUDGED);
     }
-    found
+    Ok(found)
 }

@@ -1,6 +1,5 @@
 //! Methods race each other: run time against error.
 
-use crate::reference::luminances;
 use crate::{Errors, EvaluateError, Reference};
 use lightshed_integrator::{FrameMethod, RgbImage, process_cpu_seconds};
 use lightshed_scene::Rgb;
@@ -138,7 +137,7 @@ impl Runner<'_> {
     }
 
     fn note(&mut self, reference: &Reference) -> Result<(), EvaluateError> {
-        let errors = reference.errors(&luminances(&self.mean(reference.size())?));
+        let errors = reference.errors(&self.mean(reference.size())?)?;
         self.curve.push(CurvePoint {
             seconds: self.seconds,
             frames: self.frames,

@@ -121,12 +121,15 @@ impl Reference {
         &self.image
     }
 
-    /// Errors of an image, given by the luminances of its pixels; NaN for another number of pixels.
+    /// Errors of an image.
     ///
     /// Of a reference of two halves `a` and `b`, `(x − a)(x − b)` has the expectation `(x − μ)²`, whatever their noise.
-    pub fn errors(&self, luminances: &[f64]) -> Errors {
+    ///
+    /// # Errors
+    /// [`EvaluateError::Size`].
+    pub fn errors(&self, image: &RgbImage) -> Result<Errors, EvaluateError> {
         let mut sums = [0.0; 3];
-        for (index, (&x, &truth)) in luminances.iter().zip(&self.truth).enumerate() {
+        for (index, (x, &truth)) in self.luminances(image)?.into_iter().zip(&self.truth).enumerate() {
             let squared = match &self.uncertainty {
                 Uncertainty::Unknown => (x - truth).powi(2),
                 Uncertainty::Halves([a, b]) => (x - a[index]) * (x - b[index]),
@@ -135,23 +138,30 @@ impl Reference {
             sums[1] += squared / (truth * truth + self.floor * self.floor);
             sums[2] += (x - truth).abs() / (truth.max(0.0) + self.floor);
         }
-        let same = luminances.len() == self.truth.len();
-        let [mse, rel_mse, mape] = sums.map(|sum| {
-            if same {
-                sum / self.truth.len() as f64
-            } else {
-                f64::NAN
-            }
-        });
-        Errors { mse, rel_mse, mape }
+        let [mse, rel_mse, mape] = sums.map(|sum| sum / self.truth.len() as f64);
+        Ok(Errors { mse, rel_mse, mape })
     }
 
     /// Error of each pixel, `(x − μ) / (μ + ε)`, for pictures.
-    pub fn relative_errors(&self, luminances: &[f64]) -> Vec<f64> {
-        let pairs = luminances.iter().zip(&self.truth);
-        pairs
+    ///
+    /// # Errors
+    /// [`EvaluateError::Size`].
+    pub fn relative_errors(&self, image: &RgbImage) -> Result<Vec<f64>, EvaluateError> {
+        let values = self.luminances(image)?;
+        let pairs = values.iter().zip(&self.truth);
+        Ok(pairs
             .map(|(x, truth)| (x - truth) / (truth.max(0.0) + self.floor))
-            .collect()
+            .collect())
+    }
+
+    fn luminances(&self, image: &RgbImage) -> Result<Vec<f64>, EvaluateError> {
+        if size(image) != self.size() {
+            return Err(EvaluateError::Size {
+                image: size(image),
+                reference: self.size(),
+            });
+        }
+        Ok(luminances(image))
     }
 }
 
@@ -179,13 +189,13 @@ mod tests {
     #[test]
     fn errors_are_those_of_the_formulas() {
         let reference = Reference::stored(image(&[1.0, 3.0])).unwrap();
-        let errors = reference.errors(&[2.0, 2.0]);
+        let errors = reference.errors(&image(&[2.0, 2.0])).unwrap();
         assert!((errors.mse - 1.0).abs() < 1e-6);
         let floor = 0.02;
         let rel_mse = 0.5 * (1.0 / (1.0 + floor * floor) + 1.0 / (9.0 + floor * floor));
         assert!((errors.rel_mse - rel_mse).abs() < 1e-6);
         assert!((errors.mape - 0.5 * (1.0 / 1.02 + 1.0 / 3.02)).abs() < 1e-6);
-        assert!(reference.errors(&[1.0]).mse.is_nan());
+        assert!(reference.errors(&image(&[1.0])).is_err());
         assert!(matches!(
             Reference::stored(image(&[0.0, 0.0])),
             Err(EvaluateError::Black)
@@ -213,13 +223,13 @@ mod tests {
         };
         let mut half = || image(&(0..count).map(|_| 1.0 + noise()).collect::<Vec<_>>());
         let halves = [half(), half()];
-        let x = vec![1.05; count];
+        let x = image(&vec![1.05; count]);
         check_faults(&[NoiseKept], |fault| {
             let reference = match fault {
                 None => Reference::of_halves(halves.clone())?,
                 Some(NoiseKept) => Reference::stored(Reference::of_halves(halves.clone())?.image)?,
             };
-            let mse = reference.errors(&x).mse;
+            let mse = reference.errors(&x)?.mse;
             // Of (x − a)(x − b): variance σ⁴ + 2 σ² d² with σ² = 0.12, d = 0.05.
             let tolerance = 6.0 * ((0.12f64.powi(2) + 2.0 * 0.12 * 0.0025) / count as f64).sqrt();
             if (mse - 0.0025).abs() < tolerance {

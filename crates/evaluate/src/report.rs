@@ -3,8 +3,7 @@
 mod page;
 mod picture;
 
-use crate::reference::luminances;
-use crate::{Autocorrelation, EvaluateError, Interval, Metric, Plot, Record, Reference, Standing};
+use crate::{Autocorrelation, EvaluateError, Interval, Metric, Record, Reference, Standing};
 use lightshed_integrator::RgbImage;
 use page::{escape, figure};
 use picture::{error_colours, exposure_of, png_data};
@@ -87,14 +86,14 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
     body.push_str("</div>\n<h3>Where the error is</h3>\n<p>(image − reference) / reference: blue is too dark, red too bright, \
                    full colour at 100 %.</p>\n<div class=\"grid\">\n");
     for (name, image) in record.names.iter().zip(scene.images) {
-        let errors = scene.reference.relative_errors(&luminances(image));
+        let errors = scene.reference.relative_errors(image)?;
         let colours = error_colours(scene.reference.size(), &errors)?;
         body.push_str(&figure(&png_data(&colours, 0.0)?, name));
     }
     body.push_str(&figure(&truth, "reference"));
     body.push_str("</div>\n<h3>Error over time</h3>\n<div class=\"plots\">\n");
     for metric in Metric::ALL {
-        body.push_str(&curves(record, metric).svg());
+        body.push_str(&record.plot(metric).svg());
     }
     body.push_str("</div>\n");
     if !scene.chains.is_empty() {
@@ -102,39 +101,6 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
     }
     body.push_str("</section>\n");
     Ok(())
-}
-
-/// Errors of all repeats.
-fn curves(record: &Record, metric: Metric) -> Plot {
-    let series = record.names.iter().enumerate().map(|(place, name)| {
-        let runs = record.repeats.iter().filter_map(|runs| runs.get(place));
-        let mut points: Vec<(f64, f64, u32)> = Vec::new();
-        // The geometric mean of what repeats had at about the same time, by their places on the curves.
-        let longest = runs.clone().map(|run| run.curve.len()).max().unwrap_or(0);
-        for index in 0..longest {
-            let (mut log_time, mut log_error, mut count) = (0.0, 0.0, 0u32);
-            for point in runs.clone().filter_map(|run| run.curve.get(index)) {
-                let error = point.errors.get(metric);
-                if error > 0.0 {
-                    log_time += point.seconds.ln();
-                    log_error += error.ln();
-                    count += 1;
-                }
-            }
-            if count > 0 {
-                let count_f = f64::from(count);
-                points.push(((log_time / count_f).exp(), (log_error / count_f).exp(), count));
-            }
-        }
-        let points = points.into_iter().map(|(time, error, _)| (time, error)).collect();
-        (name.clone(), points)
-    });
-    Plot {
-        title: format!("{} of luminance", metric.name()),
-        x_label: "processor seconds",
-        y_label: metric.name(),
-        series: series.collect(),
-    }
 }
 
 fn chains(body: &mut String, scene: &ReportScene<'_>) -> Result<(), EvaluateError> {

@@ -1,6 +1,6 @@
 //! What a record says: errors at equal time, time to equal error.
 
-use crate::{CurvePoint, Interval, Metric, Record};
+use crate::{CurvePoint, Interval, Metric, Plot, Record};
 use serde::{Deserialize, Serialize};
 
 /// One method against the baseline.
@@ -45,6 +45,30 @@ impl Record {
                 }
             })
             .collect()
+    }
+
+    /// Errors over time: geometric means of the repeats, point by point.
+    pub fn plot(&self, metric: Metric) -> Plot {
+        let series = self.names.iter().enumerate().map(|(place, name)| {
+            let runs = || self.repeats.iter().filter_map(|runs| runs.get(place));
+            let longest = runs().map(|run| run.curve.len()).max().unwrap_or(0);
+            let points = (0..longest).filter_map(|index| {
+                let points = runs().filter_map(|run| run.curve.get(index));
+                let logs: Vec<[f64; 2]> = points
+                    .map(|point| [point.seconds.ln(), point.errors.get(metric).ln()])
+                    .filter(|[_, log]| log.is_finite())
+                    .collect();
+                let mean = |axis: usize| logs.iter().map(|log| log[axis]).sum::<f64>() / logs.len() as f64;
+                (!logs.is_empty()).then(|| (mean(0).exp(), mean(1).exp()))
+            });
+            (name.clone(), points.collect())
+        });
+        Plot {
+            title: format!("{}: {} of luminance", self.scene, metric.name()),
+            x_label: "processor seconds",
+            y_label: metric.name(),
+            series: series.collect(),
+        }
     }
 
     fn standing(&self, place: usize, metric: Metric) -> MetricStanding {
