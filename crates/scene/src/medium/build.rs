@@ -1,0 +1,159 @@
+//! From descriptions to media: everything is checked here.
+
+use super::density::SUPER_VOXEL;
+use super::sides::{Boundaries, MediumSides};
+use super::{
+    DensityDescription, EmissionDescription, GridDescription, GridField, GridFilter, Medium, MediumDensity,
+    MediumDescription, MediumEmission, MediumPhase,
+};
+use crate::scene::SceneError;
+use crate::{MediumBoundary, Rgb, SceneDescription};
+use glam::{Affine3A, Vec3};
+use lightshed_volume::{DenseGrid, Filter, MajorantGrid};
+use std::ops::Range;
+
+/// The media of a scene. `triangles` are the ranges of the primitives that each shape became, spheres after all triangles.
+pub(crate) fn build_media(
+    description: &SceneDescription,
+    primitives: &[Range<usize>],
+) -> Result<Boundaries, SceneError> {
+    let SceneDescription {
+        media,
+        boundaries,
+        camera_medium,
+        shapes,
+        ..
+    } = description;
+    let exists = |place: &dyn Fn() -> String, medium: Option<u32>| match medium {
+        Some(medium) if medium as usize >= media.len() => Err(SceneError::MediumIndex {
+            place: place(),
+            medium,
+            media: media.len(),
+        }),
+        _ => Ok(()),
+    };
+    exists(&|| "the camera".to_owned(), *camera_medium)?;
+    let mut result = Boundaries {
+        media: media.iter().map(medium).collect::<Result<_, _>>()?,
+        camera_medium: *camera_medium,
+        ..Boundaries::default()
+    };
+    if boundaries.is_empty() {
+        return Ok(result);
+    }
+    let count = primitives.iter().map(|range| range.end).max().unwrap_or(0);
+    result.by_primitive = vec![u32::MAX; count];
+    for (index, boundary) in boundaries.iter().enumerate() {
+        let MediumBoundary {
+            shape,
+            interior,
+            exterior,
+        } = *boundary;
+        let Some(range) = primitives.get(shape as usize) else {
+            return Err(SceneError::BoundaryShape {
+                boundary: index,
+                shape,
+                shapes: shapes.len(),
+            });
+        };
+        let place = || format!("shape '{}'", shapes[shape as usize].name);
+        exists(&place, interior)?;
+        exists(&place, exterior)?;
+        for sides in &mut result.by_primitive[range.clone()] {
+            if *sides != u32::MAX {
+                return Err(SceneError::SecondBoundary { place: place() });
+            }
+            *sides = index as u32;
+        }
+        result.sides.push(MediumSides::new(interior, exterior));
+    }
+    Ok(result)
+}
+
+fn medium(description: &MediumDescription) -> Result<Medium, SceneError> {
+    checked(description).map_err(|reason| SceneError::Medium {
+        medium: description.name.clone(),
+        reason,
+    })
+}
+
+fn checked(description: &MediumDescription) -> Result<Medium, String> {
+    let MediumDescription {
+        name,
+        density,
+        extinction,
+        albedo,
+        phase,
+        emission,
+    } = description;
+    let sound = |rgb: &Rgb| rgb.is_finite() && rgb.min_element() >= 0.0;
+    if !sound(extinction) {
+        return Err("its extinction must be finite and not negative".to_owned());
+    }
+    if !(sound(albedo) && albedo.max_element() <= 1.0) {
+        return Err("its albedo must be in [0, 1]".to_owned());
+    }
+    let density = match density {
+        DensityDescription::Homogeneous => MediumDensity::Homogeneous,
+        DensityDescription::Grid(grid) => {
+            let (grid, to_field) = placed(grid)?;
+            let majorants = MajorantGrid::new(&grid, SUPER_VOXEL).map_err(|error| error.to_string())?;
+            if !(extinction * majorants.range().max).is_finite() {
+                return Err("its extinction overflows where it is densest".to_owned());
+            }
+            MediumDensity::Grid(Box::new(GridField {
+                grid,
+                majorants,
+                to_field,
+            }))
+        }
+    };
+    let emission = match emission {
+        Some(EmissionDescription { radiance, .. }) if !sound(radiance) => {
+            return Err("its emitted radiance must be finite and not negative".to_owned());
+        }
+        Some(EmissionDescription { radiance, grid }) if *radiance != Rgb::ZERO => {
+            let grid = grid.as_ref().map(placed).transpose()?;
+            let greatest = grid.as_ref().map_or(1.0, |(grid, _)| grid.value_range().max);
+            if !(radiance * greatest).is_finite() {
+                return Err("its emitted radiance overflows".to_owned());
+            }
+            Some(MediumEmission {
+                radiance: *radiance,
+                grid,
+            })
+        }
+        _ => None,
+    };
+    Ok(Medium {
+        name: name.clone(),
+        density,
+        extinction: *extinction,
+        albedo: *albedo,
+        phase: MediumPhase::new(phase)?,
+        // Nothing emits where nothing absorbs.
+        emission: emission.filter(|_| *albedo != Rgb::ONE),
+    })
+}
+
+/// The grid, and the map from the world into its space, which counts voxels.
+fn placed(description: &GridDescription) -> Result<(DenseGrid, Affine3A), String> {
+    let GridDescription {
+        resolution,
+        values,
+        filter,
+        to_world,
+    } = description;
+    let filter = match filter {
+        GridFilter::Nearest => Filter::Nearest,
+        GridFilter::Trilinear => Filter::Trilinear,
+    };
+    let grid = DenseGrid::new(*resolution, values, filter).map_err(|error| error.to_string())?;
+    let size = Vec3::from_array(resolution.map(|n| n as f32));
+    let to_field = Affine3A::from_scale(size) * to_world.inverse();
+    let back = to_field.inverse();
+    if !(to_world.is_finite() && to_field.is_finite() && back.is_finite()) {
+        return Err("the grid's transform must be finite and invertible".to_owned());
+    }
+    Ok((grid, to_field))
+}

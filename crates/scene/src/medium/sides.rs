@@ -1,0 +1,49 @@
+//! Which media meet at a surface.
+
+use super::Medium;
+
+/// In place of a medium's index.
+const NONE: u32 = u32::MAX;
+
+/// The media on the two sides of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MediumSides {
+    interior: u32,
+    exterior: u32,
+}
+
+impl MediumSides {
+    pub(super) fn new(interior: Option<u32>, exterior: Option<u32>) -> Self {
+        Self {
+            interior: interior.unwrap_or(NONE),
+            exterior: exterior.unwrap_or(NONE),
+        }
+    }
+
+    /// The medium that a ray gets into which leaves the surface with `cos_theta` to the geometric normal: the exterior one above,
+    /// the interior one below. `None` for empty space.
+    #[inline(always)]
+    pub fn towards(&self, cos_theta: f32) -> Option<u32> {
+        let medium = if cos_theta > 0.0 { self.exterior } else { self.interior };
+        (medium != NONE).then_some(medium)
+    }
+}
+
+/// The media of a scene and where they meet.
+#[derive(Default)]
+pub(crate) struct Boundaries {
+    pub media: Vec<Medium>,
+    /// Index into `sides` by primitive, or [`NONE`]; empty where nothing bounds a medium.
+    pub(super) by_primitive: Vec<u32>,
+    pub(super) sides: Vec<MediumSides>,
+    /// What is around the camera, where the description says so.
+    pub camera_medium: Option<u32>,
+}
+
+impl Boundaries {
+    #[inline(always)]
+    pub fn of_primitive(&self, primitive: u32) -> Option<MediumSides> {
+        let sides = *self.by_primitive.get(primitive as usize)?;
+        self.sides.get(sides as usize).copied()
+    }
+}
