@@ -1,6 +1,6 @@
 //! A scene as data: what importers write and guests can write by hand.
 
-use crate::{Image, Material, Rgb};
+use crate::{Image, Material, MediumBoundary, MediumDescription, Rgb};
 use glam::{Affine3A, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -17,6 +17,13 @@ pub struct SceneDescription {
     pub camera: CameraDescription,
     /// Image size, path length and sample count that the file asks for.
     pub settings: RenderSettings,
+    /// Participating media.
+    pub media: Vec<MediumDescription>,
+    /// Shapes that bound media; one each at most.
+    pub boundaries: Vec<MediumBoundary>,
+    /// The medium around the camera. `None` leaves it to the boundaries, see [`Scene::medium_around`](crate::Scene::medium_around);
+    /// needed only where no boundary tells.
+    pub camera_medium: Option<u32>,
 }
 
 /// A surface in world space.

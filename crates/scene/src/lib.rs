@@ -11,6 +11,7 @@ mod description;
 mod emitter;
 pub mod import;
 mod material;
+mod medium;
 mod scene;
 mod texture;
 
@@ -28,8 +29,13 @@ pub use emitter::{
     EmitterSample, Emitters, Environment,
 };
 pub use glam;
+pub use lightshed_volume as volume;
 pub use material::{
     Bsdf, BsdfSample, BsdfValue, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,
+};
+pub use medium::{
+    DensityDescription, EmissionDescription, GridDescription, GridField, GridFilter, Medium, MediumBoundary,
+    MediumDensity, MediumDescription, MediumEmission, MediumPhase, MediumSides, PhaseDescription, PhaseLobe,
 };
 pub use scene::{BuildOptions, DiffuseLanes, Scene, SceneError, SurfacePoint};
 pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};

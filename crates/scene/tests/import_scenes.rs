@@ -2,9 +2,11 @@
 //!
 //! The scenes are no part of this repository: the folder is named by `LIGHTSHED_SCENES`.
 
+use lightshed_scene::glam::Vec3;
 use lightshed_scene::import::{Encoding, load, parse_mitsuba, read_image, read_ply};
 use lightshed_scene::{
-    ColorTexture, EmitterDescription, Geometry, Material, Scene, SceneDescription, builtin,
+    ColorTexture, DensityDescription, EmitterDescription, Geometry, Material, Scene, SceneDescription,
+    builtin,
 };
 use std::path::PathBuf;
 
@@ -93,13 +95,22 @@ fn the_reference_suite_loads() {
 }
 
 #[test]
-fn media_are_a_named_error() {
+fn a_medium_in_a_grid_is_read() {
     let Some(folder) = scenes() else { return };
-    let message = load(folder.join("blob_volume/scene.xml"), &[])
-        .unwrap_err()
-        .to_string();
-    assert!(message.contains("scene.xml:11 (scene/shape[medium]"), "{message}");
-    assert!(message.contains("media are not supported yet"), "{message}");
+    let loaded = load(folder.join("blob_volume/scene.xml"), &[]).unwrap_or_else(|e| panic!("{}", e.chain()));
+    let scene = &loaded.description;
+    let [medium] = &scene.media[..] else {
+        panic!("{} media", scene.media.len());
+    };
+    assert_eq!(medium.extinction, lightshed_scene::Rgb::splat(8.0));
+    let DensityDescription::Grid(grid) = &medium.density else {
+        panic!("no grid");
+    };
+    assert_eq!((grid.resolution, grid.values.len()), ([32; 3], 32_768));
+    // The unit cube becomes the cube of edge 2 around the origin.
+    assert_eq!(grid.to_world.transform_point3(Vec3::ONE), Vec3::ONE);
+    assert_eq!(scene.boundaries.len(), 1);
+    Scene::new(scene).unwrap();
 }
 
 #[test]

@@ -145,6 +145,7 @@ fn cornell_with(materials: Vec<Material>, boxes: [u32; 2]) -> SceneDescription {
             max_depth: Some(8),
             roulette_depth: 1000,
         },
+        ..SceneDescription::default()
     }
 }
 

@@ -44,5 +44,6 @@ pub fn furnace() -> SceneDescription {
             max_depth: None,
             roulette_depth: 1000,
         },
+        ..SceneDescription::default()
     }
 }

@@ -83,6 +83,7 @@ pub fn many_lights() -> SceneDescription {
             max_depth: Some(2),
             roulette_depth: 1000,
         },
+        ..SceneDescription::default()
     }
 }
 

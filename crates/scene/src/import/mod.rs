@@ -10,6 +10,7 @@ mod normals;
 mod obj;
 mod ply;
 mod transform;
+mod vol;
 mod xml;
 
 pub use self::gltf::parse_gltf;
@@ -19,3 +20,4 @@ pub use load::{Defines, Loaded, Warning, load};
 pub use mitsuba::parse_mitsuba;
 pub use obj::{parse_obj, read_obj};
 pub use ply::{parse_ply, read_ply};
+pub use vol::{VolumeGrid, parse_vol, read_vol};

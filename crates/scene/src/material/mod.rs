@@ -44,7 +44,7 @@ pub struct ConductorIor {
     pub k: Rgb,
 }
 
-/// A material as data. All but [`Material::Dielectric`], [`Material::ThinDielectric`] and transmissive
+/// A material as data. All but [`Material::Dielectric`], [`Material::ThinDielectric`], [`Material::Null`] and transmissive
 /// [`Material::MetallicRoughness`] are one-sided (black from behind) unless wrapped in [`Material::TwoSided`].
 #[derive(Clone, Debug)]
 pub enum Material {
@@ -122,6 +122,8 @@ pub enum Material {
         /// Material at weight 1.
         second: Box<Material>,
     },
+    /// Nothing at all: light passes, unchanged and unbent. For shapes that only bound media.
+    Null,
     /// A one-sided material seen from both sides.
     TwoSided {
         /// Seen from the side of the normal.

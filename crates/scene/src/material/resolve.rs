@@ -90,6 +90,15 @@ impl Material {
     fn leaf(&self, uv: Vec2) -> Option<(Component, Side)> {
         Some(match self {
             Self::Blend { .. } | Self::TwoSided { .. } => return None,
+            // An index of 1 lets all light pass.
+            Self::Null => (
+                Component::SmoothDielectric(SmoothDielectric {
+                    eta: 1.0,
+                    reflection_tint: Rgb::ONE,
+                    transmission_tint: Rgb::ONE,
+                }),
+                Side::Both,
+            ),
             Self::Diffuse { reflectance } => (
                 Component::Diffuse(Diffuse {
                     reflectance: reflectance.at(uv),

@@ -62,6 +62,7 @@ impl Material {
                 color("specular_reflectance", specular_reflectance)?;
                 color("specular_transmittance", specular_transmittance)?;
             }
+            Self::Null => refuse_two_sided(two_sided)?,
             Self::ThinDielectric {
                 eta,
                 specular_reflectance,

@@ -16,8 +16,8 @@ pub use description::{
     PhaseDescription,
 };
 pub use phase::{MediumPhase, PhaseLobe};
-pub use sides::MediumSides;
 pub(crate) use sides::Boundaries;
+pub use sides::MediumSides;
 
 use crate::Rgb;
 use glam::Vec3;

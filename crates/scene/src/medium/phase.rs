@@ -46,13 +46,11 @@ impl MediumPhase {
                 .ok_or_else(|| NESTED.to_owned())
         };
         match description {
-            PhaseDescription::Blend {
-                first,
-                second,
-                share,
-            } => Blend::new(lobe(first)?, lobe(second)?, *share)
-                .map(Self::Blend)
-                .map_err(|error| error.to_string()),
+            PhaseDescription::Blend { first, second, share } => {
+                Blend::new(lobe(first)?, lobe(second)?, *share)
+                    .map(Self::Blend)
+                    .map_err(|error| error.to_string())
+            }
             single => lobe(single).map(Self::Single),
         }
     }

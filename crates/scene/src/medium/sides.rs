@@ -24,7 +24,11 @@ impl MediumSides {
     /// the interior one below. `None` for empty space.
     #[inline(always)]
     pub fn towards(&self, cos_theta: f32) -> Option<u32> {
-        let medium = if cos_theta > 0.0 { self.exterior } else { self.interior };
+        let medium = if cos_theta > 0.0 {
+            self.exterior
+        } else {
+            self.interior
+        };
         (medium != NONE).then_some(medium)
     }
 }

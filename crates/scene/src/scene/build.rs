@@ -5,11 +5,13 @@ use super::primitive::{NONE, SphereRecord, TriangleRecord};
 use super::{EmittingSurfaces, Scene, SceneError};
 use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, AreaShape};
+use crate::medium::build_media;
 use crate::{
     AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription,
     ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
 };
 use glam::Vec3;
+use std::ops::Range;
 
 /// How to build a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,6 +52,9 @@ impl Scene {
             emitters,
             camera,
             settings,
+            media: _,
+            boundaries: _,
+            camera_medium: _,
         } = description;
         let surrounds = |emitter: &&EmitterDescription| {
             matches!(
@@ -69,9 +74,25 @@ impl Scene {
             })?;
         }
         let mut flat = Flattened::default();
+        // The primitives of each shape; of spheres for now the number among spheres.
+        let mut primitives = Vec::with_capacity(shapes.len());
         for shape in shapes {
+            let before = [flat.triangles.len(), flat.spheres.len()];
             flat.add(shape, materials.len())?;
+            primitives.push((before, [flat.triangles.len(), flat.spheres.len()]));
         }
+        let triangles = flat.triangles.len();
+        let primitives: Vec<Range<usize>> = primitives
+            .into_iter()
+            .map(|([t0, s0], [t1, s1])| {
+                if s1 > s0 {
+                    triangles + s0..triangles + s1
+                } else {
+                    t0..t1
+                }
+            })
+            .collect();
+        let media = build_media(description, &primitives)?;
         let count = flat.triangles.len() + flat.spheres.len();
         if count >= 1 << 30 {
             return Err(SceneError::TooManyPrimitives(count));
@@ -96,6 +117,7 @@ impl Scene {
             settings: *settings,
             dropped_triangles: flat.dropped,
             bounds,
+            media,
         })
     }
 }

@@ -75,6 +75,40 @@ pub enum SceneError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A medium has an impossible parameter.
+    #[error("medium '{medium}': {reason}")]
+    Medium {
+        /// Name of the medium.
+        medium: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Something refers to a medium that does not exist.
+    #[error("{place} refers to medium {medium}, but there are only {media}")]
+    MediumIndex {
+        /// What refers to it.
+        place: String,
+        /// The medium it refers to.
+        medium: u32,
+        /// Number of media.
+        media: usize,
+    },
+    /// A boundary of media refers to a shape that does not exist.
+    #[error("boundary {boundary} refers to shape {shape}, but there are only {shapes}")]
+    BoundaryShape {
+        /// Index of the boundary.
+        boundary: usize,
+        /// The shape it refers to.
+        shape: u32,
+        /// Number of shapes.
+        shapes: usize,
+    },
+    /// A shape is named by two boundaries.
+    #[error("{place} bounds media twice")]
+    SecondBoundary {
+        /// The shape.
+        place: String,
+    },
     /// An emitter has an impossible parameter.
     #[error("{emitter}: {reason}")]
     Emitter {

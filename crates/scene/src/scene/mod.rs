@@ -15,6 +15,7 @@ pub(crate) use surface::offset_along;
 
 use crate::accel::Accelerator;
 use crate::emitter::{EmittedRay, Surroundings};
+use crate::medium::{Boundaries, Medium, MediumSides};
 use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings};
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
@@ -40,6 +41,7 @@ pub struct Scene {
     settings: RenderSettings,
     dropped_triangles: usize,
     bounds: [Vec3; 2],
+    media: Boundaries,
 }
 
 /// A tree over the emitting primitives.
@@ -209,6 +211,45 @@ impl Scene {
     /// The materials.
     pub fn materials(&self) -> &[Material] {
         &self.materials
+    }
+
+    /// The participating media, by the indices that boundaries name.
+    #[inline(always)]
+    pub fn media(&self) -> &[Medium] {
+        &self.media.media
+    }
+
+    /// The media on both sides of a primitive; `None` if it is no boundary of any: light that crosses it stays in the medium that
+    /// it is in.
+    #[inline(always)]
+    pub fn medium_sides(&self, primitive: u32) -> Option<MediumSides> {
+        self.media.of_primitive(primitive)
+    }
+
+    /// The medium in which rays of `camera` start: the one that the description names, else the one around the place where the
+    /// ray through the middle of the image starts.
+    pub fn camera_medium(&self, camera: &Camera) -> Option<u32> {
+        let middle = Vec2::new(self.settings.width as f32, self.settings.height as f32) * 0.5;
+        let start = || camera.ray(middle, [0.5; 2]).origin;
+        self.media.camera_medium.or_else(|| self.medium_around(start()))
+    }
+
+    /// The medium around a place off all surfaces, as the boundaries tell: the one on the near side of the first boundary that some
+    /// ray from there meets. Closed boundaries give the same for every ray.
+    pub fn medium_around(&self, position: Vec3) -> Option<u32> {
+        if self.media.media.is_empty() {
+            return None;
+        }
+        // No direction of symmetry, so that edges are not met.
+        let direction = Vec3::new(0.479_3, 0.601_7, 0.638_9);
+        let mut ray = Ray::new(position, direction);
+        loop {
+            let point = self.intersect(&ray)?;
+            if let Some(sides) = self.medium_sides(point.primitive) {
+                return sides.towards(-direction.dot(point.geometric_normal));
+            }
+            ray = point.spawn(direction);
+        }
     }
 
     /// What the description asked of the renderer.

@@ -89,7 +89,7 @@ impl Importer<'_> {
                     back: back.map(Box::new),
                 }
             }
-            "null" => return Err(node.unsupported("media are not supported yet: the BSDF `null`")),
+            "null" => Material::Null,
             _ => return Err(node.unsupported(format!("the BSDF `{kind}` is not supported"))),
         };
         properties.finish()?;
@@ -175,7 +175,7 @@ impl Importer<'_> {
 
 fn transmits(material: &Material) -> bool {
     match material {
-        Material::Dielectric { .. } | Material::ThinDielectric { .. } => true,
+        Material::Dielectric { .. } | Material::ThinDielectric { .. } | Material::Null => true,
         Material::Blend { first, second, .. } => transmits(first) || transmits(second),
         _ => false,
     }

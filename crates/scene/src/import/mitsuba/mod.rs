@@ -3,14 +3,17 @@
 //! | element | types |
 //! |---|---|
 //! | `shape` | `ply`, `obj`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `sphere` |
-//! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `blendbsdf`, `twosided` |
+//! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `blendbsdf`, `twosided`, `null` |
 //! | `texture` | `bitmap`, `checkerboard` |
 //! | `emitter` | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | `sensor` | `perspective`, `thinlens`, with a `hdrfilm` and any sampler |
+//! | `medium` | `homogeneous`, `heterogeneous`, with constant `albedo` and a `sigma_t` that is constant or a grid of one channel |
+//! | `volume` | `constvolume`, `gridvolume` (`.vol` files) |
+//! | `phase` | `isotropic`, `hg`, `rayleigh`, `blendphase` of two others with a constant weight |
 //! | `integrator` | `path`, `direct`, `volpath` |
 //!
 //! `default`, `$name`, `include`, ids and references work as in Mitsuba. Whatever is not known is an error that names
-//! the file, the line and the element: nothing is left out in silence. Media are an error of their own.
+//! the file, the line and the element: nothing is left out in silence.
 //!
 //! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in the order in which
 //! they stand; a mesh's geometric normal follows from its winding in world space, so that a mirroring `to_world` turns
@@ -21,6 +24,7 @@
 mod bsdf;
 mod emitter;
 mod ior;
+mod medium;
 mod primitives;
 mod properties;
 mod sensor;
@@ -65,6 +69,8 @@ struct Importer<'a> {
     ids: HashMap<&'a str, &'a Node>,
     /// Materials by the element that describes them.
     materials: HashMap<*const Node, u32>,
+    /// Media by the element that describes them.
+    media: HashMap<*const Node, u32>,
     images: HashMap<(PathBuf, Encoding), Arc<Image>>,
     default_material: Option<u32>,
     /// Nesting of BSDFs.
@@ -91,6 +97,7 @@ fn import(root: &Node) -> Result<Loaded, ImportError> {
         warnings: Vec::new(),
         ids: HashMap::new(),
         materials: HashMap::new(),
+        media: HashMap::new(),
         images: HashMap::new(),
         default_material: None,
         depth: 0,
@@ -160,8 +167,7 @@ impl<'a> Importer<'a> {
                 "emitter" => self.emitter(node)?,
                 "shape" => self.shape(node)?,
                 // Read where they are referred to.
-                "bsdf" | "texture" => {}
-                "medium" => return Err(node.unsupported("media are not supported yet")),
+                "bsdf" | "texture" | "medium" | "phase" | "volume" => {}
                 tag => return Err(node.unsupported(format!("<{tag}> is not supported in a scene"))),
             }
         }
@@ -169,7 +175,15 @@ impl<'a> Importer<'a> {
             fit::camera(&mut self.description);
             self.warn(root, "no sensor: the camera looks at the whole scene");
         }
-        // A BSDF that no shape uses must be sound all the same.
+        // A BSDF or medium that nothing uses must be sound all the same.
+        for node in root.children.iter().filter(|node| node.tag == "medium") {
+            if !self.media.contains_key(&std::ptr::from_ref(node)) {
+                let media = self.description.media.len();
+                self.medium(node)?;
+                self.description.media.truncate(media);
+                self.media.retain(|_, index| (*index as usize) < media);
+            }
+        }
         for node in root.children.iter().filter(|node| node.tag == "bsdf") {
             if !self.materials.contains_key(&std::ptr::from_ref(node)) {
                 let materials = self.description.materials.len();

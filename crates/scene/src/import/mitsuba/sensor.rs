@@ -48,6 +48,12 @@ impl Importer<'_> {
         if let Some(sampler) = only(&properties, "sampler")? {
             self.sampler(sampler)?;
         }
+        let media = properties.all(|child| matches!(child.tag.as_str(), "medium" | "ref"));
+        match media[..] {
+            [] => {}
+            [one] => self.description.camera_medium = Some(self.medium_of(one)?),
+            [_, second, ..] => return Err(second.malformed("a second medium")),
+        }
         let settings = &self.description.settings;
         let aspect = f64::from(settings.width) / f64::from(settings.height);
         let fov_x = field_of_view(&properties, aspect)?;
@@ -127,7 +133,7 @@ impl Importer<'_> {
     pub(super) fn integrator(&mut self, node: &Node) -> Result<(), ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
-        // What volpath does beyond path needs media, and those are an error of their own.
+        // Whether paths see media is for the command line to say.
         if !matches!(kind, "path" | "direct" | "volpath" | "volpathmis") {
             return Err(node.unsupported(format!("the integrator `{kind}` is not supported")));
         }

@@ -10,19 +10,20 @@ use crate::import::obj::read_obj;
 use crate::import::ply::read_ply;
 use crate::import::transform::{face_towards, move_mesh, normal_map};
 use crate::import::xml::Node;
-use crate::{Geometry, Material, ShapeDescription, SphereGeometry, TriangleMesh};
+use crate::{Geometry, Material, MediumBoundary, ShapeDescription, SphereGeometry, TriangleMesh};
 use glam::{DAffine3, DVec3};
 
 impl Importer<'_> {
     pub(super) fn shape(&mut self, node: &Node) -> Result<(), ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
-        for child in &node.children {
-            if child.tag == "medium" || matches!(child.attribute("name"), Some("interior" | "exterior")) {
-                return Err(child.unsupported("media are not supported yet"));
-            }
+        let mut sides = [None; 2];
+        for (side, name) in sides.iter_mut().zip(["interior", "exterior"]) {
+            *side = properties
+                .get(name)
+                .map(|child| self.medium_of(child))
+                .transpose()?;
         }
-        // Material first: a shape that bounds a medium then says so before its mesh is read.
         let (material, emission) = self.surface(&properties)?;
         let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
         let flip = properties.boolean("flip_normals")?.unwrap_or(false);
@@ -58,6 +59,15 @@ impl Importer<'_> {
             Some(id) => id.to_owned(),
             None => format!("{kind} {}", self.description.shapes.len()),
         };
+        if let [interior, exterior] = sides
+            && sides != [None; 2]
+        {
+            self.description.boundaries.push(MediumBoundary {
+                shape: self.description.shapes.len() as u32,
+                interior,
+                exterior,
+            });
+        }
         self.description.shapes.push(ShapeDescription {
             name,
             geometry,
@@ -70,7 +80,11 @@ impl Importer<'_> {
     /// Material and emission of a shape, nested or referred to.
     fn surface(&mut self, properties: &Properties) -> Result<(u32, Option<crate::Rgb>), ImportError> {
         let (mut material, mut emission) = (None, None);
-        for child in properties.all(|child| matches!(child.tag.as_str(), "bsdf" | "emitter" | "ref")) {
+        let is_surface = |child: &Node| {
+            matches!(child.tag.as_str(), "bsdf" | "emitter" | "ref")
+                && !matches!(child.attribute("name"), Some("interior" | "exterior"))
+        };
+        for child in properties.all(is_surface) {
             let target = if child.tag == "ref" {
                 self.any_target(child)?
             } else {
@@ -79,7 +93,9 @@ impl Importer<'_> {
             let taken = match target.tag.as_str() {
                 "bsdf" => material.replace(self.material(target)?).is_some(),
                 "emitter" => emission.replace(self.area_radiance(target)?).is_some(),
-                "medium" => return Err(child.unsupported("media are not supported yet")),
+                "medium" => {
+                    return Err(child.malformed("a medium of a shape must be named `interior` or `exterior`"));
+                }
                 tag => return Err(child.malformed(format!("a shape cannot refer to <{tag}>"))),
             };
             if taken {
@@ -228,6 +244,7 @@ fn textured(material: &Material) -> bool {
             first,
             second,
         } => float(weight) || textured(first) || textured(second),
+        Material::Null => false,
         Material::TwoSided { front, back } => textured(front) || back.as_deref().is_some_and(textured),
     }
 }

@@ -4,8 +4,8 @@ mod zoo;
 
 use super::*;
 use crate::{
-    Checkerboard, ColorTexture, EmitterDescription, FloatTexture, Geometry, Material, Projection, Rgb,
-    ShapeDescription, TriangleMesh,
+    Checkerboard, ColorTexture, EmitterDescription, FloatTexture, Geometry, Material, PhaseDescription,
+    Projection, Rgb, ShapeDescription, TriangleMesh,
 };
 use glam::{Affine3A, Vec2, Vec3};
 use proptest::prelude::*;
@@ -468,4 +468,44 @@ proptest! {
             prop_assert!(loaded.description.camera.to_world.is_finite());
         }
     }
+}
+
+#[test]
+fn media_are_read_once_and_bound_by_shapes() {
+    let scene = read(
+        r#"<medium type="homogeneous" id="fog"><rgb name="sigma_t" value="1 2 3"/><float name="scale" value="2"/>
+             <phase type="blendphase"><float name="weight" value="0.25"/><phase type="hg"/><phase type="rayleigh"/></phase>
+           </medium>
+           <medium type="heterogeneous" id="unused"><volume name="albedo" type="constvolume"><float name="value" value="0"/></volume></medium>
+           <shape type="cube"><bsdf type="null"/><ref name="interior" id="fog"/></shape>
+           <shape type="rectangle"/>
+           <shape type="sphere"><bsdf type="null"/><ref name="exterior" id="fog"/>
+             <medium type="homogeneous" name="interior"/></shape>
+           <sensor type="perspective"><ref id="fog"/></sensor>"#,
+    )
+    .description;
+    let [fog, inner] = &scene.media[..] else {
+        panic!("{} media", scene.media.len());
+    };
+    assert_eq!(
+        (&fog.name[..], fog.extinction, fog.albedo),
+        ("fog", Rgb::new(2.0, 4.0, 6.0), Rgb::splat(0.75))
+    );
+    let blend = PhaseDescription::Blend {
+        first: Box::new(PhaseDescription::HenyeyGreenstein { g: 0.8 }),
+        second: Box::new(PhaseDescription::Draine { g: 0.0, alpha: 1.0 }),
+        share: 0.25,
+    };
+    assert_eq!(fog.phase, blend);
+    assert_eq!((&inner.name[..], inner.extinction), ("homogeneous 1", Rgb::ONE));
+    let sides = scene.boundaries.iter().map(|b| (b.shape, b.interior, b.exterior));
+    assert_eq!(
+        sides.collect::<Vec<_>>(),
+        [(0, Some(0), None), (2, Some(1), Some(0))]
+    );
+    assert_eq!(scene.camera_medium, Some(0));
+    assert!(matches!(
+        scene.materials[scene.shapes[0].material as usize],
+        Material::Null
+    ));
 }

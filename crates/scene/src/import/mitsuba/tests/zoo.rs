@@ -101,16 +101,84 @@ const ZOO: &[(&str, &str)] = &[
         "the BSDF `mask` is not supported",
     ),
     (
-        "<shape type=\"cube\"><bsdf type=\"null\"/></shape>",
-        "media are not supported yet: the BSDF `null`",
+        "<bsdf type=\"twosided\"><bsdf type=\"null\"/></bsdf>",
+        "only BSDFs that do not transmit",
     ),
     (
-        "<medium type=\"homogeneous\"/>",
-        "(scene/medium): media are not supported yet",
+        "<medium type=\"fog\"/>",
+        "(scene/medium): the medium `fog` is not supported",
     ),
     (
-        "<shape type=\"cube\"><medium type=\"homogeneous\" name=\"interior\"/></shape>",
-        "(scene/shape/medium[interior]): media are not supported yet",
+        "<shape type=\"cube\"><medium type=\"homogeneous\"/></shape>",
+        "element <medium> of `cube` is not supported",
+    ),
+    (
+        "<medium type=\"homogeneous\" id=\"a\"/><shape type=\"cube\"><ref id=\"a\"/></shape>",
+        "a medium of a shape must be named `interior` or `exterior`",
+    ),
+    (
+        "<bsdf type=\"null\" id=\"a\"/><shape type=\"cube\"><ref id=\"a\" name=\"interior\"/></shape>",
+        "a reference to <bsdf>, expected <medium>",
+    ),
+    (
+        "<medium type=\"homogeneous\"><float name=\"scale\" value=\"-1\"/></medium>",
+        "`scale` is negative",
+    ),
+    (
+        "<medium type=\"homogeneous\"><rgb name=\"sigma_t\" value=\"1 -2 3\"/></medium>",
+        "negative component",
+    ),
+    (
+        "<medium type=\"homogeneous\"><float name=\"sigma_t\" value=\"3e38\"/><float name=\"scale\" value=\"10\"/></medium>",
+        "`sigma_t` times `scale` is out of range",
+    ),
+    (
+        "<medium type=\"homogeneous\"><float name=\"albedo\" value=\"1.5\"/></medium>",
+        "`albedo` must be in [0, 1]",
+    ),
+    (
+        "<medium type=\"homogeneous\"><string name=\"material\" value=\"Skin1\"/></medium>",
+        "parameter `material` of `homogeneous` is not supported",
+    ),
+    (
+        "<medium type=\"homogeneous\"><phase type=\"sggx\"/></medium>",
+        "the phase function `sggx` is not supported",
+    ),
+    (
+        "<medium type=\"homogeneous\"><phase type=\"hg\"><float name=\"g\" value=\"1\"/></phase></medium>",
+        "`g` must be within (-1, 1)",
+    ),
+    (
+        "<medium type=\"homogeneous\"><phase type=\"hg\"/><phase type=\"hg\"/></medium>",
+        "a second <phase>",
+    ),
+    (
+        "<medium type=\"homogeneous\"><phase type=\"blendphase\"><float name=\"weight\" value=\"0.5\"/><phase type=\"hg\"/></phase></medium>",
+        "needs two phase functions, found 1",
+    ),
+    (
+        "<medium type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"gridvolume\"/></medium>",
+        "`filename` is missing",
+    ),
+    (
+        "<medium type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"gridvolume\"><string name=\"filename\" value=\"no.vol\"/></volume></medium>",
+        "cannot read dir/no.vol",
+    ),
+    (
+        "<medium type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"gridvolume\"><string name=\"filename\" value=\"no.vol\"/><string name=\"wrap_mode\" value=\"repeat\"/></volume></medium>",
+        "the `wrap_mode` `repeat` is not supported",
+    ),
+    (
+        "<medium type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"fractal\"/></medium>",
+        "the volume `fractal` is not supported",
+    ),
+    (
+        "<medium type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"constvolume\"/></medium>",
+        "`value` is missing",
+    ),
+    (
+        "<sensor type=\"perspective\"><medium type=\"homogeneous\"/><medium type=\"homogeneous\"/></sensor>",
+        "a second medium",
     ),
     ("<bsdf type=\"twosided\"/>", "`twosided` needs one or two BSDFs"),
     (

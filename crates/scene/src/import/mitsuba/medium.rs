@@ -1,0 +1,221 @@
+//! Media, their volumes and phase functions.
+
+use super::Importer;
+use super::properties::Properties;
+use super::values;
+use crate::import::error::ImportError;
+use crate::import::vol::read_vol;
+use crate::import::xml::Node;
+use crate::{DensityDescription, GridDescription, GridFilter, MediumDescription, PhaseDescription, Rgb};
+use glam::{DAffine3, DVec3};
+
+/// What a volume property is.
+enum Volume {
+    Constant(Rgb),
+    Grid(GridDescription),
+}
+
+impl Importer<'_> {
+    /// Index of the medium that a `medium` element describes; the same element always gives the same index.
+    pub(super) fn medium(&mut self, node: &Node) -> Result<u32, ImportError> {
+        let key = std::ptr::from_ref(node);
+        if let Some(&index) = self.media.get(&key) {
+            return Ok(index);
+        }
+        let medium = self.medium_description(node)?;
+        self.description.media.push(medium);
+        let index = self.description.media.len() as u32 - 1;
+        self.media.insert(key, index);
+        Ok(index)
+    }
+
+    /// The medium that a child of a shape or sensor is or refers to.
+    pub(super) fn medium_of(&mut self, child: &Node) -> Result<u32, ImportError> {
+        let target = if child.tag == "ref" {
+            self.target(child, "medium")?
+        } else {
+            child
+        };
+        self.medium(target)
+    }
+
+    fn medium_description(&mut self, node: &Node) -> Result<MediumDescription, ImportError> {
+        let properties = Properties::new(node)?;
+        let kind = properties.kind()?;
+        // How to sample, or what follows from the figures.
+        properties.ignore(&[
+            "sample_emitters",
+            "has_spectral_extinction",
+            "majorant_resolution_factor",
+        ]);
+        let scale = properties.float("scale")?.unwrap_or(1.0);
+        if scale < 0.0 {
+            return Err(node.malformed(format!("`scale` is negative: {scale}")));
+        }
+        let (density, extinction) = match (kind, self.volume(&properties, "sigma_t")?) {
+            ("homogeneous" | "heterogeneous", Some(Volume::Constant(value))) => {
+                (DensityDescription::Homogeneous, value)
+            }
+            ("homogeneous" | "heterogeneous", None) => (DensityDescription::Homogeneous, Rgb::ONE),
+            ("heterogeneous", Some(Volume::Grid(grid))) => (DensityDescription::Grid(grid), Rgb::ONE),
+            ("homogeneous", Some(Volume::Grid(_))) => {
+                return Err(node.malformed("`sigma_t` of a homogeneous medium cannot be a grid"));
+            }
+            _ => return Err(node.unsupported(format!("the medium `{kind}` is not supported"))),
+        };
+        let extinction = extinction * scale;
+        if !extinction.is_finite() {
+            return Err(node.malformed("`sigma_t` times `scale` is out of range"));
+        }
+        let albedo = match self.volume(&properties, "albedo")? {
+            None => Rgb::splat(0.75),
+            Some(Volume::Constant(albedo)) if albedo.max_element() <= 1.0 => albedo,
+            Some(Volume::Constant(_)) => return Err(node.malformed("`albedo` must be in [0, 1]")),
+            Some(Volume::Grid(_)) => return Err(node.unsupported("an `albedo` that varies is not supported")),
+        };
+        let phase = properties.all(|child| {
+            child.tag == "phase" || (child.tag == "ref" && child.attribute("name") == Some("phase"))
+        });
+        let phase = match phase[..] {
+            [] => PhaseDescription::Isotropic,
+            [one] => self.phase(one, true)?,
+            [_, second, ..] => return Err(second.malformed("a second <phase>")),
+        };
+        properties.finish()?;
+        let name = match node.attribute("id") {
+            Some(id) => id.to_owned(),
+            None => format!("{kind} {}", self.description.media.len()),
+        };
+        Ok(MediumDescription {
+            name,
+            density,
+            extinction,
+            albedo,
+            phase,
+            emission: None,
+        })
+    }
+
+    fn phase(&mut self, node: &Node, outermost: bool) -> Result<PhaseDescription, ImportError> {
+        let node = if node.tag == "ref" {
+            self.target(node, "phase")?
+        } else {
+            node
+        };
+        let properties = Properties::new(node)?;
+        let phase = match properties.kind()? {
+            "isotropic" => PhaseDescription::Isotropic,
+            "rayleigh" => PhaseDescription::Draine { g: 0.0, alpha: 1.0 },
+            "hg" => {
+                let g = properties.float("g")?.unwrap_or(0.8);
+                if !(g > -1.0 && g < 1.0) {
+                    return Err(node.malformed(format!("`g` must be within (-1, 1), found {g}")));
+                }
+                PhaseDescription::HenyeyGreenstein { g }
+            }
+            "blendphase" if outermost => {
+                let share = properties.float("weight")?;
+                let share = share.ok_or_else(|| node.malformed("`weight` is missing"))?;
+                if !(0.0..=1.0).contains(&share) {
+                    return Err(node.malformed("`weight` must be in [0, 1]"));
+                }
+                let nested = properties.all(|child| matches!(child.tag.as_str(), "phase" | "ref"));
+                let [first, second] = nested[..] else {
+                    return Err(node.malformed(format!(
+                        "`blendphase` needs two phase functions, found {}",
+                        nested.len()
+                    )));
+                };
+                PhaseDescription::Blend {
+                    first: Box::new(self.phase(first, false)?),
+                    second: Box::new(self.phase(second, false)?),
+                    share,
+                }
+            }
+            "blendphase" => return Err(node.unsupported("a `blendphase` within another is not supported")),
+            kind => return Err(node.unsupported(format!("the phase function `{kind}` is not supported"))),
+        };
+        properties.finish()?;
+        Ok(phase)
+    }
+
+    fn volume(&mut self, properties: &Properties, name: &str) -> Result<Option<Volume>, ImportError> {
+        let Some(child) = properties.get(name) else {
+            return Ok(None);
+        };
+        let node = match child.tag.as_str() {
+            "rgb" | "spectrum" | "float" => return Ok(properties.color(name)?.map(Volume::Constant)),
+            "volume" => child,
+            "ref" => self.target(child, "volume")?,
+            tag => {
+                return Err(child.malformed(format!("`{name}` is <{tag}>, expected a colour or a volume")));
+            }
+        };
+        let properties = Properties::new(node)?;
+        let volume = match properties.kind()? {
+            "constvolume" => {
+                let value = properties.get("value");
+                let value = value.ok_or_else(|| node.malformed("`value` is missing"))?;
+                Volume::Constant(values::color(value)?)
+            }
+            "gridvolume" => Volume::Grid(grid(&properties)?),
+            kind => return Err(node.unsupported(format!("the volume `{kind}` is not supported"))),
+        };
+        properties.finish()?;
+        Ok(Some(volume))
+    }
+}
+
+fn grid(properties: &Properties) -> Result<GridDescription, ImportError> {
+    let node = properties.node;
+    // Colours are not converted where there is one channel.
+    properties.ignore(&["raw", "accel"]);
+    let file = properties
+        .string("filename")?
+        .ok_or_else(|| node.malformed("`filename` is missing"))?;
+    let filter = match properties.string("filter_type")?.unwrap_or("trilinear") {
+        "trilinear" => GridFilter::Trilinear,
+        "nearest" => GridFilter::Nearest,
+        other => return Err(node.unsupported(format!("unknown `filter_type` `{other}`"))),
+    };
+    let wrap = properties.string("wrap_mode")?.unwrap_or("clamp");
+    if wrap != "clamp" {
+        return Err(node.unsupported(format!("the `wrap_mode` `{wrap}` is not supported, only `clamp`")));
+    }
+    let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    let by_file = properties.boolean("use_grid_bbox")?.unwrap_or(false);
+    let path = node.resolve(file);
+    let referenced = |source| ImportError::Referenced {
+        location: node.location(),
+        source: Box::new(source),
+    };
+    let volume = read_vol(&path).map_err(referenced)?;
+    if volume.channels != 1 {
+        return Err(node.unsupported(format!(
+            "a grid of {} channels is not supported, only of one",
+            volume.channels
+        )));
+    }
+    if let Some(index) = volume.values.iter().position(|&value| value < 0.0) {
+        let value = volume.values[index];
+        return Err(node.malformed(format!("value {index} of the grid is negative: {value}")));
+    }
+    let unit_to_box = if by_file {
+        let [least, greatest] = volume.bounds.map(|corner| corner.as_dvec3());
+        DAffine3::from_translation(least) * DAffine3::from_scale(greatest - least)
+    } else {
+        DAffine3::IDENTITY
+    };
+    let to_world = to_world * unit_to_box;
+    let inverse = to_world.inverse();
+    let sound = |map: &DAffine3| map.is_finite() && map.matrix3.determinant() != 0.0;
+    if !(sound(&to_world) && inverse.is_finite() && inverse.matrix3.mul_vec3(DVec3::ONE).is_finite()) {
+        return Err(node.malformed("`to_world` is singular"));
+    }
+    Ok(GridDescription {
+        resolution: volume.resolution,
+        values: volume.values.into(),
+        filter,
+        to_world: to_world.as_affine3a(),
+    })
+}
