@@ -92,6 +92,12 @@ pub struct Arguments {
 pub enum Method {
     /// Path tracing with next-event estimation and multiple importance sampling.
     Path,
+    /// The same through participating media, by null collisions.
+    Volpath,
+    /// The same by decomposition tracking and residual ratio tracking.
+    VolpathDecomposition,
+    /// Paths through participating media by reuse among pixels and frames: --spp counts frames.
+    RestirVolume,
     /// Direct light only.
     Direct,
     /// Path tracing by tiles of 16 pixels that share their paths; samples are frames.
@@ -126,6 +132,9 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Path => "path",
+            Self::Volpath => "volpath",
+            Self::VolpathDecomposition => "volpath-decomposition",
+            Self::RestirVolume => "restir-volume",
             Self::Direct => "direct",
             Self::PathReuse => "path-reuse",
             Self::RestirDi => "restir-di",
@@ -148,9 +157,24 @@ impl Method {
         self.is_direct() || self == Self::Path
     }
 
+    /// Whether it knows participating media.
+    pub fn has_media(self) -> bool {
+        matches!(
+            self,
+            Self::Volpath | Self::VolpathDecomposition | Self::RestirVolume
+        )
+    }
+
     /// Whether it makes frames with a camera that may move.
     pub fn has_motion(self) -> bool {
-        !matches!(self, Self::Path | Self::Direct | Self::PathReuse) && !self.is_vpl()
+        let alone = [
+            Self::Path,
+            Self::Volpath,
+            Self::VolpathDecomposition,
+            Self::Direct,
+            Self::PathReuse,
+        ];
+        !alone.contains(&self) && !self.is_vpl()
     }
 
     /// Whether its indirect light comes from virtual point lights.

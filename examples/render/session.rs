@@ -6,12 +6,13 @@ use crate::progress::Bar;
 use crate::report::Report;
 use crate::vpl;
 use lightshed::integrator::{
-    Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
-    PathTracer, RenderOptions, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RgbImage,
-    SceneWorld, SelectedDirectLight, SelectedPathTracer, read_exr, render, render_frames,
+    Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, MAX_SCATTERINGS, OutputTarget,
+    PathMapping, PathReuse, PathTracer, RenderOptions, RestirDi, RestirDiSettings, RestirGi, RestirPt,
+    RestirPtOptions, RestirVolume, RestirVolumeOptions, RgbImage, SceneWorld, SelectedDirectLight,
+    SelectedPathTracer, VolumePathTracer, VolumeTracking, read_exr, render, render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
-use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
+use lightshed::scene::{Material, RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -52,6 +53,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         let method = arguments.method.name();
         return Err(Failure::new(format_args!(
             "--lights has no meaning with --method {method}"
+        )));
+    }
+    if !description.media.is_empty() && !arguments.method.has_media() {
+        let method = arguments.method.name();
+        return Err(Failure::new(format_args!(
+            "the scene has participating media, of which --method {method} knows nothing; use --method volpath"
         )));
     }
     let RenderSettings {
@@ -128,6 +135,27 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 render(&estimator, &options, &observer, cancel)
             }
         },
+        Method::Volpath | Method::VolpathDecomposition => {
+            let tracking = match arguments.method {
+                Method::Volpath => VolumeTracking::Delta,
+                _ => VolumeTracking::Decomposition,
+            };
+            let tracer = VolumePathTracer::new(&scene).with_tracking(tracking);
+            render(&tracer, &options, &observer, cancel)
+        }
+        Method::RestirVolume => {
+            let scatterings = max_depth.map_or(MAX_SCATTERINGS, |depth| depth.saturating_sub(1));
+            let mut parameters = RestirVolumeOptions::new(scatterings);
+            if scene
+                .materials()
+                .iter()
+                .any(|material| !matches!(material, Material::Null))
+            {
+                parameters = RestirVolumeOptions::with_surfaces(scatterings);
+            }
+            let mut method = RestirVolume::new(&scene, parameters, motion)?;
+            render_frames(&mut method, &options, &observer, cancel)
+        }
         Method::Direct => match selection {
             None => render(&DirectLight::new(&scene), &options, &observer, cancel),
             Some(selection) => {

@@ -7,10 +7,18 @@ use lightshed_scene::{Rgb, Scene, builtin};
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_else(|| "cornell".to_owned());
-    let mut number = |default| arguments.next().and_then(|text| text.parse().ok()).unwrap_or(default);
+    let mut number = |default| {
+        arguments
+            .next()
+            .and_then(|text| text.parse().ok())
+            .unwrap_or(default)
+    };
     let (side, samples) = (number(32u32).max(1), number(64u32).max(1));
     let Some(mut description) = builtin::by_name(&name) else {
-        eprintln!("error: {name} is no built-in scene ({})", builtin::NAMES.join(", "));
+        eprintln!(
+            "error: {name} is no built-in scene ({})",
+            builtin::NAMES.join(", ")
+        );
         std::process::exit(2);
     };
     (description.settings.width, description.settings.height) = (side, side);

@@ -19,7 +19,11 @@ use std::fmt;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CameraMotion(Path);
+pub struct CameraMotion {
+    path: Path,
+    /// Frame from which on nothing moves.
+    end: Option<u32>,
+}
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Path {
@@ -58,7 +62,11 @@ impl std::error::Error for CameraMotionError {}
 
 impl CameraMotion {
     /// All frames show the same view.
-    pub const STILL: Self = Self(Path::Still);
+    pub const STILL: Self = Self::along(Path::Still);
+
+    const fn along(path: Path) -> Self {
+        Self { path, end: None }
+    }
 
     /// Moves by `per_frame` in world space from each frame to the next.
     ///
@@ -67,7 +75,7 @@ impl CameraMotion {
     pub fn translation(per_frame: Vec3) -> Result<Self, CameraMotionError> {
         let finite = per_frame.is_finite();
         finite
-            .then_some(Self(Path::Translation { per_frame }))
+            .then_some(Self::along(Path::Translation { per_frame }))
             .ok_or(CameraMotionError::NotFinite)
     }
 
@@ -81,16 +89,30 @@ impl CameraMotion {
             return Err(CameraMotionError::NotFinite);
         }
         let axis = axis.try_normalize().ok_or(CameraMotionError::Axis)?;
-        Ok(Self(Path::Orbit {
+        Ok(Self::along(Path::Orbit {
             pivot,
             axis,
             radians_per_frame,
         }))
     }
 
+    /// The same motion up to frame `frame`, whose view all later ones have.
+    #[must_use]
+    pub fn until(self, frame: u32) -> Self {
+        Self {
+            end: Some(frame),
+            ..self
+        }
+    }
+
+    /// Whether frame `frame` shows the same view as the one before.
+    pub fn rests_at(&self, frame: u32) -> bool {
+        self.is_still() || self.end.is_some_and(|end| frame > end)
+    }
+
     /// Whether all frames show the same view.
     pub fn is_still(&self) -> bool {
-        match self.0 {
+        match self.path {
             Path::Still => true,
             Path::Translation { per_frame } => per_frame == Vec3::ZERO,
             Path::Orbit {
@@ -102,7 +124,8 @@ impl CameraMotion {
     /// The camera of frame `frame`. One that would have left the range of numbers stays where the scene has it.
     pub fn camera(&self, scene: &Scene, frame: u32) -> Camera {
         let camera = scene.camera();
-        let (rotation, translation) = match self.0 {
+        let frame = self.end.map_or(frame, |end| frame.min(end));
+        let (rotation, translation) = match self.path {
             Path::Still => return camera.clone(),
             Path::Translation { per_frame } => (Quat::IDENTITY, per_frame * frame as f32),
             Path::Orbit {
@@ -184,6 +207,17 @@ mod tests {
         assert!(!far.is_still());
         let origin = |frame| far.camera(&scene, frame).ray(Vec2::ZERO, [0.5; 2]).origin;
         assert_eq!(origin(9), origin(0));
+    }
+
+    #[test]
+    fn a_motion_that_ends_stays_where_it_is() {
+        let scene = Scene::new(&builtin::cornell()).unwrap();
+        let motion = CameraMotion::translation(Vec3::X).unwrap().until(3);
+        let origin = |frame| motion.camera(&scene, frame).ray(Vec2::ZERO, [0.5; 2]).origin;
+        assert!((origin(2) - origin(1)).distance(Vec3::X) < 1e-5);
+        assert_eq!((origin(4), origin(u32::MAX)), (origin(3), origin(3)));
+        assert_eq!([3, 4].map(|frame| motion.rests_at(frame)), [false, true]);
+        assert!(!motion.is_still() && CameraMotion::STILL.rests_at(0));
     }
 
     #[test]

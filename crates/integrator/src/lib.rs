@@ -3,6 +3,7 @@
 //! | what | where |
 //! |---|---|
 //! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
+//! | paths through participating media | [`VolumePathTracer`] |
 //! | emitters chosen for the point that they light | [`LightSelection`], [`SelectedDirectLight`], [`SelectedPathTracer`] |
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
@@ -10,6 +11,7 @@
 //! | path tracing by tiles that share what is behind their first vertices | [`PathReuse`] |
 //! | direct light by reuse among pixels and frames | [`RestirDi`], [`EndpointSampler`] |
 //! | indirect light by reuse, biased, to compare with | [`RestirGi`] |
+//! | paths through participating media by reuse among pixels and frames | [`RestirVolume`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
 //! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
@@ -39,8 +41,10 @@ mod ray_tally;
 mod render;
 mod restir;
 mod restir_pt;
+mod restir_volume;
 mod scene_world;
 mod statistics;
+mod volpath;
 mod vpl;
 mod walk;
 
@@ -73,8 +77,10 @@ pub use restir::{EndpointSampler, LitPoint, RestirDi, RestirDiError, RestirDiSet
 pub use restir_pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };
+pub use restir_volume::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;
+pub use volpath::{VolumePathTracer, VolumeTracking};
 pub use vpl::{
     MAX_FILTER_ITERATIONS, MAX_LIGHT_PATHS, MAX_VPL_BOUNCES, ShadowTargets, VplBrute, VplError, VplGrid,
     VplGridOptions, VplOptions, VplSet,

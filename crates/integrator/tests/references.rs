@@ -19,10 +19,13 @@ mod common;
 mod rendered;
 
 use common::{ReferenceMoments, data_folder};
-use lightshed_integrator::{PathTracer, read_exr};
-use lightshed_scene::glam::Affine3A;
+use lightshed_integrator::{PathTracer, VolumePathTracer, read_exr};
+use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::import::{load, parse_mitsuba};
-use lightshed_scene::{EmitterDescription, Material, Microfacet, Scene, SceneDescription, builtin};
+use lightshed_scene::{
+    DensityDescription, EmitterDescription, Material, Microfacet, PhaseDescription, Scene, SceneDescription,
+    builtin,
+};
 use lightshed_testkit::{ImageMoments, TileOptions, TileReport, check_faults, compare_tiles};
 use rendered::Rendered;
 use std::path::Path;
@@ -93,9 +96,15 @@ impl Case {
     ) -> Result<(), String> {
         let scene = Scene::new(description).unwrap();
         let settings = description.settings;
-        let tracer = PathTracer::with_depths(&scene, Some(max_depth), settings.roulette_depth);
+        let (depth, roulette) = (Some(max_depth), settings.roulette_depth);
         let size = [settings.width, settings.height];
-        let mut image = Rendered::new(&tracer, size, self.samples_per_pixel, 1);
+        let mut image = if scene.media().is_empty() {
+            let tracer = PathTracer::with_depths(&scene, depth, roulette);
+            Rendered::new(&tracer, size, self.samples_per_pixel, 1)
+        } else {
+            let tracer = VolumePathTracer::with_depths(&scene, depth, roulette);
+            Rendered::new(&tracer, size, self.samples_per_pixel, 1)
+        };
         let mut expected = reference.mean.clone();
         for (index, value) in expected.iter_mut().enumerate() {
             if value.is_nan() {
@@ -443,4 +452,53 @@ fn suite_case(suite: &Path, scene: &str, reference: &str, max_depth: u32) -> Res
         ..TileOptions::default()
     };
     judge(reference, &found.moments(), &expected, options)
+}
+
+#[derive(Clone, Copy, Debug)]
+enum MediumFault {
+    Denser,
+    LessForward,
+    LessAlbedo,
+    MirroredGrid,
+}
+
+/// Light scattered once, and as often as it is, by a cloud of 32³ voxels; by tiles of 32 pixels, since noise is skewed: it is made by
+/// paths that leave straight towards the lamp.
+#[test]
+fn the_blob_of_a_medium_is_mitsubas() {
+    use MediumFault::{Denser, LessAlbedo, LessForward, MirroredGrid};
+    let case = |reference, max_depth, samples| Case {
+        tile_size: 32,
+        ..Case::new("blob_volume", reference, max_depth, samples)
+    };
+    let cases = [
+        (
+            case("blob_volume_d2", 2, 192),
+            &[Denser, LessForward, LessAlbedo, MirroredGrid][..],
+        ),
+        // Noisier by far.
+        (case("blob_volume_d64", 64, 96), &[LessAlbedo]),
+    ];
+    for (case, faults) in cases {
+        let Some((description, reference)) = case.read() else {
+            return;
+        };
+        check_faults(faults, |fault| {
+            let mut scene = description.clone();
+            let medium = &mut scene.media[0];
+            match fault {
+                Some(Denser) => medium.extinction *= 1.06,
+                Some(LessForward) => medium.phase = PhaseDescription::HenyeyGreenstein { g: 0.75 },
+                Some(LessAlbedo) => medium.albedo *= if case.max_depth == 2 { 0.98 } else { 0.8 },
+                Some(MirroredGrid) => {
+                    if let DensityDescription::Grid(grid) = &mut medium.density {
+                        grid.to_world = Affine3A::from_scale(Vec3::new(1.0, -1.0, 1.0)) * grid.to_world;
+                    }
+                }
+                None => {}
+            }
+            case.compare(&scene, case.max_depth, &reference)
+        })
+        .unwrap();
+    }
 }

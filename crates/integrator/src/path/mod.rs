@@ -257,7 +257,9 @@ mod tests {
     #[test]
     fn a_path_does_not_depend_on_its_batch() {
         let builtin = builtin::NAMES.map(|name| (name, builtin::by_name(name).unwrap()));
-        for (name, mut description) in builtin.into_iter().chain([("mixed", mixed())]) {
+        // Not those with media, whose boundaries take up edges here.
+        let without_media = builtin.into_iter().filter(|(_, scene)| scene.media.is_empty());
+        for (name, mut description) in without_media.chain([("mixed", mixed())]) {
             (description.settings.width, description.settings.height) = (16, 16);
             let scene = Scene::new(&description).unwrap();
             let ids: Vec<SampleId> = (0..1024)

@@ -2,9 +2,23 @@
 
 use lightshed_sampling::CounterRng;
 use lightshed_scene::volume::{
-    DensityField, Interval, delta_tracking, ratio_tracking, spectral_delta_tracking, spectral_ratio_tracking,
+    Control, DensityField, Interval, decomposition_tracking, delta_tracking, ratio_tracking,
+    residual_ratio_tracking, spectral_delta_tracking, spectral_ratio_tracking,
+    spectral_residual_ratio_tracking,
 };
 use lightshed_scene::{Medium, MediumDensity, Ray, Rgb};
+
+/// How paths fly through media, and how transmittances are estimated: all unbiased.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VolumeTracking {
+    /// Delta tracking and ratio tracking.
+    #[default]
+    Delta,
+    /// Decomposition tracking (Kutz et al. 2017) and residual ratio tracking (Novák et al. 2014) over super-voxels of 8 voxels: the
+    /// baseline of Lin 2022 §5.6. Fewer lookups where the density's lower bound is high. Where extinction differs by channel, flights are
+    /// by delta tracking.
+    Decomposition,
+}
 
 /// How a path weighs in each channel, where it was sampled at the rate of one of them.
 ///
@@ -53,6 +67,7 @@ pub(crate) fn fly(
     medium: &Medium,
     ray: &Ray,
     t_max: f32,
+    tracking: VolumeTracking,
     channels: &mut Channels,
     rng: &mut CounterRng,
 ) -> Option<f32> {
@@ -64,7 +79,14 @@ pub(crate) fn fly(
             let segments = field.majorants().segments(&field_ray, interval);
             let mut accessor = field.grid().accessor();
             if medium.is_grey() {
-                return delta_tracking(&mut accessor, &field_ray, segments, extinction.x, rng).distance;
+                let k = extinction.x;
+                return match tracking {
+                    VolumeTracking::Delta => delta_tracking(&mut accessor, &field_ray, segments, k, rng),
+                    VolumeTracking::Decomposition => {
+                        decomposition_tracking(&mut accessor, &field_ray, segments, k, rng)
+                    }
+                }
+                .distance;
             }
             let flight = spectral_delta_tracking(
                 &mut accessor,
@@ -83,7 +105,11 @@ pub(crate) fn fly(
             let collides = t < t_max;
             if !medium.is_grey() {
                 let (length, collisions) = if collides { (t, 1.0) } else { (t_max, 0.0) };
-                channels.fly(extinction.to_array().map(|k| homogeneous_ratio(k, rate, length, collisions)));
+                channels.fly(
+                    extinction
+                        .to_array()
+                        .map(|k| homogeneous_ratio(k, rate, length, collisions)),
+                );
             }
             collides.then_some(t)
         }
@@ -102,7 +128,13 @@ fn homogeneous_ratio(k: f32, hero: f32, t: f32, collisions: f32) -> f32 {
 
 /// An unbiased estimate of the transmittance along `ray` up to `t_max`, in each channel.
 #[inline]
-pub(crate) fn transmittance(medium: &Medium, ray: &Ray, t_max: f32, rng: &mut CounterRng) -> Rgb {
+pub(crate) fn transmittance(
+    medium: &Medium,
+    ray: &Ray,
+    t_max: f32,
+    tracking: VolumeTracking,
+    rng: &mut CounterRng,
+) -> Rgb {
     let extinction = medium.extinction() * ray.direction.length();
     match medium.density() {
         MediumDensity::Grid(field) => {
@@ -110,17 +142,35 @@ pub(crate) fn transmittance(medium: &Medium, ray: &Ray, t_max: f32, rng: &mut Co
             let interval = Interval { t0: 0.0, t1: t_max };
             let segments = field.majorants().segments(&field_ray, interval);
             let mut accessor = field.grid().accessor();
-            if medium.is_grey() {
-                let estimate = ratio_tracking(&mut accessor, &field_ray, segments, extinction.x, rng);
-                return Rgb::splat(estimate.value);
+            let (density, ray) = (&mut accessor, &field_ray);
+            let (k, by_channel) = (extinction.x, extinction.to_array());
+            const CONTROL: Control = Control::Minorant;
+            match (tracking, medium.is_grey()) {
+                (VolumeTracking::Delta, true) => {
+                    Rgb::splat(ratio_tracking(density, ray, segments, k, rng).value)
+                }
+                (VolumeTracking::Delta, false) => {
+                    spectral_ratio_tracking(density, ray, segments, by_channel, rng)
+                        .value
+                        .into()
+                }
+                (VolumeTracking::Decomposition, true) => {
+                    Rgb::splat(residual_ratio_tracking(density, ray, segments, k, CONTROL, rng).value)
+                }
+                (VolumeTracking::Decomposition, false) => {
+                    spectral_residual_ratio_tracking(density, ray, segments, by_channel, CONTROL, rng)
+                        .value
+                        .into()
+                }
             }
-            let coefficients = extinction.to_array();
-            let estimate = spectral_ratio_tracking(&mut accessor, &field_ray, segments, coefficients, rng);
-            Rgb::from_array(estimate.value)
         }
         MediumDensity::Homogeneous => {
             // No extinction lets light through from infinity too.
-            Rgb::from_array(extinction.to_array().map(|k| if k > 0.0 { (-k * t_max).exp() } else { 1.0 }))
+            Rgb::from_array(
+                extinction
+                    .to_array()
+                    .map(|k| if k > 0.0 { (-k * t_max).exp() } else { 1.0 }),
+            )
         }
     }
 }

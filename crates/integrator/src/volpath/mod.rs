@@ -5,12 +5,13 @@ mod shadow;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use flight::{Channels, fly};
+pub use flight::VolumeTracking;
+use flight::{Channels, fly};
 pub(crate) use shadow::Crossing;
 
+use crate::PixelEstimator;
 use crate::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
 use crate::path::camera_ray;
-use crate::PixelEstimator;
 use lightshed_sampling::{CounterRng, Density, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::volume::PhaseFunction;
@@ -43,13 +44,14 @@ pub struct VolumePathTracer<'a> {
     camera_medium: Option<u32>,
     /// Whether some medium has extinction that differs by channel.
     spectral: bool,
+    tracking: VolumeTracking,
 }
 
 /// Probability at which roulette keeps even the brightest path.
 const SURVIVAL_CAP: f32 = 0.95;
 
 /// Surfaces that a path may cross without scattering, in all: more than any scene has, but an end.
-const MOST_CROSSINGS: u32 = 1 << 16;
+pub(crate) const MOST_CROSSINGS: u32 = 1 << 16;
 
 /// A path on its way.
 struct State {
@@ -82,7 +84,14 @@ impl<'a> VolumePathTracer<'a> {
             roulette_depth,
             camera_medium: scene.camera_medium(scene.camera()),
             spectral: !scene.media().iter().all(Medium::is_grey),
+            tracking: VolumeTracking::Delta,
         }
+    }
+
+    /// With other flights and transmittances.
+    #[must_use]
+    pub fn with_tracking(self, tracking: VolumeTracking) -> Self {
+        Self { tracking, ..self }
     }
 
     /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path.
@@ -104,7 +113,7 @@ impl<'a> VolumePathTracer<'a> {
             let hit = scene.accelerator().intersect(&path.ray);
             if let Some(medium) = path.medium.map(|index| &scene.media()[index as usize]) {
                 let t_max = hit.map_or(path.ray.t_max, |hit| hit.t);
-                if let Some(t) = fly(medium, &path.ray, t_max, &mut path.channels, rng) {
+                if let Some(t) = fly(medium, &path.ray, t_max, self.tracking, &mut path.channels, rng) {
                     let position = path.ray.origin + path.ray.direction * t;
                     if self.collide(&mut path, medium, position, rng).is_none() {
                         break;
@@ -113,8 +122,7 @@ impl<'a> VolumePathTracer<'a> {
                 }
             }
             let point = hit.map(|hit| scene.surface(&path.ray, &hit));
-            path.radiance +=
-                path.weighted(met_emission(scene, &path.ray, point.as_ref(), path.bounce));
+            path.radiance += path.weighted(met_emission(scene, &path.ray, point.as_ref(), path.bounce));
             let Some(point) = point else { break };
             if matches!(scene.materials()[point.material as usize], Material::Null) {
                 crossings += 1;
@@ -130,13 +138,7 @@ impl<'a> VolumePathTracer<'a> {
 
     /// A collision: emission, an emitter sample and the next direction. `None` ends the path.
     #[inline]
-    fn collide(
-        &self,
-        path: &mut State,
-        medium: &Medium,
-        position: Vec3,
-        rng: &mut CounterRng,
-    ) -> Option<()> {
+    fn collide(&self, path: &mut State, medium: &Medium, position: Vec3, rng: &mut CounterRng) -> Option<()> {
         if medium.emission().is_some() {
             path.radiance += path.weighted(medium.emission_per_collision(position));
         }

@@ -44,10 +44,11 @@ impl VolumePathTracer<'_> {
         let (mut ray, mut medium, mut result) = (ray, medium, Rgb::ONE);
         // Rays are cheaper than walks through media.
         let (mut waiting, mut count) = ([(0, ray, 0.0); WAITING], 0);
+        let tracking = self.tracking;
         let mut walk = |parts: &[(u32, Ray, f32)], result: &mut Rgb| {
             for (medium, ray, t_max) in parts {
                 if *result != Rgb::ZERO {
-                    *result *= transmittance(&scene.media()[*medium as usize], ray, *t_max, rng);
+                    *result *= transmittance(&scene.media()[*medium as usize], ray, *t_max, tracking, rng);
                 }
             }
         };

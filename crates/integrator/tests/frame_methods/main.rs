@@ -7,4 +7,5 @@ mod indirect;
 mod path_reuse;
 mod published;
 mod restir_pt;
+mod restir_volume;
 mod scenes;

@@ -5,6 +5,8 @@ mod doorway;
 mod furnace;
 mod many_lights;
 mod mesh;
+mod noise;
+mod volumes;
 
 use crate::SceneDescription;
 
@@ -14,18 +16,31 @@ pub use furnace::furnace;
 pub use many_lights::many_lights;
 pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
+pub use volumes::{cloud, fire, smoke_in_cornell};
 
 /// Names that [`by_name`] knows.
-pub const NAMES: [&str; 5] = ["cornell", "cornell-glossy", "doorway", "furnace", "many-lights"];
+pub const NAMES: [&str; 8] = [
+    "cloud",
+    "cornell",
+    "cornell-glossy",
+    "doorway",
+    "fire",
+    "furnace",
+    "many-lights",
+    "smoke-in-cornell",
+];
 
 /// The built-in scene of that name, or `None`.
 pub fn by_name(name: &str) -> Option<SceneDescription> {
     Some(match name {
+        "cloud" => cloud(),
         "cornell" => cornell(),
         "cornell-glossy" => cornell_glossy(),
         "doorway" => doorway(),
+        "fire" => fire(),
         "furnace" => furnace(),
         "many-lights" => many_lights(),
+        "smoke-in-cornell" => smoke_in_cornell(),
         _ => return None,
     })
 }

@@ -10,7 +10,7 @@
 //! it depends on `x`: a sample keeps its contribution weight at another point as it is, with Jacobian 1.
 
 use super::area::{AreaRecord, SphereEmitter, TriangleEmitter};
-use super::{Emitters, Selected, shadow_ray, target_on_surface};
+use super::{Emitters, Selected, ray_towards, shadow_ray, target_on_surface};
 use crate::{Ray, Rgb, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, UniformTriangle, octahedral_decode, octahedral_encode};
@@ -63,6 +63,12 @@ impl EmitterConnection {
     #[inline(always)]
     pub fn shadow_ray(&self, from: &SurfacePoint) -> Ray {
         shadow_ray(from, self.direction, self.target)
+    }
+
+    /// The segment that must be free for the endpoint to be seen from a point off all surfaces, in a medium.
+    #[inline(always)]
+    pub fn shadow_ray_from(&self, position: Vec3) -> Ray {
+        ray_towards(position, self.direction, self.target)
     }
 }
 

@@ -94,12 +94,23 @@ impl EmitterSample {
     pub fn shadow_ray(&self, from: &SurfacePoint) -> Ray {
         shadow_ray(from, self.direction, self.target)
     }
+
+    /// The segment that must be free for the emitter to be seen from a point off all surfaces, in a medium: the reference point.
+    #[inline(always)]
+    pub fn shadow_ray_from(&self, position: Vec3) -> Ray {
+        ray_towards(position, self.direction, self.target)
+    }
 }
 
 /// The segment from a surface up to `target`, or without end.
 #[inline(always)]
 fn shadow_ray(from: &SurfacePoint, direction: Vec3, target: Option<Vec3>) -> Ray {
-    let origin = from.origin_towards(direction);
+    ray_towards(from.origin_towards(direction), direction, target)
+}
+
+/// The segment from `origin` up to `target`, or without end.
+#[inline(always)]
+fn ray_towards(origin: Vec3, direction: Vec3, target: Option<Vec3>) -> Ray {
     match target {
         Some(target) => Ray::segment(origin, target - origin, SEGMENT_END),
         None => Ray::new(origin, direction),

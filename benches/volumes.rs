@@ -1,0 +1,328 @@
+//! Media: samples per CPU-second and variance of path tracing, by itself or beside Mitsuba 3's; and error at equal time of reuse
+//! against path tracing.
+//!
+//! ```sh
+//! cargo bench --bench volumes
+//! cargo bench --bench volumes -- --compare python3
+//! cargo bench --bench volumes -- --race
+//! ```
+//!
+//! The second form needs a Python with Mitsuba 3 in it, and the scene `blob_volume` in the folder that the environment variable
+//! `LIGHTSHED_SCENES` names. The two renderers take turns, with different seeds and the same number of threads; what counts is
+//! CPU-seconds of the process while it renders.
+//!
+//! The third renders the built-in cloud with single frames at the end of a warm-up, each of whose errors against a long rendering is set
+//! against that of path tracing with as many samples as take the same CPU time.
+
+use clap::Parser;
+use lightshed::integrator::{
+    Budget, CameraMotion, FrameMethod, RenderOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
+    VolumeTracking, process_cpu_seconds, render,
+};
+use lightshed::scene::{PhaseDescription, Rgb, Scene, SceneDescription, builtin, import};
+use std::error::Error;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::AtomicBool;
+
+#[derive(Parser)]
+struct Options {
+    /// Python interpreter with Mitsuba 3 to compare with.
+    #[arg(long)]
+    compare: Option<PathBuf>,
+    /// Mitsuba's variant.
+    #[arg(long, default_value = "llvm_ad_rgb")]
+    variant: String,
+    /// Turns of each renderer, or frames whose error is measured.
+    #[arg(long, default_value_t = 5)]
+    repeats: u32,
+    /// Samples a pixel in each turn.
+    #[arg(long, default_value_t = 64)]
+    spp: u32,
+    /// Error at equal time instead of samples per CPU-second.
+    #[arg(long)]
+    race: bool,
+    /// Samples a pixel of the race's references.
+    #[arg(long, default_value_t = 4096)]
+    reference: u32,
+    /// Only cases whose name contains this.
+    #[arg(long, default_value = "")]
+    only: String,
+    /// Given by cargo; of no meaning here.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse();
+    if options.race {
+        race(&options)
+    } else {
+        throughput(&options)
+    }
+}
+
+/// Millions of samples per CPU-second, the mean, and the variance of a sample averaged over pixels and channels.
+struct Turn {
+    rate: f64,
+    mean: f64,
+    variance: f64,
+}
+
+fn throughput(options: &Options) -> Result<(), Box<dyn Error>> {
+    let folder = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from);
+    let mut mitsuba = match &options.compare {
+        Some(python) => Some(Mitsuba::start(python, &options.variant)?),
+        None => None,
+    };
+    println!(
+        "M samples per CPU-second, median of {} turns; mean; variance of a sample",
+        options.repeats
+    );
+    for max_depth in [2, 64] {
+        let file = folder.as_ref().map(|folder| folder.join("blob_volume/scene.xml"));
+        let Some(file) = file.filter(|path| path.is_file()) else {
+            println!("blob_volume SKIPPED: set LIGHTSHED_SCENES to the folder with the scene");
+            continue;
+        };
+        let description = import::load(&file, &[])?.description;
+        let scene = Scene::new(&description)?;
+        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        for turn in 0..options.repeats {
+            ours.push(our_turn(&scene, max_depth, options.spp, u64::from(turn))?);
+            if let Some(mitsuba) = &mut mitsuba {
+                let size = (description.settings.width, description.settings.height);
+                theirs.push(mitsuba.turn(&file, size, max_depth, options.spp, turn + 1_000)?);
+            }
+        }
+        println!(
+            "blob_volume to depth {max_depth:<2}  lightshed {}",
+            summary(&ours)
+        );
+        if !theirs.is_empty() {
+            println!("                         mitsuba   {}", summary(&theirs));
+            let ratios: Vec<f64> = ours.iter().zip(&theirs).map(|(a, b)| a.rate / b.rate).collect();
+            let (median, least, greatest) = spread(&ratios);
+            println!("                         ratio     {median:.2} ({least:.2} - {greatest:.2})");
+        }
+    }
+    Ok(())
+}
+
+fn summary(turns: &[Turn]) -> String {
+    let rates: Vec<f64> = turns.iter().map(|turn| turn.rate).collect();
+    let (median, least, greatest) = spread(&rates);
+    let mean = turns.iter().map(|turn| turn.mean).sum::<f64>() / turns.len() as f64;
+    // Mitsuba's last holds all of its turns; ours are means of independent ones.
+    let variances: Vec<f64> = turns
+        .iter()
+        .map(|turn| turn.variance)
+        .filter(|v| v.is_finite())
+        .collect();
+    let variance = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
+    format!("{median:.3} ({least:.3} - {greatest:.3}); {mean:.6}; {variance:.6}")
+}
+
+fn spread(values: &[f64]) -> (f64, f64, f64) {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    (sorted[sorted.len() / 2], sorted[0], sorted[sorted.len() - 1])
+}
+
+fn our_turn(scene: &Scene, max_depth: u32, spp: u32, seed: u64) -> Result<Turn, Box<dyn Error>> {
+    let settings = scene.settings();
+    let tracer = VolumePathTracer::with_depths(scene, Some(max_depth), u32::MAX);
+    let options = RenderOptions {
+        seed,
+        ..RenderOptions::new(settings.width, settings.height, Budget::Samples(spp))
+    };
+    let outcome = render(&tracer, &options, &|_| (), &AtomicBool::new(false))?;
+    let seconds = outcome
+        .cpu_seconds
+        .ok_or("this platform does not tell a process its CPU time")?;
+    let (mut variance, mut count) = (0.0, 0u32);
+    for y in 0..settings.height {
+        for x in 0..settings.width {
+            let of_mean = outcome.film.get(x, y).and_then(|pixel| pixel.variance_of_mean());
+            variance += of_mean.unwrap_or_default().iter().sum::<f64>() * f64::from(spp);
+            count += 3;
+        }
+    }
+    Ok(Turn {
+        rate: outcome.film.samples() as f64 / seconds / 1e6,
+        mean: outcome.film.mean_image().mean().iter().sum::<f64>() / 3.0,
+        variance: variance / f64::from(count),
+    })
+}
+
+/// Density, asymmetry and scattering vertices of the race.
+const DENSITIES: [f32; 3] = [0.2, 1.0, 3.0];
+const ASYMMETRIES: [f32; 2] = [0.0, 0.8];
+const SCATTERINGS: [u32; 3] = [1, 3, 7];
+
+fn race(options: &Options) -> Result<(), Box<dyn Error>> {
+    println!(
+        "error of a frame after {WARM_UP} others: CPU time and MSE; path tracing at the same time: samples and MSE; ratios of MSE"
+    );
+    for density in DENSITIES {
+        for g in ASYMMETRIES {
+            for scatterings in SCATTERINGS {
+                let name = format!("cloud x {density}, g = {g}, K = {scatterings}");
+                if !name.contains(&options.only) {
+                    continue;
+                }
+                let mut description = builtin::cloud();
+                description.media[0].extinction *= density;
+                description.media[0].phase = PhaseDescription::HenyeyGreenstein { g };
+                println!("{name:<28} {}", lap(&description, scatterings, options)?);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Frames before those that count.
+const WARM_UP: u32 = 8;
+
+fn lap(
+    description: &SceneDescription,
+    scatterings: u32,
+    options: &Options,
+) -> Result<String, Box<dyn Error>> {
+    let scene = Scene::new(description)?;
+    let settings = description.settings;
+    let pixels = settings.width as usize * settings.height as usize;
+    let tracer = VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
+    let reference = image(&tracer, &settings_of(&scene), options.reference, 1 << 20)?.0;
+    let mut method = RestirVolume::new(&scene, RestirVolumeOptions::new(scatterings), CameraMotion::STILL)?;
+    let (mut error, mut seconds) = (0.0, 0.0);
+    let mut frame_image = vec![Rgb::ZERO; pixels];
+    for frame in 0..WARM_UP + options.repeats {
+        let before = process_cpu_seconds().ok_or("no CPU time")?;
+        method
+            .render_frame(frame, 7, &mut frame_image, &AtomicBool::new(false))
+            .ok_or("cancelled")?;
+        if frame >= WARM_UP {
+            seconds += process_cpu_seconds().ok_or("no CPU time")? - before;
+            error += mean_squared(&frame_image, &reference);
+        }
+    }
+    let frames = f64::from(options.repeats);
+    let (error, seconds) = (error / frames, seconds / frames);
+    let mut line = format!("reuse {seconds:.3} s {error:.3e}");
+    for (name, tracking) in [
+        ("volpath", VolumeTracking::Delta),
+        ("decomposition", VolumeTracking::Decomposition),
+    ] {
+        let tracer =
+            VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX).with_tracking(tracking);
+        let samples = 8;
+        let (path_traced, spent) = image(&tracer, &settings_of(&scene), samples, 3)?;
+        // The error of independent samples is theirs over their number.
+        let equal = f64::from(samples) * seconds / spent;
+        let at_equal_time = mean_squared(&path_traced, &reference) * f64::from(samples) / equal;
+        line += &format!(
+            "   {name} {equal:.1} spp {at_equal_time:.3e} ratio {:.2}",
+            at_equal_time / error
+        );
+    }
+    Ok(line)
+}
+
+fn settings_of(scene: &Scene) -> [u32; 2] {
+    [scene.settings().width, scene.settings().height]
+}
+
+/// An image and the CPU time it took.
+fn image(
+    tracer: &VolumePathTracer<'_>,
+    &[width, height]: &[u32; 2],
+    samples: u32,
+    seed: u64,
+) -> Result<(Vec<Rgb>, f64), Box<dyn Error>> {
+    let options = RenderOptions {
+        seed,
+        ..RenderOptions::new(width, height, Budget::Samples(samples))
+    };
+    let outcome = render(tracer, &options, &|_| (), &AtomicBool::new(false))?;
+    let mean = outcome.film.mean_image();
+    let mut values = Vec::with_capacity(width as usize * height as usize);
+    for y in 0..height {
+        values.extend((0..width).map(|x| Rgb::from(mean.get(x, y).unwrap_or_default())));
+    }
+    Ok((values, outcome.cpu_seconds.ok_or("no CPU time")?))
+}
+
+fn mean_squared(a: &[Rgb], b: &[Rgb]) -> f64 {
+    let squares = a
+        .iter()
+        .zip(b)
+        .map(|(a, b)| f64::from((*a - *b).length_squared()) / 3.0);
+    squares.sum::<f64>() / a.len() as f64
+}
+
+/// Mitsuba in a process of its own, which renders when asked.
+struct Mitsuba {
+    process: Child,
+    requests: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Mitsuba {
+    fn start(python: &Path, variant: &str) -> Result<Self, Box<dyn Error>> {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/mitsuba_volumes.py");
+        let mut process = Command::new(python)
+            .arg(script)
+            .arg(variant)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| format!("cannot start {}: {error}", python.display()))?;
+        let requests = process.stdin.take().ok_or("no pipe to Python")?;
+        let answers = BufReader::new(process.stdout.take().ok_or("no pipe from Python")?);
+        Ok(Self {
+            process,
+            requests,
+            answers,
+        })
+    }
+
+    fn turn(
+        &mut self,
+        scene: &Path,
+        (width, height): (u32, u32),
+        max_depth: u32,
+        spp: u32,
+        seed: u32,
+    ) -> Result<Turn, Box<dyn Error>> {
+        writeln!(
+            self.requests,
+            "{} {width} {height} {max_depth} {spp} {seed}",
+            scene.display()
+        )?;
+        self.requests.flush()?;
+        let mut answer = String::new();
+        self.answers.read_line(&mut answer)?;
+        let figures: Vec<f64> = answer
+            .split_whitespace()
+            .map(str::parse)
+            .collect::<Result<_, _>>()?;
+        match figures[..] {
+            [samples, seconds, mean, variance] if seconds > 0.0 => Ok(Turn {
+                rate: samples / seconds / 1e6,
+                mean,
+                variance,
+            }),
+            _ => Err(format!("Mitsuba did not answer for {}", scene.display()).into()),
+        }
+    }
+}
+
+impl Drop for Mitsuba {
+    fn drop(&mut self) {
+        // It also ends by itself when its input does; nothing is lost if it has already.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}

@@ -1,0 +1,205 @@
+//! Candidates: random walks through coarse densities, of which each vertex ends a path at an emitter, and where media emit another.
+
+use super::path::{
+    Evaluation, MAX_SCATTERINGS, PathCoordinates, Step, Vertex, VolumePath, emission, surface_vertex,
+    target_of, transmitted,
+};
+use super::pixel::{First, VolumePixel, VolumeReservoir};
+use super::through::Landing;
+use crate::ray_tally::RayKind;
+use lightshed_resampling::{ContributionWeight, MixtureRis};
+use lightshed_sampling::{CounterRng, f64_from_u64};
+use lightshed_scene::glam::{DVec3, Vec2};
+use lightshed_scene::volume::PhaseFunction;
+
+/// Scattering vertices from which on roulette may end a walk (Lin 2022 §5.6.1).
+const ROULETTE_VERTICES: u32 = 3;
+
+/// A walk on its way.
+struct Walk<'a> {
+    path: VolumePath,
+    /// `F` so far, with the proposals' transmittances.
+    value: DVec3,
+    /// Density of the walk so far, in the measure of coordinates.
+    pdf: f64,
+    vertex: Vertex<'a>,
+}
+
+impl Evaluation<'_> {
+    /// One path of the pixel out of `walks` random walks of at most `scatterings` scattering vertices, by RIS with this evaluation's target
+    /// (Lin 2022 eqs. 5.17, 5.18, A.1). `level` is that of the densities through which walks go after their first vertex.
+    ///
+    /// The paths of a walk differ in length or kind: each walk is the only technique for each of them, and a candidate's share is one over
+    /// the number of walks.
+    pub fn resample_walks(
+        &self,
+        pixel: &VolumePixel,
+        walks: u32,
+        scatterings: u32,
+        level: u32,
+        rng: &mut CounterRng,
+    ) -> VolumeReservoir {
+        if pixel.is_empty() {
+            return VolumeReservoir::empty(0.0);
+        }
+        let mut ris = MixtureRis::new();
+        let share = 1.0 / f64::from(walks);
+        for _ in 0..walks {
+            let Some(mut walk) = self.begin(pixel, rng) else {
+                continue;
+            };
+            let mut scattered = 0;
+            loop {
+                let mut offer = |path: VolumePath, value: DVec3, pdf: f64, rng: &mut CounterRng| {
+                    let target = target_of(value);
+                    if target > 0.0
+                        && let Ok(weight) = ContributionWeight::<PathCoordinates, f64>::new(pdf.recip())
+                    {
+                        ris.candidate(path.with_target(target), f64::from(target), share, weight, rng);
+                    }
+                };
+                if let Vertex::Medium { medium, position, .. } = &walk.vertex
+                    && medium.emission().is_some()
+                {
+                    offer(walk.path, walk.value * emission(medium, *position), walk.pdf, rng);
+                }
+                if scattered == scatterings.min(MAX_SCATTERINGS) {
+                    break;
+                }
+                let (u_select, u) = (rng.next_u64(), rng.next_2d());
+                let emitters = self.volumes.scene.emitters();
+                if let Some(endpoint) = emitters.sample_endpoint(walk.vertex.position(), u_select, u)
+                    && let Some((lit, pdf)) = self.lit(&walk.vertex, &endpoint)
+                {
+                    offer(
+                        walk.path.with_endpoint(endpoint),
+                        walk.value * lit,
+                        walk.pdf * pdf,
+                        rng,
+                    );
+                }
+                scattered += 1;
+                if !self.walk_on(&mut walk, scattered, scatterings, level, rng) {
+                    break;
+                }
+            }
+        }
+        ris.finish(1.0)
+    }
+
+    /// The first vertex of a walk.
+    fn begin(&self, pixel: &VolumePixel, rng: &mut CounterRng) -> Option<Walk<'_>> {
+        let mut path = VolumePath::EMPTY;
+        let (vertex, depth, pdf) = match pixel.fly(f64_from_u64(rng.next_u64())) {
+            First::Medium { distance, pdf } => {
+                path.push(
+                    Step {
+                        distance,
+                        ..Step::default()
+                    },
+                    false,
+                );
+                let (index, depth) = pixel.depth_at(distance)?;
+                let vertex = Vertex::Medium {
+                    medium: &self.volumes.scene.media()[index as usize],
+                    index,
+                    position: pixel.ray.origin + pixel.ray.direction * distance,
+                    incoming: pixel.ray.direction,
+                };
+                (vertex, depth, pdf)
+            }
+            First::Surface { pdf } => {
+                path.push(Step::default(), true);
+                (pixel.surface_vertex()?, pixel.depth_of_surface(), pdf)
+            }
+            First::Nowhere => return None,
+        };
+        Some(Walk {
+            path,
+            value: transmitted(depth),
+            pdf,
+            vertex,
+        })
+    }
+
+    /// Scatters and flies on; false where the walk ends.
+    fn walk_on<'s>(
+        &'s self,
+        walk: &mut Walk<'s>,
+        scattered: u32,
+        scatterings: u32,
+        level: u32,
+        rng: &mut CounterRng,
+    ) -> bool {
+        let volumes = self.volumes;
+        // The last vertex can only emit.
+        if scattered == scatterings
+            && !volumes
+                .scene
+                .media()
+                .iter()
+                .any(|medium| medium.emission().is_some())
+        {
+            return false;
+        }
+        let (u_lobe, u) = (rng.next_f32(), rng.next_2d());
+        let (direction, pdf) = match &walk.vertex {
+            Vertex::Medium { medium, incoming, .. } => {
+                let sample = medium.phase().sample(*incoming, u);
+                (sample.direction, sample.pdf_solid_angle)
+            }
+            Vertex::Surface { point, bsdf, wo, .. } => match bsdf.sample(*wo, u_lobe, Vec2::from(u)) {
+                Some(sample) if !sample.is_delta => (point.shading.to_world(sample.wi), sample.pdf.value()),
+                _ => return false,
+            },
+        };
+        let towards = walk.vertex.scattered(direction);
+        if !(pdf > 0.0 && towards.max_element() > 0.0) {
+            return false;
+        }
+        // The albedo that was met, as far as it is one.
+        let throughput = (towards / f64::from(pdf)).max_element();
+        walk.value *= towards;
+        walk.pdf *= f64::from(pdf);
+        if scattered >= ROULETTE_VERTICES {
+            let survival = match &walk.vertex {
+                Vertex::Medium { medium, .. } => f64::from(medium.albedo().max_element()),
+                Vertex::Surface { .. } => throughput.min(0.95),
+            };
+            if !(f64_from_u64(rng.next_u64()) < survival) {
+                return false;
+            }
+            walk.pdf *= survival;
+        }
+        let (ray, medium) = walk.vertex.leave(volumes, direction);
+        self.tally.add(RayKind::Path, 1);
+        let flight = volumes.fly(&ray, medium, level, || f64_from_u64(rng.next_u64()));
+        let (step, is_surface) = match flight.landing {
+            Landing::Collision { distance, medium } => {
+                let distance = distance as f32;
+                walk.vertex = Vertex::Medium {
+                    medium: &volumes.scene.media()[medium as usize],
+                    index: medium,
+                    position: ray.origin + ray.direction * distance,
+                    incoming: direction,
+                };
+                (Step { direction, distance }, false)
+            }
+            Landing::Surface(point) => {
+                walk.vertex = surface_vertex(volumes, point, &ray, flight.medium);
+                (
+                    Step {
+                        direction,
+                        distance: 0.0,
+                    },
+                    true,
+                )
+            }
+            Landing::Away => return false,
+        };
+        walk.path.push(step, is_surface);
+        walk.value *= transmitted(flight.depth);
+        walk.pdf *= flight.pdf;
+        true
+    }
+}

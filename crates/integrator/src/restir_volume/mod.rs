@@ -1,0 +1,354 @@
+//! Volumetric ReSTIR: paths through media by reuse among pixels and frames.
+
+mod candidates;
+mod coarse;
+mod options;
+mod path;
+mod pixel;
+#[cfg(test)]
+mod tests;
+mod through;
+
+pub use options::{RestirVolumeError, RestirVolumeOptions};
+pub use path::MAX_SCATTERINGS;
+
+use crate::camera_motion::pixel_seeing;
+use crate::ray_tally::{RayKind, RayTally};
+use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
+use coarse::CoarseMedium;
+use lightshed_resampling::{Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
+use lightshed_sampling::{CounterRng, f64_from_u64};
+use lightshed_scene::glam::{DVec3, Vec2};
+use lightshed_scene::{Camera, Material, Rgb, Scene};
+use path::{Evaluation, VolumePath, transmitted};
+use pixel::{VolumePixel, VolumeReservoir};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+use through::Volumes;
+
+/// Light that media and surfaces scatter, by spatiotemporal reservoir resampling of whole paths (Lin 2022 ch. 5; merges by GRIS, ch. 6).
+///
+/// Each frame, each pixel looks along one camera ray. *Candidates* come from a few random walks: free flights by regular tracking through a
+/// coarse, piecewise constant copy of the density, whose density `p` is known in closed form; every vertex is connected to a sampled
+/// emitter, and one that emits is the end of a path itself. RIS keeps one of them, by the luminance of `F` with coarse transmittances
+/// (eqs. 5.17–5.20, A.1). It is *merged* with what a pixel of the frame before held, then with neighbours of this frame, under balance MIS:
+/// distances and directions stay, so vertices move with the camera ray (direction reuse, §5.4.2, with Jacobian 1). The survivor is
+/// *shaded* with exact transmittances. Targets are coarse but positive wherever light is: they cost noise, not bias.
+///
+/// Light that arrives unscattered is added exactly.
+///
+/// Every frame of a still camera has the expectation of [`VolumePathTracer`](crate::VolumePathTracer) with a longest path of `K + 1` edges.
+/// Under motion the place in the frame before is chosen by the pixel's own path (*stochastic reprojection*, §5.4.4), which is slightly
+/// biased and vanishes a few frames after the motion does.
+///
+/// Surfaces must scatter diffusely enough for emitter samples; camera rays end on the first surface that is not
+/// [`Material::Null`](lightshed_scene::Material::Null).
+///
+/// ```
+/// use lightshed_integrator::{Budget, CameraMotion, RenderOptions, RestirVolume, RestirVolumeOptions, render_frames};
+/// use lightshed_scene::{Scene, builtin};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let mut description = builtin::fire();
+/// (description.settings.width, description.settings.height) = (16, 16);
+/// let scene = Scene::new(&description)?;
+/// let mut method = RestirVolume::new(&scene, RestirVolumeOptions::new(2), CameraMotion::STILL)?;
+/// let outcome = render_frames(&mut method, &RenderOptions::new(16, 16, Budget::Samples(4)), &|_| (), &AtomicBool::new(false))?;
+/// assert!(outcome.film.mean_image().mean()[0] > 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct RestirVolume<'a> {
+    volumes: Volumes<'a>,
+    options: RestirVolumeOptions,
+    pattern: Option<Pattern>,
+    motion: CameraMotion,
+    tally: RayTally,
+    /// The pixels of this frame and of the one before, by the order of frames: even, odd.
+    pixels: [Vec<VolumePixel>; 2],
+    /// What the last frame left behind.
+    history: Vec<VolumeReservoir>,
+    spare: [Vec<VolumeReservoir>; 2],
+}
+
+/// Passes of a frame, each with random numbers of its own.
+#[derive(Clone, Copy)]
+enum Pass {
+    Camera,
+    Candidates,
+    Velocity,
+    Temporal,
+    Spatial,
+}
+
+/// Words of one pass; far more than any draws.
+const WORDS_PER_PASS: u32 = 1 << 24;
+
+/// Which frame, seen by whom.
+#[derive(Clone, Copy)]
+struct View<'a> {
+    camera: &'a Camera,
+    frame: u32,
+    seed: u64,
+}
+
+impl<'a> RestirVolume<'a> {
+    /// For the scene's image size.
+    ///
+    /// # Errors
+    /// See [`RestirVolumeError`].
+    pub fn new(
+        scene: &'a Scene,
+        options: RestirVolumeOptions,
+        motion: CameraMotion,
+    ) -> Result<Self, RestirVolumeError> {
+        let pattern = options.check()?;
+        if let Some(index) = scene.materials().iter().position(is_sharp) {
+            return Err(RestirVolumeError::SharpMaterial(index as u32));
+        }
+        let most = options.candidate_level.max(options.reuse_level);
+        let coarse = scene.media().iter().map(|medium| CoarseMedium::new(medium, most));
+        Ok(Self {
+            volumes: Volumes {
+                scene,
+                coarse: coarse.collect(),
+            },
+            options,
+            pattern,
+            motion,
+            tally: RayTally::default(),
+            pixels: [Vec::new(), Vec::new()],
+            history: Vec::new(),
+            spare: [Vec::new(), Vec::new()],
+        })
+    }
+
+    fn extent(&self) -> Extent {
+        let settings = self.volumes.scene.settings();
+        Extent {
+            width: settings.width,
+            height: settings.height,
+        }
+    }
+
+    fn rng(&self, view: View<'_>, pixel: usize, pass: Pass) -> CounterRng {
+        let width = self.extent().width;
+        let (x, y) = (pixel as u32 % width, pixel as u32 / width);
+        let mut rng = CounterRng::new(view.seed, y << 16 | x, view.frame);
+        rng.set_dimension(pass as u32 * WORDS_PER_PASS);
+        rng
+    }
+
+    fn evaluation(&self, level: u32) -> Evaluation<'_> {
+        Evaluation {
+            volumes: &self.volumes,
+            tally: &self.tally,
+            level,
+        }
+    }
+
+    /// What each pixel looks along, a fresh reservoir, and unscattered light in the image. False if cancelled.
+    fn look(
+        &self,
+        view: View<'_>,
+        pixels: &mut [VolumePixel],
+        fresh: &mut [VolumeReservoir],
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> bool {
+        let scene = self.volumes.scene;
+        let medium = scene.camera_medium(view.camera);
+        let width = self.extent().width as usize;
+        let (candidates, reuse) = (
+            self.evaluation(self.options.candidate_level),
+            self.evaluation(self.options.reuse_level),
+        );
+        let chunks = pixels
+            .par_chunks_mut(MAX_BATCH)
+            .zip(fresh.par_chunks_mut(MAX_BATCH))
+            .zip(image.par_chunks_mut(MAX_BATCH));
+        chunks.enumerate().for_each(|(chunk, ((pixels, fresh), image))| {
+            if cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            self.tally.add(RayKind::Camera, pixels.len());
+            for (place, ((pixel, fresh), value)) in pixels.iter_mut().zip(fresh).zip(image).enumerate() {
+                let index = chunk * MAX_BATCH + place;
+                let mut rng = self.rng(view, index, Pass::Camera);
+                let corner = Vec2::new((index % width) as f32, (index / width) as f32);
+                let film = corner + Vec2::from(rng.next_2d());
+                let u_lens = if view.camera.has_lens() {
+                    rng.next_2d()
+                } else {
+                    [0.5; 2]
+                };
+                let level = self.options.reuse_level.max(1);
+                pixel.look(&self.volumes, view.camera.ray(film, u_lens), medium, level);
+                *value = self.unscattered(pixel);
+                let mut rng = self.rng(view, index, Pass::Candidates);
+                let RestirVolumeOptions {
+                    walks,
+                    scatterings,
+                    candidate_level,
+                    ..
+                } = self.options;
+                let chosen = candidates.resample_walks(pixel, walks, scatterings, candidate_level, &mut rng);
+                // From here on with the target of reuse: W stays.
+                *fresh = chosen
+                    .map(|path| path.with_target(reuse.target(pixel, &path)))
+                    .within(|path| path.target > 0.0);
+            }
+        });
+        !cancel.load(Ordering::Relaxed)
+    }
+
+    /// Light that arrives along a camera ray without having been scattered, but for what media emit.
+    fn unscattered(&self, pixel: &VolumePixel) -> Rgb {
+        let emitters = self.volumes.scene.emitters();
+        let emitted = match pixel.surface_point() {
+            Some(point) => emitters.radiance(point, pixel.ray.direction),
+            None => emitters
+                .environment()
+                .map_or(Rgb::ZERO, |environment| environment.radiance(pixel.ray.direction)),
+        };
+        if emitted == Rgb::ZERO {
+            return Rgb::ZERO;
+        }
+        // Where nothing is in the way at the coarse level, nothing is.
+        let depth = if pixel.depth_of_surface() == DVec3::ZERO {
+            DVec3::ZERO
+        } else {
+            self.volumes.through(&pixel.ray, pixel.medium, 0).depth
+        };
+        (transmitted(depth) * emitted.as_dvec3()).as_vec3()
+    }
+
+    /// All reuse of a frame: what the pixels hold in the end is in `reservoirs`.
+    fn reuse(
+        &self,
+        view: View<'_>,
+        pixels: &[VolumePixel],
+        reservoirs: &mut Vec<VolumeReservoir>,
+        scratch: &mut Vec<VolumeReservoir>,
+    ) -> Result<(), ReuseError> {
+        let extent = self.extent();
+        let shift = self.evaluation(self.options.reuse_level);
+        let reuse = Reuse::new(extent, pixels, &shift, Mis::Balance, self.options.confidence_cap)?;
+        if self.options.temporal_reuse && view.frame > 0 {
+            let previous = &self.pixels[(view.frame as usize + 1) % 2];
+            let before = self.motion.camera(self.volumes.scene, view.frame - 1);
+            let size = [extent.width, extent.height];
+            let fresh: &[VolumeReservoir] = reservoirs;
+            let source = |index: usize| {
+                // Chosen by the pixel's own path only where it must be.
+                if self.motion.rests_at(view.frame) {
+                    return Some(index);
+                }
+                let pixel = &pixels[index];
+                let own = fresh[index].sample().and_then(VolumePath::first_distance);
+                let forced = || {
+                    let u = f64_from_u64(self.rng(view, index, Pass::Velocity).next_u64());
+                    pixel.forced_collision(u)
+                };
+                let distance = match own {
+                    Some(distance) => Some(distance),
+                    None if self.options.velocity_resampling => forced(),
+                    None => None,
+                };
+                let position = match distance {
+                    Some(distance) => pixel.ray.origin + pixel.ray.direction * distance,
+                    None => pixel.surface_point()?.position,
+                };
+                pixel_seeing(&before, size, position)
+            };
+            reuse.temporal(
+                fresh,
+                &TemporalDomains::Previous(previous),
+                &self.history,
+                source,
+                scratch,
+                |pixel| self.rng(view, pixel, Pass::Temporal),
+                &|_, _| (),
+            )?;
+            std::mem::swap(reservoirs, scratch);
+        }
+        if let Some(pattern) = &self.pattern {
+            let key = CounterRng::at(view.seed, u32::MAX, view.frame, 0);
+            let choose = |pixel| self.rng(view, pixel, Pass::Spatial);
+            reuse.spatial(pattern, key, reservoirs, scratch, choose, &|_, _| ())?;
+            std::mem::swap(reservoirs, scratch);
+        }
+        Ok(())
+    }
+
+    /// Adds `F(Y) W` to each pixel, with exact transmittances.
+    fn shade(&self, pixels: &[VolumePixel], reservoirs: &[VolumeReservoir], image: &mut [Rgb]) {
+        let exact = self.evaluation(0);
+        let results = pixels
+            .par_chunks(MAX_BATCH)
+            .zip(reservoirs.par_chunks(MAX_BATCH))
+            .zip(image.par_chunks_mut(MAX_BATCH));
+        results.for_each(|((pixels, reservoirs), image)| {
+            for ((pixel, reservoir), value) in pixels.iter().zip(reservoirs).zip(image) {
+                if let Some((path, weight)) = reservoir.weighted_sample() {
+                    let light = exact.value(pixel, path) * weight.value();
+                    *value += light.min(DVec3::splat(f64::from(f32::MAX))).as_vec3();
+                }
+            }
+        });
+    }
+}
+
+/// Whether a material has lobes that no emitter sample reaches.
+fn is_sharp(material: &Material) -> bool {
+    match material {
+        Material::Diffuse { .. } | Material::Null => false,
+        Material::Mirror { .. } | Material::ThinDielectric { .. } => true,
+        Material::Conductor { roughness, .. }
+        | Material::Dielectric { roughness, .. }
+        | Material::Plastic { roughness, .. } => roughness.is_none(),
+        Material::MetallicRoughness { .. } => true,
+        Material::Blend { first, second, .. } => is_sharp(first) || is_sharp(second),
+        Material::TwoSided { front, back } => is_sharp(front) || back.as_deref().is_some_and(is_sharp),
+    }
+}
+
+impl FrameMethod for RestirVolume<'_> {
+    fn size(&self) -> [u32; 2] {
+        [self.extent().width, self.extent().height]
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let count = self.extent().len();
+        let camera = self.motion.camera(self.volumes.scene, frame);
+        let view = View {
+            camera: &camera,
+            frame,
+            seed,
+        };
+        let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
+        pixels.resize_with(count, VolumePixel::default);
+        let [mut reservoirs, mut scratch] = std::mem::take(&mut self.spare);
+        reservoirs.resize(count, VolumeReservoir::empty(0.0));
+        scratch.resize(count, VolumeReservoir::empty(0.0));
+        let done = self.look(view, &mut pixels, &mut reservoirs, image, cancel)
+            // Fails for slices of other lengths only.
+            && self.reuse(view, &pixels, &mut reservoirs, &mut scratch).is_ok();
+        if done {
+            self.shade(&pixels, &reservoirs, image);
+        }
+        self.pixels[frame as usize % 2] = pixels;
+        let history = std::mem::replace(&mut self.history, reservoirs);
+        self.spare = [history, scratch];
+        (done && !cancel.load(Ordering::Relaxed)).then(|| self.tally.take())
+    }
+
+    fn is_still(&self) -> bool {
+        self.motion.is_still()
+    }
+}

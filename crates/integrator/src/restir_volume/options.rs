@@ -1,0 +1,134 @@
+//! What a frame does, and why options are refused.
+
+use super::coarse::MAX_COARSENESS;
+use super::path::MAX_SCATTERINGS;
+use lightshed_resampling::{Pattern, PatternError};
+use std::fmt;
+
+/// What [`RestirVolume`](crate::RestirVolume) does in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RestirVolumeOptions {
+    /// Most scattering vertices of a path, `K`: 1 to 8. Paths then have up to `K + 1` edges.
+    pub scatterings: u32,
+    /// Random walks for each pixel and frame, `M`: 1 to 1024.
+    pub walks: u32,
+    /// Neighbours in the round of spatial reuse; 0 for none.
+    pub neighbours: u32,
+    /// They lie within this many pixels; positive.
+    pub radius_pixels: f32,
+    /// Whether a pixel reuses what one held in the frame before.
+    pub temporal_reuse: bool,
+    /// Most confidence that a pixel's history is given, in frames, `Q`; positive.
+    pub confidence_cap: f32,
+    /// Level of the densities that walks and targets of candidates see behind the first vertex, 1 to 4.
+    pub candidate_level: u32,
+    /// Level of the densities along camera rays and in the targets of reuse, 1 to 4; 0 for exact ones but along camera rays.
+    pub reuse_level: u32,
+    /// Whether the place in the frame before is that of a point in the medium also where the pixel's own path starts on a surface or is
+    /// none (Lin 2022 §5.5.2). Matters under motion only.
+    pub velocity_resampling: bool,
+}
+
+impl RestirVolumeOptions {
+    /// With at most `scatterings` scattering vertices, and else as in Lin 2022 §5.5: 4 walks, 3 neighbours within 10 pixels, temporal
+    /// reuse with cap 4, levels 2 and 1.
+    pub const fn new(scatterings: u32) -> Self {
+        Self {
+            scatterings,
+            walks: 4,
+            neighbours: 3,
+            radius_pixels: 10.0,
+            temporal_reuse: true,
+            confidence_cap: 4.0,
+            candidate_level: 2,
+            reuse_level: 1,
+            velocity_resampling: true,
+        }
+    }
+
+    /// The same with cap 10, for scenes with surfaces (§5.5.3).
+    pub const fn with_surfaces(scatterings: u32) -> Self {
+        Self {
+            confidence_cap: 10.0,
+            ..Self::new(scatterings)
+        }
+    }
+
+    /// The pattern of neighbours, where there are any.
+    pub(super) fn check(&self) -> Result<Option<Pattern>, RestirVolumeError> {
+        if !(1..=MAX_SCATTERINGS).contains(&self.scatterings) {
+            return Err(RestirVolumeError::Scatterings);
+        }
+        if !(1..=1024).contains(&self.walks) {
+            return Err(RestirVolumeError::Walks);
+        }
+        // Also refuses NaN.
+        if !(self.confidence_cap > 0.0) {
+            return Err(RestirVolumeError::ConfidenceCap);
+        }
+        if !(1..=MAX_COARSENESS).contains(&self.candidate_level) || self.reuse_level > MAX_COARSENESS {
+            return Err(RestirVolumeError::Level);
+        }
+        (self.neighbours > 0)
+            .then(|| Pattern::disk(self.radius_pixels, self.neighbours))
+            .transpose()
+            .map_err(RestirVolumeError::Pattern)
+    }
+}
+
+impl Default for RestirVolumeOptions {
+    /// [`RestirVolumeOptions::new`] with three scattering vertices.
+    fn default() -> Self {
+        Self::new(3)
+    }
+}
+
+/// Why options or a scene are refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RestirVolumeError {
+    /// No scattering vertices, or more than 8.
+    Scatterings,
+    /// No walks, or more than 1024.
+    Walks,
+    /// The confidence cap is not positive, or NaN.
+    ConfidenceCap,
+    /// A level of density out of range.
+    Level,
+    /// Neighbours or radius out of range.
+    Pattern(PatternError),
+    /// A material of that index mirrors or refracts sharply: no emitter sample finds light by it.
+    SharpMaterial(u32),
+}
+
+impl fmt::Display for RestirVolumeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scatterings => write!(
+                f,
+                "scattering vertices must number between 1 and {MAX_SCATTERINGS}"
+            ),
+            Self::Walks => f.write_str("walks must number between 1 and 1024"),
+            Self::ConfidenceCap => f.write_str("the confidence cap must be positive"),
+            Self::Level => write!(
+                f,
+                "levels of density must be between 1 and {MAX_COARSENESS}, of reuse also 0"
+            ),
+            Self::Pattern(error) => error.fmt(f),
+            Self::SharpMaterial(index) => write!(
+                f,
+                "material {index} mirrors or refracts sharply, which paths through volumes cannot reuse"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for RestirVolumeError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Pattern(error) => Some(error),
+            _ => None,
+        }
+    }
+}

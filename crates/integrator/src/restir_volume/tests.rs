@@ -1,0 +1,177 @@
+//! The parts of volumetric ReSTIR: coarse densities, camera rays as proposals, the shift.
+
+use super::*;
+use crate::restir_volume::pixel::First;
+use lightshed_resampling::{Domain, ShiftMapping, round_trip};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::volume::{DensityField, Interval};
+use lightshed_scene::{MediumDensity, Ray, builtin};
+use lightshed_testkit::{MeanTest, check_faults};
+
+fn small(name: &str, [width, height]: [u32; 2]) -> Scene {
+    let mut description = builtin::by_name(name).unwrap();
+    (description.settings.width, description.settings.height) = (width, height);
+    Scene::new(&description).unwrap()
+}
+
+fn method(scene: &Scene, scatterings: u32) -> RestirVolume<'_> {
+    RestirVolume::new(scene, RestirVolumeOptions::new(scatterings), CameraMotion::STILL).unwrap()
+}
+
+/// Looks through the middle of a pixel.
+fn look(method: &RestirVolume<'_>, x: f32, y: f32) -> VolumePixel {
+    let scene = method.volumes.scene;
+    let mut pixel = VolumePixel::default();
+    let ray = scene.camera().ray(Vec2::new(x + 0.5, y + 0.5), [0.5; 2]);
+    pixel.look(&method.volumes, ray, scene.camera_medium(scene.camera()), 1);
+    pixel
+}
+
+/// Wherever there is a density there is a coarse one, at every level, along rays in all directions.
+#[test]
+fn coarse_densities_are_positive_where_densities_are() {
+    let scene = small("cloud", [8, 8]);
+    let medium = &scene.media()[0];
+    let MediumDensity::Grid(field) = medium.density() else {
+        panic!("a grid");
+    };
+    let coarse = CoarseMedium::new(medium, 4);
+    let mut rng = CounterRng::new(3, 0, 0);
+    let mut uniform = || Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+    let mut found = [0; 2];
+    for _ in 0..400 {
+        let origin = (uniform() - Vec3::splat(0.5)) * Vec3::new(2.0, 1.4, 2.0);
+        let ray = Ray::new(origin, (uniform() - Vec3::splat(0.5)).normalize());
+        let interval = Interval { t0: 0.0, t1: 0.9 };
+        for level in 1..=4 {
+            coarse.stretches(medium, &ray, interval, level, |stretch| {
+                for step in 0..8 {
+                    let t = stretch.t0 + (stretch.t1 - stretch.t0) * (f64::from(step) + 0.5) / 8.0;
+                    let place = field
+                        .to_field()
+                        .transform_point3(ray.origin + ray.direction * t as f32);
+                    let density = field.grid().density(place);
+                    found[usize::from(density > 0.0)] += 1;
+                    assert!(density == 0.0 || stretch.density > 0.0, "level {level} at {t}");
+                }
+                true
+            });
+        }
+    }
+    assert!(found.iter().all(|&count| count > 10_000), "{found:?}");
+}
+
+/// Collisions have the density that they say: `1 − e^{−τ(z)}`, of the depth that the pixel tells for their distance, is uniform up to the
+/// chance of no collision, and the density is its derivative. Z-tests at 1e-6 of mean and chance.
+#[test]
+fn flights_along_camera_rays_have_their_density() {
+    let scene = small("smoke-in-cornell", [32, 32]);
+    let method = method(&scene, 1);
+    check_faults(&[1.04], |fault: Option<f64>| -> Result<(), String> {
+        for (x, y) in [(15.0, 8.0), (20.0, 12.0), (12.0, 5.0)] {
+            let pixel = look(&method, x, y);
+            // The smoke is grey.
+            let reached = |distance: f32| {
+                -pixel
+                    .depth_at(distance)
+                    .map_or(f64::NAN, |(_, depth)| (-depth.x).exp_m1())
+            };
+            let whole = -(-pixel.depth_of_surface().x).exp_m1();
+            let (mut place, mut collides, mut rng) =
+                (MeanTest::new(), MeanTest::new(), CounterRng::new(5, 0, 0));
+            let (mut sharp, mut agreeing) = (0, 0);
+            for _ in 0..20_000 {
+                let flight = pixel.fly(f64_from_u64(rng.next_u64()));
+                collides.push(f64::from(u8::from(matches!(flight, First::Medium { .. }))));
+                match flight {
+                    First::Medium { distance, pdf } => {
+                        place.push(reached(distance));
+                        // NaN where the medium ends.
+                        let step = 2e-3;
+                        let slope =
+                            (reached(distance + step) - reached(distance - step)) / f64::from(2.0 * step);
+                        sharp += 1;
+                        agreeing += u32::from((pdf * fault.unwrap_or(1.0) / slope - 1.0).abs() < 0.02);
+                    }
+                    First::Surface { pdf } => assert!((pdf - (1.0 - whole)).abs() < 1e-5, "{pdf}"),
+                    First::Nowhere => panic!("the room is closed"),
+                }
+            }
+            let judged = |mean: &MeanTest, expected: f64| {
+                mean.test_against(expected, 1e-6)
+                    .map_err(|error| error.to_string())
+            };
+            judged(&place, 0.5 * whole)?;
+            judged(&collides, whole)?;
+            // All but those near the ends of stretches.
+            if f64::from(agreeing) < 0.7 * f64::from(sharp) {
+                return Err(format!("{agreeing} of {sharp} densities are the slope"));
+            }
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
+/// Candidates shifted into other pixels and back are what they were, and shifted into their own pixel have the target that they carry.
+#[test]
+fn paths_come_back_from_other_pixels() {
+    for name in ["cloud", "smoke-in-cornell", "fire"] {
+        let scene = small(name, [24, 24]);
+        let method = method(&scene, 4);
+        let (candidates, shift) = (method.evaluation(2), method.evaluation(1));
+        let mut defined = 0;
+        for index in 0..200u32 {
+            let (x, y) = ((index % 20) as f32 + 2.0, (index / 20) as f32 + 6.0);
+            let (own, other) = (look(&method, x, y), look(&method, x + 1.3, y - 0.6));
+            let mut rng = CounterRng::new(9, index, 0);
+            let reservoir = candidates.resample_walks(&own, 4, 4, 2, &mut rng);
+            let Some(path) = reservoir.sample() else { continue };
+            let path = path.with_target(shift.target(&own, path));
+            let itself = shift.shift(&path, &own, &own).unwrap();
+            assert_eq!(itself.target, own.target(&path));
+            let same = |a: &VolumePath, b: &VolumePath| a.target.to_bits() == b.target.to_bits();
+            defined += u32::from(round_trip(&shift, &path, &own, &other, same, 0.0).unwrap());
+        }
+        assert!(defined > 30, "{name}: {defined}");
+    }
+}
+
+/// RIS over the walks of one frame without reuse, shaded exactly, against path tracing through the same pixel: for each K. Z-tests of
+/// 1e-6, one channel.
+#[test]
+fn walks_estimate_what_path_tracing_does() {
+    for (name, place) in [
+        ("cloud", [12.0, 12.0]),
+        ("smoke-in-cornell", [12.0, 9.0]),
+        ("fire", [11.0, 14.0]),
+    ] {
+        let scene = small(name, [24, 24]);
+        for scatterings in [1, 2, 5] {
+            let method = method(&scene, scatterings);
+            let pixel = look(&method, place[0], place[1]);
+            let (candidates, exact) = (method.evaluation(2), method.evaluation(0));
+            let tracer = crate::VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
+            let mut traced = MeanTest::new();
+            for sample in 0..60_000 {
+                let mut rng = CounterRng::new(2, 0, sample);
+                traced.push(f64::from(tracer.radiance(pixel.ray, pixel.medium, &mut rng).y));
+            }
+            check_faults(&[1.3], |fault: Option<f64>| {
+                let mut walked = MeanTest::new();
+                for sample in 0..20_000 {
+                    let mut rng = CounterRng::new(1, 0, sample);
+                    let reservoir = candidates.resample_walks(&pixel, 4, scatterings, 2, &mut rng);
+                    let light = reservoir.weighted_sample().map_or(0.0, |(path, weight)| {
+                        exact.value(&pixel, path).y * weight.value() * fault.unwrap_or(1.0)
+                    });
+                    walked.push(light + f64::from(method.unscattered(&pixel).y));
+                }
+                walked
+                    .test_equal(&traced, 1e-6)
+                    .map_err(|error| format!("{name}, K = {scatterings}: {error}"))
+            })
+            .unwrap();
+        }
+    }
+}

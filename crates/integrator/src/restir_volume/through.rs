@@ -1,0 +1,190 @@
+//! What lies along a ray: optical depths, boundaries of media, the first surface.
+
+use super::coarse::CoarseMedium;
+use crate::volpath::{Crossing, MOST_CROSSINGS};
+use lightshed_scene::glam::DVec3;
+use lightshed_scene::volume::Interval;
+use lightshed_scene::{Material, Medium, Ray, Scene, SurfacePoint};
+
+/// A scene's media and their coarse copies.
+pub(crate) struct Volumes<'a> {
+    pub scene: &'a Scene,
+    pub coarse: Vec<CoarseMedium>,
+}
+
+/// What light passes on a segment.
+pub(crate) struct Through {
+    /// `∫ σ_t` along it, by channel.
+    pub depth: DVec3,
+    /// The medium at its end.
+    pub medium: Option<u32>,
+    /// The surface that ends it, where one does before its own end.
+    pub surface: Option<SurfacePoint>,
+}
+
+/// Where a free flight went.
+pub(crate) enum Landing {
+    /// Into a collision in a medium, at that distance from the start.
+    Collision { distance: f64, medium: u32 },
+    /// To a surface.
+    Surface(SurfacePoint),
+    /// Out of the scene.
+    Away,
+}
+
+/// A free flight by a coarse density and what it is made of.
+pub(crate) struct CoarseFlight {
+    pub landing: Landing,
+    /// Density per unit of length of a collision, probability of anything else.
+    pub pdf: f64,
+    /// `∫ σ*_t` on the way, by channel.
+    pub depth: DVec3,
+    /// The medium at its end.
+    pub medium: Option<u32>,
+}
+
+/// Part of a ray in one medium.
+pub(crate) struct Part {
+    pub ray: Ray,
+    /// In units of the length of the ray's direction.
+    pub t_max: f32,
+    /// From the start of the whole ray to that of this part, the same.
+    pub before: f64,
+    pub medium: Option<u32>,
+}
+
+/// The mean coefficient, which proposals use: positive if any is.
+pub(crate) fn proposal_extinction(medium: &Medium) -> f32 {
+    medium.extinction().element_sum() * (1.0 / 3.0)
+}
+
+impl Volumes<'_> {
+    pub fn medium(&self, index: u32) -> (&Medium, &CoarseMedium) {
+        (&self.scene.media()[index as usize], &self.coarse[index as usize])
+    }
+
+    /// The parts of a ray up to the first surface that light does not pass: `each` takes them and says whether to go on. The surface, if
+    /// it was reached.
+    pub fn parts(
+        &self,
+        ray: &Ray,
+        medium: Option<u32>,
+        mut each: impl FnMut(&Part) -> bool,
+    ) -> (Option<SurfacePoint>, Option<u32>) {
+        let mut part = Part {
+            ray: *ray,
+            t_max: 0.0,
+            before: 0.0,
+            medium,
+        };
+        for _ in 0..MOST_CROSSINGS {
+            let hit = self.scene.accelerator().intersect(&part.ray);
+            part.t_max = hit.map_or(part.ray.t_max, |hit| hit.t);
+            if !each(&part) {
+                return (None, part.medium);
+            }
+            let Some(point) = hit.map(|hit| self.scene.surface(&part.ray, &hit)) else {
+                return (None, part.medium);
+            };
+            if !matches!(self.scene.materials()[point.material as usize], Material::Null) {
+                return (Some(point), part.medium);
+            }
+            let crossing = Crossing::new(self.scene, &point, &part.ray, part.medium);
+            part.before += f64::from((crossing.ray.origin - part.ray.origin).dot(ray.direction))
+                / f64::from(ray.direction.length_squared());
+            (part.ray, part.medium) = (crossing.ray, crossing.medium);
+        }
+        (None, part.medium)
+    }
+
+    /// Along the whole of `ray`, by densities of a level; exactly at level 0.
+    pub fn through(&self, ray: &Ray, medium: Option<u32>, level: u32) -> Through {
+        let mut depth = DVec3::ZERO;
+        let (surface, medium) = self.parts(ray, medium, |part| {
+            if let Some(index) = part.medium {
+                let (medium, coarse) = self.medium(index);
+                let interval = Interval {
+                    t0: 0.0,
+                    t1: part.t_max,
+                };
+                depth += optical_depth(
+                    medium,
+                    &part.ray,
+                    coarse.depth(medium, &part.ray, interval, level),
+                );
+            }
+            true
+        });
+        Through {
+            depth,
+            medium,
+            surface,
+        }
+    }
+
+    /// A free flight along `ray`, whose direction is of unit length, with densities of a level of at least 1; `u` is asked for uniform
+    /// numbers.
+    pub fn fly(
+        &self,
+        ray: &Ray,
+        medium: Option<u32>,
+        level: u32,
+        mut u: impl FnMut() -> f64,
+    ) -> CoarseFlight {
+        let (mut depth, mut pdf, mut collision) = (DVec3::ZERO, 1.0, None);
+        let (surface, medium) = self.parts(ray, medium, |part| {
+            let Some(index) = part.medium else { return true };
+            let (medium, coarse) = self.medium(index);
+            let interval = Interval {
+                t0: 0.0,
+                t1: part.t_max,
+            };
+            let k = f64::from(proposal_extinction(medium));
+            // In optical depth of the proposal's coefficient.
+            let target = -(-u()).ln_1p();
+            let (mut inside, mut found) = (0.0, None);
+            coarse.stretches(medium, &part.ray, interval, level, |stretch| {
+                let density = f64::from(stretch.density);
+                let whole = density * (stretch.t1 - stretch.t0);
+                if target < k * (inside + whole) {
+                    let t = (stretch.t0 + (target / k - inside) / density).min(stretch.t1);
+                    inside = target / k;
+                    pdf *= k * density;
+                    found = Some(t);
+                } else {
+                    inside += whole;
+                }
+                found.is_none()
+            });
+            depth += optical_depth(medium, &part.ray, inside);
+            pdf *= (-k * inside).exp();
+            collision = found.map(|t| (part.before + t, index));
+            collision.is_none()
+        });
+        let landing = match (collision, surface) {
+            (Some((distance, medium)), _) => Landing::Collision { distance, medium },
+            (None, Some(point)) => Landing::Surface(point),
+            (None, None) => Landing::Away,
+        };
+        CoarseFlight {
+            landing,
+            pdf,
+            depth,
+            medium,
+        }
+    }
+}
+
+/// `k ∫ ρ ds`, from `∫ ρ dt`.
+pub(crate) fn optical_depth(medium: &Medium, ray: &Ray, depth: f64) -> DVec3 {
+    // Without extinction nothing is in the way, however far.
+    let channel = |k: f32| {
+        if k > 0.0 {
+            f64::from(k * ray.direction.length()) * depth
+        } else {
+            0.0
+        }
+    };
+    let k = medium.extinction();
+    DVec3::new(channel(k.x), channel(k.y), channel(k.z))
+}

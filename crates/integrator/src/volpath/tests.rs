@@ -1,0 +1,253 @@
+//! Closed forms.
+//!
+//! Means of independent samples against what they must be, with fixed seeds. Each test is a z-test that a sound estimator fails with
+//! probability 1e-6, a planted fault must fail it.
+
+use super::*;
+use lightshed_scene::glam::Affine3A;
+use lightshed_scene::{
+    DensityDescription, EmissionDescription, EmitterDescription, Geometry, GridDescription, GridFilter,
+    MediumBoundary, MediumDescription, PhaseDescription, SceneDescription, ShapeDescription, SphereGeometry,
+};
+use lightshed_testkit::{MeanTest, check_faults};
+
+/// A ball of radius 1 of a medium, around the origin, in white light; the camera looks at its middle along −z from a distance.
+fn ball(extinction: Rgb, albedo: Rgb) -> SceneDescription {
+    let mut scene = SceneDescription {
+        shapes: vec![ShapeDescription {
+            name: "boundary".to_owned(),
+            geometry: Geometry::Sphere(SphereGeometry {
+                center: Vec3::ZERO,
+                radius: 1.0,
+                flip_normals: false,
+            }),
+            material: 0,
+            emission: None,
+        }],
+        materials: vec![Material::Null],
+        emitters: vec![EmitterDescription::Constant { radiance: Rgb::ONE }],
+        media: vec![MediumDescription {
+            name: "ball".to_owned(),
+            density: DensityDescription::Homogeneous,
+            extinction,
+            albedo,
+            phase: PhaseDescription::HenyeyGreenstein { g: 0.6 },
+            emission: None,
+        }],
+        boundaries: vec![MediumBoundary {
+            shape: 0,
+            interior: Some(0),
+            exterior: None,
+        }],
+        ..SceneDescription::default()
+    };
+    scene.settings.roulette_depth = u32::MAX;
+    scene
+}
+
+/// The density of a grid whose optical depth along z through the middle, over the ball's diameter, is 2: linear in z, 0.5 … 1.5.
+fn ramp() -> DensityDescription {
+    DensityDescription::Grid(GridDescription {
+        resolution: [1, 1, 40],
+        values: (0..40).map(|z| 0.5 + (z as f32 + 0.5) / 40.0).collect(),
+        filter: GridFilter::Trilinear,
+        to_world: Affine3A::from_translation(Vec3::NEG_ONE) * Affine3A::from_scale(Vec3::splat(2.0)),
+    })
+}
+
+/// Means of the radiance along −z through the middle, started in `medium` at `z`.
+fn means(scene: &SceneDescription, from: f32, samples: u32) -> [MeanTest; 3] {
+    means_by(scene, from, samples, VolumeTracking::Delta)
+}
+
+fn means_by(scene: &SceneDescription, from: f32, samples: u32, tracking: VolumeTracking) -> [MeanTest; 3] {
+    let scene = Scene::new(scene).unwrap();
+    let tracer = VolumePathTracer::new(&scene).with_tracking(tracking);
+    let origin = Vec3::new(0.0, 0.0, from);
+    let medium = scene.medium_around(origin);
+    let mut means = [MeanTest::new(), MeanTest::new(), MeanTest::new()];
+    for sample in 0..samples {
+        let mut rng = CounterRng::new(11, 0, sample);
+        let value = tracer.radiance(Ray::new(origin, Vec3::NEG_Z), medium, &mut rng);
+        assert!(value.is_finite() && value.min_element() >= 0.0, "{value}");
+        for (mean, value) in means.iter_mut().zip(value.to_array()) {
+            mean.push(f64::from(value));
+        }
+    }
+    means
+}
+
+fn judge(mean: &MeanTest, expected: f64, significance: f64) -> Result<(), String> {
+    mean.test_against(expected, significance)
+        .map(|_| ())
+        .map_err(|error| error.to_string())
+}
+
+fn agrees(means: &[MeanTest; 3], expected: [f64; 3]) -> Result<(), String> {
+    for (mean, expected) in means.iter().zip(expected) {
+        judge(mean, expected, 1e-6 / 3.0)?;
+    }
+    Ok(())
+}
+
+const SPECTRAL: Rgb = Rgb::new(0.3, 1.0, 2.5);
+
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    MoreExtinction,
+    BoundaryTurnedOver,
+    SomeAlbedo,
+    Dimmer,
+}
+
+fn spoil(scene: &mut SceneDescription, fault: Option<Fault>) {
+    match fault {
+        Some(Fault::MoreExtinction) => scene.media[0].extinction *= 1.15,
+        Some(Fault::BoundaryTurnedOver) => {
+            let boundary = &mut scene.boundaries[0];
+            std::mem::swap(&mut boundary.interior, &mut boundary.exterior);
+        }
+        Some(Fault::SomeAlbedo) => scene.media[0].albedo += Rgb::splat(0.1),
+        Some(Fault::Dimmer) => {
+            scene.emitters = vec![EmitterDescription::Constant {
+                radiance: Rgb::splat(0.9),
+            }];
+        }
+        None => {}
+    }
+}
+
+const FAULTS: [Fault; 4] = [
+    Fault::MoreExtinction,
+    Fault::BoundaryTurnedOver,
+    Fault::SomeAlbedo,
+    Fault::Dimmer,
+];
+
+/// `L = e^{−k τ}` behind an absorbing medium of depth `τ = 2`, from outside and, half as deep, from within.
+#[test]
+fn what_absorbs_lets_through_its_transmittance() {
+    for density in [DensityDescription::Homogeneous, ramp()] {
+        for extinction in [Rgb::splat(0.7), SPECTRAL] {
+            check_faults(&FAULTS, |fault| {
+                let mut scene = ball(extinction, Rgb::ZERO);
+                scene.media[0].density = density.clone();
+                spoil(&mut scene, fault);
+                let expected = extinction.to_array().map(|k| (-2.0 * f64::from(k)).exp());
+                agrees(&means(&scene, 3.0, 60_000), expected)
+            })
+            .unwrap();
+        }
+    }
+    // From the middle: the lower half of the ramp, ∫ 0.5 … 1.0 = 0.75.
+    let mut scene = ball(SPECTRAL, Rgb::ZERO);
+    scene.media[0].density = ramp();
+    let expected = SPECTRAL.to_array().map(|k| (-0.75 * f64::from(k)).exp());
+    agrees(&means(&scene, 0.0, 60_000), expected).unwrap();
+}
+
+/// The same by decomposition: flights and, where much is scattered, transmittances.
+#[test]
+fn decomposition_has_the_same_means() {
+    for extinction in [Rgb::splat(0.7), SPECTRAL] {
+        for albedo in [0.0, 1.0] {
+            check_faults(&[Fault::Dimmer], |fault| {
+                let mut scene = ball(extinction, Rgb::splat(albedo));
+                scene.media[0].density = ramp();
+                spoil(&mut scene, fault);
+                let expected = extinction.to_array().map(|k| (-2.0 * f64::from(k)).exp());
+                let expected = if albedo == 1.0 { [1.0; 3] } else { expected };
+                agrees(
+                    &means_by(&scene, 3.0, 40_000, VolumeTracking::Decomposition),
+                    expected,
+                )
+            })
+            .unwrap();
+        }
+    }
+}
+
+/// White light stays white where nothing is absorbed, whatever is in the way, in every channel.
+#[test]
+fn what_absorbs_nothing_is_not_seen() {
+    for density in [DensityDescription::Homogeneous, ramp()] {
+        for extinction in [Rgb::splat(1.5), SPECTRAL] {
+            check_faults(&[Fault::SomeAlbedo, Fault::Dimmer], |fault| {
+                let mut scene = ball(extinction, Rgb::ONE);
+                scene.media[0].density = density.clone();
+                match fault {
+                    Some(Fault::SomeAlbedo) => scene.media[0].albedo = Rgb::splat(0.98),
+                    fault => spoil(&mut scene, fault),
+                }
+                agrees(&means(&scene, 3.0, 40_000), [1.0; 3])
+            })
+            .unwrap();
+        }
+    }
+}
+
+/// `L = (1 − e^{−kτ}) L_e` of a medium that emits and absorbs, in the dark.
+#[test]
+fn what_emits_is_as_bright_as_it_is_opaque() {
+    for density in [DensityDescription::Homogeneous, ramp()] {
+        for extinction in [Rgb::splat(0.7), SPECTRAL] {
+            let radiance = Rgb::new(1.0, 2.0, 3.0);
+            check_faults(
+                &[Fault::MoreExtinction, Fault::BoundaryTurnedOver, Fault::Dimmer],
+                |fault| {
+                    let mut scene = ball(extinction, Rgb::ZERO);
+                    scene.media[0].density = density.clone();
+                    let dimmer = if matches!(fault, Some(Fault::Dimmer)) {
+                        0.98
+                    } else {
+                        1.0
+                    };
+                    spoil(&mut scene, fault);
+                    scene.emitters = Vec::new();
+                    scene.media[0].emission = Some(EmissionDescription {
+                        radiance: radiance * dimmer,
+                        grid: None,
+                    });
+                    let expected = [0, 1, 2]
+                        .map(|c| f64::from(radiance[c]) * (1.0 - (-2.0 * f64::from(extinction[c])).exp()));
+                    agrees(&means(&scene, 3.0, 60_000), expected)
+                },
+            )
+            .unwrap();
+        }
+    }
+}
+
+/// An image of one pixel by samples of the estimator itself, through the render loop's interface, and what a longest path of no or
+/// one edge shows.
+#[test]
+fn paths_of_one_edge_show_what_is_behind() {
+    let mut scene = ball(Rgb::splat(0.5), Rgb::ONE);
+    (scene.settings.width, scene.settings.height) = (1, 1);
+    scene.camera.to_world = Affine3A::from_translation(Vec3::new(0.0, 0.0, -9.0));
+    scene.camera.fov_x = 1e-3;
+    let scene = Scene::new(&scene).unwrap();
+    let mut mean = MeanTest::new();
+    let tracer = VolumePathTracer::with_depths(&scene, Some(1), u32::MAX);
+    for sample in 0..40_000 {
+        mean.push(f64::from(tracer.sample(0, 0, sample, 4).x));
+    }
+    judge(&mean, (-1.0f64).exp(), 1e-6).unwrap();
+    let dark = VolumePathTracer::with_depths(&scene, Some(0), u32::MAX);
+    assert_eq!(dark.sample(0, 0, 0, 4), Rgb::ZERO);
+}
+
+/// Roulette leaves the mean as it is.
+#[test]
+fn roulette_changes_no_mean() {
+    let scene = ball(Rgb::splat(2.0), Rgb::splat(0.9));
+    let with = |roulette_depth| {
+        let mut scene = scene.clone();
+        scene.settings.roulette_depth = roulette_depth;
+        means(&scene, 3.0, 120_000)
+    };
+    let (without, with) = (with(u32::MAX), with(2));
+    for (a, b) in without.iter().zip(&with) {
+        a.test_equal(b, 1e-6).unwrap();
+    }
+}

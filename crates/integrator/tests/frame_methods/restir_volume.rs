@@ -1,0 +1,125 @@
+//! Volumetric ReSTIR against path tracing through media.
+
+use crate::ensemble::Ensemble;
+use lightshed_integrator::{
+    CameraMotion, RestirVolume, RestirVolumeError, RestirVolumeOptions, VolumePathTracer,
+};
+use lightshed_scene::glam::{Affine3A, Vec3};
+use lightshed_scene::{Material, PhaseDescription, Rgb, Scene, SceneDescription, builtin};
+
+/// A built-in scene in small, with the given asymmetry.
+fn small(mut description: SceneDescription, [width, height]: [u32; 2], g: f32) -> SceneDescription {
+    (description.settings.width, description.settings.height) = (width, height);
+    description.media[0].phase = PhaseDescription::HenyeyGreenstein { g };
+    description
+}
+
+fn truth(scene: &Scene, scatterings: u32, samples: u32, images: u32) -> Ensemble {
+    let size = [scene.settings().width, scene.settings().height];
+    let tracer = VolumePathTracer::with_depths(scene, Some(scatterings + 1), u32::MAX);
+    Ensemble::of_estimator(&tracer, size, samples, images)
+}
+
+fn chains(scene: &Scene, options: RestirVolumeOptions, frames: u32, count: u64) -> Ensemble {
+    let make = || RestirVolume::new(scene, options, CameraMotion::STILL).unwrap();
+    Ensemble::of_chains(make, frames, count, 1)
+}
+
+/// Chains of three frames of each scene, scattered once, thrice and seven times, evenly and forward.
+#[test]
+fn frames_agree_with_path_tracing_through_media() {
+    let cloud = || builtin::cloud();
+    let cases = [
+        ("cloud", small(cloud(), [24, 16], 0.0), 1, 120, 24),
+        ("cloud", small(cloud(), [24, 16], 0.8), 3, 120, 24),
+        ("cloud", small(cloud(), [16, 8], 0.0), 7, 120, 24),
+        (
+            "smoke-in-cornell",
+            small(builtin::smoke_in_cornell(), [16, 16], 0.0),
+            1,
+            120,
+            24,
+        ),
+        (
+            "smoke-in-cornell",
+            small(builtin::smoke_in_cornell(), [16, 16], 0.8),
+            3,
+            120,
+            24,
+        ),
+        ("fire", small(builtin::fire(), [16, 16], 0.0), 1, 120, 24),
+        ("fire", small(builtin::fire(), [16, 16], 0.8), 3, 120, 24),
+    ];
+    for (name, description, scatterings, count, images) in cases {
+        let scene = Scene::new(&description).unwrap();
+        let mut options = RestirVolumeOptions::new(scatterings);
+        options.radius_pixels = 3.0;
+        let frames = chains(&scene, options, 3, count);
+        let agreement = frames.compare(&truth(&scene, scatterings, 64, images));
+        println!("{name}, K = {scatterings}: {agreement:?}");
+        agreement.verdict().unwrap();
+    }
+}
+
+/// The known bias under motion: small, and gone some frames after the camera has come to rest.
+#[test]
+fn a_moving_camera_is_a_little_biased_and_then_not() {
+    let per_frame = Vec3::new(0.1, 0.03, 0.0);
+    let moves = 4;
+    let mut there = small(builtin::cloud(), [24, 16], 0.0);
+    let scene = Scene::new(&there).unwrap();
+    there.camera.to_world = Affine3A::from_translation(per_frame * moves as f32) * there.camera.to_world;
+    let truth = truth(&Scene::new(&there).unwrap(), 1, 64, 24);
+    let motion = CameraMotion::translation(per_frame).unwrap().until(moves);
+    let mut options = RestirVolumeOptions::new(1);
+    options.radius_pixels = 3.0;
+    let frames = |count| {
+        let make = || RestirVolume::new(&scene, options, motion).unwrap();
+        Ensemble::of_chains(make, count, 120, 1).compare(&truth)
+    };
+    let moving = frames(moves + 1);
+    println!("moving: {moving:?}");
+    assert!(
+        moving.whole.iter().all(|(relative, _)| relative.abs() < 0.05),
+        "{moving:?}"
+    );
+    // The cap of 4 frames forgets what moved.
+    let rested = frames(moves + 9);
+    println!("rested: {rested:?}");
+    rested.verdict().unwrap();
+}
+
+#[test]
+fn options_and_scenes_out_of_range_are_refused() {
+    let mut description = small(builtin::cloud(), [4, 4], 0.0);
+    let scene = Scene::new(&description).unwrap();
+    let refused = |scene: &Scene, change: &dyn Fn(&mut RestirVolumeOptions)| {
+        let mut options = RestirVolumeOptions::default();
+        change(&mut options);
+        RestirVolume::new(scene, options, CameraMotion::STILL)
+            .err()
+            .unwrap()
+    };
+    for scatterings in [0, 9] {
+        let error = refused(&scene, &|o| o.scatterings = scatterings);
+        assert_eq!(error, RestirVolumeError::Scatterings);
+    }
+    assert_eq!(refused(&scene, &|o| o.walks = 0), RestirVolumeError::Walks);
+    let error = refused(&scene, &|o| o.confidence_cap = f32::NAN);
+    assert_eq!(error, RestirVolumeError::ConfidenceCap);
+    for level in [0, 5] {
+        assert_eq!(
+            refused(&scene, &|o| o.candidate_level = level),
+            RestirVolumeError::Level
+        );
+    }
+    assert_eq!(refused(&scene, &|o| o.reuse_level = 5), RestirVolumeError::Level);
+    let error = refused(&scene, &|o| o.radius_pixels = -1.0);
+    assert!(error.to_string().contains("radius"), "{error}");
+    description.materials.push(Material::Mirror {
+        reflectance: Rgb::ONE.into(),
+    });
+    let error = refused(&Scene::new(&description).unwrap(), &|_| ());
+    assert_eq!(error, RestirVolumeError::SharpMaterial(1));
+    assert!(error.to_string().contains("material 1"), "{error}");
+}
