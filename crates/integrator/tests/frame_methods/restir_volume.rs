@@ -28,34 +28,27 @@ fn chains(scene: &Scene, options: RestirVolumeOptions, frames: u32, count: u64) 
 /// Chains of three frames of each scene, scattered once, thrice and seven times, evenly and forward.
 #[test]
 fn frames_agree_with_path_tracing_through_media() {
-    let cloud = || builtin::cloud();
+    // From near enough that the light is not in view: its edges would be most of the noise.
+    let smoke = || {
+        let mut scene = builtin::smoke_in_cornell();
+        scene.camera.fov_x = 0.4;
+        scene
+    };
     let cases = [
-        ("cloud", small(cloud(), [24, 16], 0.0), 1, 120, 24),
-        ("cloud", small(cloud(), [24, 16], 0.8), 3, 120, 24),
-        ("cloud", small(cloud(), [16, 8], 0.0), 7, 120, 24),
-        (
-            "smoke-in-cornell",
-            small(builtin::smoke_in_cornell(), [16, 16], 0.0),
-            1,
-            120,
-            24,
-        ),
-        (
-            "smoke-in-cornell",
-            small(builtin::smoke_in_cornell(), [16, 16], 0.8),
-            3,
-            120,
-            24,
-        ),
-        ("fire", small(builtin::fire(), [16, 16], 0.0), 1, 120, 24),
-        ("fire", small(builtin::fire(), [16, 16], 0.8), 3, 120, 24),
+        ("cloud", small(builtin::cloud(), [24, 16], 0.0), 1),
+        ("cloud", small(builtin::cloud(), [16, 16], 0.8), 3),
+        ("cloud", small(builtin::cloud(), [16, 8], 0.0), 7),
+        ("smoke-in-cornell", small(smoke(), [16, 16], 0.8), 1),
+        ("smoke-in-cornell", small(smoke(), [16, 16], 0.0), 3),
+        ("fire", small(builtin::fire(), [16, 16], 0.0), 1),
+        ("fire", small(builtin::fire(), [16, 16], 0.8), 3),
     ];
-    for (name, description, scatterings, count, images) in cases {
+    for (name, description, scatterings) in cases {
         let scene = Scene::new(&description).unwrap();
         let mut options = RestirVolumeOptions::new(scatterings);
         options.radius_pixels = 3.0;
-        let frames = chains(&scene, options, 3, count);
-        let agreement = frames.compare(&truth(&scene, scatterings, 64, images));
+        let frames = chains(&scene, options, 3, 60);
+        let agreement = frames.compare(&truth(&scene, scatterings, 64, 16));
         println!("{name}, K = {scatterings}: {agreement:?}");
         agreement.verdict().unwrap();
     }
@@ -69,13 +62,13 @@ fn a_moving_camera_is_a_little_biased_and_then_not() {
     let mut there = small(builtin::cloud(), [24, 16], 0.0);
     let scene = Scene::new(&there).unwrap();
     there.camera.to_world = Affine3A::from_translation(per_frame * moves as f32) * there.camera.to_world;
-    let truth = truth(&Scene::new(&there).unwrap(), 1, 64, 24);
+    let truth = truth(&Scene::new(&there).unwrap(), 1, 64, 20);
     let motion = CameraMotion::translation(per_frame).unwrap().until(moves);
     let mut options = RestirVolumeOptions::new(1);
     options.radius_pixels = 3.0;
     let frames = |count| {
         let make = || RestirVolume::new(&scene, options, motion).unwrap();
-        Ensemble::of_chains(make, count, 120, 1).compare(&truth)
+        Ensemble::of_chains(make, count, 60, 1).compare(&truth)
     };
     let moving = frames(moves + 1);
     println!("moving: {moving:?}");
