@@ -148,6 +148,7 @@ pub fn doorway() -> SceneDescription {
             max_depth: Some(8),
             roulette_depth: 1000,
         },
+        ..SceneDescription::default()
     }
 }
 
