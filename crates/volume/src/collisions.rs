@@ -5,8 +5,8 @@
 //! exponential in the optical depth `r ∫ ρ̄ dt`, which is used up segment by segment: a segment of majorant 0 is crossed without
 //! drawing a number, and a new segment needs none either.
 
-use crate::Segment;
 use crate::exponential::exponential;
+use crate::{DensityAccessor, FieldRay, Segment};
 use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
 
@@ -19,6 +19,18 @@ pub struct TentativeCollision {
     pub majorant: f32,
     /// `ρ̌` there.
     pub minorant: f32,
+}
+
+/// Collisions of a block.
+pub(crate) const BLOCK: usize = 8;
+
+impl TentativeCollision {
+    /// Nowhere.
+    pub(crate) const NONE: Self = Self {
+        t: 0.0,
+        majorant: 0.0,
+        minorant: 0.0,
+    };
 }
 
 /// The tentative collisions along a ray's segments.
@@ -132,6 +144,26 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
                 .next()
                 .map(|segment| Stretch::new(segment, self.rate));
         }
+    }
+
+    /// The next collisions, of which memory is asked for; fewer than there is room for only at the end. For methods that go on whatever the
+    /// densities are: while the walk, which waits for no density, goes ahead, they come.
+    #[inline(always)]
+    pub(crate) fn next_block<'b, A: DensityAccessor>(
+        &mut self,
+        density: &A,
+        ray: &FieldRay,
+        rng: &mut (impl Rng + ?Sized),
+        block: &'b mut [TentativeCollision; BLOCK],
+    ) -> &'b [TentativeCollision] {
+        let mut count = 0;
+        while count < BLOCK {
+            let Some(collision) = self.next(rng) else { break };
+            density.prefetch(ray.at(collision.t));
+            block[count] = collision;
+            count += 1;
+        }
+        &block[..count]
     }
 
     /// `∫ ρ̄ dt` from the beginning to the last collision, or over all segments once [`TentativeCollisions::next`] has returned

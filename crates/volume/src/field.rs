@@ -61,6 +61,12 @@ pub trait DensityField {
 pub trait DensityAccessor {
     /// `ρ(x)` as [`DensityField::density`], whatever was looked up before.
     fn density(&mut self, position: Vec3) -> f32;
+
+    /// Asks for what a lookup at this place will read to be brought near. Changes nothing.
+    #[inline(always)]
+    fn prefetch(&self, position: Vec3) {
+        let _ = position;
+    }
 }
 
 /// The same density everywhere in a box, or in all of space.

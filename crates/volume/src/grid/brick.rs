@@ -107,3 +107,11 @@ pub(super) const CELL_CORNERS: [usize; 8] = {
     const Z: usize = CORNERS * CORNERS;
     [0, 1, Y, Y + 1, Z, Z + 1, Z + Y, Z + Y + 1]
 };
+
+/// Asks for the lines of a cell's corners: those of both faces along z, which may each lie in two.
+#[inline(always)]
+pub(super) fn prefetch(brick: &Brick, first: usize) {
+    for offset in [0, CELL_CORNERS[3], CELL_CORNERS[4], CELL_CORNERS[7]] {
+        lightshed_lanes::prefetch(&brick[first + offset]);
+    }
+}

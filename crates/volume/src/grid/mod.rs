@@ -238,6 +238,13 @@ pub struct BrickAccessor<'a, S> {
 
 impl<S: BrickStorage> DensityAccessor for BrickAccessor<'_, S> {
     #[inline(always)]
+    fn prefetch(&self, position: Vec3) {
+        let p = (position + Vec3::splat(0.5)).max(Vec3::ZERO).min(self.limit);
+        let (brick, corner) = self.grid.layout.locate([p.x as u32, p.y as u32, p.z as u32]);
+        self.grid.storage.prefetch(brick, corner);
+    }
+
+    #[inline(always)]
     fn density(&mut self, position: Vec3) -> f32 {
         let layout = &self.grid.layout;
         match self.filter {

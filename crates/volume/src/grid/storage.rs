@@ -14,6 +14,8 @@ pub(super) mod sealed {
         fn corner(&self, brick: usize, corner: usize) -> f32;
         /// The values at the eight corners of the cell whose first corner is given, x fastest.
         fn cell(&self, brick: usize, first: usize) -> [f32; 8];
+        /// Asks for the memory of a cell.
+        fn prefetch(&self, brick: usize, first: usize);
         /// Bytes of all bricks.
         fn bytes(&self) -> usize;
     }

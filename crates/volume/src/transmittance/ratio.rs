@@ -1,7 +1,8 @@
 //! Ratio tracking.
 
 use super::{Estimates, SpectralTransmittance, TransmittanceEstimate, rate_and_shares};
-use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
+use crate::collisions::BLOCK;
+use crate::{DensityAccessor, FieldRay, Segment, TentativeCollision, TentativeCollisions};
 use lightshed_sampling::rand::Rng;
 
 /// Transmittance by ratio tracking (Novák et al. 2014): `Π (1 − ρ/ρ̄)` over all tentative collisions. Unbiased, in [0, 1].
@@ -47,14 +48,21 @@ fn ratio<const N: usize, A: DensityAccessor>(
     let mut collisions = TentativeCollisions::new(segments, rate);
     let mut value = [1.0f32; N];
     let mut lookups = 0;
-    while let Some(collision) = collisions.next(rng) {
-        lookups += 1;
-        let ratio = density.density(ray.at(collision.t)) / collision.majorant;
-        for (value, share) in value.iter_mut().zip(shares) {
-            *value *= (1.0 - share * ratio).max(0.0);
+    let mut block = [TentativeCollision::NONE; BLOCK];
+    loop {
+        let block = collisions.next_block(density, ray, rng, &mut block);
+        for collision in block {
+            lookups += 1;
+            let ratio = density.density(ray.at(collision.t)) / collision.majorant;
+            for (value, share) in value.iter_mut().zip(shares) {
+                *value *= (1.0 - share * ratio).max(0.0);
+            }
         }
         if value.iter().all(|&v| v < f32::MIN_POSITIVE) {
             value = [0.0; N];
+            break;
+        }
+        if block.len() < BLOCK {
             break;
         }
     }

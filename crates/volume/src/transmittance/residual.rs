@@ -1,7 +1,8 @@
 //! Residual ratio tracking.
 
 use super::{Estimates, SpectralTransmittance, TransmittanceEstimate, rate_and_shares};
-use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
+use crate::collisions::BLOCK;
+use crate::{DensityAccessor, FieldRay, Segment, TentativeCollision, TentativeCollisions};
 use lightshed_sampling::rand::Rng;
 
 /// The control density `ρ_c` of [`residual_ratio_tracking`], by segment.
@@ -81,18 +82,25 @@ fn residual<const N: usize, A: DensityAccessor>(
     // In f64: factors may exceed 1, many of them f32's range.
     let mut value = [1.0f64; N];
     let mut lookups = 0;
-    while let Some(collision) = collisions.next(rng) {
-        lookups += 1;
-        let rest = density.density(ray.at(collision.t)) - collision.minorant;
-        let ratio = rest / collision.majorant;
-        for (value, share) in value.iter_mut().zip(shares) {
-            *value = (*value * f64::from(1.0 - share * ratio)).min(f64::MAX);
+    let mut block = [TentativeCollision::NONE; BLOCK];
+    loop {
+        let block = collisions.next_block(density, ray, rng, &mut block);
+        for collision in block {
+            lookups += 1;
+            let rest = density.density(ray.at(collision.t)) - collision.minorant;
+            let ratio = rest / collision.majorant;
+            for (value, share) in value.iter_mut().zip(shares) {
+                *value = (*value * f64::from(1.0 - share * ratio)).min(f64::MAX);
+            }
         }
         if value.iter().all(|v| v.abs() < VANISHED) {
             return Estimates {
                 value: [0.0; N],
                 lookups,
             };
+        }
+        if block.len() < BLOCK {
+            break;
         }
     }
     let value = core::array::from_fn(|c| {
