@@ -15,7 +15,7 @@ mod show;
 use arguments::Arguments;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use lightshed::integrator::{RgbImage, read_exr, write_exr};
+use lightshed::integrator::{RgbImage, VolumePathTracer, read_exr, write_exr};
 use lightshed::scene::Scene;
 use lightshed_evaluate::{
     Autocorrelation, ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Method, Record,
@@ -168,7 +168,12 @@ fn reference(
         bar.set_length(progress.samples_total.unwrap_or(1));
         bar.set_position(progress.samples_done);
     };
-    let reference = Reference::path_traced(scene, arguments.reference_spp, &observer, cancel)?;
+    let samples = arguments.reference_spp;
+    let reference = if scene.media().is_empty() {
+        Reference::path_traced(scene, samples, &observer, cancel)?
+    } else {
+        Reference::rendered(&VolumePathTracer::new(scene), scene, samples, &observer, cancel)?
+    };
     bar.finish_and_clear();
     write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
     Ok(reference)

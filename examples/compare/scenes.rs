@@ -15,7 +15,7 @@ pub struct Subject {
 }
 
 /// Built-in scenes, what they show, methods of which the first is the baseline, and the longest path.
-const DEFAULT: [(&str, &str, &[&str], Option<u32>); 2] = [
+const DEFAULT: [(&str, &str, &[&str], Option<u32>); 3] = [
     (
         "doorway",
         "A room lit through a door: path tracing against paths that pixels share.",
@@ -27,6 +27,12 @@ const DEFAULT: [(&str, &str, &[&str], Option<u32>); 2] = [
         "Direct light of many lamps: choosing them by power against choosing them for the point, and against reuse.",
         &["direct", "direct:tree", "direct:open-bvh", "restir-di"],
         Some(2),
+    ),
+    (
+        "cloud",
+        "A cloud under a sky: path tracing through media against paths that pixels and frames share.",
+        &["volpath", "volpath:decomposition", "restir-volume"],
+        Some(4),
     ),
 ];
 

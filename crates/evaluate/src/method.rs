@@ -2,9 +2,10 @@
 
 use crate::{EvaluateError, SampledFrames};
 use lightshed_integrator::{
-    CameraMotion, DirectLight, FrameMethod, LightChoosing, LightSelection, PathMapping, PathReuse,
-    PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, SceneWorld,
-    SelectedDirectLight, SelectedPathTracer,
+    CameraMotion, DirectLight, FrameMethod, LightChoosing, LightSelection, MAX_SCATTERINGS, PathMapping,
+    PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume,
+    RestirVolumeOptions, SceneWorld, SelectedDirectLight, SelectedPathTracer, VolumePathTracer,
+    VolumeTracking,
 };
 use lightshed_scene::Scene;
 use std::fmt;
@@ -17,6 +18,8 @@ use std::str::FromStr;
 /// | `path`, `direct`, `restir-di`, `restir-di-biased` | how emitters are chosen: `uniform`, `power`, `tree`, `two-level`, `bvh`, `open-bvh`; the scene's own table by power without one |
 /// | `restir-pt`, `restir-pt-offline` | the shift: `hybrid` (also without one), `reconnection` |
 /// | `path-reuse`, `restir-gi` | none |
+/// | `volpath` | `delta` tracking (also without one), `decomposition` |
+/// | `restir-volume` | most scattering vertices, 1 to 8; of those that the longest path of the scene's settings has if not given |
 ///
 /// ```
 /// use lightshed_evaluate::Method;
@@ -49,6 +52,13 @@ pub enum Method {
         mapping: PathMapping,
         /// Independent frames of many trees instead of a chain.
         offline: bool,
+    },
+    /// Path tracing through participating media.
+    Volpath(VolumeTracking),
+    /// Paths through participating media by reuse among pixels and frames.
+    RestirVolume {
+        /// Most scattering vertices of a path, if not as many as the scene's settings allow.
+        scatterings: Option<u32>,
     },
 }
 
@@ -103,6 +113,11 @@ impl<'a> Stage<'a> {
         let settings = scene.settings();
         let size = [settings.width, settings.height];
         let failure = |error: &dyn fmt::Display| method.failure(error);
+        if !scene.media().is_empty() && !method.knows_media() {
+            return Err(failure(
+                &"it knows nothing of the participating media that the scene has",
+            ));
+        }
         let selection = self.selection(&method)?;
         Ok(match method {
             Method::Path(None) => Box::new(SampledFrames::new(PathTracer::new(scene), size, SAMPLES)),
@@ -145,6 +160,17 @@ impl<'a> Stage<'a> {
                 let method = RestirPt::new(&self.world, options, CameraMotion::STILL);
                 Box::new(method.map_err(|error| failure(&error))?)
             }
+            Method::Volpath(tracking) => {
+                let tracer = VolumePathTracer::new(scene).with_tracking(tracking);
+                Box::new(SampledFrames::new(tracer, size, SAMPLES))
+            }
+            Method::RestirVolume { scatterings } => {
+                let edges = settings.max_depth.unwrap_or(u32::MAX);
+                let most = edges.saturating_sub(1).min(MAX_SCATTERINGS);
+                let options = RestirVolumeOptions::new(scatterings.unwrap_or(most));
+                let method = RestirVolume::new(scene, options, CameraMotion::STILL);
+                Box::new(method.map_err(|error| failure(&error))?)
+            }
         })
     }
 }
@@ -180,8 +206,16 @@ impl Method {
     pub fn is_chain(self) -> bool {
         matches!(
             self,
-            Self::RestirDi { .. } | Self::RestirGi | Self::RestirPt { offline: false, .. }
+            Self::RestirDi { .. }
+                | Self::RestirGi
+                | Self::RestirPt { offline: false, .. }
+                | Self::RestirVolume { .. }
         )
+    }
+
+    /// Whether it renders participating media.
+    pub fn knows_media(self) -> bool {
+        matches!(self, Self::Volpath(_) | Self::RestirVolume { .. })
     }
 
     fn failure(self, reason: impl fmt::Display) -> EvaluateError {
@@ -203,6 +237,8 @@ impl fmt::Display for Method {
             Self::RestirGi => "restir-gi",
             Self::RestirPt { offline: false, .. } => "restir-pt",
             Self::RestirPt { offline: true, .. } => "restir-pt-offline",
+            Self::Volpath(_) => "volpath",
+            Self::RestirVolume { .. } => "restir-volume",
         };
         f.write_str(name)?;
         match self {
@@ -210,6 +246,10 @@ impl fmt::Display for Method {
                 mapping: PathMapping::Reconnection,
                 ..
             } => f.write_str(":reconnection"),
+            Self::Volpath(VolumeTracking::Decomposition) => f.write_str(":decomposition"),
+            Self::RestirVolume {
+                scatterings: Some(scatterings),
+            } => write!(f, ":{scatterings}"),
             _ => match self.lights() {
                 Some(choosing) => write!(f, ":{}", choosing.name()),
                 None => Ok(()),
@@ -259,6 +299,17 @@ impl FromStr for Method {
                 mapping: mapping()?,
                 offline: name == "restir-pt-offline",
             }),
+            "volpath" => match variant {
+                None | Some("delta") => Ok(Self::Volpath(VolumeTracking::Delta)),
+                Some("decomposition") => Ok(Self::Volpath(VolumeTracking::Decomposition)),
+                Some(_) => Err(unknown()),
+            },
+            "restir-volume" => {
+                let scatterings = variant.map(|count| count.parse().map_err(|_| unknown()));
+                Ok(Self::RestirVolume {
+                    scatterings: scatterings.transpose()?,
+                })
+            }
             _ => Err(unknown()),
         }
     }
@@ -288,6 +339,10 @@ mod tests {
             "restir-pt",
             "restir-pt:reconnection",
             "restir-pt-offline",
+            "volpath",
+            "volpath:decomposition",
+            "restir-volume",
+            "restir-volume:2",
         ];
         let methods = names.map(|name| name.parse::<Method>().unwrap());
         let stage = Stage::new(&scene, &methods).unwrap();
@@ -300,6 +355,9 @@ mod tests {
                 .unwrap();
             assert!(image.iter().any(|value| *value != Rgb::ZERO), "{name} is black");
         }
+        let fire = Scene::new(&builtin::fire()).unwrap();
+        let among_media = Stage::new(&fire, &[]).unwrap();
+        assert!(among_media.start(Method::Path(None)).is_err());
         let other = Stage::new(&scene, &[]).unwrap();
         assert!(other.start("restir-di:bvh".parse().unwrap()).is_err());
     }
@@ -312,6 +370,8 @@ mod tests {
             "path:hybrid",
             "path-reuse:bvh",
             "restir-pt:tree",
+            "volpath:path",
+            "restir-volume:many",
             "restir-gi:",
             "path:",
         ] {
