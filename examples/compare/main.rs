@@ -15,11 +15,11 @@ mod show;
 use arguments::Arguments;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use lightshed::integrator::{RgbImage, VolumePathTracer, read_exr, write_exr};
+use lightshed::integrator::{VolumePathTracer, read_exr, write_exr};
 use lightshed::scene::Scene;
 use lightshed_evaluate::{
-    Autocorrelation, ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Method, Record,
-    Reference, ReportScene, Stage, TemporalStudy, html_report, run,
+    ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Method, Record, Reference,
+    ReportChain, ReportScene, SingleFrames, Stage, TemporalStudy, html_report, run,
 };
 use scenes::Subject;
 use std::error::Error;
@@ -46,7 +46,7 @@ struct Compared {
     subject: Subject,
     reference: Reference,
     contested: Contested,
-    chains: Vec<(String, Autocorrelation, RgbImage)>,
+    chains: Vec<ReportChain>,
 }
 
 /// Whether it was interrupted.
@@ -92,12 +92,15 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     )?;
     let page = arguments.out.join("report.html");
     fs::write(&page, html)?;
-    let records: Vec<&Record> = compared.iter().map(|done| &done.contested.record).collect();
+    let results: Vec<(&Record, &[ReportChain])> = compared
+        .iter()
+        .map(|done| (&done.contested.record, &done.chains[..]))
+        .collect();
     if arguments.json {
-        println!("{}", show::json(&machine, &records));
+        println!("{}", show::json(&machine, &results));
     } else {
-        for record in &records {
-            print!("{}", show::table(record));
+        for (record, chains) in &results {
+            print!("{}{}", show::table(record), show::frames(chains));
         }
         println!("report: {}", page.display());
     }
@@ -142,7 +145,7 @@ fn one(arguments: &Arguments, subject: Subject, cancel: &AtomicBool) -> Result<C
     let chains = if cancel.load(Ordering::Relaxed) {
         Vec::new()
     } else {
-        chains(stage, &subject.methods, cancel)?
+        chains(stage, &subject.methods, &reference, cancel)?
     };
     Ok(Compared {
         subject,
@@ -209,13 +212,22 @@ const CHAIN_FRAMES: u32 = 40;
 fn chains(
     stage: &Stage<'_>,
     methods: &[Method],
+    reference: &Reference,
     cancel: &AtomicBool,
-) -> Result<Vec<(String, Autocorrelation, RgbImage)>, EvaluateError> {
+) -> Result<Vec<ReportChain>, EvaluateError> {
     let mut chains = Vec::new();
     for method in methods.iter().filter(|method| method.is_chain()) {
         let mut started = stage.start(*method)?;
+        let plain = |samples| stage.start_with(methods[0], samples);
+        let single = SingleFrames::run(started.as_mut(), &plain, reference, 1, cancel)?;
+        let mut started = stage.start(*method)?;
         let study = TemporalStudy::run(started.as_mut(), CHAIN_FRAMES / 2, CHAIN_FRAMES, 0, cancel)?;
-        chains.push((method.to_string(), study.autocorrelation(20), study.slice()?));
+        chains.push(ReportChain {
+            name: method.to_string(),
+            single,
+            correlation: study.autocorrelation(20),
+            slice: study.slice()?,
+        });
     }
     Ok(chains)
 }

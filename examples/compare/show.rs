@@ -1,6 +1,6 @@
 //! Results as text.
 
-use lightshed_evaluate::{Interval, Metric, Record};
+use lightshed_evaluate::{Interval, Metric, Record, ReportChain};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -16,10 +16,14 @@ pub fn machine() -> String {
 }
 
 /// Standings and curves.
-pub fn json(machine: &str, records: &[&Record]) -> Value {
-    let scenes: Vec<Value> = records
+pub fn json(machine: &str, results: &[(&Record, &[ReportChain])]) -> Value {
+    let chain = |chain: &ReportChain| json!({ "method": chain.name, "single_frames": chain.single, "autocorrelation": chain.correlation });
+    let scenes: Vec<Value> = results
         .iter()
-        .map(|record| json!({ "record": record, "standings": record.standings() }))
+        .map(|(record, chains)| {
+            let chains: Vec<Value> = chains.iter().map(chain).collect();
+            json!({ "record": record, "standings": record.standings(), "chains": chains })
+        })
         .collect();
     json!({ "machine": machine, "scenes": scenes })
 }
@@ -51,6 +55,23 @@ pub fn table(record: &Record) -> String {
             let _ = write!(text, " {error:>10} {speedup:>22}");
         }
         text.push('\n');
+    }
+    text
+}
+
+/// Single frames of chains.
+pub fn frames(chains: &[ReportChain]) -> String {
+    let mut text = String::new();
+    for ReportChain { name, single, .. } in chains {
+        let _ = writeln!(
+            text,
+            "  a frame of {name} ({:.2} s): MAPE {:.3}; the baseline in that time ({} samples): {:.3}; {:+.0} %",
+            single.seconds,
+            single.errors.mape,
+            single.plain_samples,
+            single.plain_errors.mape,
+            100.0 * (single.errors.mape / single.plain_errors.mape - 1.0)
+        );
     }
     text
 }

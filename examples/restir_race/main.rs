@@ -11,18 +11,17 @@
 use clap::Parser;
 use lightshed::integrator::{
     CameraMotion, FrameMethod, Neighbourhood, PathMapping, PathReuse, PathTracer, RestirPt, RestirPtOptions,
-    RgbImage, SceneWorld, process_cpu_seconds, read_exr,
+    SceneWorld, read_exr,
 };
-use lightshed::scene::{Rgb, Scene, builtin, import};
+use lightshed::scene::{Scene, builtin, import};
 use lightshed_evaluate::{
-    ContestOptions, Contestant, EvaluateError, Metric, Reference, SampledFrames, run as contest,
+    ContestOptions, Contestant, EvaluateError, Metric, Reference, SampledFrames, SingleFrames, run as contest,
 };
 use serde_json::{Value, json};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 #[derive(Parser, Debug)]
 #[command(about = "Run time against error of path tracing, path reuse and ReSTIR path tracing")]
@@ -187,19 +186,31 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         &never,
     )?;
     let record = contested.record;
-    let chains = [PathMapping::Reconnection, PathMapping::Hybrid].map(|mapping| {
-        let method = RestirPt::new(world, RestirPtOptions::real_time(mapping), CameraMotion::STILL)?;
-        real_time(method, &scene, &reference)
-    });
-    let [reconnection, hybrid] = chains;
-    let chains = [("reconnection", reconnection?), ("hybrid", hybrid?)];
+    let plain = |samples| {
+        let frames = SampledFrames::new(PathTracer::new(&scene), size, samples);
+        Ok(Box::new(frames) as Box<dyn FrameMethod + '_>)
+    };
+    let mut chains = Vec::new();
+    for (name, mapping) in [
+        ("reconnection", PathMapping::Reconnection),
+        ("hybrid", PathMapping::Hybrid),
+    ] {
+        let mut method = RestirPt::new(world, RestirPtOptions::real_time(mapping), CameraMotion::STILL)?;
+        chains.push((
+            name,
+            SingleFrames::run(&mut method, &plain, &reference, 21, &never)?,
+        ));
+    }
 
     for metric in Metric::ALL {
         let file = format!("{}.svg", metric.name().to_lowercase());
         std::fs::write(arguments.plots.join(file), record.plot(metric).svg())?;
     }
     if arguments.json {
-        let chains: Vec<Value> = chains.iter().map(|(name, chain)| chain.json(name)).collect();
+        let chains: Vec<Value> = chains
+            .iter()
+            .map(|(name, single)| json!({ "shift": name, "single_frames": single }))
+            .collect();
         let standings = record.standings();
         println!(
             "{}",
@@ -219,8 +230,15 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             }
             println!();
         }
-        for (name, chain) in &chains {
-            println!("{}", chain.text(name));
+        for (name, single) in &chains {
+            println!(
+                "a frame of restir-pt {name} ({:.2} s): MAPE {:.4}; path tracing in that time ({} samples): {:.4}; {:+.0} %",
+                single.seconds,
+                single.errors.mape,
+                single.plain_samples,
+                single.plain_errors.mape,
+                100.0 * (single.errors.mape / single.plain_errors.mape - 1.0)
+            );
         }
         println!("plots in {}", arguments.plots.display());
     }
@@ -229,93 +247,3 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 
 /// Samples of a pixel in a frame of path tracing in the contest.
 const SAMPLES: u32 = 4;
-
-/// Single frames of a chain, and path tracing in the time of one.
-struct RealTime {
-    cpu_seconds: f64,
-    mse: f64,
-    mape: f64,
-    path_samples: u32,
-    path_mse: f64,
-    path_mape: f64,
-}
-
-impl RealTime {
-    fn json(&self, shift: &str) -> Value {
-        json!({
-            "method": "restir-pt",
-            "shift": shift,
-            "cpu_seconds_per_frame": self.cpu_seconds,
-            "mse": self.mse,
-            "mape": self.mape,
-            "path_samples": self.path_samples,
-            "path_mse": self.path_mse,
-            "path_mape": self.path_mape,
-        })
-    }
-
-    fn text(&self, shift: &str) -> String {
-        format!(
-            "restir-pt {shift}: a frame {:.2} s  MSE {:.3e}  MAPE {:.4};  path tracing, {} samples  MSE {:.3e}  MAPE {:.4}: \
-             MAPE {:+.0} %",
-            self.cpu_seconds,
-            self.mse,
-            self.mape,
-            self.path_samples,
-            self.path_mse,
-            self.path_mape,
-            100.0 * (self.mape / self.path_mape - 1.0)
-        )
-    }
-}
-
-/// Frames to fill the history with, and frames that are judged.
-const WARM: u32 = 20;
-const JUDGED: u32 = 4;
-
-fn real_time(
-    mut method: impl FrameMethod,
-    scene: &Scene,
-    reference: &Reference,
-) -> Result<RealTime, Box<dyn Error>> {
-    let size = reference.size();
-    let mut image = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
-    let never = AtomicBool::new(false);
-    let start = Instant::now();
-    let clock = || process_cpu_seconds().unwrap_or_else(|| start.elapsed().as_secs_f64());
-    let errors = |image: &[Rgb]| {
-        let pixels = image.iter().map(|value| value.to_array()).collect();
-        reference.errors(&RgbImage::new(size[0], size[1], pixels)?)
-    };
-    let mut found = RealTime {
-        cpu_seconds: 0.0,
-        mse: 0.0,
-        mape: 0.0,
-        path_samples: 1,
-        path_mse: 0.0,
-        path_mape: 0.0,
-    };
-    for frame in 0..WARM + JUDGED {
-        let before = clock();
-        method.render_frame(frame, 21, &mut image, &never);
-        if frame >= WARM {
-            found.cpu_seconds += (clock() - before) / f64::from(JUDGED);
-            let errors = errors(&image)?;
-            found.mse += errors.mse / f64::from(JUDGED);
-            found.mape += errors.mape / f64::from(JUDGED);
-        }
-    }
-    let mut path = SampledFrames::new(PathTracer::new(scene), size, SAMPLES);
-    let before = clock();
-    path.render_frame(0, 1, &mut image, &never);
-    let sample_seconds = (clock() - before) / f64::from(SAMPLES);
-    found.path_samples = (found.cpu_seconds / sample_seconds).round().max(1.0) as u32;
-    let mut path = SampledFrames::new(PathTracer::new(scene), size, found.path_samples);
-    for repeat in 0..JUDGED {
-        path.render_frame(repeat, 31, &mut image, &never);
-        let errors = errors(&image)?;
-        found.path_mse += errors.mse / f64::from(JUDGED);
-        found.path_mape += errors.mape / f64::from(JUDGED);
-    }
-    Ok(found)
-}

@@ -4,7 +4,8 @@
 //! turns, so that a noisy machine treats all alike; a [`Record`] holds what was measured, goes into a file and can be taken up
 //! again; its [`standings`](Record::standings) tell errors at equal time and time to equal error with intervals, from independent
 //! repeats. A [`Reference`] says what the truth is and how well it is known: its own noise is taken off squared errors.
-//! [`TemporalStudy`] looks at chains of frames, [`html_report`] shows all of it on a page.
+//! [`SingleFrames`] sets a frame of a chain against a plain method in the same time, [`TemporalStudy`] looks at how frames hang
+//! together, [`html_report`] shows all of it on a page.
 //!
 //! ```
 //! use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, SampledFrames, run};
@@ -44,6 +45,7 @@ mod method;
 mod plot;
 mod reference;
 mod report;
+mod single;
 mod summary;
 mod temporal;
 
@@ -55,6 +57,7 @@ pub use interval::Interval;
 pub use method::{Method, Stage};
 pub use plot::Plot;
 pub use reference::Reference;
-pub use report::{ReportScene, html_report};
+pub use report::{ReportChain, ReportScene, html_report};
+pub use single::SingleFrames;
 pub use summary::{MetricStanding, Standing};
 pub use temporal::{Autocorrelation, TemporalStudy};

@@ -109,6 +109,19 @@ impl<'a> Stage<'a> {
     /// # Errors
     /// [`EvaluateError::Method`] where the scene or the method's parameters do not allow it, or the stage was made for others.
     pub fn start<'b>(&'b self, method: Method) -> Result<Box<dyn FrameMethod + 'b>, EvaluateError> {
+        self.start_with(method, SAMPLES)
+    }
+
+    /// The same with so many samples in every pixel of a frame, where the method takes samples: for others the number means
+    /// nothing.
+    ///
+    /// # Errors
+    /// As [`Stage::start`].
+    pub fn start_with<'b>(
+        &'b self,
+        method: Method,
+        samples: u32,
+    ) -> Result<Box<dyn FrameMethod + 'b>, EvaluateError> {
         let scene = self.scene;
         let settings = scene.settings();
         let size = [settings.width, settings.height];
@@ -120,18 +133,18 @@ impl<'a> Stage<'a> {
         }
         let selection = self.selection(&method)?;
         Ok(match method {
-            Method::Path(None) => Box::new(SampledFrames::new(PathTracer::new(scene), size, SAMPLES)),
+            Method::Path(None) => Box::new(SampledFrames::new(PathTracer::new(scene), size, samples)),
             Method::Path(Some(choosing)) => {
                 let own = LightSelection::new(scene, choosing).map_err(|error| failure(&error))?;
                 let depth = settings.max_depth;
                 let tracer = SelectedPathTracer::new(scene, own, depth, settings.roulette_depth);
-                Box::new(SampledFrames::new(tracer, size, SAMPLES))
+                Box::new(SampledFrames::new(tracer, size, samples))
             }
-            Method::Direct(None) => Box::new(SampledFrames::new(DirectLight::new(scene), size, SAMPLES)),
+            Method::Direct(None) => Box::new(SampledFrames::new(DirectLight::new(scene), size, samples)),
             Method::Direct(Some(choosing)) => {
                 let own = LightSelection::new(scene, choosing).map_err(|error| failure(&error))?;
                 let direct = SelectedDirectLight::new(scene, own, 1, 1).map_err(|error| failure(&error))?;
-                Box::new(SampledFrames::new(direct, size, SAMPLES))
+                Box::new(SampledFrames::new(direct, size, samples))
             }
             Method::PathReuse => Box::new(PathReuse::new(scene)),
             Method::RestirDi { biased, .. } => {
@@ -162,7 +175,7 @@ impl<'a> Stage<'a> {
             }
             Method::Volpath(tracking) => {
                 let tracer = VolumePathTracer::new(scene).with_tracking(tracking);
-                Box::new(SampledFrames::new(tracer, size, SAMPLES))
+                Box::new(SampledFrames::new(tracer, size, samples))
             }
             Method::RestirVolume { scatterings } => {
                 let edges = settings.max_depth.unwrap_or(u32::MAX);

@@ -3,7 +3,7 @@
 mod page;
 mod picture;
 
-use crate::{Autocorrelation, EvaluateError, Interval, Metric, Record, Reference, Standing};
+use crate::{Autocorrelation, EvaluateError, Interval, Metric, Record, Reference, SingleFrames, Standing};
 use lightshed_integrator::RgbImage;
 use page::{escape, figure};
 use picture::{error_colours, exposure_of, png_data};
@@ -22,8 +22,21 @@ pub struct ReportScene<'a> {
     pub reference: &'a Reference,
     /// An image for every name of the record.
     pub images: &'a [RgbImage],
-    /// Chains: a name, how its frames hang together, and a row over time.
-    pub chains: &'a [(String, Autocorrelation, RgbImage)],
+    /// Methods whose frames depend on those before.
+    pub chains: &'a [ReportChain],
+}
+
+/// What the page shows of a chain of frames.
+#[derive(Clone, Debug)]
+pub struct ReportChain {
+    /// Its name.
+    pub name: String,
+    /// Single frames against the baseline.
+    pub single: SingleFrames,
+    /// How frames hang together.
+    pub correlation: Autocorrelation,
+    /// A row over time, see [`TemporalStudy::slice`](crate::TemporalStudy::slice).
+    pub slice: RgbImage,
 }
 
 /// The page, as HTML. `machine` is a line about where it was made; `command` what makes it again.
@@ -105,11 +118,34 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
 
 fn chains(body: &mut String, scene: &ReportScene<'_>) -> Result<(), EvaluateError> {
     body.push_str(
-        "<h3>Frames of chains</h3>\n<p>One row of pixels, a frame a line: what lives on from frame to frame shows as \
+        "<h3>Frames of chains</h3>\n<table><thead><tr><th>a frame after twenty others</th><th>seconds</th><th>MAPE</th><th>baseline, \
+         samples in that time</th><th>its MAPE</th></tr></thead><tbody>\n",
+    );
+    for chain in scene.chains {
+        let single = &chain.single;
+        let _ = writeln!(
+            body,
+            "<tr><td>{}</td><td>{:.3}</td><td>{:.4} ({:+.0} %)</td><td>{}</td><td>{:.4}</td></tr>",
+            escape(&chain.name),
+            single.seconds,
+            single.errors.mape,
+            100.0 * (single.errors.mape / single.plain_errors.mape - 1.0),
+            single.plain_samples,
+            single.plain_errors.mape,
+        );
+    }
+    body.push_str(
+        "</tbody></table>\n<p>One row of pixels, a frame a line: what lives on from frame to frame shows as \
          stripes.</p>\n<div class=\"grid\">\n",
     );
     let exposure = exposure_of(scene.reference.image());
-    for (name, correlation, slice) in scene.chains {
+    for chain in scene.chains {
+        let ReportChain {
+            name,
+            correlation,
+            slice,
+            ..
+        } = chain;
         let caption = format!(
             "{name}: lag 1 {:.2}, lag 5 {:.2}; {:.1} frames count as one",
             correlation.by_lag.get(1).copied().unwrap_or(0.0),
@@ -202,14 +238,25 @@ mod tests {
         let image = RgbImage::new(4, 4, vec![[0.5, 0.4, 0.3]; 16]).unwrap();
         let (record, reference) = (record(), Reference::stored(image.clone()).unwrap());
         let images = [image.clone(), image.clone()];
-        let chains = [(
-            "chain".to_owned(),
-            Autocorrelation {
+        let errors = Errors {
+            mse: 1.0,
+            rel_mse: 1.0,
+            mape: 0.25,
+        };
+        let chains = [ReportChain {
+            name: "chain".to_owned(),
+            single: SingleFrames {
+                seconds: 0.1,
+                errors,
+                plain_samples: 3,
+                plain_errors: Errors { mape: 0.5, ..errors },
+            },
+            correlation: Autocorrelation {
                 by_lag: vec![1.0, 0.5],
                 time: 2.0,
             },
-            image,
-        )];
+            slice: image,
+        }];
         let scene = ReportScene {
             title: "a <scene>".into(),
             description: "two & two".into(),
@@ -219,6 +266,7 @@ mod tests {
             chains: &chains,
         };
         let html = html_report("Title", "a machine", "a command", std::slice::from_ref(&scene)).unwrap();
+        assert!(html.contains("-50 %"), "half the baseline's error");
         assert!(html.contains("a &lt;scene&gt;") && html.contains("two &amp; two"));
         assert_eq!(html.matches("<svg").count(), 3);
         assert_eq!(html.matches("type=\"range\"").count(), 2);
