@@ -173,3 +173,6 @@ impl Iterator for Segments<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,8 @@
 use super::*;
 use crate::DensityField;
 use crate::testing::{Medium, media, random_path};
-use lightshed_testkit::{check_faults, relative_error, rng};
+use lightshed_sampling::{CounterRng, f64_from_u64};
+use lightshed_testkit::{MeanTest, check_faults, relative_error, rng};
 
 const FILTERS: [Filter; 2] = [Filter::Nearest, Filter::Trilinear];
 
@@ -175,4 +176,60 @@ fn hostile_rays_are_defined() {
             }
         }
     }
+}
+
+#[test]
+fn distances_of_one_channel_serve_all_by_their_densities() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        OtherChannelsIgnored,
+        EscapeWeighsOne,
+    }
+    let medium = &media(Filter::Trilinear)[0];
+    let path = random_path(medium, &mut rng(15));
+    let whole = medium.depth(&path);
+    let extinction = [0.0, 0.5, 3.0].map(|tau| (tau / whole) as f32);
+    let middle = 0.5 * (path.interval.t0 + path.interval.t1);
+    // In each channel: the probability of coming through, and of a collision before the middle. False-positive rate 1e-6 each.
+    let upto = crate::testing::Path {
+        interval: Interval {
+            t1: middle,
+            ..path.interval
+        },
+        ..path
+    };
+    let before = medium.depth(&upto);
+    check_faults(&[Fault::OtherChannelsIgnored, Fault::EscapeWeighsOne], |fault| {
+        let mut tests = [[MeanTest::new(); 2]; 3];
+        for i in 0..20_000 {
+            let mut rng = CounterRng::new(16, i, 0);
+            let hero = (rng.next_f32() * 3.0) as usize;
+            let u = f64_from_u64(rng.next_u64());
+            let flight = regular_flight(&medium.grid, &path.ray, path.interval, extinction[hero], u);
+            let pdf = extinction.map(|k| f64::from(flight.pdf(k)));
+            let mean = match fault {
+                Some(Fault::OtherChannelsIgnored) => pdf[hero],
+                _ => pdf.iter().sum::<f64>() / 3.0,
+            };
+            for c in 0..3 {
+                let weight = if mean > 0.0 { pdf[c] / mean } else { 0.0 };
+                let through = flight.distance.is_none();
+                let early = flight.distance.is_some_and(|t| t < middle);
+                let escape = if let Some(Fault::EscapeWeighsOne) = fault {
+                    1.0
+                } else {
+                    weight
+                };
+                tests[c][0].push(if through { escape } else { 0.0 });
+                tests[c][1].push(if early { weight } else { 0.0 });
+            }
+        }
+        for c in 0..3 {
+            let k = f64::from(extinction[c]);
+            tests[c][0].test_against((-k * whole).exp(), 1e-6)?;
+            tests[c][1].test_against(-(-k * before).exp_m1(), 1e-6)?;
+        }
+        Ok::<(), lightshed_testkit::StatisticsError>(())
+    })
+    .unwrap();
 }
