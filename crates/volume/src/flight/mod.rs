@@ -59,7 +59,12 @@ impl KnownFlight {
     /// `e^{−k ∫ρ}` up to where light came.
     #[inline]
     pub fn transmittance(&self, extinction: f32) -> f32 {
-        (-f64::from(extinction) * self.depth).exp() as f32
+        // The depth of an endless medium is infinite, and 0 · ∞ no number.
+        if extinction > 0.0 {
+            (-f64::from(extinction) * self.depth).exp() as f32
+        } else {
+            1.0
+        }
     }
 }
 

@@ -344,6 +344,12 @@ fn homogeneous_flights_have_their_density() {
         t1: f32::INFINITY,
     };
     assert!(homogeneous_flight(1e-30, endless, 1e-30, 0.5).distance.is_some());
+    // A channel without extinction comes through an endless medium, in which the others do not.
+    let flight = homogeneous_flight(1.0, endless, 0.0, 0.5);
+    assert_eq!(
+        (flight.distance, flight.pdf(0.0), flight.pdf(1.0)),
+        (None, 1.0, 0.0)
+    );
 }
 
 #[test]
