@@ -19,7 +19,7 @@ use lightshed::integrator::{
     Budget, CameraMotion, FrameMethod, RenderOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
     VolumeTracking, process_cpu_seconds, render,
 };
-use lightshed::scene::{PhaseDescription, Rgb, Scene, SceneDescription, builtin, import};
+use lightshed::scene::{PhaseDescription, Rgb, Scene, SceneDescription, builtin, import, luminance};
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -196,7 +196,7 @@ fn lap(
     let tracer = VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
     let reference = image(&tracer, &settings_of(&scene), options.reference, 1 << 20)?.0;
     let mut method = RestirVolume::new(&scene, RestirVolumeOptions::new(scatterings), CameraMotion::STILL)?;
-    let (mut error, mut seconds) = (0.0, 0.0);
+    let (mut error, mut grey_error, mut seconds) = (0.0, 0.0, 0.0);
     let mut frame_image = vec![Rgb::ZERO; pixels];
     for frame in 0..WARM_UP + options.repeats {
         let before = process_cpu_seconds().ok_or("no CPU time")?;
@@ -206,10 +206,11 @@ fn lap(
         if frame >= WARM_UP {
             seconds += process_cpu_seconds().ok_or("no CPU time")? - before;
             error += mean_squared(&frame_image, &reference);
+            grey_error += mean_squared(&grey(&frame_image), &grey(&reference));
         }
     }
     let frames = f64::from(options.repeats);
-    let (error, seconds) = (error / frames, seconds / frames);
+    let (error, grey_error, seconds) = (error / frames, grey_error / frames, seconds / frames);
     let mut line = format!("reuse {seconds:.3} s {error:.3e}");
     for (name, tracking) in [
         ("volpath", VolumeTracking::Delta),
@@ -222,9 +223,12 @@ fn lap(
         // The error of independent samples is theirs over their number.
         let equal = f64::from(samples) * seconds / spent;
         let at_equal_time = mean_squared(&path_traced, &reference) * f64::from(samples) / equal;
+        let grey_at_equal_time =
+            mean_squared(&grey(&path_traced), &grey(&reference)) * f64::from(samples) / equal;
         line += &format!(
-            "   {name} {equal:.1} spp {at_equal_time:.3e} ratio {:.2}",
-            at_equal_time / error
+            "   {name} {equal:.1} spp {at_equal_time:.3e} ratio {:.2} (luminance {:.2})",
+            at_equal_time / error,
+            grey_at_equal_time / grey_error
         );
     }
     Ok(line)
@@ -252,6 +256,11 @@ fn image(
         values.extend((0..width).map(|x| Rgb::from(mean.get(x, y).unwrap_or_default())));
     }
     Ok((values, outcome.cpu_seconds.ok_or("no CPU time")?))
+}
+
+/// Luminance in all channels.
+fn grey(image: &[Rgb]) -> Vec<Rgb> {
+    image.iter().map(|&value| Rgb::splat(luminance(value))).collect()
 }
 
 fn mean_squared(a: &[Rgb], b: &[Rgb]) -> f64 {

@@ -2,10 +2,10 @@
 
 use super::path::{
     Evaluation, MAX_SCATTERINGS, PathCoordinates, Step, Vertex, VolumePath, emission, surface_vertex,
-    target_of, transmitted,
+    target_of,
 };
 use super::pixel::{First, VolumePixel, VolumeReservoir};
-use super::through::Landing;
+use super::through::{Landing, transmitted};
 use crate::ray_tally::RayKind;
 use lightshed_resampling::{ContributionWeight, MixtureRis};
 use lightshed_sampling::{CounterRng, f64_from_u64};
@@ -69,14 +69,10 @@ impl Evaluation<'_> {
                 let (u_select, u) = (rng.next_u64(), rng.next_2d());
                 let emitters = self.volumes.scene.emitters();
                 if let Some(endpoint) = emitters.sample_endpoint(walk.vertex.position(), u_select, u)
-                    && let Some((lit, pdf)) = self.lit(&walk.vertex, &endpoint)
+                    && let Some(lit) = self.lit(&walk.vertex, &endpoint)
                 {
-                    offer(
-                        walk.path.with_endpoint(endpoint),
-                        walk.value * lit,
-                        walk.pdf * pdf,
-                        rng,
-                    );
+                    let path = walk.path.with_endpoint(endpoint, lit.radiance);
+                    offer(path, walk.value * lit.value, walk.pdf * lit.pdf, rng);
                 }
                 scattered += 1;
                 if !self.walk_on(&mut walk, scattered, scatterings, level, rng) {

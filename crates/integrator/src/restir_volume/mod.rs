@@ -15,12 +15,11 @@ pub use path::MAX_SCATTERINGS;
 use crate::camera_motion::pixel_seeing;
 use crate::ray_tally::{RayKind, RayTally};
 use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
-use coarse::CoarseMedium;
-use lightshed_resampling::{Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
+use lightshed_resampling::{Contribution, Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
 use lightshed_sampling::{CounterRng, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2};
 use lightshed_scene::{Camera, Material, Rgb, Scene};
-use path::{Evaluation, VolumePath, transmitted};
+use path::{Evaluation, VolumePath};
 use pixel::{VolumePixel, VolumeReservoir};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,10 +31,10 @@ use through::Volumes;
 /// coarse, piecewise constant copy of the density, whose density `p` is known in closed form; every vertex is connected to a sampled
 /// emitter, and one that emits is the end of a path itself. RIS keeps one of them, by the luminance of `F` with coarse transmittances
 /// (eqs. 5.17–5.20, A.1). It is *merged* with what a pixel of the frame before held, then with neighbours of this frame, under balance MIS:
-/// distances and directions stay, so vertices move with the camera ray (direction reuse, §5.4.2, with Jacobian 1). The survivor is
-/// *shaded* with exact transmittances. Targets are coarse but positive wherever light is: they cost noise, not bias.
+/// distances and directions stay, so vertices move with the camera ray (direction reuse, §5.4.2, with Jacobian 1). The last merge
+/// *shades* by the sum over its inputs, with unbiased estimates of transmittance (unbiased ray marching). Targets are coarse but positive wherever light is: they cost noise, not bias.
 ///
-/// Light that arrives unscattered is added exactly.
+/// Light that arrives unscattered is added by itself.
 ///
 /// Every frame of a still camera has the expectation of [`VolumePathTracer`](crate::VolumePathTracer) with a longest path of `K + 1` edges.
 /// Under motion the place in the frame before is chosen by the pixel's own path (*stochastic reprojection*, §5.4.4), which is slightly
@@ -74,14 +73,20 @@ pub struct RestirVolume<'a> {
 #[derive(Clone, Copy)]
 enum Pass {
     Camera,
+    Unscattered,
     Candidates,
     Velocity,
     Temporal,
     Spatial,
+    /// The inputs of a merge follow each other.
+    Shade,
 }
 
 /// Words of one pass; far more than any draws.
 const WORDS_PER_PASS: u32 = 1 << 24;
+
+/// Words of one input that shades.
+const WORDS_PER_INPUT: u32 = 1 << 18;
 
 /// Which frame, seen by whom.
 #[derive(Clone, Copy)]
@@ -105,13 +110,12 @@ impl<'a> RestirVolume<'a> {
         if let Some(index) = scene.materials().iter().position(is_sharp) {
             return Err(RestirVolumeError::SharpMaterial(index as u32));
         }
-        let most = options.candidate_level.max(options.reuse_level);
-        let coarse = scene.media().iter().map(|medium| CoarseMedium::new(medium, most));
+        let most = options
+            .candidate_level
+            .max(options.reuse_level)
+            .max(options.shadow_level);
         Ok(Self {
-            volumes: Volumes {
-                scene,
-                coarse: coarse.collect(),
-            },
+            volumes: Volumes::new(scene, most),
             options,
             pattern,
             motion,
@@ -138,12 +142,23 @@ impl<'a> RestirVolume<'a> {
         rng
     }
 
-    fn evaluation(&self, level: u32) -> Evaluation<'_> {
+    fn evaluation(&self, level: u32, shadow_level: u32) -> Evaluation<'_> {
         Evaluation {
             volumes: &self.volumes,
             tally: &self.tally,
             level,
+            shadow_level,
         }
+    }
+
+    /// That of candidates.
+    fn proposed(&self) -> Evaluation<'_> {
+        self.evaluation(self.options.candidate_level, self.options.candidate_level)
+    }
+
+    /// That of reuse.
+    fn reused(&self) -> Evaluation<'_> {
+        self.evaluation(self.options.reuse_level, self.options.shadow_level)
     }
 
     /// What each pixel looks along, a fresh reservoir, and unscattered light in the image. False if cancelled.
@@ -158,10 +173,7 @@ impl<'a> RestirVolume<'a> {
         let scene = self.volumes.scene;
         let medium = scene.camera_medium(view.camera);
         let width = self.extent().width as usize;
-        let (candidates, reuse) = (
-            self.evaluation(self.options.candidate_level),
-            self.evaluation(self.options.reuse_level),
-        );
+        let (candidates, reuse) = (self.proposed(), self.reused());
         let chunks = pixels
             .par_chunks_mut(MAX_BATCH)
             .zip(fresh.par_chunks_mut(MAX_BATCH))
@@ -183,7 +195,7 @@ impl<'a> RestirVolume<'a> {
                 };
                 let level = self.options.reuse_level.max(1);
                 pixel.look(&self.volumes, view.camera.ray(film, u_lens), medium, level);
-                *value = self.unscattered(pixel);
+                *value = self.unscattered(pixel, &mut self.rng(view, index, Pass::Unscattered));
                 let mut rng = self.rng(view, index, Pass::Candidates);
                 let RestirVolumeOptions {
                     walks,
@@ -202,7 +214,7 @@ impl<'a> RestirVolume<'a> {
     }
 
     /// Light that arrives along a camera ray without having been scattered, but for what media emit.
-    fn unscattered(&self, pixel: &VolumePixel) -> Rgb {
+    fn unscattered(&self, pixel: &VolumePixel, rng: &mut CounterRng) -> Rgb {
         let emitters = self.volumes.scene.emitters();
         let emitted = match pixel.surface_point() {
             Some(point) => emitters.radiance(point, pixel.ray.direction),
@@ -214,12 +226,11 @@ impl<'a> RestirVolume<'a> {
             return Rgb::ZERO;
         }
         // Where nothing is in the way at the coarse level, nothing is.
-        let depth = if pixel.depth_of_surface() == DVec3::ZERO {
-            DVec3::ZERO
-        } else {
-            self.volumes.through(&pixel.ray, pixel.medium, 0).depth
-        };
-        (transmitted(depth) * emitted.as_dvec3()).as_vec3()
+        if pixel.depth_of_surface() == DVec3::ZERO {
+            return emitted;
+        }
+        let through = self.volumes.estimate(&pixel.ray, pixel.medium, rng);
+        (through.transmittance * emitted.as_dvec3()).as_vec3()
     }
 
     /// All reuse of a frame: what the pixels hold in the end is in `reservoirs`.
@@ -229,9 +240,10 @@ impl<'a> RestirVolume<'a> {
         pixels: &[VolumePixel],
         reservoirs: &mut Vec<VolumeReservoir>,
         scratch: &mut Vec<VolumeReservoir>,
+        image: &mut [Rgb],
     ) -> Result<(), ReuseError> {
         let extent = self.extent();
-        let shift = self.evaluation(self.options.reuse_level);
+        let shift = self.reused();
         let reuse = Reuse::new(extent, pixels, &shift, Mis::Balance, self.options.confidence_cap)?;
         if self.options.temporal_reuse && view.frame > 0 {
             let previous = &self.pixels[(view.frame as usize + 1) % 2];
@@ -274,27 +286,58 @@ impl<'a> RestirVolume<'a> {
         if let Some(pattern) = &self.pattern {
             let key = CounterRng::at(view.seed, u32::MAX, view.frame, 0);
             let choose = |pixel| self.rng(view, pixel, Pass::Spatial);
-            reuse.spatial(pattern, key, reservoirs, scratch, choose, &|_, _| ())?;
+            // All inputs shade: fewer differences in colour than of the one that is kept.
+            let shade = |pixel: usize, part: Contribution<'_, VolumePath>, sum: &mut Rgb| {
+                let mut rng = self.rng(view, pixel, Pass::Shade);
+                rng.set_dimension(Pass::Shade as u32 * WORDS_PER_PASS + part.input as u32 * WORDS_PER_INPUT);
+                *sum += self.shaded(&pixels[pixel], part.sample, part.weight, &mut rng);
+            };
+            reuse.spatial_integrated(
+                pattern,
+                key,
+                reservoirs,
+                scratch,
+                image,
+                choose,
+                shade,
+                &|_, _| (),
+            )?;
             std::mem::swap(reservoirs, scratch);
         }
         Ok(())
     }
 
-    /// Adds `F(Y) W` to each pixel, with exact transmittances.
-    fn shade(&self, pixels: &[VolumePixel], reservoirs: &[VolumeReservoir], image: &mut [Rgb]) {
-        let exact = self.evaluation(0);
+    /// `F(Y) W`, with an unbiased estimate of `F`.
+    fn shaded(&self, pixel: &VolumePixel, path: &VolumePath, weight: f64, rng: &mut CounterRng) -> Rgb {
+        let light = self.reused().estimate(pixel, path, rng) * weight;
+        let limit = DVec3::splat(f64::from(f32::MAX));
+        light.clamp(-limit, limit).as_vec3()
+    }
+
+    /// Adds `F(Y) W` to each pixel.
+    fn shade(
+        &self,
+        view: View<'_>,
+        pixels: &[VolumePixel],
+        reservoirs: &[VolumeReservoir],
+        image: &mut [Rgb],
+    ) {
         let results = pixels
             .par_chunks(MAX_BATCH)
             .zip(reservoirs.par_chunks(MAX_BATCH))
             .zip(image.par_chunks_mut(MAX_BATCH));
-        results.for_each(|((pixels, reservoirs), image)| {
-            for ((pixel, reservoir), value) in pixels.iter().zip(reservoirs).zip(image) {
-                if let Some((path, weight)) = reservoir.weighted_sample() {
-                    let light = exact.value(pixel, path) * weight.value();
-                    *value += light.min(DVec3::splat(f64::from(f32::MAX))).as_vec3();
+        results
+            .enumerate()
+            .for_each(|(chunk, ((pixels, reservoirs), image))| {
+                for (place, ((pixel, reservoir), value)) in
+                    pixels.iter().zip(reservoirs).zip(image).enumerate()
+                {
+                    if let Some((path, weight)) = reservoir.weighted_sample() {
+                        let mut rng = self.rng(view, chunk * MAX_BATCH + place, Pass::Shade);
+                        *value += self.shaded(pixel, path, weight.value(), &mut rng);
+                    }
                 }
-            }
-        });
+            });
     }
 }
 
@@ -338,9 +381,9 @@ impl FrameMethod for RestirVolume<'_> {
         scratch.resize(count, VolumeReservoir::empty(0.0));
         let done = self.look(view, &mut pixels, &mut reservoirs, image, cancel)
             // Fails for slices of other lengths only.
-            && self.reuse(view, &pixels, &mut reservoirs, &mut scratch).is_ok();
-        if done {
-            self.shade(&pixels, &reservoirs, image);
+            && self.reuse(view, &pixels, &mut reservoirs, &mut scratch, image).is_ok();
+        if done && self.pattern.is_none() {
+            self.shade(view, &pixels, &reservoirs, image);
         }
         self.pixels[frame as usize % 2] = pixels;
         let history = std::mem::replace(&mut self.history, reservoirs);

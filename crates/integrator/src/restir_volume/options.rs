@@ -23,8 +23,10 @@ pub struct RestirVolumeOptions {
     pub confidence_cap: f32,
     /// Level of the densities that walks and targets of candidates see behind the first vertex, 1 to 4.
     pub candidate_level: u32,
-    /// Level of the densities along camera rays and in the targets of reuse, 1 to 4; 0 for exact ones but along camera rays.
+    /// Level of the densities along camera rays and between vertices in the targets of reuse, 1 to 4; 0 for exact ones but along camera rays.
     pub reuse_level: u32,
+    /// Level of the densities between vertices and emitters in the targets of reuse, 0 to 4.
+    pub shadow_level: u32,
     /// Whether the place in the frame before is that of a point in the medium also where the pixel's own path starts on a surface or is
     /// none (Lin 2022 §5.5.2). Matters under motion only.
     pub velocity_resampling: bool,
@@ -32,7 +34,7 @@ pub struct RestirVolumeOptions {
 
 impl RestirVolumeOptions {
     /// With at most `scatterings` scattering vertices, and else as in Lin 2022 §5.5: 4 walks, 3 neighbours within 10 pixels, temporal
-    /// reuse with cap 4, levels 2 and 1.
+    /// reuse with cap 4, levels 2 for walks and shadows and 1 for the rest.
     pub const fn new(scatterings: u32) -> Self {
         Self {
             scatterings,
@@ -43,6 +45,7 @@ impl RestirVolumeOptions {
             confidence_cap: 4.0,
             candidate_level: 2,
             reuse_level: 1,
+            shadow_level: 2,
             velocity_resampling: true,
         }
     }
@@ -67,7 +70,9 @@ impl RestirVolumeOptions {
         if !(self.confidence_cap > 0.0) {
             return Err(RestirVolumeError::ConfidenceCap);
         }
-        if !(1..=MAX_COARSENESS).contains(&self.candidate_level) || self.reuse_level > MAX_COARSENESS {
+        if !(1..=MAX_COARSENESS).contains(&self.candidate_level)
+            || self.reuse_level.max(self.shadow_level) > MAX_COARSENESS
+        {
             return Err(RestirVolumeError::Level);
         }
         (self.neighbours > 0)

@@ -13,9 +13,10 @@
 //! `F = Π_{i=1}^{k} T s_i · T(x_k ↔ x_{k+1}) σ_a(x_{k+1}) L_e(x_{k+1})`.
 
 use super::pixel::VolumePixel;
-use super::through::Volumes;
+use super::through::{Through, Volumes, transmitted};
 use crate::ray_tally::{RayKind, RayTally};
 use lightshed_resampling::{Jacobian, Pulled, ShiftMapping, Shifted, Space, Undefined};
+use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{DVec3, Vec3};
 use lightshed_scene::volume::{DensityField, PhaseFunction};
 use lightshed_scene::{
@@ -51,6 +52,8 @@ pub(crate) struct VolumePath {
     surfaces: u16,
     /// `None` for a path whose last vertex emits.
     endpoint: Option<EmitterEndpoint>,
+    /// Radiance from an endpoint in the environment, which is the same everywhere and dear to look up.
+    sky: Rgb,
     /// The target in the pixel that holds it.
     pub target: f32,
 }
@@ -64,6 +67,7 @@ impl VolumePath {
         count: 0,
         surfaces: 0,
         endpoint: None,
+        sky: Rgb::ZERO,
         target: 0.0,
     };
 
@@ -77,9 +81,9 @@ impl VolumePath {
         }
     }
 
-    /// The path from here to an emitter.
-    pub fn with_endpoint(mut self, endpoint: EmitterEndpoint) -> Self {
-        self.endpoint = Some(endpoint);
+    /// The path from here to an emitter, that sends `radiance`.
+    pub fn with_endpoint(mut self, endpoint: EmitterEndpoint, radiance: Rgb) -> Self {
+        (self.endpoint, self.sky) = (Some(endpoint), radiance);
         self
     }
 
@@ -150,7 +154,7 @@ impl Vertex<'_> {
     }
 
     /// The segment to an endpoint, and the medium that it starts in.
-    pub fn shadow_ray(&self, volumes: &Volumes<'_>, connection: &EmitterConnection) -> (Ray, Option<u32>) {
+    fn shadow_ray(&self, volumes: &Volumes<'_>, connection: &EmitterConnection) -> (Ray, Option<u32>) {
         match self {
             Self::Medium { position, index, .. } => (connection.shadow_ray_from(*position), Some(*index)),
             Self::Surface { point, .. } => (
@@ -194,23 +198,36 @@ pub(crate) fn emission(medium: &Medium, position: Vec3) -> DVec3 {
     extinction(medium, position) * medium.emission_per_collision(position).as_dvec3()
 }
 
-/// `e^{−τ}` of each channel.
-pub(crate) fn transmitted(depth: DVec3) -> DVec3 {
-    (-depth).exp()
-}
-
 /// How paths are evaluated.
 pub(crate) struct Evaluation<'a> {
     pub volumes: &'a Volumes<'a>,
     pub tally: &'a RayTally,
-    /// Level of densities in transmittances; 0 is exact.
+    /// Level of densities in transmittances between vertices; 0 is exact.
     pub level: u32,
+    /// The same towards emitters.
+    pub shadow_level: u32,
 }
 
+/// What light arrives at a vertex, and how likely emitter sampling finds it there.
+pub(crate) struct Lit {
+    /// `s T L_e |dω/de|`.
+    pub value: DVec3,
+    /// Of the endpoint, in its measure.
+    pub pdf: f64,
+    /// From the endpoint.
+    pub radiance: Rgb,
+}
+
+/// What finds out about a segment: the ray, the medium that it starts in, and whether it goes to an emitter.
+pub(crate) trait Look: FnMut(&Ray, Option<u32>, bool) -> Through {}
+impl<F: FnMut(&Ray, Option<u32>, bool) -> Through> Look for F {}
+
 impl Evaluation<'_> {
-    /// `F` of the path in a pixel, with transmittances of this level; its factors may be of any size.
+    /// `F` of the path in a pixel, with transmittances of these levels; its factors may be of any size.
     pub fn value(&self, pixel: &VolumePixel, path: &VolumePath) -> DVec3 {
-        self.follow(pixel, path).unwrap_or(DVec3::ZERO)
+        let look = |ray: &Ray, medium, to_emitter| self.look(ray, medium, to_emitter);
+        self.follow(pixel, path, self.level > 0, look)
+            .unwrap_or(DVec3::ZERO)
     }
 
     /// The luminance of `F`, as a target.
@@ -218,63 +235,100 @@ impl Evaluation<'_> {
         target_of(self.value(pixel, path))
     }
 
-    fn follow(&self, pixel: &VolumePixel, path: &VolumePath) -> Option<DVec3> {
+    /// An unbiased estimate of `F` with exact transmittances; it may be negative.
+    pub fn estimate(&self, pixel: &VolumePixel, path: &VolumePath, rng: &mut CounterRng) -> DVec3 {
+        let look = |ray: &Ray, medium, _| self.volumes.estimate(ray, medium, rng);
+        self.follow(pixel, path, false, look).unwrap_or(DVec3::ZERO)
+    }
+
+    fn look(&self, ray: &Ray, medium: Option<u32>, to_emitter: bool) -> Through {
+        let level = if to_emitter { self.shadow_level } else { self.level };
+        self.volumes.through(ray, medium, level)
+    }
+
+    /// `by_pixel`: transmittances from the camera are those that the pixel knows.
+    fn follow(
+        &self,
+        pixel: &VolumePixel,
+        path: &VolumePath,
+        by_pixel: bool,
+        mut look: impl Look,
+    ) -> Option<DVec3> {
         let mut vertex = None;
         let mut value = DVec3::ONE;
         for place in 0..usize::from(path.count) {
             let (step, is_surface) = (path.steps[place], path.surfaces >> place & 1 == 1);
-            let (next, depth) = match &vertex {
-                None => self.first(pixel, step.distance, is_surface)?,
-                Some(from) => self.next(from, step, is_surface, &mut value)?,
+            let (next, transmittance) = match &vertex {
+                None => self.first(pixel, step.distance, is_surface, by_pixel, &mut look)?,
+                Some(from) => self.next(from, step, is_surface, &mut value, &mut look)?,
             };
-            value *= transmitted(depth);
+            value *= transmittance;
             vertex = Some(next);
         }
         let vertex = vertex?;
-        let Some(endpoint) = &path.endpoint else {
-            let Vertex::Medium { medium, position, .. } = vertex else {
-                return None;
-            };
-            return Some(value * emission(medium, position));
+        value *= match (&path.endpoint, &vertex) {
+            (None, Vertex::Medium { medium, position, .. }) => emission(medium, *position),
+            (None, Vertex::Surface { .. }) => return None,
+            (Some(EmitterEndpoint::Environment { direction }), _) => {
+                let scattered = vertex.scattered(*direction) * path.sky.as_dvec3();
+                if !(scattered.max_element() > 0.0) {
+                    return None;
+                }
+                let (ray, medium) = vertex.leave(self.volumes, *direction);
+                self.tally.add(RayKind::Emitter, 1);
+                let through = look(&ray, medium, true);
+                if through.surface.is_some() {
+                    return None;
+                }
+                scattered * through.transmittance
+            }
+            (Some(endpoint), _) => self.lit_by(&vertex, endpoint, &mut look)?.value,
         };
-        value *= self.lit(&vertex, endpoint)?.0;
         Some(value)
     }
 
-    /// The vertex on the camera ray, and the optical depth up to it.
-    fn first(&self, pixel: &VolumePixel, distance: f32, is_surface: bool) -> Option<(Vertex<'_>, DVec3)> {
-        let volumes = self.volumes;
+    /// The vertex on the camera ray, and the transmittance up to it.
+    fn first(
+        &self,
+        pixel: &VolumePixel,
+        distance: f32,
+        is_surface: bool,
+        by_pixel: bool,
+        look: &mut impl Look,
+    ) -> Option<(Vertex<'_>, DVec3)> {
         if is_surface {
             let vertex = pixel.surface_vertex()?;
-            let depth = match self.level {
-                0 => volumes.through(&pixel.ray, pixel.medium, 0).depth,
-                _ => pixel.depth_of_surface(),
+            let transmittance = if by_pixel {
+                transmitted(pixel.depth_of_surface())
+            } else {
+                look(&pixel.ray, pixel.medium, false).transmittance
             };
-            return Some((vertex, depth));
+            return Some((vertex, transmittance));
         }
         let (index, depth) = pixel.depth_at(distance)?;
-        let depth = if self.level == 0 {
-            let ray = Ray::segment(pixel.ray.origin, pixel.ray.direction, distance);
-            volumes.through(&ray, pixel.medium, 0).depth
+        let transmittance = if by_pixel {
+            transmitted(depth)
         } else {
-            depth
+            let ray = Ray::segment(pixel.ray.origin, pixel.ray.direction, distance);
+            look(&ray, pixel.medium, false).transmittance
         };
         let vertex = Vertex::Medium {
-            medium: &volumes.scene.media()[index as usize],
+            medium: &self.volumes.scene.media()[index as usize],
             index,
             position: pixel.ray.origin + pixel.ray.direction * distance,
             incoming: pixel.ray.direction,
         };
-        Some((vertex, depth))
+        Some((vertex, transmittance))
     }
 
-    /// The vertex a step behind another, the optical depth in between, and the scattering towards it in `value`.
+    /// The vertex a step behind another, the transmittance in between, and the scattering towards it in `value`.
     fn next(
         &self,
         from: &Vertex<'_>,
         step: Step,
         is_surface: bool,
         value: &mut DVec3,
+        look: &mut impl Look,
     ) -> Option<(Vertex<'_>, DVec3)> {
         let scattered = from.scattered(step.direction);
         if scattered == DVec3::ZERO {
@@ -286,7 +340,7 @@ impl Evaluation<'_> {
             ray.t_max = step.distance;
         }
         self.tally.add(RayKind::Reconnection, 1);
-        let through = self.volumes.through(&ray, medium, self.level);
+        let through = look(&ray, medium, false);
         let vertex = match (is_surface, through.surface, through.medium) {
             (true, Some(point), medium) => surface_vertex(self.volumes, point, &ray, medium),
             (false, None, Some(index)) => Vertex::Medium {
@@ -297,31 +351,37 @@ impl Evaluation<'_> {
             },
             _ => return None,
         };
-        Some((vertex, through.depth))
+        Some((vertex, through.transmittance))
     }
 
-    /// `s T L_e |dω/de|` from an endpoint, and its density as emitter sampling at the vertex has it. `None` if nothing arrives.
-    pub fn lit(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint) -> Option<(DVec3, f64)> {
+    /// Light from an endpoint at a vertex, with transmittances of these levels. `None` if nothing arrives.
+    pub fn lit(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint) -> Option<Lit> {
+        let mut look = |ray: &Ray, medium, to_emitter| self.look(ray, medium, to_emitter);
+        self.lit_by(vertex, endpoint, &mut look)
+    }
+
+    fn lit_by(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint, look: &mut impl Look) -> Option<Lit> {
         let connection = self
             .volumes
             .scene
             .emitters()
             .connect(vertex.position(), endpoint)?;
-        let radiance = connection.radiance.as_dvec3() * f64::from(connection.solid_angle_per_endpoint);
-        let value = vertex.scattered(connection.direction) * radiance;
+        let per_endpoint = f64::from(connection.solid_angle_per_endpoint);
+        let value = vertex.scattered(connection.direction) * connection.radiance.as_dvec3() * per_endpoint;
         if !(value.max_element() > 0.0) {
             return None;
         }
         let (ray, medium) = vertex.shadow_ray(self.volumes, &connection);
         self.tally.add(RayKind::Emitter, 1);
-        let through = self.volumes.through(&ray, medium, self.level);
+        let through = look(&ray, medium, true);
         if through.surface.is_some() {
             return None;
         }
-        Some((
-            value * transmitted(through.depth),
-            f64::from(connection.pdf_endpoint),
-        ))
+        Some(Lit {
+            value: value * through.transmittance,
+            pdf: f64::from(connection.pdf_endpoint),
+            radiance: connection.radiance,
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! The parts of volumetric ReSTIR: coarse densities, camera rays as proposals, the shift.
 
 use super::*;
+use crate::restir_volume::coarse::CoarseMedium;
 use crate::restir_volume::pixel::First;
 use lightshed_resampling::{Domain, ShiftMapping, round_trip};
 use lightshed_scene::glam::Vec3;
@@ -119,7 +120,7 @@ fn paths_come_back_from_other_pixels() {
     for name in ["cloud", "smoke-in-cornell", "fire"] {
         let scene = small(name, [24, 24]);
         let method = method(&scene, 4);
-        let (candidates, shift) = (method.evaluation(2), method.evaluation(1));
+        let (candidates, shift) = (method.proposed(), method.reused());
         let mut defined = 0;
         for index in 0..200u32 {
             let (x, y) = ((index % 20) as f32 + 2.0, (index / 20) as f32 + 6.0);
@@ -150,7 +151,7 @@ fn walks_estimate_what_path_tracing_does() {
         for scatterings in [1, 2, 5] {
             let method = method(&scene, scatterings);
             let pixel = look(&method, place[0], place[1]);
-            let (candidates, exact) = (method.evaluation(2), method.evaluation(0));
+            let (candidates, exact) = (method.proposed(), method.evaluation(0, 0));
             let tracer = crate::VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
             let mut traced = MeanTest::new();
             for sample in 0..60_000 {
@@ -163,9 +164,15 @@ fn walks_estimate_what_path_tracing_does() {
                     let mut rng = CounterRng::new(1, 0, sample);
                     let reservoir = candidates.resample_walks(&pixel, 4, scatterings, 2, &mut rng);
                     let light = reservoir.weighted_sample().map_or(0.0, |(path, weight)| {
-                        exact.value(&pixel, path).y * weight.value() * fault.unwrap_or(1.0)
+                        // Exactly and by estimates in turn.
+                        let value = if sample % 2 == 0 {
+                            exact.value(&pixel, path)
+                        } else {
+                            exact.estimate(&pixel, path, &mut rng)
+                        };
+                        value.y * weight.value() * fault.unwrap_or(1.0)
                     });
-                    walked.push(light + f64::from(method.unscattered(&pixel).y));
+                    walked.push(light + f64::from(method.unscattered(&pixel, &mut rng).y));
                 }
                 walked
                     .test_equal(&traced, 1e-6)

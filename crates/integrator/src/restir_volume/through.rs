@@ -2,20 +2,24 @@
 
 use super::coarse::CoarseMedium;
 use crate::volpath::{Crossing, MOST_CROSSINGS};
+use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::DVec3;
-use lightshed_scene::volume::Interval;
-use lightshed_scene::{Material, Medium, Ray, Scene, SurfacePoint};
+use lightshed_scene::volume::{DensityField, Interval, unbiased_ray_marching, unbiased_ray_marching_lookups};
+use lightshed_scene::{Material, Medium, MediumDensity, Ray, Scene, SurfacePoint};
 
 /// A scene's media and their coarse copies.
 pub(crate) struct Volumes<'a> {
     pub scene: &'a Scene,
     pub coarse: Vec<CoarseMedium>,
+    /// Whether there is one medium and nothing else: coarse densities then are all that is in the way, and no ray need be traced for
+    /// them. (Where the boundary cuts off part of a grid they are more than is in the way: a target may.)
+    alone: bool,
 }
 
 /// What light passes on a segment.
 pub(crate) struct Through {
-    /// `∫ σ_t` along it, by channel.
-    pub depth: DVec3,
+    /// `e^{−∫σ_t}` along it, by channel, or an estimate.
+    pub transmittance: DVec3,
     /// The medium at its end.
     pub medium: Option<u32>,
     /// The surface that ends it, where one does before its own end.
@@ -58,7 +62,22 @@ pub(crate) fn proposal_extinction(medium: &Medium) -> f32 {
     medium.extinction().element_sum() * (1.0 / 3.0)
 }
 
-impl Volumes<'_> {
+impl<'a> Volumes<'a> {
+    /// With coarse copies up to level `most`.
+    pub fn new(scene: &'a Scene, most: u32) -> Self {
+        let media = scene.media();
+        let is_null = |material: &Material| matches!(material, Material::Null);
+        Self {
+            coarse: media
+                .iter()
+                .map(|medium| CoarseMedium::new(medium, most))
+                .collect(),
+            alone: matches!(media, [medium] if matches!(medium.density(), MediumDensity::Grid(_)))
+                && scene.materials().iter().all(is_null),
+            scene,
+        }
+    }
+
     pub fn medium(&self, index: u32) -> (&Medium, &CoarseMedium) {
         (&self.scene.media()[index as usize], &self.coarse[index as usize])
     }
@@ -99,6 +118,19 @@ impl Volumes<'_> {
 
     /// Along the whole of `ray`, by densities of a level; exactly at level 0.
     pub fn through(&self, ray: &Ray, medium: Option<u32>, level: u32) -> Through {
+        if let (Some(index), true) = (medium, self.alone && level > 0) {
+            let (medium, coarse) = self.medium(index);
+            let interval = Interval {
+                t0: 0.0,
+                t1: ray.t_max,
+            };
+            let depth = optical_depth(medium, ray, coarse.depth(medium, ray, interval, level));
+            return Through {
+                transmittance: transmitted(depth),
+                medium: Some(index),
+                surface: None,
+            };
+        }
         let mut depth = DVec3::ZERO;
         let (surface, medium) = self.parts(ray, medium, |part| {
             if let Some(index) = part.medium {
@@ -116,9 +148,54 @@ impl Volumes<'_> {
             true
         });
         Through {
-            depth,
+            transmittance: transmitted(depth),
             medium,
             surface,
+        }
+    }
+
+    /// The same with an unbiased estimate of the transmittance, by unbiased ray marching; exact where extinction differs by channel.
+    pub fn estimate(&self, ray: &Ray, medium: Option<u32>, rng: &mut CounterRng) -> Through {
+        let mut transmittance = DVec3::ONE;
+        let (surface, medium) = self.parts(ray, medium, |part| {
+            if let Some(index) = part.medium {
+                transmittance *= self.estimate_part(index, part, rng);
+            }
+            true
+        });
+        Through {
+            transmittance,
+            medium,
+            surface,
+        }
+    }
+
+    fn estimate_part(&self, index: u32, part: &Part, rng: &mut CounterRng) -> DVec3 {
+        let (medium, coarse) = self.medium(index);
+        let interval = Interval {
+            t0: 0.0,
+            t1: part.t_max,
+        };
+        match medium.density() {
+            MediumDensity::Grid(field) if medium.is_grey() => {
+                let field_ray = field.field_ray(&part.ray);
+                let segments = field.majorants().segments(&field_ray, interval);
+                let k = medium.extinction().x * part.ray.direction.length();
+                let bound: f32 = segments
+                    .clone()
+                    .map(|s| (s.majorant * (s.t1 - s.t0)).max(0.0))
+                    .sum();
+                // The rule is for a bound near the depth; super-voxels' are some times as much.
+                let lookups = unbiased_ray_marching_lookups(LOOKUP_DEPTH * k * bound);
+                let mut density = field.grid().accessor();
+                let estimate = unbiased_ray_marching(&mut density, &field_ray, segments, k, lookups, rng);
+                DVec3::splat(f64::from(estimate.value))
+            }
+            _ => transmitted(optical_depth(
+                medium,
+                &part.ray,
+                coarse.depth(medium, &part.ray, interval, 0),
+            )),
         }
     }
 
@@ -132,7 +209,7 @@ impl Volumes<'_> {
         mut u: impl FnMut() -> f64,
     ) -> CoarseFlight {
         let (mut depth, mut pdf, mut collision) = (DVec3::ZERO, 1.0, None);
-        let (surface, medium) = self.parts(ray, medium, |part| {
+        let mut fly = |part: &Part| {
             let Some(index) = part.medium else { return true };
             let (medium, coarse) = self.medium(index);
             let interval = Interval {
@@ -160,7 +237,18 @@ impl Volumes<'_> {
             pdf *= (-k * inside).exp();
             collision = found.map(|t| (part.before + t, index));
             collision.is_none()
-        });
+        };
+        let (surface, medium) = if self.alone && medium.is_some() {
+            fly(&Part {
+                ray: *ray,
+                t_max: ray.t_max,
+                before: 0.0,
+                medium,
+            });
+            (None, medium)
+        } else {
+            self.parts(ray, medium, fly)
+        };
         let landing = match (collision, surface) {
             (Some((distance, medium)), _) => Landing::Collision { distance, medium },
             (None, Some(point)) => Landing::Surface(point),
@@ -173,6 +261,14 @@ impl Volumes<'_> {
             medium,
         }
     }
+}
+
+/// Part of the majorants' depth that sets the number of lookups.
+const LOOKUP_DEPTH: f32 = 0.4;
+
+/// `e^{−τ}` of each channel.
+pub(crate) fn transmitted(depth: DVec3) -> DVec3 {
+    (-depth).exp()
 }
 
 /// `k ∫ ρ ds`, from `∫ ρ dt`.

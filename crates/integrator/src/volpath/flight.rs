@@ -14,7 +14,7 @@ pub enum VolumeTracking {
     /// Delta tracking and ratio tracking.
     #[default]
     Delta,
-    /// Decomposition tracking (Kutz et al. 2017) and residual ratio tracking (Novák et al. 2014) over super-voxels of 8 voxels: the
+    /// Decomposition tracking (Kutz et al. 2017) and residual ratio tracking (Novák et al. 2014) over super-voxels of 8 voxels (fewer in small grids): the
     /// baseline of Lin 2022 §5.6. Fewer lookups where the density's lower bound is high. Where extinction differs by channel, flights are
     /// by delta tracking.
     Decomposition,

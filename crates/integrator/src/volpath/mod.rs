@@ -53,6 +53,15 @@ const SURVIVAL_CAP: f32 = 0.95;
 /// Surfaces that a path may cross without scattering, in all: more than any scene has, but an end.
 pub(crate) const MOST_CROSSINGS: u32 = 1 << 16;
 
+/// Whether light passes a primitive, and nothing but that is to be known of it.
+#[inline(always)]
+fn is_passed(scene: &Scene, primitive: u32) -> bool {
+    matches!(
+        scene.materials()[scene.primitive_material(primitive) as usize],
+        Material::Null
+    ) && scene.primitive_emitter(primitive) == SurfacePoint::NO_EMITTER
+}
+
 /// A path on its way.
 struct State {
     ray: Ray,
@@ -120,6 +129,13 @@ impl<'a> VolumePathTracer<'a> {
                     }
                     continue;
                 }
+            }
+            if let Some(hit) = hit
+                && is_passed(scene, hit.primitive)
+            {
+                crossings += 1;
+                path.cross(scene, &scene.surface(&path.ray, &hit));
+                continue;
             }
             let point = hit.map(|hit| scene.surface(&path.ray, &hit));
             path.radiance += path.weighted(met_emission(scene, &path.ray, point.as_ref(), path.bounce));
@@ -235,6 +251,7 @@ impl State {
     }
 
     /// Goes on behind a surface that lets all light pass.
+    #[inline(always)]
     fn cross(&mut self, scene: &Scene, point: &SurfacePoint) {
         let crossing = Crossing::new(scene, point, &self.ray, self.medium);
         (self.ray, self.medium) = (crossing.ray, crossing.medium);

@@ -66,10 +66,11 @@ impl VolumePathTracer<'_> {
                 walk(&waiting[..count], &mut result);
                 return result;
             };
-            let point = scene.surface(&ray, &hit);
-            if !matches!(scene.materials()[point.material as usize], Material::Null) {
+            let material = scene.primitive_material(hit.primitive);
+            if !matches!(scene.materials()[material as usize], Material::Null) {
                 return Rgb::ZERO;
             }
+            let point = scene.surface(&ray, &hit);
             let crossing = Crossing::new(scene, &point, &ray, medium);
             (ray, medium) = (crossing.ray, crossing.medium);
         }

@@ -1,6 +1,6 @@
 //! From descriptions to media: everything is checked here.
 
-use super::density::SUPER_VOXEL;
+use super::density::super_voxel;
 use super::sides::{Boundaries, MediumSides};
 use super::{
     DensityDescription, EmissionDescription, GridDescription, GridField, GridFilter, Medium, MediumDensity,
@@ -96,8 +96,9 @@ fn checked(description: &MediumDescription) -> Result<Medium, String> {
     let density = match density {
         DensityDescription::Homogeneous => MediumDensity::Homogeneous,
         DensityDescription::Grid(grid) => {
+            let edge = super_voxel(grid.resolution);
             let (grid, to_field) = placed(grid)?;
-            let majorants = MajorantGrid::new(&grid, SUPER_VOXEL).map_err(|error| error.to_string())?;
+            let majorants = MajorantGrid::new(&grid, edge).map_err(|error| error.to_string())?;
             if !(extinction * majorants.range().max).is_finite() {
                 return Err("its extinction overflows where it is densest".to_owned());
             }

@@ -19,8 +19,12 @@ pub struct GridField {
     pub(super) to_field: Affine3A,
 }
 
-/// Edge of the super-voxels that bound a grid's density, in voxels. (Lin 2022 §5.6 has the same.)
-pub(super) const SUPER_VOXEL: f32 = 8.0;
+/// Edge of the super-voxels that bound a grid's density, in voxels: 8, as in Lin 2022 §5.6, but no more than an eighth of the grid's
+/// shortest edge.
+pub(super) fn super_voxel(resolution: [u32; 3]) -> f32 {
+    let shortest = resolution.into_iter().min().unwrap_or(1);
+    (shortest / 8).clamp(2, 8) as f32
+}
 
 impl GridField {
     /// The densities, in a space that counts voxels.
@@ -29,7 +33,7 @@ impl GridField {
         &self.grid
     }
 
-    /// Their bounds on super-voxels of 8 voxels.
+    /// Their bounds on super-voxels: of 8 voxels, or an eighth of the shortest edge of a small grid.
     #[inline(always)]
     pub fn majorants(&self) -> &MajorantGrid {
         &self.majorants

@@ -144,6 +144,18 @@ impl Scene {
         }
     }
 
+    /// The index of a primitive's material.
+    ///
+    /// # Panics
+    /// If the scene has no such primitive.
+    #[inline(always)]
+    pub fn primitive_material(&self, primitive: u32) -> u32 {
+        match self.triangles.get(primitive as usize) {
+            Some(triangle) => triangle.material,
+            None => self.spheres[primitive as usize - self.triangles.len()].material,
+        }
+    }
+
     /// [`Scene::intersect_emitting_many`] of the first `count` rays of a batch.
     pub fn intersect_emitting_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
         let EmittingSurfaces {
