@@ -43,8 +43,11 @@ struct Options {
     /// Error at equal time instead of samples per CPU-second.
     #[arg(long)]
     race: bool,
+    /// Width of the race's images in pixels; a third less high. One ray a pixel and frame wants pixels smaller than what is seen.
+    #[arg(long, default_value_t = 480)]
+    width: u32,
     /// Samples a pixel of the race's references.
-    #[arg(long, default_value_t = 4096)]
+    #[arg(long, default_value_t = 512)]
     reference: u32,
     /// Only cases whose name contains this.
     #[arg(long, default_value = "")]
@@ -173,6 +176,8 @@ fn race(options: &Options) -> Result<(), Box<dyn Error>> {
                     continue;
                 }
                 let mut description = builtin::cloud();
+                (description.settings.width, description.settings.height) =
+                    (options.width, options.width * 2 / 3);
                 description.media[0].extinction *= density;
                 description.media[0].phase = PhaseDescription::HenyeyGreenstein { g };
                 println!("{name:<28} {}", lap(&description, scatterings, options)?);
