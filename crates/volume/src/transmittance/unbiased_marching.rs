@@ -88,7 +88,7 @@ pub fn unbiased_ray_marching<A: DensityAccessor>(
     let queries = &queries[..=corrections];
     let mut sum = 0.0;
     for (j, &pivot) in queries.iter().enumerate() {
-        sum += (-pivot).exp() * corrected(queries, j);
+        sum += (-pivot).exp() * corrected(queries, j, chance_of);
     }
     TransmittanceEstimate {
         value: (sum / queries.len() as f64) as f32,
@@ -125,10 +125,19 @@ fn residual_share<A: DensityAccessor>(
     sum / f64::from(done.max(1))
 }
 
+/// `q_n`, the chance of at least `n` corrections.
+fn chance_of(n: usize) -> f64 {
+    match n {
+        0 => 1.0,
+        1 | 2 => CORRECTED,
+        _ => (3..=n).fold(CORRECTED, |chance, i| chance * ROULETTE / i as f64),
+    }
+}
+
 /// `Σ_n m_n / (n! q_n)` around the pivot `queries[j]`.
-fn corrected(queries: &[f64], j: usize) -> f64 {
+fn corrected(queries: &[f64], j: usize, chance: impl Fn(usize) -> f64) -> f64 {
     let count = queries.len() - 1;
-    // Means of products of n different ones: e_n / C(count, n), built by adding one query at a time:
+    // Means of products of n different ones, e_n / C(count, n), built by adding one query at a time:
     // m_n of i + 1 is ((i + 1 − n) m_n + n x m_{n−1}) / (i + 1).
     let mut means = [0.0f64; MAX_QUERIES];
     means[0] = 1.0;
@@ -140,14 +149,76 @@ fn corrected(queries: &[f64], j: usize) -> f64 {
             means[n] = ((total - n as f64) * means[n] + n as f64 * x * means[n - 1]) / total;
         }
     }
-    let (mut sum, mut factorial, mut chance) = (1.0, 1.0, 1.0);
+    let (mut sum, mut factorial) = (1.0, 1.0);
     for (n, mean) in means.iter().enumerate().take(count + 1).skip(1) {
         factorial *= n as f64;
-        chance = match n {
-            1 | 2 => CORRECTED,
-            _ => chance * ROULETTE / n as f64,
-        };
-        sum += mean / (factorial * chance);
+        sum += mean / (factorial * chance(n));
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_testkit::check_faults;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        ChancesForgotten,
+        PivotDependent,
+    }
+
+    #[test]
+    fn all_outcomes_together_have_the_mean_exactly() {
+        // Queries with two values; numbers of corrections up to where nothing is left of the series.
+        const VALUES: [f64; 2] = [0.2, 0.9];
+        const MOST: usize = 10;
+        let truth = (-0.5 * (VALUES[0] + VALUES[1])).exp();
+        check_faults(&[Fault::ChancesForgotten, Fault::PivotDependent], |fault| {
+            let mut mean = 0.0;
+            for corrections in (0..=MOST).filter(|&n| n != 1) {
+                let next = if corrections == 0 { 2 } else { corrections + 1 };
+                let beyond = if corrections == MOST { 0.0 } else { chance_of(next) };
+                let probability = chance_of(corrections) - beyond;
+                for outcome in 0..1u32 << (corrections + 1) {
+                    let queries: Vec<f64> = (0..=corrections)
+                        .map(|i| VALUES[(outcome >> i & 1) as usize])
+                        .collect();
+                    let estimate: f64 = (0..queries.len())
+                        .map(|j| {
+                            let sum = match fault {
+                                None => corrected(&queries, j, chance_of),
+                                Some(Fault::ChancesForgotten) => corrected(&queries, j, |_| 1.0),
+                                Some(Fault::PivotDependent) => corrected(&queries, 0, chance_of),
+                            };
+                            (-queries[j]).exp() * sum
+                        })
+                        .sum();
+                    let share = probability / f64::from(1u32 << (corrections + 1));
+                    mean += share * estimate / queries.len() as f64;
+                }
+            }
+            if (mean - truth).abs() < 1e-9 {
+                Ok(())
+            } else {
+                Err(format!("{mean} for {truth}"))
+            }
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn the_number_of_corrections_is_drawn_by_its_chances() {
+        // The loop in `unbiased_ray_marching`, all outcomes of its roulette: P(N ≥ n + 1 | N ≥ n) is what is compared with.
+        for n in 2..12 {
+            let ratio = chance_of(n + 1) / chance_of(n);
+            assert!((ratio - ROULETTE / (n + 1) as f64).abs() < 1e-15);
+        }
+        assert_eq!(
+            (chance_of(0), chance_of(1), chance_of(2)),
+            (1.0, CORRECTED, CORRECTED)
+        );
+        // What is cut off is beyond any precision.
+        assert!(chance_of(MAX_QUERIES) < 1e-15);
+    }
 }
