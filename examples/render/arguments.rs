@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::failure::one_line;
+use crate::lightcuts::LightcutArguments;
 use crate::vpl::VplArguments;
 use clap::error::ErrorKind;
 use clap::{Parser, ValueEnum};
@@ -84,6 +85,9 @@ pub struct Arguments {
     pub defines: Vec<(String, String)>,
 
     #[command(flatten)]
+    pub lightcuts: LightcutArguments,
+
+    #[command(flatten)]
     pub vpl: VplArguments,
 }
 
@@ -100,6 +104,8 @@ pub enum Method {
     RestirVolume,
     /// Direct light only.
     Direct,
+    /// Direct light by cuts through a light tree that blocks of pixels share; samples are frames.
+    Lightcuts,
     /// Path tracing by tiles of 16 pixels that share their paths; samples are frames.
     PathReuse,
     /// Direct light by reuse among pixels and frames; samples are frames.
@@ -136,6 +142,7 @@ impl Method {
             Self::VolpathDecomposition => "volpath-decomposition",
             Self::RestirVolume => "restir-volume",
             Self::Direct => "direct",
+            Self::Lightcuts => "lightcuts",
             Self::PathReuse => "path-reuse",
             Self::RestirDi => "restir-di",
             Self::RestirDiBiased => "restir-di-biased",
@@ -149,12 +156,15 @@ impl Method {
 
     /// Whether it shows paths of one and two edges only.
     pub fn is_direct(self) -> bool {
-        matches!(self, Self::Direct | Self::RestirDi | Self::RestirDiBiased)
+        matches!(
+            self,
+            Self::Direct | Self::Lightcuts | Self::RestirDi | Self::RestirDiBiased
+        )
     }
 
     /// Whether its emitters may be chosen by any of the light samplers.
     pub fn chooses_lights(self) -> bool {
-        self.is_direct() || self == Self::Path
+        (self.is_direct() && self != Self::Lightcuts) || self == Self::Path
     }
 
     /// Whether it knows participating media.
@@ -172,6 +182,7 @@ impl Method {
             Self::Volpath,
             Self::VolpathDecomposition,
             Self::Direct,
+            Self::Lightcuts,
             Self::PathReuse,
         ];
         !alone.contains(&self) && !self.is_vpl()

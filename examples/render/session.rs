@@ -164,6 +164,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 render(&estimator, &options, &observer, cancel)
             }
         },
+        Method::Lightcuts => {
+            let mut method = arguments.lightcuts.method(&scene)?;
+            render_frames(&mut method, &options, &observer, cancel)
+        }
         Method::PathReuse => render_frames(&mut PathReuse::new(&scene), &options, &observer, cancel),
         Method::RestirDi | Method::RestirDiBiased => {
             let settings = match arguments.method {

@@ -2,6 +2,7 @@
 
 use crate::direct::{DirectLightError, MAX_DIRECT_SAMPLES};
 use crate::light_selection::{ChosenLight, LightSelection, shading_point};
+use crate::shadow_batch::ShadowBatch;
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{CounterRng, power_heuristic};
@@ -50,47 +51,6 @@ struct Lit {
     at: ShadingPoint,
     /// Samples of the BSDF that it gets.
     bsdf_samples: f32,
-}
-
-/// Shadow rays waiting for company, with whose they are and what they bring.
-struct Waiting {
-    rays: [Ray; MAX_BATCH],
-    brings: [(u8, Rgb); MAX_BATCH],
-    count: usize,
-}
-
-impl Waiting {
-    fn new() -> Self {
-        Self {
-            rays: [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); MAX_BATCH],
-            brings: [(0, Rgb::ZERO); MAX_BATCH],
-            count: 0,
-        }
-    }
-
-    #[inline(always)]
-    fn push(&mut self, scene: &Scene, ray: Ray, owner: usize, radiance: Rgb, values: &mut [Rgb]) {
-        if self.count == MAX_BATCH {
-            self.flush(scene, values);
-        }
-        self.rays[self.count] = ray;
-        self.brings[self.count] = (owner as u8, radiance);
-        self.count += 1;
-    }
-
-    /// Traces them, and adds what arrives: for each owner in the order in which it came.
-    fn flush(&mut self, scene: &Scene, values: &mut [Rgb]) {
-        let mut occluded = [false; MAX_BATCH];
-        let count = std::mem::take(&mut self.count);
-        scene
-            .accelerator()
-            .occluded_many(&self.rays[..count], &mut occluded[..count]);
-        for ((owner, radiance), occluded) in self.brings[..count].iter().zip(occluded) {
-            if !occluded {
-                values[*owner as usize] += *radiance;
-            }
-        }
-    }
 }
 
 impl<'a> SelectedDirectLight<'a> {
@@ -167,7 +127,7 @@ impl<'a> SelectedDirectLight<'a> {
         for hit in hits[..count].iter().flatten() {
             self.scene.prefetch_primitive(hit.primitive);
         }
-        let mut waiting = Waiting::new();
+        let mut waiting = ShadowBatch::new();
         // What is scattered, apart from what is emitted.
         let mut scattered = [Rgb::ZERO; MAX_BATCH];
         values.fill(Rgb::ZERO);
@@ -175,7 +135,7 @@ impl<'a> SelectedDirectLight<'a> {
             let (ray, rng) = (&rays[place], &mut rngs[place]);
             let point = hits[place].map(|hit| self.scene.surface(ray, &hit));
             let value = &mut values[place / each];
-            *value += self.emission(ray, point.as_ref());
+            *value += seen_emission(self.scene, ray, point.as_ref());
             let Some(point) = point else { continue };
             let bsdf = self.scene.bsdf(&point);
             let wo = point.shading.to_local(-ray.direction);
@@ -204,18 +164,6 @@ impl<'a> SelectedDirectLight<'a> {
         let emitter_samples = self.emitter_samples as f32;
         for (value, scattered) in values.iter_mut().zip(scattered) {
             *value = (*value + scattered / emitter_samples) / each as f32;
-        }
-    }
-
-    /// What the ray sees of emitters themselves.
-    fn emission(&self, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
-        let emitters = self.scene.emitters();
-        match point {
-            Some(point) if point.emitter == SurfacePoint::NO_EMITTER => Rgb::ZERO,
-            Some(point) => emitters.radiance(point, ray.direction),
-            None => emitters
-                .environment()
-                .map_or(Rgb::ZERO, |environment| environment.radiance(ray.direction)),
         }
     }
 
@@ -289,7 +237,7 @@ impl<'a> SelectedDirectLight<'a> {
             };
             let ray = lit.point.spawn(lit.point.shading.to_world(sample.wi));
             let met = self.scene.intersect(&ray);
-            let emitted = self.emission(&ray, met.as_ref());
+            let emitted = seen_emission(self.scene, &ray, met.as_ref());
             if emitted == Rgb::ZERO {
                 continue;
             }
@@ -305,6 +253,18 @@ impl<'a> SelectedDirectLight<'a> {
             sum += sample.weight * emitted * weight;
         }
         sum / lit.bsdf_samples
+    }
+}
+
+/// What a ray sees of emitters themselves.
+pub(crate) fn seen_emission(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
+    let emitters = scene.emitters();
+    match point {
+        Some(point) if point.emitter == SurfacePoint::NO_EMITTER => Rgb::ZERO,
+        Some(point) => emitters.radiance(point, ray.direction),
+        None => emitters
+            .environment()
+            .map_or(Rgb::ZERO, |environment| environment.radiance(ray.direction)),
     }
 }
 

@@ -5,6 +5,7 @@
 //! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
 //! | paths through participating media | [`VolumePathTracer`] |
 //! | emitters chosen for the point that they light | [`LightSelection`], [`SelectedDirectLight`], [`SelectedPathTracer`] |
+//! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
 //! | what the render loop asks of a method | [`PixelEstimator`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
 //! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`], [`CameraMotion`], [`RayCounts`] |
@@ -30,6 +31,7 @@ mod film;
 mod frames;
 mod image;
 mod light_selection;
+mod lightcuts;
 mod metrics;
 mod next_event;
 mod output;
@@ -43,6 +45,7 @@ mod restir;
 mod restir_pt;
 mod restir_volume;
 mod scene_world;
+mod shadow_batch;
 mod statistics;
 mod volpath;
 mod vpl;
@@ -56,6 +59,7 @@ pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
 pub use frames::{FrameMethod, render_frames};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};
 pub use light_selection::{ChosenLight, LightChoosing, LightSelection, UnknownLightChoosing, shading_point};
+pub use lightcuts::{CutTree, LightcutError, LightcutOptions, Lightcuts, MAX_CUT_BLOCK, MAX_SUBTREES};
 #[cfg(feature = "flip")]
 pub use metrics::flip;
 pub use metrics::{

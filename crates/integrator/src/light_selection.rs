@@ -30,17 +30,20 @@ pub enum LightChoosing {
     Bvh,
     /// By a light BVH whose near nodes are opened first.
     OpenBvh,
+    /// By a perfect binary light tree whose near nodes are opened first.
+    OpenTree,
 }
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Uniform,
         Self::Power,
         Self::Tree,
         Self::TwoLevel,
         Self::Bvh,
         Self::OpenBvh,
+        Self::OpenTree,
     ];
 
     /// The name by which [`FromStr`] finds it.
@@ -52,6 +55,7 @@ impl LightChoosing {
             Self::TwoLevel => "two-level",
             Self::Bvh => "bvh",
             Self::OpenBvh => "open-bvh",
+            Self::OpenTree => "open-tree",
         }
     }
 }
@@ -99,6 +103,7 @@ enum Sampler {
     TwoLevel(Box<TwoLevelTree>),
     Bvh(LightBvh),
     OpenBvh(OpenedTree<LightBvh>),
+    OpenTree(Box<OpenedTree<PerfectTree>>),
 }
 
 /// Each arm is compiled for its sampler.
@@ -111,6 +116,7 @@ macro_rules! with_sampler {
             Sampler::TwoLevel($found) => $do,
             Sampler::Bvh($found) => $do,
             Sampler::OpenBvh($found) => $do,
+            Sampler::OpenTree($found) => $do,
         }
     };
 }
@@ -151,6 +157,9 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::TwoLevel => Sampler::TwoLevel(Box::new(two_level(emitters, &lights)?)),
                     LightChoosing::Bvh => Sampler::Bvh(LightBvh::new(&lights)?),
                     LightChoosing::OpenBvh => Sampler::OpenBvh(OpenedTree::new(LightBvh::new(&lights)?)),
+                    LightChoosing::OpenTree => {
+                        Sampler::OpenTree(Box::new(OpenedTree::new(PerfectTree::new(&lights)?)))
+                    }
                 })
             })
             .transpose()?;
@@ -312,7 +321,7 @@ pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoin
 }
 
 /// The finite emitters of a scene, by their indices.
-fn scene_lights(emitters: &Emitters) -> Vec<Light> {
+pub(crate) fn scene_lights(emitters: &Emitters) -> Vec<Light> {
     (0..emitters.finite_count() as u32)
         .filter_map(|index| emitters.extent(index))
         .map(|extent| light_of(&extent))

@@ -10,8 +10,8 @@ mod rendered;
 
 use common::data_folder;
 use lightshed_integrator::{
-    DirectLight, LightChoosing, LightSelection, MAX_BATCH, PathTracer, PixelEstimator, SampleId,
-    SelectedDirectLight, SelectedPathTracer,
+    CutTree, DirectLight, Film, FrameMethod, LightChoosing, LightSelection, LightcutOptions, Lightcuts,
+    MAX_BATCH, PathTracer, PixelEstimator, SampleId, SelectedDirectLight, SelectedPathTracer,
 };
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::import::load;
@@ -21,6 +21,7 @@ use lightshed_scene::{
 };
 use lightshed_testkit::{TileOptions, check_faults, compare_tiles};
 use rendered::Rendered;
+use std::sync::atomic::AtomicBool;
 
 /// False-positive rate of a comparison.
 const SIGNIFICANCE: f64 = 1e-5;
@@ -136,6 +137,77 @@ fn every_selection_gives_the_same_direct_light() {
             compare(&found, &expected, tile_size(choosing, size))
         })
         .unwrap_or_else(|error| panic!("{}: {error:?}", choosing.name()));
+    }
+}
+
+/// Frames of stochastic lightcuts, through both trees, with and without interleaving, against choosing by power.
+#[test]
+fn lightcuts_give_the_same_direct_light() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        Brighter,
+        NoSpot,
+        /// Only every other frame of the interleaving is seen.
+        HalfTheFrames,
+    }
+    let description = mixed_lights();
+    let scene = Scene::new(&description).unwrap();
+    let size = [32, 32];
+    let mask = Mask::new(&scene, size);
+    let mut expected = Rendered::new(&DirectLight::new(&scene), size, 4096, 1);
+    mask.apply(&mut expected);
+    let usual = LightcutOptions::default();
+    let all = [Fault::Brighter, Fault::NoSpot];
+    let cases = [
+        (usual, &all[..]),
+        (
+            LightcutOptions {
+                interleaving: 2,
+                subtrees: 24,
+                rebuild: true,
+                ..usual
+            },
+            &[Fault::HalfTheFrames],
+        ),
+        (
+            LightcutOptions {
+                tree: CutTree::Bvh,
+                block: 5,
+                subtrees: 13,
+                ..usual
+            },
+            &[],
+        ),
+    ];
+    for (seed, (options, faults)) in (20..).zip(cases) {
+        check_faults(faults, |fault| {
+            let mut description = description.clone();
+            if let Some(Fault::NoSpot) = fault {
+                description.emitters.remove(1);
+            }
+            let scene = Scene::new(&description).unwrap();
+            let mut method = Lightcuts::new(&scene, options).unwrap();
+            let frames = 192;
+            let (mut film, mut image) = (Film::new(32, 32).unwrap(), vec![Rgb::ZERO; 1024]);
+            for frame in 0..frames {
+                let number = match fault {
+                    Some(Fault::HalfTheFrames) => 2 * frame,
+                    _ => frame,
+                };
+                let done = method.render_frame(number, seed, &mut image, &AtomicBool::new(false));
+                assert!(done.is_some());
+                for (place, &value) in (0..).zip(&image) {
+                    film.add(place % 32, place / 32, value);
+                }
+            }
+            let mut found = Rendered::of(&film, size, frames);
+            if let Some(Fault::Brighter) = fault {
+                found.mean.iter_mut().for_each(|value| *value *= 1.04);
+            }
+            mask.apply(&mut found);
+            compare(&found, &expected, 16)
+        })
+        .unwrap_or_else(|error| panic!("{options:?}: {error:?}"));
     }
 }
 

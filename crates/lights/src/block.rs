@@ -110,10 +110,10 @@ impl NodeBlock {
             let Some(light) = lights[lane] else { continue };
             let (intensity, ball) = leaf_parts(light);
             if intensity > 0.0 {
-                for axis in 0..3 {
+                for (axis, center) in center.iter_mut().enumerate() {
                     block.min[axis][lane] = light.bounds.min[axis];
                     block.max[axis][lane] = light.bounds.max[axis];
-                    center[axis][lane] = ball.center[axis];
+                    center[lane] = ball.center[axis];
                 }
                 block.intensity[lane] = intensity;
                 radius[lane] = ball.radius;

@@ -47,7 +47,7 @@ impl OrientationCone {
     #[inline]
     pub fn is_valid(&self) -> bool {
         // Without branches: trees check a million of them.
-        let angle = |a: f32| (0.0 <= a) & (a <= PI);
+        let angle = |a: f32| (0.0..=PI).contains(&a);
         ((self.axis.length_squared() - 1.0).abs() < 1e-3)
             & angle(self.normals_angle)
             & angle(self.emission_angle)

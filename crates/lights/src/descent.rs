@@ -33,7 +33,15 @@ pub trait Tree: Sync {
     fn prefetch(&self, place: Self::Place);
 
     /// Any place.
-    fn nowhere(&self) -> Self::Place;
+    fn nowhere(&self) -> Self::Place {
+        self.decode(0)
+    }
+
+    /// A place as a number, …
+    fn encode(&self, place: Self::Place) -> u64;
+
+    /// … and back.
+    fn decode(&self, place: u64) -> Self::Place;
 
     /// What is below one of the children; its share must be positive.
     fn below(&self, place: Self::Place, lane: usize) -> Step<Self::Place>;
@@ -165,17 +173,31 @@ pub(crate) fn choice(light: u32, probability: f64) -> Option<LightChoice> {
     (pmf > 0.0).then_some(LightChoice { light, pmf })
 }
 
-/// Where a number enters a tree.
-pub(crate) trait Entry<P> {
-    /// What it comes to first; `None` where nothing can be chosen.
-    fn enter(&self, route: &mut Route) -> Option<Step<P>>;
+/// Where numbers enter a tree.
+pub(crate) trait Entry<T: Tree> {
+    /// What number `i` comes to first; `None` where nothing can be chosen.
+    fn enter<L: Lanes, R: Receiver>(
+        &self,
+        i: usize,
+        tree: &T,
+        at: &R,
+        route: &mut Route,
+    ) -> Option<Step<T::Place>>;
 }
 
-/// Every number enters at this step.
-impl<P: Copy> Entry<P> for Step<P> {
+/// Every number enters at the root.
+pub(crate) struct AtRoot;
+
+impl<T: Tree> Entry<T> for AtRoot {
     #[inline(always)]
-    fn enter(&self, _: &mut Route) -> Option<Self> {
-        Some(*self)
+    fn enter<L: Lanes, R: Receiver>(
+        &self,
+        _: usize,
+        tree: &T,
+        _: &R,
+        _: &mut Route,
+    ) -> Option<Step<T::Place>> {
+        Some(tree.root())
     }
 }
 
@@ -215,7 +237,7 @@ impl<R> Receivers<R> for Each<'_, R> {
 pub(crate) fn descend_together<L: Lanes, T: Tree, R: Receiver, A: Receivers<R>>(
     tree: &T,
     at: &A,
-    entry: &impl Entry<T::Place>,
+    entry: &impl Entry<T>,
     u: &[u64],
     choices: &mut [Option<LightChoice>],
 ) {
@@ -228,7 +250,7 @@ pub(crate) fn descend_together<L: Lanes, T: Tree, R: Receiver, A: Receivers<R>>(
         let step = if at.get(i).is_black() {
             None
         } else {
-            entry.enter(&mut routes[i])
+            entry.enter::<L, R>(i, tree, at.get(i), &mut routes[i])
         };
         arrive(i, step, &routes, &mut places, &mut left, choices);
     }
@@ -388,9 +410,8 @@ impl<T: Tree, R: Receiver> LaneKernel for SampleMany<'_, T, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let root = self.tree.root();
         for (u, choices) in self.u.chunks(COMPANY).zip(self.choices.chunks_mut(COMPANY)) {
-            descend_together::<L, T, R, _>(self.tree, &One(self.at), &root, u, choices);
+            descend_together::<L, T, R, _>(self.tree, &One(self.at), &AtRoot, u, choices);
         }
     }
 }
@@ -407,14 +428,13 @@ impl<T: Tree, R: Receiver> LaneKernel for SampleEach<'_, T, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let root = self.tree.root();
         let count = self.at.len().min(self.u.len()).min(self.choices.len());
         let mut first = 0;
         while first < count {
             let end = count.min(first + COMPANY);
             let at = Each(&self.at[first..end]);
             let (u, choices) = (&self.u[first..end], &mut self.choices[first..end]);
-            descend_together::<L, T, R, _>(self.tree, &at, &root, u, choices);
+            descend_together::<L, T, R, _>(self.tree, &at, &AtRoot, u, choices);
             first = end;
         }
     }

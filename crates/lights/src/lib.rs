@@ -21,6 +21,7 @@ mod flat;
 mod grid;
 mod importance;
 mod light;
+mod lightcut;
 mod normals;
 mod opened;
 mod parallel;
@@ -46,8 +47,9 @@ pub use grid::{
 };
 pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
+pub use lightcut::{LightSubtrees, Lightcut};
 pub use opened::OpenedTree;
-pub use perfect::{Curve, PerfectTree, PerfectTreeOptions, Stride};
+pub use perfect::{Curve, PerfectTree, PerfectTreeOptions, Stride, TreeUpdate};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
 pub use two_level::{LightInstance, TwoLevelError, TwoLevelTree};

@@ -142,9 +142,15 @@ impl<P: Copy> Cut<P> {
     }
 }
 
-impl<P: Copy> Entry<P> for Cut<P> {
+impl<T: Tree> Entry<T> for Cut<T::Place> {
     #[inline(always)]
-    fn enter(&self, route: &mut Route) -> Option<Step<P>> {
+    fn enter<L: Lanes, R: Receiver>(
+        &self,
+        _: usize,
+        _: &T,
+        _: &R,
+        route: &mut Route,
+    ) -> Option<Step<T::Place>> {
         let index = route.enter(&self.shares[..self.count])?;
         Some(self.steps[index])
     }

@@ -13,7 +13,7 @@ use lightshed_sampling::CounterRng;
 use lightshed_testkit::{check_faults, chi_squared_test};
 
 /// Probabilities of all lights and of none, by visiting all of the tree.
-fn enumerate<T: Tree, R: Receiver>(tree: &T, at: &R) -> (Vec<f64>, f64) {
+pub(crate) fn enumerate<T: Tree, R: Receiver>(tree: &T, at: &R) -> (Vec<f64>, f64) {
     enumerate_from(tree, at, &[(tree.root(), 1.0)])
 }
 
@@ -114,30 +114,33 @@ fn probabilities_add_up() {
 #[test]
 fn opened_probabilities_add_up() {
     for layout in LAYOUTS {
-        for count in [1, 2, 9, 100, 300] {
+        for count in [1, 2, 9, 100, 300, 4096] {
             let lights = lights_of(layout, count, 11);
-            let opened = OpenedTree::new(LightBvh::new(&lights).unwrap());
-            let tree = LightBvh::new(&lights).unwrap();
-            for at in points(&lights, 16, 3) {
-                let cut = opened.cut_for(&at);
-                let (expected, none) = enumerate_from(&tree, &at, &cut);
-                let none = none + 1.0 - cut.iter().map(|(_, here)| here).sum::<f64>();
-                let mut sum = 0.0;
-                for (light, &expected) in expected.iter().enumerate() {
-                    let pmf = f64::from(opened.pmf(&at, light as u32));
-                    let name = format!("light {light} of {count} {layout:?}");
-                    assert!(
-                        (pmf - expected).abs() <= 1e-6 * expected + 1e-30,
-                        "{name}: {pmf} is not {expected}"
-                    );
-                    sum += pmf;
-                }
-                assert!(
-                    (sum + none - 1.0).abs() < 1e-6,
-                    "{count} {layout:?}: {sum} + {none} is not 1"
-                );
-            }
+            let name = format!("{count} {layout:?}");
+            let at = points(&lights, if count > 1000 { 2 } else { 16 }, 3);
+            check_opened(&name, &LightBvh::new(&lights).unwrap(), &at);
+            check_opened(&name, &PerfectTree::new(&lights).unwrap(), &at);
         }
+    }
+}
+
+/// The pmf of an opened tree against the enumeration from the nodes of its cut.
+fn check_opened<T: Tree + Clone>(name: &str, tree: &T, at: &[ShadingPoint]) {
+    let opened = OpenedTree::new(tree.clone());
+    for at in at {
+        let cut = opened.cut_for(at);
+        let (expected, none) = enumerate_from(tree, at, &cut);
+        let none = none + 1.0 - cut.iter().map(|(_, here)| here).sum::<f64>();
+        let mut sum = 0.0;
+        for (light, &expected) in expected.iter().enumerate() {
+            let pmf = f64::from(LightSampler::pmf(&opened, at, light as u32));
+            assert!(
+                (pmf - expected).abs() <= 1e-6 * expected + 1e-30,
+                "light {light} of {name}: {pmf} is not {expected}"
+            );
+            sum += pmf;
+        }
+        assert!((sum + none - 1.0).abs() < 1e-6, "{name}: {sum} + {none} is not 1");
     }
 }
 
@@ -315,7 +318,11 @@ fn threads_change_nothing() {
 #[test]
 fn every_light_of_a_million_is_reached() {
     let lights = lights_of(Layout::Uniform, 1 << 20, 8);
-    let tree = PerfectTree::new(&lights).unwrap();
+    check_reached(&lights, &PerfectTree::new(&lights).unwrap());
+    check_reached(&lights, &LightBvh::new(&lights).unwrap());
+}
+
+fn check_reached(lights: &[Light], tree: &impl LightSampler) {
     let at = ShadingPoint::without_normal(glam::Vec3::new(0.3, 3.0, 0.2));
     // All numbers of a fine grid reach as many lights as a sound sampler should: 2^22 numbers over about 0.9 · 2^20 lights with
     // pmfs that differ little leave few out, and with 24 bits or a reused f32 whole ranges would be.

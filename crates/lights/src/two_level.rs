@@ -322,6 +322,8 @@ impl<R: Receiver> LaneKernel for Pmf<'_, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ShadingPoint;
+    use crate::properties::enumerate;
     use crate::receiver::Sealed;
     use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
     use lightshed_sampling::CounterRng;
@@ -372,6 +374,59 @@ mod tests {
             let lights = lights_of(layout, 77, 3);
             points(&lights, 16, 8).iter().for_each(|at| check(&tree, at));
             segments(3, 2).iter().for_each(|at| check(&tree, at));
+        }
+    }
+
+    /// With 4,096 lights: the sum over all of them and, by visiting every branch of both levels, of none is one.
+    #[test]
+    fn probabilities_of_lights_and_of_none_add_up() {
+        for layout in LAYOUTS {
+            let meshes = [1, 500, 1300].map(|count| lights_of(layout, count, 3));
+            let placed: Vec<LightInstance> = instances().into_iter().take(7).collect();
+            let tree = TwoLevelTree::new(&[&meshes[0], &meshes[1], &meshes[2]], &placed).unwrap();
+            let count = LightSampler::<ShadingPoint>::light_count(&tree) as u32;
+            assert!(count > 3600 && count <= 4096, "{count}");
+            for at in points(&meshes[1], 6, 8) {
+                let (instances, mut none) = enumerate(&tree.top, &at);
+                let mut expected = Vec::new();
+                for (instance, here) in tree.instances.iter().zip(instances) {
+                    let mesh = &tree.meshes[instance.mesh as usize];
+                    let (lights, dead) = enumerate(mesh, &at.in_mesh(instance));
+                    expected.extend(lights.into_iter().map(|light| here * light));
+                    none += here * dead;
+                }
+                let mut sum = 0.0;
+                for (light, expected) in (0..count).zip(expected) {
+                    let pmf = f64::from(tree.pmf(&at, light));
+                    assert!(
+                        (pmf - expected).abs() <= 1e-6 * expected + 1e-30,
+                        "{pmf} is not {expected}"
+                    );
+                    sum += pmf;
+                }
+                assert!(
+                    (sum + none - 1.0).abs() < 1e-6,
+                    "{layout:?}: {sum} + {none} is not 1"
+                );
+            }
+        }
+    }
+
+    /// Choices in company are those made alone, bit for bit.
+    #[test]
+    fn company_changes_no_choice() {
+        let tree = tree_of(Layout::Clustered);
+        let at = points(&lights_of(Layout::Clustered, 77, 3), 40, 8);
+        let u: Vec<u64> = (0..40).map(|i| i * (u64::MAX / 40)).collect();
+        let mut choices = vec![None; 40];
+        tree.sample_each(&at, &u, &mut choices);
+        for (i, at) in at.iter().enumerate() {
+            assert_eq!(choices[i], tree.sample(at, u[i]));
+            let mut together = vec![None; 40];
+            tree.sample_many(at, &u, &mut together);
+            for (&u, together) in u.iter().zip(together) {
+                assert_eq!(together, tree.sample(at, u));
+            }
         }
     }
 

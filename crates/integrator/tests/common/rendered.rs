@@ -1,6 +1,6 @@
 //! A rendering as the image comparisons of the testkit want it.
 
-use lightshed_integrator::{Budget, PixelEstimator, RenderOptions, render};
+use lightshed_integrator::{Budget, Film, PixelEstimator, RenderOptions, render};
 use lightshed_testkit::ImageMoments;
 use std::sync::atomic::AtomicBool;
 
@@ -25,6 +25,11 @@ impl Rendered {
         let film = render(estimator, &options, &|_| (), &AtomicBool::new(false))
             .unwrap()
             .film;
+        Self::of(&film, [width, height], samples_per_pixel)
+    }
+
+    /// What a film of this size holds.
+    pub fn of(film: &Film, [width, height]: [u32; 2], samples_per_pixel: u32) -> Self {
         assert_eq!(film.non_finite(), 0, "samples that are not finite");
         let (mut mean, mut variance_of_mean) = (Vec::new(), Vec::new());
         for y in 0..height {

@@ -12,19 +12,21 @@ const HALVE_FROM: usize = 36;
 const APART: usize = 1 << 12;
 
 /// Blocks of the tree, the root's first. The same for any number of threads.
-pub(super) fn build(lights: &[Light]) -> Vec<WideNode> {
-    let mut items: Vec<Item> = lights
-        .iter()
-        .enumerate()
-        .filter_map(|(index, light)| Item::new(light, index))
-        .collect();
-    let mut blocks = Vec::with_capacity(items.len() / 3 + 1);
+pub(super) fn build(lights: &[Light], items: &mut Vec<Item>, blocks: &mut Vec<WideNode>) {
+    items.clear();
+    items.extend(
+        lights
+            .iter()
+            .enumerate()
+            .filter_map(|(index, light)| Item::new(light, index)),
+    );
+    blocks.clear();
+    blocks.reserve(items.len() / 3 + 1);
     if items.is_empty() {
         blocks.push(WideNode::EMPTY);
     } else {
-        build_below(&mut items, 0, &mut blocks);
+        build_below(items, 0, blocks);
     }
-    blocks
 }
 
 impl WideNode {

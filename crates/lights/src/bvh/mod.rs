@@ -39,6 +39,8 @@ pub struct LightBvh {
     parents: Vec<u32>,
     /// For each light its place, or [`NOWHERE`] if it is off.
     leaf_of: Vec<u32>,
+    /// Kept for the next build.
+    items: Vec<split::Item>,
 }
 
 /// Up to eight children: their nodes, and what is below each.
@@ -62,24 +64,39 @@ impl LightBvh {
     ///
     /// See [`LightError`].
     pub fn new(lights: &[Light]) -> Result<Self, LightError> {
+        let mut bvh = Self {
+            blocks: Vec::new(),
+            parents: Vec::new(),
+            leaf_of: Vec::new(),
+            items: Vec::new(),
+        };
+        bvh.rebuild(lights)?;
+        Ok(bvh)
+    }
+
+    /// Builds the hierarchy again for other lights, in the memory that it has as far as that is enough; threads that build parts of it
+    /// apart allocate these. The same lights give the same hierarchy on any number of threads.
+    ///
+    /// # Errors
+    ///
+    /// See [`LightError`]; the hierarchy is as it was then.
+    pub fn rebuild(&mut self, lights: &[Light]) -> Result<(), LightError> {
         crate::check_lights(lights)?;
-        let blocks = build::build(lights);
-        let mut parents = vec![NOWHERE; blocks.len()];
-        let mut leaf_of = vec![NOWHERE; lights.len()];
-        for (index, block) in blocks.iter().enumerate() {
+        build::build(lights, &mut self.items, &mut self.blocks);
+        self.parents.clear();
+        self.parents.resize(self.blocks.len(), NOWHERE);
+        self.leaf_of.clear();
+        self.leaf_of.resize(lights.len(), NOWHERE);
+        for (index, block) in self.blocks.iter().enumerate() {
             for lane in (0..WIDTH).filter(|&lane| block.nodes.intensity[lane] > 0.0) {
                 let place = (index * WIDTH + lane) as u32;
                 match block.below[lane] {
-                    light if light & LEAF != 0 => leaf_of[(light & !LEAF) as usize] = place,
-                    below => parents[below as usize] = place,
+                    light if light & LEAF != 0 => self.leaf_of[(light & !LEAF) as usize] = place,
+                    below => self.parents[below as usize] = place,
                 }
             }
         }
-        Ok(Self {
-            blocks,
-            parents,
-            leaf_of,
-        })
+        Ok(())
     }
 }
 
@@ -109,8 +126,13 @@ impl Tree for LightBvh {
     }
 
     #[inline(always)]
-    fn nowhere(&self) -> u32 {
-        0
+    fn encode(&self, place: u32) -> u64 {
+        u64::from(place)
+    }
+
+    #[inline(always)]
+    fn decode(&self, place: u64) -> u32 {
+        place as u32
     }
 
     #[inline(always)]

@@ -21,6 +21,8 @@ const CHUNK: usize = 1 << 13;
 const LOW_LEVELS: usize = 10;
 /// Blocks of leaves in such a part: one block of the last of these levels.
 const PART: usize = 1 << (LOW_LEVELS - 1);
+/// Lights in such a part.
+pub(super) const LIGHTS_OF_PART: usize = PART * WIDTH;
 /// How many lights ahead of their turn are asked for.
 const AHEAD: usize = 32;
 
@@ -52,8 +54,9 @@ impl PerfectTree {
                     }
                 }
             },
-            || build_levels(blocks, levels, light_at, lights, sorted),
+            || build_levels(blocks, levels, light_at, lights, Some(sorted)),
         );
+        self.note_costs();
         Ok(())
     }
 
@@ -118,13 +121,13 @@ impl LaneKernel for Encode<'_> {
     }
 }
 
-/// All levels, from the leaves to the root.
-fn build_levels(
+/// All levels, from the leaves to the root; in the order that `light_at` has if there is no other.
+pub(super) fn build_levels(
     blocks: &mut [NodeBlock],
     levels: &[u32],
     light_at: &mut [u32],
     lights: &[Light],
-    sorted: Sorted,
+    sorted: Option<Sorted>,
 ) {
     // The lowest levels, that of the leaves first; those that are not there are empty.
     let mut low: [&mut [NodeBlock]; LOW_LEVELS] = Default::default();
@@ -148,7 +151,7 @@ fn build_levels(
 
 struct Leaves<'a> {
     lights: &'a [Light],
-    sorted: Sorted<'a>,
+    sorted: Option<Sorted<'a>>,
 }
 
 /// Builds the lowest levels above the leaves from place `first` on; each part while it is in cache.
@@ -196,8 +199,10 @@ impl LaneKernel for FillLeaves<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Leaves { lights, sorted } = self.source;
-        for (place, light_at) in (self.first..).zip(self.light_at.iter_mut()) {
-            *light_at = sorted.get(place).unwrap_or(0) as u32;
+        if let Some(sorted) = sorted {
+            for (place, light_at) in (self.first..).zip(self.light_at.iter_mut()) {
+                *light_at = sorted.get(place).unwrap_or(0) as u32;
+            }
         }
         for (i, (block, indices)) in self
             .leaves

@@ -7,10 +7,12 @@
 mod build;
 mod curve;
 mod order;
+mod refit;
 #[cfg(test)]
 mod tests;
 
 pub use curve::Curve;
+pub use refit::TreeUpdate;
 
 use crate::block::{Node, NodeBlock, WIDTH};
 use crate::descent::{Step, Tree, Way};
@@ -52,6 +54,7 @@ pub struct PerfectTree {
     leaf_of: Vec<u32>,
     options: PerfectTreeOptions,
     scratch: build::Scratch,
+    drift: refit::Drift,
 }
 
 /// How a [`PerfectTree`] is walked.
@@ -219,8 +222,16 @@ impl Tree for PerfectTree {
     }
 
     #[inline(always)]
-    fn nowhere(&self) -> Siblings {
-        Siblings { level: 0, first: 0 }
+    fn encode(&self, place: Siblings) -> u64 {
+        u64::from(place.level) << 32 | u64::from(place.first)
+    }
+
+    #[inline(always)]
+    fn decode(&self, place: u64) -> Siblings {
+        Siblings {
+            level: (place >> 32) as u32,
+            first: place as u32,
+        }
     }
 
     #[inline(always)]

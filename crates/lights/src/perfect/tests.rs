@@ -111,3 +111,54 @@ fn what_is_refused_leaves_the_tree_as_it_was() {
     assert_eq!(tree.rebuild(&broken), Err(LightError::Intensity(3)));
     assert_eq!(tree.blocks, blocks);
 }
+
+/// Lights of which some have moved by up to `by`.
+fn moved(lights: &[Light], by: f32, which: impl Fn(usize) -> bool) -> Vec<Light> {
+    let mut moved = lights.to_vec();
+    for (i, light) in moved.iter_mut().enumerate().filter(|(i, _)| which(*i)) {
+        let mut rng = lightshed_sampling::CounterRng::new(8, i as u32, 4);
+        let offset = glam::Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * by;
+        light.bounds = crate::Bounds::new(light.bounds.min + offset, light.bounds.max + offset);
+    }
+    moved
+}
+
+/// After every kind of update the tree holds the lights as they are now, each once, and every node is the union of its own.
+#[test]
+fn updated_trees_hold_all_lights() {
+    let lights = lights_of(Layout::Uniform, 20_000, 5);
+    let first = PerfectTree::new(&lights).unwrap();
+    assert_eq!(first.drift(), 1.0);
+    // One part's lights exchange their places: a mirror image of the part.
+    let own: Vec<u32> = first.light_at[4096..8192].to_vec();
+    let mut exchanged = lights.clone();
+    for (i, &light) in own.iter().enumerate() {
+        let other = own[(i * 1237) % own.len()];
+        exchanged[light as usize].bounds = lights[other as usize].bounds;
+    }
+    let cases = [
+        (moved(&lights, 1e-4, |_| true), 2.0, TreeUpdate::Refitted),
+        (exchanged, 2.0, TreeUpdate::PartlySorted(1)),
+        (moved(&lights, 5.0, |_| true), 2.0, TreeUpdate::Rebuilt),
+        (moved(&lights, 5.0, |_| true), f32::INFINITY, TreeUpdate::Refitted),
+        (lights_of(Layout::Uniform, 19_999, 5), 2.0, TreeUpdate::Rebuilt),
+    ];
+    for (lights, limit, expected) in cases {
+        let mut tree = first.clone();
+        assert_eq!(tree.update(&lights, limit), Ok(expected));
+        assert_eq!(expected == TreeUpdate::Refitted || tree.drift() <= 2.0, true);
+        for (leaf, &light) in tree.light_at.iter().enumerate() {
+            assert_eq!(tree.leaf_of[light as usize] as usize, leaf);
+            let node = tree.block(tree.depth(), leaf as u32).node(leaf % WIDTH);
+            let of = &lights[light as usize];
+            assert!(node.intensity == 0.0 && of.intensity == 0.0 || node.bounds == of.bounds);
+        }
+        for level in [0, 3, tree.depth() - 3] {
+            for (node, expected) in level_from_leaves(&tree, level).iter().enumerate() {
+                if expected.intensity > 0.0 {
+                    assert_eq!(&tree.block(level, node as u32).node(node % WIDTH), expected);
+                }
+            }
+        }
+    }
+}

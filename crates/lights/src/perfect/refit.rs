@@ -1,0 +1,146 @@
+//! Trees for lights that move a little: the order is kept as long as it is good.
+
+use super::PerfectTree;
+use super::build::{self, LIGHTS_OF_PART};
+use super::curve::{Cells, Cube};
+use crate::block::{Node, WIDTH};
+use crate::light::check_lights;
+use crate::{Bounds, Light, LightError};
+use lightshed_lanes::LANES;
+
+/// What [`PerfectTree::update`] had to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TreeUpdate {
+    /// The order was kept.
+    Refitted,
+    /// So many parts of 4,096 lights were sorted anew, each in itself.
+    PartlySorted(usize),
+    /// All lights were sorted anew.
+    Rebuilt,
+}
+
+/// How large the nodes of each part are, when it was sorted.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Drift {
+    costs: Vec<Cost>,
+    keys: Vec<(u64, u32)>,
+}
+
+/// `Σ I |diagonal|²` over the nodes of eight lights in a part, and over the part's root.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cost {
+    small: f64,
+    root: f64,
+}
+
+impl Cost {
+    /// How many times larger than `before`, the greater of both numbers; 1 where there is nothing to compare.
+    fn growth(&self, before: &Self) -> f64 {
+        let ratio = |now: f64, before: f64| if before > 0.0 { now / before } else { 1.0 };
+        ratio(self.small, before.small).max(ratio(self.root, before.root))
+    }
+}
+
+impl PerfectTree {
+    /// Follows lights that have moved, or changed otherwise, since the last build: keeps their order and finds all nodes anew, then
+    /// sorts those parts of 4,096 lights again, each in itself, whose drift exceeds `limit`, and all lights if that does not help or
+    /// their number has changed. Allocates nothing but in the first call and for more lights than ever before.
+    ///
+    /// The result is a sound tree whatever the limit; one of `1` sorts whatever got worse, and an infinite one nothing.
+    ///
+    /// # Errors
+    ///
+    /// See [`LightError`]; the tree is as it was then.
+    pub fn update(&mut self, lights: &[Light], limit: f32) -> Result<TreeUpdate, LightError> {
+        if lights.len() != self.leaf_of.len() {
+            self.rebuild(lights)?;
+            return Ok(TreeUpdate::Rebuilt);
+        }
+        check_lights(lights)?;
+        self.refit(lights);
+        let limit = f64::from(limit);
+        let mut sorted = 0;
+        for part in 0..self.drift.costs.len() {
+            if self.cost(part).growth(&self.drift.costs[part]) > limit {
+                self.sort_part(lights, part);
+                sorted += 1;
+            }
+        }
+        if sorted == 0 {
+            return Ok(TreeUpdate::Refitted);
+        }
+        self.refit(lights);
+        if self.drift() > limit {
+            self.rebuild(lights)?;
+            return Ok(TreeUpdate::Rebuilt);
+        }
+        Ok(TreeUpdate::PartlySorted(sorted))
+    }
+
+    /// How many times larger the nodes are than when their lights were last sorted, in the part where that is worst: by `Σ I |diagonal|²`
+    /// of the nodes of eight lights, or of the part's root. 1 after a build.
+    pub fn drift(&self) -> f64 {
+        let growths = (0..)
+            .zip(&self.drift.costs)
+            .map(|(part, before)| self.cost(part).growth(before));
+        growths.fold(0.0, f64::max)
+    }
+
+    /// Takes the nodes as they are now for what they should be.
+    pub(super) fn note_costs(&mut self) {
+        let mut costs = std::mem::take(&mut self.drift.costs);
+        costs.clear();
+        costs.extend((0..self.leaf_of.len().div_ceil(LIGHTS_OF_PART)).map(|part| self.cost(part)));
+        self.drift.costs = costs;
+    }
+
+    /// All nodes anew, in the order there is.
+    fn refit(&mut self, lights: &[Light]) {
+        build::build_levels(&mut self.blocks, &self.levels, &mut self.light_at, lights, None);
+    }
+
+    fn cost(&self, part: usize) -> Cost {
+        let size =
+            |node: Node| f64::from(node.intensity) * f64::from(node.bounds.diagonal().length_squared());
+        // `down` levels above the leaves, if there are as many.
+        let level = |down: u32| (self.depth().saturating_sub(down), down.min(self.depth()));
+        let (small, down) = level(WIDTH.trailing_zeros());
+        let first = (part * LIGHTS_OF_PART) >> down;
+        let end = self
+            .leaf_of
+            .len()
+            .min((part + 1) * LIGHTS_OF_PART)
+            .div_ceil(1 << down);
+        let node = |level: u32, node: usize| self.block(level, node as u32).node(node % WIDTH);
+        let (root, down) = level(LIGHTS_OF_PART.trailing_zeros());
+        Cost {
+            small: (first..end).map(|i| size(node(small, i))).sum(),
+            root: size(node(root, (part * LIGHTS_OF_PART) >> down)),
+        }
+    }
+
+    /// Sorts the lights of a part along the curve through their own box.
+    fn sort_part(&mut self, lights: &[Light], part: usize) {
+        let first = part * LIGHTS_OF_PART;
+        let end = self.light_at.len().min(first + LIGHTS_OF_PART);
+        let own = &mut self.light_at[first..end];
+        let center = |light: u32| lights[light as usize].bounds.center();
+        let cube = Cube::around(&Bounds::of_points(own.iter().map(|&light| center(light))));
+        let keys = &mut self.drift.keys;
+        keys.clear();
+        for eight in own.chunks(LANES) {
+            let mut cells: Cells = [[0; LANES]; 3];
+            for (lane, &light) in eight.iter().enumerate() {
+                let cell = cube.cell(&lights[light as usize].bounds);
+                cells.iter_mut().zip(cell).for_each(|(row, c)| row[lane] = c);
+            }
+            let codes = self.options.curve.codes(cells);
+            keys.extend(codes.into_iter().zip(eight.iter().copied()));
+        }
+        keys.sort_unstable();
+        for ((leaf, slot), &(_, light)) in (first as u32..).zip(own).zip(keys.iter()) {
+            *slot = light;
+            self.leaf_of[light as usize] = leaf;
+        }
+    }
+}
