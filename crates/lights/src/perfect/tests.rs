@@ -146,7 +146,7 @@ fn updated_trees_hold_all_lights() {
     for (lights, limit, expected) in cases {
         let mut tree = first.clone();
         assert_eq!(tree.update(&lights, limit), Ok(expected));
-        assert_eq!(expected == TreeUpdate::Refitted || tree.drift() <= 2.0, true);
+        assert!(expected == TreeUpdate::Refitted || tree.drift() <= 2.0);
         for (leaf, &light) in tree.light_at.iter().enumerate() {
             assert_eq!(tree.leaf_of[light as usize] as usize, leaf);
             let node = tree.block(tree.depth(), leaf as u32).node(leaf % WIDTH);
