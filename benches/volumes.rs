@@ -46,6 +46,12 @@ struct Options {
     /// Width of the race's images in pixels; a third less high. One ray a pixel and frame wants pixels smaller than what is seen.
     #[arg(long, default_value_t = 480)]
     width: u32,
+    /// Random walks of reuse for each pixel and frame.
+    #[arg(long, default_value_t = 4)]
+    walks: u32,
+    /// Most confidence of a pixel's history, in frames.
+    #[arg(long, default_value_t = 4.0)]
+    cap: f32,
     /// Samples a pixel of the race's references.
     #[arg(long, default_value_t = 512)]
     reference: u32,
@@ -200,7 +206,9 @@ fn lap(
     let pixels = settings.width as usize * settings.height as usize;
     let tracer = VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
     let reference = image(&tracer, &settings_of(&scene), options.reference, 1 << 20)?.0;
-    let mut method = RestirVolume::new(&scene, RestirVolumeOptions::new(scatterings), CameraMotion::STILL)?;
+    let mut parameters = RestirVolumeOptions::new(scatterings);
+    (parameters.walks, parameters.confidence_cap) = (options.walks, options.cap);
+    let mut method = RestirVolume::new(&scene, parameters, CameraMotion::STILL)?;
     let (mut error, mut grey_error, mut seconds) = (0.0, 0.0, 0.0);
     let mut frame_image = vec![Rgb::ZERO; pixels];
     for frame in 0..WARM_UP + options.repeats {
