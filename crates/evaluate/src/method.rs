@@ -2,10 +2,10 @@
 
 use crate::{EvaluateError, SampledFrames};
 use lightshed_integrator::{
-    CameraMotion, DirectLight, FrameMethod, LightChoosing, LightSelection, MAX_SCATTERINGS, PathMapping,
-    PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume,
-    RestirVolumeOptions, SceneWorld, SelectedDirectLight, SelectedPathTracer, VolumePathTracer,
-    VolumeTracking,
+    CameraMotion, CutTree, DirectLight, FrameMethod, LightChoosing, LightSelection, LightcutOptions,
+    Lightcuts, MAX_SCATTERINGS, PathMapping, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi,
+    RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld, SelectedDirectLight,
+    SelectedPathTracer, VolumePathTracer, VolumeTracking,
 };
 use lightshed_scene::Scene;
 use std::fmt;
@@ -18,6 +18,7 @@ use std::str::FromStr;
 /// | `path`, `direct`, `restir-di`, `restir-di-biased` | how emitters are chosen: `uniform`, `power`, `tree`, `two-level`, `bvh`, `open-bvh`; the scene's own table by power without one |
 /// | `restir-pt`, `restir-pt-offline` | the shift: `hybrid` (also without one), `reconnection` |
 /// | `path-reuse`, `restir-gi` | none |
+/// | `lightcuts` | the tree: `tree`, the perfect one (also without one), `bvh` |
 /// | `volpath` | `delta` tracking (also without one), `decomposition` |
 /// | `restir-volume` | most scattering vertices, 1 to 8; of those that the longest path of the scene's settings has if not given |
 ///
@@ -35,6 +36,8 @@ pub enum Method {
     Path(Option<LightChoosing>),
     /// Direct light.
     Direct(Option<LightChoosing>),
+    /// Direct light by cuts through a light tree that pixels share.
+    Lightcuts(CutTree),
     /// Paths shared within tiles.
     PathReuse,
     /// Direct light by reuse among pixels and frames.
@@ -146,6 +149,13 @@ impl<'a> Stage<'a> {
                 let direct = SelectedDirectLight::new(scene, own, 1, 1).map_err(|error| failure(&error))?;
                 Box::new(SampledFrames::new(direct, size, samples))
             }
+            Method::Lightcuts(tree) => {
+                let options = LightcutOptions {
+                    tree,
+                    ..LightcutOptions::default()
+                };
+                Box::new(Lightcuts::new(scene, options).map_err(|error| failure(&error))?)
+            }
             Method::PathReuse => Box::new(PathReuse::new(scene)),
             Method::RestirDi { biased, .. } => {
                 let settings = if biased {
@@ -207,7 +217,7 @@ impl Method {
 
     /// Whether it shows emitters and the light that is scattered once, and no more.
     pub fn is_direct(self) -> bool {
-        matches!(self, Self::Direct(_) | Self::RestirDi { .. })
+        matches!(self, Self::Direct(_) | Self::Lightcuts(_) | Self::RestirDi { .. })
     }
 
     /// Whether its frames have another expectation than the image.
@@ -244,6 +254,7 @@ impl fmt::Display for Method {
         let name = match self {
             Self::Path(_) => "path",
             Self::Direct(_) => "direct",
+            Self::Lightcuts(_) => "lightcuts",
             Self::PathReuse => "path-reuse",
             Self::RestirDi { biased: false, .. } => "restir-di",
             Self::RestirDi { biased: true, .. } => "restir-di-biased",
@@ -259,6 +270,7 @@ impl fmt::Display for Method {
                 mapping: PathMapping::Reconnection,
                 ..
             } => f.write_str(":reconnection"),
+            Self::Lightcuts(CutTree::Bvh) => f.write_str(":bvh"),
             Self::Volpath(VolumeTracking::Decomposition) => f.write_str(":decomposition"),
             Self::RestirVolume {
                 scatterings: Some(scatterings),
@@ -302,6 +314,11 @@ impl FromStr for Method {
         match name {
             "path" => Ok(Self::Path(lights()?)),
             "direct" => Ok(Self::Direct(lights()?)),
+            "lightcuts" => match variant {
+                None | Some("tree") => Ok(Self::Lightcuts(CutTree::Perfect)),
+                Some("bvh") => Ok(Self::Lightcuts(CutTree::Bvh)),
+                Some(_) => Err(unknown()),
+            },
             "path-reuse" => plain(Self::PathReuse),
             "restir-di" | "restir-di-biased" => Ok(Self::RestirDi {
                 lights: lights()?,
@@ -344,6 +361,8 @@ mod tests {
             "path:tree",
             "direct",
             "direct:open-bvh",
+            "lightcuts",
+            "lightcuts:bvh",
             "path-reuse",
             "restir-di",
             "restir-di:bvh",
