@@ -70,6 +70,14 @@ fn moving_lights_allocate_nothing_after_the_first_frame() {
         assert_eq!(count(|| tree.sample_many(&at, &u, &mut choices)), 0);
         assert!(choices.iter().all(Option::is_some));
     }
+    // Nor does a tree that follows the same lights, once it has.
+    let frames: Vec<Vec<Light>> = (0..8).map(|frame| lights(20_000, frame)).collect();
+    let mut tree = PerfectTree::new(&frames[0]).unwrap();
+    tree.update(&frames[1], 1.1).unwrap();
+    for lights in &frames[2..] {
+        assert_eq!(count(|| assert!(tree.update(lights, 1.1).is_ok())), 0);
+    }
+
     let bvh = LightBvh::new(&frames[0]).unwrap();
     assert_eq!(count(|| assert!(bvh.sample(&at, 1 << 62).is_some())), 0);
 
