@@ -6,13 +6,13 @@ use crate::progress::Bar;
 use crate::report::Report;
 use crate::vpl;
 use lightshed::integrator::{
-    Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, MAX_SCATTERINGS, OutputTarget,
-    PathMapping, PathReuse, PathTracer, RenderOptions, RestirDi, RestirDiSettings, RestirGi, RestirPt,
-    RestirPtOptions, RestirVolume, RestirVolumeOptions, RgbImage, SceneWorld, SelectedDirectLight,
-    SelectedPathTracer, VolumePathTracer, VolumeTracking, read_exr, render, render_frames,
+    Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
+    PathTracer, RenderOptions, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume,
+    RestirVolumeOptions, RgbImage, SceneWorld, SelectedDirectLight, SelectedPathTracer, VolumePathTracer,
+    VolumeTracking, read_exr, render, render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
-use lightshed::scene::{Material, RenderSettings, Scene, SceneDescription, builtin, import};
+use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -144,15 +144,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             render(&tracer, &options, &observer, cancel)
         }
         Method::RestirVolume => {
-            let scatterings = max_depth.map_or(MAX_SCATTERINGS, |depth| depth.saturating_sub(1));
-            let mut parameters = RestirVolumeOptions::new(scatterings);
-            if scene
-                .materials()
-                .iter()
-                .any(|material| !matches!(material, Material::Null))
-            {
-                parameters = RestirVolumeOptions::with_surfaces(scatterings);
-            }
+            let parameters = RestirVolumeOptions::of_scene(&scene, max_depth);
             let mut method = RestirVolume::new(&scene, parameters, motion)?;
             render_frames(&mut method, &options, &observer, cancel)
         }

@@ -3,9 +3,9 @@
 use crate::{EvaluateError, SampledFrames};
 use lightshed_integrator::{
     CameraMotion, CutTree, DirectLight, FrameMethod, LightChoosing, LightSelection, LightcutOptions,
-    Lightcuts, MAX_SCATTERINGS, PathMapping, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi,
-    RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld, SelectedDirectLight,
-    SelectedPathTracer, VolumePathTracer, VolumeTracking,
+    Lightcuts, PathMapping, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt,
+    RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld, SelectedDirectLight, SelectedPathTracer,
+    VolumePathTracer, VolumeTracking,
 };
 use lightshed_scene::Scene;
 use std::fmt;
@@ -188,9 +188,8 @@ impl<'a> Stage<'a> {
                 Box::new(SampledFrames::new(tracer, size, samples))
             }
             Method::RestirVolume { scatterings } => {
-                let edges = settings.max_depth.unwrap_or(u32::MAX);
-                let most = edges.saturating_sub(1).min(MAX_SCATTERINGS);
-                let options = RestirVolumeOptions::new(scatterings.unwrap_or(most));
+                let mut options = RestirVolumeOptions::of_scene(scene, settings.max_depth);
+                options.scatterings = scatterings.unwrap_or(options.scatterings);
                 let method = RestirVolume::new(scene, options, CameraMotion::STILL);
                 Box::new(method.map_err(|error| failure(&error))?)
             }

@@ -3,6 +3,7 @@
 use super::coarse::MAX_COARSENESS;
 use super::path::MAX_SCATTERINGS;
 use lightshed_resampling::{Pattern, PatternError};
+use lightshed_scene::{Material, Scene};
 use std::fmt;
 
 /// What [`RestirVolume`](crate::RestirVolume) does in a frame.
@@ -55,6 +56,18 @@ impl RestirVolumeOptions {
         Self {
             confidence_cap: 10.0,
             ..Self::new(scatterings)
+        }
+    }
+
+    /// [`RestirVolumeOptions::with_surfaces`] for a scene with surfaces that scatter, else [`RestirVolumeOptions::new`]; with as many
+    /// scattering vertices as paths of `max_depth` edges have; [`MAX_SCATTERINGS`] where nothing bounds them.
+    pub fn of_scene(scene: &Scene, max_depth: Option<u32>) -> Self {
+        let scatterings = max_depth.map_or(MAX_SCATTERINGS, |edges| edges.saturating_sub(1));
+        let scatters = |material: &Material| !matches!(material, Material::Null);
+        if scene.materials().iter().any(scatters) {
+            Self::with_surfaces(scatterings)
+        } else {
+            Self::new(scatterings)
         }
     }
 
