@@ -141,13 +141,13 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     };
     let world = SceneWorld::new(&scene);
     let size = [arguments.size[0], arguments.size[1]];
-    let plain = || {
-        let frames = SampledFrames::new(PathTracer::new(&scene), size, SAMPLES);
+    let plain = |samples| {
+        let frames = SampledFrames::new(PathTracer::new(&scene), size, samples);
         Ok(Box::new(frames) as Box<dyn FrameMethod + '_>)
     };
     let shared = || Ok(Box::new(PathReuse::new(&scene)) as Box<dyn FrameMethod + '_>);
     let mut contestants = vec![
-        Contestant::new("path", plain),
+        Contestant::new("path", || plain(SAMPLES)),
         Contestant::new("path-reuse", shared),
     ];
     let world = &world;
@@ -186,10 +186,6 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         &never,
     )?;
     let record = contested.record;
-    let plain = |samples| {
-        let frames = SampledFrames::new(PathTracer::new(&scene), size, samples);
-        Ok(Box::new(frames) as Box<dyn FrameMethod + '_>)
-    };
     let mut chains = Vec::new();
     for (name, mapping) in [
         ("reconnection", PathMapping::Reconnection),
