@@ -1,0 +1,126 @@
+//! Linking: from modules with imports to one text of plain WGSL.
+
+use crate::MODULES;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+use wesl::{CompileOptions, EscapeMangler, Feature, Features, ModulePath, VirtualResolver, compile};
+
+/// Puts [`MODULES`] and a program's own modules together.
+///
+/// The modules of this crate stand in `package::lightshed`, the program's where it says; `package::host` has the functions that
+/// they ask for.
+///
+/// ```
+/// use lightshed_shaders::Linker;
+///
+/// let wgsl = Linker::new()
+///     .module("package::main", "
+///         import package::lightshed::rng::random_word;
+///         import package::lightshed::uniform::f32_from_u32;
+///
+///         @group(0) @binding(0) var<storage, read_write> numbers: array<f32>;
+///
+///         @compute @workgroup_size(64)
+///         fn main(@builtin(global_invocation_id) id: vec3u) {
+///             numbers[id.x] = f32_from_u32(random_word(vec2u(1u, 0u), id.x, 0u, 0u));
+///         }")
+///     .link("package::main")?;
+/// assert!(wgsl.contains("fn main("));
+/// # Ok::<(), lightshed_shaders::LinkError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Linker<'a> {
+    modules: Vec<(String, Cow<'a, str>)>,
+    features: BTreeMap<String, bool>,
+    keep: bool,
+}
+
+/// Why modules could not be linked, as the linker says it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LinkError {
+    message: String,
+}
+
+impl fmt::Display for LinkError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "shader modules could not be linked: {}", self.message)
+    }
+}
+
+impl std::error::Error for LinkError {}
+
+impl LinkError {
+    fn new(error: impl fmt::Display) -> Self {
+        Self {
+            message: error.to_string(),
+        }
+    }
+}
+
+impl<'a> Linker<'a> {
+    /// The modules of this crate alone.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// With a module of the program; `path` is absolute, as in `package::host`.
+    #[must_use]
+    pub fn module(mut self, path: &str, wesl: impl Into<Cow<'a, str>>) -> Self {
+        self.modules.push((path.to_owned(), wesl.into()));
+        self
+    }
+
+    /// With a feature on or off: what stands behind `@if(name)`. Those that are not named are off.
+    #[must_use]
+    pub fn feature(mut self, name: &str, on: bool) -> Self {
+        self.features.insert(name.to_owned(), on);
+        self
+    }
+
+    /// With all declarations of the module that is linked, also those that no entry point needs.
+    #[must_use]
+    pub fn keep_all(mut self) -> Self {
+        self.keep = true;
+        self
+    }
+
+    /// Plain WGSL of the module at `root` and of what it needs. Its own declarations keep their names, others get the path of their
+    /// module in front.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`]: a module or an item that is not there, or a text that is no WESL.
+    pub fn link(&self, root: &str) -> Result<String, LinkError> {
+        let mut resolver = VirtualResolver::new();
+        for module in MODULES {
+            let path = format!("package::lightshed::{}", module.name);
+            resolver.add_module(parsed(&path)?, module.wesl.into());
+        }
+        for (path, text) in &self.modules {
+            resolver.add_module(parsed(path)?, Cow::Borrowed(text));
+        }
+        let flags = self
+            .features
+            .iter()
+            .map(|(name, &on)| (name.clone(), Feature::from(on)))
+            .collect();
+        let options = CompileOptions {
+            validate: false,
+            keep_root: self.keep,
+            features: Features {
+                default: Feature::Disable,
+                flags,
+            },
+            ..CompileOptions::default()
+        };
+        compile(&parsed(root)?, &resolver, &EscapeMangler, &options)
+            .map(|linked| linked.to_string())
+            .map_err(LinkError::new)
+    }
+}
+
+fn parsed(path: &str) -> Result<ModulePath, LinkError> {
+    path.parse()
+        .map_err(|_| LinkError::new(format_args!("{path} is no path of a module")))
+}

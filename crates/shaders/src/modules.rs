@@ -1,0 +1,55 @@
+//! The list of modules.
+
+/// One module of shader code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Module {
+    /// Its name, the last part of its path.
+    pub name: &'static str,
+    /// The source, with imports.
+    pub wesl: &'static str,
+    /// Linked with what it imports, for programs without a linker; `None` for a module that needs a host.
+    pub wgsl: Option<&'static str>,
+    /// What it imports from `package::host`, itself or through others: functions and types that the program supplies.
+    pub host: &'static [&'static str],
+}
+
+macro_rules! module {
+    ($name:literal) => {
+        Module {
+            name: $name,
+            wesl: include_str!(concat!("wesl/", $name, ".wesl")),
+            wgsl: Some(include_str!(concat!("wgsl/", $name, ".wgsl"))),
+            host: &[],
+        }
+    };
+    ($name:literal, $host:expr) => {
+        Module {
+            name: $name,
+            wesl: include_str!(concat!("wesl/", $name, ".wesl")),
+            wgsl: None,
+            host: &$host,
+        }
+    };
+}
+
+/// All modules, by name.
+pub const MODULES: &[Module] = &[
+    module!("alias", ["load_alias_entry"]),
+    module!("frame"),
+    module!("mis"),
+    module!("morton"),
+    module!("octahedral"),
+    module!("reservoir"),
+    module!("rng"),
+    module!("turn"),
+    module!("uniform"),
+    module!("vector"),
+    module!("warp"),
+    module!("wide"),
+];
+
+/// The module called `name`.
+pub fn module(name: &str) -> Option<&'static Module> {
+    MODULES.iter().find(|module| module.name == name)
+}

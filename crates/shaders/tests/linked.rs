@@ -1,0 +1,82 @@
+//! The WGSL that is checked in is what the modules link to, and all of it is valid. No GPU is needed.
+//!
+//! `LIGHTSHED_RELINK=1 cargo test -p lightshed-shaders --test linked` writes it anew.
+
+use lightshed_shaders::{Linker, MODULES};
+use std::path::Path;
+
+/// Parses and validates.
+fn validate(name: &str, wgsl: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(wgsl)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(wgsl)));
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::empty(),
+    );
+    if let Err(error) = validator.validate(&module) {
+        panic!("{name}: {}", error.emit_to_string(wgsl));
+    }
+    module
+}
+
+fn linked(name: &str) -> String {
+    let text = Linker::new()
+        .keep_all()
+        .link(&format!("package::lightshed::{name}"))
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+    format!("// Linked from {name}.wesl.\n\n{}\n", text.trim_end())
+}
+
+#[test]
+fn checked_in_wgsl_is_what_modules_link_to() {
+    for module in MODULES.iter().filter(|module| module.host.is_empty()) {
+        let wgsl = linked(module.name);
+        if std::env::var_os("LIGHTSHED_RELINK").is_some() {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/wgsl/{}.wgsl", module.name));
+            std::fs::write(path, &wgsl).expect("the folder can be written to");
+        } else {
+            assert_eq!(Some(&*wgsl), module.wgsl, "{}: link it again", module.name);
+        }
+        validate(module.name, &wgsl);
+    }
+}
+
+/// Every import from `package::host` is stated, and nothing else is.
+#[test]
+fn hosts_are_stated() {
+    for module in MODULES {
+        for name in module.host {
+            assert!(
+                module.wesl.contains(&format!("package::host::{name}")) || module.wesl.contains(name),
+                "{} does not ask for {name}",
+                module.name
+            );
+        }
+        let asks = module.wesl.contains("package::host");
+        assert!(!asks || !module.host.is_empty(), "{} has a host", module.name);
+        assert_eq!(module.wgsl.is_none(), !module.host.is_empty(), "{}", module.name);
+    }
+}
+
+#[test]
+fn modules_bind_nothing_and_are_sorted() {
+    for module in MODULES {
+        assert!(!module.wesl.contains("@group"), "{}", module.name);
+        // Contraction is what parity does not survive.
+        assert!(!module.wesl.contains("fma("), "{}", module.name);
+    }
+    assert!(MODULES.is_sorted_by_key(|module| module.name));
+}
+
+/// What is planted is found: the tests above can fail.
+#[test]
+fn faults_are_found() {
+    let wrong = "fn f() -> u32 { return 1.0; }";
+    assert!(std::panic::catch_unwind(|| validate("wrong", wrong)).is_err());
+    assert!(Linker::new().link("package::lightshed::nothing").is_err());
+    let missing = Linker::new()
+        .module("package::main", "import package::lightshed::rng::nothing; fn f() { nothing(); }")
+        .keep_all()
+        .link("package::main");
+    assert!(missing.is_err());
+}
