@@ -1,0 +1,12 @@
+//! lightshed's methods on a GPU.
+//!
+//! [`Gpu`] is a device by wgpu, [`Kernel`] an entry point on it, [`Work`] a list of dispatches. Shaders are those of the crate
+//! `lightshed-shaders`, linked and checked in.
+
+mod device;
+mod error;
+mod work;
+
+pub use device::{Access, Buffer, Gpu, Kernel};
+pub use error::GpuError;
+pub use work::{PassTime, Work};

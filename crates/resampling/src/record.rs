@@ -118,17 +118,19 @@ impl SelectionRecord {
         if !(weight > 0.0 && weight < f32::INFINITY) {
             return false;
         }
-        let sum = self.weight_sum + weight;
+        // Saturated sum by sum: infinities would leave NaN behind. (In a shader this also keeps compilers from taking `(a + b) - a`
+        // for `b`.)
+        let sum = (self.weight_sum + weight).min(f32::MAX);
         let lost = if self.weight_sum >= weight {
             (self.weight_sum - sum) + weight
         } else {
             (weight - sum) + self.weight_sum
         };
         // Renormalised, so that the first word alone is the rounded sum.
-        let low = self.weight_sum_low + lost;
-        let total = sum + low;
+        let low = (self.weight_sum_low + lost).min(f32::MAX);
+        let total = (sum + low).min(f32::MAX);
         self.weight_sum_low = low - (total - sum);
-        self.weight_sum = total.min(f32::MAX);
+        self.weight_sum = total;
         let accepted = u * self.weight_sum < weight;
         if accepted {
             self.item = item;
@@ -173,6 +175,17 @@ mod tests {
         assert_eq!(resumed.item(), Some(&5));
         assert!((resumed.weight_sum() / selection.weight_sum() - 1.0).abs() < 2f64.powi(-47));
         assert_eq!(Selection::<u32>::from(SelectionRecord::default()).item(), None);
+    }
+
+    #[test]
+    fn the_shader_twin_saturates() {
+        let mut record = SelectionRecord::default();
+        for i in 0..5 {
+            record.offer(i, f32::MAX, 0.5);
+            assert_eq!(record.weight_sum, f32::MAX);
+            assert!(record.weight_sum_low.is_finite());
+        }
+        assert!(record.tag == TAG_SAMPLE && record.offer(9, f32::MAX, 0.0));
     }
 
     #[test]

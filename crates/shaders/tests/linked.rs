@@ -75,7 +75,10 @@ fn faults_are_found() {
     assert!(std::panic::catch_unwind(|| validate("wrong", wrong)).is_err());
     assert!(Linker::new().link("package::lightshed::nothing").is_err());
     let missing = Linker::new()
-        .module("package::main", "import package::lightshed::rng::nothing; fn f() { nothing(); }")
+        .module(
+            "package::main",
+            "import package::lightshed::rng::nothing; fn f() { nothing(); }",
+        )
         .keep_all()
         .link("package::main");
     assert!(missing.is_err());

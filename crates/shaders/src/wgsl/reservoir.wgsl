@@ -29,7 +29,7 @@ fn offer(selection: Selection, item: u32, weight: f32, u: f32) -> Offered {
     if !(weight > 0.0) || !package_lightshed_vector__1is_finite(weight) {
         return Offered(selection, false);
     }
-    let sum = selection.weight_sum + weight;
+    let sum = min(selection.weight_sum + weight, F32_MAX);
     var lost: f32;
     if selection.weight_sum >= weight {
         lost = (selection.weight_sum - sum) + weight;
@@ -37,11 +37,11 @@ fn offer(selection: Selection, item: u32, weight: f32, u: f32) -> Offered {
     else {
         lost = (weight - sum) + selection.weight_sum;
     }
-    let low = selection.weight_sum_low + lost;
-    let total = sum + low;
+    let low = min(selection.weight_sum_low + lost, F32_MAX);
+    let total = min(sum + low, F32_MAX);
     var next = selection;
     next.weight_sum_low = low - (total - sum);
-    next.weight_sum = min(total, F32_MAX);
+    next.weight_sum = total;
     let accepted = u * next.weight_sum < weight;
     if accepted {
         next.item = item;

@@ -1,0 +1,296 @@
+//! A device, what runs on it, and buffers.
+
+use crate::GpuError;
+use bytemuck::Pod;
+use wgpu::util::DeviceExt;
+
+/// A GPU, or a processor that stands in for one.
+pub struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+}
+
+/// Memory on the device, which shaders read and write.
+#[derive(Clone, Debug)]
+pub struct Buffer {
+    pub(crate) buffer: wgpu::Buffer,
+}
+
+impl Buffer {
+    /// Its size in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.buffer.size()
+    }
+}
+
+/// How a kernel uses the buffer at one of its bindings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// `var<storage, read>`.
+    Read,
+    /// `var<storage, read_write>`.
+    Write,
+}
+
+/// An entry point of a shader, ready to run.
+pub struct Kernel {
+    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) layout: wgpu::BindGroupLayout,
+    pub(crate) label: String,
+}
+
+impl Gpu {
+    /// The first adapter that can compute; a real GPU where there is one. Environment variables of wgpu
+    /// (`WGPU_BACKEND`, `WGPU_ADAPTER_NAME`) are honoured.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
+    pub fn new() -> Result<Self, GpuError> {
+        pollster::block_on(Self::open())
+    }
+
+    async fn open() -> Result<Self, GpuError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        let adapter = match wgpu::util::initialize_adapter_from_env(&instance, None).await {
+            Ok(adapter) => adapter,
+            Err(_) => instance
+                .request_adapter(&wgpu::RequestAdapterOptions {
+                    power_preference: wgpu::PowerPreference::HighPerformance,
+                    ..Default::default()
+                })
+                .await
+                .map_err(|error| GpuError::NoAdapter(error.to_string()))?,
+        };
+        let optional = wgpu::Features::TIMESTAMP_QUERY;
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor {
+                label: Some("lightshed"),
+                required_features: adapter.features() & optional,
+                required_limits: adapter.limits(),
+                ..Default::default()
+            })
+            .await
+            .map_err(|error| GpuError::NoDevice(error.to_string()))?;
+        Ok(Self {
+            device,
+            queue,
+            info: adapter.get_info(),
+        })
+    }
+
+    /// The adapter's name.
+    pub fn name(&self) -> &str {
+        &self.info.name
+    }
+
+    /// The adapter's name, kind and interface, for tables.
+    pub fn description(&self) -> String {
+        format!(
+            "{} ({:?}, {:?})",
+            self.info.name, self.info.device_type, self.info.backend
+        )
+    }
+
+    /// Whether passes can be timed.
+    pub fn has_timestamps(&self) -> bool {
+        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    pub(crate) fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub(crate) fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    fn check_size(&self, label: &str, bytes: u64) -> Result<(), GpuError> {
+        let limits = self.device.limits();
+        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        if bytes > limit {
+            return Err(GpuError::TooLarge {
+                what: label.to_owned(),
+                bytes,
+                limit,
+            });
+        }
+        Ok(())
+    }
+
+    /// A buffer with these values; sixteen bytes of zeros for none.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::TooLarge`].
+    pub fn buffer<T: Pod>(&self, label: &str, values: &[T]) -> Result<Buffer, GpuError> {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        if bytes.is_empty() {
+            return self.zeros(label, 16);
+        }
+        self.check_size(label, bytes.len() as u64)?;
+        // Bindings are whole words.
+        let mut padded;
+        let contents = if bytes.len().is_multiple_of(4) {
+            bytes
+        } else {
+            padded = bytes.to_vec();
+            padded.resize(bytes.len().next_multiple_of(4), 0);
+            &padded
+        };
+        Ok(Buffer {
+            buffer: self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                contents,
+                usage: USAGE,
+            }),
+        })
+    }
+
+    /// A buffer of so many zero bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::TooLarge`].
+    pub fn zeros(&self, label: &str, bytes: u64) -> Result<Buffer, GpuError> {
+        let bytes = bytes.max(16).next_multiple_of(4);
+        self.check_size(label, bytes)?;
+        Ok(Buffer {
+            buffer: self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: bytes,
+                usage: USAGE,
+                mapped_at_creation: false,
+            }),
+        })
+    }
+
+    /// Overwrites the start of a buffer; what does not fit is a bug of the caller's and panics.
+    pub fn write<T: Pod>(&self, buffer: &Buffer, values: &[T]) {
+        self.queue
+            .write_buffer(&buffer.buffer, 0, bytemuck::cast_slice(values));
+    }
+
+    /// The first `count` values of a buffer, after all that was submitted.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Lost`]; [`GpuError::Refused`] if the buffer holds fewer.
+    pub fn read<T: Pod>(&self, buffer: &Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        let bytes = (count * size_of::<T>()) as u64;
+        if bytes > buffer.bytes() {
+            return Err(GpuError::Refused {
+                what: "a read".to_owned(),
+                message: format!("{bytes} bytes of a buffer of {}", buffer.bytes()),
+            });
+        }
+        if bytes == 0 {
+            return Ok(Vec::new());
+        }
+        let size = bytes.next_multiple_of(4);
+        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read back"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&buffer.buffer, 0, &staging, 0, size);
+        self.queue.submit([encoder.finish()]);
+        let lost = |error: &dyn std::fmt::Display| GpuError::Lost(error.to_string());
+        let (sender, receiver) = std::sync::mpsc::channel();
+        staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            // Nobody listens any more only if the device is lost.
+            let _ = sender.send(result);
+        });
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|error| lost(&error))?;
+        receiver
+            .recv()
+            .map_err(|error| lost(&error))?
+            .map_err(|error| lost(&error))?;
+        let view = staging
+            .slice(..)
+            .get_mapped_range()
+            .map_err(|error| lost(&error))?;
+        Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
+    }
+
+    /// Prepares the entry point `entry` of `wgsl`, with its overridable constants set. Bindings are those of group 0, in order.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Refused`] with what the validator says.
+    pub fn kernel(
+        &self,
+        label: &str,
+        wgsl: &str,
+        entry: &str,
+        bindings: &[Access],
+        constants: &[(&str, f64)],
+    ) -> Result<Kernel, GpuError> {
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+        });
+        let entries: Vec<_> = (0..)
+            .zip(bindings)
+            .map(|(binding, access)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage {
+                        read_only: *access == Access::Read,
+                    },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+            .collect();
+        let layout = self
+            .device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries: &entries,
+            });
+        let pipeline_layout = self
+            .device
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(label),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+        let pipeline = self
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(label),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+        match pollster::block_on(scope.pop()) {
+            Some(error) => Err(GpuError::Refused {
+                what: label.to_owned(),
+                message: error.to_string(),
+            }),
+            None => Ok(Kernel {
+                pipeline,
+                layout,
+                label: label.to_owned(),
+            }),
+        }
+    }
+}
+
+const USAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+    .union(wgpu::BufferUsages::COPY_SRC)
+    .union(wgpu::BufferUsages::COPY_DST);

@@ -1,0 +1,50 @@
+//! What can go wrong on the way to a GPU.
+
+use std::fmt;
+
+/// Why something could not be done on a GPU.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// There is no adapter: no driver, or none that can compute.
+    NoAdapter(String),
+    /// The adapter gave no device.
+    NoDevice(String),
+    /// A shader, a pipeline or a binding was refused.
+    Refused {
+        /// The name it was given.
+        what: String,
+        /// What the driver or the validator said.
+        message: String,
+    },
+    /// A buffer is larger than the device allows.
+    TooLarge {
+        /// The name it was given.
+        what: String,
+        /// Its size in bytes.
+        bytes: u64,
+        /// The most that the device allows.
+        limit: u64,
+    },
+    /// The device stopped answering.
+    Lost(String),
+}
+
+impl fmt::Display for GpuError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoAdapter(message) => write!(f, "no GPU adapter: {message}"),
+            Self::NoDevice(message) => write!(f, "the GPU adapter gives no device: {message}"),
+            Self::Refused { what, message } => write!(f, "{what} was refused: {message}"),
+            Self::TooLarge { what, bytes, limit } => {
+                write!(
+                    f,
+                    "{what} has {bytes} bytes, the device allows {limit} in one buffer"
+                )
+            }
+            Self::Lost(message) => write!(f, "the GPU stopped answering: {message}"),
+        }
+    }
+}
+
+impl std::error::Error for GpuError {}

@@ -1,0 +1,146 @@
+//! Work for a device: dispatches, one after the other, each of which sees what those before it wrote.
+
+use crate::GpuError;
+use crate::device::{Buffer, Gpu, Kernel};
+
+/// Dispatches that have been recorded and not yet submitted.
+pub struct Work<'a> {
+    gpu: &'a Gpu,
+    encoder: wgpu::CommandEncoder,
+    clock: Option<Clock>,
+    labels: Vec<String>,
+}
+
+/// Where passes write when they began and ended.
+struct Clock {
+    queries: wgpu::QuerySet,
+    capacity: u32,
+}
+
+/// How long one dispatch ran.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// The kernel's name.
+    pub label: String,
+    /// Seconds by the device's clock.
+    pub seconds: f64,
+}
+
+/// Most dispatches that are timed in one submission; the others run untimed.
+const MAX_TIMED: u32 = 1024;
+
+impl Gpu {
+    /// Begins to record work.
+    pub fn work(&self) -> Work<'_> {
+        Work {
+            gpu: self,
+            encoder: self.device().create_command_encoder(&Default::default()),
+            clock: None,
+            labels: Vec::new(),
+        }
+    }
+
+    /// Begins to record work whose dispatches are timed, if the device can do that.
+    pub fn timed_work(&self) -> Work<'_> {
+        let clock = self.has_timestamps().then(|| Clock {
+            queries: self.device().create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("times"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2 * MAX_TIMED,
+            }),
+            capacity: MAX_TIMED,
+        });
+        Work { clock, ..self.work() }
+    }
+}
+
+impl Work<'_> {
+    /// Records a dispatch of so many workgroups with `buffers` at bindings 0, 1, …
+    pub fn dispatch(&mut self, kernel: &Kernel, buffers: &[&Buffer], groups: [u32; 3]) {
+        if groups.contains(&0) {
+            return;
+        }
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.buffer.as_entire_binding(),
+            })
+            .collect();
+        let bind_group = self.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(&kernel.label),
+            layout: &kernel.layout,
+            entries: &entries,
+        });
+        let index = self.labels.len() as u32;
+        let timestamp_writes = self
+            .clock
+            .as_ref()
+            .filter(|clock| index < clock.capacity)
+            .map(|clock| wgpu::ComputePassTimestampWrites {
+                query_set: &clock.queries,
+                beginning_of_pass_write_index: Some(2 * index),
+                end_of_pass_write_index: Some(2 * index + 1),
+            });
+        self.labels.push(kernel.label.clone());
+        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(&kernel.label),
+            timestamp_writes,
+        });
+        pass.set_pipeline(&kernel.pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        let [x, y, z] = groups;
+        pass.dispatch_workgroups(x, y, z);
+    }
+
+    /// Sets the first `bytes` of a buffer to zero.
+    pub fn clear(&mut self, buffer: &Buffer, bytes: u64) {
+        self.encoder.clear_buffer(&buffer.buffer, 0, Some(bytes));
+    }
+
+    /// Hands the work to the device without waiting for it.
+    pub fn submit(self) {
+        self.gpu.queue().submit([self.encoder.finish()]);
+    }
+
+    /// Hands the work to the device, waits for it, and says how long each dispatch ran: nothing where the device has no clock or
+    /// the work was not to be timed.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Lost`].
+    pub fn finish(mut self) -> Result<Vec<PassTime>, GpuError> {
+        let Some(clock) = &self.clock else {
+            self.gpu.queue().submit([self.encoder.finish()]);
+            return wait(self.gpu).map(|()| Vec::new());
+        };
+        let timed = (self.labels.len() as u32).min(clock.capacity);
+        let words = self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
+            label: Some("times"),
+            size: u64::from(16 * timed.max(1)),
+            usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        self.encoder
+            .resolve_query_set(&clock.queries, 0..2 * timed, &words, 0);
+        self.gpu.queue().submit([self.encoder.finish()]);
+        let ticks: Vec<[u64; 2]> = self.gpu.read(&Buffer { buffer: words }, timed as usize)?;
+        let nanoseconds = f64::from(self.gpu.queue().get_timestamp_period());
+        Ok(self
+            .labels
+            .into_iter()
+            .zip(ticks)
+            .map(|(label, [start, end])| PassTime {
+                label,
+                seconds: end.saturating_sub(start) as f64 * nanoseconds * 1e-9,
+            })
+            .collect())
+    }
+}
+
+fn wait(gpu: &Gpu) -> Result<(), GpuError> {
+    gpu.device()
+        .poll(wgpu::PollType::wait_indefinitely())
+        .map(|_| ())
+        .map_err(|error| GpuError::Lost(error.to_string()))
+}

@@ -1,0 +1,11 @@
+//! What shaders compute is what the library computes.
+//!
+//! Three tiers: the same bits, for integers and for chains of additions, multiplications, divisions and square roots; within a stated
+//! bound, where a function of the device's own is called; and by statistics, for whole images (in `images.rs`). Without a device the
+//! tests say SKIPPED and pass, unless `LIGHTSHED_REQUIRE_GPU=1`.
+
+mod harness;
+mod numbers;
+mod planted;
+mod resampling;
+mod warps;
