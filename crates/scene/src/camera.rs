@@ -1,6 +1,6 @@
 //! Perspective cameras with a pinhole or a thin lens.
 
-use crate::{CameraDescription, Projection, Ray};
+use crate::{CameraDescription, FlatCamera, Projection, Ray};
 use glam::{Affine3A, Quat, Vec2, Vec3, Vec3A};
 use lightshed_lanes::{Lanes, Vec3Lanes};
 use lightshed_sampling::ConcentricDisk;
@@ -142,6 +142,25 @@ impl Camera {
             self.far_clip / along_axis * length,
         );
         Ray::segment(world_origin + world_direction * near, world_direction, far - near)
+    }
+
+    /// The camera as a shader reads it.
+    pub(crate) fn flat(&self, size: [u32; 2]) -> FlatCamera {
+        let axis = |axis: Vec3A| Vec3::from(axis);
+        FlatCamera {
+            x_axis: axis(self.to_world.matrix3.x_axis),
+            y_axis: axis(self.to_world.matrix3.y_axis),
+            z_axis: axis(self.to_world.matrix3.z_axis),
+            position: axis(self.to_world.translation),
+            aperture_radius: self.aperture_radius,
+            focus_distance: self.focus_distance,
+            near_clip: self.near_clip,
+            far_clip: self.far_clip,
+            corner: self.corner.into(),
+            pixel: self.pixel.into(),
+            size,
+            padding: [0; 2],
+        }
     }
 
     /// Where on the film, in pixels from the top left corner of the image, the ray through the centre of the lens to the

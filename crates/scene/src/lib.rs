@@ -9,6 +9,7 @@ mod camera;
 mod color;
 mod description;
 mod emitter;
+mod flat;
 pub mod import;
 mod material;
 mod medium;
@@ -28,10 +29,11 @@ pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
     EmitterSample, Emitters, Environment,
 };
+pub use flat::{FlatCamera, FlatEmitter, FlatError, FlatScene, FlatTriangle};
 pub use glam;
 pub use lightshed_volume as volume;
 pub use material::{
-    Bsdf, BsdfSample, BsdfValue, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,
+    Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,
 };
 pub use medium::{
     DensityDescription, EmissionDescription, GridDescription, GridField, GridFilter, Medium, MediumBoundary,

@@ -36,12 +36,25 @@ macro_rules! module {
 /// All modules, by name.
 pub const MODULES: &[Module] = &[
     module!("alias", ["load_alias_entry"]),
+    module!("bsdf", ["load_component", "load_material"]),
+    module!("camera"),
+    module!("cwbvh", ["load_cwbvh_node", "load_cwbvh_primitive", "load_triangle_corners"]),
+    module!(
+        "emitter",
+        ["emitter_groups", "load_alias_entry", "load_corner_normals", "load_emitter"]
+    ),
     module!("frame"),
+    module!("fresnel"),
+    module!("ggx"),
+    module!("measure"),
     module!("mis"),
     module!("morton"),
     module!("octahedral"),
+    module!("ray"),
     module!("reservoir"),
     module!("rng"),
+    module!("surface", ["load_corner_normals"]),
+    module!("triangle"),
     module!("turn"),
     module!("uniform"),
     module!("vector"),

@@ -3,6 +3,7 @@
 //! `LIGHTSHED_RELINK=1 cargo test -p lightshed-shaders --test linked` writes it anew.
 
 use lightshed_shaders::{Linker, MODULES};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Parses and validates.
@@ -41,19 +42,37 @@ fn checked_in_wgsl_is_what_modules_link_to() {
     }
 }
 
-/// Every import from `package::host` is stated, and nothing else is.
+/// Names that `text` imports from a path that starts with `from`, after which comes the last part of it.
+fn imports<'a>(text: &'a str, from: &str) -> Vec<(&'a str, Vec<&'a str>)> {
+    text.split("import ")
+        .skip(1)
+        .filter_map(|rest| rest.split(';').next()?.strip_prefix(from))
+        .map(|path| {
+            let (module, names) = path.split_once("::").unwrap_or(("", path));
+            let names = names.trim_matches(['{', '}', ' ', '\n']).split(',');
+            (module, names.map(str::trim).filter(|name| !name.is_empty()).collect())
+        })
+        .collect()
+}
+
+/// What a module imports from `package::host`, itself or through others, is what it states.
 #[test]
 fn hosts_are_stated() {
     for module in MODULES {
-        for name in module.host {
-            assert!(
-                module.wesl.contains(&format!("package::host::{name}")) || module.wesl.contains(name),
-                "{} does not ask for {name}",
-                module.name
-            );
+        let mut reached = BTreeSet::from([module.name]);
+        let mut open = vec![module.name];
+        let mut asked = BTreeSet::new();
+        while let Some(name) = open.pop() {
+            let text = lightshed_shaders::module(name).expect("imports name modules").wesl;
+            asked.extend(imports(text, "package::host::").into_iter().flat_map(|(_, names)| names));
+            for (next, _) in imports(text, "super::") {
+                if reached.insert(next) {
+                    open.push(next);
+                }
+            }
         }
-        let asks = module.wesl.contains("package::host");
-        assert!(!asks || !module.host.is_empty(), "{} has a host", module.name);
+        let stated: BTreeSet<&str> = module.host.iter().copied().collect();
+        assert_eq!(asked, stated, "{}", module.name);
         assert_eq!(module.wgsl.is_none(), !module.host.is_empty(), "{}", module.name);
     }
 }

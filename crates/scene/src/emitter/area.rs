@@ -1,7 +1,7 @@
 //! Emitting triangles and spheres.
 
 use super::{EmitterSample, luminance_f64, target_on_surface};
-use crate::{Rgb, Sphere, SurfacePoint};
+use crate::{FlatEmitter, Rgb, Sphere, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{Area, Density, Frame, SolidAngle, UniformCone, UniformSphere, UniformTriangle};
 use std::f32::consts::{PI, TAU};
@@ -132,6 +132,19 @@ impl TriangleEmitter {
     #[inline(always)]
     pub fn halves(&self) -> &[[f32; 8]; 2] {
         bytemuck::cast_ref(self)
+    }
+
+    pub(super) fn flat(&self) -> FlatEmitter {
+        FlatEmitter {
+            corner: self.corner,
+            edge0: self.edges[0],
+            edge1: self.edges[1],
+            normal: self.normal,
+            pdf_area: self.pdf_area,
+            radiance_r: self.radiance.x,
+            radiance_g: self.radiance.y,
+            radiance_b: self.radiance.z,
+        }
     }
 
     pub(super) fn area(&self) -> f64 {

@@ -83,6 +83,14 @@ impl Environment {
         })))))
     }
 
+    /// Radiance from all directions alike; `None` for an image.
+    pub fn constant_radiance(&self) -> Option<Rgb> {
+        match &self.0 {
+            Kind::Constant(radiance) => Some(*radiance),
+            Kind::Image(_) => None,
+        }
+    }
+
     /// Radiance arriving from the unit direction `direction`.
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Rgb {

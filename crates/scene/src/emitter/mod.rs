@@ -21,11 +21,11 @@ pub use lanes::EmitterLanes;
 pub use selection::{EmitterExtent, EmitterOrientation};
 
 use crate::scene::{SceneError, offset_along};
-use crate::{EmitterDescription, Ray, Rgb, SurfacePoint, luminance};
+use crate::{EmitterDescription, FlatEmitter, Ray, Rgb, SurfacePoint, luminance};
 use area::AreaRecord;
 use glam::Vec3;
 use infinite::Directional;
-use lightshed_sampling::{AliasTable, Density, SolidAngle};
+use lightshed_sampling::{AliasEntry, AliasTable, Density, SolidAngle};
 use point::{Point, Spot};
 
 /// All emitters of a scene.
@@ -205,6 +205,24 @@ impl Emitters {
     /// Number of emitting triangles and spheres.
     pub fn area_count(&self) -> usize {
         self.areas.len()
+    }
+
+    /// An emitting triangle as a shader reads it; `None` if the emitter of this index is none.
+    pub(crate) fn flat_triangle(&self, index: u32) -> Option<FlatEmitter> {
+        match self.areas.get(index as usize)? {
+            AreaRecord::Triangle(triangle) => Some(triangle.flat()),
+            AreaRecord::Sphere(_) => None,
+        }
+    }
+
+    /// The table by which one of the finite emitters is chosen; empty if there are none.
+    pub(crate) fn finite_table(&self) -> &[AliasEntry] {
+        self.finite.as_ref().map_or(&[], AliasTable::entries)
+    }
+
+    /// Emitters at infinity, and one more if there are finite ones.
+    pub(crate) fn group_count(&self) -> u32 {
+        self.groups
     }
 
     /// What surrounds the scene.

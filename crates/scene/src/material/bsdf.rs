@@ -1,6 +1,6 @@
 //! A material at a point: a small value that evaluates and samples scattering, lobe by lobe.
 
-use super::component::{Component, Draw, LobeEvaluation, MAX_COMPONENT_LOBES};
+use super::component::{Component, Diffuse, Draw, LobeEvaluation, MAX_COMPONENT_LOBES};
 use crate::Rgb;
 use glam::{Vec2, Vec3};
 use lightshed_sampling::{CosineHemisphere, Density, SolidAngle};
@@ -206,6 +206,21 @@ impl Bsdf {
             Repr::Diffuse { .. } => &[],
             Repr::Single(entry) => std::slice::from_ref(entry),
             Repr::Mixture { entries, count } => &entries[..*count as usize],
+        }
+    }
+
+    /// All components, the first so many of them.
+    pub(super) fn leaves(&self) -> ([Entry; MAX_COMPONENTS], usize) {
+        let diffuse = |reflectance, side| Entry {
+            component: Component::Diffuse(Diffuse { reflectance }),
+            side,
+            weight: 1.0,
+            importance: 1.0,
+        };
+        match self.repr {
+            Repr::Diffuse { reflectance, side } => ([diffuse(reflectance, side); MAX_COMPONENTS], 1),
+            Repr::Single(entry) => ([entry; MAX_COMPONENTS], 1),
+            Repr::Mixture { entries, count } => (entries, usize::from(count)),
         }
     }
 

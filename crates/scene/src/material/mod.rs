@@ -7,10 +7,12 @@ mod fresnel;
 mod microfacet;
 mod resolve;
 mod rough_coat;
+mod rows;
 mod validate;
 
 pub use bsdf::{Bsdf, BsdfSample, BsdfValue, LobeSample};
 pub use error::MaterialError;
+pub use rows::ComponentRow;
 
 use crate::{ColorTexture, FloatTexture, Rgb};
 

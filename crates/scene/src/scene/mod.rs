@@ -20,7 +20,8 @@ use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, Rend
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
-use primitive::{SphereRecord, TriangleRecord};
+pub use primitive::TriangleRecord;
+use primitive::SphereRecord;
 
 /// A validated scene with its acceleration structure, emitters and camera.
 pub struct Scene {
@@ -218,6 +219,16 @@ impl Scene {
     /// The camera, for images of the size in [`Scene::settings`].
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// The triangles as shading reads them.
+    pub(crate) fn triangle_records(&self) -> &[TriangleRecord] {
+        &self.triangles
+    }
+
+    /// Normals at the corners of the triangles that have them.
+    pub(crate) fn corner_normals(&self) -> &[[Vec3; 3]] {
+        &self.normals
     }
 
     /// The materials.

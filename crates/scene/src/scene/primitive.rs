@@ -8,18 +8,21 @@ use lightshed_sampling::Frame;
 /// In place of an index where there is nothing.
 pub const NONE: u32 = u32::MAX;
 
-/// A triangle.
+/// A triangle: geometry and what it is made of, one cache line.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct TriangleRecord {
+    /// Corners in space.
     pub corners: [Vec3; 3],
+    /// Unit geometric normal.
     pub normal: Vec3,
+    /// Index into the materials.
     pub material: u32,
-    /// Index into the emitters, or [`NONE`].
+    /// Index into the emitters, or `u32::MAX`.
     pub emitter: u32,
-    /// Index into the scene's vertex normals, or [`NONE`] for a flat triangle.
+    /// Index into the scene's corner normals, or `u32::MAX` for a flat triangle.
     pub normals: u32,
-    /// Index into the scene's texture coordinates, or [`NONE`].
+    /// Index into the scene's texture coordinates, or `u32::MAX`.
     pub uvs: u32,
 }
 
@@ -27,7 +30,7 @@ const _: () = assert!(size_of::<TriangleRecord>() == 64);
 
 impl TriangleRecord {
     /// In place of a triangle.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         corners: [Vec3::ZERO; 3],
         normal: Vec3::Z,
         material: 0,
@@ -38,13 +41,13 @@ impl TriangleRecord {
 
     /// The record as two rows of lanes: corners and normal are the first twelve values.
     #[inline(always)]
-    pub fn halves(&self) -> &[[f32; 8]; 2] {
+    pub(crate) fn halves(&self) -> &[[f32; 8]; 2] {
         bytemuck::cast_ref(self)
     }
 
     /// Texture coordinates at the weights of the second and third vertex.
     #[inline(always)]
-    pub fn uv(&self, [v, w]: [f32; 2], uvs: &[[Vec2; 3]]) -> Vec2 {
+    pub(crate) fn uv(&self, [v, w]: [f32; 2], uvs: &[[Vec2; 3]]) -> Vec2 {
         match uvs.get(self.uvs as usize) {
             Some(uvs) => uvs[0] * (1.0 - v - w).max(0.0) + uvs[1] * v + uvs[2] * w,
             None => Vec2::new(v, w),
@@ -52,7 +55,7 @@ impl TriangleRecord {
     }
 
     #[inline(always)]
-    pub fn surface(&self, hit: &Hit, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> SurfacePoint {
+    pub(crate) fn surface(&self, hit: &Hit, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> SurfacePoint {
         let [v, w] = hit.barycentric;
         let weights = [(1.0 - v - w).max(0.0), v, w];
         let terms = [0, 1, 2].map(|i| self.corners[i] * weights[i]);

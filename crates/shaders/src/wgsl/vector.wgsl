@@ -31,3 +31,15 @@ fn sign_of(x: f32) -> f32 {
 fn copy_sign(magnitude: f32, sign: f32) -> f32 {
     return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
 }
+
+fn max_element(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+fn normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let inverse = 1.0 / length3(v);
+    if is_finite(inverse) && inverse > 0.0 {
+        return v * inverse;
+    }
+    return otherwise;
+}

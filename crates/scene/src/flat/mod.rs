@@ -1,0 +1,145 @@
+//! A scene as flat arrays, for shaders.
+
+mod error;
+
+pub use error::FlatError;
+
+use crate::scene::TriangleRecord;
+use crate::{ComponentRow, Scene};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use lightshed_sampling::AliasEntry;
+
+/// Everything that a path tracer asks of a scene of triangles, as arrays whose rows have the layout of the shaders' structs.
+///
+/// Not every scene has that form: see [`FlatError`].
+#[derive(Clone, Debug)]
+pub struct FlatScene {
+    /// Geometry and what it is made of; 64 bytes each.
+    pub triangles: Vec<FlatTriangle>,
+    /// Normals at the corners of triangles that have them, as three times four numbers of which the last means nothing.
+    pub normals: Vec<[[f32; 4]; 3]>,
+    /// First row and number of rows of each material.
+    pub materials: Vec<[u32; 2]>,
+    /// Components of all materials.
+    pub components: Vec<ComponentRow>,
+    /// Emitting triangles.
+    pub emitters: Vec<FlatEmitter>,
+    /// Choice among them, by power.
+    pub emitter_table: Vec<AliasEntry>,
+    /// The camera.
+    pub camera: FlatCamera,
+    /// Constant radiance from all around; black for none.
+    pub surroundings: Vec3,
+    /// Kinds of emitters to choose from: emitting triangles together count as one, the surroundings as another.
+    pub groups: u32,
+}
+
+/// A triangle: corners, unit normal, and indices; `u32::MAX` for none.
+pub type FlatTriangle = TriangleRecord;
+
+/// An emitting triangle: a corner, the edges from there, unit normal, radiance, and `p_sel / area`.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FlatEmitter {
+    /// A corner.
+    pub corner: Vec3,
+    /// `p_sel / area`, per unit area.
+    pub pdf_area: f32,
+    /// From the corner to the second, …
+    pub edge0: Vec3,
+    /// Red radiance.
+    pub radiance_r: f32,
+    /// … and to the third.
+    pub edge1: Vec3,
+    /// Green radiance.
+    pub radiance_g: f32,
+    /// Unit normal, the side that emits.
+    pub normal: Vec3,
+    /// Blue radiance.
+    pub radiance_b: f32,
+}
+
+/// A camera: rays as [`Camera::ray`](crate::Camera::ray) makes them. 96 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FlatCamera {
+    /// Columns of the rotation, …
+    pub x_axis: Vec3,
+    /// Radius of the aperture; 0 for a pinhole.
+    pub aperture_radius: f32,
+    /// …
+    pub y_axis: Vec3,
+    /// Distance of the plane in focus.
+    pub focus_distance: f32,
+    /// …
+    pub z_axis: Vec3,
+    /// Distance at which rays start, along the axis.
+    pub near_clip: f32,
+    /// Where it is.
+    pub position: Vec3,
+    /// Distance at which rays end, along the axis.
+    pub far_clip: f32,
+    /// Local direction of the image's top left corner, at z = 1.
+    pub corner: [f32; 2],
+    /// Step of the local direction for one pixel.
+    pub pixel: [f32; 2],
+    /// Pixels of the image.
+    pub size: [u32; 2],
+    /// Nothing.
+    pub padding: [u32; 2],
+}
+
+const _: () = assert!(size_of::<FlatTriangle>() == 64 && size_of::<FlatEmitter>() == 64);
+const _: () = assert!(size_of::<FlatCamera>() == 96);
+
+impl FlatScene {
+    /// # Errors
+    ///
+    /// [`FlatError`], for what has no flat form.
+    pub fn new(scene: &Scene) -> Result<Self, FlatError> {
+        if scene.sphere_count() > 0 {
+            return Err(FlatError::Spheres);
+        }
+        if !scene.media().is_empty() {
+            return Err(FlatError::Media);
+        }
+        let (mut materials, mut components) = (Vec::new(), Vec::new());
+        for (index, material) in scene.materials().iter().enumerate() {
+            let rows = material.component_rows().ok_or(FlatError::Material(index))?;
+            materials.push([components.len() as u32, rows.len() as u32]);
+            components.extend(rows);
+        }
+        let emitters = scene.emitters();
+        let surroundings = match emitters.environment() {
+            None => Vec3::ZERO,
+            Some(environment) => environment.constant_radiance().ok_or(FlatError::Environment)?,
+        };
+        if emitters.len() != emitters.area_count() + usize::from(emitters.environment().is_some()) {
+            return Err(FlatError::PointEmitters);
+        }
+        let rows = (0..emitters.area_count() as u32)
+            .map(|index| emitters.flat_triangle(index).ok_or(FlatError::Spheres))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            triangles: scene.triangle_records().to_vec(),
+            normals: scene
+                .corner_normals()
+                .iter()
+                .map(|normals| normals.map(|n| [n.x, n.y, n.z, 0.0]))
+                .collect(),
+            materials,
+            components,
+            emitters: rows,
+            emitter_table: emitters.finite_table().to_vec(),
+            camera: scene.camera().flat([scene.settings().width, scene.settings().height]),
+            surroundings,
+            groups: emitters.group_count(),
+        })
+    }
+
+    /// Corners of all triangles.
+    pub fn corners(&self) -> impl ExactSizeIterator<Item = [Vec3; 3]> {
+        self.triangles.iter().map(|triangle| triangle.corners)
+    }
+}
