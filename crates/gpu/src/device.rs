@@ -93,6 +93,12 @@ impl Gpu {
         )
     }
 
+    /// Whether its `f32` arithmetic is that of IEEE 754, uncontracted, so that chains of it have the bits that they have on the host. It
+    /// is known of lavapipe (llvmpipe); of other devices nothing is claimed.
+    pub fn is_exact(&self) -> bool {
+        self.info.driver == "llvmpipe"
+    }
+
     /// Whether passes can be timed.
     pub fn has_timestamps(&self) -> bool {
         self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)

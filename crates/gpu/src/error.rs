@@ -1,5 +1,6 @@
 //! What can go wrong on the way to a GPU.
 
+use lightshed_scene::FlatError;
 use std::fmt;
 
 /// Why something could not be done on a GPU.
@@ -26,6 +27,10 @@ pub enum GpuError {
         /// The most that the device allows.
         limit: u64,
     },
+    /// The scene has something that the device's methods do not know.
+    Scene(FlatError),
+    /// The tree over the scene's triangles has so many levels, more than the traversal's stack.
+    TooDeep(usize),
     /// The device stopped answering.
     Lost(String),
 }
@@ -42,6 +47,8 @@ impl fmt::Display for GpuError {
                     "{what} has {bytes} bytes, the device allows {limit} in one buffer"
                 )
             }
+            Self::Scene(error) => write!(f, "the scene cannot be rendered on a GPU: {error}"),
+            Self::TooDeep(levels) => write!(f, "the tree has {levels} levels, too many for a GPU's stack"),
             Self::Lost(message) => write!(f, "the GPU stopped answering: {message}"),
         }
     }

@@ -5,8 +5,15 @@
 
 mod device;
 mod error;
+mod image;
+mod path_tracer;
+mod programs;
+mod scene;
 mod work;
 
 pub use device::{Access, Buffer, Gpu, Kernel};
 pub use error::GpuError;
+pub use image::GpuImage;
+pub use path_tracer::GpuPathTracer;
+pub use scene::GpuScene;
 pub use work::{PassTime, Work};

@@ -33,7 +33,8 @@ pub use flat::{FlatCamera, FlatEmitter, FlatError, FlatScene, FlatTriangle};
 pub use glam;
 pub use lightshed_volume as volume;
 pub use material::{
-    Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, LobeSample, Material, MaterialError, Microfacet, Roughness,
+    Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, LobeSample, Material, MaterialError, Microfacet,
+    Roughness,
 };
 pub use medium::{
     DensityDescription, EmissionDescription, GridDescription, GridField, GridFilter, Medium, MediumBoundary,

@@ -4,6 +4,7 @@ use crate::MODULES;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
+use wesl::syntax::GlobalDeclaration;
 use wesl::{CompileOptions, EscapeMangler, Feature, Features, ModulePath, VirtualResolver, compile};
 
 /// Puts [`MODULES`] and a program's own modules together.
@@ -114,10 +115,34 @@ impl<'a> Linker<'a> {
             },
             ..CompileOptions::default()
         };
-        compile(&parsed(root)?, &resolver, &EscapeMangler, &options)
-            .map(|linked| linked.to_string())
-            .map_err(LinkError::new)
+        let mut linked =
+            compile(&parsed(root)?, &resolver, &EscapeMangler, &options).map_err(LinkError::new)?;
+        // Modules come in an order that changes from run to run; what a text means does not depend on it.
+        linked
+            .syntax
+            .global_declarations
+            .sort_by_cached_key(|declaration| {
+                let name = name_of(declaration);
+                // The root's own, whose names have no path, stay first and in their order.
+                if name.starts_with("package_") {
+                    name
+                } else {
+                    String::new()
+                }
+            });
+        Ok(linked.to_string())
     }
+}
+
+fn name_of(declaration: &GlobalDeclaration) -> String {
+    let ident = match declaration {
+        GlobalDeclaration::Declaration(declaration) => &declaration.ident,
+        GlobalDeclaration::TypeAlias(alias) => &alias.ident,
+        GlobalDeclaration::Struct(structure) => &structure.ident,
+        GlobalDeclaration::Function(function) => &function.ident,
+        GlobalDeclaration::Void | GlobalDeclaration::ConstAssert(_) => return String::new(),
+    };
+    ident.name().clone()
 }
 
 fn parsed(path: &str) -> Result<ModulePath, LinkError> {

@@ -38,10 +38,18 @@ pub const MODULES: &[Module] = &[
     module!("alias", ["load_alias_entry"]),
     module!("bsdf", ["load_component", "load_material"]),
     module!("camera"),
-    module!("cwbvh", ["load_cwbvh_node", "load_cwbvh_primitive", "load_triangle_corners"]),
+    module!(
+        "cwbvh",
+        ["load_cwbvh_node", "load_cwbvh_primitive", "load_triangle_corners"]
+    ),
     module!(
         "emitter",
-        ["emitter_groups", "load_alias_entry", "load_corner_normals", "load_emitter"]
+        [
+            "emitter_groups",
+            "load_alias_entry",
+            "load_corner_normals",
+            "load_emitter"
+        ]
     ),
     module!("frame"),
     module!("fresnel"),

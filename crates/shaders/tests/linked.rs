@@ -50,7 +50,10 @@ fn imports<'a>(text: &'a str, from: &str) -> Vec<(&'a str, Vec<&'a str>)> {
         .map(|path| {
             let (module, names) = path.split_once("::").unwrap_or(("", path));
             let names = names.trim_matches(['{', '}', ' ', '\n']).split(',');
-            (module, names.map(str::trim).filter(|name| !name.is_empty()).collect())
+            (
+                module,
+                names.map(str::trim).filter(|name| !name.is_empty()).collect(),
+            )
         })
         .collect()
 }
@@ -63,8 +66,14 @@ fn hosts_are_stated() {
         let mut open = vec![module.name];
         let mut asked = BTreeSet::new();
         while let Some(name) = open.pop() {
-            let text = lightshed_shaders::module(name).expect("imports name modules").wesl;
-            asked.extend(imports(text, "package::host::").into_iter().flat_map(|(_, names)| names));
+            let text = lightshed_shaders::module(name)
+                .expect("imports name modules")
+                .wesl;
+            asked.extend(
+                imports(text, "package::host::")
+                    .into_iter()
+                    .flat_map(|(_, names)| names),
+            );
             for (next, _) in imports(text, "super::") {
                 if reached.insert(next) {
                     open.push(next);

@@ -238,204 +238,6 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
     film[index] = pixel;
 }
 
-struct package_lightshed_ray_Ray {
-    origin: vec3f,
-    t_max: f32,
-    direction: vec3f,
-    padding: u32
-}
-
-const package_lightshed_ray_NOTHING: u32 = 4294967295u;
-
-const package_lightshed_ray__1NO_END: f32 = 3.4028235e38;
-
-struct package_lightshed_ray_Hit {
-    t: f32,
-    primitive: u32,
-    barycentric: vec2f
-}
-
-struct package_lightshed_cwbvh_CwbvhNode {
-    corner: vec3f,
-    exponents_and_inner: u32,
-    child_base: u32,
-    primitive_base: u32,
-    meta_low: u32,
-    meta_high: u32,
-    x: vec4u,
-    y: vec4u,
-    z: vec4u
-}
-
-struct package_lightshed_cwbvh_TriangleCorners {
-    a: vec3f,
-    b: vec3f,
-    c: vec3f
-}
-
-const package_lightshed_cwbvh__1CWBVH_STACK: u32 = 32u;
-
-struct package_lightshed_cwbvh_BoxRay {
-    origin: vec3f,
-    inverse: vec3f,
-    backwards: vec3<bool>,
-    octant: u32
-}
-
-fn package_lightshed_cwbvh__1box_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_cwbvh_BoxRay {
-    let largest = vec3f(3e38);
-    let inverse = clamp(1.0 / ray.direction, -largest, largest);
-    let backwards = ray.direction < vec3f(0.0);
-    let octant = select(vec3u(4u, 2u, 1u), vec3u(0u), backwards);
-    return package_lightshed_cwbvh_BoxRay(ray.origin, inverse, backwards, octant.x | octant.y | octant.z);
-}
-
-fn package_lightshed_cwbvh__1byte_of(low: u32, high: u32, index: u32) -> u32 {
-    return (select(low, high, index >= 4u) >> ((index & 3u) * 8u)) & 255u;
-}
-
-fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
-    let near = select(low - abs(low) * 2.4e-7, high + abs(high) * 2.4e-7, backwards);
-    let far = select(high + abs(high) * 2.4e-7, low - abs(low) * 2.4e-7, backwards);
-    return vec2f(near - origin, far - origin) * inverse;
-}
-
-fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNode, ray: package_lightshed_cwbvh_BoxRay, t_max: f32) -> u32 {
-    let exponents = node.exponents_and_inner;
-    let scale = bitcast<vec3f>((vec3u(exponents, exponents >> 8u, exponents >> 16u) & vec3u(255u)) << vec3u(23u));
-    let inner = exponents >> 24u;
-    var hits = 0u;
-    for (var child = 0u; child < 8u; child++) {
-        let about = package_lightshed_cwbvh__1byte_of(node.meta_low, node.meta_high, child);
-        if about == 0u {
-            continue;
-        }
-        let low = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.x, node.x.y, child), package_lightshed_cwbvh__1byte_of(node.y.x, node.y.y, child), package_lightshed_cwbvh__1byte_of(node.z.x, node.z.y, child)));
-        let high = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.z, node.x.w, child), package_lightshed_cwbvh__1byte_of(node.y.z, node.y.w, child), package_lightshed_cwbvh__1byte_of(node.z.z, node.z.w, child)));
-        let x = package_lightshed_cwbvh_slab(low.x, high.x, ray.origin.x, ray.inverse.x, ray.backwards.x);
-        let y = package_lightshed_cwbvh_slab(low.y, high.y, ray.origin.y, ray.inverse.y, ray.backwards.y);
-        let z = package_lightshed_cwbvh_slab(low.z, high.z, ray.origin.z, ray.inverse.z, ray.backwards.z);
-        let near = max(max(x.x, y.x), max(z.x, 0.0));
-        let far = min(min(x.y, y.y), min(z.y, t_max));
-        if near <= far * 1.0000005 {
-            if ((inner >> child) & 1u) == 1u {
-                hits |= 1u << (24u + (child ^ ray.octant));
-            }
-            else {
-                hits |= (about >> 5u) << (about & 31u);
-            }
-        }
-    }
-    return hits;
-}
-
-fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -> package_lightshed_ray_Hit {
-    let boxes = package_lightshed_cwbvh__1box_ray(ray);
-    let triangles = package_lightshed_triangle__1triangle_ray(ray);
-    var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
-    var stack: array<vec2u, 32>;
-    var depth = 0u;
-    var group = vec2u(0u, (1u << (24u + boxes.octant)) | 1u);
-    loop {
-        if group.y >= 16777216u {
-            let bit = firstLeadingBit(group.y);
-            group.y &= ~(1u << bit);
-            let slot = (bit - 24u) ^ boxes.octant;
-            let before = countOneBits(group.y & 255u & ((1u << slot) - 1u));
-            let index = group.x + before;
-            if group.y >= 16777216u && depth < package_lightshed_cwbvh__1CWBVH_STACK {
-                stack[depth] = group;
-                depth++;
-            }
-            let node = package_host__2load_cwbvh_node(index);
-            let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
-            var primitives = hits & 16777215u;
-            while (primitives != 0u) {
-                let offset = firstTrailingBit(primitives);
-                primitives &= primitives - 1u;
-                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
-                let corners = package_host__2load_triangle_corners(primitive);
-                let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, best.t);
-                if hit.primitive != package_lightshed_ray_NOTHING {
-                    best = hit;
-                    if any {
-                        return best;
-                    }
-                }
-            }
-            group = vec2u(node.child_base, (hits & 4278190080u) | (node.exponents_and_inner >> 24u));
-        }
-        else if depth > 0u {
-            depth--;
-            group = stack[depth];
-        }
-        else {
-            break;
-        }
-    }
-    return best;
-}
-
-fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
-    return package_lightshed_cwbvh_traverse(ray, false);
-}
-
-fn package_lightshed_cwbvh_occluded(ray: package_lightshed_ray_Ray) -> bool {
-    return package_lightshed_cwbvh_traverse(ray, true).primitive != package_lightshed_ray_NOTHING;
-}
-
-struct package_lightshed_triangle_TriangleRay {
-    origin: vec3f,
-    axes: vec3u,
-    shear: vec2f,
-    inverse_z: f32
-}
-
-fn package_lightshed_triangle__1triangle_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_triangle_TriangleRay {
-    var d = ray.direction;
-    let m = abs(d);
-    var kz = 2u;
-    if m.x > m.y {
-        kz = select(2u, 0u, m.x > m.z);
-    }
-    else if m.y > m.z {
-        kz = 1u;
-    }
-    let kx = (kz + 1u) % 3u;
-    let ky = (kz + 2u) % 3u;
-    let inverse_z = 1.0 / d[kz];
-    return package_lightshed_triangle_TriangleRay(ray.origin, vec3u(kx, ky, kz), vec2f(d[kx] * inverse_z, d[ky] * inverse_z), inverse_z);
-}
-
-fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRay, corner: vec3f) -> vec3f {
-    var p = corner - ray.origin;
-    let z = p[ray.axes.z];
-    return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
-}
-
-fn package_lightshed_triangle__1intersect_triangle(ray: package_lightshed_triangle_TriangleRay, a0: vec3f, b0: vec3f, c0: vec3f, primitive: u32, t_max: f32) -> package_lightshed_ray_Hit {
-    let none = package_lightshed_ray_Hit(t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
-    let a = package_lightshed_triangle_sheared(ray, a0);
-    let b = package_lightshed_triangle_sheared(ray, b0);
-    let c = package_lightshed_triangle_sheared(ray, c0);
-    let area_a = c.x * b.y - c.y * b.x;
-    let area_b = a.x * c.y - a.y * c.x;
-    let area_c = b.x * a.y - b.y * a.x;
-    let inside = (area_a >= 0.0 && area_b >= 0.0 && area_c >= 0.0) || (area_a <= 0.0 && area_b <= 0.0 && area_c <= 0.0);
-    if !inside {
-        return none;
-    }
-    let inverse_determinant = 1.0 / (area_a + (area_b + area_c));
-    let z = area_a * a.z + (area_b * b.z + area_c * c.z);
-    let t = z * ray.inverse_z * inverse_determinant;
-    if !(t > 0.0 && t < t_max) {
-        return none;
-    }
-    let u = area_a * inverse_determinant;
-    let v = area_b * inverse_determinant;
-    return package_lightshed_ray_Hit(t, primitive, vec2f(v, max(1.0 - u - v, 0.0)));
-}
-
 struct package_host_Settings {
     camera: package_lightshed_camera_Camera,
     surroundings: vec3f,
@@ -448,57 +250,12 @@ struct package_host_Settings {
     padding: vec2u
 }
 
-@group(0) @binding(0)
-var<storage, read> package_host_settings: package_host_Settings;
-
-@group(0) @binding(1)
-var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
-
-@group(0) @binding(2)
-var<storage, read> package_host_slots: array<u32>;
-
-@group(0) @binding(3)
-var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
-
-@group(0) @binding(4)
-var<storage, read> package_host_normals: array<vec4f>;
-
-@group(0) @binding(5)
-var<storage, read> package_host_materials: array<vec2u>;
-
-@group(0) @binding(6)
-var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
-
-@group(0) @binding(7)
-var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
+fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
+}
 
 @group(0) @binding(8)
 var<storage, read> package_host__1emitter_table: array<package_lightshed_alias_AliasEntry>;
-
-fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
-    return package_host_nodes[index];
-}
-
-fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
-    return package_host_slots[slot];
-}
-
-fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
-    return package_host_triangles[index];
-}
-
-fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
-    let triangle = package_host_triangles[index];
-    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
-}
-
-fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
-    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
-}
-
-fn package_host__1load_material(index: u32) -> vec2u {
-    return package_host_materials[index];
-}
 
 fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
     return package_host_components[row];
@@ -508,391 +265,89 @@ fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter 
     return package_host_emitters[index];
 }
 
+fn package_host__1load_material(index: u32) -> vec2u {
+    return package_host_materials[index];
+}
+
+fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_host_triangles[index];
+}
+
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
     return package_host__1emitter_table[index];
 }
 
-fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
-    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
+fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
 }
 
-struct package_lightshed_surface_Triangle {
-    a: vec3f,
-    b_x: f32,
-    b_yz: vec2f,
-    c_xy: vec2f,
-    c_z: f32,
-    normal_x: f32,
-    normal_yz: vec2f,
-    material: u32,
-    emitter: u32,
-    normals: u32,
-    uvs: u32
+fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_host_nodes[index];
 }
 
-struct package_lightshed_surface_CornerNormals {
-    a: vec3f,
-    b: vec3f,
-    c: vec3f
+fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_host_slots[slot];
 }
 
-struct package_lightshed_surface_SurfacePoint {
-    position: vec3f,
-    offset: f32,
-    geometric_normal: vec3f,
-    material: u32,
-    shading: package_lightshed_frame_Frame,
-    emitter: u32
+fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_host_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
 }
 
-const package_lightshed_surface__1POSITION_ERROR: f32 = 1.9073486e-6;
+@group(0) @binding(6)
+var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
 
-fn package_lightshed_surface__1offset_for(geometric_normal: vec3f, terms: vec3f, extent: f32) -> f32 {
-    return (package_lightshed_vector_dot3(abs(geometric_normal), terms) + extent) * package_lightshed_surface__1POSITION_ERROR;
+@group(0) @binding(7)
+var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(5)
+var<storage, read> package_host_materials: array<vec2u>;
+
+@group(0) @binding(1)
+var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(4)
+var<storage, read> package_host_normals: array<vec4f>;
+
+@group(0) @binding(0)
+var<storage, read> package_host_settings: package_host_Settings;
+
+@group(0) @binding(2)
+var<storage, read> package_host_slots: array<u32>;
+
+@group(0) @binding(3)
+var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
+
+struct package_lightshed_alias_AliasEntry {
+    threshold: u32,
+    alias_index: u32
 }
 
-fn package_lightshed_surface__1offset_along(position: vec3f, normal: vec3f, offset: f32, direction: vec3f) -> vec3f {
-    return position + normal * package_lightshed_vector__1copy_sign(offset, package_lightshed_vector_dot3(direction, normal));
+fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(length, u.x);
+    let high = package_lightshed_wide__1wide_product(length, u.y);
+    let coin = high.x + low.y;
+    return vec2u(high.y + select(0u, 1u, coin < low.y), coin);
 }
 
-fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface_Triangle, hit: package_lightshed_ray_Hit) -> package_lightshed_surface_SurfacePoint {
-    let a = triangle.a;
-    let b = vec3f(triangle.b_x, triangle.b_yz);
-    let c = vec3f(triangle.c_xy, triangle.c_z);
-    let normal = vec3f(triangle.normal_x, triangle.normal_yz);
-    let v = hit.barycentric.x;
-    let w = hit.barycentric.y;
-    let u = max(1.0 - v - w, 0.0);
-    let term_a = a * u;
-    let term_b = b * v;
-    let term_c = c * w;
-    let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
-    var shading_normal = normal;
-    if triangle.normals != package_lightshed_ray_NOTHING {
-        let normals = package_host__2load_corner_normals(triangle.normals);
-        shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
-    }
-    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, triangle.material, package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
+    let route = package_lightshed_alias__1alias_route(length, u);
+    let entry = package_host__2load_alias_entry(table, route.x);
+    return select(entry.alias_index, route.x, route.y < entry.threshold);
 }
 
-fn package_lightshed_surface__1origin_towards(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
-    return package_lightshed_surface__1offset_along(point.position, point.geometric_normal, point.offset, direction);
-}
-
-fn package_lightshed_surface_spawn(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> package_lightshed_ray_Ray {
-    return package_lightshed_ray_Ray(package_lightshed_surface__1origin_towards(point, direction), package_lightshed_ray__1NO_END, direction, 0u);
-}
-
-struct package_lightshed_camera_Camera {
-    x_axis: vec3f,
-    aperture_radius: f32,
-    y_axis: vec3f,
-    focus_distance: f32,
-    z_axis: vec3f,
-    near_clip: f32,
-    position: vec3f,
-    far_clip: f32,
-    corner: vec2f,
-    pixel: vec2f,
-    size: vec2u,
-    padding: vec2u
-}
-
-fn package_lightshed_camera_turned(camera: package_lightshed_camera_Camera, v: vec3f) -> vec3f {
-    return camera.x_axis * v.x + camera.y_axis * v.y + camera.z_axis * v.z;
-}
-
-fn package_lightshed_camera__1camera_ray(camera: package_lightshed_camera_Camera, film: vec2f, u_lens: vec2f) -> package_lightshed_ray_Ray {
-    let through = vec3f(camera.corner + camera.pixel * film, 1.0);
-    var origin = vec3f(0.0);
-    var direction = through;
-    if camera.aperture_radius > 0.0 {
-        origin = vec3f(package_lightshed_warp__1concentric_disk(u_lens) * camera.aperture_radius, 0.0);
-        direction = through * camera.focus_distance - origin;
-    }
-    direction = direction / package_lightshed_vector_length3(direction);
-    let along_axis = direction.z;
-    let scaled = package_lightshed_camera_turned(camera, direction);
-    let world_origin = package_lightshed_camera_turned(camera, origin) + camera.position;
-    let length = package_lightshed_vector_length3(scaled);
-    let world_direction = scaled / length;
-    let near = camera.near_clip / along_axis * length;
-    let far = camera.far_clip / along_axis * length;
-    return package_lightshed_ray_Ray(world_origin + world_direction * near, far - near, world_direction, 0u);
-}
-
-const package_lightshed_rng_PARITY: u32 = 466688986u;
-
-fn package_lightshed_rng__1rotate_left(x: vec2u, by: vec2u) -> vec2u {
-    return (x << by) | (x >> (vec2u(32u) - by));
-}
-
-fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4u {
-    let sum_even = x.xz + x.yw;
-    let mixed_even = package_lightshed_rng__1rotate_left(x.yw, even) ^ sum_even;
-    let sum_odd = sum_even + mixed_even.yx;
-    let mixed_odd = package_lightshed_rng__1rotate_left(mixed_even.yx, odd) ^ sum_odd;
-    return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
-}
-
-fn package_lightshed_rng__1threefry4x32_12(counter: vec4u, key: vec4u) -> vec4u {
-    let parity = package_lightshed_rng_PARITY ^ key.x ^ key.y ^ key.z ^ key.w;
-    var x = counter + key;
-    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
-    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
-    x += vec4u(key.y, key.z, key.w, parity + 1u);
-    x = package_lightshed_rng__1two_rounds(x, vec2u(6u, 20u), vec2u(17u, 11u));
-    x = package_lightshed_rng__1two_rounds(x, vec2u(25u, 10u), vec2u(18u, 20u));
-    x += vec4u(key.z, key.w, parity, key.x + 2u);
-    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
-    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
-    x += vec4u(key.w, parity, key.x, key.y + 3u);
-    return x;
-}
-
-fn package_lightshed_rng__1random_block(seed: vec2u, pixel: u32, sample: u32, block: u32) -> vec4u {
-    return package_lightshed_rng__1threefry4x32_12(vec4u(block, 0u, 0u, 0u), vec4u(seed, pixel, sample));
-}
-
-fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
-    return f32(bits >> 8u) * 5.9604645e-8;
-}
-
-fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
-    return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
-}
-
-const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
-
-fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
-    let a = 2.0 * u.x - 1.0;
-    let b = 2.0 * u.y - 1.0;
-    let along_x = abs(a) > abs(b);
-    let radius = select(b, a, along_x);
-    let other = select(a, b, along_x);
-    var ratio = 0.0;
-    if radius != 0.0 {
-        ratio = other / radius;
-    }
-    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
-    let xy = select(part, part.yx, along_x);
-    return vec3f(radius * xy.x, radius * xy.y, radius);
-}
-
-fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
-    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
-}
-
-fn package_lightshed_warp__1cosine_hemisphere(u: vec2f) -> vec3f {
-    let point = package_lightshed_warp__3concentric_disk_with_radius(u);
-    let radius = abs(point.z);
-    return vec3f(point.xy, sqrt(max((1.0 - radius) * (1.0 + radius), package_lightshed_warp__1F32_EPSILON)));
-}
-
-fn package_lightshed_warp__1uniform_sphere(u: vec2f) -> vec3f {
-    let sin_theta = 2.0 * sqrt(u.x * (1.0 - u.x));
-    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
-    return vec3f(sin_theta * turn.y, sin_theta * turn.x, 1.0 - 2.0 * u.x);
-}
-
-fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
-    let half = 0.5 * min(u.x, u.y);
-    let b = u - half;
-    return vec3f(b, 1.0 - b.x - b.y);
-}
-
-fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
-    let t = r * r;
-    let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
-    let cosine = 1.0 - t * (1.2337005 + t * (-0.2536694 + t * (0.020861529 + t * -0.0009067399)));
-    return vec2f(sine, cosine);
-}
-
-fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
-    let quarters = 4.0 * package_lightshed_vector__2clamp_or_low(t, 0.0, 1.0);
-    let below = floor(quarters);
-    let rest = quarters - below;
-    let quadrant = u32(below);
-    let nearest = quadrant + select(0u, 1u, rest > 0.5 || (rest == 0.5 && quadrant % 2u == 1u));
-    let part = package_lightshed_turn__2sin_cos_quarter(quarters - f32(nearest));
-    let turned = select(part, part.yx, nearest % 2u == 1u);
-    let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
-    return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
-}
-
-fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-fn package_lightshed_vector_length3(v: vec3f) -> f32 {
-    return sqrt(package_lightshed_vector_dot3(v, v));
-}
-
-fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
-    return select(low, min(x, high), x > low);
-}
-
-fn package_lightshed_vector__1is_finite(x: f32) -> bool {
-    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
-}
-
-fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
-    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
-}
-
-fn package_lightshed_vector__1max_element(v: vec3f) -> f32 {
-    return max(v.x, max(v.y, v.z));
-}
-
-fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
-    let inverse = 1.0 / package_lightshed_vector_length3(v);
-    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
-        return v * inverse;
-    }
-    return otherwise;
-}
-
-const package_lightshed_measure__1F32_MAX: f32 = 3.4028235e38;
-
-fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
-    let cosine = abs(cos_theta);
-    if cosine > 0.0 {
-        return min(pdf_area * distance_squared / cosine, package_lightshed_measure__1F32_MAX);
-    }
-    return 0.0;
-}
-
-fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
-    if !(a > 0.0) {
-        return 0.0;
-    }
-    let ratio = b / a;
-    return 1.0 / (1.0 + ratio * ratio);
-}
-
-struct package_lightshed_emitter_Emitter {
-    corner: vec3f,
-    pdf_area: f32,
-    edge0: vec3f,
-    radiance_r: f32,
-    edge1: vec3f,
-    radiance_g: f32,
-    normal: vec3f,
-    radiance_b: f32
-}
-
-struct package_lightshed_emitter_EmitterGroups {
-    surroundings: vec3f,
-    groups: u32,
-    triangles: u32
-}
-
-struct package_lightshed_emitter_EmitterSample {
-    direction: vec3f,
+struct package_lightshed_bsdf_BsdfSample {
+    wi: vec3f,
     pdf: f32,
     weight: vec3f,
-    finite: bool,
-    goal: vec3f
+    is_delta: bool,
+    some: bool
 }
 
-const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
-
-const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
-
-fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitter_Emitter) -> vec3f {
-    return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
+struct package_lightshed_bsdf_BsdfValue {
+    value: vec3f,
+    pdf: f32
 }
-
-fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
-    let none = package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
-    let barycentric = package_lightshed_warp__1uniform_triangle(u);
-    let along = emitter.edge0 * barycentric.x;
-    let across = emitter.edge1 * barycentric.y;
-    let point = emitter.corner + along + across;
-    let d = point - from_position;
-    let distance_squared = package_lightshed_vector_dot3(d, d);
-    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
-    if !(facing > 0.0) {
-        return none;
-    }
-    let distance = sqrt(distance_squared);
-    let pdf = package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, distance_squared, facing / distance);
-    if !(pdf > 0.0) {
-        return none;
-    }
-    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
-    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
-    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
-    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
-    return package_lightshed_emitter_EmitterSample(d / distance, pdf, package_lightshed_emitter__1emitter_radiance(emitter) / pdf, true, goal);
-}
-
-fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
-    let about = package_host__1emitter_groups();
-    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
-    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
-    let middle = high.x + low.y;
-    let group = high.y + select(0u, 1u, middle < low.y);
-    let rest = vec2u(low.x, middle);
-    if about.triangles > 0u && group == 0u {
-        let index = package_lightshed_alias__1alias_sample(0u, about.triangles, rest);
-        return package_lightshed_emitter__2sample_triangle_emitter(package_host__1load_emitter(index), from_position, u);
-    }
-    if about.groups == 0u {
-        return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
-    }
-    let pdf = package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(about.groups));
-    return package_lightshed_emitter_EmitterSample(package_lightshed_warp__1uniform_sphere(u), pdf, about.surroundings / pdf, false, vec3f(0.0));
-}
-
-fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
-    let emitter = package_host__1load_emitter(index);
-    let d = point - from_position;
-    let distance_squared = package_lightshed_vector_dot3(d, d);
-    let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
-    return package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, distance_squared, cos_theta);
-}
-
-fn package_lightshed_emitter__1surroundings_pdf() -> f32 {
-    return package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(package_host__1emitter_groups().groups));
-}
-
-fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
-    let origin = package_lightshed_surface__1origin_towards(point, light.direction);
-    if light.finite {
-        return package_lightshed_ray_Ray(origin, package_lightshed_emitter__1SEGMENT_END, light.goal - origin, 0u);
-    }
-    return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
-}
-
-struct package_lightshed_frame_Frame {
-    tangent: vec3f,
-    bitangent: vec3f,
-    normal: vec3f
-}
-
-fn package_lightshed_frame__2frame_from_normal(normal: vec3f) -> package_lightshed_frame_Frame {
-    let sign = package_lightshed_vector__1copy_sign(1.0, normal.z);
-    let a = -1.0 / (sign + normal.z);
-    let b = normal.x * normal.y * a;
-    return package_lightshed_frame_Frame(vec3f(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x), vec3f(b, sign + normal.y * normal.y * a, -normal.y), normal);
-}
-
-fn package_lightshed_frame__1to_local(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
-    return vec3f(package_lightshed_vector_dot3(frame.tangent, v), package_lightshed_vector_dot3(frame.bitangent, v), package_lightshed_vector_dot3(frame.normal, v));
-}
-
-fn package_lightshed_frame__1to_world(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
-    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
-}
-
-const package_lightshed_bsdf_DIFFUSE: u32 = 0u;
-
-const package_lightshed_bsdf_MIRROR: u32 = 1u;
-
-const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
-
-const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
 
 struct package_lightshed_bsdf_Component {
     kind: u32,
@@ -907,83 +362,13 @@ struct package_lightshed_bsdf_Component {
     padding: u32
 }
 
-struct package_lightshed_bsdf_BsdfValue {
-    value: vec3f,
-    pdf: f32
-}
+const package_lightshed_bsdf_DIFFUSE: u32 = 0u;
 
-struct package_lightshed_bsdf_BsdfSample {
-    wi: vec3f,
-    pdf: f32,
-    weight: vec3f,
-    is_delta: bool,
-    some: bool
-}
+const package_lightshed_bsdf_MIRROR: u32 = 1u;
 
-fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
-    if wo.z > 0.0 && side != 1u {
-        return 1.0;
-    }
-    if wo.z < 0.0 && side != 0u {
-        return -1.0;
-    }
-    return 0.0;
-}
+const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
 
-fn package_lightshed_bsdf_mirrored(v: vec3f, mirror: f32) -> vec3f {
-    return vec3f(v.xy, v.z * mirror);
-}
-
-fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
-    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR;
-}
-
-fn package_lightshed_bsdf__2has_non_delta(material: u32) -> bool {
-    let rows = package_host__1load_material(material);
-    for (var i = 0u; i < rows.y; i++) {
-        if !package_lightshed_bsdf__1is_delta(package_host__1load_component(rows.x + i)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-fn package_lightshed_bsdf__1total_importance(rows: vec2u, wo: vec3f) -> f32 {
-    var total = 0.0;
-    for (var i = 0u; i < rows.y; i++) {
-        let component = package_host__1load_component(rows.x + i);
-        if package_lightshed_bsdf__1mirror_of(component.side, wo) != 0.0 {
-            total += component.importance;
-        }
-    }
-    return total;
-}
-
-fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {
-    if total > 0.0 {
-        return importance / total;
-    }
-    return 0.0;
-}
-
-fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    if component.kind == package_lightshed_bsdf_DIFFUSE {
-        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
-        return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
-    }
-    if wi.z <= 0.0 {
-        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
-    }
-    let alpha = vec2f(component.alpha_u, component.alpha_v);
-    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
-    let facing = package_lightshed_vector_dot3(wo, half);
-    var pdf = 0.0;
-    if facing > 0.0 {
-        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
-    }
-    let reflectance = component.color * package_lightshed_fresnel__1fresnel_conductor(clamp(facing, 0.0, 1.0), component.eta, component.k);
-    return package_lightshed_bsdf_BsdfValue(reflectance * (pdf * package_lightshed_ggx__1ggx_masking(alpha, wi)), pdf);
-}
+const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
 fn package_lightshed_bsdf__1evaluate_bsdf(material: u32, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
     let rows = package_host__1load_material(material);
@@ -1009,6 +394,39 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: u32, wo: vec3f, wi: vec3f) -
         sum.pdf += found.pdf * package_lightshed_bsdf__1share_of(component.importance, total);
     }
     return sum;
+}
+
+fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    if component.kind == package_lightshed_bsdf_DIFFUSE {
+        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
+    }
+    if wi.z <= 0.0 {
+        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    }
+    let alpha = vec2f(component.alpha_u, component.alpha_v);
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    let reflectance = component.color * package_lightshed_fresnel__1fresnel_conductor(clamp(facing, 0.0, 1.0), component.eta, component.k);
+    return package_lightshed_bsdf_BsdfValue(reflectance * (pdf * package_lightshed_ggx__1ggx_masking(alpha, wi)), pdf);
+}
+
+fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
+    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR;
+}
+
+fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
+    if wo.z > 0.0 && side != 1u {
+        return 1.0;
+    }
+    if wo.z < 0.0 && side != 0u {
+        return -1.0;
+    }
+    return 0.0;
 }
 
 fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
@@ -1073,39 +491,358 @@ fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u
     return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true);
 }
 
-fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
-    let a_low = a & 65535u;
-    let a_high = a >> 16u;
-    let b_low = b & 65535u;
-    let b_high = b >> 16u;
-    let low = a_low * b_low;
-    let middle = a_high * b_low + (low >> 16u);
-    let other = a_low * b_high + (middle & 65535u);
-    return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
+fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {
+    if total > 0.0 {
+        return importance / total;
+    }
+    return 0.0;
 }
 
-struct package_lightshed_alias_AliasEntry {
-    threshold: u32,
-    alias_index: u32
+fn package_lightshed_bsdf__1total_importance(rows: vec2u, wo: vec3f) -> f32 {
+    var total = 0.0;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_host__1load_component(rows.x + i);
+        if package_lightshed_bsdf__1mirror_of(component.side, wo) != 0.0 {
+            total += component.importance;
+        }
+    }
+    return total;
 }
 
-fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
-    let low = package_lightshed_wide__1wide_product(length, u.x);
-    let high = package_lightshed_wide__1wide_product(length, u.y);
-    let coin = high.x + low.y;
-    return vec2u(high.y + select(0u, 1u, coin < low.y), coin);
+fn package_lightshed_bsdf__2has_non_delta(material: u32) -> bool {
+    let rows = package_host__1load_material(material);
+    for (var i = 0u; i < rows.y; i++) {
+        if !package_lightshed_bsdf__1is_delta(package_host__1load_component(rows.x + i)) {
+            return true;
+        }
+    }
+    return false;
 }
 
-fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
-    let route = package_lightshed_alias__1alias_route(length, u);
-    let entry = package_host__2load_alias_entry(table, route.x);
-    return select(entry.alias_index, route.x, route.y < entry.threshold);
+fn package_lightshed_bsdf_mirrored(v: vec3f, mirror: f32) -> vec3f {
+    return vec3f(v.xy, v.z * mirror);
+}
+
+struct package_lightshed_camera_Camera {
+    x_axis: vec3f,
+    aperture_radius: f32,
+    y_axis: vec3f,
+    focus_distance: f32,
+    z_axis: vec3f,
+    near_clip: f32,
+    position: vec3f,
+    far_clip: f32,
+    corner: vec2f,
+    pixel: vec2f,
+    size: vec2u,
+    padding: vec2u
+}
+
+fn package_lightshed_camera__1camera_ray(camera: package_lightshed_camera_Camera, film: vec2f, u_lens: vec2f) -> package_lightshed_ray_Ray {
+    let through = vec3f(camera.corner + camera.pixel * film, 1.0);
+    var origin = vec3f(0.0);
+    var direction = through;
+    if camera.aperture_radius > 0.0 {
+        origin = vec3f(package_lightshed_warp__1concentric_disk(u_lens) * camera.aperture_radius, 0.0);
+        direction = through * camera.focus_distance - origin;
+    }
+    direction = direction / package_lightshed_vector_length3(direction);
+    let along_axis = direction.z;
+    let scaled = package_lightshed_camera_turned(camera, direction);
+    let world_origin = package_lightshed_camera_turned(camera, origin) + camera.position;
+    let length = package_lightshed_vector_length3(scaled);
+    let world_direction = scaled / length;
+    let near = camera.near_clip / along_axis * length;
+    let far = camera.far_clip / along_axis * length;
+    return package_lightshed_ray_Ray(world_origin + world_direction * near, far - near, world_direction, 0u);
+}
+
+fn package_lightshed_camera_turned(camera: package_lightshed_camera_Camera, v: vec3f) -> vec3f {
+    return camera.x_axis * v.x + camera.y_axis * v.y + camera.z_axis * v.z;
+}
+
+struct package_lightshed_cwbvh_BoxRay {
+    origin: vec3f,
+    inverse: vec3f,
+    backwards: vec3<bool>,
+    octant: u32
+}
+
+struct package_lightshed_cwbvh_CwbvhNode {
+    corner: vec3f,
+    exponents_and_inner: u32,
+    child_base: u32,
+    primitive_base: u32,
+    meta_low: u32,
+    meta_high: u32,
+    x: vec4u,
+    y: vec4u,
+    z: vec4u
+}
+
+struct package_lightshed_cwbvh_TriangleCorners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+const package_lightshed_cwbvh__1CWBVH_STACK: u32 = 32u;
+
+const package_lightshed_cwbvh__1LARGEST_INVERSE: f32 = 3e38;
+
+fn package_lightshed_cwbvh__1box_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_cwbvh_BoxRay {
+    let largest = vec3f(package_lightshed_cwbvh__1LARGEST_INVERSE);
+    let inverse = clamp(1.0 / ray.direction, -largest, largest);
+    let backwards = (bitcast<vec3u>(ray.direction) >> vec3u(31u)) == vec3u(1u);
+    let octant = select(vec3u(4u, 2u, 1u), vec3u(0u), backwards);
+    return package_lightshed_cwbvh_BoxRay(ray.origin, inverse, backwards, octant.x | octant.y | octant.z);
+}
+
+fn package_lightshed_cwbvh__1byte_of(low: u32, high: u32, index: u32) -> u32 {
+    return (select(low, high, index >= 4u) >> ((index & 3u) * 8u)) & 255u;
+}
+
+fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNode, ray: package_lightshed_cwbvh_BoxRay, t_max: f32) -> u32 {
+    let exponents = node.exponents_and_inner;
+    let scale = bitcast<vec3f>((vec3u(exponents, exponents >> 8u, exponents >> 16u) & vec3u(255u)) << vec3u(23u));
+    let inner = exponents >> 24u;
+    var hits = 0u;
+    for (var child = 0u; child < 8u; child++) {
+        let about = package_lightshed_cwbvh__1byte_of(node.meta_low, node.meta_high, child);
+        if about == 0u {
+            continue;
+        }
+        let low = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.x, node.x.y, child), package_lightshed_cwbvh__1byte_of(node.y.x, node.y.y, child), package_lightshed_cwbvh__1byte_of(node.z.x, node.z.y, child)));
+        let high = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.z, node.x.w, child), package_lightshed_cwbvh__1byte_of(node.y.z, node.y.w, child), package_lightshed_cwbvh__1byte_of(node.z.z, node.z.w, child)));
+        let x = package_lightshed_cwbvh_slab(low.x, high.x, ray.origin.x, ray.inverse.x, ray.backwards.x);
+        let y = package_lightshed_cwbvh_slab(low.y, high.y, ray.origin.y, ray.inverse.y, ray.backwards.y);
+        let z = package_lightshed_cwbvh_slab(low.z, high.z, ray.origin.z, ray.inverse.z, ray.backwards.z);
+        let near = max(max(x.x, y.x), max(z.x, 0.0));
+        let far = min(min(x.y, y.y), min(z.y, t_max));
+        if near <= far * 1.0000005 {
+            if ((inner >> child) & 1u) == 1u {
+                hits |= 1u << (24u + (child ^ ray.octant));
+            }
+            else {
+                hits |= (about >> 5u) << (about & 31u);
+            }
+        }
+    }
+    return hits;
+}
+
+fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
+    return package_lightshed_cwbvh_traverse(ray, false);
+}
+
+fn package_lightshed_cwbvh_occluded(ray: package_lightshed_ray_Ray) -> bool {
+    return package_lightshed_cwbvh_traverse(ray, true).primitive != package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
+    let bottom = low - abs(low) * 2.4e-7;
+    let top = high + abs(high) * 2.4e-7;
+    if abs(inverse) >= package_lightshed_cwbvh__1LARGEST_INVERSE {
+        return select(vec2f(1.0, -1.0), vec2f(-package_lightshed_cwbvh__1LARGEST_INVERSE, package_lightshed_cwbvh__1LARGEST_INVERSE), bottom <= origin && origin <= top);
+    }
+    let planes = select(vec2f(bottom, top), vec2f(top, bottom), backwards);
+    return (planes - origin) * inverse;
+}
+
+fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -> package_lightshed_ray_Hit {
+    let boxes = package_lightshed_cwbvh__1box_ray(ray);
+    let triangles = package_lightshed_triangle__1triangle_ray(ray);
+    var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    var stack: array<vec2u, 32>;
+    var depth = 0u;
+    var group = vec2u(0u, (1u << (24u + boxes.octant)) | 1u);
+    loop {
+        if group.y >= 16777216u {
+            let bit = firstLeadingBit(group.y);
+            group.y &= ~(1u << bit);
+            let slot = (bit - 24u) ^ boxes.octant;
+            let before = countOneBits(group.y & 255u & ((1u << slot) - 1u));
+            let index = group.x + before;
+            if group.y >= 16777216u && depth < package_lightshed_cwbvh__1CWBVH_STACK {
+                stack[depth] = group;
+                depth++;
+            }
+            let node = package_host__2load_cwbvh_node(index);
+            let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
+            var primitives = hits & 16777215u;
+            while (primitives != 0u) {
+                let offset = firstTrailingBit(primitives);
+                primitives &= primitives - 1u;
+                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
+                let corners = package_host__2load_triangle_corners(primitive);
+                let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
+                if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
+                    best = hit;
+                    if any {
+                        return best;
+                    }
+                }
+            }
+            group = vec2u(node.child_base, (hits & 4278190080u) | (node.exponents_and_inner >> 24u));
+        }
+        else if depth > 0u {
+            depth--;
+            group = stack[depth];
+        }
+        else {
+            break;
+        }
+    }
+    return best;
+}
+
+struct package_lightshed_emitter_Emitter {
+    corner: vec3f,
+    pdf_area: f32,
+    edge0: vec3f,
+    radiance_r: f32,
+    edge1: vec3f,
+    radiance_g: f32,
+    normal: vec3f,
+    radiance_b: f32
+}
+
+struct package_lightshed_emitter_EmitterGroups {
+    surroundings: vec3f,
+    groups: u32,
+    triangles: u32
+}
+
+struct package_lightshed_emitter_EmitterSample {
+    direction: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    finite: bool,
+    goal: vec3f
+}
+
+const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
+    let emitter = package_host__1load_emitter(index);
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
+    return package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, distance_squared, cos_theta);
+}
+
+fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitter_Emitter) -> vec3f {
+    return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
+}
+
+fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
+    let about = package_host__1emitter_groups();
+    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
+    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
+    let middle = high.x + low.y;
+    let group = high.y + select(0u, 1u, middle < low.y);
+    let rest = vec2u(low.x, middle);
+    if about.triangles > 0u && group == 0u {
+        let index = package_lightshed_alias__1alias_sample(0u, about.triangles, rest);
+        return package_lightshed_emitter__2sample_triangle_emitter(package_host__1load_emitter(index), from_position, u);
+    }
+    if about.groups == 0u {
+        return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
+    }
+    let pdf = package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(about.groups));
+    return package_lightshed_emitter_EmitterSample(package_lightshed_warp__1uniform_sphere(u), pdf, about.surroundings / pdf, false, vec3f(0.0));
+}
+
+fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
+    let origin = package_lightshed_surface__1origin_towards(point, light.direction);
+    if light.finite {
+        return package_lightshed_ray_Ray(origin, package_lightshed_emitter__1SEGMENT_END, light.goal - origin, 0u);
+    }
+    return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
+}
+
+fn package_lightshed_emitter__1surroundings_pdf() -> f32 {
+    return package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(package_host__1emitter_groups().groups));
+}
+
+const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
+
+fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
+    let none = package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
+    let barycentric = package_lightshed_warp__1uniform_triangle(u);
+    let along = emitter.edge0 * barycentric.x;
+    let across = emitter.edge1 * barycentric.y;
+    let point = emitter.corner + along + across;
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
+    if !(facing > 0.0) {
+        return none;
+    }
+    let distance = sqrt(distance_squared);
+    let pdf = package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, distance_squared, facing / distance);
+    if !(pdf > 0.0) {
+        return none;
+    }
+    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
+    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
+    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
+    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
+    return package_lightshed_emitter_EmitterSample(d / distance, pdf, package_lightshed_emitter__1emitter_radiance(emitter) / pdf, true, goal);
+}
+
+struct package_lightshed_frame_Frame {
+    tangent: vec3f,
+    bitangent: vec3f,
+    normal: vec3f
+}
+
+fn package_lightshed_frame__1to_local(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return vec3f(package_lightshed_vector_dot3(frame.tangent, v), package_lightshed_vector_dot3(frame.bitangent, v), package_lightshed_vector_dot3(frame.normal, v));
+}
+
+fn package_lightshed_frame__1to_world(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
+}
+
+fn package_lightshed_frame__2frame_from_normal(normal: vec3f) -> package_lightshed_frame_Frame {
+    let sign = package_lightshed_vector__1copy_sign(1.0, normal.z);
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    return package_lightshed_frame_Frame(vec3f(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x), vec3f(b, sign + normal.y * normal.y * a, -normal.y), normal);
+}
+
+const package_lightshed_fresnel__1LEAST_NORMAL: f32 = 1.1754944e-38;
+
+fn package_lightshed_fresnel__1fresnel_conductor(cos_incident: f32, eta: vec3f, k: vec3f) -> vec3f {
+    let c2 = cos_incident * cos_incident;
+    let s2 = max(1.0 - c2, 0.0);
+    let eta2_k2 = eta * eta * k * k;
+    let t = eta * eta - (k * k + s2);
+    let modulus = sqrt(t * t + 4.0 * eta2_k2);
+    let larger = 0.5 * (modulus + abs(t));
+    let smaller = min(eta2_k2 / max(larger, vec3f(package_lightshed_fresnel__1LEAST_NORMAL)), larger);
+    let positive = t >= vec3f(0.0);
+    let a = sqrt(select(smaller, larger, positive));
+    let b2 = select(larger, smaller, positive);
+    let less = a - cos_incident;
+    let more = a + cos_incident;
+    let senkrecht = (less * less + b2) / max(more * more + b2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    let below = a * cos_incident - s2;
+    let above = a * cos_incident + s2;
+    let ratio = (below * below + b2 * c2) / max(above * above + b2 * c2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    return 0.5 * senkrecht * (1.0 + ratio);
 }
 
 const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
 
-fn package_lightshed_ggx_stretch(alpha: vec2f, direction: vec3f) -> vec3f {
-    return vec3f(alpha * direction.xy, direction.z);
+fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
+    let z = abs(direction.z);
+    let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
+    if length > 0.0 {
+        return 2.0 * z / (z + length);
+    }
+    return 0.0;
 }
 
 fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f32 {
@@ -1115,15 +852,6 @@ fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f3
     let xy = normal.xy / alpha;
     let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
     return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
-}
-
-fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
-    let z = abs(direction.z);
-    let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
-    if length > 0.0 {
-        return 2.0 * z / (z + length);
-    }
-    return 0.0;
 }
 
 fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
@@ -1148,24 +876,302 @@ fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f,
     return 0.0;
 }
 
-const package_lightshed_fresnel__1LEAST_NORMAL: f32 = 1.1754944e-38;
+fn package_lightshed_ggx_stretch(alpha: vec2f, direction: vec3f) -> vec3f {
+    return vec3f(alpha * direction.xy, direction.z);
+}
 
-fn package_lightshed_fresnel__1fresnel_conductor(cos_incident: f32, eta: vec3f, k: vec3f) -> vec3f {
-    let c2 = cos_incident * cos_incident;
-    let s2 = max(1.0 - c2, 0.0);
-    let eta2_k2 = eta * eta * k * k;
-    let t = eta * eta - k * k - s2;
-    let modulus = sqrt(t * t + 4.0 * eta2_k2);
-    let larger = 0.5 * (modulus + abs(t));
-    let smaller = min(eta2_k2 / max(larger, vec3f(package_lightshed_fresnel__1LEAST_NORMAL)), larger);
-    let positive = t >= vec3f(0.0);
-    let a = sqrt(select(smaller, larger, positive));
-    let b2 = select(larger, smaller, positive);
-    let less = a - cos_incident;
-    let more = a + cos_incident;
-    let senkrecht = (less * less + b2) / max(more * more + b2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
-    let below = a * cos_incident - s2;
-    let above = a * cos_incident + s2;
-    let ratio = (below * below + b2 * c2) / max(above * above + b2 * c2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
-    return 0.5 * senkrecht * (1.0 + ratio);
+const package_lightshed_measure__1F32_MAX: f32 = 3.4028235e38;
+
+fn package_lightshed_measure__1power_heuristic(a: f32, b: f32) -> f32 {
+    if !(a > 0.0) {
+        return 0.0;
+    }
+    let ratio = b / a;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+fn package_lightshed_measure__3area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> f32 {
+    let cosine = abs(cos_theta);
+    if cosine > 0.0 {
+        return min(pdf_area * distance_squared / cosine, package_lightshed_measure__1F32_MAX);
+    }
+    return 0.0;
+}
+
+struct package_lightshed_ray_Hit {
+    t: f32,
+    primitive: u32,
+    barycentric: vec2f
+}
+
+const package_lightshed_ray_NOTHING: u32 = 4294967295u;
+
+struct package_lightshed_ray_Ray {
+    origin: vec3f,
+    t_max: f32,
+    direction: vec3f,
+    padding: u32
+}
+
+const package_lightshed_ray__1NO_END: f32 = 3.4028235e38;
+
+const package_lightshed_rng_PARITY: u32 = 466688986u;
+
+fn package_lightshed_rng__1random_block(seed: vec2u, pixel: u32, sample: u32, block: u32) -> vec4u {
+    return package_lightshed_rng__1threefry4x32_12(vec4u(block, 0u, 0u, 0u), vec4u(seed, pixel, sample));
+}
+
+fn package_lightshed_rng__1rotate_left(x: vec2u, by: vec2u) -> vec2u {
+    return (x << by) | (x >> (vec2u(32u) - by));
+}
+
+fn package_lightshed_rng__1threefry4x32_12(counter: vec4u, key: vec4u) -> vec4u {
+    let parity = package_lightshed_rng_PARITY ^ key.x ^ key.y ^ key.z ^ key.w;
+    var x = counter + key;
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.y, key.z, key.w, parity + 1u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(6u, 20u), vec2u(17u, 11u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(25u, 10u), vec2u(18u, 20u));
+    x += vec4u(key.z, key.w, parity, key.x + 2u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.w, parity, key.x, key.y + 3u);
+    return x;
+}
+
+fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4u {
+    let sum_even = x.xz + x.yw;
+    let mixed_even = package_lightshed_rng__1rotate_left(x.yw, even) ^ sum_even;
+    let sum_odd = sum_even + mixed_even.yx;
+    let mixed_odd = package_lightshed_rng__1rotate_left(mixed_even.yx, odd) ^ sum_odd;
+    return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
+}
+
+struct package_lightshed_surface_CornerNormals {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+struct package_lightshed_surface_SurfacePoint {
+    position: vec3f,
+    offset: f32,
+    geometric_normal: vec3f,
+    material: u32,
+    shading: package_lightshed_frame_Frame,
+    emitter: u32
+}
+
+struct package_lightshed_surface_Triangle {
+    a: vec3f,
+    b_x: f32,
+    b_yz: vec2f,
+    c_xy: vec2f,
+    c_z: f32,
+    normal_x: f32,
+    normal_yz: vec2f,
+    material: u32,
+    emitter: u32,
+    normals: u32,
+    uvs: u32
+}
+
+const package_lightshed_surface__1POSITION_ERROR: f32 = 1.9073486e-6;
+
+fn package_lightshed_surface__1offset_along(position: vec3f, normal: vec3f, offset: f32, direction: vec3f) -> vec3f {
+    return position + normal * package_lightshed_vector__1copy_sign(offset, package_lightshed_vector_dot3(direction, normal));
+}
+
+fn package_lightshed_surface__1offset_for(geometric_normal: vec3f, terms: vec3f, extent: f32) -> f32 {
+    return (package_lightshed_vector_dot3(abs(geometric_normal), terms) + extent) * package_lightshed_surface__1POSITION_ERROR;
+}
+
+fn package_lightshed_surface__1origin_towards(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    return package_lightshed_surface__1offset_along(point.position, point.geometric_normal, point.offset, direction);
+}
+
+fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface_Triangle, hit: package_lightshed_ray_Hit) -> package_lightshed_surface_SurfacePoint {
+    let a = triangle.a;
+    let b = vec3f(triangle.b_x, triangle.b_yz);
+    let c = vec3f(triangle.c_xy, triangle.c_z);
+    let normal = vec3f(triangle.normal_x, triangle.normal_yz);
+    let v = hit.barycentric.x;
+    let w = hit.barycentric.y;
+    let u = max(1.0 - v - w, 0.0);
+    let term_a = a * u;
+    let term_b = b * v;
+    let term_c = c * w;
+    let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
+    var shading_normal = normal;
+    if triangle.normals != package_lightshed_ray_NOTHING {
+        let normals = package_host__2load_corner_normals(triangle.normals);
+        shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
+    }
+    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, triangle.material, package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+}
+
+fn package_lightshed_surface_spawn(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(package_lightshed_surface__1origin_towards(point, direction), package_lightshed_ray__1NO_END, direction, 0u);
+}
+
+struct package_lightshed_triangle_TriangleRay {
+    origin: vec3f,
+    axes: vec3u,
+    shear: vec2f,
+    inverse_z: f32
+}
+
+fn package_lightshed_triangle__1intersect_triangle(ray: package_lightshed_triangle_TriangleRay, a0: vec3f, b0: vec3f, c0: vec3f, primitive: u32, t_max: f32) -> package_lightshed_ray_Hit {
+    let none = package_lightshed_ray_Hit(t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    let a = package_lightshed_triangle_sheared(ray, a0);
+    let b = package_lightshed_triangle_sheared(ray, b0);
+    let c = package_lightshed_triangle_sheared(ray, c0);
+    let area_a = c.x * b.y - c.y * b.x;
+    let area_b = a.x * c.y - a.y * c.x;
+    let area_c = b.x * a.y - b.y * a.x;
+    let inside = (area_a >= 0.0 && area_b >= 0.0 && area_c >= 0.0) || (area_a <= 0.0 && area_b <= 0.0 && area_c <= 0.0);
+    if !inside {
+        return none;
+    }
+    let inverse_determinant = 1.0 / (area_a + (area_b + area_c));
+    let z = area_a * a.z + (area_b * b.z + area_c * c.z);
+    let t = z * ray.inverse_z * inverse_determinant;
+    if !(t > 0.0 && t < t_max) {
+        return none;
+    }
+    let u = area_a * inverse_determinant;
+    let v = area_b * inverse_determinant;
+    return package_lightshed_ray_Hit(t, primitive, vec2f(v, max(1.0 - u - v, 0.0)));
+}
+
+fn package_lightshed_triangle__1triangle_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_triangle_TriangleRay {
+    var d = ray.direction;
+    let m = abs(d);
+    var kz = 2u;
+    if m.x > m.y {
+        kz = select(2u, 0u, m.x > m.z);
+    }
+    else if m.y > m.z {
+        kz = 1u;
+    }
+    let kx = (kz + 1u) % 3u;
+    let ky = (kz + 2u) % 3u;
+    let inverse_z = 1.0 / d[kz];
+    return package_lightshed_triangle_TriangleRay(ray.origin, vec3u(kx, ky, kz), vec2f(d[kx] * inverse_z, d[ky] * inverse_z), inverse_z);
+}
+
+fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRay, corner: vec3f) -> vec3f {
+    var p = corner - ray.origin;
+    let z = p[ray.axes.z];
+    return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
+}
+
+fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
+    let t = r * r;
+    let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
+    let cosine = 1.0 - t * (1.2337005 + t * (-0.2536694 + t * (0.020861529 + t * -0.0009067399)));
+    return vec2f(sine, cosine);
+}
+
+fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
+    let quarters = 4.0 * package_lightshed_vector__2clamp_or_low(t, 0.0, 1.0);
+    let below = floor(quarters);
+    let rest = quarters - below;
+    let quadrant = u32(below);
+    let nearest = quadrant + select(0u, 1u, rest > 0.5 || (rest == 0.5 && quadrant % 2u == 1u));
+    let part = package_lightshed_turn__2sin_cos_quarter(quarters - f32(nearest));
+    let turned = select(part, part.yx, nearest % 2u == 1u);
+    let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
+    return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
+}
+
+fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
+    return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
+}
+
+fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
+    return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
+fn package_lightshed_vector__1is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
+}
+
+fn package_lightshed_vector__1max_element(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let inverse = 1.0 / package_lightshed_vector_length3(v);
+    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
+        return v * inverse;
+    }
+    return otherwise;
+}
+
+fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    return select(low, min(x, high), x > low);
+}
+
+fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn package_lightshed_vector_length3(v: vec3f) -> f32 {
+    return sqrt(package_lightshed_vector_dot3(v, v));
+}
+
+const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
+
+fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
+    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
+}
+
+fn package_lightshed_warp__1cosine_hemisphere(u: vec2f) -> vec3f {
+    let point = package_lightshed_warp__3concentric_disk_with_radius(u);
+    let radius = abs(point.z);
+    return vec3f(point.xy, sqrt(max((1.0 - radius) * (1.0 + radius), package_lightshed_warp__1F32_EPSILON)));
+}
+
+fn package_lightshed_warp__1uniform_sphere(u: vec2f) -> vec3f {
+    let sin_theta = 2.0 * sqrt(u.x * (1.0 - u.x));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    return vec3f(sin_theta * turn.y, sin_theta * turn.x, 1.0 - 2.0 * u.x);
+}
+
+fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
+    let half = 0.5 * min(u.x, u.y);
+    let b = u - half;
+    return vec3f(b, 1.0 - b.x - b.y);
+}
+
+fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
+    let a = 2.0 * u.x - 1.0;
+    let b = 2.0 * u.y - 1.0;
+    let along_x = abs(a) > abs(b);
+    let radius = select(b, a, along_x);
+    let other = select(a, b, along_x);
+    var ratio = 0.0;
+    if radius != 0.0 {
+        ratio = other / radius;
+    }
+    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
+    let xy = select(part, part.yx, along_x);
+    return vec3f(radius * xy.x, radius * xy.y, radius);
+}
+
+fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
+    let a_low = a & 65535u;
+    let a_high = a >> 16u;
+    let b_low = b & 65535u;
+    let b_high = b >> 16u;
+    let low = a_low * b_low;
+    let middle = a_high * b_low + (low >> 16u);
+    let other = a_low * b_high + (middle & 65535u);
+    return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
 }

@@ -7,5 +7,7 @@
 mod harness;
 mod numbers;
 mod planted;
+mod rays;
 mod resampling;
+mod scattering;
 mod warps;

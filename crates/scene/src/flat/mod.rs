@@ -132,7 +132,9 @@ impl FlatScene {
             components,
             emitters: rows,
             emitter_table: emitters.finite_table().to_vec(),
-            camera: scene.camera().flat([scene.settings().width, scene.settings().height]),
+            camera: scene
+                .camera()
+                .flat([scene.settings().width, scene.settings().height]),
             surroundings,
             groups: emitters.group_count(),
         })

@@ -60,7 +60,8 @@ pub(super) fn conductor(cos_incident: f32, eta: Rgb, k: Rgb) -> Rgb {
     let c2 = cos_incident * cos_incident;
     let s2 = (1.0 - c2).max(0.0);
     let eta2_k2 = eta * eta * k * k;
-    let t = eta * eta - k * k - Rgb::splat(s2);
+    // In this order: shader compilers take `x − y² − z` for `x − (y² + z)`.
+    let t = eta * eta - (k * k + Rgb::splat(s2));
     let modulus = (t * t + 4.0 * eta2_k2).map(f32::sqrt);
     // The larger of a² and b² is a sum; the other follows from a²b² = η²k² without cancellation.
     let larger = 0.5 * (modulus + t.abs());

@@ -146,9 +146,11 @@ impl Material {
                 transmission,
                 ..
             } => color(base_color) && float(metallic) && float(roughness) && float(transmission),
-            Self::Blend { weight, first, second } => {
-                float(weight) && first.is_constant() && second.is_constant()
-            }
+            Self::Blend {
+                weight,
+                first,
+                second,
+            } => float(weight) && first.is_constant() && second.is_constant(),
             Self::Null => true,
             Self::TwoSided { front, back } => {
                 front.is_constant() && back.as_ref().is_none_or(|back| back.is_constant())

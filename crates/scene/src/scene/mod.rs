@@ -20,8 +20,8 @@ use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, Rend
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
-pub use primitive::TriangleRecord;
 use primitive::SphereRecord;
+pub use primitive::TriangleRecord;
 
 /// A validated scene with its acceleration structure, emitters and camera.
 pub struct Scene {

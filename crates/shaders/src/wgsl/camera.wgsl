@@ -45,25 +45,6 @@ struct package_lightshed_ray_Ray {
     padding: u32
 }
 
-fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
-    let a = 2.0 * u.x - 1.0;
-    let b = 2.0 * u.y - 1.0;
-    let along_x = abs(a) > abs(b);
-    let radius = select(b, a, along_x);
-    let other = select(a, b, along_x);
-    var ratio = 0.0;
-    if radius != 0.0 {
-        ratio = other / radius;
-    }
-    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
-    let xy = select(part, part.yx, along_x);
-    return vec3f(radius * xy.x, radius * xy.y, radius);
-}
-
-fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
-    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
-}
-
 fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
     let t = r * r;
     let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
@@ -77,4 +58,23 @@ fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
 
 fn package_lightshed_vector_length3(v: vec3f) -> f32 {
     return sqrt(package_lightshed_vector_dot3(v, v));
+}
+
+fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
+    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
+}
+
+fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
+    let a = 2.0 * u.x - 1.0;
+    let b = 2.0 * u.y - 1.0;
+    let along_x = abs(a) > abs(b);
+    let radius = select(b, a, along_x);
+    let other = select(a, b, along_x);
+    var ratio = 0.0;
+    if radius != 0.0 {
+        ratio = other / radius;
+    }
+    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
+    let xy = select(part, part.yx, along_x);
+    return vec3f(radius * xy.x, radius * xy.y, radius);
 }

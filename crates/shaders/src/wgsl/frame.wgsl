@@ -21,10 +21,10 @@ fn to_world(frame: Frame, v: vec3f) -> vec3f {
     return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
 }
 
-fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
 fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
     return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
+fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
 }

@@ -6,7 +6,7 @@ fn fresnel_conductor(cos_incident: f32, eta: vec3f, k: vec3f) -> vec3f {
     let c2 = cos_incident * cos_incident;
     let s2 = max(1.0 - c2, 0.0);
     let eta2_k2 = eta * eta * k * k;
-    let t = eta * eta - k * k - s2;
+    let t = eta * eta - (k * k + s2);
     let modulus = sqrt(t * t + 4.0 * eta2_k2);
     let larger = 0.5 * (modulus + abs(t));
     let smaller = min(eta2_k2 / max(larger, vec3f(LEAST_NORMAL)), larger);

@@ -46,30 +46,6 @@ fn ggx_visible_normal_density(alpha: vec2f, view: vec3f, normal: vec3f) -> f32 {
     return 0.0;
 }
 
-fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-fn package_lightshed_vector_length3(v: vec3f) -> f32 {
-    return sqrt(package_lightshed_vector_dot3(v, v));
-}
-
-fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
-    return select(low, min(x, high), x > low);
-}
-
-fn package_lightshed_vector__1is_finite(x: f32) -> bool {
-    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
-}
-
-fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
-    let inverse = 1.0 / package_lightshed_vector_length3(v);
-    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
-        return v * inverse;
-    }
-    return otherwise;
-}
-
 fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
     let t = r * r;
     let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
@@ -87,4 +63,28 @@ fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
     let turned = select(part, part.yx, nearest % 2u == 1u);
     let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
     return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
+}
+
+fn package_lightshed_vector__1is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
+}
+
+fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let inverse = 1.0 / package_lightshed_vector_length3(v);
+    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
+        return v * inverse;
+    }
+    return otherwise;
+}
+
+fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    return select(low, min(x, high), x > low);
+}
+
+fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn package_lightshed_vector_length3(v: vec3f) -> f32 {
+    return sqrt(package_lightshed_vector_dot3(v, v));
 }

@@ -52,6 +52,10 @@ fn octahedral_unpack16(bits: u32) -> vec3f {
     return package_lightshed_vector_unit3(lift(max(steps / 127.0, vec2f(-1.0))));
 }
 
+fn package_lightshed_vector__1sign_of(x: f32) -> f32 {
+    return select(1.0, -1.0, x < 0.0);
+}
+
 fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
@@ -62,8 +66,4 @@ fn package_lightshed_vector_length3(v: vec3f) -> f32 {
 
 fn package_lightshed_vector_unit3(v: vec3f) -> vec3f {
     return v * (1.0 / package_lightshed_vector_length3(v));
-}
-
-fn package_lightshed_vector__1sign_of(x: f32) -> f32 {
-    return select(1.0, -1.0, x < 0.0);
 }

@@ -52,17 +52,17 @@ fn intersect_triangle(ray: TriangleRay, a0: vec3f, b0: vec3f, c0: vec3f, primiti
     return package_lightshed_ray_Hit(t, primitive, vec2f(v, max(1.0 - u - v, 0.0)));
 }
 
+struct package_lightshed_ray_Hit {
+    t: f32,
+    primitive: u32,
+    barycentric: vec2f
+}
+
+const package_lightshed_ray_NOTHING: u32 = 4294967295u;
+
 struct package_lightshed_ray_Ray {
     origin: vec3f,
     t_max: f32,
     direction: vec3f,
     padding: u32
-}
-
-const package_lightshed_ray_NOTHING: u32 = 4294967295u;
-
-struct package_lightshed_ray_Hit {
-    t: f32,
-    primitive: u32,
-    barycentric: vec2f
 }

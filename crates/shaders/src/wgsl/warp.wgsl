@@ -88,14 +88,6 @@ fn tent(u: vec2f) -> vec2f {
     return vec2f(package_lightshed_vector__1copy_sign(magnitude.x, u.x - 0.5), package_lightshed_vector__1copy_sign(magnitude.y, u.y - 0.5));
 }
 
-fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
-    return select(low, min(x, high), x > low);
-}
-
-fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
-    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
-}
-
 fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
     let t = r * r;
     let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
@@ -113,4 +105,12 @@ fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
     let turned = select(part, part.yx, nearest % 2u == 1u);
     let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
     return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
+}
+
+fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
+fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    return select(low, min(x, high), x > low);
 }

@@ -1,0 +1,265 @@
+//! Path tracing on the device.
+
+use crate::programs::PATH;
+use crate::scene::GpuScene;
+use crate::{Access, Buffer, Gpu, GpuError, GpuImage, Kernel, PassTime, Work};
+use bytemuck::{Pod, Zeroable};
+
+/// Unidirectional path tracing with emitter sampling, by wavefronts: the estimator of
+/// `lightshed_integrator::PathTracer`, with the same random numbers for each path, so that images differ by rounding alone.
+pub struct GpuPathTracer<'a> {
+    gpu: &'a Gpu,
+    scene: &'a GpuScene,
+    kernels: Kernels,
+    max_depth: u32,
+    roulette_depth: u32,
+    /// Samples of each pixel that are on their way at once.
+    samples: u32,
+    memory: Memory,
+    times: Vec<PassTime>,
+}
+
+struct Kernels {
+    start: Kernel,
+    extend: Kernel,
+    shade: Kernel,
+    connect: Kernel,
+    accumulate: Kernel,
+}
+
+struct Memory {
+    settings: Buffer,
+    paths: Buffer,
+    hits: Buffer,
+    shadows: Buffer,
+    queues: Buffer,
+    counts: Buffer,
+    film: Buffer,
+}
+
+/// What changes from dispatch to dispatch.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Step {
+    depth: u32,
+    sample: u32,
+    samples: u32,
+    padding: u32,
+}
+
+/// Sums over the samples of a pixel.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct PixelSums {
+    pub sum: [f32; 3],
+    pub count: u32,
+    pub sum_low: [f32; 3],
+    pub padding0: u32,
+    pub squares: [f32; 3],
+    pub padding1: u32,
+}
+
+/// Bytes of a path on its way: itself, its hit, its shadow ray, and its places in two queues.
+const PATH_BYTES: u64 = 80 + 16 + 48 + 2 * 4;
+/// Bytes of a pixel's sums.
+const PIXEL_BYTES: u64 = size_of::<PixelSums>() as u64;
+/// Paths on their way at once, unless an image has more pixels.
+const PATHS: u32 = 1 << 18;
+/// Edges after which the host looks whether any path is left.
+const LOOK_EVERY: u32 = 16;
+/// Longest path of any: places for counts.
+const MOST_EDGES: u32 = 1 << 16;
+/// Threads in a workgroup.
+const GROUP: u32 = 64;
+
+impl<'a> GpuPathTracer<'a> {
+    /// Bytes on the device for each pixel with one sample of each on its way: what a path needs, and the pixel's sums.
+    pub const BYTES_PER_PIXEL: u64 = PATH_BYTES + PIXEL_BYTES;
+
+    /// A path tracer with the lengths that the scene's settings ask for.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Refused`], [`GpuError::TooLarge`].
+    pub fn new(gpu: &'a Gpu, scene: &'a GpuScene) -> Result<Self, GpuError> {
+        let settings = scene.settings();
+        Self::with_depths(gpu, scene, settings.max_depth, settings.roulette_depth)
+    }
+
+    /// A path tracer with the given longest path in edges (`None`: 65,536) and first edge at which roulette may end a path.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Refused`], [`GpuError::TooLarge`].
+    pub fn with_depths(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        max_depth: Option<u32>,
+        roulette_depth: u32,
+    ) -> Result<Self, GpuError> {
+        let [width, height] = scene.size();
+        let pixels = width * height;
+        let samples = (PATHS / pixels).max(1);
+        let max_depth = max_depth.unwrap_or(MOST_EDGES).min(MOST_EDGES);
+        let count = u64::from(pixels) * u64::from(samples);
+        let memory = Memory {
+            settings: gpu.zeros("settings", 144)?,
+            paths: gpu.zeros("paths", 80 * count)?,
+            hits: gpu.zeros("hits", 16 * count)?,
+            shadows: gpu.zeros("shadow rays", 48 * count)?,
+            queues: gpu.zeros("queues", 8 * count)?,
+            counts: gpu.zeros("counts", 8 * u64::from(max_depth + 2))?,
+            film: gpu.zeros("film", PIXEL_BYTES * u64::from(pixels))?,
+        };
+        Ok(Self {
+            gpu,
+            scene,
+            kernels: Kernels::new(gpu, scene)?,
+            max_depth,
+            roulette_depth,
+            samples,
+            memory,
+            times: Vec::new(),
+        })
+    }
+
+    /// Samples `first .. first + count` of each pixel under `seed`, averaged.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Lost`].
+    pub fn render(&mut self, first: u32, count: u32, seed: u64) -> Result<GpuImage, GpuError> {
+        self.times.clear();
+        self.prepare(seed);
+        let mut done = 0;
+        while done < count {
+            let samples = self.samples.min(count - done);
+            self.wave(first + done, samples)?;
+            let mut work = self.gpu.timed_work();
+            let step = self.step(0, first + done, samples)?;
+            self.dispatch(&mut work, &self.kernels.accumulate, &step, self.pixels());
+            self.times.extend(work.finish()?);
+            done += samples;
+        }
+        let sums: Vec<PixelSums> = self.gpu.read(&self.memory.film, self.pixels() as usize)?;
+        Ok(GpuImage::from_sums(self.scene.size(), &sums))
+    }
+
+    /// The values of sample `index` of all pixels, row by row.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Lost`].
+    pub fn sample(&mut self, index: u32, seed: u64) -> Result<Vec<[f32; 3]>, GpuError> {
+        self.prepare(seed);
+        self.wave(index, 1)?;
+        let paths: Vec<[[f32; 4]; 5]> = self.gpu.read(&self.memory.paths, self.pixels() as usize)?;
+        Ok(paths
+            .iter()
+            .map(|[_, _, _, [r, g, b, _], _]| [*r, *g, *b])
+            .collect())
+    }
+
+    /// How long each dispatch of the last [`GpuPathTracer::render`] ran; nothing where the device has no clock.
+    pub fn times(&self) -> &[PassTime] {
+        &self.times
+    }
+
+    fn pixels(&self) -> u32 {
+        let [width, height] = self.scene.size();
+        width * height
+    }
+
+    /// Says what is to be rendered, and forgets what was.
+    fn prepare(&self, seed: u64) {
+        let settings = self
+            .scene
+            .kernel_settings(seed, self.max_depth, self.roulette_depth);
+        self.gpu.write(&self.memory.settings, &[settings]);
+        let mut work = self.gpu.work();
+        work.clear(&self.memory.film, self.memory.film.bytes());
+        work.submit();
+    }
+
+    fn step(&self, depth: u32, sample: u32, samples: u32) -> Result<Buffer, GpuError> {
+        let step = Step {
+            depth,
+            sample,
+            samples,
+            padding: 0,
+        };
+        self.gpu.buffer("step", &[step])
+    }
+
+    /// Traces `samples` paths of each pixel to their ends.
+    fn wave(&mut self, sample: u32, samples: u32) -> Result<(), GpuError> {
+        let paths = self.pixels() * samples;
+        let mut work = self.gpu.timed_work();
+        work.clear(&self.memory.counts, self.memory.counts.bytes());
+        let step = self.step(0, sample, samples)?;
+        self.dispatch(&mut work, &self.kernels.start, &step, paths);
+        for depth in 1..=self.max_depth {
+            let step = self.step(depth, sample, samples)?;
+            for kernel in [&self.kernels.extend, &self.kernels.shade, &self.kernels.connect] {
+                self.dispatch(&mut work, kernel, &step, paths);
+            }
+            if depth % LOOK_EVERY == 0 && depth < self.max_depth {
+                self.times.extend(work.finish()?);
+                work = self.gpu.timed_work();
+                let counts: Vec<u32> = self.gpu.read(&self.memory.counts, 2 * depth as usize + 3)?;
+                if counts[2 * depth as usize + 2] == 0 {
+                    break;
+                }
+            }
+        }
+        self.times.extend(work.finish()?);
+        Ok(())
+    }
+
+    fn dispatch(&self, work: &mut Work, kernel: &Kernel, step: &Buffer, threads: u32) {
+        let Memory {
+            settings,
+            paths,
+            hits,
+            shadows,
+            queues,
+            counts,
+            film,
+        } = &self.memory;
+        let mut buffers = vec![settings];
+        buffers.extend(&self.scene.buffers);
+        buffers.extend([paths, hits, shadows, queues, counts, film, step]);
+        work.dispatch(kernel, &buffers, groups_of(threads));
+    }
+}
+
+/// Workgroups for so many threads, in rows, since no side may have more than 65,535.
+pub(crate) fn groups_of(threads: u32) -> [u32; 3] {
+    const ROW: u32 = 1 << 15;
+    let groups = threads.div_ceil(GROUP);
+    if groups <= ROW {
+        [groups, 1, 1]
+    } else {
+        [ROW, groups.div_ceil(ROW), 1]
+    }
+}
+
+impl Kernels {
+    fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
+        let mut access = vec![Access::Read; 9];
+        access.extend([Access::Write; 6]);
+        access.push(Access::Read);
+        let constants = [
+            ("HAS_SURROUNDINGS", f64::from(u8::from(scene.has_surroundings()))),
+            ("HAS_EMITTERS", f64::from(u8::from(scene.has_emitters()))),
+        ];
+        let kernel = |entry: &str| gpu.kernel(&format!("path {entry}"), PATH, entry, &access, &constants);
+        Ok(Self {
+            start: kernel("start")?,
+            extend: kernel("extend")?,
+            shade: kernel("shade")?,
+            connect: kernel("connect")?,
+            accumulate: kernel("accumulate")?,
+        })
+    }
+}

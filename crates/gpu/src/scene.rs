@@ -1,0 +1,153 @@
+//! A scene on the device.
+
+use crate::{Buffer, Gpu, GpuError};
+use bytemuck::{Pod, Zeroable};
+use lightshed_scene::glam::{Vec3, Vec3A};
+use lightshed_scene::{FlatCamera, FlatScene, RenderSettings, Scene};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
+use std::time::Duration;
+
+/// A scene in buffers, with a compressed eight-wide tree over its triangles.
+pub struct GpuScene {
+    /// In the order of bindings 1 to 8.
+    pub(crate) buffers: [Buffer; 8],
+    flat: FlatScene,
+    render: RenderSettings,
+}
+
+/// What kernels read of a scene and of what is asked of them: binding 0.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Settings {
+    pub camera: FlatCamera,
+    pub surroundings: Vec3,
+    pub groups: u32,
+    pub seed: [u32; 2],
+    pub max_depth: u32,
+    pub roulette_depth: u32,
+    pub emitters: u32,
+    pub pixels: u32,
+    pub padding: [u32; 2],
+}
+
+const _: () = assert!(size_of::<Settings>() == 144);
+
+/// Deepest tree that the traversal's stack holds, one entry a level.
+const DEEPEST: usize = 32;
+
+impl GpuScene {
+    /// Copies a scene to the device.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Scene`] for a scene that is no set of triangles with constant materials, see
+    /// [`FlatError`](lightshed_scene::FlatError); [`GpuError::TooDeep`]; [`GpuError::TooLarge`].
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
+        let flat = FlatScene::new(scene).map_err(GpuError::Scene)?;
+        let (nodes, slots) = build_tree(&flat);
+        let depth = depth_of(&nodes);
+        if depth > DEEPEST {
+            return Err(GpuError::TooDeep(depth));
+        }
+        let buffers = [
+            gpu.buffer("nodes", &nodes)?,
+            gpu.buffer("slots", &slots)?,
+            gpu.buffer("triangles", &flat.triangles)?,
+            gpu.buffer("corner normals", &flat.normals)?,
+            gpu.buffer("materials", &flat.materials)?,
+            gpu.buffer("components", &flat.components)?,
+            gpu.buffer("emitters", &flat.emitters)?,
+            gpu.buffer("emitter table", &flat.emitter_table)?,
+        ];
+        Ok(Self {
+            buffers,
+            flat,
+            render: *scene.settings(),
+        })
+    }
+
+    /// Width and height of the image.
+    pub fn size(&self) -> [u32; 2] {
+        self.flat.camera.size
+    }
+
+    /// What the description asked of the renderer.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.render
+    }
+
+    /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh` asks for.
+    pub fn tree_buffers(&self) -> [&Buffer; 3] {
+        let [nodes, slots, triangles, ..] = &self.buffers;
+        [nodes, slots, triangles]
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.buffers.iter().map(Buffer::bytes).sum()
+    }
+
+    /// Whether there is light from all around.
+    pub(crate) fn has_surroundings(&self) -> bool {
+        self.flat.surroundings != Vec3::ZERO
+    }
+
+    /// Whether triangles emit.
+    pub(crate) fn has_emitters(&self) -> bool {
+        !self.flat.emitters.is_empty()
+    }
+
+    pub(crate) fn kernel_settings(&self, seed: u64, max_depth: u32, roulette_depth: u32) -> Settings {
+        let [width, height] = self.size();
+        Settings {
+            camera: self.flat.camera,
+            surroundings: self.flat.surroundings,
+            groups: self.flat.groups,
+            seed: [seed as u32, (seed >> 32) as u32],
+            max_depth,
+            roulette_depth,
+            emitters: self.flat.emitters.len() as u32,
+            pixels: width * height,
+            padding: [0; 2],
+        }
+    }
+}
+
+/// Nodes and what their slots hold.
+pub(crate) fn build_tree(flat: &FlatScene) -> (Vec<CwBvhNode>, Vec<u32>) {
+    if flat.triangles.is_empty() {
+        // A node without children.
+        return (vec![CwBvhNode::default()], Vec::new());
+    }
+    let boxes: Vec<Aabb> = flat
+        .corners()
+        .map(|corners| Aabb::from_points(&corners.map(Vec3A::from)))
+        .collect();
+    let parameters = BvhBuildParams {
+        max_prims_per_leaf: 3,
+        pre_split: false,
+        ..BvhBuildParams::slow_build()
+    };
+    let mut time = Duration::ZERO;
+    let CwBvh {
+        nodes,
+        primitive_indices,
+        ..
+    } = build_cwbvh(&boxes, parameters, &mut time);
+    (nodes, primitive_indices)
+}
+
+/// Levels of nodes.
+fn depth_of(nodes: &[CwBvhNode]) -> usize {
+    let mut deepest = 0;
+    let mut open = vec![(0usize, 1usize)];
+    while let Some((index, depth)) = open.pop() {
+        deepest = deepest.max(depth);
+        let Some(node) = nodes.get(index) else { continue };
+        let inner = node.imask.count_ones() as usize;
+        open.extend((0..inner).map(|child| (node.child_base_idx as usize + child, depth + 1)));
+    }
+    deepest
+}

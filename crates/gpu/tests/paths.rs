@@ -1,0 +1,161 @@
+//! Paths on the device are the CPU's paths.
+
+use lightshed_gpu::{Gpu, GpuError, GpuPathTracer, GpuScene};
+use lightshed_integrator::{PathTracer, PixelEstimator};
+use lightshed_scene::{
+    ConductorIor, EmitterDescription, FlatError, Geometry, Material, Projection, Rgb, Scene,
+    SceneDescription, ShapeDescription, builtin,
+};
+
+/// The device, or `None` with a word about it where there is none; with `LIGHTSHED_REQUIRE_GPU=1` there must be one.
+fn gpu() -> Option<Gpu> {
+    match Gpu::new() {
+        Ok(gpu) => {
+            println!("adapter: {}", gpu.description());
+            Some(gpu)
+        }
+        Err(error) => {
+            let required = std::env::var("LIGHTSHED_REQUIRE_GPU").is_ok_and(|value| value == "1");
+            assert!(!required, "LIGHTSHED_REQUIRE_GPU=1, but {error}");
+            println!("SKIPPED: {error}");
+            None
+        }
+    }
+}
+
+fn sized(mut description: SceneDescription, side: u32) -> Scene {
+    (description.settings.width, description.settings.height) = (side, side);
+    Scene::new(&description).expect("built-in scenes are sound")
+}
+
+/// Share of the pixels whose sample `index` on the device is not the host's with `depths`: in any bit where the device is exact, else by
+/// more than a thousandth.
+fn different(gpu: &Gpu, scene: &Scene, index: u32, depths: (Option<u32>, u32)) -> f64 {
+    let flat = GpuScene::new(gpu, scene).expect("the scene is flat");
+    let mut device = GpuPathTracer::with_depths(gpu, &flat, Some(6), 3).expect("the programs are sound");
+    let found = device.sample(index, 7).expect("the device answers");
+    let host = PathTracer::with_depths(scene, depths.0, depths.1);
+    let [width, _] = flat.size();
+    let mut lit = 0;
+    let mut differing = 0;
+    for (i, found) in (0..).zip(&found) {
+        let truth = host.sample(i % width, i / width, index, 7);
+        lit += usize::from(truth.max_element() > 0.0);
+        let differs = |c: usize| {
+            if gpu.is_exact() {
+                found[c].to_bits() != truth[c].to_bits()
+            } else {
+                (found[c] - truth[c]).abs() > 1e-3 * truth[c].abs() + 1e-6
+            }
+        };
+        differing += usize::from((0..3).any(differs));
+    }
+    assert!(lit > found.len() / 200, "the scene is dark");
+    differing as f64 / found.len() as f64
+}
+
+/// The same bits, path by path, on a device that is exact; on others all but a few of a hundred paths, which took another branch, to a
+/// thousandth. Other lengths and another sample are noticed.
+#[test]
+fn paths_are_those_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let allowed = if gpu.is_exact() { 0.0 } else { 0.05 };
+    for (name, description) in [
+        ("cornell", builtin::cornell()),
+        ("many-lights", builtin::many_lights()),
+        ("cornell-glossy", builtin::cornell_glossy()),
+        ("doorway", builtin::doorway()),
+        ("surrounded", surrounded()),
+    ] {
+        let scene = sized(description, 96);
+        let found = different(&gpu, &scene, 3, (Some(6), 3));
+        assert!(found <= allowed, "{name}: {found} of all paths differ");
+        if name != "many-lights" {
+            // Nothing but direct light is seen there by most paths.
+            let planted = different(&gpu, &scene, 3, (Some(5), 3));
+            assert!(planted > 1e-3, "{name}: a shorter path is not noticed: {planted}");
+            let planted = different(&gpu, &scene, 3, (Some(6), 2));
+            assert!(planted > 1e-3, "{name}: roulette is not noticed: {planted}");
+        }
+    }
+}
+
+/// A ball with interpolated normals on a mirror, in constant light with a lamp, seen through a lens.
+fn surrounded() -> SceneDescription {
+    let mut scene = builtin::cornell();
+    let (center, radius) = (glam::Vec3::new(-0.1, -0.2, 0.5), 0.4);
+    let mut ball = builtin::icosphere(center, radius, 3);
+    ball.normals = ball.positions.iter().map(|p| *p - center).collect();
+    scene.materials.push(Material::Mirror {
+        reflectance: Rgb::splat(0.9).into(),
+    });
+    scene.materials.push(Material::TwoSided {
+        front: Box::new(Material::Conductor {
+            ior: ConductorIor {
+                eta: Rgb::new(0.2, 0.9, 1.1),
+                k: Rgb::new(3.9, 2.4, 2.2),
+            },
+            roughness: None,
+            specular_reflectance: Rgb::ONE.into(),
+        }),
+        back: None,
+    });
+    let mirror = scene.materials.len() as u32 - 2;
+    scene.shapes[0].material = mirror;
+    scene.shapes[6].material = mirror + 1;
+    scene.shapes[1].material = 1;
+    scene.shapes.push(ShapeDescription {
+        name: "ball".to_owned(),
+        geometry: Geometry::Mesh(ball),
+        material: 0,
+        emission: None,
+    });
+    scene.emitters.push(EmitterDescription::Constant {
+        radiance: Rgb::new(0.2, 0.3, 0.5),
+    });
+    scene.camera.projection = Projection::ThinLens {
+        aperture_radius: 0.05,
+        focus_distance: 3.5,
+    };
+    scene
+}
+
+/// Sums of many samples, on their way in several waves, against the host's.
+#[test]
+fn images_are_those_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let scene = sized(builtin::cornell(), 64);
+    let flat = GpuScene::new(&gpu, &scene).expect("the scene is flat");
+    let mut device = GpuPathTracer::new(&gpu, &flat).expect("the programs are sound");
+    // 64 × 64 pixels of 100 samples are two waves.
+    let image = device.render(5, 100, 11).expect("the device answers");
+    assert_eq!((image.size(), image.samples()), ([64, 64], 100));
+    let host = PathTracer::new(&scene);
+    let mut worst: f64 = 0.0;
+    for (i, (mean, variance)) in (0..).zip(image.mean().iter().zip(image.variance())) {
+        let samples: Vec<Rgb> = (5..105).map(|s| host.sample(i % 64, i / 64, s, 11)).collect();
+        for c in 0..3 {
+            let truth = samples.iter().map(|s| f64::from(s[c])).sum::<f64>() / 100.0;
+            let spread = samples
+                .iter()
+                .map(|s| (f64::from(s[c]) - truth).powi(2))
+                .sum::<f64>()
+                / 99.0;
+            worst = worst.max((f64::from(mean[c]) - truth).abs() / truth.max(1e-3));
+            assert!((f64::from(variance[c]) - spread).abs() <= 1e-3 * spread + 1e-4 * truth * truth);
+        }
+    }
+    assert!(worst < if gpu.is_exact() { 1e-6 } else { 0.2 }, "off by {worst}");
+}
+
+#[test]
+fn scenes_without_a_flat_form_are_refused() {
+    let Some(gpu) = gpu() else { return };
+    for (description, what) in [
+        (builtin::furnace(), FlatError::Spheres),
+        (builtin::cloud(), FlatError::Media),
+    ] {
+        let scene = sized(description, 8);
+        assert_eq!(GpuScene::new(&gpu, &scene).err(), Some(GpuError::Scene(what)));
+    }
+}
