@@ -12,6 +12,8 @@
 //! | [`volume`] | `lightshed-volume` | density grids, majorants, free flight, transmittance, phase functions |
 //! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
 //! | [`integrator`] | `lightshed-integrator` | reference path tracer, render loop, film, image files and metrics |
+//! | `gpu` | `lightshed-gpu` | methods on a GPU by wgpu; with the feature `gpu` |
+//! | `shaders` | `lightshed-shaders` | the libraries as WESL and WGSL; with the feature `gpu` |
 //!
 //! # Example
 //!
@@ -36,6 +38,8 @@
 //! ```
 #[cfg(feature = "evaluate")]
 pub use lightshed_evaluate as evaluate;
+#[cfg(feature = "gpu")]
+pub use lightshed_gpu as gpu;
 #[cfg(feature = "integrator")]
 pub use lightshed_integrator as integrator;
 #[cfg(feature = "lights")]
@@ -46,6 +50,8 @@ pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;
 #[cfg(feature = "scene")]
 pub use lightshed_scene as scene;
+#[cfg(feature = "gpu")]
+pub use lightshed_shaders as shaders;
 #[cfg(feature = "shift")]
 pub use lightshed_shift as shift;
 #[cfg(feature = "volume")]

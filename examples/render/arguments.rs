@@ -22,6 +22,10 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Method::Path)]
     pub method: Method,
 
+    /// Where to render; a GPU needs the feature `gpu`.
+    #[arg(long, value_enum, default_value_t = Device::Cpu)]
+    pub device: Device,
+
     /// How ReSTIR path tracing carries paths between pixels.
     #[arg(long, value_enum, default_value_t = Mapping::Hybrid)]
     pub shift: Mapping,
@@ -89,6 +93,15 @@ pub struct Arguments {
 
     #[command(flatten)]
     pub vpl: VplArguments,
+}
+
+/// Where an image is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Device {
+    /// Threads of this process.
+    Cpu,
+    /// The first adapter that wgpu finds, or the one that WGPU_ADAPTER_NAME names.
+    Gpu,
 }
 
 /// How light is found.

@@ -10,6 +10,7 @@
 
 mod arguments;
 mod failure;
+mod gpu;
 mod lightcuts;
 mod progress;
 mod report;

@@ -2,6 +2,7 @@
 
 use lightshed::integrator::{ImageComparison, RenderOutcome};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// All figures of a finished rendering.
@@ -16,6 +17,8 @@ pub struct Report {
     pub seed: u64,
     /// Number of threads.
     pub threads: usize,
+    /// The GPU, where there was one, and seconds that the kernels of each name ran by its clock.
+    pub device: Option<(String, BTreeMap<String, f64>)>,
     /// Seconds that reading the scene and building its structures took.
     pub setup_seconds: f64,
     /// What the importer had to say.
@@ -73,6 +76,8 @@ impl Report {
             "max_depth": self.max_depth,
             "seed": self.seed,
             "threads": self.threads,
+            "device": self.device.as_ref().map(|(name, _)| name),
+            "pass_seconds": self.device.as_ref().map(|(_, passes)| passes),
             "setup_seconds": self.setup_seconds,
             "seconds": outcome.seconds,
             "cpu_seconds": outcome.cpu_seconds,
@@ -98,6 +103,9 @@ impl Report {
             self.scene, self.method
         );
         text += &format!("\n{:.2} s", outcome.seconds);
+        if let Some((name, _)) = &self.device {
+            text += &format!(" on {name}");
+        }
         if let Some(cpu) = outcome.cpu_seconds {
             text += &format!(" ({cpu:.2} CPU-seconds)");
         }

@@ -1,15 +1,16 @@
 //! From arguments to a written image: everything that can be checked is, then the rendering, then the figures.
 
-use crate::arguments::{Arguments, Mapping, Method, Motion};
+use crate::arguments::{Arguments, Device, Mapping, Method, Motion};
 use crate::failure::{Failure, one_line};
+use crate::gpu::on_gpu;
 use crate::progress::Bar;
 use crate::report::Report;
 use crate::vpl;
 use lightshed::integrator::{
     Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
-    PathTracer, RenderOptions, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume,
-    RestirVolumeOptions, RgbImage, SceneWorld, SelectedDirectLight, SelectedPathTracer, VolumePathTracer,
-    VolumeTracking, read_exr, render, render_frames,
+    PathTracer, Progress, RenderOptions, RenderOutcome, RestirDi, RestirDiSettings, RestirGi, RestirPt,
+    RestirPtOptions, RestirVolume, RestirVolumeOptions, RgbImage, SceneWorld, SelectedDirectLight,
+    SelectedPathTracer, VolumePathTracer, VolumeTracking, read_exr, render, render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
@@ -125,14 +126,56 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let interruption = Interruption::catch()?;
     let bar = Bar::new(budget);
     let (observer, cancel) = (|progress: &_| bar.show(progress), &interruption.cancel);
+    let (outcome, device) = match arguments.device {
+        Device::Gpu => on_gpu(arguments, &scene, &options, &observer, cancel)
+            .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
+        Device::Cpu => {
+            let outcome = on_cpu(
+                arguments, &scene, selection, motion, max_depth, &options, &observer, cancel,
+            )?;
+            (outcome, None)
+        }
+    };
+    bar.finish();
+    interruption.writing.store(true, Ordering::SeqCst);
+
+    let report = Report {
+        scene: arguments.scene.clone(),
+        method: arguments.method.name(),
+        max_depth,
+        seed,
+        threads,
+        device,
+        setup_seconds,
+        warnings,
+        mean: outcome.film.mean_image().mean(),
+        outcome,
+        output: None,
+        comparison: None,
+    };
+    finish(report, &target, reference, arguments.json)
+}
+
+/// Renders with the threads of this process.
+#[expect(clippy::too_many_arguments, reason = "they are what the command line says")]
+fn on_cpu(
+    arguments: &Arguments,
+    scene: &Scene,
+    selection: Option<LightSelection>,
+    motion: CameraMotion,
+    max_depth: Option<u32>,
+    options: &RenderOptions,
+    observer: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<RenderOutcome, Failure> {
     // Each arm is compiled for its estimator, so that its loop holds no indirect call.
     let outcome = match arguments.method {
         Method::Path => match selection {
-            None => render(&PathTracer::new(&scene), &options, &observer, cancel),
+            None => render(&PathTracer::new(scene), options, observer, cancel),
             Some(selection) => {
                 let roulette_depth = scene.settings().roulette_depth;
-                let estimator = SelectedPathTracer::new(&scene, selection, max_depth, roulette_depth);
-                render(&estimator, &options, &observer, cancel)
+                let estimator = SelectedPathTracer::new(scene, selection, max_depth, roulette_depth);
+                render(&estimator, options, observer, cancel)
             }
         },
         Method::Volpath | Method::VolpathDecomposition => {
@@ -140,27 +183,27 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 Method::Volpath => VolumeTracking::Delta,
                 _ => VolumeTracking::Decomposition,
             };
-            let tracer = VolumePathTracer::new(&scene).with_tracking(tracking);
-            render(&tracer, &options, &observer, cancel)
+            let tracer = VolumePathTracer::new(scene).with_tracking(tracking);
+            render(&tracer, options, observer, cancel)
         }
         Method::RestirVolume => {
-            let parameters = RestirVolumeOptions::of_scene(&scene, max_depth);
-            let mut method = RestirVolume::new(&scene, parameters, motion)?;
-            render_frames(&mut method, &options, &observer, cancel)
+            let parameters = RestirVolumeOptions::of_scene(scene, max_depth);
+            let mut method = RestirVolume::new(scene, parameters, motion)?;
+            render_frames(&mut method, options, observer, cancel)
         }
         Method::Direct => match selection {
-            None => render(&DirectLight::new(&scene), &options, &observer, cancel),
+            None => render(&DirectLight::new(scene), options, observer, cancel),
             Some(selection) => {
                 let samples = arguments.light_samples.unwrap_or(LIGHT_SAMPLES);
-                let estimator = SelectedDirectLight::new(&scene, selection, samples, 1)?;
-                render(&estimator, &options, &observer, cancel)
+                let estimator = SelectedDirectLight::new(scene, selection, samples, 1)?;
+                render(&estimator, options, observer, cancel)
             }
         },
         Method::Lightcuts => {
-            let mut method = arguments.lightcuts.method(&scene)?;
-            render_frames(&mut method, &options, &observer, cancel)
+            let mut method = arguments.lightcuts.method(scene)?;
+            render_frames(&mut method, options, observer, cancel)
         }
-        Method::PathReuse => render_frames(&mut PathReuse::new(&scene), &options, &observer, cancel),
+        Method::PathReuse => render_frames(&mut PathReuse::new(scene), options, observer, cancel),
         Method::RestirDi | Method::RestirDiBiased => {
             let settings = match arguments.method {
                 Method::RestirDi => RestirDiSettings::UNBIASED,
@@ -168,18 +211,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             };
             match &selection {
                 None => {
-                    let mut method = RestirDi::with_settings(&scene, settings)?.with_motion(motion);
-                    render_frames(&mut method, &options, &observer, cancel)
+                    let mut method = RestirDi::with_settings(scene, settings)?.with_motion(motion);
+                    render_frames(&mut method, options, observer, cancel)
                 }
                 Some(selection) => {
-                    let method = RestirDi::with_sampler(&scene, selection, settings)?;
-                    render_frames(&mut method.with_motion(motion), &options, &observer, cancel)
+                    let method = RestirDi::with_sampler(scene, selection, settings)?;
+                    render_frames(&mut method.with_motion(motion), options, observer, cancel)
                 }
             }
         }
         Method::RestirGi => {
-            let mut method = RestirGi::new(&scene).with_motion(motion);
-            render_frames(&mut method, &options, &observer, cancel)
+            let mut method = RestirGi::new(scene).with_motion(motion);
+            render_frames(&mut method, options, observer, cancel)
         }
         Method::RestirPt | Method::RestirPtOffline => {
             let mapping = match arguments.shift {
@@ -190,36 +233,20 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 Method::RestirPt => RestirPtOptions::real_time(mapping),
                 _ => RestirPtOptions::offline(mapping),
             };
-            let world = SceneWorld::new(&scene);
+            let world = SceneWorld::new(scene);
             let mut method = RestirPt::new(&world, parameters, motion)?;
-            render_frames(&mut method, &options, &observer, cancel)
+            render_frames(&mut method, options, observer, cancel)
         }
         Method::VplGrid => {
-            let mut method = arguments.vpl.grid(&scene, max_depth.unwrap_or_default())?;
-            render_frames(&mut method, &options, &observer, cancel)
+            let mut method = arguments.vpl.grid(scene, max_depth.unwrap_or_default())?;
+            render_frames(&mut method, options, observer, cancel)
         }
         Method::VplBrute => {
-            let mut method = arguments.vpl.brute(&scene, max_depth.unwrap_or_default())?;
-            render_frames(&mut method, &options, &observer, cancel)
+            let mut method = arguments.vpl.brute(scene, max_depth.unwrap_or_default())?;
+            render_frames(&mut method, options, observer, cancel)
         }
     }?;
-    bar.finish();
-    interruption.writing.store(true, Ordering::SeqCst);
-
-    let report = Report {
-        scene: arguments.scene.clone(),
-        method: arguments.method.name(),
-        max_depth,
-        seed,
-        threads,
-        setup_seconds,
-        warnings,
-        mean: outcome.film.mean_image().mean(),
-        outcome,
-        output: None,
-        comparison: None,
-    };
-    finish(report, &target, reference, arguments.json)
+    Ok(outcome)
 }
 
 /// The motion that the command line asks for: orbits go around what the middle of the image shows, along the image's vertical.

@@ -5,6 +5,7 @@
 
 mod device;
 mod error;
+mod frames;
 mod image;
 mod path_tracer;
 mod programs;
@@ -13,6 +14,7 @@ mod work;
 
 pub use device::{Access, Buffer, Gpu, Kernel};
 pub use error::GpuError;
+pub use frames::{GpuFrames, GpuMethod};
 pub use image::GpuImage;
 pub use path_tracer::GpuPathTracer;
 pub use scene::GpuScene;

@@ -2,8 +2,9 @@
 
 use crate::programs::PATH;
 use crate::scene::GpuScene;
-use crate::{Access, Buffer, Gpu, GpuError, GpuImage, Kernel, PassTime, Work};
+use crate::{Access, Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
+use lightshed_integrator::RayCounts;
 
 /// Unidirectional path tracing with emitter sampling, by wavefronts: the estimator of
 /// `lightshed_integrator::PathTracer`, with the same random numbers for each path, so that images differ by rounding alone.
@@ -151,6 +152,7 @@ impl<'a> GpuPathTracer<'a> {
     ///
     /// [`GpuError::Lost`].
     pub fn sample(&mut self, index: u32, seed: u64) -> Result<Vec<[f32; 3]>, GpuError> {
+        self.times.clear();
         self.prepare(seed);
         self.wave(index, 1)?;
         let paths: Vec<[[f32; 4]; 5]> = self.gpu.read(&self.memory.paths, self.pixels() as usize)?;
@@ -160,9 +162,17 @@ impl<'a> GpuPathTracer<'a> {
             .collect())
     }
 
-    /// How long each dispatch of the last [`GpuPathTracer::render`] ran; nothing where the device has no clock.
-    pub fn times(&self) -> &[PassTime] {
-        &self.times
+    /// Rays of the last wave, by what is left of its counts.
+    fn rays(&self) -> Result<RayCounts, GpuError> {
+        let words = (self.memory.counts.bytes() / 4).min(2 * 1024) as usize;
+        let counts: Vec<u32> = self.gpu.read(&self.memory.counts, words)?;
+        let sum = |first: usize| counts.iter().skip(first).step_by(2).map(|&n| u64::from(n)).sum();
+        Ok(RayCounts {
+            camera: u64::from(counts[2]),
+            path: sum(4),
+            emitter: sum(3),
+            ..RayCounts::default()
+        })
     }
 
     fn pixels(&self) -> u32 {
@@ -230,6 +240,22 @@ impl<'a> GpuPathTracer<'a> {
         buffers.extend(&self.scene.buffers);
         buffers.extend([paths, hits, shadows, queues, counts, film, step]);
         work.dispatch(kernel, &buffers, groups_of(threads));
+    }
+}
+
+impl GpuMethod for GpuPathTracer<'_> {
+    fn size(&self) -> [u32; 2] {
+        self.scene.size()
+    }
+
+    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+        let values = self.sample(frame, seed)?;
+        Ok((values, self.rays()?))
+    }
+
+    /// How long each dispatch of the last [`GpuPathTracer::render`] or [`GpuPathTracer::sample`] ran.
+    fn times(&self) -> &[PassTime] {
+        &self.times
     }
 }
 

@@ -1,0 +1,85 @@
+//! Methods on the device in the render loop of the others.
+
+use crate::{GpuError, PassTime};
+use lightshed_integrator::{FrameMethod, RayCounts};
+use lightshed_scene::Rgb;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A method that renders whole frames on the device.
+pub trait GpuMethod {
+    /// Width and height of the frames.
+    fn size(&self) -> [u32; 2];
+
+    /// Estimates frame number `frame`, row by row, and says what rays it traced; called with 0, 1, 2, … in order.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Lost`].
+    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError>;
+
+    /// How long each dispatch of the last frame ran; nothing where the device has no clock.
+    fn times(&self) -> &[PassTime];
+}
+
+/// A [`GpuMethod`] as a [`FrameMethod`], which keeps what cannot be handed on: failures and times.
+pub struct GpuFrames<M> {
+    method: M,
+    failure: Option<GpuError>,
+    seconds: BTreeMap<String, f64>,
+}
+
+impl<M: GpuMethod> GpuFrames<M> {
+    /// Frames of `method`.
+    pub fn new(method: M) -> Self {
+        Self {
+            method,
+            failure: None,
+            seconds: BTreeMap::new(),
+        }
+    }
+
+    /// What went wrong: then the last frame was not rendered, and rendering ended as if it had been cancelled.
+    pub fn failure(&self) -> Option<&GpuError> {
+        self.failure.as_ref()
+    }
+
+    /// Seconds by the device's clock that the kernels of each name ran, over all frames; empty where it has none.
+    pub fn pass_seconds(&self) -> &BTreeMap<String, f64> {
+        &self.seconds
+    }
+}
+
+impl<M: GpuMethod + Send> FrameMethod for GpuFrames<M> {
+    fn size(&self) -> [u32; 2] {
+        self.method.size()
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        match self.method.frame(frame, seed) {
+            Ok((values, rays)) => {
+                for (pixel, value) in image.iter_mut().zip(values) {
+                    *pixel = value.into();
+                }
+                for PassTime { label, seconds } in self.method.times() {
+                    match self.seconds.get_mut(label) {
+                        Some(sum) => *sum += seconds,
+                        None => drop(self.seconds.insert(label.clone(), *seconds)),
+                    }
+                }
+                Some(rays)
+            }
+            Err(failure) => {
+                self.failure = Some(failure);
+                cancel.store(true, Ordering::Relaxed);
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Rendering on a GPU.
+
+use crate::arguments::Arguments;
+use crate::failure::Failure;
+use lightshed::integrator::{Progress, RenderOptions, RenderOutcome};
+use lightshed::scene::Scene;
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
+
+/// The outcome, the device, and seconds that the kernels of each name ran.
+type OnGpu = (RenderOutcome, String, BTreeMap<String, f64>);
+
+/// Renders on the first GPU.
+#[cfg(feature = "gpu")]
+pub fn on_gpu(
+    arguments: &Arguments,
+    scene: &Scene,
+    options: &RenderOptions,
+    observer: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<OnGpu, Failure> {
+    use crate::arguments::Method;
+    use lightshed::gpu::{Gpu, GpuFrames, GpuPathTracer, GpuScene};
+    use lightshed::integrator::render_frames;
+
+    let known = matches!(arguments.method, Method::Path | Method::Direct);
+    if !known || arguments.lights.is_some() || arguments.motion.is_some() {
+        let method = arguments.method.name();
+        return Err(Failure::new(format_args!(
+            "--device gpu has no --method {method} with these options; it has path and direct"
+        )));
+    }
+    let gpu = Gpu::new()?;
+    let on_device = GpuScene::new(&gpu, scene)?;
+    let mut frames = GpuFrames::new(GpuPathTracer::new(&gpu, &on_device)?);
+    let outcome = render_frames(&mut frames, options, observer, cancel)?;
+    match frames.failure() {
+        Some(failure) => Err(Failure::new(failure)),
+        None => Ok((outcome, gpu.name().to_owned(), frames.pass_seconds().clone())),
+    }
+}
+
+/// Says that there is none.
+#[cfg(not(feature = "gpu"))]
+pub fn on_gpu(
+    _: &Arguments,
+    _: &Scene,
+    _: &RenderOptions,
+    _: &(dyn Fn(&Progress) + Sync),
+    _: &AtomicBool,
+) -> Result<OnGpu, Failure> {
+    Err(Failure::new(
+        "--device gpu needs the feature gpu: cargo run --features gpu …",
+    ))
+}
