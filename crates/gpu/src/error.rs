@@ -31,6 +31,8 @@ pub enum GpuError {
     Scene(FlatError),
     /// The tree over the scene's triangles has so many levels, more than the traversal's stack.
     TooDeep(usize),
+    /// Settings that the method does not know, or that are out of range.
+    Settings(&'static str),
     /// The device stopped answering.
     Lost(String),
 }
@@ -49,6 +51,7 @@ impl fmt::Display for GpuError {
             }
             Self::Scene(error) => write!(f, "the scene cannot be rendered on a GPU: {error}"),
             Self::TooDeep(levels) => write!(f, "the tree has {levels} levels, too many for a GPU's stack"),
+            Self::Settings(reason) => write!(f, "settings are refused: {reason}"),
             Self::Lost(message) => write!(f, "the GPU stopped answering: {message}"),
         }
     }

@@ -9,7 +9,10 @@ mod frames;
 mod image;
 mod path_tracer;
 mod programs;
+mod restir_di;
 mod scene;
+#[cfg(test)]
+mod testing;
 mod work;
 
 pub use device::{Access, Buffer, Gpu, Kernel};
@@ -17,5 +20,6 @@ pub use error::GpuError;
 pub use frames::{GpuFrames, GpuMethod};
 pub use image::GpuImage;
 pub use path_tracer::GpuPathTracer;
+pub use restir_di::GpuRestirDi;
 pub use scene::GpuScene;
 pub use work::{PassTime, Work};

@@ -275,10 +275,7 @@ impl Kernels {
         let mut access = vec![Access::Read; 9];
         access.extend([Access::Write; 6]);
         access.push(Access::Read);
-        let constants = [
-            ("HAS_SURROUNDINGS", f64::from(u8::from(scene.has_surroundings()))),
-            ("HAS_EMITTERS", f64::from(u8::from(scene.has_emitters()))),
-        ];
+        let constants = scene.constants();
         let kernel = |entry: &str| gpu.kernel(&format!("path {entry}"), PATH, entry, &access, &constants);
         Ok(Self {
             start: kernel("start")?,

@@ -89,14 +89,13 @@ impl GpuScene {
         self.buffers.iter().map(Buffer::bytes).sum()
     }
 
-    /// Whether there is light from all around.
-    pub(crate) fn has_surroundings(&self) -> bool {
-        self.flat.surroundings != Vec3::ZERO
-    }
-
-    /// Whether triangles emit.
-    pub(crate) fn has_emitters(&self) -> bool {
-        !self.flat.emitters.is_empty()
+    /// What shaders are told at their making of what the scene lacks.
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 2] {
+        let flag = |has: bool| f64::from(u8::from(has));
+        [
+            ("HAS_SURROUNDINGS", flag(self.flat.surroundings != Vec3::ZERO)),
+            ("HAS_EMITTERS", flag(!self.flat.emitters.is_empty())),
+        ]
     }
 
     pub(crate) fn kernel_settings(&self, seed: u64, max_depth: u32, roulette_depth: u32) -> Settings {

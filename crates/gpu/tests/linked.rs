@@ -5,7 +5,7 @@
 use lightshed_shaders::Linker;
 use std::path::Path;
 
-const PROGRAMS: [&str; 1] = ["path"];
+const PROGRAMS: [&str; 2] = ["path", "restir_di"];
 
 #[test]
 fn checked_in_wgsl_is_what_programs_link_to() {

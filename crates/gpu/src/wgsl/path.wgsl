@@ -721,7 +721,21 @@ struct package_lightshed_emitter_EmitterSample {
     goal: vec3f
 }
 
+const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
+
 const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
+    let about = package_host__1emitter_groups();
+    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
+    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
+    let middle = high.x + low.y;
+    let group = high.y + select(0u, 1u, middle < low.y);
+    if about.triangles > 0u && group == 0u {
+        return package_lightshed_alias__1alias_sample(0u, about.triangles, vec2u(low.x, middle));
+    }
+    return select(package_lightshed_emitter_SURROUNDINGS, package_lightshed_ray_NOTHING, about.groups == 0u);
+}
 
 fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
     let emitter = package_host__1load_emitter(index);
@@ -736,21 +750,15 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
 }
 
 fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
-    let about = package_host__1emitter_groups();
-    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
-    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
-    let middle = high.x + low.y;
-    let group = high.y + select(0u, 1u, middle < low.y);
-    let rest = vec2u(low.x, middle);
-    if about.triangles > 0u && group == 0u {
-        let index = package_lightshed_alias__1alias_sample(0u, about.triangles, rest);
-        return package_lightshed_emitter__2sample_triangle_emitter(package_host__1load_emitter(index), from_position, u);
-    }
-    if about.groups == 0u {
+    let index = package_lightshed_emitter__1choose_emitter(u_select);
+    if index == package_lightshed_ray_NOTHING {
         return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
     }
-    let pdf = package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(about.groups));
-    return package_lightshed_emitter_EmitterSample(package_lightshed_warp__1uniform_sphere(u), pdf, about.surroundings / pdf, false, vec3f(0.0));
+    if index == package_lightshed_emitter_SURROUNDINGS {
+        let pdf = package_lightshed_emitter__1surroundings_pdf();
+        return package_lightshed_emitter_EmitterSample(package_lightshed_warp__1uniform_sphere(u), pdf, package_host__1emitter_groups().surroundings / pdf, false, vec3f(0.0));
+    }
+    return package_lightshed_emitter__2sample_triangle_emitter(package_host__1load_emitter(index), from_position, u);
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {

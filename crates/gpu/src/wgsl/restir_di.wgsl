@@ -1,0 +1,1444 @@
+// Linked from restir_di.wesl.
+
+struct Primary {
+    hit: package_lightshed_ray_Hit,
+    direction: vec3f,
+    padding: u32
+}
+
+struct Light {
+    value: vec3f,
+    weight: f32,
+    place: vec3f,
+    emitter: u32,
+    confidence: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32
+}
+
+struct Frame {
+    number: u32,
+    candidates: u32,
+    neighbours: u32,
+    radius: f32,
+    confidence_cap: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32
+}
+
+@group(0) @binding(9)
+var<storage, read_write> primaries: array<Primary>;
+
+@group(0) @binding(10)
+var<storage, read> before: array<Primary>;
+
+@group(0) @binding(11)
+var<storage, read_write> held: array<Light>;
+
+@group(0) @binding(12)
+var<storage, read_write> history: array<Light>;
+
+@group(0) @binding(13)
+var<storage, read_write> image: array<vec4f>;
+
+@group(0) @binding(14)
+var<storage, read> frame: Frame;
+
+override HAS_SURROUNDINGS: bool = true;
+
+override HAS_EMITTERS: bool = true;
+
+const GROUP: u32 = 64u;
+
+const CAMERA: u32 = 0u;
+
+const BY_BSDF: u32 = 4096u;
+
+const CANDIDATES: u32 = 131072u;
+
+const CHOICES: u32 = 262144u;
+
+const SURVIVORS: u32 = 8192u;
+
+const TEMPORAL: u32 = 12288u;
+
+const SPATIAL: u32 = 16384u;
+
+const LEAST_COS_NORMALS: f32 = 0.906;
+
+const MOST_RELATIVE_DEPTH: f32 = 0.1;
+
+const MOST: u32 = 8u;
+
+fn number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * GROUP;
+}
+
+fn block(pixel: u32, index: u32) -> vec4u {
+    let width = package_host_settings.camera.size.x;
+    return package_lightshed_rng__1random_block(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), frame.number, index);
+}
+
+fn no_light(confidence: f32) -> Light {
+    return Light(vec3f(0.0), 0.0, vec3f(0.0), package_lightshed_ray_NOTHING, confidence, 0u, 0u, 0u);
+}
+
+fn luminance(v: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(v, vec3f(0.212671, 0.71516, 0.072169));
+}
+
+struct Seen {
+    point: package_lightshed_surface_SurfacePoint,
+    wo: vec3f,
+    distance: f32
+}
+
+fn seen_by(primary: Primary) -> Seen {
+    let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(primary.hit.primitive), primary.hit);
+    return Seen(point, package_lightshed_frame__1to_local(point.shading, -primary.direction), primary.hit.t);
+}
+
+fn resembles(a: Seen, b: Seen) -> bool {
+    let off_plane = package_lightshed_vector_dot3(b.point.position - a.point.position, a.point.shading.normal);
+    return package_lightshed_vector_dot3(a.point.shading.normal, b.point.shading.normal) >= LEAST_COS_NORMALS && abs(off_plane) <= MOST_RELATIVE_DEPTH * a.distance;
+}
+
+struct Lit {
+    value: vec3f,
+    pdf_emitter: f32,
+    pdf_bsdf: f32,
+    shadow: package_lightshed_ray_Ray
+}
+
+fn is_lit(lit: Lit) -> bool {
+    return package_lightshed_vector__1max_element(lit.value) > 0.0;
+}
+
+fn lit_by(seen: Seen, emitter: u32, place: vec3f) -> Lit {
+    let none = Lit(vec3f(0.0), 0.0, 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u));
+    var connection = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
+    var pdf_emitter: f32;
+    var radiance: vec3f;
+    var per_endpoint = 1.0;
+    if emitter == package_lightshed_emitter_SURROUNDINGS {
+        pdf_emitter = package_lightshed_emitter__1surroundings_pdf();
+        radiance = package_host_settings.surroundings;
+    }
+    else {
+        let light = package_host__1load_emitter(emitter);
+        let along = light.edge0 * place.x;
+        let across = light.edge1 * place.y;
+        let goal = light.corner + along + across;
+        let d = goal - seen.point.position;
+        let distance_squared = package_lightshed_vector_dot3(d, d);
+        let facing = package_lightshed_vector_dot3(-light.normal, d);
+        if !(facing > 0.0) {
+            return none;
+        }
+        let distance = sqrt(distance_squared);
+        let magnitude = abs(light.corner) + abs(along) + abs(across);
+        let extent = package_lightshed_vector__1max_element(max(abs(light.edge0), abs(light.edge1)));
+        connection.direction = d / distance;
+        connection.goal = package_lightshed_surface__1offset_along(goal, light.normal, package_lightshed_surface__1offset_for(light.normal, magnitude, extent), -d);
+        connection.finite = true;
+        pdf_emitter = light.pdf_area;
+        radiance = package_lightshed_emitter__1emitter_radiance(light);
+        per_endpoint = facing / (distance * distance_squared);
+    }
+    let scattered = package_lightshed_bsdf__1evaluate_bsdf(seen.point.material, seen.wo, package_lightshed_frame__1to_local(seen.point.shading, connection.direction));
+    let value = scattered.value * radiance * per_endpoint;
+    let pdf_bsdf = scattered.pdf * per_endpoint;
+    let largest = package_lightshed_vector__1max_element(value);
+    if !(largest > 0.0) || !package_lightshed_vector__1is_finite(largest) || !package_lightshed_vector__1is_finite(pdf_bsdf) {
+        return none;
+    }
+    return Lit(value, pdf_emitter, pdf_bsdf, package_lightshed_emitter__1shadow_ray(seen.point, connection));
+}
+
+fn visible_value(seen: Seen, light: Light) -> vec3f {
+    if light.emitter == package_lightshed_ray_NOTHING {
+        return vec3f(0.0);
+    }
+    let lit = lit_by(seen, light.emitter, light.place);
+    if !is_lit(lit) || package_lightshed_cwbvh_occluded(lit.shadow) {
+        return vec3f(0.0);
+    }
+    return lit.value;
+}
+
+@compute @workgroup_size(64)
+fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let width = package_host_settings.camera.size.x;
+    let words = block(pixel, CAMERA);
+    let place = vec2f(vec2u(pixel % width, pixel / width)) + package_lightshed_uniform__1unit_square(words.xy);
+    var u_lens = vec2f(0.5);
+    if package_host_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    let ray = package_lightshed_camera__1camera_ray(package_host_settings.camera, place, u_lens);
+    let hit = package_lightshed_cwbvh_intersect(ray);
+    primaries[pixel] = Primary(hit, ray.direction, 0u);
+    var emitted = vec3f(0.0);
+    if hit.primitive == package_lightshed_ray_NOTHING {
+        emitted = package_host_settings.surroundings;
+    }
+    else {
+        let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
+        if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
+            emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
+        }
+    }
+    image[pixel] = vec4f(emitted, 0.0);
+}
+
+struct Candidates {
+    selection: package_lightshed_reservoir_Selection,
+    value: vec3f,
+    met: bool,
+    place: vec3f,
+    emitter: u32
+}
+
+fn none_yet() -> Candidates {
+    return Candidates(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), vec3f(0.0), false, vec3f(0.0), package_lightshed_ray_NOTHING);
+}
+
+fn with_candidate(so_far: Candidates, lit: Lit, emitter: u32, place: vec3f, met: bool, u: f32) -> Candidates {
+    let density = f32(frame.candidates) * lit.pdf_emitter + lit.pdf_bsdf;
+    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, luminance(lit.value) / density, u);
+    var next = so_far;
+    next.selection = offered.selection;
+    if offered.accepted {
+        next.value = lit.value;
+        next.met = met;
+        next.place = place;
+        next.emitter = emitter;
+    }
+    return next;
+}
+
+fn hidden(seen: Seen, kept: Candidates) -> bool {
+    return !kept.met && package_lightshed_cwbvh_occluded(lit_by(seen, kept.emitter, kept.place).shadow);
+}
+
+@compute @workgroup_size(64)
+fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let first = primaries[pixel];
+    held[pixel] = no_light(0.0);
+    if first.hit.primitive == package_lightshed_ray_NOTHING || !(HAS_EMITTERS || HAS_SURROUNDINGS) {
+        return;
+    }
+    let seen = seen_by(first);
+    var on_triangles = none_yet();
+    var around = none_yet();
+    let words = block(pixel, BY_BSDF);
+    let scattered = package_lightshed_bsdf__1sample_bsdf(seen.point.material, seen.wo, package_lightshed_uniform__2f32_from_u32(words.x), package_lightshed_uniform__1unit_square(words.yz));
+    if scattered.some {
+        let ray = package_lightshed_surface_spawn(seen.point, package_lightshed_frame__1to_world(seen.point.shading, scattered.wi));
+        let hit = package_lightshed_cwbvh_intersect(ray);
+        var emitter = package_lightshed_ray_NOTHING;
+        var place = vec3f(0.0);
+        var radiance = vec3f(0.0);
+        if hit.primitive == package_lightshed_ray_NOTHING {
+            if HAS_SURROUNDINGS {
+                emitter = package_lightshed_emitter_SURROUNDINGS;
+                place = ray.direction;
+                radiance = package_host_settings.surroundings;
+            }
+        }
+        else if HAS_EMITTERS {
+            let met = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
+            if met.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, met.geometric_normal) < 0.0 {
+                emitter = met.emitter;
+                place = vec3f(hit.barycentric, 0.0);
+                radiance = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(met.emitter));
+            }
+        }
+        if emitter != package_lightshed_ray_NOTHING {
+            if scattered.is_delta {
+                image[pixel] += vec4f(scattered.weight * radiance, 0.0);
+            }
+            else {
+                let lit = lit_by(seen, emitter, place);
+                let u = package_lightshed_uniform__2f32_from_u32(words.w);
+                if is_lit(lit) && emitter == package_lightshed_emitter_SURROUNDINGS {
+                    around = with_candidate(around, lit, emitter, place, true, u);
+                }
+                else if is_lit(lit) {
+                    on_triangles = with_candidate(on_triangles, lit, emitter, place, true, u);
+                }
+            }
+        }
+    }
+    if !package_lightshed_bsdf__2has_non_delta(seen.point.material) {
+        return;
+    }
+    var choices = vec4u(0u);
+    for (var i = 0u; i < frame.candidates; i++) {
+        if i % 4u == 0u {
+            choices = block(pixel, CHOICES + i / 4u);
+        }
+        let u = package_lightshed_uniform__2f32_from_u32(choices[i % 4u]);
+        let candidate = block(pixel, CANDIDATES + i);
+        let emitter = package_lightshed_emitter__1choose_emitter(candidate.xy);
+        if emitter == package_lightshed_ray_NOTHING {
+            continue;
+        }
+        if emitter == package_lightshed_emitter_SURROUNDINGS {
+            let place = package_lightshed_warp__1uniform_sphere(package_lightshed_uniform__1unit_square(candidate.zw));
+            let lit = lit_by(seen, emitter, place);
+            if is_lit(lit) {
+                around = with_candidate(around, lit, emitter, place, false, u);
+            }
+        }
+        else {
+            let place = vec3f(package_lightshed_warp__1uniform_triangle(package_lightshed_uniform__1unit_square(candidate.zw)).xy, 0.0);
+            let lit = lit_by(seen, emitter, place);
+            if is_lit(lit) {
+                on_triangles = with_candidate(on_triangles, lit, emitter, place, false, u);
+            }
+        }
+    }
+    if around.emitter != package_lightshed_ray_NOTHING && hidden(seen, around) {
+        around.selection.weight_sum = 0.0;
+    }
+    if on_triangles.emitter != package_lightshed_ray_NOTHING && hidden(seen, on_triangles) {
+        on_triangles.selection.weight_sum = 0.0;
+    }
+    let survivors = block(pixel, SURVIVORS);
+    let one = package_lightshed_reservoir_offer(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 1u, on_triangles.selection.weight_sum, package_lightshed_uniform__2f32_from_u32(survivors.x));
+    let both = package_lightshed_reservoir_offer(one.selection, 2u, around.selection.weight_sum, package_lightshed_uniform__2f32_from_u32(survivors.y));
+    if both.selection.tag == 0u {
+        held[pixel] = no_light(1.0);
+        return;
+    }
+    var kept = on_triangles;
+    if both.selection.item == 2u {
+        kept = around;
+    }
+    let weight = package_lightshed_reservoir__1contribution_weight(both.selection, luminance(kept.value));
+    held[pixel] = Light(kept.value, weight, kept.place, kept.emitter, 1.0, 0u, 0u, 0u);
+}
+
+@compute @workgroup_size(64)
+fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let mine = held[pixel];
+    let here = primaries[pixel];
+    let there = before[pixel];
+    if here.hit.primitive == package_lightshed_ray_NOTHING || there.hit.primitive == package_lightshed_ray_NOTHING || mine.confidence == 0.0 {
+        return;
+    }
+    let theirs = history[pixel];
+    let seen = seen_by(here);
+    let seen_before = seen_by(there);
+    if theirs.confidence == 0.0 || !resembles(seen, seen_before) {
+        return;
+    }
+    let confidence = min(theirs.confidence, frame.confidence_cap);
+    let words = block(pixel, TEMPORAL);
+    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
+    if mine.emitter != package_lightshed_ray_NOTHING {
+        let p = luminance(mine.value);
+        let q = luminance(visible_value(seen_before, mine));
+        let m = package_lightshed_mis__1balance_weight(mine.confidence, p, mine.confidence * p + confidence * q);
+        selection = package_lightshed_reservoir_offer(selection, 1u, m * p * mine.weight, package_lightshed_uniform__2f32_from_u32(words.x)).selection;
+    }
+    var value = mine.value;
+    let seen_here = visible_value(seen, theirs);
+    let p = luminance(seen_here);
+    if p > 0.0 {
+        let q = luminance(theirs.value);
+        let m = package_lightshed_mis__1balance_weight(confidence, q, mine.confidence * p + confidence * q);
+        selection = package_lightshed_reservoir_offer(selection, 2u, m * p * theirs.weight, package_lightshed_uniform__2f32_from_u32(words.y)).selection;
+    }
+    var kept = mine;
+    if selection.item == 2u {
+        kept = theirs;
+        kept.value = seen_here;
+    }
+    kept.confidence = mine.confidence + confidence;
+    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, luminance(kept.value));
+    if kept.weight == 0.0 {
+        kept = no_light(kept.confidence);
+    }
+    held[pixel] = kept;
+}
+
+@compute @workgroup_size(64)
+fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let mine = held[pixel];
+    let here = primaries[pixel];
+    history[pixel] = mine;
+    if here.hit.primitive == package_lightshed_ray_NOTHING || mine.confidence == 0.0 {
+        return;
+    }
+    let seen = seen_by(here);
+    let size = package_host_settings.camera.size;
+    let corner = vec2f(vec2u(pixel % size.x, pixel / size.x)) + 0.5;
+    var neighbours: array<u32, 8>;
+    var count = 0u;
+    var neighbour_confidence = 0.0;
+    for (var i = 0u; i < min(frame.neighbours, MOST); i++) {
+        let words = block(pixel, SPATIAL + i);
+        let place = floor(corner + package_lightshed_warp__1polar_disk(package_lightshed_uniform__1unit_square(words.xy)) * frame.radius);
+        if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
+            continue;
+        }
+        let other = u32(place.y) * size.x + u32(place.x);
+        let primary = primaries[other];
+        if other == pixel || primary.hit.primitive == package_lightshed_ray_NOTHING || held[other].confidence == 0.0 || !resembles(seen, seen_by(primary)) {
+            continue;
+        }
+        neighbours[count] = other;
+        count++;
+        neighbour_confidence += held[other].confidence;
+    }
+    let pairwise = package_lightshed_mis__1pairwise_defensive(mine.confidence, neighbour_confidence);
+    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
+    var light = vec3f(0.0);
+    var kept = mine;
+    var kept_value = mine.value;
+    var left = 0.0;
+    let p_mine = luminance(mine.value);
+    for (var i = 0u; i < count; i++) {
+        let theirs = held[neighbours[i]];
+        let seen_there = seen_by(primaries[neighbours[i]]);
+        var q_mine = 0.0;
+        if mine.emitter != package_lightshed_ray_NOTHING {
+            q_mine = luminance(visible_value(seen_there, mine));
+        }
+        left += package_lightshed_mis__1pairwise_kept(pairwise, theirs.confidence, p_mine, q_mine);
+        let value = visible_value(seen, theirs);
+        let p = luminance(value);
+        if p > 0.0 {
+            let m = package_lightshed_mis__1pairwise_neighbour(pairwise, theirs.confidence, p, luminance(theirs.value));
+            light += value * (m * theirs.weight);
+            let u = package_lightshed_uniform__2f32_from_u32(block(pixel, SPATIAL + MOST + i).x);
+            let offered = package_lightshed_reservoir_offer(selection, 2u, m * p * theirs.weight, u);
+            selection = offered.selection;
+            if offered.accepted {
+                kept = theirs;
+                kept_value = value;
+            }
+        }
+    }
+    if mine.emitter != package_lightshed_ray_NOTHING {
+        let m = package_lightshed_mis__1pairwise_canonical(pairwise, mine.confidence, left);
+        light += mine.value * (m * mine.weight);
+        let u = package_lightshed_uniform__2f32_from_u32(block(pixel, SPATIAL + MOST + MOST).x);
+        let offered = package_lightshed_reservoir_offer(selection, 1u, m * p_mine * mine.weight, u);
+        selection = offered.selection;
+        if offered.accepted {
+            kept = mine;
+            kept_value = mine.value;
+        }
+    }
+    image[pixel] += vec4f(light, 0.0);
+    kept.value = kept_value;
+    kept.confidence = mine.confidence + neighbour_confidence;
+    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, luminance(kept_value));
+    if kept.weight == 0.0 {
+        kept = no_light(kept.confidence);
+    }
+    history[pixel] = kept;
+}
+
+struct package_host_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    padding: vec2u
+}
+
+fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
+}
+
+@group(0) @binding(8)
+var<storage, read> package_host__1emitter_table: array<package_lightshed_alias_AliasEntry>;
+
+fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_host_components[row];
+}
+
+fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_host_emitters[index];
+}
+
+fn package_host__1load_material(index: u32) -> vec2u {
+    return package_host_materials[index];
+}
+
+fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_host_triangles[index];
+}
+
+fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_host__1emitter_table[index];
+}
+
+fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
+}
+
+fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_host_nodes[index];
+}
+
+fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_host_slots[slot];
+}
+
+fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_host_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+@group(0) @binding(6)
+var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(7)
+var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(5)
+var<storage, read> package_host_materials: array<vec2u>;
+
+@group(0) @binding(1)
+var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(4)
+var<storage, read> package_host_normals: array<vec4f>;
+
+@group(0) @binding(0)
+var<storage, read> package_host_settings: package_host_Settings;
+
+@group(0) @binding(2)
+var<storage, read> package_host_slots: array<u32>;
+
+@group(0) @binding(3)
+var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
+
+struct package_lightshed_alias_AliasEntry {
+    threshold: u32,
+    alias_index: u32
+}
+
+fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(length, u.x);
+    let high = package_lightshed_wide__1wide_product(length, u.y);
+    let coin = high.x + low.y;
+    return vec2u(high.y + select(0u, 1u, coin < low.y), coin);
+}
+
+fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
+    let route = package_lightshed_alias__1alias_route(length, u);
+    let entry = package_host__2load_alias_entry(table, route.x);
+    return select(entry.alias_index, route.x, route.y < entry.threshold);
+}
+
+struct package_lightshed_bsdf_BsdfSample {
+    wi: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    is_delta: bool,
+    some: bool
+}
+
+struct package_lightshed_bsdf_BsdfValue {
+    value: vec3f,
+    pdf: f32
+}
+
+struct package_lightshed_bsdf_Component {
+    kind: u32,
+    side: u32,
+    weight: f32,
+    importance: f32,
+    color: vec3f,
+    alpha_u: f32,
+    eta: vec3f,
+    alpha_v: f32,
+    k: vec3f,
+    padding: u32
+}
+
+const package_lightshed_bsdf_DIFFUSE: u32 = 0u;
+
+const package_lightshed_bsdf_MIRROR: u32 = 1u;
+
+const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
+
+const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
+
+fn package_lightshed_bsdf__1evaluate_bsdf(material: u32, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    let rows = package_host__1load_material(material);
+    let first = package_host__1load_component(rows.x);
+    if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
+        let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
+        if mirror == 0.0 {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(first.color * density, density);
+    }
+    let total = package_lightshed_bsdf__1total_importance(rows, wo);
+    var sum = package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_host__1load_component(rows.x + i);
+        let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+        if mirror == 0.0 || package_lightshed_bsdf__1is_delta(component) {
+            continue;
+        }
+        let found = package_lightshed_bsdf__1evaluate_component(component, package_lightshed_bsdf_mirrored(wo, mirror), package_lightshed_bsdf_mirrored(wi, mirror));
+        sum.value += found.value * component.weight;
+        sum.pdf += found.pdf * package_lightshed_bsdf__1share_of(component.importance, total);
+    }
+    return sum;
+}
+
+fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    if component.kind == package_lightshed_bsdf_DIFFUSE {
+        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
+    }
+    if wi.z <= 0.0 {
+        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    }
+    let alpha = vec2f(component.alpha_u, component.alpha_v);
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    let reflectance = component.color * package_lightshed_fresnel__1fresnel_conductor(clamp(facing, 0.0, 1.0), component.eta, component.k);
+    return package_lightshed_bsdf_BsdfValue(reflectance * (pdf * package_lightshed_ggx__1ggx_masking(alpha, wi)), pdf);
+}
+
+fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
+    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR;
+}
+
+fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
+    if wo.z > 0.0 && side != 1u {
+        return 1.0;
+    }
+    if wo.z < 0.0 && side != 0u {
+        return -1.0;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
+    let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false);
+    let rows = package_host__1load_material(material);
+    let first = package_host__1load_component(rows.x);
+    if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
+        let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
+        let wi = package_lightshed_warp__1cosine_hemisphere(u);
+        if mirror == 0.0 || !(wi.z > 0.0) {
+            return none;
+        }
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true);
+    }
+    let total = package_lightshed_bsdf__1total_importance(rows, wo);
+    var cumulative = 0.0;
+    var probability = 0.0;
+    var chosen = 0u;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_host__1load_component(rows.x + i);
+        let part = package_lightshed_bsdf__1share_of(component.importance, total);
+        if package_lightshed_bsdf__1mirror_of(component.side, wo) == 0.0 || part <= 0.0 {
+            continue;
+        }
+        cumulative += part;
+        probability = part;
+        chosen = rows.x + i;
+        if u_lobe < cumulative {
+            break;
+        }
+    }
+    if probability == 0.0 {
+        return none;
+    }
+    let component = package_host__1load_component(chosen);
+    let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+    let above = package_lightshed_bsdf_mirrored(wo, mirror);
+    if package_lightshed_bsdf__1is_delta(component) {
+        var value = component.color;
+        if component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR {
+            value = component.color * package_lightshed_fresnel__1fresnel_conductor(above.z, component.eta, component.k);
+        }
+        let wi = vec3f(-above.xy, above.z);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), 0.0, value * (component.weight / probability), true, true);
+    }
+    var wi: vec3f;
+    if component.kind == package_lightshed_bsdf_DIFFUSE {
+        wi = package_lightshed_warp__1cosine_hemisphere(u);
+    }
+    else {
+        let normal = package_lightshed_ggx__2ggx_visible_normal(vec2f(component.alpha_u, component.alpha_v), above, u);
+        wi = 2.0 * package_lightshed_vector_dot3(above, normal) * normal - above;
+        if !(wi.z > 0.0) {
+            return none;
+        }
+    }
+    wi = package_lightshed_bsdf_mirrored(wi, mirror);
+    let found = package_lightshed_bsdf__1evaluate_bsdf(material, wo, wi);
+    if !(found.pdf > 0.0) {
+        return none;
+    }
+    return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true);
+}
+
+fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {
+    if total > 0.0 {
+        return importance / total;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1total_importance(rows: vec2u, wo: vec3f) -> f32 {
+    var total = 0.0;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_host__1load_component(rows.x + i);
+        if package_lightshed_bsdf__1mirror_of(component.side, wo) != 0.0 {
+            total += component.importance;
+        }
+    }
+    return total;
+}
+
+fn package_lightshed_bsdf__2has_non_delta(material: u32) -> bool {
+    let rows = package_host__1load_material(material);
+    for (var i = 0u; i < rows.y; i++) {
+        if !package_lightshed_bsdf__1is_delta(package_host__1load_component(rows.x + i)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+fn package_lightshed_bsdf_mirrored(v: vec3f, mirror: f32) -> vec3f {
+    return vec3f(v.xy, v.z * mirror);
+}
+
+struct package_lightshed_camera_Camera {
+    x_axis: vec3f,
+    aperture_radius: f32,
+    y_axis: vec3f,
+    focus_distance: f32,
+    z_axis: vec3f,
+    near_clip: f32,
+    position: vec3f,
+    far_clip: f32,
+    corner: vec2f,
+    pixel: vec2f,
+    size: vec2u,
+    padding: vec2u
+}
+
+fn package_lightshed_camera__1camera_ray(camera: package_lightshed_camera_Camera, film: vec2f, u_lens: vec2f) -> package_lightshed_ray_Ray {
+    let through = vec3f(camera.corner + camera.pixel * film, 1.0);
+    var origin = vec3f(0.0);
+    var direction = through;
+    if camera.aperture_radius > 0.0 {
+        origin = vec3f(package_lightshed_warp__1concentric_disk(u_lens) * camera.aperture_radius, 0.0);
+        direction = through * camera.focus_distance - origin;
+    }
+    direction = direction / package_lightshed_vector_length3(direction);
+    let along_axis = direction.z;
+    let scaled = package_lightshed_camera_turned(camera, direction);
+    let world_origin = package_lightshed_camera_turned(camera, origin) + camera.position;
+    let length = package_lightshed_vector_length3(scaled);
+    let world_direction = scaled / length;
+    let near = camera.near_clip / along_axis * length;
+    let far = camera.far_clip / along_axis * length;
+    return package_lightshed_ray_Ray(world_origin + world_direction * near, far - near, world_direction, 0u);
+}
+
+fn package_lightshed_camera_turned(camera: package_lightshed_camera_Camera, v: vec3f) -> vec3f {
+    return camera.x_axis * v.x + camera.y_axis * v.y + camera.z_axis * v.z;
+}
+
+struct package_lightshed_cwbvh_BoxRay {
+    origin: vec3f,
+    inverse: vec3f,
+    backwards: vec3<bool>,
+    octant: u32
+}
+
+struct package_lightshed_cwbvh_CwbvhNode {
+    corner: vec3f,
+    exponents_and_inner: u32,
+    child_base: u32,
+    primitive_base: u32,
+    meta_low: u32,
+    meta_high: u32,
+    x: vec4u,
+    y: vec4u,
+    z: vec4u
+}
+
+struct package_lightshed_cwbvh_TriangleCorners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+const package_lightshed_cwbvh__1CWBVH_STACK: u32 = 32u;
+
+const package_lightshed_cwbvh__1LARGEST_INVERSE: f32 = 3e38;
+
+fn package_lightshed_cwbvh__1box_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_cwbvh_BoxRay {
+    let largest = vec3f(package_lightshed_cwbvh__1LARGEST_INVERSE);
+    let inverse = clamp(1.0 / ray.direction, -largest, largest);
+    let backwards = (bitcast<vec3u>(ray.direction) >> vec3u(31u)) == vec3u(1u);
+    let octant = select(vec3u(4u, 2u, 1u), vec3u(0u), backwards);
+    return package_lightshed_cwbvh_BoxRay(ray.origin, inverse, backwards, octant.x | octant.y | octant.z);
+}
+
+fn package_lightshed_cwbvh__1byte_of(low: u32, high: u32, index: u32) -> u32 {
+    return (select(low, high, index >= 4u) >> ((index & 3u) * 8u)) & 255u;
+}
+
+fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNode, ray: package_lightshed_cwbvh_BoxRay, t_max: f32) -> u32 {
+    let exponents = node.exponents_and_inner;
+    let scale = bitcast<vec3f>((vec3u(exponents, exponents >> 8u, exponents >> 16u) & vec3u(255u)) << vec3u(23u));
+    let inner = exponents >> 24u;
+    var hits = 0u;
+    for (var child = 0u; child < 8u; child++) {
+        let about = package_lightshed_cwbvh__1byte_of(node.meta_low, node.meta_high, child);
+        if about == 0u {
+            continue;
+        }
+        let low = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.x, node.x.y, child), package_lightshed_cwbvh__1byte_of(node.y.x, node.y.y, child), package_lightshed_cwbvh__1byte_of(node.z.x, node.z.y, child)));
+        let high = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.z, node.x.w, child), package_lightshed_cwbvh__1byte_of(node.y.z, node.y.w, child), package_lightshed_cwbvh__1byte_of(node.z.z, node.z.w, child)));
+        let x = package_lightshed_cwbvh_slab(low.x, high.x, ray.origin.x, ray.inverse.x, ray.backwards.x);
+        let y = package_lightshed_cwbvh_slab(low.y, high.y, ray.origin.y, ray.inverse.y, ray.backwards.y);
+        let z = package_lightshed_cwbvh_slab(low.z, high.z, ray.origin.z, ray.inverse.z, ray.backwards.z);
+        let near = max(max(x.x, y.x), max(z.x, 0.0));
+        let far = min(min(x.y, y.y), min(z.y, t_max));
+        if near <= far * 1.0000005 {
+            if ((inner >> child) & 1u) == 1u {
+                hits |= 1u << (24u + (child ^ ray.octant));
+            }
+            else {
+                hits |= (about >> 5u) << (about & 31u);
+            }
+        }
+    }
+    return hits;
+}
+
+fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
+    return package_lightshed_cwbvh_traverse(ray, false);
+}
+
+fn package_lightshed_cwbvh_occluded(ray: package_lightshed_ray_Ray) -> bool {
+    return package_lightshed_cwbvh_traverse(ray, true).primitive != package_lightshed_ray_NOTHING;
+}
+
+fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
+    let bottom = low - abs(low) * 2.4e-7;
+    let top = high + abs(high) * 2.4e-7;
+    if abs(inverse) >= package_lightshed_cwbvh__1LARGEST_INVERSE {
+        return select(vec2f(1.0, -1.0), vec2f(-package_lightshed_cwbvh__1LARGEST_INVERSE, package_lightshed_cwbvh__1LARGEST_INVERSE), bottom <= origin && origin <= top);
+    }
+    let planes = select(vec2f(bottom, top), vec2f(top, bottom), backwards);
+    return (planes - origin) * inverse;
+}
+
+fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -> package_lightshed_ray_Hit {
+    let boxes = package_lightshed_cwbvh__1box_ray(ray);
+    let triangles = package_lightshed_triangle__1triangle_ray(ray);
+    var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    var stack: array<vec2u, 32>;
+    var depth = 0u;
+    var group = vec2u(0u, (1u << (24u + boxes.octant)) | 1u);
+    loop {
+        if group.y >= 16777216u {
+            let bit = firstLeadingBit(group.y);
+            group.y &= ~(1u << bit);
+            let slot = (bit - 24u) ^ boxes.octant;
+            let before = countOneBits(group.y & 255u & ((1u << slot) - 1u));
+            let index = group.x + before;
+            if group.y >= 16777216u && depth < package_lightshed_cwbvh__1CWBVH_STACK {
+                stack[depth] = group;
+                depth++;
+            }
+            let node = package_host__2load_cwbvh_node(index);
+            let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
+            var primitives = hits & 16777215u;
+            while (primitives != 0u) {
+                let offset = firstTrailingBit(primitives);
+                primitives &= primitives - 1u;
+                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
+                let corners = package_host__2load_triangle_corners(primitive);
+                let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
+                if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
+                    best = hit;
+                    if any {
+                        return best;
+                    }
+                }
+            }
+            group = vec2u(node.child_base, (hits & 4278190080u) | (node.exponents_and_inner >> 24u));
+        }
+        else if depth > 0u {
+            depth--;
+            group = stack[depth];
+        }
+        else {
+            break;
+        }
+    }
+    return best;
+}
+
+struct package_lightshed_emitter_Emitter {
+    corner: vec3f,
+    pdf_area: f32,
+    edge0: vec3f,
+    radiance_r: f32,
+    edge1: vec3f,
+    radiance_g: f32,
+    normal: vec3f,
+    radiance_b: f32
+}
+
+struct package_lightshed_emitter_EmitterGroups {
+    surroundings: vec3f,
+    groups: u32,
+    triangles: u32
+}
+
+struct package_lightshed_emitter_EmitterSample {
+    direction: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    finite: bool,
+    goal: vec3f
+}
+
+const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
+
+const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
+    let about = package_host__1emitter_groups();
+    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
+    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
+    let middle = high.x + low.y;
+    let group = high.y + select(0u, 1u, middle < low.y);
+    if about.triangles > 0u && group == 0u {
+        return package_lightshed_alias__1alias_sample(0u, about.triangles, vec2u(low.x, middle));
+    }
+    return select(package_lightshed_emitter_SURROUNDINGS, package_lightshed_ray_NOTHING, about.groups == 0u);
+}
+
+fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitter_Emitter) -> vec3f {
+    return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
+}
+
+fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
+    let origin = package_lightshed_surface__1origin_towards(point, light.direction);
+    if light.finite {
+        return package_lightshed_ray_Ray(origin, package_lightshed_emitter__1SEGMENT_END, light.goal - origin, 0u);
+    }
+    return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
+}
+
+fn package_lightshed_emitter__1surroundings_pdf() -> f32 {
+    return package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(package_host__1emitter_groups().groups));
+}
+
+const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
+
+struct package_lightshed_frame_Frame {
+    tangent: vec3f,
+    bitangent: vec3f,
+    normal: vec3f
+}
+
+fn package_lightshed_frame__1to_local(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return vec3f(package_lightshed_vector_dot3(frame.tangent, v), package_lightshed_vector_dot3(frame.bitangent, v), package_lightshed_vector_dot3(frame.normal, v));
+}
+
+fn package_lightshed_frame__1to_world(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
+}
+
+fn package_lightshed_frame__2frame_from_normal(normal: vec3f) -> package_lightshed_frame_Frame {
+    let sign = package_lightshed_vector__1copy_sign(1.0, normal.z);
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    return package_lightshed_frame_Frame(vec3f(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x), vec3f(b, sign + normal.y * normal.y * a, -normal.y), normal);
+}
+
+const package_lightshed_fresnel__1LEAST_NORMAL: f32 = 1.1754944e-38;
+
+fn package_lightshed_fresnel__1fresnel_conductor(cos_incident: f32, eta: vec3f, k: vec3f) -> vec3f {
+    let c2 = cos_incident * cos_incident;
+    let s2 = max(1.0 - c2, 0.0);
+    let eta2_k2 = eta * eta * k * k;
+    let t = eta * eta - (k * k + s2);
+    let modulus = sqrt(t * t + 4.0 * eta2_k2);
+    let larger = 0.5 * (modulus + abs(t));
+    let smaller = min(eta2_k2 / max(larger, vec3f(package_lightshed_fresnel__1LEAST_NORMAL)), larger);
+    let positive = t >= vec3f(0.0);
+    let a = sqrt(select(smaller, larger, positive));
+    let b2 = select(larger, smaller, positive);
+    let less = a - cos_incident;
+    let more = a + cos_incident;
+    let senkrecht = (less * less + b2) / max(more * more + b2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    let below = a * cos_incident - s2;
+    let above = a * cos_incident + s2;
+    let ratio = (below * below + b2 * c2) / max(above * above + b2 * c2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    return 0.5 * senkrecht * (1.0 + ratio);
+}
+
+const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
+
+fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
+    let z = abs(direction.z);
+    let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
+    if length > 0.0 {
+        return 2.0 * z / (z + length);
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f32 {
+    if !(normal.z > 0.0) {
+        return 0.0;
+    }
+    let xy = normal.xy / alpha;
+    let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
+    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+}
+
+fn package_lightshed_ggx__2ggx_visible_normal(alpha: vec2f, view: vec3f, u: vec2f) -> vec3f {
+    let z_axis = vec3f(0.0, 0.0, 1.0);
+    let seen = package_lightshed_vector__1normalized_or(package_lightshed_ggx_stretch(alpha, vec3f(view.xy, max(view.z, 0.0))), z_axis);
+    let above = u.y * (1.0 + seen.z);
+    let sum_z = max(1.0 - u.y, 5.9604645e-8) * (1.0 + seen.z);
+    let one_minus_z = (seen.x * seen.x + seen.y * seen.y) / (1.0 + seen.z);
+    let sin_theta = sqrt(above * (sum_z + one_minus_z));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.x);
+    let half = vec3f(sin_theta * turn.y + seen.x, sin_theta * turn.x + seen.y, sum_z);
+    return package_lightshed_vector__1normalized_or(package_lightshed_ggx_stretch(alpha, half), z_axis);
+}
+
+fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f, normal: vec3f) -> f32 {
+    let above = vec3f(view.xy, max(view.z, 0.0));
+    let denominator = above.z + package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, above));
+    let facing = package_lightshed_vector_dot3(above, normal);
+    if facing > 0.0 && denominator > 0.0 {
+        return 2.0 * facing * package_lightshed_ggx__2ggx_normal_density(alpha, normal) / denominator;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx_stretch(alpha: vec2f, direction: vec3f) -> vec3f {
+    return vec3f(alpha * direction.xy, direction.z);
+}
+
+struct package_lightshed_mis_Pairwise {
+    alpha: f32,
+    kappa: f32,
+    canonical_confidence: f32,
+    neighbour_confidence: f32
+}
+
+const package_lightshed_mis__1F32_MAX: f32 = 3.4028235e38;
+
+fn package_lightshed_mis__1balance_weight(confidence: f32, density: f32, total: f32) -> f32 {
+    return package_lightshed_mis_share(confidence * density, total);
+}
+
+fn package_lightshed_mis__1pairwise_canonical(pairwise: package_lightshed_mis_Pairwise, confidence: f32, kept: f32) -> f32 {
+    return package_lightshed_mis_share(confidence, pairwise.canonical_confidence) * ((1.0 - pairwise.kappa) + pairwise.kappa * kept);
+}
+
+fn package_lightshed_mis__1pairwise_defensive(canonical: f32, neighbours: f32) -> package_lightshed_mis_Pairwise {
+    return package_lightshed_mis_Pairwise(min(neighbours / canonical, package_lightshed_mis__1F32_MAX), package_lightshed_mis_share(neighbours, canonical + neighbours), canonical, neighbours);
+}
+
+fn package_lightshed_mis__1pairwise_kept(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
+    let theirs = min(pairwise.alpha * q, package_lightshed_mis__1F32_MAX);
+    var fraction = 1.0;
+    if theirs > 0.0 {
+        fraction = package_lightshed_mis_share(p, p + theirs);
+    }
+    return package_lightshed_mis_share(confidence, pairwise.neighbour_confidence) * fraction;
+}
+
+fn package_lightshed_mis__1pairwise_neighbour(pairwise: package_lightshed_mis_Pairwise, confidence: f32, p: f32, q: f32) -> f32 {
+    let mine = min(pairwise.alpha * q, package_lightshed_mis__1F32_MAX);
+    return pairwise.kappa * package_lightshed_mis_share(confidence, pairwise.neighbour_confidence) * package_lightshed_mis_share(mine, p + mine);
+}
+
+fn package_lightshed_mis_share(part: f32, total: f32) -> f32 {
+    if part > 0.0 {
+        return min(part / min(total, package_lightshed_mis__1F32_MAX), 1.0);
+    }
+    return 0.0;
+}
+
+struct package_lightshed_ray_Hit {
+    t: f32,
+    primitive: u32,
+    barycentric: vec2f
+}
+
+const package_lightshed_ray_NOTHING: u32 = 4294967295u;
+
+struct package_lightshed_ray_Ray {
+    origin: vec3f,
+    t_max: f32,
+    direction: vec3f,
+    padding: u32
+}
+
+const package_lightshed_ray__1NO_END: f32 = 3.4028235e38;
+
+struct package_lightshed_reservoir_Offered {
+    selection: package_lightshed_reservoir_Selection,
+    accepted: bool
+}
+
+struct package_lightshed_reservoir_Selection {
+    item: u32,
+    tag: u32,
+    weight_sum: f32,
+    weight_sum_low: f32
+}
+
+const package_lightshed_reservoir__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_reservoir__1TAG_EMPTY: u32 = 0u;
+
+const package_lightshed_reservoir__1TAG_SAMPLE: u32 = 1u;
+
+fn package_lightshed_reservoir__1contribution_weight(selection: package_lightshed_reservoir_Selection, target_value: f32) -> f32 {
+    if selection.tag == package_lightshed_reservoir__1TAG_EMPTY || !(target_value > 0.0) {
+        return 0.0;
+    }
+    return min(selection.weight_sum / target_value, package_lightshed_reservoir__1F32_MAX);
+}
+
+fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Selection, item: u32, weight: f32, u: f32) -> package_lightshed_reservoir_Offered {
+    if !(weight > 0.0) || !package_lightshed_vector__1is_finite(weight) {
+        return package_lightshed_reservoir_Offered(selection, false);
+    }
+    let sum = min(selection.weight_sum + weight, package_lightshed_reservoir__1F32_MAX);
+    var lost: f32;
+    if selection.weight_sum >= weight {
+        lost = (selection.weight_sum - sum) + weight;
+    }
+    else {
+        lost = (weight - sum) + selection.weight_sum;
+    }
+    let low = min(selection.weight_sum_low + lost, package_lightshed_reservoir__1F32_MAX);
+    let total = min(sum + low, package_lightshed_reservoir__1F32_MAX);
+    var next = selection;
+    next.weight_sum_low = low - (total - sum);
+    next.weight_sum = total;
+    let accepted = u * next.weight_sum < weight;
+    if accepted {
+        next.item = item;
+        next.tag = package_lightshed_reservoir__1TAG_SAMPLE;
+    }
+    return package_lightshed_reservoir_Offered(next, accepted);
+}
+
+const package_lightshed_rng_PARITY: u32 = 466688986u;
+
+fn package_lightshed_rng__1random_block(seed: vec2u, pixel: u32, sample: u32, block: u32) -> vec4u {
+    return package_lightshed_rng__1threefry4x32_12(vec4u(block, 0u, 0u, 0u), vec4u(seed, pixel, sample));
+}
+
+fn package_lightshed_rng__1rotate_left(x: vec2u, by: vec2u) -> vec2u {
+    return (x << by) | (x >> (vec2u(32u) - by));
+}
+
+fn package_lightshed_rng__1threefry4x32_12(counter: vec4u, key: vec4u) -> vec4u {
+    let parity = package_lightshed_rng_PARITY ^ key.x ^ key.y ^ key.z ^ key.w;
+    var x = counter + key;
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.y, key.z, key.w, parity + 1u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(6u, 20u), vec2u(17u, 11u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(25u, 10u), vec2u(18u, 20u));
+    x += vec4u(key.z, key.w, parity, key.x + 2u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.w, parity, key.x, key.y + 3u);
+    return x;
+}
+
+fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4u {
+    let sum_even = x.xz + x.yw;
+    let mixed_even = package_lightshed_rng__1rotate_left(x.yw, even) ^ sum_even;
+    let sum_odd = sum_even + mixed_even.yx;
+    let mixed_odd = package_lightshed_rng__1rotate_left(mixed_even.yx, odd) ^ sum_odd;
+    return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
+}
+
+struct package_lightshed_surface_CornerNormals {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+struct package_lightshed_surface_SurfacePoint {
+    position: vec3f,
+    offset: f32,
+    geometric_normal: vec3f,
+    material: u32,
+    shading: package_lightshed_frame_Frame,
+    emitter: u32
+}
+
+struct package_lightshed_surface_Triangle {
+    a: vec3f,
+    b_x: f32,
+    b_yz: vec2f,
+    c_xy: vec2f,
+    c_z: f32,
+    normal_x: f32,
+    normal_yz: vec2f,
+    material: u32,
+    emitter: u32,
+    normals: u32,
+    uvs: u32
+}
+
+const package_lightshed_surface__1POSITION_ERROR: f32 = 1.9073486e-6;
+
+fn package_lightshed_surface__1offset_along(position: vec3f, normal: vec3f, offset: f32, direction: vec3f) -> vec3f {
+    return position + normal * package_lightshed_vector__1copy_sign(offset, package_lightshed_vector_dot3(direction, normal));
+}
+
+fn package_lightshed_surface__1offset_for(geometric_normal: vec3f, terms: vec3f, extent: f32) -> f32 {
+    return (package_lightshed_vector_dot3(abs(geometric_normal), terms) + extent) * package_lightshed_surface__1POSITION_ERROR;
+}
+
+fn package_lightshed_surface__1origin_towards(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    return package_lightshed_surface__1offset_along(point.position, point.geometric_normal, point.offset, direction);
+}
+
+fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface_Triangle, hit: package_lightshed_ray_Hit) -> package_lightshed_surface_SurfacePoint {
+    let a = triangle.a;
+    let b = vec3f(triangle.b_x, triangle.b_yz);
+    let c = vec3f(triangle.c_xy, triangle.c_z);
+    let normal = vec3f(triangle.normal_x, triangle.normal_yz);
+    let v = hit.barycentric.x;
+    let w = hit.barycentric.y;
+    let u = max(1.0 - v - w, 0.0);
+    let term_a = a * u;
+    let term_b = b * v;
+    let term_c = c * w;
+    let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
+    var shading_normal = normal;
+    if triangle.normals != package_lightshed_ray_NOTHING {
+        let normals = package_host__2load_corner_normals(triangle.normals);
+        shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
+    }
+    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, triangle.material, package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+}
+
+fn package_lightshed_surface_spawn(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(package_lightshed_surface__1origin_towards(point, direction), package_lightshed_ray__1NO_END, direction, 0u);
+}
+
+struct package_lightshed_triangle_TriangleRay {
+    origin: vec3f,
+    axes: vec3u,
+    shear: vec2f,
+    inverse_z: f32
+}
+
+fn package_lightshed_triangle__1intersect_triangle(ray: package_lightshed_triangle_TriangleRay, a0: vec3f, b0: vec3f, c0: vec3f, primitive: u32, t_max: f32) -> package_lightshed_ray_Hit {
+    let none = package_lightshed_ray_Hit(t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    let a = package_lightshed_triangle_sheared(ray, a0);
+    let b = package_lightshed_triangle_sheared(ray, b0);
+    let c = package_lightshed_triangle_sheared(ray, c0);
+    let area_a = c.x * b.y - c.y * b.x;
+    let area_b = a.x * c.y - a.y * c.x;
+    let area_c = b.x * a.y - b.y * a.x;
+    let inside = (area_a >= 0.0 && area_b >= 0.0 && area_c >= 0.0) || (area_a <= 0.0 && area_b <= 0.0 && area_c <= 0.0);
+    if !inside {
+        return none;
+    }
+    let inverse_determinant = 1.0 / (area_a + (area_b + area_c));
+    let z = area_a * a.z + (area_b * b.z + area_c * c.z);
+    let t = z * ray.inverse_z * inverse_determinant;
+    if !(t > 0.0 && t < t_max) {
+        return none;
+    }
+    let u = area_a * inverse_determinant;
+    let v = area_b * inverse_determinant;
+    return package_lightshed_ray_Hit(t, primitive, vec2f(v, max(1.0 - u - v, 0.0)));
+}
+
+fn package_lightshed_triangle__1triangle_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_triangle_TriangleRay {
+    var d = ray.direction;
+    let m = abs(d);
+    var kz = 2u;
+    if m.x > m.y {
+        kz = select(2u, 0u, m.x > m.z);
+    }
+    else if m.y > m.z {
+        kz = 1u;
+    }
+    let kx = (kz + 1u) % 3u;
+    let ky = (kz + 2u) % 3u;
+    let inverse_z = 1.0 / d[kz];
+    return package_lightshed_triangle_TriangleRay(ray.origin, vec3u(kx, ky, kz), vec2f(d[kx] * inverse_z, d[ky] * inverse_z), inverse_z);
+}
+
+fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRay, corner: vec3f) -> vec3f {
+    var p = corner - ray.origin;
+    let z = p[ray.axes.z];
+    return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
+}
+
+fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
+    let t = r * r;
+    let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
+    let cosine = 1.0 - t * (1.2337005 + t * (-0.2536694 + t * (0.020861529 + t * -0.0009067399)));
+    return vec2f(sine, cosine);
+}
+
+fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
+    let quarters = 4.0 * package_lightshed_vector__2clamp_or_low(t, 0.0, 1.0);
+    let below = floor(quarters);
+    let rest = quarters - below;
+    let quadrant = u32(below);
+    let nearest = quadrant + select(0u, 1u, rest > 0.5 || (rest == 0.5 && quadrant % 2u == 1u));
+    let part = package_lightshed_turn__2sin_cos_quarter(quarters - f32(nearest));
+    let turned = select(part, part.yx, nearest % 2u == 1u);
+    let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
+    return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
+}
+
+fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
+    return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
+}
+
+fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
+    return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
+fn package_lightshed_vector__1is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
+}
+
+fn package_lightshed_vector__1max_element(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let inverse = 1.0 / package_lightshed_vector_length3(v);
+    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
+        return v * inverse;
+    }
+    return otherwise;
+}
+
+fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    return select(low, min(x, high), x > low);
+}
+
+fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn package_lightshed_vector_length3(v: vec3f) -> f32 {
+    return sqrt(package_lightshed_vector_dot3(v, v));
+}
+
+const package_lightshed_warp__1F32_EPSILON: f32 = 1.1920929e-7;
+
+fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
+    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
+}
+
+fn package_lightshed_warp__1cosine_hemisphere(u: vec2f) -> vec3f {
+    let point = package_lightshed_warp__3concentric_disk_with_radius(u);
+    let radius = abs(point.z);
+    return vec3f(point.xy, sqrt(max((1.0 - radius) * (1.0 + radius), package_lightshed_warp__1F32_EPSILON)));
+}
+
+fn package_lightshed_warp__1polar_disk(u: vec2f) -> vec2f {
+    let radius = sqrt(u.x);
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    return vec2f(radius * turn.y, radius * turn.x);
+}
+
+fn package_lightshed_warp__1uniform_sphere(u: vec2f) -> vec3f {
+    let sin_theta = 2.0 * sqrt(u.x * (1.0 - u.x));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    return vec3f(sin_theta * turn.y, sin_theta * turn.x, 1.0 - 2.0 * u.x);
+}
+
+fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
+    let half = 0.5 * min(u.x, u.y);
+    let b = u - half;
+    return vec3f(b, 1.0 - b.x - b.y);
+}
+
+fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
+    let a = 2.0 * u.x - 1.0;
+    let b = 2.0 * u.y - 1.0;
+    let along_x = abs(a) > abs(b);
+    let radius = select(b, a, along_x);
+    let other = select(a, b, along_x);
+    var ratio = 0.0;
+    if radius != 0.0 {
+        ratio = other / radius;
+    }
+    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
+    let xy = select(part, part.yx, along_x);
+    return vec3f(radius * xy.x, radius * xy.y, radius);
+}
+
+fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
+    let a_low = a & 65535u;
+    let a_high = a >> 16u;
+    let b_low = b & 65535u;
+    let b_high = b >> 16u;
+    let low = a_low * b_low;
+    let middle = a_high * b_low + (low >> 16u);
+    let other = a_low * b_high + (middle & 65535u);
+    return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
+}
