@@ -20,20 +20,47 @@ pub fn on_gpu(
     cancel: &AtomicBool,
 ) -> Result<OnGpu, Failure> {
     use crate::arguments::Method;
-    use lightshed::gpu::{Gpu, GpuFrames, GpuPathTracer, GpuScene};
-    use lightshed::integrator::render_frames;
+    use lightshed::gpu::{Gpu, GpuPathTracer, GpuRestirDi, GpuScene};
 
-    let known = matches!(arguments.method, Method::Path | Method::Direct);
-    if !known || arguments.lights.is_some() || arguments.motion.is_some() {
-        let method = arguments.method.name();
-        return Err(Failure::new(format_args!(
-            "--device gpu has no --method {method} with these options; it has path and direct"
-        )));
+    if arguments.lights.is_some() || arguments.motion.is_some() {
+        return Err(Failure::new(
+            "--lights and --motion have no meaning with --device gpu",
+        ));
     }
     let gpu = Gpu::new()?;
     let on_device = GpuScene::new(&gpu, scene)?;
-    let mut frames = GpuFrames::new(GpuPathTracer::new(&gpu, &on_device)?);
-    let outcome = render_frames(&mut frames, options, observer, cancel)?;
+    match arguments.method {
+        Method::Path | Method::Direct => render(
+            &gpu,
+            GpuPathTracer::new(&gpu, &on_device)?,
+            options,
+            observer,
+            cancel,
+        ),
+        Method::RestirDi => render(
+            &gpu,
+            GpuRestirDi::new(&gpu, &on_device)?,
+            options,
+            observer,
+            cancel,
+        ),
+        method => Err(Failure::new(format_args!(
+            "--device gpu has path, direct and restir-di, not {}",
+            method.name()
+        ))),
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn render<M: lightshed::gpu::GpuMethod + Send>(
+    gpu: &lightshed::gpu::Gpu,
+    method: M,
+    options: &RenderOptions,
+    observer: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<OnGpu, Failure> {
+    let mut frames = lightshed::gpu::GpuFrames::new(method);
+    let outcome = lightshed::integrator::render_frames(&mut frames, options, observer, cancel)?;
     match frames.failure() {
         Some(failure) => Err(Failure::new(failure)),
         None => Ok((outcome, gpu.name().to_owned(), frames.pass_seconds().clone())),
