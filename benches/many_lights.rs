@@ -122,7 +122,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok((error(&image), seconds, 0.0))
         })?;
     }
-    for tree in [CutTree::Perfect, CutTree::Bvh] {
+    for tree in [CutTree::Perfect, CutTree::CurveBvh, CutTree::Bvh] {
         for (subtrees, interleaving) in [(8, 1), (16, 1), (32, 2)] {
             if !wanted("lightcuts") {
                 break;

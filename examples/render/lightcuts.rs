@@ -36,6 +36,8 @@ pub enum CutTreeName {
     Perfect,
     /// A light BVH.
     Bvh,
+    /// A light BVH along a curve.
+    CurveBvh,
 }
 
 impl LightcutArguments {
@@ -49,6 +51,7 @@ impl LightcutArguments {
             tree: match self.cut_tree {
                 CutTreeName::Perfect => CutTree::Perfect,
                 CutTreeName::Bvh => CutTree::Bvh,
+                CutTreeName::CurveBvh => CutTree::CurveBvh,
             },
             ..LightcutOptions::default()
         };

@@ -1,8 +1,8 @@
 //! Which emitter a shading point asks for light.
 
 use lightshed_lights::{
-    Bounds, Facing, Light, LightBvh, LightError, LightInstance, LightSampler, OpenedTree, OrientationCone,
-    PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree, UniformLights,
+    Bounds, BvhBuild, Facing, Light, LightBvh, LightError, LightInstance, LightSampler, OpenedTree,
+    OrientationCone, PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree, UniformLights,
 };
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
@@ -28,6 +28,8 @@ pub enum LightChoosing {
     TwoLevel,
     /// By a light BVH.
     Bvh,
+    /// By a light BVH that is quick to build, along a curve.
+    CurveBvh,
     /// By a light BVH whose near nodes are opened first.
     OpenBvh,
     /// By a perfect binary light tree whose near nodes are opened first.
@@ -36,12 +38,13 @@ pub enum LightChoosing {
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Uniform,
         Self::Power,
         Self::Tree,
         Self::TwoLevel,
         Self::Bvh,
+        Self::CurveBvh,
         Self::OpenBvh,
         Self::OpenTree,
     ];
@@ -54,6 +57,7 @@ impl LightChoosing {
             Self::Tree => "tree",
             Self::TwoLevel => "two-level",
             Self::Bvh => "bvh",
+            Self::CurveBvh => "curve-bvh",
             Self::OpenBvh => "open-bvh",
             Self::OpenTree => "open-tree",
         }
@@ -101,8 +105,8 @@ enum Sampler {
     Power(PowerLights),
     Tree(Box<PerfectTree>),
     TwoLevel(Box<TwoLevelTree>),
-    Bvh(LightBvh),
-    OpenBvh(OpenedTree<LightBvh>),
+    Bvh(Box<LightBvh>),
+    OpenBvh(Box<OpenedTree<LightBvh>>),
     OpenTree(Box<OpenedTree<PerfectTree>>),
 }
 
@@ -155,8 +159,13 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::Power => Sampler::Power(PowerLights::new(&lights)?),
                     LightChoosing::Tree => Sampler::Tree(Box::new(PerfectTree::new(&lights)?)),
                     LightChoosing::TwoLevel => Sampler::TwoLevel(Box::new(two_level(emitters, &lights)?)),
-                    LightChoosing::Bvh => Sampler::Bvh(LightBvh::new(&lights)?),
-                    LightChoosing::OpenBvh => Sampler::OpenBvh(OpenedTree::new(LightBvh::new(&lights)?)),
+                    LightChoosing::Bvh => Sampler::Bvh(Box::new(LightBvh::new(&lights)?)),
+                    LightChoosing::CurveBvh => {
+                        Sampler::Bvh(Box::new(LightBvh::with_build(&lights, BvhBuild::AlongCurve)?))
+                    }
+                    LightChoosing::OpenBvh => {
+                        Sampler::OpenBvh(Box::new(OpenedTree::new(LightBvh::new(&lights)?)))
+                    }
                     LightChoosing::OpenTree => {
                         Sampler::OpenTree(Box::new(OpenedTree::new(PerfectTree::new(&lights)?)))
                     }

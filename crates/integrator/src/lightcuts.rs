@@ -6,7 +6,7 @@ use crate::path::camera_ray;
 use crate::shadow_batch::ShadowBatch;
 use crate::{FrameMethod, RayCounts};
 use lightshed_lights::{
-    LightBvh, LightChoice, LightError, LightSubtrees, Lightcut, PerfectTree, ShadingPoint,
+    BvhBuild, LightBvh, LightChoice, LightError, LightSubtrees, Lightcut, PerfectTree, ShadingPoint,
 };
 use lightshed_sampling::{CounterRng, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};
@@ -23,6 +23,8 @@ pub enum CutTree {
     Perfect,
     /// A light BVH.
     Bvh,
+    /// A light BVH that is quick to build, along a curve.
+    CurveBvh,
 }
 
 /// What [`Lightcuts`] can be asked for.
@@ -127,14 +129,14 @@ pub struct Lightcuts<'a> {
 
 enum Tree {
     Perfect(Box<PerfectTree>),
-    Bvh(LightBvh),
+    Bvh(Box<LightBvh>),
 }
 
 impl Tree {
     fn subtrees(&self) -> &dyn LightSubtrees {
         match self {
             Self::Perfect(tree) => tree.as_ref(),
-            Self::Bvh(tree) => tree,
+            Self::Bvh(tree) => tree.as_ref(),
         }
     }
 }
@@ -190,7 +192,10 @@ impl<'a> Lightcuts<'a> {
             .then(|| {
                 Ok(match options.tree {
                     CutTree::Perfect => Tree::Perfect(Box::new(PerfectTree::new(&lights)?)),
-                    CutTree::Bvh => Tree::Bvh(LightBvh::new(&lights)?),
+                    CutTree::Bvh => Tree::Bvh(Box::new(LightBvh::new(&lights)?)),
+                    CutTree::CurveBvh => {
+                        Tree::Bvh(Box::new(LightBvh::with_build(&lights, BvhBuild::AlongCurve)?))
+                    }
                 })
             })
             .transpose()

@@ -10,8 +10,8 @@
 
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
-    Bounds, Light, LightBvh, LightSampler, OrientationCone, PerfectTree, PerfectTreeOptions, PowerLights,
-    ShadingPoint, Stride, UniformLights, Weighting,
+    Bounds, BvhBuild, Light, LightBvh, LightSampler, OrientationCone, PerfectTree, PerfectTreeOptions,
+    PowerLights, ShadingPoint, Stride, UniformLights, Weighting,
 };
 use lightshed_sampling::{CounterRng, MortonGrid, UniformSphere};
 use rdst::{RadixKey, RadixSort};
@@ -95,8 +95,8 @@ fn keys(lights: &[Light]) -> Vec<Keyed> {
 fn build() {
     println!("build, ms; the copy and the sort of codes, by rdst, are what any build must do");
     println!(
-        "{:>9} {:>10} {:>10} {:>10} {:>10} {:>10}",
-        "lights", "copy", "sort", "perfect", "again", "bvh"
+        "{:>9} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}",
+        "lights", "copy", "sort", "perfect", "again", "curve", "again", "bvh"
     );
     for count in [1_000, 10_000, 100_000, 1_000_000, 4_000_000] {
         let lights = lights(count);
@@ -119,7 +119,15 @@ fn build() {
         let bvh = least(turns.min(6), || {
             black_box(LightBvh::new(&lights).expect("the lights are sound"));
         });
-        let row = [copy, sort, perfect, again, bvh].map(|seconds| format!("{:>10.3}", seconds * 1e3));
+        let along_curve =
+            || LightBvh::with_build(&lights, BvhBuild::AlongCurve).expect("the lights are sound");
+        let curve = least(turns, || {
+            black_box(along_curve());
+        });
+        let mut tree = along_curve();
+        let curve_again = least(turns, || tree.rebuild(&lights).expect("the lights are sound"));
+        let row = [copy, sort, perfect, again, curve, curve_again, bvh]
+            .map(|seconds| format!("{:>10.3}", seconds * 1e3));
         println!("{count:>9} {}", row.join(" "));
     }
 }
@@ -154,6 +162,11 @@ fn choose() {
             "  eqs. 4.1, 4.2",
             count,
             &perfect(plain.with_weighting(Weighting::MinMax)),
+        );
+        time(
+            "BVH along a curve",
+            count,
+            &LightBvh::with_build(&lights, BvhBuild::AlongCurve).expect("the lights are sound"),
         );
         time(
             "light BVH",

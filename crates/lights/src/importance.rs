@@ -23,8 +23,8 @@ pub enum Weighting {
     /// Distance to the centre, at least half the box's diagonal (Conty Estevez and Kulla 2018, §5.2).
     Center,
     /// The mean of two probabilities, by the least and by the greatest distance to the box (Lin 2022 §4.3.2, eqs. 4.1
-    /// and 4.2, here among up to eight siblings). What is near is never much underestimated. The least distance counts as at least 10⁻⁴ of the greatest: boxes
-    /// around the point share the first probability.
+    /// and 4.2, here among up to eight siblings). What is near is never much underestimated. The least distance counts as at least 0.3 % of the
+    /// greatest: boxes around the point share the first probability.
     #[default]
     MinMax,
     /// The least distance to the box, unless the point is nearer to one of the siblings' boxes than its diagonal: then none's
@@ -37,7 +37,7 @@ const MARGIN: f32 = 1e-5;
 /// Squared distances are at least this.
 const LEAST_SQUARED: f32 = 1e-28;
 /// A least squared distance is at least this part of the greatest one.
-const INSIDE: f32 = 1e-8;
+const INSIDE: f32 = 1e-5;
 /// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an [`about_inverse`].
 const LARGEST: f32 = f32::from_bits(247 << 23);
 /// Parts of shares, which add up to about one, are at least this: it keeps every light in reach, and bounds what an underestimated one can

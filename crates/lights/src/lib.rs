@@ -16,6 +16,7 @@ mod block;
 mod bounds;
 mod bvh;
 mod cone;
+mod curve;
 mod descent;
 mod flat;
 mod grid;
@@ -24,6 +25,7 @@ mod light;
 mod lightcut;
 mod normals;
 mod opened;
+mod order;
 mod parallel;
 mod perfect;
 #[cfg(test)]
@@ -36,8 +38,9 @@ mod testing;
 mod two_level;
 
 pub use bounds::Bounds;
-pub use bvh::LightBvh;
+pub use bvh::{BvhBuild, LightBvh};
 pub use cone::OrientationCone;
+pub use curve::Curve;
 pub use flat::{PowerLights, UniformLights};
 pub use glam;
 pub use grid::{
@@ -49,7 +52,7 @@ pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use lightcut::{LightSubtrees, Lightcut};
 pub use opened::OpenedTree;
-pub use perfect::{Curve, PerfectTree, PerfectTreeOptions, Stride, TreeUpdate};
+pub use perfect::{PerfectTree, PerfectTreeOptions, Stride, TreeUpdate};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
 pub use two_level::{LightInstance, TwoLevelError, TwoLevelTree};

@@ -1,32 +1,66 @@
 //! The build, from the root down.
 
-use super::split::{Extent, Item, split};
+use super::extent::{Extent, Item};
 use super::{LEAF, WideNode};
 use crate::Light;
-use crate::block::{Node, NodeBlock, WIDTH};
-use crate::parallel::join;
+use crate::block::{NodeBlock, WIDTH};
+use crate::normals::{BallLanes, CENTER_STEPS};
+use crate::order::Sorted;
+use crate::parallel::{for_each_chunk, join};
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 
-/// Depth from which groups are halved by number, so that no way is longer than [`super::MAX_DEPTH`].
+/// Depth from which groups are halved by number, so that no way is longer than [`crate::descent::MAX_DEPTH`].
 const HALVE_FROM: usize = 36;
 /// Groups of fewer lights are built on one thread.
 const APART: usize = 1 << 12;
+/// Most groups of all lights that are built apart: the halves of more would be copied more often.
+const PARTS: usize = 32;
+/// Lights that a thread gathers at once.
+const CHUNK: usize = 1 << 13;
+/// How many lights ahead of their turn are asked for.
+const AHEAD: usize = 32;
 
-/// Blocks of the tree, the root's first. The same for any number of threads.
-pub(super) fn build(lights: &[Light], items: &mut Vec<Item>, blocks: &mut Vec<WideNode>) {
-    items.clear();
-    items.extend(
-        lights
-            .iter()
-            .enumerate()
-            .filter_map(|(index, light)| Item::new(light, index)),
-    );
-    blocks.clear();
-    blocks.reserve(items.len() / 3 + 1);
-    if items.is_empty() {
-        blocks.push(WideNode::EMPTY);
-    } else {
-        build_below(items, 0, blocks);
+/// Items that can be divided, by places in the order of all of them.
+pub(super) trait Source: Sized + Send {
+    fn item(&self, place: usize) -> &Item;
+
+    /// Divides a group of at least two into two that have some each; `by_half` into equal numbers.
+    fn divide(&mut self, group: &Group, by_half: bool) -> [Group; 2];
+
+    /// What is before a place, and the rest.
+    fn apart(self, place: usize) -> (Self, Self);
+}
+
+/// Items from one place to another.
+#[derive(Clone, Copy)]
+pub(super) struct Group {
+    pub start: usize,
+    pub end: usize,
+    pub extent: Extent,
+    cost: f64,
+}
+
+impl Group {
+    pub fn new(start: usize, end: usize, extent: Extent) -> Self {
+        // Equal lights at one place have no extent, but are to be divided too.
+        let cost = extent.cost().max(f64::MIN_POSITIVE);
+        Self {
+            start,
+            end,
+            extent,
+            cost,
+        }
     }
+
+    pub fn len(&self) -> usize {
+        self.end - self.start
+    }
+}
+
+/// Up to eight groups, neighbours next to each other.
+struct Groups {
+    groups: [Group; WIDTH],
+    count: usize,
 }
 
 impl WideNode {
@@ -36,101 +70,224 @@ impl WideNode {
     };
 }
 
-/// A group that becomes one child.
-struct Group<'a> {
-    items: &'a mut [Item],
-    extent: Extent,
-    cost: f64,
-}
+/// What builds on several threads keep from one time to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Spares(Vec<Vec<WideNode>>);
 
-impl<'a> Group<'a> {
-    fn new(items: &'a mut [Item]) -> Self {
-        let extent = Extent::of(items);
-        // Equal lights at one place have no extent, but are to be divided too.
-        let cost = extent.cost().max(f64::MIN_POSITIVE);
-        Self { items, extent, cost }
+impl Spares {
+    /// One for each group that is built apart, if groups are divided evenly.
+    fn enough(&mut self) -> &mut [Vec<WideNode>] {
+        if cfg!(feature = "parallel") {
+            self.0.resize_with(4 * PARTS, Vec::new);
+        }
+        &mut self.0
     }
 }
 
-/// Appends the tree of `items` to `blocks`, its root first.
-fn build_below(items: &mut [Item], depth: usize, blocks: &mut Vec<WideNode>) {
-    let mut groups = divide(items, depth >= HALVE_FROM);
-    let root = blocks.len();
-    blocks.push(WideNode::EMPTY);
-    for (lane, group) in groups.iter().enumerate() {
-        let node = match &*group.items {
-            [item] => Node {
-                bounds: group.extent.bounds(),
-                intensity: item.intensity,
-                normals: item.packed,
-            },
-            _ => Node {
-                bounds: group.extent.bounds(),
-                intensity: group.extent.intensity(),
-                normals: group.extent.ball().pack(),
-            },
-        };
-        blocks[root].nodes.set(lane, &node);
-    }
-    build_children(&mut groups, depth, root, 0, blocks);
-}
-
-/// Builds what is below `groups`, children `lane ..` of block `root`.
-fn build_children(groups: &mut [Group], depth: usize, root: usize, lane: usize, blocks: &mut Vec<WideNode>) {
-    let many: usize = groups.iter().map(|group| group.items.len()).sum();
-    if groups.len() > 1 && many > APART {
-        // The halves are built apart and the second is then moved behind the first.
-        let middle = groups.len() / 2;
-        let (low, high) = groups.split_at_mut(middle);
-        let mut second = vec![WideNode::EMPTY];
-        let ((), ()) = join(
-            || build_children(low, depth, root, lane, blocks),
-            || build_children(high, depth, 0, lane + middle, &mut second),
-        );
-        let base = blocks.len() as u32 - 1;
-        for block in &mut second {
-            for below in &mut block.below {
-                *below += if *below & LEAF == 0 && *below > 0 { base } else { 0 };
-            }
-        }
-        for lane in lane + middle..lane + middle + high.len() {
-            blocks[root].below[lane] = second[0].below[lane];
-        }
-        blocks.extend_from_slice(&second[1..]);
+/// Blocks of the tree, the root's first. The same for any number of threads.
+pub(super) fn build(source: impl Source, count: usize, blocks: &mut Vec<WideNode>, spares: &mut Spares) {
+    blocks.clear();
+    // No more than that: a group that is divided has nine lights or more, so that few are pairs.
+    blocks.reserve(count / 2 + 1);
+    if count == 0 {
+        blocks.push(WideNode::EMPTY);
         return;
     }
-    for (i, group) in groups.iter_mut().enumerate() {
-        blocks[root].below[lane + i] = match group.items {
-            [item] => LEAF | item.light,
-            _ => {
-                let below = blocks.len() as u32;
-                build_below(group.items, depth + 1, blocks);
-                below
+    let job = Job {
+        apart: (count / PARTS).max(APART),
+    };
+    // The extent of all together is not asked for.
+    let all = Group::new(0, count, Extent::EMPTY);
+    job.build_below(source, &all, 0, blocks, spares.enough());
+}
+
+/// What is the same for all groups.
+#[derive(Clone, Copy)]
+struct Job {
+    /// Groups of fewer lights are built on one thread.
+    apart: usize,
+}
+
+impl Job {
+    /// Appends the tree of a group to `blocks`, its root first.
+    fn build_below(
+        self,
+        mut source: impl Source,
+        group: &Group,
+        depth: usize,
+        blocks: &mut Vec<WideNode>,
+        spares: &mut [Vec<WideNode>],
+    ) {
+        let root = blocks.len();
+        blocks.push(WideNode::EMPTY);
+        if group.len() <= WIDTH {
+            for (lane, place) in (group.start..group.end).enumerate() {
+                let item = source.item(place);
+                blocks[root].nodes.set(lane, &item.node());
+                blocks[root].below[lane] = LEAF | item.light;
             }
-        };
+            return;
+        }
+        let Groups { groups, count } = divide(&mut source, group, depth >= HALVE_FROM);
+        for (lane, group) in groups[..count].iter().enumerate() {
+            let node = match group.len() {
+                1 => source.item(group.start).node(),
+                _ => group.extent.node(),
+            };
+            blocks[root].nodes.set(lane, &node);
+        }
+        self.build_children(source, &groups[..count], depth, (root, 0), blocks, spares);
+    }
+
+    /// Builds what is below `groups`, children of block `root` from a lane on.
+    fn build_children(
+        self,
+        mut source: impl Source,
+        groups: &[Group],
+        depth: usize,
+        (root, lane): (usize, usize),
+        blocks: &mut Vec<WideNode>,
+        spares: &mut [Vec<WideNode>],
+    ) {
+        let many: usize = groups.iter().map(Group::len).sum();
+        if cfg!(feature = "parallel") && groups.len() > 1 && many > self.apart {
+            // The halves are built apart and the second is then moved behind the first.
+            let (low, high) = groups.split_at(groups.len() / 2);
+            let (source_low, source_high) = source.apart(high[0].start);
+            let mut fresh = Vec::new();
+            let (second, rest) = match spares.split_first_mut() {
+                Some((second, rest)) => (second, rest),
+                None => (&mut fresh, Default::default()),
+            };
+            let (spares_low, spares_high) = rest.split_at_mut(rest.len() / 2);
+            second.clear();
+            second.push(WideNode::EMPTY);
+            let lane_high = lane + low.len();
+            join(
+                || self.build_children(source_low, low, depth, (root, lane), blocks, spares_low),
+                || self.build_children(source_high, high, depth, (0, lane_high), second, spares_high),
+            );
+            let base = blocks.len() as u32 - 1;
+            for block in second.iter_mut() {
+                for below in &mut block.below {
+                    *below += if *below & LEAF == 0 && *below > 0 { base } else { 0 };
+                }
+            }
+            let lanes = lane_high..lane_high + high.len();
+            blocks[root].below[lanes.clone()].copy_from_slice(&second[0].below[lanes]);
+            blocks.extend_from_slice(&second[1..]);
+            return;
+        }
+        for (lane, group) in (lane..).zip(groups) {
+            blocks[root].below[lane] = if group.len() == 1 {
+                LEAF | source.item(group.start).light
+            } else {
+                blocks.len() as u32
+            };
+            let (own, rest) = source.apart(group.end);
+            source = rest;
+            if group.len() > 1 {
+                self.build_below(own, group, depth + 1, blocks, spares);
+            }
+        }
     }
 }
 
-/// Up to eight groups, neighbours next to each other: the costliest is divided again and again.
-fn divide(items: &mut [Item], by_half: bool) -> Vec<Group<'_>> {
-    if items.len() <= WIDTH {
-        return items.chunks_mut(1).map(Group::new).collect();
+/// The costliest is divided again and again.
+fn divide(source: &mut impl Source, group: &Group, by_half: bool) -> Groups {
+    let mut groups = [*group; WIDTH];
+    let mut count = 1;
+    while count < WIDTH {
+        let mut costliest = None;
+        for (i, group) in groups[..count].iter().enumerate() {
+            // Those that are children of one node are no better divided. The last of equal ones.
+            if group.len() > WIDTH && costliest.is_none_or(|(_, cost)| group.cost >= cost) {
+                costliest = Some((i, group.cost));
+            }
+        }
+        let Some((i, _)) = costliest else { break };
+        let [low, high] = source.divide(&groups[i], by_half);
+        groups.copy_within(i + 1..count, i + 2);
+        (groups[i], groups[i + 1]) = (low, high);
+        count += 1;
     }
-    let mut groups = Vec::with_capacity(WIDTH);
-    groups.push(Group::new(items));
-    while groups.len() < WIDTH {
-        let divisible = groups
-            .iter()
-            .enumerate()
-            .filter(|(_, group)| group.items.len() > 1);
-        let Some((costliest, _)) = divisible.max_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost)) else {
-            break;
-        };
-        let Group { items, .. } = groups.remove(costliest);
-        let middle = split(items, by_half);
-        let (low, high) = items.split_at_mut(middle);
-        groups.insert(costliest, Group::new(high));
-        groups.insert(costliest, Group::new(low));
+    Groups { groups, count }
+}
+
+/// Items of all lights that are on, in the order given, or else in their own.
+pub(super) fn gather(lights: &[Light], order: Option<Sorted>, items: &mut Vec<Item>) {
+    items.resize(lights.len(), Item::default());
+    for_each_chunk(items, CHUNK, |first, items| {
+        LaneChoice::best().run(Gather {
+            lights,
+            order,
+            first,
+            items,
+        });
+    });
+    items.retain(|item| item.intensity > 0.0);
+}
+
+struct Gather<'a> {
+    lights: &'a [Light],
+    order: Option<Sorted<'a>>,
+    first: usize,
+    items: &'a mut [Item],
+}
+
+impl Gather<'_> {
+    #[inline(always)]
+    fn light_at(&self, place: usize) -> Option<usize> {
+        match &self.order {
+            Some(order) => order.get(place),
+            None => Some(place),
+        }
     }
-    groups
+}
+
+impl LaneKernel for Gather<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let mut done = 0;
+        while done < self.items.len() {
+            let count = WIDTH.min(self.items.len() - done);
+            let mut eight = [None; WIDTH];
+            let mut index = [0; WIDTH];
+            for lane in 0..count {
+                let place = self.first + done + lane;
+                if let Some(later) = self.light_at(place + AHEAD)
+                    && let Some(light) = self.lights.get(later)
+                {
+                    // A light lies in one line or in two.
+                    prefetch(&light.bounds);
+                    prefetch(&light.cone);
+                }
+                if let Some(light) = self.light_at(place) {
+                    (eight[lane], index[lane]) = (self.lights.get(light), light as u32);
+                }
+            }
+            let block = NodeBlock::leaves::<L>(&eight);
+            let ball = BallLanes::<L>::unpack(&block.normals);
+            let scale = L::splat(1.0 / CENTER_STEPS);
+            let x = (ball.center.x * scale).store();
+            let y = (ball.center.y * scale).store();
+            let z = (ball.center.z * scale).store();
+            let spread = (ball.radius * scale).store();
+            for lane in 0..count {
+                let node = block.node(lane);
+                self.items[done + lane] = Item {
+                    min: node.bounds.min.into(),
+                    max: node.bounds.max.into(),
+                    normals: [x[lane], y[lane], z[lane]].into(),
+                    spread: spread[lane],
+                    packed: node.normals,
+                    intensity: node.intensity,
+                    light: index[lane],
+                };
+            }
+            done += count;
+        }
+    }
 }

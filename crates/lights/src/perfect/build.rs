@@ -1,13 +1,12 @@
 //! Building, and building again.
 
 use super::PerfectTree;
-use super::curve::{Cells, Cube, Curve};
-use super::order::{Order, Sorted};
 use crate::block::{NodeBlock, WIDTH};
 use crate::light::check_lights;
-use crate::parallel::{for_each_chunk, join, reduce};
-use crate::{Bounds, Light, LightError};
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes, prefetch};
+use crate::order::{Order, Sorted};
+use crate::parallel::join;
+use crate::{Light, LightError};
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 
 /// What is kept from one build to the next, so that the next allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -15,8 +14,6 @@ pub(super) struct Scratch {
     order: Order,
 }
 
-/// Lights that a thread takes at once.
-const CHUNK: usize = 1 << 13;
 /// Levels that are built of a part of the leaves while it is in cache, that of the leaves among them.
 const LOW_LEVELS: usize = 10;
 /// Blocks of leaves in such a part: one block of the last of these levels.
@@ -36,7 +33,7 @@ impl PerfectTree {
     pub fn rebuild(&mut self, lights: &[Light]) -> Result<(), LightError> {
         check_lights(lights)?;
         self.lay_out(lights.len());
-        self.encode(lights);
+        self.scratch.order.encode(lights, self.options.curve);
         let Self {
             blocks,
             levels,
@@ -73,51 +70,6 @@ impl PerfectTree {
         self.blocks.resize(blocks, NodeBlock::BOGUS);
         self.light_at.resize(count, 0);
         self.leaf_of.resize(count, 0);
-        self.scratch.order.resize(count);
-    }
-
-    /// Codes of the lights' centres along the curve, in a cube around all of them.
-    fn encode(&mut self, lights: &[Light]) {
-        let box_of = |lights: &[Light]| {
-            lights.iter().fold(Bounds::EMPTY, |all, light| {
-                all.union(&Bounds::of_point(light.bounds.center()))
-            })
-        };
-        let all = reduce(lights, CHUNK, box_of, |a, b| a.union(&b)).unwrap_or_default();
-        let (cube, curve) = (Cube::around(&all), self.options.curve);
-        for_each_chunk(&mut self.scratch.order.codes, CHUNK, |start, codes| {
-            LaneChoice::best().run(Encode {
-                lights: &lights[start..start + codes.len()],
-                codes,
-                cube: &cube,
-                curve,
-            });
-        });
-    }
-}
-
-struct Encode<'a> {
-    lights: &'a [Light],
-    codes: &'a mut [u64],
-    cube: &'a Cube,
-    curve: Curve,
-}
-
-impl LaneKernel for Encode<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for (lights, codes) in self.lights.chunks(LANES).zip(self.codes.chunks_mut(LANES)) {
-            let mut cells: Cells = [[0; LANES]; 3];
-            for (lane, light) in lights.iter().enumerate() {
-                let cell = self.cube.cell(&light.bounds);
-                for axis in 0..3 {
-                    cells[axis][lane] = cell[axis];
-                }
-            }
-            codes.copy_from_slice(&self.curve.codes(cells)[..codes.len()]);
-        }
     }
 }
 

@@ -5,16 +5,14 @@
 //! the next. Bogus leaves of zero intensity fill up the last level; whatever lies beyond the last light is not even stored.
 
 mod build;
-mod curve;
-mod order;
 mod refit;
 #[cfg(test)]
 mod tests;
 
-pub use curve::Curve;
 pub use refit::TreeUpdate;
 
 use crate::block::{Node, NodeBlock, WIDTH};
+use crate::curve::Curve;
 use crate::descent::{Step, Tree, Way};
 use crate::receiver::Receiver;
 use crate::{Light, LightError, Weighting};

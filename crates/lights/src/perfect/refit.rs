@@ -2,8 +2,8 @@
 
 use super::PerfectTree;
 use super::build::{self, LIGHTS_OF_PART};
-use super::curve::{Cells, Cube};
 use crate::block::{Node, WIDTH};
+use crate::curve::{Cells, Cube};
 use crate::light::check_lights;
 use crate::{Bounds, Light, LightError};
 use lightshed_lanes::LANES;

@@ -22,11 +22,11 @@ pub enum Curve {
 const BITS: u32 = 21;
 
 /// Eight cells, coordinate by coordinate.
-pub(super) type Cells = [[u32; LANES]; 3];
+pub(crate) type Cells = [[u32; LANES]; 3];
 
 /// A cube of 2²¹ cells along each side, around a box.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cube {
+pub(crate) struct Cube {
     /// The least corner, doubled.
     min: DVec3,
     /// Cells per doubled length.

@@ -4,7 +4,10 @@
 //! are thrown into buckets by their upper bits, a chunk of them at a time; buckets are small enough to be sorted in cache. Only runs
 //! that agree in all these bits look at the whole codes.
 
-use crate::parallel::join;
+use crate::curve::{Cells, Cube, Curve};
+use crate::parallel::{for_each_chunk, join, reduce};
+use crate::{Bounds, Light};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 
 /// A chunk is thrown into at most so many buckets.
 const BUCKETS: usize = 1 << DIGIT_BITS;
@@ -14,9 +17,12 @@ const SMALL: usize = 1 << 11;
 /// Words that a thread takes at once.
 const APART: usize = 1 << 15;
 
+/// Lights whose codes a thread finds at once.
+const CHUNK: usize = 1 << 13;
+
 /// What is kept from one sort to the next.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Order {
+pub(crate) struct Order {
     /// The lights' codes.
     pub codes: Vec<u64>,
     words: Vec<u64>,
@@ -24,8 +30,23 @@ pub(super) struct Order {
 }
 
 impl Order {
+    /// Codes of the lights' centres along the curve, in a cube around all of them.
+    pub fn encode(&mut self, lights: &[Light], curve: Curve) {
+        self.resize(lights.len());
+        let all = reduce(lights, CHUNK, box_of_centers, |a, b| a.union(&b)).unwrap_or_default();
+        let cube = Cube::around(&all);
+        for_each_chunk(&mut self.codes, CHUNK, |start, codes| {
+            LaneChoice::best().run(Encode {
+                lights: &lights[start..start + codes.len()],
+                codes,
+                cube: &cube,
+                curve,
+            });
+        });
+    }
+
     /// Room for `count` codes.
-    pub fn resize(&mut self, count: usize) {
+    fn resize(&mut self, count: usize) {
         self.codes.resize(count, 0);
         self.words.resize(count, 0);
         self.spare.resize(count, 0);
@@ -35,7 +56,7 @@ impl Order {
     pub fn sort(&mut self) -> Sorted<'_> {
         let index_bits = self.codes.len().max(2).next_power_of_two().trailing_zeros();
         let codes = &self.codes;
-        crate::parallel::for_each_chunk(&mut self.words, APART, |start, words| {
+        for_each_chunk(&mut self.words, APART, |start, words| {
             for (i, word) in words.iter_mut().enumerate() {
                 let index = start + i;
                 // Codes have 63 bits.
@@ -53,7 +74,7 @@ impl Order {
 
 /// Indices in order.
 #[derive(Clone, Copy)]
-pub(super) struct Sorted<'a> {
+pub(crate) struct Sorted<'a> {
     words: &'a [u64],
     mask: u64,
 }
@@ -63,6 +84,37 @@ impl Sorted<'_> {
     #[inline(always)]
     pub fn get(&self, place: usize) -> Option<usize> {
         Some((self.words.get(place)? & self.mask) as usize)
+    }
+}
+
+fn box_of_centers(lights: &[Light]) -> Bounds {
+    lights.iter().fold(Bounds::EMPTY, |all, light| {
+        all.union(&Bounds::of_point(light.bounds.center()))
+    })
+}
+
+struct Encode<'a> {
+    lights: &'a [Light],
+    codes: &'a mut [u64],
+    cube: &'a Cube,
+    curve: Curve,
+}
+
+impl LaneKernel for Encode<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (lights, codes) in self.lights.chunks(LANES).zip(self.codes.chunks_mut(LANES)) {
+            let mut cells: Cells = [[0; LANES]; 3];
+            for (lane, light) in lights.iter().enumerate() {
+                let cell = self.cube.cell(&light.bounds);
+                for axis in 0..3 {
+                    cells[axis][lane] = cell[axis];
+                }
+            }
+            codes.copy_from_slice(&self.curve.codes(cells)[..codes.len()]);
+        }
     }
 }
 
