@@ -68,7 +68,7 @@ macro_rules! for_every_tree {
                 $body
             }
         }
-        for build in [BvhBuild::Binned, BvhBuild::AlongCurve] {
+        for build in [BvhBuild::Binned, BvhBuild::AlongCurve, BvhBuild::Agglomerative] {
             let ($name, $tree) = (
                 format!("light BVH, {build:?}"),
                 LightBvh::with_build($lights, build).unwrap(),

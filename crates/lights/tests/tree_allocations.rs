@@ -78,7 +78,7 @@ fn moving_lights_allocate_nothing_after_the_first_frame() {
         assert_eq!(count(|| assert!(tree.update(lights, 1.1).is_ok())), 0);
     }
 
-    for build in [BvhBuild::Binned, BvhBuild::AlongCurve] {
+    for build in [BvhBuild::Binned, BvhBuild::AlongCurve, BvhBuild::Agglomerative] {
         let mut bvh = LightBvh::with_build(&frames[0], build).unwrap();
         for lights in &frames[1..] {
             assert_eq!(count(|| bvh.rebuild(lights).unwrap()), 0, "{build:?}");

@@ -37,7 +37,9 @@ pub(super) struct Group {
     pub start: usize,
     pub end: usize,
     pub extent: Extent,
-    cost: f64,
+    pub cost: f64,
+    /// What the source calls it, if it knows its groups beforehand.
+    pub node: u32,
 }
 
 impl Group {
@@ -49,6 +51,7 @@ impl Group {
             end,
             extent,
             cost,
+            node: 0,
         }
     }
 
@@ -84,8 +87,14 @@ impl Spares {
     }
 }
 
-/// Blocks of the tree, the root's first. The same for any number of threads.
-pub(super) fn build(source: impl Source, count: usize, blocks: &mut Vec<WideNode>, spares: &mut Spares) {
+/// Blocks of the tree, the root's first. The same for any number of threads. `root` is what the source calls all together.
+pub(super) fn build(
+    source: impl Source,
+    root: u32,
+    count: usize,
+    blocks: &mut Vec<WideNode>,
+    spares: &mut Spares,
+) {
     blocks.clear();
     // No more than that: a group that is divided has nine lights or more, so that few are pairs.
     blocks.reserve(count / 2 + 1);
@@ -97,7 +106,10 @@ pub(super) fn build(source: impl Source, count: usize, blocks: &mut Vec<WideNode
         apart: (count / PARTS).max(APART),
     };
     // The extent of all together is not asked for.
-    let all = Group::new(0, count, Extent::EMPTY);
+    let all = Group {
+        node: root,
+        ..Group::new(0, count, Extent::EMPTY)
+    };
     job.build_below(source, &all, 0, blocks, spares.enough());
 }
 

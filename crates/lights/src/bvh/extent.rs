@@ -38,11 +38,11 @@ impl Item {
 /// Extent of a group: boxes of places and of normals. Least and greatest values alone, so that it is the same in any order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
-    min: Vec3A,
-    max: Vec3A,
+    pub min: Vec3A,
+    pub max: Vec3A,
     normals_min: Vec3A,
     normals_max: Vec3A,
-    intensity: f64,
+    pub intensity: f64,
 }
 
 impl Extent {
@@ -88,10 +88,15 @@ impl Extent {
         if !(self.intensity > 0.0) {
             return 0.0;
         }
+        self.cost_of(self.intensity, self.max - self.min)
+    }
+
+    /// The same with another intensity and diagonal.
+    #[inline(always)]
+    pub fn cost_of(&self, intensity: f64, diagonal: Vec3A) -> f64 {
         let half = (self.normals_max - self.normals_min) * 0.5;
         let spread = half.length().min(1.0);
-        let size = (self.max - self.min).length();
-        self.intensity * f64::from(size * (1.0 + 3.0 * spread))
+        intensity * f64::from(diagonal.length() * (1.0 + 3.0 * spread))
     }
 
     /// Whether any light shines in it.

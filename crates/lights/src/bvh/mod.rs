@@ -4,6 +4,7 @@
 //! `Σ I · M_A · M_Ω` over both parts, with `I` the intensity, `M_A` the extent and `M_Ω` the spread of normals. A node has up
 //! to eight children, found by dividing the costliest again and again.
 
+mod agglomerative;
 mod along_curve;
 mod binned;
 mod build;
@@ -15,6 +16,7 @@ use crate::descent::{Step, Tree, Way};
 use crate::order::Order;
 use crate::receiver::Receiver;
 use crate::{Light, LightError, Weighting};
+use agglomerative::{Joined, Joining};
 use along_curve::{AlongCurve, Pyramid};
 use binned::Binned;
 use build::{Spares, gather};
@@ -62,6 +64,9 @@ pub enum BvhBuild {
     /// Lights are sorted along Hilbert's curve once, and groups divided between any neighbours on it: for lights that move. Several times
     /// faster, with nodes nearly as good.
     AlongCurve,
+    /// From the bottom up: the two groups that are each other's cheapest partners become one, until one is left. On one thread, and tens of times
+    /// slower: what the others are compared with.
+    Agglomerative,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -69,6 +74,7 @@ struct Scratch {
     items: Vec<Item>,
     order: Order,
     pyramid: Pyramid,
+    joining: Joining,
     spares: Spares,
 }
 
@@ -125,24 +131,29 @@ impl LightBvh {
             items,
             order,
             pyramid,
+            joining,
             spares,
         } = &mut self.scratch;
         match self.build {
             BvhBuild::Binned => {
                 gather(lights, None, items);
                 let count = items.len();
-                build::build(Binned { items, first: 0 }, count, &mut self.blocks, spares);
+                build::build(Binned { items, first: 0 }, 0, count, &mut self.blocks, spares);
             }
             BvhBuild::AlongCurve => {
                 order.encode(lights, Curve::Hilbert);
                 gather(lights, Some(order.sort()), items);
                 pyramid.build(items);
-                build::build(
-                    AlongCurve { items, pyramid },
-                    items.len(),
-                    &mut self.blocks,
-                    spares,
-                );
+                let source = AlongCurve { items, pyramid };
+                build::build(source, 0, items.len(), &mut self.blocks, spares);
+            }
+            BvhBuild::Agglomerative => {
+                // In the order of the curve, so that boxes over neighbours are small.
+                order.encode(lights, Curve::Hilbert);
+                gather(lights, Some(order.sort()), items);
+                joining.join(items);
+                let source = Joined { items, joining };
+                build::build(source, source.root(), items.len(), &mut self.blocks, spares);
             }
         }
         self.parents.clear();
