@@ -1,0 +1,89 @@
+//! Whole frames on a GPU, kernel by kernel, by its own clock.
+//!
+//! ```text
+//! cargo bench -p lightshed-gpu --bench frames -- [WIDTHxHEIGHT]
+//! ```
+//!
+//! Says SKIPPED where there is no adapter, or none with a clock.
+
+use lightshed_gpu::{Gpu, GpuError, GpuMethod, GpuPathTracer, GpuRestirDi, GpuScene};
+use lightshed_scene::{Scene, builtin};
+use std::collections::BTreeMap;
+
+/// Frames after the first, of which the median counts.
+const FRAMES: u32 = 5;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let size = std::env::args().skip(1).find_map(|argument| {
+        let (width, height) = argument.split_once('x')?;
+        Some((width.parse().ok()?, height.parse().ok()?))
+    });
+    let (width, height) = size.unwrap_or((1280, 720));
+    let gpu = match Gpu::new() {
+        Ok(gpu) => gpu,
+        Err(error) => {
+            println!("SKIPPED: {error}");
+            return Ok(());
+        }
+    };
+    if !gpu.has_timestamps() {
+        println!("SKIPPED: {} has no clock", gpu.description());
+        return Ok(());
+    }
+    println!(
+        "{}, {width}x{height}, median of {FRAMES} frames\n",
+        gpu.description()
+    );
+    println!("| scene | method | frame (ms) | M samples/s | M rays/s | kernels (ms) |");
+    println!("|---|---|---|---|---|---|");
+    for name in ["cornell", "cornell-glossy", "many-lights"] {
+        let mut description = builtin::by_name(name).ok_or("it is built in")?;
+        (description.settings.width, description.settings.height) = (width, height);
+        let scene = Scene::new(&description)?;
+        let on_device = GpuScene::new(&gpu, &scene)?;
+        row(name, "path", GpuPathTracer::new(&gpu, &on_device)?)?;
+        row(name, "restir-di", GpuRestirDi::new(&gpu, &on_device)?)?;
+    }
+    Ok(())
+}
+
+/// Measures a method. Rays per second are those of the kernels that trace nothing but rays.
+fn row(scene: &str, name: &str, mut method: impl GpuMethod) -> Result<(), GpuError> {
+    let [width, height] = method.size();
+    let mut frames: Vec<(f64, f64, BTreeMap<String, f64>)> = Vec::new();
+    for frame in 0..=FRAMES {
+        let (_, rays) = method.frame(frame, 1)?;
+        let mut kernels = BTreeMap::new();
+        for pass in method.times() {
+            let kernel = pass.label.rsplit(' ').next().unwrap_or_default();
+            *kernels.entry(kernel.to_owned()).or_insert(0.0) += pass.seconds;
+        }
+        let traced = rays.camera + rays.path + rays.emitter;
+        if frame > 0 {
+            frames.push((kernels.values().sum(), traced as f64, kernels));
+        }
+    }
+    frames.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (seconds, rays, kernels) = &frames[frames.len() / 2];
+    let tracing: f64 = ["extend", "connect"]
+        .iter()
+        .filter_map(|&kernel| kernels.get(kernel))
+        .sum();
+    let samples = f64::from(width) * f64::from(height);
+    let listed: Vec<String> = kernels
+        .iter()
+        .map(|(kernel, seconds)| format!("{kernel} {:.2}", 1e3 * seconds))
+        .collect();
+    println!(
+        "| {scene} | {name} | {:.2} | {:.2} | {} | {} |",
+        1e3 * seconds,
+        1e-6 * samples / seconds,
+        if tracing > 0.0 {
+            format!("{:.2}", 1e-6 * rays / tracing)
+        } else {
+            "–".to_owned()
+        },
+        listed.join(", ")
+    );
+    Ok(())
+}
