@@ -124,6 +124,24 @@ impl<'a> GpuPathTracer<'a> {
         })
     }
 
+    /// Bytes on the device, the scene's and a few counts apart: [`GpuPathTracer::BYTES_PER_PIXEL`] for each pixel of an image that is large
+    /// enough to have one sample of each on its way; smaller ones have several.
+    pub fn bytes(&self) -> u64 {
+        let Memory {
+            settings: _,
+            paths,
+            hits,
+            shadows,
+            queues,
+            counts: _,
+            film,
+        } = &self.memory;
+        [paths, hits, shadows, queues, film]
+            .map(Buffer::bytes)
+            .iter()
+            .sum()
+    }
+
     /// Samples `first .. first + count` of each pixel under `seed`, averaged.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Paths on the device are the CPU's paths.
 
-use lightshed_gpu::{Gpu, GpuError, GpuPathTracer, GpuScene};
+use lightshed_gpu::{Gpu, GpuError, GpuPathTracer, GpuRestirDi, GpuScene};
 use lightshed_integrator::{PathTracer, PixelEstimator};
 use lightshed_scene::{
     ConductorIor, EmitterDescription, FlatError, Geometry, Material, Projection, Rgb, Scene,
@@ -146,6 +146,17 @@ fn images_are_those_of_the_cpu() {
         }
     }
     assert!(worst < if gpu.is_exact() { 1e-6 } else { 0.2 }, "off by {worst}");
+}
+
+#[test]
+fn memory_is_what_the_documentation_says() {
+    let Some(gpu) = gpu() else { return };
+    let scene = sized(builtin::cornell(), 512);
+    let flat = GpuScene::new(&gpu, &scene).expect("the scene is flat");
+    let device = GpuPathTracer::new(&gpu, &flat).expect("the programs are sound");
+    assert_eq!(device.bytes(), GpuPathTracer::BYTES_PER_PIXEL * 512 * 512);
+    assert_eq!(GpuPathTracer::BYTES_PER_PIXEL, 200);
+    assert_eq!(GpuRestirDi::BYTES_PER_PIXEL, 176);
 }
 
 #[test]
