@@ -42,6 +42,8 @@ pub const MODULES: &[Module] = &[
         "cwbvh",
         ["load_cwbvh_node", "load_cwbvh_primitive", "load_triangle_corners"]
     ),
+    module!("density", ["load_density"]),
+    module!("double"),
     module!(
         "emitter",
         [
@@ -51,17 +53,22 @@ pub const MODULES: &[Module] = &[
             "load_emitter"
         ]
     ),
+    module!("exponential"),
     module!("frame"),
     module!("fresnel"),
     module!("ggx"),
+    module!("majorant", ["load_majorant"]),
     module!("measure"),
     module!("mis"),
     module!("morton"),
     module!("octahedral"),
+    module!("phase"),
     module!("ray"),
     module!("reservoir"),
     module!("rng"),
+    module!("stream"),
     module!("surface", ["load_corner_normals"]),
+    module!("tracking", ["load_density", "load_majorant"]),
     module!("triangle"),
     module!("turn"),
     module!("uniform"),

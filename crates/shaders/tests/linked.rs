@@ -42,6 +42,31 @@ fn checked_in_wgsl_is_what_modules_link_to() {
     }
 }
 
+/// What media and light trees ask of a host, over one buffer of words; what surfaces ask for, their host in `lightshed-gpu` has.
+const HOST: &str = "
+    import package::lightshed::alias::AliasEntry;
+    @group(0) @binding(0) var<storage, read> words: array<u32>;
+    fn load_alias_entry(table: u32, index: u32) -> AliasEntry { return AliasEntry(words[index], words[table]); }
+    fn load_density(voxel: vec3u) -> f32 { return f32(words[voxel.x + voxel.y + voxel.z]); }
+    fn load_majorant(cell: u32) -> vec2f { return vec2f(0.0, f32(words[cell])); }
+";
+
+#[test]
+fn modules_with_a_host_are_valid() {
+    let given = |name: &&str| HOST.contains(&format!("fn {name}("));
+    for module in MODULES
+        .iter()
+        .filter(|module| module.host.iter().all(|name| given(name)))
+    {
+        let wgsl = Linker::new()
+            .module("package::host", HOST)
+            .keep_all()
+            .link(&format!("package::lightshed::{}", module.name))
+            .unwrap_or_else(|error| panic!("{}: {error}", module.name));
+        validate(module.name, &wgsl);
+    }
+}
+
 /// Names that `text` imports from a path that starts with `from`, after which comes the last part of it.
 fn imports<'a>(text: &'a str, from: &str) -> Vec<(&'a str, Vec<&'a str>)> {
     text.split("import ")

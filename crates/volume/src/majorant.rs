@@ -120,8 +120,13 @@ impl MajorantGrid {
         self.lattice.counts
     }
 
-    /// The bounds of all super-voxels, x fastest.
-    pub(crate) fn ranges(&self) -> &[DensityRange] {
+    /// Edge length of a super-voxel.
+    pub fn cell_size(&self) -> f32 {
+        self.lattice.cell as f32
+    }
+
+    /// The bounds of all super-voxels, x fastest: what a shader that walks the grid reads.
+    pub fn ranges(&self) -> &[DensityRange] {
         &self.ranges
     }
 

@@ -101,6 +101,8 @@ impl<'a> Shader<'a> {
 /// How far two words may be apart.
 #[derive(Clone, Copy, Debug)]
 pub enum Tier {
+    /// The same words, whatever they mean.
+    Words,
     /// The same bits; any NaN is equal to any other.
     Exact,
     /// Numbers that differ by at most `absolute + relative · |truth|`; infinities and NaN as they are.
@@ -110,10 +112,12 @@ pub enum Tier {
 impl Tier {
     fn agree(self, found: u32, truth: u32) -> bool {
         let (a, b) = (f32::from_bits(found), f32::from_bits(truth));
-        if found == truth || (a.is_nan() && b.is_nan()) {
+        if found == truth {
             return true;
         }
         match self {
+            Self::Words => false,
+            _ if a.is_nan() && b.is_nan() => true,
             Self::Exact => false,
             Self::Bounded { absolute, relative } => {
                 a == b || (a.is_finite() && b.is_finite() && (a - b).abs() <= absolute + relative * b.abs())

@@ -4,8 +4,11 @@
 //! bound, where a function of the device's own is called; and by statistics, for whole images (in `images.rs`). Without a device the
 //! tests say SKIPPED and pass, unless `LIGHTSHED_REQUIRE_GPU=1`.
 
+mod doubles;
 mod harness;
+mod media;
 mod numbers;
+mod phase;
 mod planted;
 mod rays;
 mod resampling;
