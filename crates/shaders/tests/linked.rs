@@ -54,10 +54,7 @@ const HOST: &str = "
 #[test]
 fn modules_with_a_host_are_valid() {
     let given = |name: &&str| HOST.contains(&format!("fn {name}("));
-    for module in MODULES
-        .iter()
-        .filter(|module| module.host.iter().all(given))
-    {
+    for module in MODULES.iter().filter(|module| module.host.iter().all(given)) {
         let wgsl = Linker::new()
             .module("package::host", HOST)
             .keep_all()
