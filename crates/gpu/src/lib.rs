@@ -7,8 +7,10 @@ mod device;
 mod error;
 mod frames;
 mod image;
+mod light_tree;
 mod path_tracer;
 mod programs;
+mod radix_sort;
 mod restir_di;
 mod scene;
 #[cfg(test)]
@@ -19,6 +21,7 @@ pub use device::{Access, Buffer, Gpu, Kernel};
 pub use error::GpuError;
 pub use frames::{GpuFrames, GpuMethod};
 pub use image::GpuImage;
+pub use light_tree::{GpuLightTree, LightTreeBuilder};
 pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
 pub use scene::GpuScene;

@@ -1,6 +1,10 @@
 //! The programs, linked.
 
+/// Building light trees.
+pub(crate) const LIGHT_TREE_BUILD: &str = include_str!("wgsl/light_tree_build.wgsl");
 /// Path tracing by wavefronts.
 pub(crate) const PATH: &str = include_str!("wgsl/path.wgsl");
+/// Sorting by codes.
+pub(crate) const RADIX_SORT: &str = include_str!("wgsl/radix_sort.wgsl");
 /// Direct light by reuse among pixels and frames.
 pub(crate) const RESTIR_DI: &str = include_str!("wgsl/restir_di.wgsl");

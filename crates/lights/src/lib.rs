@@ -52,7 +52,7 @@ pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use lightcut::{LightSubtrees, Lightcut};
 pub use opened::OpenedTree;
-pub use perfect::{PerfectTree, PerfectTreeOptions, Stride, TreeUpdate};
+pub use perfect::{LightRecord, PerfectTree, PerfectTreeOptions, Stride, TreeLayout, TreeUpdate};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
 pub use two_level::{LightInstance, TwoLevelError, TwoLevelTree};

@@ -38,6 +38,7 @@ pub const MODULES: &[Module] = &[
     module!("alias", ["load_alias_entry"]),
     module!("bsdf", ["load_component", "load_material"]),
     module!("camera"),
+    module!("curve"),
     module!(
         "cwbvh",
         ["load_cwbvh_node", "load_cwbvh_primitive", "load_triangle_corners"]
@@ -57,10 +58,21 @@ pub const MODULES: &[Module] = &[
     module!("frame"),
     module!("fresnel"),
     module!("ggx"),
+    module!("importance", ["load_light_row"]),
+    module!(
+        "light_tree",
+        [
+            "load_leaf_of",
+            "load_light_at",
+            "load_light_level",
+            "load_light_row"
+        ]
+    ),
     module!("majorant", ["load_majorant"]),
     module!("measure"),
     module!("mis"),
     module!("morton"),
+    module!("normal_ball"),
     module!("octahedral"),
     module!("phase"),
     module!("ray"),

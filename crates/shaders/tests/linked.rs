@@ -48,6 +48,10 @@ const HOST: &str = "
     @group(0) @binding(0) var<storage, read> words: array<u32>;
     fn load_alias_entry(table: u32, index: u32) -> AliasEntry { return AliasEntry(words[index], words[table]); }
     fn load_density(voxel: vec3u) -> f32 { return f32(words[voxel.x + voxel.y + voxel.z]); }
+    fn load_leaf_of(light: u32) -> u32 { return words[light]; }
+    fn load_light_at(leaf: u32) -> u32 { return words[leaf]; }
+    fn load_light_level(level: u32) -> u32 { return words[level]; }
+    fn load_light_row(place: u32) -> vec4u { return vec4u(words[place]); }
     fn load_majorant(cell: u32) -> vec2f { return vec2f(0.0, f32(words[cell])); }
 ";
 

@@ -6,6 +6,8 @@
 
 mod doubles;
 mod harness;
+mod light_tree;
+mod light_tree_build;
 mod media;
 mod numbers;
 mod phase;

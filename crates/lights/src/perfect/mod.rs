@@ -5,10 +5,12 @@
 //! the next. Bogus leaves of zero intensity fill up the last level; whatever lies beyond the last light is not even stored.
 
 mod build;
+mod layout;
 mod refit;
 #[cfg(test)]
 mod tests;
 
+pub use layout::{LightRecord, TreeLayout};
 pub use refit::TreeUpdate;
 
 use crate::block::{Node, NodeBlock, WIDTH};

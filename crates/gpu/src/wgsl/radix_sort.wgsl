@@ -1,0 +1,167 @@
+// Linked from radix_sort.wesl.
+
+struct Pass {
+    count: u32,
+    shift: u32,
+    tiles: u32,
+    padding: u32
+}
+
+const GROUP: u32 = 256u;
+
+const EACH: u32 = 8u;
+
+const DIGITS: u32 = 16u;
+
+struct Counts {
+    low: vec4u,
+    high: vec4u
+}
+
+var<workgroup> sums: array<Counts, 256>;
+
+fn digit_of(code: vec2u, shift: u32) -> u32 {
+    return (select(code.x >> (shift & 31u), code.y >> (shift & 31u), shift > 31u)) & 15u;
+}
+
+fn one_at(digit: u32) -> Counts {
+    let one = 1u << (16u * (digit & 1u));
+    let word = digit / 2u;
+    return Counts(select(vec4u(0u), vec4u(one), vec4u(0u, 1u, 2u, 3u) == vec4u(word)), select(vec4u(0u), vec4u(one), vec4u(4u, 5u, 6u, 7u) == vec4u(word)));
+}
+
+fn plus(a: Counts, b: Counts) -> Counts {
+    return Counts(a.low + b.low, a.high + b.high);
+}
+
+fn count_of(counts: Counts, digit: u32) -> u32 {
+    let word = digit / 2u;
+    let both = select(counts.high[word & 3u], counts.low[word & 3u], word < 4u);
+    return (both >> (16u * (digit & 1u))) & 65535u;
+}
+
+fn scan(lane: u32, own: Counts) -> Counts {
+    sums[lane] = own;
+    workgroupBarrier();
+    for (var step = 1u; step < GROUP; step *= 2u) {
+        var sum = sums[lane];
+        if lane >= step {
+            sum = plus(sum, sums[lane - step]);
+        }
+        workgroupBarrier();
+        sums[lane] = sum;
+        workgroupBarrier();
+    }
+    return sums[lane];
+}
+
+@group(0) @binding(0)
+var<storage, read> count_pass: Pass;
+
+@group(0) @binding(1)
+var<storage, read> count_codes: array<vec2u>;
+
+@group(0) @binding(2)
+var<storage, read_write> counts: array<u32>;
+
+@compute @workgroup_size(256)
+fn count_digits(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let tile = group.y * groups.x + group.x;
+    var own = Counts();
+    for (var k = 0u; k < EACH; k++) {
+        let i = (tile * GROUP + lane) * EACH + k;
+        if i < count_pass.count {
+            own = plus(own, one_at(digit_of(count_codes[i], count_pass.shift)));
+        }
+    }
+    sums[lane] = own;
+    workgroupBarrier();
+    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+        if lane < half {
+            sums[lane] = plus(sums[lane], sums[lane + half]);
+        }
+        workgroupBarrier();
+    }
+    if lane < DIGITS && tile < count_pass.tiles {
+        counts[lane * count_pass.tiles + tile] = count_of(sums[0], lane);
+    }
+}
+
+@group(0) @binding(0)
+var<storage, read> scan_pass: Pass;
+
+@group(0) @binding(1)
+var<storage, read_write> starts: array<u32>;
+
+var<workgroup> parts: array<u32, 256>;
+
+@compute @workgroup_size(256)
+fn scan_counts(@builtin(local_invocation_index) lane: u32) {
+    let total = DIGITS * scan_pass.tiles;
+    let each = (total + GROUP - 1u) / GROUP;
+    let first = lane * each;
+    let end = min(first + each, total);
+    var own = 0u;
+    for (var i = first; i < end; i++) {
+        own += starts[i];
+    }
+    parts[lane] = own;
+    workgroupBarrier();
+    for (var step = 1u; step < GROUP; step *= 2u) {
+        var sum = parts[lane];
+        if lane >= step {
+            sum += parts[lane - step];
+        }
+        workgroupBarrier();
+        parts[lane] = sum;
+        workgroupBarrier();
+    }
+    var before = parts[lane] - own;
+    for (var i = first; i < end; i++) {
+        let count = starts[i];
+        starts[i] = before;
+        before += count;
+    }
+}
+
+@group(0) @binding(0)
+var<storage, read> move_pass: Pass;
+
+@group(0) @binding(1)
+var<storage, read> move_starts: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> from_codes: array<vec2u>;
+
+@group(0) @binding(3)
+var<storage, read> from_indices: array<u32>;
+
+@group(0) @binding(4)
+var<storage, read_write> to_codes: array<vec2u>;
+
+@group(0) @binding(5)
+var<storage, read_write> to_indices: array<u32>;
+
+@compute @workgroup_size(256)
+fn move_codes(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let tile = group.y * groups.x + group.x;
+    let first = (tile * GROUP + lane) * EACH;
+    var own = Counts();
+    for (var k = 0u; k < EACH; k++) {
+        if first + k < move_pass.count {
+            own = plus(own, one_at(digit_of(from_codes[first + k], move_pass.shift)));
+        }
+    }
+    let through = scan(lane, own);
+    var before = Counts(through.low - own.low, through.high - own.high);
+    for (var k = 0u; k < EACH; k++) {
+        if first + k < move_pass.count {
+            let code = from_codes[first + k];
+            let digit = digit_of(code, move_pass.shift);
+            let to = move_starts[digit * move_pass.tiles + tile] + count_of(before, digit);
+            to_codes[to] = code;
+            to_indices[to] = from_indices[first + k];
+            before = plus(before, one_at(digit));
+        }
+    }
+}
