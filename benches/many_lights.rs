@@ -16,12 +16,11 @@ use clap::Parser;
 use lightshed::integrator::{
     Budget, CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathTracer,
     PixelEstimator, RenderOptions, RgbImage, SelectedDirectLight, process_cpu_seconds, read_exr, render,
-    render_frames,
+    render_frames, structural_similarity,
 };
 use lightshed::sampling::CounterRng;
 use lightshed::scene::glam::Vec2;
 use lightshed::scene::{EmitterSample, Rgb, Scene, SurfacePoint, import, luminance};
-use std::error::Error;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
@@ -56,7 +55,7 @@ struct Options {
     bench: bool,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = Options::parse();
     let folder = |name| std::env::var_os(name).map(PathBuf::from);
     let (Some(scenes), Some(references)) = (folder("LIGHTSHED_SCENES"), folder("LIGHTSHED_REFERENCES"))
@@ -99,30 +98,40 @@ fn main() -> Result<(), Box<dyn Error>> {
             .0
         }
     };
-    let error = |image: &RgbImage| masked_error(image, &reference, &sees_emitter);
+    let error = |image: &RgbImage| -> Result<Error, Box<dyn std::error::Error>> {
+        Ok(Error {
+            squared: masked_error(image, &reference, &sees_emitter),
+            similarity: structural_similarity(image, &reference)?,
+        })
+    };
 
     println!(
         "{}, {width}x{height}, {} emitter samples a pixel",
         options.scene, options.samples
     );
     println!(
-        "{:<22} {:>8} {:>6} {:>10} {:>9} {:>9} {:>10} {:>10}",
-        "lights", "hits", "each", "MSE", "CPU s", "build s", "product", "moving"
+        "{:<28} {:>8} {:>6} {:>10} {:>6} {:>9} {:>9} {:>10} {:>10}",
+        "lights", "hits", "each", "MSE", "SSIM", "CPU s", "build s", "product", "moving"
     );
     let wanted = |name: &str| options.lights.is_empty() || options.lights.iter().any(|l| l == name);
     if wanted("default") {
         report("default", options.samples, 1, options.repeats, |turn| {
             let (image, seconds) = measure(&DirectLight::new(&scene), width, height, options.samples, turn)?;
-            Ok((error(&image), seconds, 0.0))
+            Ok((error(&image)?, seconds, 0.0))
         })?;
     }
     if wanted("optimal") {
         report("optimal", options.samples, 1, 1, |turn| {
             let (image, seconds) = measure(&Optimal::new(&scene), width, height, options.samples, turn)?;
-            Ok((error(&image), seconds, 0.0))
+            Ok((error(&image)?, seconds, 0.0))
         })?;
     }
-    for tree in [CutTree::Perfect, CutTree::CurveBvh, CutTree::Bvh] {
+    for tree in [
+        CutTree::Perfect,
+        CutTree::CurveBvh,
+        CutTree::Bvh,
+        CutTree::AgglomerativeBvh,
+    ] {
         for (subtrees, interleaving) in [(8, 1), (16, 1), (32, 2)] {
             if !wanted("lightcuts") {
                 break;
@@ -147,7 +156,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 };
                 let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false))?;
                 let seconds = outcome.cpu_seconds.unwrap_or(outcome.seconds);
-                Ok((error(&outcome.film.mean_image()), seconds, build))
+                Ok((error(&outcome.film.mean_image())?, seconds, build))
             })?;
         }
     }
@@ -170,11 +179,19 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let estimator = estimator.with_camera_strata(strata);
                 let samples = hits / (strata * strata);
                 let (image, seconds) = measure(&estimator, width, height, samples, turn)?;
-                Ok((error(&image), seconds, build))
+                Ok((error(&image)?, seconds, build))
             })?;
         }
     }
     Ok(())
+}
+
+/// How far an image is from the reference.
+struct Error {
+    /// Mean squared error of pixels that see no emitter.
+    squared: f64,
+    /// SSIM of the whole image.
+    similarity: f64,
 }
 
 /// The mean image of `samples` a pixel, and CPU-seconds.
@@ -184,7 +201,7 @@ fn measure<E: PixelEstimator>(
     height: u32,
     samples: u32,
     seed: u64,
-) -> Result<(RgbImage, f64), Box<dyn Error>> {
+) -> Result<(RgbImage, f64), Box<dyn std::error::Error>> {
     let options = RenderOptions {
         seed,
         threads: 1,
@@ -203,18 +220,19 @@ fn report(
     hits: u32,
     each: u32,
     turns: u64,
-    run: impl Fn(u64) -> Result<(f64, f64, f64), Box<dyn Error>>,
-) -> Result<(), Box<dyn Error>> {
-    let (mut error, mut seconds, mut build) = (0.0, f64::INFINITY, f64::INFINITY);
+    run: impl Fn(u64) -> Result<(Error, f64, f64), Box<dyn std::error::Error>>,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let (mut error, mut similarity, mut seconds, mut build) = (0.0, 0.0, f64::INFINITY, f64::INFINITY);
     for turn in 0..turns {
         let (e, s, b) = run(turn)?;
-        error += e / turns as f64;
+        error += e.squared / turns as f64;
+        similarity += e.similarity / turns as f64;
         // What other processes take is never to the method's credit.
         (seconds, build) = (s.min(seconds), b.min(build));
     }
     let frames = f64::from(hits * each) / 8.0;
     println!(
-        "{name:<22} {hits:>8} {each:>6} {error:>10.3e} {seconds:>9.3} {build:>9.4} {:>10.3e} {:>10.3e}",
+        "{name:<28} {hits:>8} {each:>6} {error:>10.3e} {similarity:>6.3} {seconds:>9.3} {build:>9.4} {:>10.3e} {:>10.3e}",
         error * (seconds + build),
         error * (seconds + frames * build)
     );

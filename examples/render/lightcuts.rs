@@ -38,6 +38,8 @@ pub enum CutTreeName {
     Bvh,
     /// A light BVH along a curve.
     CurveBvh,
+    /// A light BVH joined from the bottom up.
+    AgglomerativeBvh,
 }
 
 impl LightcutArguments {
@@ -52,6 +54,7 @@ impl LightcutArguments {
                 CutTreeName::Perfect => CutTree::Perfect,
                 CutTreeName::Bvh => CutTree::Bvh,
                 CutTreeName::CurveBvh => CutTree::CurveBvh,
+                CutTreeName::AgglomerativeBvh => CutTree::AgglomerativeBvh,
             },
             ..LightcutOptions::default()
         };

@@ -15,10 +15,10 @@ use std::str::FromStr;
 ///
 /// | name | variants |
 /// |---|---|
-/// | `path`, `direct`, `restir-di`, `restir-di-biased` | how emitters are chosen: `uniform`, `power`, `tree`, `two-level`, `bvh`, `curve-bvh`, `open-bvh`, `open-tree`; the scene's own table by power without one |
+/// | `path`, `direct`, `restir-di`, `restir-di-biased` | how emitters are chosen: `uniform`, `power`, `tree`, `two-level`, `bvh`, `curve-bvh`, `agglomerative-bvh`, `open-bvh`, `open-tree`; the scene's own table by power without one |
 /// | `restir-pt`, `restir-pt-offline` | the shift: `hybrid` (also without one), `reconnection` |
 /// | `path-reuse`, `restir-gi` | none |
-/// | `lightcuts` | the tree: `tree`, the perfect one (also without one), `bvh`, `curve-bvh` |
+/// | `lightcuts` | the tree: `tree`, the perfect one (also without one), `bvh`, `curve-bvh`, `agglomerative-bvh` |
 /// | `volpath` | `delta` tracking (also without one), `decomposition` |
 /// | `restir-volume` | most scattering vertices, 1 to 8; of those that the longest path of the scene's settings has if not given |
 ///
@@ -271,6 +271,7 @@ impl fmt::Display for Method {
             } => f.write_str(":reconnection"),
             Self::Lightcuts(CutTree::Bvh) => f.write_str(":bvh"),
             Self::Lightcuts(CutTree::CurveBvh) => f.write_str(":curve-bvh"),
+            Self::Lightcuts(CutTree::AgglomerativeBvh) => f.write_str(":agglomerative-bvh"),
             Self::Volpath(VolumeTracking::Decomposition) => f.write_str(":decomposition"),
             Self::RestirVolume {
                 scatterings: Some(scatterings),
@@ -318,6 +319,7 @@ impl FromStr for Method {
                 None | Some("tree") => Ok(Self::Lightcuts(CutTree::Perfect)),
                 Some("bvh") => Ok(Self::Lightcuts(CutTree::Bvh)),
                 Some("curve-bvh") => Ok(Self::Lightcuts(CutTree::CurveBvh)),
+                Some("agglomerative-bvh") => Ok(Self::Lightcuts(CutTree::AgglomerativeBvh)),
                 Some(_) => Err(unknown()),
             },
             "path-reuse" => plain(Self::PathReuse),

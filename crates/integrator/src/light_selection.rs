@@ -30,6 +30,8 @@ pub enum LightChoosing {
     Bvh,
     /// By a light BVH that is quick to build, along a curve.
     CurveBvh,
+    /// By a light BVH joined from the bottom up, which takes long to build.
+    AgglomerativeBvh,
     /// By a light BVH whose near nodes are opened first.
     OpenBvh,
     /// By a perfect binary light tree whose near nodes are opened first.
@@ -38,13 +40,14 @@ pub enum LightChoosing {
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Uniform,
         Self::Power,
         Self::Tree,
         Self::TwoLevel,
         Self::Bvh,
         Self::CurveBvh,
+        Self::AgglomerativeBvh,
         Self::OpenBvh,
         Self::OpenTree,
     ];
@@ -58,6 +61,7 @@ impl LightChoosing {
             Self::TwoLevel => "two-level",
             Self::Bvh => "bvh",
             Self::CurveBvh => "curve-bvh",
+            Self::AgglomerativeBvh => "agglomerative-bvh",
             Self::OpenBvh => "open-bvh",
             Self::OpenTree => "open-tree",
         }
@@ -152,6 +156,7 @@ impl<'a> LightSelection<'a> {
         let emitters = scene.emitters();
         let lights = scene_lights(emitters);
         let shines = lights.iter().any(|light| light.intensity > 0.0);
+        let bvh = |build| Ok(Sampler::Bvh(Box::new(LightBvh::with_build(&lights, build)?)));
         let sampler = shines
             .then(|| {
                 Ok(match choosing {
@@ -159,10 +164,9 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::Power => Sampler::Power(PowerLights::new(&lights)?),
                     LightChoosing::Tree => Sampler::Tree(Box::new(PerfectTree::new(&lights)?)),
                     LightChoosing::TwoLevel => Sampler::TwoLevel(Box::new(two_level(emitters, &lights)?)),
-                    LightChoosing::Bvh => Sampler::Bvh(Box::new(LightBvh::new(&lights)?)),
-                    LightChoosing::CurveBvh => {
-                        Sampler::Bvh(Box::new(LightBvh::with_build(&lights, BvhBuild::AlongCurve)?))
-                    }
+                    LightChoosing::Bvh => bvh(BvhBuild::Binned)?,
+                    LightChoosing::CurveBvh => bvh(BvhBuild::AlongCurve)?,
+                    LightChoosing::AgglomerativeBvh => bvh(BvhBuild::Agglomerative)?,
                     LightChoosing::OpenBvh => {
                         Sampler::OpenBvh(Box::new(OpenedTree::new(LightBvh::new(&lights)?)))
                     }

@@ -25,6 +25,8 @@ pub enum CutTree {
     Bvh,
     /// A light BVH that is quick to build, along a curve.
     CurveBvh,
+    /// A light BVH joined from the bottom up, which takes long to build.
+    AgglomerativeBvh,
 }
 
 /// What [`Lightcuts`] can be asked for.
@@ -188,14 +190,14 @@ impl<'a> Lightcuts<'a> {
         }
         let lights = scene_lights(scene.emitters());
         let shines = lights.iter().any(|light| light.intensity > 0.0);
+        let bvh = |build| Ok(Tree::Bvh(Box::new(LightBvh::with_build(&lights, build)?)));
         let tree = shines
             .then(|| {
                 Ok(match options.tree {
                     CutTree::Perfect => Tree::Perfect(Box::new(PerfectTree::new(&lights)?)),
-                    CutTree::Bvh => Tree::Bvh(Box::new(LightBvh::new(&lights)?)),
-                    CutTree::CurveBvh => {
-                        Tree::Bvh(Box::new(LightBvh::with_build(&lights, BvhBuild::AlongCurve)?))
-                    }
+                    CutTree::Bvh => bvh(BvhBuild::Binned)?,
+                    CutTree::CurveBvh => bvh(BvhBuild::AlongCurve)?,
+                    CutTree::AgglomerativeBvh => bvh(BvhBuild::Agglomerative)?,
                 })
             })
             .transpose()
