@@ -235,26 +235,44 @@ fn throw(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize)
 mod tests {
     use super::*;
     use lightshed_sampling::CounterRng;
+    use lightshed_testkit::check_faults;
 
-    /// Codes spread out, close together, and equal, against the standard library's sort.
+    /// Codes spread out, close together, and equal, against the standard library's sort. Bits of the codes that are lost are noticed, and
+    /// an order of equal ones that is not by index.
     #[test]
     fn sorts_as_a_comparison_does() {
-        let mut order = Order::default();
-        for count in [1usize, 2, 100, 5000, 200_000] {
-            for mask in [u64::MAX >> 1, 0xffff, 0x7 << 40, 0, 0x7fff_0000_0000_0001] {
-                let mut rng = CounterRng::new(2, count as u32, 0);
-                order.resize(count);
-                order
-                    .codes
-                    .iter_mut()
-                    .for_each(|code| *code = rng.next_u64() & mask);
-                let mut expected: Vec<usize> = (0..count).collect();
-                expected.sort_unstable_by_key(|&index| (order.codes[index], index));
-                let sorted = order.sort();
-                let found: Vec<usize> = (0..count).filter_map(|place| sorted.get(place)).collect();
-                assert!(found == expected, "{count} codes within {mask:#x}");
-                assert_eq!(sorted.get(count), None);
-            }
+        #[derive(Clone, Copy, Debug)]
+        enum Fault {
+            LowBit,
+            HighBit,
+            Ties,
         }
+        check_faults(&[Fault::LowBit, Fault::HighBit, Fault::Ties], |fault| {
+            let mut order = Order::default();
+            for count in [1usize, 2, 100, 5000, 200_000] {
+                for mask in [u64::MAX >> 1, 0xffff, 0x7 << 40, 0, 0x7fff_0000_0000_0001] {
+                    let mut rng = CounterRng::new(2, count as u32, 0);
+                    order.resize(count);
+                    order
+                        .codes
+                        .iter_mut()
+                        .for_each(|code| *code = rng.next_u64() & mask);
+                    let mut expected: Vec<usize> = (0..count).collect();
+                    expected.sort_unstable_by_key(|&index| match fault {
+                        Some(Fault::LowBit) => (order.codes[index] & !1, index),
+                        Some(Fault::HighBit) => (order.codes[index] & !(1 << 62), index),
+                        Some(Fault::Ties) => (order.codes[index], count - index),
+                        None => (order.codes[index], index),
+                    });
+                    let sorted = order.sort();
+                    let found: Vec<usize> = (0..count).filter_map(|place| sorted.get(place)).collect();
+                    if found != expected || sorted.get(count).is_some() {
+                        return Err(format!("{count} codes within {mask:#x}"));
+                    }
+                }
+            }
+            Ok(())
+        })
+        .expect("every fault is noticed");
     }
 }

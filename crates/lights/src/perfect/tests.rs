@@ -145,20 +145,44 @@ fn updated_trees_hold_all_lights() {
     ];
     for (lights, limit, expected) in cases {
         let mut tree = first.clone();
+        assert!(
+            holds(&tree, &lights).is_err(),
+            "a tree that did not follow is not noticed"
+        );
         assert_eq!(tree.update(&lights, limit), Ok(expected));
         assert!(expected == TreeUpdate::Refitted || tree.drift() <= 2.0);
-        for (leaf, &light) in tree.light_at.iter().enumerate() {
-            assert_eq!(tree.leaf_of[light as usize] as usize, leaf);
-            let node = tree.block(tree.depth(), leaf as u32).node(leaf % WIDTH);
-            let of = &lights[light as usize];
-            assert!(node.intensity == 0.0 && of.intensity == 0.0 || node.bounds == of.bounds);
+        holds(&tree, &lights).unwrap_or_else(|e| panic!("{expected:?}: {e}"));
+        // Nor is it missed if two lights change places, or a node is not brought up to date.
+        let mut wrong = tree.clone();
+        wrong.light_at.swap(7, 300);
+        assert!(holds(&wrong, &lights).is_err());
+        let place = wrong.levels[wrong.depth() as usize - 3] as usize;
+        wrong.light_at.swap(7, 300);
+        wrong.blocks[place + 1].intensity[2] *= 1.5;
+        assert!(holds(&wrong, &lights).is_err());
+    }
+}
+
+/// Whether a tree holds these lights, each once and in its place, and every node of some levels is the union of its own.
+fn holds(tree: &PerfectTree, lights: &[Light]) -> Result<(), String> {
+    if tree.light_at.len() != lights.len() {
+        return Err("another number of lights".to_owned());
+    }
+    for (leaf, &light) in tree.light_at.iter().enumerate() {
+        let node = tree.block(tree.depth(), leaf as u32).node(leaf % WIDTH);
+        let of = &lights[light as usize];
+        let same = node.intensity == 0.0 && of.intensity == 0.0 || node.bounds == of.bounds;
+        if !same || tree.leaf_of[light as usize] as usize != leaf {
+            return Err(format!("leaf {leaf} is not light {light}"));
         }
-        for level in [0, 3, tree.depth() - 3] {
-            for (node, expected) in level_from_leaves(&tree, level).iter().enumerate() {
-                if expected.intensity > 0.0 {
-                    assert_eq!(&tree.block(level, node as u32).node(node % WIDTH), expected);
-                }
+    }
+    for level in [0, 3, tree.depth() - 3] {
+        for (node, expected) in level_from_leaves(tree, level).iter().enumerate() {
+            let found = tree.block(level, node as u32).node(node % WIDTH);
+            if expected.intensity > 0.0 && found != *expected {
+                return Err(format!("node {node} of level {level} is not that of its lights"));
             }
         }
     }
+    Ok(())
 }
