@@ -13,7 +13,7 @@ const STEP: usize = 8;
 /// More than enough for [`crate::MAX_LIGHTS`].
 const LEVELS: usize = 8;
 /// Groups between which the first search looks, up to the two at the ends.
-const PIECES: usize = 64;
+const PIECES: usize = 32;
 /// So few items are looked at one by one.
 const SMALL: usize = 32;
 
