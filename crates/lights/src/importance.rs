@@ -159,12 +159,15 @@ impl<L: Lanes> Directed<L> {
     }
 }
 
-/// Weights of the nodes of `block` at a surface point by [`Weighting::Center`], comparable with those of any other block.
+/// Weights of the nodes of `block` at a surface point, comparable with those of any other block: over the product of the least and the greatest
+/// distance. What is near is underestimated by the distance to the centre, of which a room with a lamp behind a row of dim lights had ten
+/// times the variance.
 #[inline(always)]
 pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) -> L {
     let seen = Seen::<L>::new(at.position, block);
     let directed = directed(at, block, &seen);
-    let weights = directed.over(seen.clamped());
+    let (near, far) = seen.range();
+    let weights = directed.over((near.max(far * L::splat(INSIDE)) * far).sqrt());
     weights
         .max(L::splat(f32::MIN_POSITIVE))
         .select(directed.positive, L::splat(0.0))
