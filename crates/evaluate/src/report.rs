@@ -1,5 +1,7 @@
 //! A page that shows a contest: one file, nothing loaded from elsewhere.
 
+#[cfg(test)]
+mod browser;
 mod page;
 mod picture;
 
@@ -233,8 +235,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_page_holds_all_it_shows_and_asks_for_nothing() {
+    /// A scene of two methods and a chain, as `show` makes a page of it.
+    fn with_scene<T>(show: impl FnOnce(ReportScene<'_>) -> T) -> T {
         let image = RgbImage::new(4, 4, vec![[0.5, 0.4, 0.3]; 16]).unwrap();
         let (record, reference) = (record(), Reference::stored(image.clone()).unwrap());
         let images = [image.clone(), image.clone()];
@@ -257,15 +259,26 @@ mod tests {
             },
             slice: image,
         }];
-        let scene = ReportScene {
+        show(ReportScene {
             title: "a <scene>".into(),
             description: "two & two".into(),
             record: &record,
             reference: &reference,
             images: &images,
             chains: &chains,
-        };
-        let html = html_report("Title", "a machine", "a command", std::slice::from_ref(&scene)).unwrap();
+        })
+    }
+
+    /// A page as guests get it.
+    pub(in crate::report) fn example_page() -> String {
+        with_scene(|scene| {
+            html_report("Title", "a machine", "a command", &[scene]).expect("the scene is sound")
+        })
+    }
+
+    #[test]
+    fn a_page_holds_all_it_shows_and_asks_for_nothing() {
+        let html = example_page();
         assert!(html.contains("-50 %"), "half the baseline's error");
         assert!(html.contains("a &lt;scene&gt;") && html.contains("two &amp; two"));
         assert_eq!(html.matches("<svg").count(), 3);
@@ -286,10 +299,12 @@ mod tests {
         }
         assert!(!html.contains("url(") && !html.contains("@import") && !html.contains("fetch("));
 
-        let lacking = ReportScene {
-            images: &images[..1],
-            ..scene
-        };
-        assert!(html_report("Title", "", "", &[lacking]).is_err());
+        with_scene(|scene| {
+            let lacking = ReportScene {
+                images: &scene.images[..1],
+                ..scene
+            };
+            assert!(html_report("Title", "", "", &[lacking]).is_err());
+        });
     }
 }

@@ -1,0 +1,101 @@
+//! The page in a real browser: its slider moves, its plots and pictures are there, and nothing is asked of the network.
+//!
+//! Needs Chromium, as `chromium` on the path or where `LIGHTSHED_BROWSER` says; without one the test says SKIPPED, or fails if
+//! `LIGHTSHED_REQUIRE_BROWSER=1`.
+
+use super::tests::example_page;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What a visitor sees and does, put into the page's title as JSON.
+const VISIT: &str = "<script>window.addEventListener('load',function(){\
+    var pair=document.querySelector('.pair'),over=pair.querySelector('.over'),slide=pair.querySelector('input');\
+    var clip=function(){return getComputedStyle(over).clipPath;};var before=clip();\
+    slide.value=80;slide.dispatchEvent(new Event('input'));var after=clip();\
+    var images=Array.from(document.images);\
+    var plots=Array.from(document.querySelectorAll('svg')).filter(function(svg){\
+        return svg.getBoundingClientRect().width>100&&svg.querySelectorAll('path,polyline').length>0;});\
+    var asked=performance.getEntriesByType('resource').map(function(e){return e.name;})\
+        .filter(function(name){return !name.startsWith('data:');});\
+    document.title=JSON.stringify({before:before,after:after,images:images.length,\
+        shown:images.filter(function(i){return i.complete&&i.naturalWidth>0;}).length,plots:plots.length,asked:asked});\
+    });</script></body>";
+
+fn browser() -> Option<PathBuf> {
+    let found = match std::env::var_os("LIGHTSHED_BROWSER") {
+        Some(path) => Some(PathBuf::from(path)),
+        None => std::env::var_os("PATH").and_then(|paths| {
+            std::env::split_paths(&paths)
+                .map(|folder| folder.join("chromium"))
+                .find(|path| path.is_file())
+        }),
+    };
+    if found.is_none() {
+        let required = std::env::var("LIGHTSHED_REQUIRE_BROWSER").is_ok_and(|value| value == "1");
+        assert!(!required, "LIGHTSHED_REQUIRE_BROWSER=1, but there is no chromium");
+        println!("SKIPPED: no chromium");
+    }
+    found
+}
+
+/// Opens the page and says what the visitor saw.
+fn visit(browser: &Path, folder: &Path, page: &str) -> Value {
+    let file = folder.join("page.html");
+    std::fs::write(&file, page.replace("</body>", VISIT)).expect("the folder can be written to");
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--virtual-time-budget=5000",
+            "--window-size=1280,900",
+            "--dump-dom",
+        ])
+        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+        .arg(format!("file://{}", file.display()))
+        .output()
+        .expect("the browser runs");
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let title = dom
+        .split_once("<title>")
+        .and_then(|(_, rest)| rest.split_once("</title>"))
+        .map_or("", |(title, _)| title);
+    serde_json::from_str(title)
+        .unwrap_or_else(|error| panic!("{error}: {title:?}, {}", String::from_utf8_lossy(&output.stderr)))
+}
+
+#[test]
+fn the_page_works_in_a_browser() {
+    let Some(browser) = browser() else { return };
+    let folder = std::env::temp_dir().join(format!("lightshed-browser-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("there is room for temporary files");
+    let page = example_page();
+    let seen = visit(&browser, &folder, &page);
+    assert_eq!(seen["before"], "inset(0px 50% 0px 0px)", "{seen}");
+    assert_eq!(seen["after"], "inset(0px 20% 0px 0px)", "{seen}");
+    assert_eq!(seen["plots"], 3, "{seen}");
+    assert!(
+        seen["images"].as_u64() > Some(4) && seen["images"] == seen["shown"],
+        "{seen}"
+    );
+    assert_eq!(seen["asked"], Value::Array(Vec::new()), "{seen}");
+
+    // A slider without its script, a picture that is not there, and one from elsewhere are noticed.
+    let still = visit(
+        &browser,
+        &folder,
+        &page.replace("addEventListener('input'", "addEventListener('never'"),
+    );
+    assert_eq!(still["before"], still["after"]);
+    let elsewhere = page.replacen("<img src=\"data:", "<img src=\"http://127.0.0.1:9/", 1);
+    let broken = visit(&browser, &folder, &elsewhere);
+    assert_ne!(broken["images"], broken["shown"]);
+    assert_ne!(broken["asked"], Value::Array(Vec::new()));
+    std::fs::remove_dir_all(&folder).ok();
+}
