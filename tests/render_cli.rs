@@ -453,3 +453,35 @@ fn help_is_no_error() {
         assert!(text.contains(option), "no {option} in {text}");
     }
 }
+
+/// Where to render: with the feature `gpu` the image is that of the threads, and seconds by kernel are there if there is a device; without it
+/// the option says what it lacks.
+#[test]
+fn a_gpu_renders_the_same_image() {
+    let folder = Folder::new("gpu");
+    let arguments = ["cornell", "--size", "32x32", "--spp", "4", "--out"];
+    let on_gpu = [&arguments[..], &["gpu.exr", "--device", "gpu", "--json"]].concat();
+    let output = folder.run(&on_gpu);
+    let message = String::from_utf8_lossy(&output.stderr);
+    if !cfg!(feature = "gpu") {
+        assert!(!output.status.success() && message.contains("feature gpu"), "{message}");
+        return;
+    }
+    if message.contains("no GPU adapter") {
+        let required = std::env::var("LIGHTSHED_REQUIRE_GPU").is_ok_and(|value| value == "1");
+        assert!(!required, "{message}");
+        println!("SKIPPED: {message}");
+        return;
+    }
+    assert!(output.status.success(), "{message}");
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(report["device"].is_string(), "{report}");
+    let compared = folder.json(&[&arguments[..], &["cpu.exr", "--reference", "gpu.exr"]].concat());
+    assert!(compared["reference"]["mape"].as_f64() < Some(1e-3), "{compared}");
+    // What the device does not know is said in one line.
+    for other in [["cloud", "volpath"], ["cornell", "restir-pt"]] {
+        let output = folder.run(&[other[0], "--method", other[1], "--device", "gpu"]);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && message.lines().count() >= 1, "{message}");
+    }
+}
