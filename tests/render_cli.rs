@@ -464,7 +464,10 @@ fn a_gpu_renders_the_same_image() {
     let output = folder.run(&on_gpu);
     let message = String::from_utf8_lossy(&output.stderr);
     if !cfg!(feature = "gpu") {
-        assert!(!output.status.success() && message.contains("feature gpu"), "{message}");
+        assert!(
+            !output.status.success() && message.contains("feature gpu"),
+            "{message}"
+        );
         return;
     }
     if message.contains("no GPU adapter") {
@@ -482,6 +485,60 @@ fn a_gpu_renders_the_same_image() {
     for other in [["cloud", "volpath"], ["cornell", "restir-pt"]] {
         let output = folder.run(&[other[0], "--method", other[1], "--device", "gpu"]);
         let message = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success() && message.lines().count() >= 1, "{message}");
+        assert!(
+            !output.status.success() && message.lines().count() >= 1,
+            "{message}"
+        );
     }
+}
+
+/// What is said to run or to be left out is what the counted rays say.
+#[test]
+fn explanations_are_true() {
+    let folder = Folder::new("explain");
+    let explained = |scene: &str, method: &str| -> Vec<(String, bool)> {
+        let report = folder.json(&[scene, "--method", method, "--explain"]);
+        assert_eq!(
+            (&report["scene"], &report["method"]),
+            (&Value::from(scene), &Value::from(method))
+        );
+        let passes = report["passes"].as_array().unwrap();
+        passes
+            .iter()
+            .map(|pass| {
+                assert!(pass["why"].as_str().unwrap().len() > 3);
+                (
+                    pass["pass"].as_str().unwrap().to_owned(),
+                    pass["runs"].as_bool().unwrap(),
+                )
+            })
+            .collect()
+    };
+    let runs =
+        |passes: &[(String, bool)], name: &str| passes.iter().find(|(pass, _)| pass == name).unwrap().1;
+    for (scene, replays) in [("cornell", false), ("cornell-glossy", true)] {
+        let passes = explained(scene, "restir-pt-offline");
+        assert_eq!(runs(&passes, "random replay"), replays);
+        assert!(!runs(&passes, "media") && !runs(&passes, "tree traversal"));
+        let arguments = [
+            scene,
+            "--method",
+            "restir-pt-offline",
+            "--size",
+            "16x16",
+            "--spp",
+            "1",
+        ];
+        let rays = folder.json(&arguments)["rays_per_sample"]["replay"].as_f64();
+        assert_eq!(rays > Some(0.0), replays, "{rays:?}");
+    }
+    let cloud = explained("cloud", "volpath");
+    assert!(runs(&cloud, "media") && runs(&cloud, "light from all around"));
+    assert!(!runs(&cloud, "emission of media") && runs(&explained("fire", "volpath"), "emission of media"));
+    let lights = explained("many-lights", "direct");
+    assert!(runs(&lights, "tree traversal") && !runs(&lights, "indirect light"));
+    assert!(
+        folder.names().iter().all(|name| name == "out"),
+        "nothing but what was rendered is written"
+    );
 }

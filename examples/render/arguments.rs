@@ -80,6 +80,10 @@ pub struct Arguments {
     #[arg(long, value_name = "MOTION", value_parser = motion, allow_hyphen_values = true)]
     pub motion: Option<Motion>,
 
+    /// Says what the method would do for the scene and what it would leave out, and renders nothing.
+    #[arg(long)]
+    pub explain: bool,
+
     /// Prints one JSON object instead of text.
     #[arg(long)]
     pub json: bool,

@@ -9,6 +9,7 @@
 //! done so far. Whatever can be known to fail fails before rendering, with one line on the standard error stream.
 
 mod arguments;
+mod explain;
 mod failure;
 mod gpu;
 mod lightcuts;

@@ -1,6 +1,7 @@
 //! From arguments to a written image: everything that can be checked is, then the rendering, then the figures.
 
 use crate::arguments::{Arguments, Device, Mapping, Method, Motion};
+use crate::explain::explain;
 use crate::failure::{Failure, one_line};
 use crate::gpu::on_gpu;
 use crate::progress::Bar;
@@ -13,7 +14,7 @@ use lightshed::integrator::{
     SelectedPathTracer, VolumePathTracer, VolumeTracking, read_exr, render, render_frames,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
-use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
+use lightshed::scene::{RenderSettings, Scene, SceneDescription, SceneFeatures, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -94,6 +95,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         )));
     }
     let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
+    if arguments.explain {
+        let roulette_depth = scene.settings().roulette_depth;
+        println!(
+            "{}",
+            explain(arguments, &SceneFeatures::of(&scene), max_depth, roulette_depth)
+        );
+        return Ok(ExitCode::SUCCESS);
+    }
     let motion = match arguments.motion {
         Some(_) if !arguments.method.has_motion() => {
             let method = arguments.method.name();

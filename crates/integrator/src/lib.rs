@@ -89,3 +89,8 @@ pub use vpl::{
     MAX_FILTER_ITERATIONS, MAX_LIGHT_PATHS, MAX_VPL_BOUNCES, ShadowTargets, VplBrute, VplError, VplGrid,
     VplGridOptions, VplOptions, VplSet,
 };
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/adding-a-method.md")]
+struct Guide;

@@ -9,6 +9,7 @@ mod camera;
 mod color;
 mod description;
 mod emitter;
+mod features;
 mod flat;
 pub mod import;
 mod material;
@@ -29,6 +30,7 @@ pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
     EmitterSample, Emitters, Environment,
 };
+pub use features::SceneFeatures;
 pub use flat::{FlatCamera, FlatEmitter, FlatError, FlatScene, FlatTriangle};
 pub use glam;
 pub use lightshed_volume as volume;

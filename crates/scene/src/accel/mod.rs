@@ -207,6 +207,11 @@ impl Accelerator {
         }
     }
 
+    /// Whether rays go through a tree; few triangles have none.
+    pub fn has_tree(&self) -> bool {
+        !matches!(self.tree, Tree::Flat(_) | Tree::Empty)
+    }
+
     /// Bytes of what rays of the kind `Wide` are traced through, copies of the triangles included; 0 for the others.
     pub fn wide_bytes(&self) -> usize {
         match &self.tree {

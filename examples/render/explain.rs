@@ -1,0 +1,175 @@
+//! `--explain`: what a method does for a scene, and what it leaves out because the scene has no need of it.
+
+use crate::arguments::{Arguments, Mapping, Method};
+use lightshed::scene::SceneFeatures;
+use serde_json::{Value, json};
+
+/// A part of a method.
+struct Pass {
+    name: &'static str,
+    /// Why it is left out, or `Ok` with what there is for it.
+    runs: Result<String, &'static str>,
+}
+
+/// Runs with `what` if `has`, else is left out for `why`.
+fn pass(name: &'static str, has: bool, what: impl ToString, why: &'static str) -> Pass {
+    Pass {
+        name,
+        runs: if has { Ok(what.to_string()) } else { Err(why) },
+    }
+}
+
+fn count(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+/// All parts, in the order in which they come.
+fn passes(
+    arguments: &Arguments,
+    scene: &SceneFeatures,
+    max_depth: Option<u32>,
+    roulette_depth: u32,
+) -> Vec<Pass> {
+    let method = arguments.method;
+    let bounces = !method.is_direct() && max_depth.is_none_or(|depth| depth > 2);
+    let finite = scene.area_emitters + scene.delta_emitters;
+    let samples_emitters = finite > 0 || scene.surroundings;
+    let restir_pt = matches!(method, Method::RestirPt | Method::RestirPtOffline);
+    let frames = !matches!(
+        method,
+        Method::Path | Method::Direct | Method::Volpath | Method::VolpathDecomposition
+    );
+    let mut all = vec![
+        pass(
+            "places on the lens",
+            scene.lens,
+            "the camera has a lens",
+            "the camera has a pinhole",
+        ),
+        pass(
+            "tree traversal",
+            scene.tree,
+            format!(
+                "{}, {}",
+                count(scene.triangles, "triangle"),
+                count(scene.spheres, "sphere")
+            ),
+            "triangles are so few that rays are tested against all of them",
+        ),
+        pass(
+            "texture lookups",
+            scene.textured_materials > 0,
+            count(scene.textured_materials, "material"),
+            "no material has textures",
+        ),
+        pass(
+            "samples of emitters",
+            samples_emitters,
+            count(finite, "finite emitter"),
+            "nothing emits",
+        ),
+        pass(
+            "light from all around",
+            scene.surroundings,
+            "rays that meet nothing see it",
+            "there is none: rays that meet nothing are black",
+        ),
+        pass(
+            "light trees",
+            arguments.lights.is_some() && finite > 0,
+            "--lights chooses emitters for the point",
+            "emitters are chosen by power; --lights chooses them for the point",
+        ),
+        pass(
+            "mirrors and smooth refraction",
+            scene.delta_materials > 0,
+            count(scene.delta_materials, "material"),
+            "no material has such lobes",
+        ),
+        pass(
+            "indirect light",
+            bounces,
+            "paths of more than two edges",
+            "the method or --max-depth ends paths at direct light",
+        ),
+        pass(
+            "roulette",
+            bounces && max_depth.is_none_or(|depth| depth > roulette_depth),
+            format!("from edge {roulette_depth} on"),
+            "the longest path is not longer than what roulette spares",
+        ),
+    ];
+    let knows = method.has_media();
+    all.push(pass(
+        "media",
+        knows && scene.media > 0,
+        count(scene.media, "medium"),
+        "the scene has none",
+    ));
+    all.push(pass(
+        "emission of media",
+        knows && scene.emitting_media > 0,
+        count(scene.emitting_media, "medium"),
+        "no medium emits",
+    ));
+    if frames {
+        all.push(pass(
+            "camera motion",
+            arguments.motion.is_some(),
+            "pixels look for what they saw before",
+            "--motion is not given",
+        ));
+    }
+    if restir_pt {
+        let hybrid = arguments.shift == Mapping::Hybrid;
+        all.push(pass(
+            "random replay",
+            hybrid && !scene.is_diffuse(),
+            "vertices that cannot be reconnected are replayed",
+            if hybrid {
+                "all surfaces are diffuse: every path is reconnected at once"
+            } else {
+                "--shift reconnection has none"
+            },
+        ));
+        all.push(pass(
+            "reuse from the frame before",
+            method == Method::RestirPt,
+            "reservoirs of the frame before",
+            "frames of restir-pt-offline are independent",
+        ));
+    }
+    all
+}
+
+/// As text, or as JSON.
+pub fn explain(
+    arguments: &Arguments,
+    scene: &SceneFeatures,
+    max_depth: Option<u32>,
+    roulette_depth: u32,
+) -> String {
+    let all = passes(arguments, scene, max_depth, roulette_depth);
+    let method = arguments.method.name();
+    if arguments.json {
+        let passes: Vec<Value> = all
+            .iter()
+            .map(|pass| {
+                let (runs, why) = match &pass.runs {
+                    Ok(what) => (true, what.as_str()),
+                    Err(why) => (false, *why),
+                };
+                json!({"pass": pass.name, "runs": runs, "why": why})
+            })
+            .collect();
+        return json!({"scene": arguments.scene, "method": method, "passes": passes}).to_string();
+    }
+    let mut text = format!("{} by {method}", arguments.scene);
+    for pass in &all {
+        text += &match &pass.runs {
+            Ok(what) => format!("\n  runs     {:<30} {what}", pass.name),
+            Err(why) => format!("\n  left out {:<30} {why}", pass.name),
+        };
+    }
+    text
+}
