@@ -63,6 +63,9 @@ struct Settings {
     levels: [u32; MAX_LEVELS],
 }
 
+// As in the shader; held to it by a test.
+const _: () = assert!(size_of::<Settings>() == 144);
+
 impl GpuLightTree {
     /// Memory for a tree of so many lights, sorted along `curve`, from 1 to [`MAX_LIGHTS`]; what is beyond is taken for that.
     ///

@@ -41,6 +41,9 @@ struct Pass {
     padding: u32,
 }
 
+// As in the shader; held to it by a test.
+const _: () = assert!(size_of::<Pass>() == 16);
+
 impl SortBuffers {
     pub fn new(gpu: &Gpu, count: u32) -> Result<Self, GpuError> {
         let tiles = count.div_ceil(TILE);

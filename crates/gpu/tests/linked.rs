@@ -30,12 +30,37 @@ fn checked_in_wgsl_is_what_programs_link_to() {
         if let Err(error) = validator.validate(&module) {
             panic!("{name}: {}", error.emit_to_string(&wgsl));
         }
+        check_sizes(name, &module);
         let path = folder.join("wgsl").join(name).with_extension("wgsl");
         if std::env::var_os("LIGHTSHED_RELINK").is_some() {
             std::fs::write(&path, &wgsl).expect("the folder can be written to");
         } else {
             let checked_in = std::fs::read_to_string(&path).expect("it is checked in");
             assert!(checked_in == wgsl, "{name}: link it again");
+        }
+    }
+}
+
+/// Structures that the host writes have the sizes that it takes them for.
+fn check_sizes(program: &str, module: &naga::Module) {
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).expect("types have layouts");
+    for (of, name, size) in [
+        (
+            "light_tree_build",
+            "LightRecord",
+            size_of::<lightshed_lights::LightRecord>(),
+        ),
+        ("light_tree_build", "Settings", 144),
+        ("radix_sort", "Pass", 16),
+    ] {
+        if of == program {
+            let found = module
+                .types
+                .iter()
+                .find(|(_, ty)| ty.name.as_deref() == Some(name));
+            let (handle, _) = found.unwrap_or_else(|| panic!("{program} has no {name}"));
+            assert_eq!(layouter[handle].size as usize, size, "{name}");
         }
     }
 }

@@ -1,0 +1,191 @@
+//! Light trees on a GPU: builds kernel by kernel and choices, by its own clock, beside those of the CPU.
+//!
+//! ```text
+//! cargo bench -p lightshed-gpu --bench light_trees -- [LIGHTS]...
+//! ```
+//!
+//! 100,000 and 1,000,000 lights where none are given. Where a processor stands in for a GPU, its time tells more than the clock.
+//! Says SKIPPED where there is no adapter, or none with a clock.
+
+use lightshed_gpu::{Access, Gpu, GpuLightTree, Kernel, LightTreeBuilder};
+use lightshed_integrator::process_cpu_seconds;
+use lightshed_lights::glam::Vec3;
+use lightshed_lights::{
+    Bounds, Curve, Light, LightRecord, LightSampler, OrientationCone, PerfectTree, ShadingPoint,
+};
+use lightshed_sampling::{CounterRng, UniformSphere};
+use lightshed_shaders::Linker;
+use std::collections::BTreeMap;
+
+/// Builds after the first, of which the fastest counts.
+const BUILDS: u32 = 5;
+/// Choices, each for a point of its own.
+const CHOICES: u32 = 1 << 18;
+
+/// Small emitting triangles' boxes all over a cube.
+fn lights(count: usize) -> Vec<Light> {
+    let mut rng = CounterRng::new(1, count as u32, 0);
+    (0..count)
+        .map(|_| {
+            let center = Vec3::from_array([(); 3].map(|()| rng.next_f32())) * 100.0;
+            Light {
+                bounds: Bounds::new(center - 0.05, center + 0.05),
+                intensity: rng.next_f32(),
+                cone: Some(OrientationCone::diffuse(UniformSphere::sample(rng.next_2d()))),
+            }
+        })
+        .collect()
+}
+
+/// One choice a thread, for points all over the lights' cube.
+const SAMPLE: &str = "
+    import package::lightshed::importance::{FACING_FRONT, ShadingPoint};
+    import package::lightshed::light_tree::{LightTree, light_tree_sample};
+    import package::lightshed::rng::random_block;
+    import package::lightshed::uniform::f32_from_u32;
+    @group(0) @binding(0) var<storage, read> tree: LightTree;
+    @group(0) @binding(1) var<storage, read_write> choices: array<vec2u>;
+    @compute @workgroup_size(64)
+    fn main(@builtin(global_invocation_id) id: vec3u) {
+        let a = random_block(vec2u(2u, 0u), id.x, 0u, 0u);
+        let b = random_block(vec2u(2u, 0u), id.x, 0u, 1u);
+        let place = 100.0 * vec3f(f32_from_u32(a.x), f32_from_u32(a.y), f32_from_u32(a.z));
+        let at = ShadingPoint(place, 1.0, vec3f(0.0, 0.0, 1.0), FACING_FRONT);
+        let choice = light_tree_sample(tree, at, b.xy);
+        choices[id.x] = vec2u(choice.light, bitcast<u32>(choice.pmf));
+    }";
+const HOST: &str = "
+    @group(0) @binding(2) var<storage, read> rows: array<vec4u>;
+    @group(0) @binding(3) var<storage, read> levels: array<u32>;
+    @group(0) @binding(4) var<storage, read> light_at: array<u32>;
+    fn load_light_row(place: u32) -> vec4u { return rows[place]; }
+    fn load_light_level(level: u32) -> u32 { return levels[level]; }
+    fn load_light_at(leaf: u32) -> u32 { return light_at[leaf]; }
+    // Probabilities are not asked for.
+    fn load_leaf_of(light: u32) -> u32 { return 0u; }";
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut counts: Vec<usize> = std::env::args()
+        .skip(1)
+        .filter_map(|argument| argument.parse().ok())
+        .collect();
+    if counts.is_empty() {
+        counts = vec![100_000, 1_000_000];
+    }
+    let gpu = match Gpu::new() {
+        Ok(gpu) => gpu,
+        Err(error) => {
+            println!("SKIPPED: {error}");
+            return Ok(());
+        }
+    };
+    if !gpu.has_timestamps() {
+        println!("SKIPPED: {} has no clock", gpu.description());
+        return Ok(());
+    }
+    let wgsl = Linker::new()
+        .module("package::main", SAMPLE)
+        .module("package::host", HOST)
+        .link("package::main")?;
+    let bindings = [
+        Access::Read,
+        Access::Write,
+        Access::Read,
+        Access::Read,
+        Access::Read,
+    ];
+    let sample = gpu.kernel("sample", &wgsl, "main", &bindings, &[])?;
+    let builder = LightTreeBuilder::new(&gpu)?;
+    println!("{}, fastest of {BUILDS} builds\n", gpu.description());
+    println!(
+        "| lights | build (ms) | processor time of it (ms) | kernels (ms) | CPU build (ms) | choices (M/s) | CPU, one thread (M/s) | tree (MB) | scratch (MB) |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for count in counts {
+        row(&gpu, &builder, &sample, count)?;
+    }
+    Ok(())
+}
+
+/// Of the whole process; NaN where it is not known.
+fn cpu_seconds() -> f64 {
+    process_cpu_seconds().unwrap_or(f64::NAN)
+}
+
+fn row(
+    gpu: &Gpu,
+    builder: &LightTreeBuilder,
+    sample: &Kernel,
+    count: usize,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let lights = lights(count);
+    let records: Vec<LightRecord> = lights.iter().map(LightRecord::new).collect();
+    let records = gpu.buffer("lights", &records)?;
+    let tree = GpuLightTree::new(gpu, count, Curve::Hilbert)?;
+    let mut best = (f64::INFINITY, BTreeMap::new());
+    let mut processor = f64::INFINITY;
+    for _ in 0..=BUILDS {
+        let start = cpu_seconds();
+        let mut work = gpu.timed_work();
+        builder.build(&mut work, &records, &tree);
+        let mut kernels: BTreeMap<String, f64> = BTreeMap::new();
+        for pass in work.finish()? {
+            *kernels.entry(pass.label).or_insert(0.0) += 1e3 * pass.seconds;
+        }
+        processor = processor.min(1e3 * (cpu_seconds() - start));
+        let total = kernels.values().sum();
+        if total < best.0 {
+            best = (total, kernels);
+        }
+    }
+    let kernels: Vec<String> = best
+        .1
+        .iter()
+        .map(|(name, ms)| format!("{name} {ms:.2}"))
+        .collect();
+
+    let mut cpu = PerfectTree::new(&lights)?;
+    let mut cpu_build = f64::INFINITY;
+    for _ in 0..BUILDS {
+        let start = cpu_seconds();
+        cpu.rebuild(&lights)?;
+        cpu_build = cpu_build.min(1e3 * (cpu_seconds() - start));
+    }
+
+    let header = gpu.buffer("tree", &[tree.lights(), tree.depth(), 3, 1])?;
+    let choices = gpu.zeros("choices", 8 * u64::from(CHOICES))?;
+    let mut seconds = f64::INFINITY;
+    for _ in 0..BUILDS {
+        let mut work = gpu.timed_work();
+        let buffers = [&header, &choices, &tree.rows, &tree.levels, &tree.light_at];
+        work.dispatch(sample, &buffers, [CHOICES / 64, 1, 1]);
+        let passes = work.finish()?;
+        seconds = seconds.min(passes.iter().map(|pass| pass.seconds).sum());
+    }
+    let found: Vec<[u32; 2]> = gpu.read(&choices, CHOICES as usize)?;
+
+    let start = cpu_seconds();
+    let mut differ = 0;
+    for (i, found) in (0..).zip(&found) {
+        let mut rng = CounterRng::new(2, i, 0);
+        let place = 100.0 * Vec3::from_array([(); 3].map(|()| rng.next_f32()));
+        rng.set_dimension(4);
+        let at = ShadingPoint::new(place, Vec3::Z, 1.0);
+        let choice = cpu.sample(&at, rng.next_u64());
+        let choice = choice.map_or([0, 0], |choice| [choice.light, choice.pmf.to_bits()]);
+        differ += u32::from(choice != *found);
+    }
+    let cpu_seconds = cpu_seconds() - start;
+    let millions = |seconds: f64| f64::from(CHOICES) / seconds / 1e6;
+    println!(
+        "| {count} | {:.1} | {processor:.1} | {} | {cpu_build:.1} | {:.2} | {:.2} | {:.1} | {:.1} |",
+        best.0,
+        kernels.join(", "),
+        millions(seconds),
+        millions(cpu_seconds),
+        tree.bytes() as f64 / 1e6,
+        tree.scratch_bytes() as f64 / 1e6,
+    );
+    println!("\n{differ} of {CHOICES} choices differ from the CPU's.\n");
+    Ok(())
+}
