@@ -13,7 +13,7 @@
 //! | the same, density not known | [`delta_tracking`], [`decomposition_tracking`], [`weighted_delta_tracking`], [`spectral_delta_tracking`] |
 //! | how much light comes through, exactly | [`regular_depth`] |
 //! | the same, unbiased | [`ratio_tracking`], [`residual_ratio_tracking`], [`delta_transmittance`], [`next_flight_transmittance`], [`power_series_transmittance`], [`unbiased_ray_marching`] |
-//! | the same, biased | [`ray_marching_transmittance`] |
+//! | the same, biased | [`ray_marching_transmittance`], [`ray_marching_depth`] |
 //! | a guest's own null-collision method | [`TentativeCollisions`] |
 //! | where light scatters to | [`HenyeyGreenstein`], [`Draine`], [`Isotropic`], [`Blend`] |
 //!
@@ -86,9 +86,9 @@ pub use regular::{RegularDepth, regular_depth, regular_flight};
 pub use spectral::{SpectralFlight, spectral_delta_tracking};
 pub use transmittance::{
     Control, SpectralTransmittance, TransmittanceEstimate, delta_transmittance, next_flight_transmittance,
-    power_series_transmittance, ratio_tracking, ray_marching_transmittance, residual_ratio_tracking,
-    spectral_ratio_tracking, spectral_residual_ratio_tracking, unbiased_ray_marching,
-    unbiased_ray_marching_lookups,
+    power_series_transmittance, ratio_tracking, ray_marching_depth, ray_marching_transmittance,
+    residual_ratio_tracking, spectral_ratio_tracking, spectral_residual_ratio_tracking,
+    unbiased_ray_marching, unbiased_ray_marching_lookups,
 };
 pub use voxels::VoxelGrid;
 

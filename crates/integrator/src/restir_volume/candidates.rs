@@ -8,7 +8,7 @@ use super::pixel::{First, VolumePixel, VolumeReservoir};
 use super::through::{Landing, transmitted};
 use crate::ray_tally::RayKind;
 use lightshed_resampling::{ContributionWeight, MixtureRis};
-use lightshed_sampling::{CounterRng, f64_from_u64};
+use lightshed_sampling::{CounterRng, f32_from_u32, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2};
 use lightshed_scene::volume::PhaseFunction;
 
@@ -25,9 +25,46 @@ struct Walk<'a> {
     vertex: Vertex<'a>,
 }
 
+/// Points of the unit cube that fill it evenly, each of them uniform by a random shift: the additive recurrence of the powers of `1/g`,
+/// `g⁴ = g + 1` (Roberts 2018).
+#[derive(Clone, Copy)]
+pub(crate) struct Sequence {
+    /// In 2⁻⁶⁴.
+    place: [u64; 3],
+}
+
+impl Sequence {
+    /// From point number `index` on, of those shifted by `shift`.
+    pub fn new(shift: [u64; 3], index: u64) -> Self {
+        Self {
+            place: core::array::from_fn(|axis| {
+                shift[axis].wrapping_add(Self::STEP[axis].wrapping_mul(index))
+            }),
+        }
+    }
+
+    /// `2⁶⁴ g⁻¹`, `2⁶⁴ g⁻²`, `2⁶⁴ g⁻³`.
+    const STEP: [u64; 3] = [
+        0xd1b5_4a32_d192_ed03,
+        0xabc9_8388_fb8f_ac03,
+        0x8cb9_2ba7_2f3d_8dd7,
+    ];
+
+    /// The next point.
+    pub fn next(&mut self) -> [u64; 3] {
+        let point = self.place;
+        for (place, step) in self.place.iter_mut().zip(Self::STEP) {
+            *place = place.wrapping_add(step);
+        }
+        point
+    }
+}
+
 impl Evaluation<'_> {
     /// One path of the pixel out of `walks` random walks of at most `scatterings` scattering vertices, by RIS with this evaluation's target
     /// (Lin 2022 eqs. 5.17, 5.18, A.1). `level` is that of the densities through which walks go after their first vertex.
+    ///
+    /// `start` has the numbers of first distances and first emitter samples, each set uniform, all together more even than chance.
     ///
     /// The paths of a walk differ in length or kind: each walk is the only technique for each of them, and a candidate's share is one over
     /// the number of walks.
@@ -37,6 +74,7 @@ impl Evaluation<'_> {
         walks: u32,
         scatterings: u32,
         level: u32,
+        mut start: Sequence,
         rng: &mut CounterRng,
     ) -> VolumeReservoir {
         if pixel.is_empty() {
@@ -45,7 +83,8 @@ impl Evaluation<'_> {
         let mut ris = MixtureRis::new();
         let share = 1.0 / f64::from(walks);
         for _ in 0..walks {
-            let Some(mut walk) = self.begin(pixel, rng) else {
+            let [u_first, u_light @ ..] = start.next();
+            let Some(mut walk) = self.begin(pixel, f64_from_u64(u_first)) else {
                 continue;
             };
             let mut scattered = 0;
@@ -55,7 +94,7 @@ impl Evaluation<'_> {
                     if target > 0.0
                         && let Ok(weight) = ContributionWeight::<PathCoordinates, f64>::new(pdf.recip())
                     {
-                        ris.candidate(path.with_target(target), f64::from(target), share, weight, rng);
+                        ris.candidate(path, f64::from(target), share, weight, rng);
                     }
                 };
                 if let Vertex::Medium { medium, position, .. } = &walk.vertex
@@ -67,6 +106,11 @@ impl Evaluation<'_> {
                     break;
                 }
                 let (u_select, u) = (rng.next_u64(), rng.next_2d());
+                let u = if scattered == 0 {
+                    u_light.map(|u| f32_from_u32((u >> 32) as u32))
+                } else {
+                    u
+                };
                 let emitters = self.volumes.scene.emitters();
                 if let Some(endpoint) = emitters.sample_endpoint(walk.vertex.position(), u_select, u)
                     && let Some(lit) = self.lit(&walk.vertex, &endpoint)
@@ -84,9 +128,9 @@ impl Evaluation<'_> {
     }
 
     /// The first vertex of a walk.
-    fn begin(&self, pixel: &VolumePixel, rng: &mut CounterRng) -> Option<Walk<'_>> {
+    fn begin(&self, pixel: &VolumePixel, u: f64) -> Option<Walk<'_>> {
         let mut path = VolumePath::EMPTY;
-        let (vertex, depth, pdf) = match pixel.fly(f64_from_u64(rng.next_u64())) {
+        let (vertex, depth, pdf) = match pixel.fly(u) {
             First::Medium { distance, pdf } => {
                 path.push(
                     Step {

@@ -2,21 +2,24 @@
 
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{
-    DenseAccessor, DenseGrid, DensityField, DensityRange, FieldBounds, Filter, Interval, MajorantGrid,
-    VoxelGrid, regular_depth,
+    DenseAccessor, DensityAccessor, DensityField, DensityRange, FieldBounds, FieldRay, Filter, Interval,
+    MajorantGrid, MipLevel, MipPyramid, ray_marching_depth, regular_depth,
 };
-use lightshed_scene::{Medium, MediumDensity, Ray};
+use lightshed_scene::{GridField, Medium, MediumDensity, Ray};
 
 /// Greatest level of a coarse density.
 pub const MAX_COARSENESS: u32 = 4;
 
-/// A medium's density at coarser levels: piecewise constant over cubes of `2^level` voxels.
+/// A medium's density at coarser levels.
 ///
-/// The value of a cube is the mean over all voxels that a lookup in it may read, so it is positive wherever the density is somewhere in
-/// the cube (Lin 2022 §5.4.1 asks for that): a proposal by it, or a target with it, misses nothing.
+/// Proposals see it piecewise constant over cubes of `2^level` voxels, positive wherever the density is (Lin 2022 §5.4.1 asks for that), so
+/// they miss nothing. Targets see it interpolated, by ray marching (§5.5.1): smooth, or what they miss of the structure is noise of
+/// `F/p̂` that no number of candidates makes less.
 pub(crate) struct CoarseMedium {
-    /// By level, from 1 on; empty where the medium is homogeneous. The bounds of a cube are both its value.
-    levels: Vec<MajorantGrid>,
+    /// Levels from 1 on; `None` where the medium is homogeneous.
+    pyramid: Option<MipPyramid>,
+    /// By level, from 1 on. The bounds of a cube are both its value.
+    proposals: Vec<MajorantGrid>,
 }
 
 /// A stretch of a ray of constant density.
@@ -27,43 +30,120 @@ pub(crate) struct Constant {
     pub density: f32,
 }
 
+/// `ε`: the share of the upper bound in the density along a camera ray. What a proposal wastes on it is little.
+const LEAST_SHARE: f32 = 0.01;
+
+/// Most bins of a camera ray.
+const MOST_BINS: f32 = 128.0;
+
+/// A voxel's diagonal in edges.
+const DIAGONAL: f32 = 1.732_050_8;
+
 impl CoarseMedium {
     /// With levels up to `most`.
     pub fn new(medium: &Medium, most: u32) -> Self {
         let MediumDensity::Grid(field) = medium.density() else {
-            return Self { levels: Vec::new() };
-        };
-        let levels = (1..=most.clamp(1, MAX_COARSENESS)).map(|level| {
-            let cubes = Cubes {
-                grid: field.grid(),
-                edge: 1 << level,
+            return Self {
+                pyramid: None,
+                proposals: Vec::new(),
             };
-            MajorantGrid::new(&cubes, (1 << level) as f32)
-                .expect("fewer cubes than voxels, of sound densities")
-        });
+        };
+        let pyramid = MipPyramid::new(field.grid(), most.clamp(1, MAX_COARSENESS))
+            .expect("fewer cubes than voxels, of sound densities");
+        let proposals = (1..)
+            .map_while(|level| pyramid.level(level))
+            .map(|level| {
+                MajorantGrid::new(&Cubes(level), 1.0).expect("fewer cubes than voxels, of sound densities")
+            })
+            .collect();
         Self {
-            levels: levels.collect(),
+            pyramid: Some(pyramid),
+            proposals,
         }
     }
 
-    /// `∫ ρ dt` along `ray` within `interval`, at a level; exact at level 0.
+    /// The coarse level, within what there is; `None` for level 0.
+    fn level(&self, level: u32) -> Option<&MipLevel> {
+        self.pyramid
+            .as_ref()?
+            .level(level.min(self.proposals.len() as u32))
+    }
+
+    /// `∫ ρ dt` along `ray` within `interval`: by ray marching at a level, exact at level 0.
     pub fn depth(&self, medium: &Medium, ray: &Ray, interval: Interval, level: u32) -> f64 {
-        match medium.density() {
-            MediumDensity::Grid(field) if level == 0 => {
-                regular_depth(field.grid(), &field.field_ray(ray), interval).depth
-            }
-            _ => {
-                let mut depth = 0.0;
-                self.stretches(medium, ray, interval, level, |stretch| {
-                    depth += f64::from(stretch.density) * (stretch.t1 - stretch.t0);
-                    true
-                });
-                depth
-            }
+        let MediumDensity::Grid(field) = medium.density() else {
+            return f64::from(interval.t1) - f64::from(interval.t0);
+        };
+        let field_ray = field.field_ray(ray);
+        match self.level(level) {
+            None => regular_depth(field.grid(), &field_ray, interval).depth,
+            Some(level) => f64::from(marched_depth(field, level, &field_ray, interval)),
         }
     }
 
-    /// The stretches of `ray` within `interval` at a level of at least 1, in order; `each` says whether to go on.
+    /// The part of a camera ray within `interval` that holds some density, cut into bins of equal length, about that of the level's voxels;
+    /// `bins` is given `∫ ρ* dt` from its beginning to the end of each. `None` if there is nothing.
+    ///
+    /// `ρ* = (1 − ε) ρ + ε ρ̄` with one lookup of `ρ` a bin, interpolated, and the upper bound `ρ̄`: positive wherever the density is.
+    pub fn along(
+        &self,
+        medium: &Medium,
+        ray: &Ray,
+        interval: Interval,
+        level: u32,
+        bins: &mut Vec<f32>,
+    ) -> Option<Interval> {
+        let MediumDensity::Grid(field) = medium.density() else {
+            bins.push(interval.t1 - interval.t0);
+            return (interval.t0 < interval.t1).then_some(interval);
+        };
+        let field_ray = field.field_ray(ray);
+        let segments = || {
+            let all = field.majorants().segments(&field_ray, interval);
+            all.filter(|segment| segment.majorant > 0.0 && segment.t0 < segment.t1)
+        };
+        let occupied = segments().fold(None, |range: Option<Interval>, segment| {
+            Some(Interval {
+                t0: range.map_or(segment.t0, |range| range.t0),
+                t1: segment.t1,
+            })
+        })?;
+        let voxels = (occupied.t1 - occupied.t0) * field_ray.direction.length();
+        let edge = (voxels / MOST_BINS).max((1u32 << level.min(MAX_COARSENESS)) as f32);
+        // Of the level that has voxels of about that edge.
+        let level = (edge.log2().round() as u32).max(level);
+        let count = (voxels / edge).ceil().clamp(1.0, MOST_BINS);
+        let step = (occupied.t1 - occupied.t0) / count;
+        let (first, count) = (bins.len(), count as usize);
+        bins.resize(first + count, 0.0);
+        let bins = &mut bins[first..];
+        for segment in segments() {
+            let (begin, end) = (segment.t0 - occupied.t0, segment.t1 - occupied.t0);
+            let from = ((begin / step) as usize).min(count - 1);
+            let to = ((end / step) as usize).min(count - 1);
+            for (place, bin) in bins.iter_mut().enumerate().take(to + 1).skip(from) {
+                let overlap = end.min((place + 1) as f32 * step) - begin.max(place as f32 * step);
+                *bin += LEAST_SHARE * segment.majorant * overlap.max(LEAST_SHARE * step);
+            }
+        }
+        let (mut accessor, lookup_ray) = match self.level(level) {
+            None => (field.grid().accessor(), field_ray),
+            Some(coarse) => (trilinear(coarse), coarse.ray(&field_ray)),
+        };
+        let mut inside = 0.0f32;
+        for (place, bin) in bins.iter_mut().enumerate() {
+            if *bin > 0.0 {
+                let t = occupied.t0 + (place as f32 + 0.5) * step;
+                let more = *bin + (1.0 - LEAST_SHARE) * step * accessor.density(lookup_ray.at(t));
+                // What is there is not to vanish by rounding.
+                inside = (inside + more).max(inside.next_up());
+            }
+            *bin = inside;
+        }
+        Some(occupied)
+    }
+
+    /// The stretches of `ray` within `interval` that proposals at a level of at least 1 see, in order; `each` says whether to go on.
     #[inline]
     pub fn stretches(
         &self,
@@ -81,8 +161,10 @@ impl CoarseMedium {
             });
             return;
         };
-        let index = (level.max(1) as usize - 1).min(self.levels.len() - 1);
-        for segment in self.levels[index].segments(&field.field_ray(ray), interval) {
+        let level = level.clamp(1, self.proposals.len() as u32);
+        let Some(coarse) = self.level(level) else { return };
+        let ray = coarse.ray(&field.field_ray(ray));
+        for segment in self.proposals[level as usize - 1].segments(&ray, interval) {
             let stretch = Constant {
                 t0: f64::from(segment.t0),
                 t1: f64::from(segment.t1),
@@ -95,12 +177,23 @@ impl CoarseMedium {
     }
 }
 
-/// Means over cubes of voxels, as a density: what [`MajorantGrid`] asks for the bounds of a cube.
-struct Cubes<'a> {
-    grid: &'a DenseGrid,
-    /// Voxels along a cube's edge.
-    edge: u32,
+fn trilinear(level: &MipLevel) -> DenseAccessor<'_> {
+    level.density().filtered(Filter::Trilinear).into_accessor()
 }
+
+/// By steps of a voxel's diagonal at least.
+fn marched_depth(field: &GridField, level: &MipLevel, field_ray: &FieldRay, interval: Interval) -> f32 {
+    let Some(interval) = field.clip(field_ray, interval) else {
+        return 0.0;
+    };
+    let ray = level.ray(field_ray);
+    let voxels = (interval.t1 - interval.t0) * ray.direction.length();
+    let steps = (voxels / DIAGONAL).ceil().clamp(1.0, 65536.0) as u32;
+    ray_marching_depth(&mut trilinear(level), &ray, interval, steps, 0.5)
+}
+
+/// The voxels of a level as a density: what [`MajorantGrid`] asks for the bounds of a cube.
+struct Cubes<'a>(&'a MipLevel);
 
 impl DensityField for Cubes<'_> {
     type Accessor<'b>
@@ -109,44 +202,19 @@ impl DensityField for Cubes<'_> {
         Self: 'b;
 
     fn bounds(&self) -> FieldBounds {
-        self.grid.bounds()
+        self.0.density().bounds()
     }
 
     fn accessor(&self) -> DenseAccessor<'_> {
-        self.grid.accessor()
+        self.0.density().accessor()
     }
 
     fn range(&self, low: Vec3, high: Vec3) -> DensityRange {
-        let size = VoxelGrid::size(self.grid);
         // Asked for boxes that are a cube but for rounding.
-        let cube = ((low + high) * (0.5 / self.edge as f32))
-            .max(Vec3::ZERO)
-            .as_uvec3()
-            .to_array();
-        let apron = match VoxelGrid::filter(self.grid) {
-            Filter::Nearest => 0,
-            Filter::Trilinear => 1,
-        };
-        let range = |axis: usize| {
-            let first = cube[axis] * self.edge;
-            first.saturating_sub(apron)..(first + self.edge + apron).min(size[axis])
-        };
-        let (mut sum, mut count) = (0.0f64, 0u32);
-        for z in range(2) {
-            for y in range(1) {
-                for x in range(0) {
-                    sum += f64::from(self.grid.voxel([x, y, z]));
-                    count += 1;
-                }
-            }
+        let value = self.0.density().density(0.5 * (low + high));
+        DensityRange {
+            min: value,
+            max: value,
         }
-        let mean = (sum / f64::from(count.max(1))) as f32;
-        // Not to vanish by rounding.
-        let mean = if sum > 0.0 {
-            mean.max(f32::MIN_POSITIVE)
-        } else {
-            0.0
-        };
-        DensityRange { min: mean, max: mean }
     }
 }

@@ -15,6 +15,7 @@ pub use path::MAX_SCATTERINGS;
 use crate::camera_motion::pixel_seeing;
 use crate::ray_tally::{RayKind, RayTally};
 use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
+use candidates::Sequence;
 use lightshed_resampling::{Contribution, Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
 use lightshed_sampling::{CounterRng, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2};
@@ -29,7 +30,8 @@ use through::Volumes;
 ///
 /// Each frame, each pixel looks along one camera ray. *Candidates* come from a few random walks: free flights by regular tracking through a
 /// coarse, piecewise constant copy of the density, whose density `p` is known in closed form; every vertex is connected to a sampled
-/// emitter, and one that emits is the end of a path itself. RIS keeps one of them, by the luminance of `F` with coarse transmittances
+/// emitter, and one that emits is the end of a path itself. First distances and emitter samples of a pixel's walks, over the frames, are
+/// points of one sequence that fills their domain evenly. RIS keeps one of them, by `|F|` over the channels with coarse transmittances
 /// (eqs. 5.17–5.20, A.1). It is *merged* with what a pixel of the frame before held, then with neighbours of this frame, under balance MIS:
 /// distances and directions stay, so vertices move with the camera ray (direction reuse, §5.4.2, with Jacobian 1). The last merge
 /// *shades* by the sum over its inputs, with unbiased estimates of transmittance (unbiased ray marching). Targets are coarse but positive wherever light is: they cost noise, not bias.
@@ -75,6 +77,8 @@ enum Pass {
     Camera,
     Unscattered,
     Candidates,
+    /// The same for all frames.
+    Sequence,
     Velocity,
     Temporal,
     Spatial,
@@ -113,7 +117,8 @@ impl<'a> RestirVolume<'a> {
         let most = options
             .candidate_level
             .max(options.reuse_level)
-            .max(options.shadow_level);
+            .max(options.shadow_level)
+            .max(options.camera_level);
         Ok(Self {
             volumes: Volumes::new(scene, most),
             options,
@@ -153,7 +158,7 @@ impl<'a> RestirVolume<'a> {
 
     /// That of candidates.
     fn proposed(&self) -> Evaluation<'_> {
-        self.evaluation(self.options.candidate_level, self.options.candidate_level)
+        self.evaluation(self.options.candidate_level, self.options.shadow_level)
     }
 
     /// That of reuse.
@@ -193,7 +198,7 @@ impl<'a> RestirVolume<'a> {
                 } else {
                     [0.5; 2]
                 };
-                let level = self.options.reuse_level.max(1);
+                let level = self.options.camera_level;
                 pixel.look(&self.volumes, view.camera.ray(film, u_lens), medium, level);
                 *value = self.unscattered(pixel, &mut self.rng(view, index, Pass::Unscattered));
                 let mut rng = self.rng(view, index, Pass::Candidates);
@@ -203,7 +208,12 @@ impl<'a> RestirVolume<'a> {
                     candidate_level,
                     ..
                 } = self.options;
-                let chosen = candidates.resample_walks(pixel, walks, scatterings, candidate_level, &mut rng);
+                // The walks of successive frames continue one sequence.
+                let mut shift = self.rng(View { frame: 0, ..view }, index, Pass::Sequence);
+                let shift = [shift.next_u64(), shift.next_u64(), shift.next_u64()];
+                let start = Sequence::new(shift, u64::from(view.frame) * u64::from(walks));
+                let chosen =
+                    candidates.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
                 // From here on with the target of reuse: W stays.
                 *fresh = chosen
                     .map(|path| path.with_target(reuse.target(pixel, &path)))

@@ -22,11 +22,13 @@ pub struct RestirVolumeOptions {
     pub temporal_reuse: bool,
     /// Most confidence that a pixel's history is given, in frames, `Q`; positive.
     pub confidence_cap: f32,
-    /// Level of the densities that walks and targets of candidates see behind the first vertex, 1 to 4.
+    /// Level of the densities that walks see behind the first vertex, and targets of candidates between vertices, 1 to 4.
     pub candidate_level: u32,
-    /// Level of the densities along camera rays and between vertices in the targets of reuse, 1 to 4; 0 for exact ones but along camera rays.
+    /// Level of the densities along camera rays, in proposals and targets, 0 to 4.
+    pub camera_level: u32,
+    /// Level of the densities between vertices in the targets of reuse, 0 to 4.
     pub reuse_level: u32,
-    /// Level of the densities between vertices and emitters in the targets of reuse, 0 to 4.
+    /// Level of the densities between vertices and emitters in all targets, 0 to 4.
     pub shadow_level: u32,
     /// Whether the place in the frame before is that of a point in the medium also where the pixel's own path starts on a surface or is
     /// none (Lin 2022 §5.5.2). Matters under motion only.
@@ -35,7 +37,8 @@ pub struct RestirVolumeOptions {
 
 impl RestirVolumeOptions {
     /// With at most `scatterings` scattering vertices, and else as in Lin 2022 §5.5: 4 walks, 3 neighbours within 10 pixels, temporal
-    /// reuse with cap 4, levels 2 for walks and shadows and 1 for the rest.
+    /// reuse with cap 4, level 2 for walks. Targets are finer than there, of level 1 towards emitters and 0 along camera rays: marching is cheap
+    /// here, and what targets miss is most of the noise.
     pub const fn new(scatterings: u32) -> Self {
         Self {
             scatterings,
@@ -45,8 +48,9 @@ impl RestirVolumeOptions {
             temporal_reuse: true,
             confidence_cap: 4.0,
             candidate_level: 2,
+            camera_level: 0,
             reuse_level: 1,
-            shadow_level: 2,
+            shadow_level: 1,
             velocity_resampling: true,
         }
     }
@@ -84,7 +88,7 @@ impl RestirVolumeOptions {
             return Err(RestirVolumeError::ConfidenceCap);
         }
         if !(1..=MAX_COARSENESS).contains(&self.candidate_level)
-            || self.reuse_level.max(self.shadow_level) > MAX_COARSENESS
+            || self.reuse_level.max(self.shadow_level).max(self.camera_level) > MAX_COARSENESS
         {
             return Err(RestirVolumeError::Level);
         }

@@ -20,7 +20,7 @@ use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{DVec3, Vec3};
 use lightshed_scene::volume::{DensityField, PhaseFunction};
 use lightshed_scene::{
-    Bsdf, EmitterConnection, EmitterEndpoint, Medium, MediumDensity, Ray, Rgb, SurfacePoint, luminance,
+    Bsdf, EmitterConnection, EmitterEndpoint, Medium, MediumDensity, Ray, Rgb, SurfacePoint,
 };
 
 /// Most scattering vertices of a path that is reused.
@@ -226,11 +226,10 @@ impl Evaluation<'_> {
     /// `F` of the path in a pixel, with transmittances of these levels; its factors may be of any size.
     pub fn value(&self, pixel: &VolumePixel, path: &VolumePath) -> DVec3 {
         let look = |ray: &Ray, medium, to_emitter| self.look(ray, medium, to_emitter);
-        self.follow(pixel, path, self.level > 0, look)
-            .unwrap_or(DVec3::ZERO)
+        self.follow(pixel, path, true, look).unwrap_or(DVec3::ZERO)
     }
 
-    /// The luminance of `F`, as a target.
+    /// `|F|` over the channels, as a target.
     pub fn target(&self, pixel: &VolumePixel, path: &VolumePath) -> f32 {
         target_of(self.value(pixel, path))
     }
@@ -385,12 +384,15 @@ impl Evaluation<'_> {
     }
 }
 
-/// The luminance of `F`, as it is stored.
+/// `|F|` over the channels as it is stored: of all targets that one gives the least mean squared error of the colour. By luminance, red
+/// and blue light would be chosen too rarely for what it adds.
 pub(crate) fn target_of(value: DVec3) -> f32 {
-    let channel = |rgb| f64::from(luminance(rgb));
-    let target = value.dot(DVec3::new(channel(Rgb::X), channel(Rgb::Y), channel(Rgb::Z))) as f32;
+    let target = (value.length() * THIRD_ROOT) as f32;
     if target < f32::INFINITY { target } else { f32::MAX }
 }
+
+/// `1/√3`: white light has the target of its channels.
+const THIRD_ROOT: f64 = 0.577_350_269_189_625_8;
 
 /// A vertex on a surface that `ray` met, having come through `medium`.
 pub(crate) fn surface_vertex<'a>(

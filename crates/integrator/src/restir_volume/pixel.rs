@@ -7,25 +7,16 @@ use lightshed_scene::glam::{DVec3, Vec3};
 use lightshed_scene::volume::Interval;
 use lightshed_scene::{Bsdf, Ray, SurfacePoint};
 
-/// A stretch of the camera ray of constant coarse density, from where the one before ends.
-#[derive(Clone, Copy, Debug)]
-struct Stretch {
-    /// Distance at which it ends.
-    end: f32,
-    /// `ρ*`; may be 0.
-    density: f32,
-    /// `∫ ρ* dt` from the beginning of its run to its end.
-    inside: f32,
-}
-
-/// Stretches in one medium.
+/// The part of the camera ray in one medium that holds some of it, in bins of equal length and constant density `ρ*`.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     medium: u32,
     /// Distance at which it begins.
     start: f32,
-    /// The end of its stretches.
-    stretches_end: u32,
+    /// Length of a bin.
+    step: f32,
+    /// The end of its bins.
+    bins_end: u32,
     /// The proposals' coefficient.
     k: f64,
     /// `∫ σ*_t / ∫ ρ*` by channel, and before its beginning `∫ σ*_t`.
@@ -33,6 +24,14 @@ struct Run {
     depth_before: DVec3,
     /// The latter of the proposals' coefficient.
     proposal_before: f64,
+}
+
+impl Run {
+    /// `∫ ρ* dt` from the beginning up to bin number `place`, and within it.
+    fn bin(bins: &[f32], place: usize) -> (f64, f64) {
+        let before = place.checked_sub(1).map_or(0.0, |previous| bins[previous]);
+        (f64::from(before), f64::from(bins[place]) - f64::from(before))
+    }
 }
 
 /// The camera ray of a pixel, with what lies along it at the coarse level of proposals and reuse.
@@ -43,7 +42,8 @@ pub(crate) struct VolumePixel {
     /// What the camera is in.
     pub medium: Option<u32>,
     runs: Vec<Run>,
-    stretches: Vec<Stretch>,
+    /// `∫ ρ* dt` from the beginning of the run to the end of each bin.
+    bins: Vec<f32>,
     surface: Option<PrimarySurface>,
     /// Up to the surface, or the end.
     depth: DVec3,
@@ -73,7 +73,7 @@ impl Default for VolumePixel {
             ray: Ray::new(Vec3::ZERO, Vec3::Z),
             medium: None,
             runs: Vec::new(),
-            stretches: Vec::new(),
+            bins: Vec::new(),
             surface: None,
             depth: DVec3::ZERO,
             proposal_depth: 0.0,
@@ -85,7 +85,7 @@ impl VolumePixel {
     /// Looks along a camera ray of unit direction, by densities of a level of at least 1.
     pub fn look(&mut self, volumes: &Volumes<'_>, ray: Ray, medium: Option<u32>, level: u32) {
         self.runs.clear();
-        self.stretches.clear();
+        self.bins.clear();
         (self.ray, self.medium) = (ray, medium);
         (self.depth, self.proposal_depth) = (DVec3::ZERO, 0.0);
         let (surface, medium) = volumes.parts(&ray, medium, |part| {
@@ -95,35 +95,23 @@ impl VolumePixel {
                     t0: 0.0,
                     t1: part.t_max,
                 };
-                let mut run = Run {
-                    medium: index,
-                    start: part.before as f32,
-                    stretches_end: 0,
-                    k: f64::from(proposal_extinction(medium)),
-                    coefficients: optical_depth(medium, &part.ray, 1.0),
-                    depth_before: self.depth,
-                    proposal_before: self.proposal_depth,
-                };
-                let (mut end, mut inside) = (0.0, 0.0);
-                coarse.stretches(medium, &part.ray, interval, level, |stretch| {
-                    if stretch.t0 > end {
-                        self.push(part.before + stretch.t0, 0.0, inside, run.stretches_end);
-                        run.stretches_end = self.stretches.len() as u32;
+                let first = self.bins.len();
+                if let Some(range) = coarse.along(medium, &part.ray, interval, level, &mut self.bins) {
+                    let inside = f64::from(self.bins.last().copied().unwrap_or(0.0));
+                    let run = Run {
+                        medium: index,
+                        start: (part.before + f64::from(range.t0)) as f32,
+                        step: (range.t1 - range.t0) / (self.bins.len() - first) as f32,
+                        bins_end: self.bins.len() as u32,
+                        k: f64::from(proposal_extinction(medium)),
+                        coefficients: optical_depth(medium, &part.ray, 1.0),
+                        depth_before: self.depth,
+                        proposal_before: self.proposal_depth,
+                    };
+                    self.depth += optical_depth(medium, &part.ray, inside);
+                    if run.k > 0.0 {
+                        self.proposal_depth += run.k * inside;
                     }
-                    end = stretch.t1;
-                    inside += f64::from(stretch.density) * (stretch.t1 - stretch.t0);
-                    self.push(
-                        part.before + stretch.t1,
-                        stretch.density,
-                        inside,
-                        run.stretches_end,
-                    );
-                    run.stretches_end = self.stretches.len() as u32;
-                    true
-                });
-                if run.stretches_end > 0 {
-                    self.depth += run.coefficients * inside;
-                    self.proposal_depth += run.k * inside;
                     self.runs.push(run);
                 }
             }
@@ -137,49 +125,54 @@ impl VolumePixel {
         });
     }
 
-    /// One more stretch of a run that has some if `run_end` is not 0; empty ones become one.
-    fn push(&mut self, end: f64, density: f32, inside: f64, run_end: u32) {
-        let stretch = Stretch {
-            end: end as f32,
-            density,
-            inside: inside as f32,
-        };
-        match self.stretches.last_mut() {
-            Some(last) if run_end > 0 && density == 0.0 && last.density == 0.0 => *last = stretch,
-            _ => self.stretches.push(stretch),
-        }
-    }
-
     /// Whether nothing can scatter along the ray.
     pub fn is_empty(&self) -> bool {
         self.surface.is_none() && !(self.proposal_depth > 0.0)
     }
 
-    /// The runs with their stretches.
-    fn each_run(&self) -> impl Iterator<Item = (&Run, &[Stretch])> {
+    /// The runs with their bins.
+    fn each_run(&self) -> impl Iterator<Item = (&Run, &[f32])> {
         let mut first = 0;
         self.runs.iter().map(move |run| {
-            let end = run.stretches_end as usize;
-            let stretches = &self.stretches[first..end];
+            let end = run.bins_end as usize;
+            let bins = &self.bins[first..end];
             first = end;
-            (run, stretches)
+            (run, bins)
         })
     }
 
     /// The medium at a distance along the ray, and `∫ σ*_t` up to there by channel; `None` where there is no medium.
+    #[inline]
     pub fn depth_at(&self, distance: f32) -> Option<(u32, DVec3)> {
-        self.each_run().find_map(|(run, stretches)| {
-            if !(distance >= run.start) {
+        self.each_run().find_map(|(run, bins)| {
+            let along = distance - run.start;
+            if !(along >= 0.0) {
                 return None;
             }
-            let place = stretches.partition_point(|stretch| stretch.end < distance);
-            let stretch = stretches.get(place)?;
-            let (start, before) = match place.checked_sub(1) {
-                Some(previous) => (stretches[previous].end, stretches[previous].inside),
-                None => (run.start, 0.0),
+            // An endless run has one bin.
+            let place = if bins.len() > 1 {
+                (along / run.step) as usize
+            } else {
+                0
             };
-            let inside = f64::from(before) + f64::from(stretch.density) * f64::from(distance - start);
-            (stretch.density > 0.0).then(|| (run.medium, run.depth_before + run.coefficients * inside))
+            let place = place.min(bins.len() - 1);
+            let (before, within) = Run::bin(bins, place);
+            let part = f64::from(along) / f64::from(run.step) - place as f64;
+            // But for rounding where flights end.
+            if !(within > 0.0 && part < 1.0 + 1e-3) {
+                return None;
+            }
+            let inside = if within < f64::INFINITY {
+                before + within * part.min(1.0)
+            } else {
+                f64::from(along)
+            };
+            let depth = if inside > 0.0 {
+                run.coefficients * inside
+            } else {
+                DVec3::ZERO
+            };
+            Some((run.medium, run.depth_before + depth))
         })
     }
 
@@ -232,19 +225,24 @@ impl VolumePixel {
 
     /// Where the proposals' depth is `target`.
     fn collide(&self, target: f64) -> Option<First> {
-        self.each_run().find_map(|(run, stretches)| {
+        self.each_run().find_map(|(run, bins)| {
             let wanted = (target - run.proposal_before) / run.k;
-            let place = stretches.partition_point(|stretch| f64::from(stretch.inside) <= wanted);
-            let stretch = stretches.get(place)?;
-            let (start, before) = match place.checked_sub(1) {
-                Some(previous) => (stretches[previous].end, stretches[previous].inside),
-                None => (run.start, 0.0),
+            let place = bins.partition_point(|&inside| f64::from(inside) <= wanted);
+            if place == bins.len() {
+                return None;
+            }
+            let (before, within) = Run::bin(bins, place);
+            let step = f64::from(run.step);
+            let density = if within < f64::INFINITY {
+                within / step
+            } else {
+                1.0
             };
-            let density = f64::from(stretch.density);
-            let distance = (f64::from(start) + (wanted - f64::from(before)) / density) as f32;
-            // Rounding must not lead out of the stretch.
-            let distance = distance.clamp(start, stretch.end);
-            let inside = f64::from(before) + density * f64::from(distance - start);
+            // Rounding must not lead out of the bin.
+            let past = ((wanted - before) / density).clamp(0.0, step);
+            let begin = if place > 0 { place as f64 * step } else { 0.0 };
+            let distance = (f64::from(run.start) + begin + past) as f32;
+            let inside = before + density * past;
             Some(First::Medium {
                 distance,
                 pdf: run.k * density * (-(run.proposal_before + run.k * inside)).exp(),

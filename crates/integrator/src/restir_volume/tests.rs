@@ -28,6 +28,38 @@ fn look(method: &RestirVolume<'_>, x: f32, y: f32) -> VolumePixel {
     pixel
 }
 
+fn sequence(rng: &mut CounterRng) -> Sequence {
+    Sequence::new(core::array::from_fn(|_| rng.next_u64()), 0)
+}
+
+/// Of 64 points between 5 and 11 lie in each eighth of each axis, whatever the shift; as many independent ones would leave that in most
+/// cases.
+#[test]
+fn walks_start_evenly() {
+    check_faults(&[()], |fault: Option<()>| {
+        let mut rng = CounterRng::new(8, 0, 0);
+        for start in 0..20 {
+            let shift = core::array::from_fn(|_| rng.next_u64());
+            let mut points = Sequence::new(shift, start * 64);
+            let mut counts = [[0; 8]; 3];
+            for _ in 0..64 {
+                let point = match fault {
+                    None => points.next(),
+                    Some(()) => core::array::from_fn(|_| rng.next_u64()),
+                };
+                for (counts, place) in counts.iter_mut().zip(point) {
+                    counts[(place >> 61) as usize] += 1;
+                }
+            }
+            if counts.iter().flatten().any(|count| !(5..=11).contains(count)) {
+                return Err(format!("{counts:?}"));
+            }
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
 /// Wherever there is a density there is a coarse one, at every level, along rays in all directions.
 #[test]
 fn coarse_densities_are_positive_where_densities_are() {
@@ -44,6 +76,24 @@ fn coarse_densities_are_positive_where_densities_are() {
         let origin = (uniform() - Vec3::splat(0.5)) * Vec3::new(2.0, 1.4, 2.0);
         let ray = Ray::new(origin, (uniform() - Vec3::splat(0.5)).normalize());
         let interval = Interval { t0: 0.0, t1: 0.9 };
+        for level in 0..=4 {
+            let mut bins = Vec::new();
+            let range = coarse.along(medium, &ray, interval, level, &mut bins);
+            for step in 0..64 {
+                let t = 0.9 * (step as f32 + 0.5) / 64.0;
+                let place = field.to_field().transform_point3(ray.origin + ray.direction * t);
+                let bounds = field.grid().bounds();
+                let inside = place.cmpge(bounds.min()).all() && place.cmple(bounds.max()).all();
+                if !(inside && field.grid().density(place) > 0.0) {
+                    continue;
+                }
+                let Interval { t0, t1 } = range.expect("some density along the ray");
+                assert!((t0..=t1).contains(&t), "level {level} at {t}");
+                let bin = (((t - t0) / (t1 - t0) * bins.len() as f32) as usize).min(bins.len() - 1);
+                let before = bin.checked_sub(1).map_or(0.0, |bin| bins[bin]);
+                assert!(bins[bin] > before, "level {level} at {t}");
+            }
+        }
         for level in 1..=4 {
             coarse.stretches(medium, &ray, interval, level, |stretch| {
                 for step in 0..8 {
@@ -126,7 +176,7 @@ fn paths_come_back_from_other_pixels() {
             let (x, y) = ((index % 20) as f32 + 2.0, (index / 20) as f32 + 6.0);
             let (own, other) = (look(&method, x, y), look(&method, x + 1.3, y - 0.6));
             let mut rng = CounterRng::new(9, index, 0);
-            let reservoir = candidates.resample_walks(&own, 4, 4, 2, &mut rng);
+            let reservoir = candidates.resample_walks(&own, 4, 4, 2, sequence(&mut rng), &mut rng);
             let Some(path) = reservoir.sample() else { continue };
             let path = path.with_target(shift.target(&own, path));
             let itself = shift.shift(&path, &own, &own).unwrap();
@@ -162,7 +212,8 @@ fn walks_estimate_what_path_tracing_does() {
                 let mut walked = MeanTest::new();
                 for sample in 0..20_000 {
                     let mut rng = CounterRng::new(1, 0, sample);
-                    let reservoir = candidates.resample_walks(&pixel, 4, scatterings, 2, &mut rng);
+                    let reservoir =
+                        candidates.resample_walks(&pixel, 4, scatterings, 2, sequence(&mut rng), &mut rng);
                     let light = reservoir.weighted_sample().map_or(0.0, |(path, weight)| {
                         // Exactly and by estimates in turn.
                         let value = if sample % 2 == 0 {

@@ -264,11 +264,17 @@ impl<'a> Volumes<'a> {
 }
 
 /// Part of the majorants' depth that sets the number of lookups.
-const LOOKUP_DEPTH: f32 = 0.4;
+const LOOKUP_DEPTH: f32 = 0.6;
 
 /// `e^{−τ}` of each channel.
+#[inline]
 pub(crate) fn transmitted(depth: DVec3) -> DVec3 {
-    (-depth).exp()
+    // One exponential where there is one depth.
+    if depth == DVec3::splat(depth.x) {
+        DVec3::splat((-depth.x).exp())
+    } else {
+        (-depth).exp()
+    }
 }
 
 /// `k ∫ ρ ds`, from `∫ ρ dt`.

@@ -16,6 +16,12 @@ impl<'a, S: BrickStorage> FilteredGrid<'a, S> {
     pub(super) fn new(grid: &'a BrickGrid<S>, filter: Filter) -> Self {
         Self { grid, filter }
     }
+
+    /// As [`DensityField::accessor`], for as long as the grid lives.
+    #[inline]
+    pub fn into_accessor(self) -> BrickAccessor<'a, S> {
+        self.grid.access(self.filter)
+    }
 }
 
 impl<S: BrickStorage> DensityField for FilteredGrid<'_, S> {

@@ -24,14 +24,29 @@ pub fn ray_marching_transmittance<A: DensityAccessor>(
     extinction: f32,
 ) -> TransmittanceEstimate {
     let steps = steps.max(1);
+    let depth = ray_marching_depth(density, ray, interval, steps, offset);
+    TransmittanceEstimate {
+        value: (-extinction * depth).exp(),
+        lookups: steps,
+    }
+}
+
+/// `∫ ρ dt` by ray marching, the exponent of [`ray_marching_transmittance`] for the coefficient 1: unbiased with a random `offset`, off by
+/// the square of the step at the midpoints.
+#[inline]
+pub fn ray_marching_depth<A: DensityAccessor>(
+    density: &mut A,
+    ray: &FieldRay,
+    interval: Interval,
+    steps: u32,
+    offset: f32,
+) -> f32 {
+    let steps = steps.max(1);
     let step = (interval.t1 - interval.t0).max(0.0) / steps as f32;
     let mut sum = 0.0f32;
     for i in 0..steps {
         density.prefetch(ray.at(interval.t0 + (i as f32 + AHEAD) * step));
         sum += density.density(ray.at(interval.t0 + (i as f32 + offset) * step));
     }
-    TransmittanceEstimate {
-        value: (-extinction * sum * step).exp(),
-        lookups: steps,
-    }
+    sum * step
 }

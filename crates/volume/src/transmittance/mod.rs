@@ -11,7 +11,7 @@ mod tests;
 mod unbiased_marching;
 
 pub use delta::delta_transmittance;
-pub use marching::ray_marching_transmittance;
+pub use marching::{ray_marching_depth, ray_marching_transmittance};
 pub use next_flight::next_flight_transmittance;
 pub use power_series::power_series_transmittance;
 pub use ratio::{ratio_tracking, spectral_ratio_tracking};
