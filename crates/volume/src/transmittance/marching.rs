@@ -24,9 +24,9 @@ pub fn ray_marching_transmittance<A: DensityAccessor>(
     extinction: f32,
 ) -> TransmittanceEstimate {
     let steps = steps.max(1);
-    let depth = ray_marching_depth(density, ray, interval, steps, offset);
+    let (sum, step) = march(density, ray, interval, steps, offset);
     TransmittanceEstimate {
-        value: (-extinction * depth).exp(),
+        value: (-extinction * sum * step).exp(),
         lookups: steps,
     }
 }
@@ -41,12 +41,24 @@ pub fn ray_marching_depth<A: DensityAccessor>(
     steps: u32,
     offset: f32,
 ) -> f32 {
-    let steps = steps.max(1);
+    let (sum, step) = march(density, ray, interval, steps.max(1), offset);
+    sum * step
+}
+
+/// The sum of `steps` lookups, and the length of a step.
+#[inline]
+fn march<A: DensityAccessor>(
+    density: &mut A,
+    ray: &FieldRay,
+    interval: Interval,
+    steps: u32,
+    offset: f32,
+) -> (f32, f32) {
     let step = (interval.t1 - interval.t0).max(0.0) / steps as f32;
     let mut sum = 0.0f32;
     for i in 0..steps {
         density.prefetch(ray.at(interval.t0 + (i as f32 + AHEAD) * step));
         sum += density.density(ray.at(interval.t0 + (i as f32 + offset) * step));
     }
-    sum * step
+    (sum, step)
 }
