@@ -62,3 +62,30 @@ fn march<A: DensityAccessor>(
     }
     (sum, step)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DensityField, DensityRange, FieldBounds, Procedural};
+    use glam::Vec3;
+    use lightshed_testkit::check_faults;
+
+    #[test]
+    fn midpoints_integrate_linear_densities_exactly() {
+        let bounds = FieldBounds::new(Vec3::ZERO, Vec3::splat(8.0)).unwrap();
+        let whole = DensityRange { min: 0.0, max: 8.0 };
+        let field = Procedural::new(|p: Vec3| p.x, |_, _| whole, bounds).unwrap();
+        let ray = FieldRay::new(Vec3::ZERO, Vec3::X * 2.0);
+        let interval = Interval { t0: 1.0, t1: 3.0 };
+        check_faults(&[0.25], |fault: Option<f32>| {
+            let depth = ray_marching_depth(&mut field.accessor(), &ray, interval, 5, fault.unwrap_or(0.5));
+            // ∫ 2 t dt from 1 to 3.
+            if (depth - 8.0).abs() < 1e-5 {
+                Ok(())
+            } else {
+                Err(format!("{depth}"))
+            }
+        })
+        .unwrap();
+    }
+}
