@@ -3,8 +3,8 @@
 //! Adding `n` numbers one by one has a rounding error that grows as `n ε Σ|x|`. Here are
 //!
 //! - [`CompensatedSum`]: Neumaier 1974, *Rundungsfehleranalyse einiger Verfahren zur Summation endlicher
-//!   Summen* (Kahan's method, right also where a term exceeds the sum): error `ε |Σx| + O(n ε²) Σ|x|`, four
-//!   times the additions;
+//!   Summen* (Kahan's method, right also where a term exceeds the sum): error `ε |Σx| + O(n ε²) Σ|x|`, eight
+//!   times the additions, since what was lost is carried over after each;
 //! - [`pairwise_sum`] and [`pairwise_sum_iter`]: a balanced tree of additions, error `O(ε log n) Σ|x|`, about
 //!   the price of a plain sum.
 
@@ -43,7 +43,19 @@ macro_rules! real {
 }
 real!(f32, f64);
 
-/// A running sum with Neumaier's compensation.
+/// `a + b` and what rounding took from it (Neumaier 1974).
+#[inline(always)]
+fn two_sum<T: Real>(a: T, b: T) -> (T, T) {
+    let sum = a + b;
+    let lost = if a.magnitude().is_at_least(b.magnitude()) {
+        (a - sum) + b
+    } else {
+        (b - sum) + a
+    };
+    (sum, lost)
+}
+
+/// A running sum with Neumaier's compensation, renormalised after each term: twice the digits of `T`.
 ///
 /// If a partial sum overflows, the value is that infinity (or NaN once both infinities met), never a NaN made
 /// by the compensation.
@@ -70,14 +82,10 @@ impl<T: Real> CompensatedSum<T> {
     /// Adds one term.
     #[inline(always)]
     pub fn add(&mut self, term: T) {
-        let sum = self.sum + term;
-        self.lost = self.lost
-            + if self.sum.magnitude().is_at_least(term.magnitude()) {
-                (self.sum - sum) + term
-            } else {
-                (term - sum) + self.sum
-            };
+        let (sum, lost) = two_sum(self.sum, term);
         self.sum = sum;
+        self.lost = self.lost + lost;
+        self.renormalise();
     }
 
     /// Adds the terms of another sum, as when parts were summed apart.
@@ -85,6 +93,17 @@ impl<T: Real> CompensatedSum<T> {
     pub fn merge(&mut self, other: Self) {
         self.add(other.sum);
         self.lost = self.lost + other.lost;
+        self.renormalise();
+    }
+
+    /// Moves as much of what was lost into the sum as it holds. Rounding errors of equal sign, of many equal terms say, would else
+    /// pile up until what is lost loses its own: 2²⁴ terms of 0.1 in `f32` came out 1.5 % short.
+    #[inline(always)]
+    fn renormalise(&mut self) {
+        let (sum, lost) = two_sum(self.sum, self.lost);
+        if sum.is_finite() {
+            (self.sum, self.lost) = (sum, lost);
+        }
     }
 
     /// The sum of all terms added, rounded once.
@@ -173,6 +192,19 @@ pub fn pairwise_sum_iter<T: Real>(terms: impl IntoIterator<Item = T>) -> T {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Errors of one sign pile up; without renormalisation this is 1.5 % short.
+    #[test]
+    fn many_equal_terms_keep_all_digits() {
+        let count = (1u32 << 24) + 1;
+        let sum: CompensatedSum<f32> = (0..count).map(|_| 0.1f32).collect();
+        let truth = f64::from(count) * f64::from(0.1f32);
+        assert!(
+            (f64::from(sum.value()) / truth - 1.0).abs() < 6e-8,
+            "{}",
+            sum.value()
+        );
+    }
 
     #[test]
     fn hostile_sums() {
