@@ -38,6 +38,8 @@ const MARGIN: f32 = 1e-5;
 const LEAST_SQUARED: f32 = 1e-28;
 /// A least squared distance is at least this part of the greatest one.
 const INSIDE: f32 = 1e-5;
+/// The same where nodes of different size are compared: large boxes around the point must not have it all.
+const WITHIN: f32 = 1e-3;
 /// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an [`about_inverse`].
 const LARGEST: f32 = f32::from_bits(247 << 23);
 /// Parts of shares, which add up to about one, are at least this: it keeps every light in reach, and bounds what an underestimated one can
@@ -167,7 +169,7 @@ pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) ->
     let seen = Seen::<L>::new(at.position, block);
     let directed = directed(at, block, &seen);
     let (near, far) = seen.range();
-    let weights = directed.over((near.max(far * L::splat(INSIDE)) * far).sqrt());
+    let weights = directed.over((near.max(far * L::splat(WITHIN)) * far).sqrt());
     weights
         .max(L::splat(f32::MIN_POSITIVE))
         .select(directed.positive, L::splat(0.0))
