@@ -15,7 +15,7 @@ use std::str::FromStr;
 ///
 /// | name | variants |
 /// |---|---|
-/// | `path`, `direct`, `restir-di`, `restir-di-biased` | how emitters are chosen: `uniform`, `power`, `tree`, `two-level`, `bvh`, `curve-bvh`, `agglomerative-bvh`, `open-bvh`, `open-tree`; the scene's own table by power without one |
+/// | `path`, `direct`, `restir-di`, `restir-di-biased` | how emitters are chosen: `uniform`, `power`, `tree`, `two-level`, `bvh`, `curve-bvh`, `agglomerative-bvh`, `open-bvh`, `open-tree`, `open-curve-bvh`; the scene's own table by power without one |
 /// | `restir-pt`, `restir-pt-offline` | the shift: `hybrid` (also without one), `reconnection` |
 /// | `path-reuse`, `restir-gi` | none |
 /// | `lightcuts` | the tree: `tree`, the perfect one (also without one), `bvh`, `curve-bvh`, `agglomerative-bvh` |

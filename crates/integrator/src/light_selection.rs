@@ -36,11 +36,13 @@ pub enum LightChoosing {
     OpenBvh,
     /// By a perfect binary light tree whose near nodes are opened first.
     OpenTree,
+    /// By a light BVH along a curve whose near nodes are opened first.
+    OpenCurveBvh,
 }
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Uniform,
         Self::Power,
         Self::Tree,
@@ -50,6 +52,7 @@ impl LightChoosing {
         Self::AgglomerativeBvh,
         Self::OpenBvh,
         Self::OpenTree,
+        Self::OpenCurveBvh,
     ];
 
     /// The name by which [`FromStr`] finds it.
@@ -64,6 +67,7 @@ impl LightChoosing {
             Self::AgglomerativeBvh => "agglomerative-bvh",
             Self::OpenBvh => "open-bvh",
             Self::OpenTree => "open-tree",
+            Self::OpenCurveBvh => "open-curve-bvh",
         }
     }
 }
@@ -156,7 +160,9 @@ impl<'a> LightSelection<'a> {
         let emitters = scene.emitters();
         let lights = scene_lights(emitters);
         let shines = lights.iter().any(|light| light.intensity > 0.0);
-        let bvh = |build| Ok(Sampler::Bvh(Box::new(LightBvh::with_build(&lights, build)?)));
+        let build_bvh = |build| LightBvh::with_build(&lights, build);
+        let bvh = |build| Ok(Sampler::Bvh(Box::new(build_bvh(build)?)));
+        let opened = |build| Ok(Sampler::OpenBvh(Box::new(OpenedTree::new(build_bvh(build)?))));
         let sampler = shines
             .then(|| {
                 Ok(match choosing {
@@ -167,9 +173,8 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::Bvh => bvh(BvhBuild::Binned)?,
                     LightChoosing::CurveBvh => bvh(BvhBuild::AlongCurve)?,
                     LightChoosing::AgglomerativeBvh => bvh(BvhBuild::Agglomerative)?,
-                    LightChoosing::OpenBvh => {
-                        Sampler::OpenBvh(Box::new(OpenedTree::new(LightBvh::new(&lights)?)))
-                    }
+                    LightChoosing::OpenBvh => opened(BvhBuild::Binned)?,
+                    LightChoosing::OpenCurveBvh => opened(BvhBuild::AlongCurve)?,
                     LightChoosing::OpenTree => {
                         Sampler::OpenTree(Box::new(OpenedTree::new(PerfectTree::new(&lights)?)))
                     }
