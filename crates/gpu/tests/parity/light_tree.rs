@@ -4,8 +4,8 @@ use crate::harness::{COUNT, HOSTILE, Shader, Tier, compare, floats, gpu};
 use glam::Vec3;
 use lightshed_gpu::{Buffer, Gpu};
 use lightshed_lights::{
-    Bounds, Facing, Light, LightSampler, OrientationCone, PerfectTree, PerfectTreeOptions, ShadingPoint,
-    Stride, Weighting,
+    Bounds, Facing, Light, LightSampler, OrientationCone, PerfectTree, PerfectTreeOptions, RaySegment,
+    ShadingPoint, Stride, Weighting,
 };
 use lightshed_sampling::{CounterRng, UniformSphere};
 
@@ -198,4 +198,59 @@ fn choices() {
             assert!(compare("planted", Tier::Words, &inputs, &found, routed).is_err());
         }
     }
+}
+
+/// Stretches of rays: weights contain the device's `atan2`, so a choice near an edge between two may fall on the other side, one in a
+/// thousand at most. Where it does not, its probability is within 10⁻⁴ relatively over all steps, and so is that of any light, but for one
+/// number in a thousand: a stretch that is barely within reach of a light's normals gets what is left of two numbers that cancel.
+#[test]
+fn choices_for_stretches() {
+    let Some(gpu) = gpu() else { return };
+    let tree = PerfectTree::new(&lights(5000, 4)).expect("lights are sound");
+    let buffers = TreeBuffers::new(&gpu, &tree);
+    // The facing says that it is a stretch, the length is in its place.
+    let body = body(&tree)
+        .replace(", 1.0,\n", ", 0.01 + 20.0 * number(6u),\n")
+        .replace("word(6u));", "3u);");
+    assert!(body.contains("20.0 * number(6u)") && body.contains("3u);"));
+    let mut rng = CounterRng::new(82, 0, 0);
+    let mut inputs = questions(COUNT / 4, 5000, 20);
+    inputs
+        .iter_mut()
+        .for_each(|words| words[6] = rng.next_f32().to_bits());
+    let shader = Shader {
+        host: HOST,
+        buffers: &buffers.all(),
+        ..Shader::new(IMPORTS, &body)
+    };
+    let found = shader.run::<10, 4>(&gpu, &inputs);
+    let wrong = |scale: f32| -> (usize, usize) {
+        let (mut others, mut off) = (0, 0);
+        for (words, found) in inputs.iter().zip(&found) {
+            let [x, y, z, nx, ny, nz, u, ..] = floats(words);
+            let (start, direction) = (Vec3::new(x, y, z), Vec3::new(nx, ny, nz));
+            let at = RaySegment::new(start, direction, 0.01 + 20.0 * u * scale).expect("it is sound");
+            let chosen = tree.sample(&at, u64::from(words[7]) | u64::from(words[8]) << 32);
+            let (light, pmf) = chosen.map_or((0, 0.0), |choice| (choice.light, choice.pmf));
+            let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 * b;
+            if light == found[0] {
+                off += usize::from(!near(f32::from_bits(found[1]), pmf));
+            } else {
+                others += 1;
+            }
+            off += usize::from(!near(f32::from_bits(found[2]), tree.pmf(&at, words[9])));
+            off += usize::from(found[1] != found[3]);
+        }
+        (others, off)
+    };
+    let check = |(others, off): (usize, usize)| {
+        println!(
+            "stretches: {others} of {} choose another light, {off} numbers are off",
+            inputs.len()
+        );
+        others <= inputs.len() / 1000 && off <= 3 * inputs.len() / 1000
+    };
+    assert!(check(wrong(1.0)));
+    // Planted: stretches that are longer by a hundredth.
+    assert!(!check(wrong(1.01)));
 }
