@@ -95,12 +95,7 @@ fn start(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
     }
     let pixel = pixel_of(path);
     let words = package_lightshed_rng__1random_block(package_host_settings.seed, pixel, sample_of(path), 0u);
-    let place = vec2f(vec2u(pixel & 65535u, pixel >> 16u)) + package_lightshed_uniform__1unit_square(words.xy);
-    var u_lens = vec2f(0.5);
-    if package_host_settings.camera.aperture_radius > 0.0 {
-        u_lens = package_lightshed_uniform__1unit_square(words.zw);
-    }
-    let ray = package_lightshed_camera__1camera_ray(package_host_settings.camera, place, u_lens);
+    let ray = package_host__1pixel_ray(vec2u(pixel & 65535u, pixel >> 16u), words);
     paths[path] = Path(ray, vec3f(1.0), 0.0, vec3f(0.0), FROM_CAMERA, ray.origin, 0u);
     queues[path] = path;
     if path == 0u {
@@ -271,6 +266,14 @@ fn package_host__1load_material(index: u32) -> vec2u {
 
 fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
     return package_host_triangles[index];
+}
+
+fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
+    var u_lens = vec2f(0.5);
+    if package_host_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
 }
 
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
@@ -696,6 +699,13 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -
     return best;
 }
 
+struct package_lightshed_emitter_Aim {
+    direction: vec3f,
+    distance_squared: f32,
+    cos_theta: f32,
+    goal: vec3f
+}
+
 struct package_lightshed_emitter_Emitter {
     corner: vec3f,
     pdf_area: f32,
@@ -724,6 +734,24 @@ struct package_lightshed_emitter_EmitterSample {
 const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
 
 const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
+    let along = emitter.edge0 * barycentric.x;
+    let across = emitter.edge1 * barycentric.y;
+    let point = emitter.corner + along + across;
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
+    if !(facing > 0.0) {
+        return package_lightshed_emitter_Aim(vec3f(0.0), 0.0, 0.0, vec3f(0.0));
+    }
+    let distance = sqrt(distance_squared);
+    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
+    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
+    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
+    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
+    return package_lightshed_emitter_Aim(d / distance, distance_squared, facing / distance, goal);
+}
 
 fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     let about = package_host__1emitter_groups();
@@ -776,27 +804,12 @@ fn package_lightshed_emitter__1surroundings_pdf() -> f32 {
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
 
 fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
-    let none = package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
-    let barycentric = package_lightshed_warp__1uniform_triangle(u);
-    let along = emitter.edge0 * barycentric.x;
-    let across = emitter.edge1 * barycentric.y;
-    let point = emitter.corner + along + across;
-    let d = point - from_position;
-    let distance_squared = package_lightshed_vector_dot3(d, d);
-    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
-    if !(facing > 0.0) {
-        return none;
+    let aim = package_lightshed_emitter__1aim_at(emitter, from_position, package_lightshed_warp__1uniform_triangle(u).xy);
+    let pdf = package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, aim.distance_squared, aim.cos_theta);
+    if !(aim.cos_theta > 0.0 && pdf > 0.0) {
+        return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
     }
-    let distance = sqrt(distance_squared);
-    let pdf = package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, distance_squared, facing / distance);
-    if !(pdf > 0.0) {
-        return none;
-    }
-    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
-    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
-    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
-    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
-    return package_lightshed_emitter_EmitterSample(d / distance, pdf, package_lightshed_emitter__1emitter_radiance(emitter) / pdf, true, goal);
+    return package_lightshed_emitter_EmitterSample(aim.direction, pdf, package_lightshed_emitter__1emitter_radiance(emitter) / pdf, true, aim.goal);
 }
 
 struct package_lightshed_frame_Frame {

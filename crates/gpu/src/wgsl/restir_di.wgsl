@@ -128,24 +128,14 @@ fn lit_by(seen: Seen, emitter: u32, place: vec3f) -> Lit {
     }
     else {
         let light = package_host__1load_emitter(emitter);
-        let along = light.edge0 * place.x;
-        let across = light.edge1 * place.y;
-        let goal = light.corner + along + across;
-        let d = goal - seen.point.position;
-        let distance_squared = package_lightshed_vector_dot3(d, d);
-        let facing = package_lightshed_vector_dot3(-light.normal, d);
-        if !(facing > 0.0) {
+        let aim = package_lightshed_emitter__1aim_at(light, seen.point.position, place.xy);
+        if !(aim.cos_theta > 0.0) {
             return none;
         }
-        let distance = sqrt(distance_squared);
-        let magnitude = abs(light.corner) + abs(along) + abs(across);
-        let extent = package_lightshed_vector__1max_element(max(abs(light.edge0), abs(light.edge1)));
-        connection.direction = d / distance;
-        connection.goal = package_lightshed_surface__1offset_along(goal, light.normal, package_lightshed_surface__1offset_for(light.normal, magnitude, extent), -d);
-        connection.finite = true;
+        connection = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
         pdf_emitter = light.pdf_area;
         radiance = package_lightshed_emitter__1emitter_radiance(light);
-        per_endpoint = facing / (distance * distance_squared);
+        per_endpoint = aim.cos_theta / aim.distance_squared;
     }
     let scattered = package_lightshed_bsdf__1evaluate_bsdf(seen.point.material, seen.wo, package_lightshed_frame__1to_local(seen.point.shading, connection.direction));
     let value = scattered.value * radiance * per_endpoint;
@@ -175,13 +165,7 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         return;
     }
     let width = package_host_settings.camera.size.x;
-    let words = block(pixel, CAMERA);
-    let place = vec2f(vec2u(pixel % width, pixel / width)) + package_lightshed_uniform__1unit_square(words.xy);
-    var u_lens = vec2f(0.5);
-    if package_host_settings.camera.aperture_radius > 0.0 {
-        u_lens = package_lightshed_uniform__1unit_square(words.zw);
-    }
-    let ray = package_lightshed_camera__1camera_ray(package_host_settings.camera, place, u_lens);
+    let ray = package_host__1pixel_ray(vec2u(pixel % width, pixel / width), block(pixel, CAMERA));
     let hit = package_lightshed_cwbvh_intersect(ray);
     primaries[pixel] = Primary(hit, ray.direction, 0u);
     var emitted = vec3f(0.0);
@@ -494,6 +478,14 @@ fn package_host__1load_material(index: u32) -> vec2u {
 
 fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
     return package_host_triangles[index];
+}
+
+fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
+    var u_lens = vec2f(0.5);
+    if package_host_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
 }
 
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
@@ -919,6 +911,13 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -
     return best;
 }
 
+struct package_lightshed_emitter_Aim {
+    direction: vec3f,
+    distance_squared: f32,
+    cos_theta: f32,
+    goal: vec3f
+}
+
 struct package_lightshed_emitter_Emitter {
     corner: vec3f,
     pdf_area: f32,
@@ -947,6 +946,24 @@ struct package_lightshed_emitter_EmitterSample {
 const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
 
 const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
+    let along = emitter.edge0 * barycentric.x;
+    let across = emitter.edge1 * barycentric.y;
+    let point = emitter.corner + along + across;
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
+    if !(facing > 0.0) {
+        return package_lightshed_emitter_Aim(vec3f(0.0), 0.0, 0.0, vec3f(0.0));
+    }
+    let distance = sqrt(distance_squared);
+    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
+    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
+    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
+    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
+    return package_lightshed_emitter_Aim(d / distance, distance_squared, facing / distance, goal);
+}
 
 fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     let about = package_host__1emitter_groups();
