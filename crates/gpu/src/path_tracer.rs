@@ -1,7 +1,7 @@
 //! Path tracing on the device.
 
 use crate::programs::PATH;
-use crate::scene::GpuScene;
+use crate::scene::{GpuScene, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::RayCounts;
@@ -104,7 +104,7 @@ impl<'a> GpuPathTracer<'a> {
         let max_depth = max_depth.unwrap_or(MOST_EDGES).min(MOST_EDGES);
         let count = u64::from(pixels) * u64::from(samples);
         let memory = Memory {
-            settings: gpu.zeros("settings", 144)?,
+            settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             paths: gpu.zeros("paths", 80 * count)?,
             hits: gpu.zeros("hits", 16 * count)?,
             shadows: gpu.zeros("shadow rays", 48 * count)?,

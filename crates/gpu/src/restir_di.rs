@@ -2,6 +2,7 @@
 
 use crate::path_tracer::groups_of;
 use crate::programs::RESTIR_DI;
+use crate::scene::Settings;
 use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::{RayCounts, RestirDiSettings};
@@ -121,7 +122,7 @@ impl<'a> GpuRestirDi<'a> {
                 kernel("spatial")?,
             ],
             memory: Memory {
-                settings: gpu.zeros("settings", 144)?,
+                settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
                 primaries: [primaries("even primaries")?, primaries("odd primaries")?],
                 held: gpu.zeros("reservoirs", LIGHT_BYTES * pixels)?,
                 history: gpu.zeros("history", LIGHT_BYTES * pixels)?,

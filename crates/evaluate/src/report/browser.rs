@@ -4,6 +4,7 @@
 //! `LIGHTSHED_REQUIRE_BROWSER=1`.
 
 use super::tests::example_page;
+use lightshed_testkit::found_or_skipped;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,12 +32,7 @@ fn browser() -> Option<PathBuf> {
                 .find(|path| path.is_file())
         }),
     };
-    if found.is_none() {
-        let required = std::env::var("LIGHTSHED_REQUIRE_BROWSER").is_ok_and(|value| value == "1");
-        assert!(!required, "LIGHTSHED_REQUIRE_BROWSER=1, but there is no chromium");
-        println!("SKIPPED: no chromium");
-    }
-    found
+    found_or_skipped(found.ok_or("there is no chromium"), "LIGHTSHED_REQUIRE_BROWSER")
 }
 
 /// Opens the page and says what the visitor saw.

@@ -3,6 +3,7 @@
 use lightshed_gpu::{Access, Buffer, Gpu};
 use lightshed_sampling::CounterRng;
 use lightshed_shaders::Linker;
+use lightshed_testkit::found_or_skipped;
 use std::sync::{Mutex, MutexGuard, OnceLock};
 
 /// Inputs of a function.
@@ -11,17 +12,10 @@ pub const COUNT: usize = 1 << 16;
 /// The device, or `None` with a word about it where there is none; with `LIGHTSHED_REQUIRE_GPU=1` there must be one.
 pub fn gpu() -> Option<MutexGuard<'static, Gpu>> {
     static GPU: OnceLock<Option<Mutex<Gpu>>> = OnceLock::new();
-    let gpu = GPU.get_or_init(|| match Gpu::new() {
-        Ok(gpu) => {
-            println!("adapter: {}", gpu.description());
-            Some(Mutex::new(gpu))
-        }
-        Err(error) => {
-            let required = std::env::var("LIGHTSHED_REQUIRE_GPU").is_ok_and(|value| value == "1");
-            assert!(!required, "LIGHTSHED_REQUIRE_GPU=1, but {error}");
-            println!("SKIPPED: {error}");
-            None
-        }
+    let gpu = GPU.get_or_init(|| {
+        let gpu = found_or_skipped(Gpu::new(), "LIGHTSHED_REQUIRE_GPU")?;
+        println!("adapter: {}", gpu.description());
+        Some(Mutex::new(gpu))
     });
     gpu.as_ref()
         .map(|gpu| gpu.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
