@@ -1,6 +1,7 @@
 //! What can go wrong on the way to a GPU.
 
 use lightshed_scene::FlatError;
+use std::borrow::Cow;
 use std::fmt;
 
 /// Why something could not be done on a GPU.
@@ -32,7 +33,7 @@ pub enum GpuError {
     /// The tree over the scene's triangles has so many levels, more than the traversal's stack.
     TooDeep(usize),
     /// Settings that the method does not know, or that are out of range.
-    Settings(&'static str),
+    Settings(Cow<'static, str>),
     /// The device stopped answering.
     Lost(String),
 }

@@ -8,10 +8,13 @@ mod error;
 mod frames;
 mod image;
 mod light_tree;
+#[cfg(test)]
+mod path_parity;
 mod path_tracer;
 mod programs;
 mod radix_sort;
 mod restir_di;
+mod restir_pt;
 mod scene;
 #[cfg(test)]
 mod testing;
@@ -24,5 +27,6 @@ pub use image::GpuImage;
 pub use light_tree::{GpuLightTree, LightTreeBuilder};
 pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
+pub use restir_pt::GpuRestirPt;
 pub use scene::GpuScene;
 pub use work::{PassTime, Work};

@@ -1,7 +1,7 @@
 //! Path tracing on the device.
 
 use crate::programs::PATH;
-use crate::scene::{GpuScene, Settings};
+use crate::scene::{GpuScene, SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::RayCounts;
@@ -290,7 +290,7 @@ pub(crate) fn groups_of(threads: u32) -> [u32; 3] {
 
 impl Kernels {
     fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
-        let mut access = vec![Access::Read; 9];
+        let mut access = vec![Access::Read; SCENE_BINDINGS];
         access.extend([Access::Write; 6]);
         access.push(Access::Read);
         let constants = scene.constants();

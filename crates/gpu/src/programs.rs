@@ -8,3 +8,5 @@ pub(crate) const PATH: &str = include_str!("wgsl/path.wgsl");
 pub(crate) const RADIX_SORT: &str = include_str!("wgsl/radix_sort.wgsl");
 /// Direct light by reuse among pixels and frames.
 pub(crate) const RESTIR_DI: &str = include_str!("wgsl/restir_di.wgsl");
+/// Paths by reuse among pixels and frames.
+pub(crate) const RESTIR_PT: &str = include_str!("wgsl/restir_pt.wgsl");

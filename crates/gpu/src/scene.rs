@@ -3,7 +3,7 @@
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use lightshed_scene::glam::{Vec3, Vec3A};
-use lightshed_scene::{FlatCamera, FlatScene, RenderSettings, Scene};
+use lightshed_scene::{ComponentRow, FlatCamera, FlatScene, RenderSettings, Scene};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
@@ -11,10 +11,11 @@ use std::time::Duration;
 
 /// A scene in buffers, with a compressed eight-wide tree over its triangles.
 pub struct GpuScene {
-    /// In the order of bindings 1 to 8.
-    pub(crate) buffers: [Buffer; 8],
+    /// In the order of bindings 1 to 9.
+    pub(crate) buffers: [Buffer; SCENE_BINDINGS - 1],
     flat: FlatScene,
     render: RenderSettings,
+    extent: f32,
 }
 
 /// What kernels read of a scene and of what is asked of them: binding 0.
@@ -33,6 +34,9 @@ pub(crate) struct Settings {
 }
 
 const _: () = assert!(size_of::<Settings>() == 144);
+
+/// Bindings that the programs' host takes: settings and the scene.
+pub(crate) const SCENE_BINDINGS: usize = 10;
 
 /// Deepest tree that the traversal's stack holds, one entry a level.
 const DEEPEST: usize = 32;
@@ -60,11 +64,13 @@ impl GpuScene {
             gpu.buffer("components", &flat.components)?,
             gpu.buffer("emitters", &flat.emitters)?,
             gpu.buffer("emitter table", &flat.emitter_table)?,
+            gpu.buffer("emitter triangles", &emitter_triangles(&flat))?,
         ];
         Ok(Self {
             buffers,
             flat,
             render: *scene.settings(),
+            extent: scene.extent(),
         })
     }
 
@@ -76,6 +82,16 @@ impl GpuScene {
     /// What the description asked of the renderer.
     pub fn settings(&self) -> &RenderSettings {
         &self.render
+    }
+
+    /// The scene's size.
+    pub(crate) fn extent(&self) -> f32 {
+        self.extent
+    }
+
+    /// Whether all materials scatter by diffuse lobes alone.
+    pub(crate) fn is_diffuse(&self) -> bool {
+        self.flat.components.iter().all(|row| row.kind == ComponentRow::DIFFUSE)
     }
 
     /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh` asks for.
@@ -112,6 +128,17 @@ impl GpuScene {
             padding: [0; 2],
         }
     }
+}
+
+/// The triangle that each emitter is.
+fn emitter_triangles(flat: &FlatScene) -> Vec<u32> {
+    let mut triangles = vec![0; flat.emitters.len()];
+    for (index, triangle) in flat.triangles.iter().enumerate() {
+        if let Some(of_emitter) = triangles.get_mut(triangle.emitter as usize) {
+            *of_emitter = index as u32;
+        }
+    }
+    triangles
 }
 
 /// Nodes and what their slots hold.

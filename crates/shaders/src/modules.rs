@@ -38,6 +38,7 @@ pub const MODULES: &[Module] = &[
     module!("alias", ["load_alias_entry"]),
     module!("bsdf", ["load_component", "load_material"]),
     module!("camera"),
+    module!("connectability"),
     module!("curve"),
     module!(
         "cwbvh",
@@ -74,6 +75,65 @@ pub const MODULES: &[Module] = &[
     module!("morton"),
     module!("normal_ball"),
     module!("octahedral"),
+    module!("path_numbers"),
+    module!(
+        "path_sample",
+        [
+            "emitter_groups",
+            "load_alias_entry",
+            "load_component",
+            "load_corner_normals",
+            "load_emitter",
+            "load_emitter_triangle",
+            "load_material",
+            "load_triangle"
+        ]
+    ),
+    module!(
+        "path_shift",
+        [
+            "emitter_groups",
+            "load_alias_entry",
+            "load_component",
+            "load_corner_normals",
+            "load_cwbvh_node",
+            "load_cwbvh_primitive",
+            "load_emitter",
+            "load_emitter_triangle",
+            "load_material",
+            "load_triangle",
+            "load_triangle_corners"
+        ]
+    ),
+    module!(
+        "path_vertex",
+        [
+            "emitter_groups",
+            "load_alias_entry",
+            "load_component",
+            "load_corner_normals",
+            "load_emitter",
+            "load_emitter_triangle",
+            "load_material",
+            "load_triangle"
+        ]
+    ),
+    module!(
+        "path_walk",
+        [
+            "emitter_groups",
+            "load_alias_entry",
+            "load_component",
+            "load_corner_normals",
+            "load_cwbvh_node",
+            "load_cwbvh_primitive",
+            "load_emitter",
+            "load_emitter_triangle",
+            "load_material",
+            "load_triangle",
+            "load_triangle_corners"
+        ]
+    ),
     module!("phase"),
     module!("ray"),
     module!("reservoir"),

@@ -92,9 +92,19 @@ impl Connectability {
         }
     }
 
+    /// Least width of lobes at both vertices, in units of GGX's `α`.
+    pub fn min_roughness(&self) -> f32 {
+        self.min_roughness
+    }
+
+    /// Least distance of the vertices, in units of the scene.
+    pub fn min_distance(&self) -> f32 {
+        self.min_distance
+    }
+
     /// Whether a pair whose second vertex has number `second` may be reconnected at all.
     #[inline(always)]
-    pub(crate) fn reaches(&self, second: u32) -> bool {
+    pub fn reaches(&self, second: u32) -> bool {
         match self.reach {
             Reach::Never => false,
             Reach::First => second == 2,
@@ -104,7 +114,7 @@ impl Connectability {
 
     /// Whether an offset path may draw any vertex by replay.
     #[inline(always)]
-    pub(crate) fn replays(&self) -> bool {
+    pub fn replays(&self) -> bool {
         self.reach != Reach::First
     }
 

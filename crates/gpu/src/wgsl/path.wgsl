@@ -38,25 +38,25 @@ struct Step {
     padding: u32
 }
 
-@group(0) @binding(9)
+@group(0) @binding(10)
 var<storage, read_write> paths: array<Path>;
 
-@group(0) @binding(10)
+@group(0) @binding(11)
 var<storage, read_write> hits: array<package_lightshed_ray_Hit>;
 
-@group(0) @binding(11)
+@group(0) @binding(12)
 var<storage, read_write> shadows: array<Shadow>;
 
-@group(0) @binding(12)
+@group(0) @binding(13)
 var<storage, read_write> queues: array<u32>;
 
-@group(0) @binding(13)
+@group(0) @binding(14)
 var<storage, read_write> counts: array<atomic<u32>>;
 
-@group(0) @binding(14)
+@group(0) @binding(15)
 var<storage, read_write> film: array<Pixel>;
 
-@group(0) @binding(15)
+@group(0) @binding(16)
 var<storage, read> step: Step;
 
 override HAS_SURROUNDINGS: bool = true;
@@ -65,16 +65,10 @@ override HAS_EMITTERS: bool = true;
 
 const SURVIVAL_CAP: f32 = 0.95;
 
-const GROUP: u32 = 64u;
-
 const F32_MAX: f32 = 3.4028235e38;
 
 fn total_paths() -> u32 {
     return package_host_settings.pixels * step.samples;
-}
-
-fn number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * GROUP;
 }
 
 fn pixel_of(path: u32) -> u32 {
@@ -89,7 +83,7 @@ fn sample_of(path: u32) -> u32 {
 
 @compute @workgroup_size(64)
 fn start(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let path = number(id, groups);
+    let path = package_host__1thread_number(id, groups);
     if path >= total_paths() {
         return;
     }
@@ -113,7 +107,7 @@ fn is_active(place: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn extend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let place = number(id, groups);
+    let place = package_host__1thread_number(id, groups);
     if !is_active(place) {
         return;
     }
@@ -135,7 +129,7 @@ fn is_black(v: vec3f) -> bool {
 
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let place = number(id, groups);
+    let place = package_host__1thread_number(id, groups);
     if !is_active(place) {
         return;
     }
@@ -201,7 +195,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn connect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let slot = number(id, groups);
+    let slot = package_host__1thread_number(id, groups);
     if slot >= atomicLoad(&counts[2u * step.depth + 1u]) {
         return;
     }
@@ -213,7 +207,7 @@ fn connect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 @compute @workgroup_size(64)
 fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = number(id, groups);
+    let index = package_host__1thread_number(id, groups);
     if index >= package_host_settings.pixels {
         return;
     }
@@ -232,6 +226,8 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
     }
     film[index] = pixel;
 }
+
+const package_host_GROUP: u32 = 64u;
 
 struct package_host_Settings {
     camera: package_lightshed_camera_Camera,
@@ -274,6 +270,10 @@ fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray
         u_lens = package_lightshed_uniform__1unit_square(words.zw);
     }
     return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
+}
+
+fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_host_GROUP;
 }
 
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
@@ -344,7 +344,8 @@ struct package_lightshed_bsdf_BsdfSample {
     pdf: f32,
     weight: vec3f,
     is_delta: bool,
-    some: bool
+    some: bool,
+    lobe: u32
 }
 
 struct package_lightshed_bsdf_BsdfValue {
@@ -433,7 +434,7 @@ fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
 }
 
 fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
-    let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false);
+    let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u);
     let rows = package_host__1load_material(material);
     let first = package_host__1load_component(rows.x);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
@@ -442,7 +443,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u
         if mirror == 0.0 || !(wi.z > 0.0) {
             return none;
         }
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true, 0u);
     }
     let total = package_lightshed_bsdf__1total_importance(rows, wo);
     var cumulative = 0.0;
@@ -473,7 +474,8 @@ fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u
             value = component.color * package_lightshed_fresnel__1fresnel_conductor(above.z, component.eta, component.k);
         }
         let wi = vec3f(-above.xy, above.z);
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), 0.0, value * (component.weight / probability), true, true);
+        let weight = value * (component.weight / probability);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), 0.0, weight, true, true, chosen - rows.x);
     }
     var wi: vec3f;
     if component.kind == package_lightshed_bsdf_DIFFUSE {
@@ -491,7 +493,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u
     if !(found.pdf > 0.0) {
         return none;
     }
-    return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true);
+    return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true, chosen - rows.x);
 }
 
 fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {

@@ -28,29 +28,27 @@ struct Frame {
     padding2: u32
 }
 
-@group(0) @binding(9)
+@group(0) @binding(10)
 var<storage, read_write> primaries: array<Primary>;
 
-@group(0) @binding(10)
+@group(0) @binding(11)
 var<storage, read> before: array<Primary>;
 
-@group(0) @binding(11)
+@group(0) @binding(12)
 var<storage, read_write> held: array<Light>;
 
-@group(0) @binding(12)
+@group(0) @binding(13)
 var<storage, read_write> history: array<Light>;
 
-@group(0) @binding(13)
+@group(0) @binding(14)
 var<storage, read_write> image: array<vec4f>;
 
-@group(0) @binding(14)
+@group(0) @binding(15)
 var<storage, read> frame: Frame;
 
 override HAS_SURROUNDINGS: bool = true;
 
 override HAS_EMITTERS: bool = true;
-
-const GROUP: u32 = 64u;
 
 const CAMERA: u32 = 0u;
 
@@ -71,10 +69,6 @@ const LEAST_COS_NORMALS: f32 = 0.906;
 const MOST_RELATIVE_DEPTH: f32 = 0.1;
 
 const MOST: u32 = 8u;
-
-fn number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * GROUP;
-}
 
 fn block(pixel: u32, index: u32) -> vec4u {
     let width = package_host_settings.camera.size.x;
@@ -160,7 +154,7 @@ fn visible_value(seen: Seen, light: Light) -> vec3f {
 
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = number(id, groups);
+    let pixel = package_host__1thread_number(id, groups);
     if pixel >= package_host_settings.pixels {
         return;
     }
@@ -213,7 +207,7 @@ fn hidden(seen: Seen, kept: Candidates) -> bool {
 
 @compute @workgroup_size(64)
 fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = number(id, groups);
+    let pixel = package_host__1thread_number(id, groups);
     if pixel >= package_host_settings.pixels {
         return;
     }
@@ -316,7 +310,7 @@ fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = number(id, groups);
+    let pixel = package_host__1thread_number(id, groups);
     if pixel >= package_host_settings.pixels {
         return;
     }
@@ -364,7 +358,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
 
 @compute @workgroup_size(64)
 fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = number(id, groups);
+    let pixel = package_host__1thread_number(id, groups);
     if pixel >= package_host_settings.pixels {
         return;
     }
@@ -445,6 +439,8 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     history[pixel] = kept;
 }
 
+const package_host_GROUP: u32 = 64u;
+
 struct package_host_Settings {
     camera: package_lightshed_camera_Camera,
     surroundings: vec3f,
@@ -486,6 +482,10 @@ fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray
         u_lens = package_lightshed_uniform__1unit_square(words.zw);
     }
     return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
+}
+
+fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_host_GROUP;
 }
 
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
@@ -556,7 +556,8 @@ struct package_lightshed_bsdf_BsdfSample {
     pdf: f32,
     weight: vec3f,
     is_delta: bool,
-    some: bool
+    some: bool,
+    lobe: u32
 }
 
 struct package_lightshed_bsdf_BsdfValue {
@@ -645,7 +646,7 @@ fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
 }
 
 fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
-    let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false);
+    let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u);
     let rows = package_host__1load_material(material);
     let first = package_host__1load_component(rows.x);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
@@ -654,7 +655,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u
         if mirror == 0.0 || !(wi.z > 0.0) {
             return none;
         }
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), wi.z * package_lightshed_bsdf__1INVERSE_PI, first.color, false, true, 0u);
     }
     let total = package_lightshed_bsdf__1total_importance(rows, wo);
     var cumulative = 0.0;
@@ -685,7 +686,8 @@ fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u
             value = component.color * package_lightshed_fresnel__1fresnel_conductor(above.z, component.eta, component.k);
         }
         let wi = vec3f(-above.xy, above.z);
-        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), 0.0, value * (component.weight / probability), true, true);
+        let weight = value * (component.weight / probability);
+        return package_lightshed_bsdf_BsdfSample(package_lightshed_bsdf_mirrored(wi, mirror), 0.0, weight, true, true, chosen - rows.x);
     }
     var wi: vec3f;
     if component.kind == package_lightshed_bsdf_DIFFUSE {
@@ -703,7 +705,7 @@ fn package_lightshed_bsdf__1sample_bsdf(material: u32, wo: vec3f, u_lobe: f32, u
     if !(found.pdf > 0.0) {
         return none;
     }
-    return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true);
+    return package_lightshed_bsdf_BsdfSample(wi, found.pdf, found.value / found.pdf, false, true, chosen - rows.x);
 }
 
 fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {

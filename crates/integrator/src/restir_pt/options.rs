@@ -145,6 +145,14 @@ impl RestirPtOptions {
 
     /// The thresholds for a scene.
     pub(super) fn connectability(&self, scene: &Scene) -> Result<Connectability, RestirPtError> {
+        self.thresholds(scene.extent(), scene.materials().iter().all(is_diffuse))
+    }
+
+    /// The thresholds of connectability for a scene of this size, in which all materials scatter by diffuse lobes alone or not.
+    ///
+    /// # Errors
+    /// [`RestirPtError`] for options out of range.
+    pub fn thresholds(&self, extent: f32, is_diffuse: bool) -> Result<Connectability, RestirPtError> {
         if !(1..=MAX_CANDIDATES).contains(&self.candidates) {
             return Err(RestirPtError::Candidates(self.candidates));
         }
@@ -162,11 +170,9 @@ impl RestirPtOptions {
         if !(0.0..=1.0).contains(&self.min_distance) {
             return Err(RestirPtError::Distance(self.min_distance));
         }
-        let min_distance = self.min_distance * scene.extent();
+        let min_distance = self.min_distance * extent;
         // Among diffuse surfaces every pair of vertices is connectable, unless it is too close: there replay gains nothing.
-        let reconnects =
-            self.mapping == PathMapping::Reconnection || scene.materials().iter().all(is_diffuse);
-        if reconnects {
+        if self.mapping == PathMapping::Reconnection || is_diffuse {
             Connectability::reconnection(min_distance).map_err(|_| RestirPtError::Distance(self.min_distance))
         } else {
             Connectability::hybrid(self.min_roughness, min_distance)

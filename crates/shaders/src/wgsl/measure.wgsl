@@ -10,6 +10,13 @@ fn area_to_solid_angle(pdf_area: f32, distance_squared: f32, cos_theta: f32) -> 
     return 0.0;
 }
 
+fn solid_angle_to_area(pdf_solid_angle: f32, distance_squared: f32, cos_theta: f32) -> f32 {
+    if distance_squared > 0.0 {
+        return min(pdf_solid_angle * abs(cos_theta) / distance_squared, F32_MAX);
+    }
+    return 0.0;
+}
+
 fn power_heuristic(a: f32, b: f32) -> f32 {
     if !(a > 0.0) {
         return 0.0;

@@ -1,0 +1,313 @@
+//! Shifts and walks on the device are those of `lightshed-shift`, bit for bit where the device is exact.
+
+use crate::restir_pt::Rules;
+use crate::scene::{SCENE_BINDINGS, Settings};
+use crate::testing::gpu;
+use crate::{Access, Gpu, GpuScene};
+use lightshed_integrator::{SceneVertex, SceneWorld};
+use lightshed_resampling::{ShiftMapping, Undefined};
+use lightshed_sampling::{CounterRng, PathSeed};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::{
+    ConductorIor, EmitterDescription, Material, Microfacet, Rgb, Roughness, Scene, SceneDescription, builtin,
+};
+use lightshed_shaders::Linker;
+use lightshed_shift::{Connectability, Finding, PathDomain, PathSample, PathShift, Place, TreeTracer, World};
+
+const SIDE: u32 = 64;
+const LENGTH: u32 = 7;
+/// Base paths and the domains that they are carried to.
+const PAIRS: usize = 1 << 16;
+
+/// A sample as words, and the domain that it is carried to: a place, and the direction to the viewer.
+type Pair = ([u32; 16], [u32; 8]);
+
+/// Outcomes of a shift by the shader's numbers, then density and contribution.
+type Outcome = [u32; 8];
+
+const SHIFTS: &str = "
+    import package::host::{settings, thread_number};
+    import package::lightshed::connectability::Connectability;
+    import package::lightshed::path_sample::PathSample;
+    import package::lightshed::path_shift::{PathDomain, shift_path};
+    import package::lightshed::path_vertex::vertex_at;
+    struct Start { primitive: u32, v: f32, w: f32, padding: u32, wo: vec3f, more: u32 }
+    struct Image { contribution: vec3f, density: f32, outcome: u32, a: u32, b: u32, c: u32 }
+    @group(0) @binding(10) var<storage, read> samples: array<PathSample>;
+    @group(0) @binding(11) var<storage, read> starts: array<Start>;
+    @group(0) @binding(12) var<storage, read_write> images: array<Image>;
+    @group(0) @binding(13) var<storage, read> rules: Connectability;
+    @compute @workgroup_size(64)
+    fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+        let index = thread_number(id, groups);
+        if index >= arrayLength(&samples) { return; }
+        let start = starts[index];
+        let domain = PathDomain(vertex_at(start.primitive, vec2f(start.v, start.w)), start.wo, settings.max_depth, rules);
+        let image = shift_path(samples[index], domain);
+        images[index] = Image(image.contribution, image.density, image.outcome, 0u, 0u, 0u);
+    }";
+
+const WALKS: &str = "
+    import package::host::{settings, thread_number};
+    import package::lightshed::connectability::Connectability;
+    import package::lightshed::cwbvh::{intersect, occluded};
+    import package::lightshed::path_numbers::scatter_numbers;
+    import package::lightshed::path_sample::{PathSample, pack_reservoir, unpack_reservoir};
+    import package::lightshed::path_vertex::vertex_at;
+    import package::lightshed::path_walk::{PathCandidate, walk_arrive, walk_from, walk_onward, walk_to_emitter};
+    import package::lightshed::ray::NOTHING;
+    struct Start { primitive: u32, v: f32, w: f32, seed_low: u32, wo: vec3f, seed_high: u32 }
+    @group(0) @binding(10) var<storage, read_write> samples: array<PathSample>;
+    @group(0) @binding(11) var<storage, read> starts: array<Start>;
+    @group(0) @binding(12) var<storage, read_write> counts: array<u32>;
+    @group(0) @binding(13) var<storage, read> rules: Connectability;
+    var<private> count: u32;
+    fn keep(index: u32, found: PathCandidate) {
+        // Through a reservoir: packing loses nothing.
+        samples[16u * index + count] = unpack_reservoir(pack_reservoir(found.sample, 1.0, 20.0));
+        count++;
+    }
+    @compute @workgroup_size(64)
+    fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+        let index = thread_number(id, groups);
+        if index >= arrayLength(&starts) { return; }
+        let start = starts[index];
+        count = 0u;
+        var vertex = vertex_at(start.primitive, vec2f(start.v, start.w));
+        var walk = walk_from(vertex, start.wo, vec2u(start.seed_low, start.seed_high));
+        while walk.index < settings.max_depth {
+            let light = walk_to_emitter(walk, rules, vertex);
+            if light.some && !occluded(light.ray) { keep(index, light); }
+            let onward = walk_onward(walk, rules, vertex, scatter_numbers(walk.seed, walk.index), settings.roulette_depth);
+            if !onward.some { break; }
+            let hit = intersect(onward.ray);
+            let lost = hit.primitive == NOTHING;
+            if !lost { vertex = vertex_at(hit.primitive, hit.barycentric); }
+            let arrival = walk_arrive(onward.walk, rules, lost, vertex);
+            walk = arrival.walk;
+            if arrival.candidate.some { keep(index, arrival.candidate); }
+            if lost { break; }
+        }
+        counts[index] = count;
+    }";
+
+/// Diffuse, glossy and mirroring walls, a blend, lamps, and light from all around.
+fn zoo() -> SceneDescription {
+    let mut scene = builtin::cornell_glossy();
+    (scene.settings.width, scene.settings.height) = (SIDE, SIDE);
+    scene.emitters.push(EmitterDescription::Constant {
+        radiance: Rgb::new(0.3, 0.4, 0.6),
+    });
+    let two_sided = |front: Material| Material::TwoSided {
+        front: Box::new(front),
+        back: None,
+    };
+    scene.materials.push(two_sided(Material::Mirror {
+        reflectance: Rgb::splat(0.9).into(),
+    }));
+    scene.materials.push(two_sided(Material::Blend {
+        weight: lightshed_scene::FloatTexture::Constant(0.4),
+        first: Box::new(Material::Diffuse {
+            reflectance: Rgb::new(0.2, 0.6, 0.4).into(),
+        }),
+        second: Box::new(Material::Conductor {
+            ior: ConductorIor {
+                eta: Rgb::new(0.2, 0.9, 1.1),
+                k: Rgb::new(3.9, 2.4, 2.2),
+            },
+            roughness: Some(Roughness {
+                distribution: Microfacet::Ggx,
+                alpha_u: lightshed_scene::FloatTexture::Constant(0.1),
+                alpha_v: lightshed_scene::FloatTexture::Constant(0.3),
+            }),
+            specular_reflectance: Rgb::ONE.into(),
+        }),
+    }));
+    let mirror = scene.materials.len() as u32 - 2;
+    scene.shapes[1].material = mirror;
+    scene.shapes[2].material = mirror + 1;
+    scene
+}
+
+fn rules(extent: f32) -> [(&'static str, Connectability); 4] {
+    [
+        ("replay", Connectability::REPLAY),
+        ("reconnection", Connectability::RECONNECTION),
+        (
+            "distant reconnection",
+            Connectability::reconnection(0.1 * extent).expect("a distance"),
+        ),
+        (
+            "hybrid",
+            Connectability::hybrid(0.15, 0.02 * extent).expect("thresholds"),
+        ),
+    ]
+}
+
+type Domain<'a> = PathDomain<'a, SceneWorld<'a>>;
+
+/// What a place of the image sees, as a domain and as a shader reads it.
+fn domain<'a>(
+    world: &'a SceneWorld<'a>,
+    place: Vec2,
+    rules: Connectability,
+) -> Option<(Domain<'a>, [u32; 8])> {
+    let scene = world.scene();
+    let ray = scene.camera().ray(place, [0.5; 2]);
+    let hit = scene.accelerator().intersect(&ray)?;
+    let vertex: SceneVertex = world.arrive(&ray, &hit);
+    let wo = -ray.direction;
+    let Place {
+        primitive,
+        coordinates: [v, w],
+    } = world.place(&vertex);
+    let [x, y, z] = wo.to_array().map(f32::to_bits);
+    let words = [primitive, v.to_bits(), w.to_bits(), 0, x, y, z, 0];
+    Some((PathDomain::behind(world, vertex, wo, rules, LENGTH), words))
+}
+
+fn run<T: bytemuck::Pod>(
+    gpu: &Gpu,
+    on_device: &GpuScene,
+    program: &str,
+    samples: &[[u32; 16]],
+    starts: &[[u32; 8]],
+    rules: Connectability,
+    results: usize,
+) -> (Vec<[u32; 16]>, Vec<T>) {
+    let wgsl = Linker::new()
+        .module("package::host", include_str!("wesl/host.wesl"))
+        .module("package::main", program)
+        .link("package::main")
+        .expect("it links");
+    let mut access = vec![Access::Read; SCENE_BINDINGS];
+    access.extend([Access::Write, Access::Read, Access::Write, Access::Read]);
+    if program == SHIFTS {
+        access[SCENE_BINDINGS] = Access::Read;
+    }
+    let kernel = gpu
+        .kernel("parity", &wgsl, "main", &access, &[])
+        .unwrap_or_else(|error| panic!("{error}"));
+    let settings: Settings = on_device.kernel_settings(1, LENGTH, 3);
+    let buffers = [
+        gpu.buffer("samples", samples),
+        gpu.buffer("starts", starts),
+        gpu.zeros("results", (results * size_of::<T>()) as u64),
+        gpu.buffer("rules", &[Rules::from(rules)]),
+    ]
+    .map(|buffer| buffer.expect("they are small"));
+    let settings = gpu.buffer("settings", &[settings]).expect("it is small");
+    let mut all = vec![&settings];
+    all.extend(&on_device.buffers);
+    all.extend(&buffers);
+    let mut work = gpu.work();
+    work.dispatch(&kernel, &all, [starts.len().div_ceil(64) as u32, 1, 1]);
+    work.submit();
+    (
+        gpu.read(&buffers[0], samples.len()).expect("the device answers"),
+        gpu.read(&buffers[2], results).expect("the device answers"),
+    )
+}
+
+fn words(sample: &PathSample) -> [u32; 16] {
+    bytemuck::cast(*sample)
+}
+
+/// The library's answer as the shader gives it.
+fn outcome(shifted: Result<lightshed_resampling::Shifted<PathSample>, Undefined>) -> Outcome {
+    let mut answer = [0; 8];
+    match shifted {
+        Ok(shifted) => {
+            let sample = words(&shifted.sample);
+            answer[..3].copy_from_slice(&sample[13..]);
+            answer[3] = sample[11];
+        }
+        Err(reason) => {
+            answer[4] = match reason {
+                Undefined::OutsideDomain => 1,
+                Undefined::NotConnectable => 2,
+                Undefined::NotInvertible => 3,
+                Undefined::Occluded => 4,
+                _ => 5,
+            }
+        }
+    }
+    answer
+}
+
+/// Base paths with what the library makes of them in other domains.
+fn pairs(world: &SceneWorld<'_>, rules: Connectability) -> (Vec<Pair>, Vec<Outcome>) {
+    let mut rng = CounterRng::new(0x7368_6966_7473, 0, 0);
+    let mut tracer = TreeTracer::new(3);
+    let (mut pairs, mut answers) = (Vec::new(), Vec::new());
+    while pairs.len() < PAIRS {
+        let place = Vec2::from(rng.next_2d()) * SIDE as f32;
+        // Near or anywhere.
+        let step = Vec2::from(rng.next_2d()) - 0.5;
+        let other = place + step * if rng.next_f32() < 0.7 { 6.0 } else { SIDE as f32 };
+        let Some((from, _)) = domain(world, place, rules) else {
+            continue;
+        };
+        let Some((to, start)) = domain(world, other, rules) else {
+            continue;
+        };
+        let seed = PathSeed::draw(&mut rng);
+        tracer.trace(&[(&from, seed)], |_, finding| {
+            if let Finding::Path(sample, _) = finding {
+                answers.push(outcome(PathShift::default().shift(sample, &from, &to)));
+                pairs.push((words(sample), start));
+            }
+        });
+    }
+    (pairs, answers)
+}
+
+/// Whether two answers agree: in all bits, or in what a device with other rounding can promise.
+fn agree(exact: bool, found: &Outcome, truth: &Outcome) -> bool {
+    // What is undefined has no value.
+    if found[4] != truth[4] {
+        return false;
+    }
+    let close = |(&a, &b): (&u32, &u32)| {
+        let (a, b) = (f32::from_bits(a), f32::from_bits(b));
+        if exact { a.to_bits() == b.to_bits() } else { (a - b).abs() <= 2e-3 * b.abs() }
+    };
+    truth[4] != 0 || found[..4].iter().zip(&truth[..4]).all(close)
+}
+
+fn most_differences(gpu: &Gpu, of: usize) -> usize {
+    if gpu.is_exact() { 0 } else { of / 20 }
+}
+
+#[test]
+fn shifts_are_those_of_the_library() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene::new(&zoo()).expect("it is sound");
+    let on_device = GpuScene::new(&gpu, &scene).expect("it is flat");
+    let world = SceneWorld::new(&scene);
+    for (name, rules) in rules(scene.extent()) {
+        let (pairs, truth) = pairs(&world, rules);
+        let (samples, starts): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
+        let run = |program: &str| {
+            run::<Outcome>(&gpu, &on_device, program, &samples, &starts, rules, samples.len()).1
+        };
+        let differing = |found: &[Outcome]| {
+            let pairs = found.iter().zip(&truth).enumerate();
+            pairs
+                .filter(|(_, (found, truth))| !agree(gpu.is_exact(), found, truth))
+                .map(|(index, _)| index)
+                .collect::<Vec<_>>()
+        };
+        let found = run(SHIFTS);
+        let by_outcome: Vec<usize> = (0..6)
+            .map(|outcome| truth.iter().filter(|truth| truth[4] == outcome).count())
+            .collect();
+        let wrong = differing(&found);
+        println!("{name}: {} of {} differ; outcomes {by_outcome:?}", wrong.len(), truth.len());
+        if let Some(&index) = wrong.first() {
+            println!("{:x?}: {:x?} for {:x?}", samples[index], found[index], truth[index]);
+        }
+        assert!(wrong.len() <= most_differences(&gpu, truth.len()), "{name}");
+        assert!(by_outcome[0] > PAIRS / 100, "{name} defines too little to be compared");
+    }
+}

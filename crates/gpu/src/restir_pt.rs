@@ -1,0 +1,270 @@
+//! ReSTIR PT on the device.
+
+use crate::path_tracer::groups_of;
+use crate::programs::RESTIR_PT;
+use crate::scene::{SCENE_BINDINGS, Settings};
+use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
+use bytemuck::{Pod, Zeroable};
+use lightshed_integrator::{Neighbourhood, PathMapping, RayCounts, RestirPtOptions};
+use lightshed_shift::Connectability;
+
+/// ReSTIR path tracing: the estimator of `lightshed_integrator::RestirPt` for a camera at rest, with the same walks, shifts and MIS
+/// weights.
+///
+/// Random numbers are its own, and merges are in `f32`: images agree with the host's in expectation. Paths have at most 126 edges,
+/// confidences are whole numbers up to 127, and the direction behind a reconnection vertex is one of 2³²: then a path with its weight and
+/// its confidence takes 64 bytes.
+pub struct GpuRestirPt<'a> {
+    gpu: &'a Gpu,
+    scene: &'a GpuScene,
+    options: RestirPtOptions,
+    neighbours: u32,
+    radius: f32,
+    rules: Rules,
+    kernels: Kernels,
+    memory: Memory,
+    /// Which of the two buffers of reservoirs holds what the last frame left.
+    latest: usize,
+    times: Vec<PassTime>,
+}
+
+struct Kernels {
+    primary: Kernel,
+    candidates: Kernel,
+    temporal: Kernel,
+    spatial: Kernel,
+}
+
+struct Memory {
+    settings: Buffer,
+    /// Of even and of odd frames.
+    primaries: [Buffer; 2],
+    reservoirs: [Buffer; 2],
+    image: Buffer,
+}
+
+/// A [`Connectability`] as shaders read it.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Rules {
+    min_roughness: f32,
+    min_distance: f32,
+    reach: u32,
+    padding: u32,
+}
+
+impl From<Connectability> for Rules {
+    fn from(rules: Connectability) -> Self {
+        Self {
+            min_roughness: rules.min_roughness(),
+            min_distance: rules.min_distance(),
+            // None, the first pair, any pair.
+            reach: u32::from(rules.reaches(2)) + u32::from(rules.reaches(3)),
+            padding: 0,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Frame {
+    rules: Rules,
+    number: u32,
+    candidates: u32,
+    round: u32,
+    shades: u32,
+    neighbours: u32,
+    radius: f32,
+    confidence_cap: f32,
+    padding: u32,
+}
+
+/// Bytes of a pixel's reservoir.
+const RESERVOIR_BYTES: u64 = 64;
+/// Bytes of what a pixel sees.
+const PRIMARY_BYTES: u64 = 32;
+/// Bytes of a pixel of the image.
+const IMAGE_BYTES: u64 = 16;
+/// Most neighbours of a round.
+const MOST_NEIGHBOURS: u32 = 8;
+/// Most rounds: random numbers are set aside for so many.
+const MOST_ROUNDS: u32 = 64;
+/// Longest path that a reservoir holds, in edges.
+const LONGEST_PATH: u32 = 126;
+
+impl<'a> GpuRestirPt<'a> {
+    /// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the one before, and the image.
+    pub const BYTES_PER_PIXEL: u64 = 2 * (RESERVOIR_BYTES + PRIMARY_BYTES) + IMAGE_BYTES;
+
+    /// With [`RestirPtOptions::real_time`] by the hybrid shift.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Refused`], [`GpuError::TooLarge`].
+    pub fn new(gpu: &'a Gpu, scene: &'a GpuScene) -> Result<Self, GpuError> {
+        Self::with_options(gpu, scene, RestirPtOptions::real_time(PathMapping::Hybrid))
+    }
+
+    /// With other options: paths that start at a surface point, and at most 8 neighbours in a disk.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Settings`] for others; [`GpuError::Refused`], [`GpuError::TooLarge`].
+    pub fn with_options(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        options: RestirPtOptions,
+    ) -> Result<Self, GpuError> {
+        Self::of_program(gpu, scene, options, RESTIR_PT)
+    }
+
+    fn of_program(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        options: RestirPtOptions,
+        program: &str,
+    ) -> Result<Self, GpuError> {
+        let rules = options
+            .thresholds(scene.extent(), scene.is_diffuse())
+            .map_err(|error| GpuError::Settings(error.to_string().into()))?;
+        if options.path_starts_at_sensor {
+            return Err(GpuError::Settings("paths have to start at a surface point".into()));
+        }
+        let Neighbourhood::Disk { radius, count } = options.neighbourhood else {
+            return Err(GpuError::Settings("neighbours have to lie in a disk".into()));
+        };
+        if count > MOST_NEIGHBOURS || options.rounds > MOST_ROUNDS {
+            return Err(GpuError::Settings("at most 8 neighbours and 64 rounds are possible".into()));
+        }
+        if !(radius >= 0.0 && radius.is_finite()) {
+            return Err(GpuError::Settings("the radius must be finite".into()));
+        }
+        let mut access = vec![Access::Read; SCENE_BINDINGS];
+        access.extend([
+            Access::Write,
+            Access::Read,
+            Access::Write,
+            Access::Write,
+            Access::Write,
+            Access::Read,
+        ]);
+        let constants = scene.constants();
+        let kernel =
+            |entry: &str| gpu.kernel(&format!("restir-pt {entry}"), program, entry, &access, &constants);
+        let [width, height] = scene.size();
+        let pixels = u64::from(width) * u64::from(height);
+        let primaries = |name| gpu.zeros(name, PRIMARY_BYTES * pixels);
+        let reservoirs = |name| gpu.zeros(name, RESERVOIR_BYTES * pixels);
+        Ok(Self {
+            gpu,
+            scene,
+            options,
+            neighbours: count,
+            radius,
+            rules: rules.into(),
+            kernels: Kernels {
+                primary: kernel("primary")?,
+                candidates: kernel("candidates")?,
+                temporal: kernel("temporal")?,
+                spatial: kernel("spatial")?,
+            },
+            memory: Memory {
+                settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
+                primaries: [primaries("even primaries")?, primaries("odd primaries")?],
+                reservoirs: [reservoirs("reservoirs")?, reservoirs("more reservoirs")?],
+                image: gpu.zeros("image", IMAGE_BYTES * pixels)?,
+            },
+            latest: 0,
+            times: Vec::new(),
+        })
+    }
+
+    /// Bytes on the device, the scene's apart.
+    pub fn bytes(&self) -> u64 {
+        let Memory {
+            settings: _,
+            primaries,
+            reservoirs,
+            image,
+        } = &self.memory;
+        let buffers = primaries.iter().chain(reservoirs).chain([image]);
+        buffers.map(Buffer::bytes).sum()
+    }
+}
+
+impl GpuMethod for GpuRestirPt<'_> {
+    fn size(&self) -> [u32; 2] {
+        self.scene.size()
+    }
+
+    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+        let Memory {
+            settings,
+            primaries,
+            reservoirs,
+            image,
+        } = &self.memory;
+        let of_scene = self.scene.settings();
+        let max_depth = of_scene.max_depth.unwrap_or(LONGEST_PATH).min(LONGEST_PATH);
+        let asked = self
+            .scene
+            .kernel_settings(seed, max_depth, of_scene.roulette_depth);
+        self.gpu.write(settings, &[asked]);
+        let rounds = self.options.rounds.max(1);
+        let [width, height] = self.scene.size();
+        let groups = groups_of(width * height);
+        let parity = frame as usize % 2;
+        let mut work = self.gpu.timed_work();
+        let mut made = 1 - self.latest;
+        for round in 0..rounds {
+            let about = self.gpu.buffer(
+                "frame",
+                &[Frame {
+                    rules: self.rules,
+                    number: frame,
+                    candidates: self.options.candidates,
+                    round,
+                    shades: u32::from(round + 1 == rounds),
+                    neighbours: if self.options.rounds == 0 { 0 } else { self.neighbours },
+                    radius: self.radius,
+                    confidence_cap: self.options.temporal_cap.unwrap_or(f32::MAX),
+                    padding: 0,
+                }],
+            )?;
+            let mut dispatch = |kernel: &Kernel, made: usize| {
+                let mut buffers = vec![settings];
+                buffers.extend(&self.scene.buffers);
+                buffers.extend([
+                    &primaries[parity],
+                    &primaries[1 - parity],
+                    &reservoirs[1 - made],
+                    &reservoirs[made],
+                    image,
+                    &about,
+                ]);
+                work.dispatch(kernel, &buffers, groups);
+            };
+            if round == 0 {
+                dispatch(&self.kernels.primary, made);
+                dispatch(&self.kernels.candidates, made);
+                if self.options.temporal_cap.is_some() && frame > 0 {
+                    dispatch(&self.kernels.temporal, made);
+                }
+            }
+            made = 1 - made;
+            dispatch(&self.kernels.spatial, made);
+        }
+        self.latest = made;
+        self.times = work.finish()?;
+        let values: Vec<[f32; 4]> = self.gpu.read(image, (width * height) as usize)?;
+        let rays = RayCounts {
+            camera: u64::from(width * height),
+            ..RayCounts::default()
+        };
+        Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
+    }
+
+    fn times(&self) -> &[PassTime] {
+        &self.times
+    }
+}
