@@ -82,17 +82,25 @@ impl<'a> GpuRestirDi<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         if settings.biased || settings.spatial_rounds != 1 {
-            return Err(GpuError::Settings("only one unbiased round of spatial reuse is known".into()));
+            return Err(GpuError::Settings(
+                "only one unbiased round of spatial reuse is known".into(),
+            ));
         }
         if !(1..=MOST_NEIGHBOURS).contains(&settings.neighbours) {
-            return Err(GpuError::Settings("between 1 and 8 neighbours are possible".into()));
+            return Err(GpuError::Settings(
+                "between 1 and 8 neighbours are possible".into(),
+            ));
         }
         if !(1..=1 << 16).contains(&settings.emitter_candidates) {
-            return Err(GpuError::Settings("candidates must number between 1 and 65536".into()));
+            return Err(GpuError::Settings(
+                "candidates must number between 1 and 65536".into(),
+            ));
         }
         let positive = |x: f32| x > 0.0 && x.is_finite();
         if !(positive(settings.radius_pixels) && positive(settings.confidence_cap)) {
-            return Err(GpuError::Settings("radius and confidence cap must be positive".into()));
+            return Err(GpuError::Settings(
+                "radius and confidence cap must be positive".into(),
+            ));
         }
         let mut access = vec![Access::Read; SCENE_BINDINGS];
         access.extend([

@@ -128,13 +128,17 @@ impl<'a> GpuRestirPt<'a> {
             .thresholds(scene.extent(), scene.is_diffuse())
             .map_err(|error| GpuError::Settings(error.to_string().into()))?;
         if options.path_starts_at_sensor {
-            return Err(GpuError::Settings("paths have to start at a surface point".into()));
+            return Err(GpuError::Settings(
+                "paths have to start at a surface point".into(),
+            ));
         }
         let Neighbourhood::Disk { radius, count } = options.neighbourhood else {
             return Err(GpuError::Settings("neighbours have to lie in a disk".into()));
         };
         if count > MOST_NEIGHBOURS || options.rounds > MOST_ROUNDS {
-            return Err(GpuError::Settings("at most 8 neighbours and 64 rounds are possible".into()));
+            return Err(GpuError::Settings(
+                "at most 8 neighbours and 64 rounds are possible".into(),
+            ));
         }
         if !(radius >= 0.0 && radius.is_finite()) {
             return Err(GpuError::Settings("the radius must be finite".into()));
@@ -225,7 +229,11 @@ impl GpuMethod for GpuRestirPt<'_> {
                     candidates: self.options.candidates,
                     round,
                     shades: u32::from(round + 1 == rounds),
-                    neighbours: if self.options.rounds == 0 { 0 } else { self.neighbours },
+                    neighbours: if self.options.rounds == 0 {
+                        0
+                    } else {
+                        self.neighbours
+                    },
                     radius: self.radius,
                     confidence_cap: self.options.temporal_cap.unwrap_or(f32::MAX),
                     padding: 0,
@@ -266,5 +274,109 @@ impl GpuMethod for GpuRestirPt<'_> {
 
     fn times(&self) -> &[PassTime] {
         &self.times
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::gpu;
+    use lightshed_integrator::{PathTracer, PixelEstimator};
+    use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
+    use lightshed_testkit::MeanTest;
+
+    const SIDE: u32 = 32;
+    /// Frames of a chain, of which the last counts.
+    const FRAMES: u32 = 4;
+
+    fn mean(values: impl Iterator<Item = Rgb>) -> f64 {
+        values.map(|value| f64::from(luminance(value))).sum::<f64>() / f64::from(SIDE * SIDE)
+    }
+
+    /// Means of the last frames of independent chains, in luminance.
+    fn by_reuse(gpu: &Gpu, scene: &Scene, options: RestirPtOptions, program: &str, chains: u64) -> MeanTest {
+        let on_device = GpuScene::new(gpu, scene).expect("it is flat");
+        let mut method =
+            GpuRestirPt::of_program(gpu, &on_device, options, program).expect("the program is sound");
+        assert_eq!(
+            method.bytes(),
+            GpuRestirPt::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
+        );
+        let mut means = MeanTest::new();
+        for seed in 1000..1000 + chains {
+            let mut last = Vec::new();
+            for frame in 0..FRAMES {
+                last = method.frame(frame, seed).expect("the device answers").0;
+            }
+            means.push(mean(last.into_iter().map(Rgb::from)));
+        }
+        means
+    }
+
+    fn by_paths(scene: &Scene, images: u32) -> MeanTest {
+        let paths = PathTracer::new(scene);
+        let mut means = MeanTest::new();
+        for index in 0..images {
+            means.push(mean(
+                (0..SIDE * SIDE).map(|i| paths.sample(i % SIDE, i / SIDE, index, 5)),
+            ));
+        }
+        means
+    }
+
+    fn scenes() -> Vec<(&'static str, SceneDescription, PathMapping)> {
+        let mut lit_from_around = builtin::cornell_glossy();
+        lit_from_around.emitters.push(EmitterDescription::Constant {
+            radiance: Rgb::new(0.3, 0.4, 0.6),
+        });
+        vec![
+            ("cornell", builtin::cornell(), PathMapping::Hybrid),
+            ("cornell-glossy", lit_from_around.clone(), PathMapping::Hybrid),
+            ("cornell-glossy", lit_from_around, PathMapping::Reconnection),
+            ("many-lights", builtin::many_lights(), PathMapping::Hybrid),
+        ]
+    }
+
+    /// Means of images by z-tests at 1e-4 each. Programs with a fault in a shift or in a merge are noticed.
+    #[test]
+    fn images_have_the_expectation_of_paths() {
+        let Some(gpu) = gpu() else { return };
+        let faults = [
+            // Samples are carried without their Jacobian.
+            (
+                "let w = m * p * reservoir.weight * carried.jacobian;",
+                "let w = m * p * reservoir.weight;",
+            ),
+            // A neighbour is trusted as if it could have produced everything.
+            ("* fraction;", "* 0.0;"),
+            // History merges without being asked about my sample.
+            ("c_mine * own + c_theirs * q)", "c_mine * own)"),
+            // A reservoir that selected nothing forgets how much it stands for.
+            ("empty_reservoir(confidence);", "empty_reservoir(0.0);"),
+        ];
+        for (name, mut description, mapping) in scenes() {
+            (description.settings.width, description.settings.height) = (SIDE, SIDE);
+            let scene = Scene::new(&description).expect("built-in scenes are sound");
+            let options = RestirPtOptions::real_time(mapping);
+            let truth = by_paths(&scene, 1000);
+            let found = by_reuse(&gpu, &scene, options, RESTIR_PT, 40);
+            println!(
+                "{name}: {:.5} ({:.5}) against {:.5} ({:.5})",
+                found.mean(),
+                found.standard_error(),
+                truth.mean(),
+                truth.standard_error()
+            );
+            assert!(found.test_equal(&truth, 1e-4).is_ok(), "{name}");
+            if name != "cornell" {
+                continue;
+            }
+            for (from, to) in faults {
+                assert!(RESTIR_PT.contains(from), "{from}");
+                let planted = by_reuse(&gpu, &scene, options, &RESTIR_PT.replace(from, to), 20);
+                println!("{to}: {:.5} ({:.5})", planted.mean(), planted.standard_error());
+                assert!(planted.test_equal(&truth, 1e-4).is_err(), "{to} is not noticed");
+            }
+        }
     }
 }

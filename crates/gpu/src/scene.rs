@@ -91,7 +91,10 @@ impl GpuScene {
 
     /// Whether all materials scatter by diffuse lobes alone.
     pub(crate) fn is_diffuse(&self) -> bool {
-        self.flat.components.iter().all(|row| row.kind == ComponentRow::DIFFUSE)
+        self.flat
+            .components
+            .iter()
+            .all(|row| row.kind == ComponentRow::DIFFUSE)
     }
 
     /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh` asks for.
