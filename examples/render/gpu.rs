@@ -19,8 +19,9 @@ pub fn on_gpu(
     observer: &(dyn Fn(&Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<OnGpu, Failure> {
-    use crate::arguments::Method;
-    use lightshed::gpu::{Gpu, GpuPathTracer, GpuRestirDi, GpuScene};
+    use crate::arguments::{Mapping, Method};
+    use lightshed::gpu::{Gpu, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene};
+    use lightshed::integrator::{PathMapping, RestirPtOptions};
 
     if arguments.lights.is_some() || arguments.motion.is_some() {
         return Err(Failure::new(
@@ -44,8 +45,22 @@ pub fn on_gpu(
             observer,
             cancel,
         ),
+        Method::RestirPt => {
+            let mapping = match arguments.shift {
+                Mapping::Hybrid => PathMapping::Hybrid,
+                Mapping::Reconnection => PathMapping::Reconnection,
+            };
+            let parameters = RestirPtOptions::real_time(mapping);
+            render(
+                &gpu,
+                GpuRestirPt::with_options(&gpu, &on_device, parameters)?,
+                options,
+                observer,
+                cancel,
+            )
+        }
         method => Err(Failure::new(format_args!(
-            "--device gpu has path, direct and restir-di, not {}",
+            "--device gpu has path, direct, restir-di and restir-pt, not {}",
             method.name()
         ))),
     }
