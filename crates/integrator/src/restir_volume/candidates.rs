@@ -9,6 +9,7 @@ use super::through::{Landing, transmitted};
 use crate::ray_tally::RayKind;
 use lightshed_resampling::{ContributionWeight, MixtureRis};
 use lightshed_sampling::{CounterRng, f32_from_u32, f64_from_u64};
+use lightshed_scene::EmitterEndpoint;
 use lightshed_scene::glam::{DVec3, Vec2};
 use lightshed_scene::volume::PhaseFunction;
 
@@ -62,7 +63,8 @@ impl Sequence {
 
 impl Evaluation<'_> {
     /// One path of the pixel out of `walks` random walks of at most `scatterings` scattering vertices, by RIS with this evaluation's target
-    /// (Lin 2022 eqs. 5.17, 5.18, A.1). `level` is that of the densities through which walks go after their first vertex.
+    /// (Lin 2022 eqs. 5.17, 5.18, A.1). After their first vertex walks go through densities of this evaluation's level, and of cubes of
+    /// `cubes`.
     ///
     /// `start` has the numbers of first distances and first emitter samples, each set uniform, all together more even than chance.
     ///
@@ -73,7 +75,7 @@ impl Evaluation<'_> {
         pixel: &VolumePixel,
         walks: u32,
         scatterings: u32,
-        level: u32,
+        cubes: u32,
         mut start: Sequence,
         rng: &mut CounterRng,
     ) -> VolumeReservoir {
@@ -105,26 +107,70 @@ impl Evaluation<'_> {
                 if scattered == scatterings.min(MAX_SCATTERINGS) {
                     break;
                 }
-                let (u_select, u) = (rng.next_u64(), rng.next_2d());
                 let u = if scattered == 0 {
                     u_light.map(|u| f32_from_u32((u >> 32) as u32))
                 } else {
-                    u
+                    rng.next_2d()
                 };
-                let emitters = self.volumes.scene.emitters();
-                if let Some(endpoint) = emitters.sample_endpoint(walk.vertex.position(), u_select, u)
+                if let Some(endpoint) = self.sample_endpoint(&walk.vertex, u, rng)
                     && let Some(lit) = self.lit(&walk.vertex, &endpoint)
                 {
                     let path = walk.path.with_endpoint(endpoint, lit.radiance);
-                    offer(path, walk.value * lit.value, walk.pdf * lit.pdf, rng);
+                    let pdf = self.pdf_endpoint(&walk.vertex, &endpoint, lit.pdf);
+                    offer(path, walk.value * lit.value, walk.pdf * pdf, rng);
                 }
                 scattered += 1;
-                if !self.walk_on(&mut walk, scattered, scatterings, level, rng) {
+                if !self.walk_on(&mut walk, scattered, scatterings, cubes, rng) {
                     break;
                 }
             }
         }
         ris.finish(1.0)
+    }
+
+    /// An endpoint by an emitter sample or, in media that scatter into lobes, by the phase function into the environment.
+    fn sample_endpoint(
+        &self,
+        vertex: &Vertex<'_>,
+        u: [f32; 2],
+        rng: &mut CounterRng,
+    ) -> Option<EmitterEndpoint> {
+        if let Vertex::Medium {
+            medium,
+            index,
+            incoming,
+            ..
+        } = vertex
+            && let share = self.volumes.phase_share(*index)
+            && share > 0.0
+            && rng.next_f32() < share
+        {
+            let direction = medium.phase().sample(*incoming, u).direction;
+            return Some(EmitterEndpoint::Environment { direction });
+        }
+        let emitters = self.volumes.scene.emitters();
+        emitters.sample_endpoint(vertex.position(), rng.next_u64(), u)
+    }
+
+    /// Density of what [`Evaluation::sample_endpoint`] draws, from that of emitter samples.
+    fn pdf_endpoint(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint, pdf: f64) -> f64 {
+        let Vertex::Medium {
+            medium,
+            index,
+            incoming,
+            ..
+        } = vertex
+        else {
+            return pdf;
+        };
+        let share = f64::from(self.volumes.phase_share(*index));
+        let by_phase = match endpoint {
+            EmitterEndpoint::Environment { direction } if share > 0.0 => {
+                f64::from(medium.phase().phase_between(*incoming, *direction))
+            }
+            _ => 0.0,
+        };
+        pdf + share * (by_phase - pdf)
     }
 
     /// The first vertex of a walk.
@@ -168,7 +214,7 @@ impl Evaluation<'_> {
         walk: &mut Walk<'s>,
         scattered: u32,
         scatterings: u32,
-        level: u32,
+        cubes: u32,
         rng: &mut CounterRng,
     ) -> bool {
         let volumes = self.volumes;
@@ -213,7 +259,7 @@ impl Evaluation<'_> {
         }
         let (ray, medium) = walk.vertex.leave(volumes, direction);
         self.tally.add(RayKind::Path, 1);
-        let flight = volumes.fly(&ray, medium, level, || f64_from_u64(rng.next_u64()));
+        let flight = volumes.fly(&ray, medium, [self.level, cubes], || f64_from_u64(rng.next_u64()));
         let (step, is_surface) = match flight.landing {
             Landing::Collision { distance, medium } => {
                 let distance = distance as f32;

@@ -33,6 +33,12 @@ pub(crate) struct Constant {
 /// `ε`: the share of the upper bound in the density along a camera ray. What a proposal wastes on it is little.
 const LEAST_SHARE: f32 = 0.01;
 
+/// The same in the density that walks see.
+const WALK_SHARE: f32 = 0.05;
+
+/// Voxels that a walk passes by one lookup.
+const LOOKUP_VOXELS: f32 = 1.5;
+
 /// Most bins of a camera ray.
 const MOST_BINS: f32 = 128.0;
 
@@ -143,14 +149,17 @@ impl CoarseMedium {
         Some(occupied)
     }
 
-    /// The stretches of `ray` within `interval` that proposals at a level of at least 1 see, in order; `each` says whether to go on.
+    /// The stretches of `ray` within `interval` that proposals see, in order; `each` says whether to go on.
+    ///
+    /// `ρ* = (1 − ε) ρ + ε ρ̄`: one lookup of `ρ`, interpolated at `level`, for a stretch of about a voxel of that level; and `ρ̄` of the cube of
+    /// `cubes`, at least 1, in which it lies, positive wherever the density is.
     #[inline]
     pub fn stretches(
         &self,
         medium: &Medium,
         ray: &Ray,
         interval: Interval,
-        level: u32,
+        [level, cubes]: [u32; 2],
         mut each: impl FnMut(Constant) -> bool,
     ) {
         let MediumDensity::Grid(field) = medium.density() else {
@@ -161,17 +170,43 @@ impl CoarseMedium {
             });
             return;
         };
-        let level = level.clamp(1, self.proposals.len() as u32);
-        let Some(coarse) = self.level(level) else { return };
-        let ray = coarse.ray(&field.field_ray(ray));
-        for segment in self.proposals[level as usize - 1].segments(&ray, interval) {
-            let stretch = Constant {
-                t0: f64::from(segment.t0),
-                t1: f64::from(segment.t1),
-                density: segment.majorant,
+        let cubes = cubes.clamp(1, self.proposals.len() as u32);
+        let Some(coarse) = self.level(cubes) else { return };
+        let field_ray = field.field_ray(ray);
+        let (mut accessor, lookup_ray) = match self.level(level) {
+            None => (field.grid().accessor(), field_ray),
+            Some(level) => (trilinear(level), level.ray(&field_ray)),
+        };
+        let pace = lookup_ray.direction.length() / LOOKUP_VOXELS;
+        for segment in self.proposals[cubes as usize - 1].segments(&coarse.ray(&field_ray), interval) {
+            let length = segment.t1 - segment.t0;
+            let count = if segment.majorant > 0.0 {
+                (length * pace).ceil().clamp(1.0, 64.0)
+            } else {
+                1.0
             };
-            if !each(stretch) {
-                return;
+            let step = length / count;
+            for place in 0..count as u32 {
+                let begin = segment.t0 + place as f32 * step;
+                let end = if place + 1 < count as u32 {
+                    begin + step
+                } else {
+                    segment.t1
+                };
+                let density = if segment.majorant > 0.0 {
+                    let interpolated = accessor.density(lookup_ray.at(begin + 0.5 * step));
+                    interpolated + WALK_SHARE * (segment.majorant - interpolated)
+                } else {
+                    0.0
+                };
+                let stretch = Constant {
+                    t0: f64::from(begin),
+                    t1: f64::from(end),
+                    density,
+                };
+                if !each(stretch) {
+                    return;
+                }
             }
         }
     }

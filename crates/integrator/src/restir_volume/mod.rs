@@ -156,12 +156,7 @@ impl<'a> RestirVolume<'a> {
         }
     }
 
-    /// That of candidates.
-    fn proposed(&self) -> Evaluation<'_> {
-        self.evaluation(self.options.candidate_level, self.options.shadow_level)
-    }
-
-    /// That of reuse.
+    /// By the levels of the targets.
     fn reused(&self) -> Evaluation<'_> {
         self.evaluation(self.options.reuse_level, self.options.shadow_level)
     }
@@ -178,7 +173,7 @@ impl<'a> RestirVolume<'a> {
         let scene = self.volumes.scene;
         let medium = scene.camera_medium(view.camera);
         let width = self.extent().width as usize;
-        let (candidates, reuse) = (self.proposed(), self.reused());
+        let reuse = self.reused();
         let chunks = pixels
             .par_chunks_mut(MAX_BATCH)
             .zip(fresh.par_chunks_mut(MAX_BATCH))
@@ -213,7 +208,7 @@ impl<'a> RestirVolume<'a> {
                 let shift = [shift.next_u64(), shift.next_u64(), shift.next_u64()];
                 let start = Sequence::new(shift, u64::from(view.frame) * u64::from(walks));
                 let chosen =
-                    candidates.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
+                    reuse.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
                 // From here on with the target of reuse: W stays.
                 *fresh = chosen
                     .map(|path| path.with_target(reuse.target(pixel, &path)))

@@ -16,17 +16,18 @@ pub struct RestirVolumeOptions {
     pub walks: u32,
     /// Neighbours in the round of spatial reuse; 0 for none.
     pub neighbours: u32,
-    /// They lie within this many pixels; positive.
+    /// They lie within this many pixels; positive. A path carried over moves with the camera ray, and the less alike what it meets is, the more
+    /// noise: the fewer pixels, the less error, but the larger its blotches (Lin 2022 fig. 5.15).
     pub radius_pixels: f32,
     /// Whether a pixel reuses what one held in the frame before.
     pub temporal_reuse: bool,
     /// Most confidence that a pixel's history is given, in frames, `Q`; positive.
     pub confidence_cap: f32,
-    /// Level of the densities that walks see behind the first vertex, and targets of candidates between vertices, 1 to 4.
+    /// Level of the cubes that bound the densities which walks see behind the first vertex, 1 to 4.
     pub candidate_level: u32,
     /// Level of the densities along camera rays, in proposals and targets, 0 to 4.
     pub camera_level: u32,
-    /// Level of the densities between vertices in the targets of reuse, 0 to 4.
+    /// Level of the interpolated densities between vertices, in walks and targets, 0 to 4.
     pub reuse_level: u32,
     /// Level of the densities between vertices and emitters in all targets, 0 to 4.
     pub shadow_level: u32,
@@ -36,15 +37,16 @@ pub struct RestirVolumeOptions {
 }
 
 impl RestirVolumeOptions {
-    /// With at most `scatterings` scattering vertices, and else as in Lin 2022 §5.5: 4 walks, 3 neighbours within 10 pixels, temporal
-    /// reuse with cap 4, level 2 for walks. Targets are finer than there, of level 1 towards emitters and 0 along camera rays: marching is cheap
-    /// here, and what targets miss is most of the noise.
+    /// With at most `scatterings` scattering vertices, and else near Lin 2022 §5.5: 4 walks, 3 neighbours, temporal reuse with cap 4, cubes of
+    /// level 2 for walks. Targets are finer than there, of level 1 and, along camera rays, 0: marching is cheap here, and what targets miss
+    /// is noise. Neighbours are within 2.5 pixels rather than 10, for images of a third of the size; see
+    /// [`RestirVolumeOptions::of_scene`].
     pub const fn new(scatterings: u32) -> Self {
         Self {
             scatterings,
             walks: 4,
             neighbours: 3,
-            radius_pixels: 10.0,
+            radius_pixels: 2.5,
             temporal_reuse: true,
             confidence_cap: 4.0,
             candidate_level: 2,
@@ -64,14 +66,19 @@ impl RestirVolumeOptions {
     }
 
     /// [`RestirVolumeOptions::with_surfaces`] for a scene with surfaces that scatter, else [`RestirVolumeOptions::new`]; with as many
-    /// scattering vertices as paths of `max_depth` edges have; [`MAX_SCATTERINGS`] where nothing bounds them.
+    /// scattering vertices as paths of `max_depth` edges have; [`MAX_SCATTERINGS`] where nothing bounds them. Neighbours are within 10 pixels
+    /// (§5.5.3) of an image with 1080 rows, fewer in proportion in smaller ones, at least 2.
     pub fn of_scene(scene: &Scene, max_depth: Option<u32>) -> Self {
         let scatterings = max_depth.map_or(MAX_SCATTERINGS, |edges| edges.saturating_sub(1));
         let scatters = |material: &Material| !matches!(material, Material::Null);
-        if scene.materials().iter().any(scatters) {
+        let options = if scene.materials().iter().any(scatters) {
             Self::with_surfaces(scatterings)
         } else {
             Self::new(scatterings)
+        };
+        Self {
+            radius_pixels: (scene.settings().height as f32 * (10.0 / 1080.0)).max(2.0),
+            ..options
         }
     }
 
