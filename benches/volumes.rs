@@ -11,8 +11,9 @@
 //! `LIGHTSHED_SCENES` names. The two renderers take turns, with different seeds and the same number of threads; what counts is
 //! CPU-seconds of the process while it renders.
 //!
-//! The third renders the built-in cloud with single frames at the end of a warm-up, each of whose errors against a long rendering is set
-//! against that of path tracing with as many samples as take the same CPU time.
+//! The third renders the built-in cloud with single frames at the end of a warm-up, each of whose errors is set against that of path tracing
+//! with as many samples as take the same CPU time. Errors are measured against two long renderings at once, whose noise so has no share in
+//! them.
 
 use clap::Parser;
 use lightshed::integrator::{
@@ -49,11 +50,14 @@ struct Options {
     /// Random walks of reuse for each pixel and frame.
     #[arg(long, default_value_t = 4)]
     walks: u32,
+    /// Neighbours are within this many pixels.
+    #[arg(long, default_value_t = 2.5)]
+    radius: f32,
     /// Most confidence of a pixel's history, in frames.
     #[arg(long, default_value_t = 4.0)]
     cap: f32,
-    /// Samples a pixel of the race's references.
-    #[arg(long, default_value_t = 512)]
+    /// Samples a pixel of each of the race's two references.
+    #[arg(long, default_value_t = 64)]
     reference: u32,
     /// Only cases whose name contains this.
     #[arg(long, default_value = "")]
@@ -172,7 +176,8 @@ const SCATTERINGS: [u32; 3] = [1, 3, 7];
 
 fn race(options: &Options) -> Result<(), Box<dyn Error>> {
     println!(
-        "error of a frame after {WARM_UP} others: CPU time and MSE; path tracing at the same time: samples and MSE; ratios of MSE"
+        "error of a frame after {WARM_UP} others: CPU time and MSE; path tracing at the same time: samples and MSE; ratios of MSE, of its \
+         luminance, and of means over {BLOCK}×{BLOCK} pixels"
     );
     for density in DENSITIES {
         for g in ASYMMETRIES {
@@ -205,11 +210,16 @@ fn lap(
     let settings = description.settings;
     let pixels = settings.width as usize * settings.height as usize;
     let tracer = VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
-    let reference = image(&tracer, &settings_of(&scene), options.reference, 1 << 20)?.0;
+    let size = [settings.width, settings.height];
+    let reference = [
+        image(&tracer, size, options.reference, 1 << 20)?.0,
+        image(&tracer, size, options.reference, 1 << 21)?.0,
+    ];
     let mut parameters = RestirVolumeOptions::new(scatterings);
     (parameters.walks, parameters.confidence_cap) = (options.walks, options.cap);
+    parameters.radius_pixels = options.radius;
     let mut method = RestirVolume::new(&scene, parameters, CameraMotion::STILL)?;
-    let (mut error, mut grey_error, mut seconds) = (0.0, 0.0, 0.0);
+    let (mut error, mut seconds) = ([0.0; 3], 0.0);
     let mut frame_image = vec![Rgb::ZERO; pixels];
     for frame in 0..WARM_UP + options.repeats {
         let before = process_cpu_seconds().ok_or("no CPU time")?;
@@ -218,13 +228,14 @@ fn lap(
             .ok_or("cancelled")?;
         if frame >= WARM_UP {
             seconds += process_cpu_seconds().ok_or("no CPU time")? - before;
-            error += mean_squared(&frame_image, &reference);
-            grey_error += mean_squared(&grey(&frame_image), &grey(&reference));
+            for (sum, error) in error.iter_mut().zip(errors(&frame_image, &reference, size)) {
+                *sum += error;
+            }
         }
     }
     let frames = f64::from(options.repeats);
-    let (error, grey_error, seconds) = (error / frames, grey_error / frames, seconds / frames);
-    let mut line = format!("reuse {seconds:.3} s {error:.3e}");
+    let (error, seconds) = (error.map(|sum| sum / frames), seconds / frames);
+    let mut line = format!("reuse {seconds:.3} s {:.3e}", error[0]);
     for (name, tracking) in [
         ("volpath", VolumeTracking::Delta),
         ("decomposition", VolumeTracking::Decomposition),
@@ -232,29 +243,25 @@ fn lap(
         let tracer =
             VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX).with_tracking(tracking);
         let samples = 8;
-        let (path_traced, spent) = image(&tracer, &settings_of(&scene), samples, 3)?;
+        let (path_traced, spent) = image(&tracer, size, samples, 3)?;
         // The error of independent samples is theirs over their number.
         let equal = f64::from(samples) * seconds / spent;
-        let at_equal_time = mean_squared(&path_traced, &reference) * f64::from(samples) / equal;
-        let grey_at_equal_time =
-            mean_squared(&grey(&path_traced), &grey(&reference)) * f64::from(samples) / equal;
+        let theirs = errors(&path_traced, &reference, size).map(|error| error * f64::from(samples) / equal);
         line += &format!(
-            "   {name} {equal:.1} spp {at_equal_time:.3e} ratio {:.2} (luminance {:.2})",
-            at_equal_time / error,
-            grey_at_equal_time / grey_error
+            "   {name} {equal:.1} spp {:.3e} ratio {:.2} (luminance {:.2}, blocks {:.2})",
+            theirs[0],
+            theirs[0] / error[0],
+            theirs[1] / error[1],
+            theirs[2] / error[2],
         );
     }
     Ok(line)
 }
 
-fn settings_of(scene: &Scene) -> [u32; 2] {
-    [scene.settings().width, scene.settings().height]
-}
-
 /// An image and the CPU time it took.
 fn image(
     tracer: &VolumePathTracer<'_>,
-    &[width, height]: &[u32; 2],
+    [width, height]: [u32; 2],
     samples: u32,
     seed: u64,
 ) -> Result<(Vec<Rgb>, f64), Box<dyn Error>> {
@@ -271,17 +278,42 @@ fn image(
     Ok((values, outcome.cpu_seconds.ok_or("no CPU time")?))
 }
 
+/// Pixels of a block along each axis: noise that neighbours share does not average out in it.
+const BLOCK: usize = 4;
+
+/// Mean squared errors of an image, of its luminance, and of its means over blocks, against two independent references: `(x − a)(x − b)` has the
+/// expectation of the squared error, whatever their noise.
+fn errors(image: &[Rgb], reference: &[Vec<Rgb>; 2], size: [u32; 2]) -> [f64; 3] {
+    let views: [fn(&[Rgb], [u32; 2]) -> Vec<Rgb>; 3] =
+        [|image, _| image.to_vec(), |image, _| grey(image), blocks];
+    views.map(|view| {
+        let [image, a, b] = [image, &reference[0][..], &reference[1][..]].map(|image| view(image, size));
+        let products = image
+            .iter()
+            .zip(&a)
+            .zip(&b)
+            .map(|((x, a), b)| f64::from((*x - *a).dot(*x - *b)) / 3.0);
+        products.sum::<f64>() / image.len() as f64
+    })
+}
+
 /// Luminance in all channels.
 fn grey(image: &[Rgb]) -> Vec<Rgb> {
     image.iter().map(|&value| Rgb::splat(luminance(value))).collect()
 }
 
-fn mean_squared(a: &[Rgb], b: &[Rgb]) -> f64 {
-    let squares = a
-        .iter()
-        .zip(b)
-        .map(|(a, b)| f64::from((*a - *b).length_squared()) / 3.0);
-    squares.sum::<f64>() / a.len() as f64
+/// Means over whole blocks.
+fn blocks(image: &[Rgb], [width, height]: [u32; 2]) -> Vec<Rgb> {
+    let (width, height) = (width as usize, height as usize);
+    let mut means = Vec::with_capacity(image.len() / (BLOCK * BLOCK));
+    for top in (0..height / BLOCK).map(|row| row * BLOCK) {
+        for left in (0..width / BLOCK).map(|column| column * BLOCK) {
+            let rows = (top..top + BLOCK).map(|y| y * width + left);
+            let sum: Rgb = rows.flat_map(|start| &image[start..start + BLOCK]).sum();
+            means.push(sum / (BLOCK * BLOCK) as f32);
+        }
+    }
+    means
 }
 
 /// Mitsuba in a process of its own, which renders when asked.

@@ -12,9 +12,9 @@ pub const MAX_COARSENESS: u32 = 4;
 
 /// A medium's density at coarser levels.
 ///
-/// Proposals see it piecewise constant over cubes of `2^level` voxels, positive wherever the density is (Lin 2022 §5.4.1 asks for that), so
-/// they miss nothing. Targets see it interpolated, by ray marching (§5.5.1): smooth, or what they miss of the structure is noise of
-/// `F/p̂` that no number of candidates makes less.
+/// Both proposals and targets see it interpolated, by lookups along the ray (Lin 2022 §5.5.1): smooth, or what they miss of the structure is
+/// noise of `F/p̂` that no number of candidates makes less. Proposals must miss nothing (§5.4.1): they mix in a little of what is constant over
+/// cubes of `2^level` voxels, and positive wherever the density is.
 pub(crate) struct CoarseMedium {
     /// Levels from 1 on; `None` where the medium is homogeneous.
     pyramid: Option<MipPyramid>,

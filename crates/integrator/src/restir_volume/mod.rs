@@ -28,9 +28,9 @@ use through::Volumes;
 
 /// Light that media and surfaces scatter, by spatiotemporal reservoir resampling of whole paths (Lin 2022 ch. 5; merges by GRIS, ch. 6).
 ///
-/// Each frame, each pixel looks along one camera ray. *Candidates* come from a few random walks: free flights by regular tracking through a
-/// coarse, piecewise constant copy of the density, whose density `p` is known in closed form; every vertex is connected to a sampled
-/// emitter, and one that emits is the end of a path itself. First distances and emitter samples of a pixel's walks, over the frames, are
+/// Each frame, each pixel looks along one camera ray. *Candidates* come from a few random walks: free flights through a coarse copy of the
+/// density, constant along short stretches of the ray, whose density `p` is known in closed form; every vertex is connected to a sampled
+/// emitter or, where the medium scatters into a lobe, to where that leads in the environment, and one that emits is the end of a path itself. First distances and emitter samples of a pixel's walks, over the frames, are
 /// points of one sequence that fills their domain evenly. RIS keeps one of them, by `|F|` over the channels with coarse transmittances
 /// (eqs. 5.17–5.20, A.1). It is *merged* with what a pixel of the frame before held, then with neighbours of this frame, under balance MIS:
 /// distances and directions stay, so vertices move with the camera ray (direction reuse, §5.4.2, with Jacobian 1). The last merge
