@@ -278,14 +278,16 @@ fn image(
     Ok((values, outcome.cpu_seconds.ok_or("no CPU time")?))
 }
 
+/// What of an image an error is taken of.
+type View = fn(&[Rgb], [u32; 2]) -> Vec<Rgb>;
+
 /// Pixels of a block along each axis: noise that neighbours share does not average out in it.
 const BLOCK: usize = 4;
 
 /// Mean squared errors of an image, of its luminance, and of its means over blocks, against two independent references: `(x − a)(x − b)` has the
 /// expectation of the squared error, whatever their noise.
 fn errors(image: &[Rgb], reference: &[Vec<Rgb>; 2], size: [u32; 2]) -> [f64; 3] {
-    let views: [fn(&[Rgb], [u32; 2]) -> Vec<Rgb>; 3] =
-        [|image, _| image.to_vec(), |image, _| grey(image), blocks];
+    let views: [View; 3] = [|image, _| image.to_vec(), |image, _| grey(image), blocks];
     views.map(|view| {
         let [image, a, b] = [image, &reference[0][..], &reference[1][..]].map(|image| view(image, size));
         let products = image
