@@ -21,6 +21,7 @@ use lightshed::integrator::{
 use lightshed::sampling::CounterRng;
 use lightshed::scene::glam::Vec2;
 use lightshed::scene::{EmitterSample, Rgb, Scene, SurfacePoint, import, luminance};
+use std::fmt;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
@@ -105,26 +106,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         })
     };
 
-    println!(
-        "{}, {width}x{height}, {} emitter samples a pixel",
-        options.scene, options.samples
-    );
-    println!(
-        "{:<28} {:>8} {:>6} {:>10} {:>6} {:>9} {:>9} {:>10} {:>10}",
-        "lights", "hits", "each", "MSE", "SSIM", "CPU s", "build s", "product", "moving"
-    );
     let wanted = |name: &str| options.lights.is_empty() || options.lights.iter().any(|l| l == name);
+    let mut entries: Vec<Entry> = Vec::new();
     if wanted("default") {
-        report("default", options.samples, 1, options.repeats, |turn| {
+        entries.push(Entry::new("default", options.samples, 1, |turn| {
             let (image, seconds) = measure(&DirectLight::new(&scene), width, height, options.samples, turn)?;
             Ok((error(&image)?, seconds, 0.0))
-        })?;
+        }));
     }
     if wanted("optimal") {
-        report("optimal", options.samples, 1, 1, |turn| {
+        entries.push(Entry::new("optimal", options.samples, 1, |turn| {
             let (image, seconds) = measure(&Optimal::new(&scene), width, height, options.samples, turn)?;
             Ok((error(&image)?, seconds, 0.0))
-        })?;
+        }));
     }
     for tree in [
         CutTree::Perfect,
@@ -145,9 +139,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let each = subtrees / (interleaving * interleaving);
             let frames = options.samples.div_ceil(each);
             let name = format!("lightcuts {tree:?} {subtrees}/{}", interleaving * interleaving);
-            report(&name, frames, each, options.repeats, |turn| {
+            let (scene, error) = (&scene, &error);
+            entries.push(Entry::new(name, frames, each, move |turn| {
                 let build = process_cpu_seconds().unwrap_or(f64::NAN);
-                let mut method = Lightcuts::new(&scene, settings)?;
+                let mut method = Lightcuts::new(scene, settings)?;
                 let build = process_cpu_seconds().unwrap_or(f64::NAN) - build;
                 let options = RenderOptions {
                     seed: turn,
@@ -157,7 +152,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false))?;
                 let seconds = outcome.cpu_seconds.unwrap_or(outcome.seconds);
                 Ok((error(&outcome.film.mean_image())?, seconds, build))
-            })?;
+            }));
         }
     }
     for choosing in LightChoosing::ALL.into_iter().filter(|c| wanted(c.name())) {
@@ -171,19 +166,103 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 continue;
             }
             let name = format!("{} {strata}x{strata}", choosing.name());
-            report(&name, hits, each, options.repeats, |turn| {
+            let (scene, error) = (&scene, &error);
+            entries.push(Entry::new(name, hits, each, move |turn| {
                 let build = process_cpu_seconds().unwrap_or(f64::NAN);
-                let selection = LightSelection::new(&scene, choosing)?;
+                let selection = LightSelection::new(scene, choosing)?;
                 let build = process_cpu_seconds().unwrap_or(f64::NAN) - build;
-                let estimator = SelectedDirectLight::new(&scene, selection, each, 1)?;
+                let estimator = SelectedDirectLight::new(scene, selection, each, 1)?;
                 let estimator = estimator.with_camera_strata(strata);
                 let samples = hits / (strata * strata);
                 let (image, seconds) = measure(&estimator, width, height, samples, turn)?;
                 Ok((error(&image)?, seconds, build))
-            })?;
+            }));
         }
     }
+    // One turn of each after the other, so that a busy machine treats all alike.
+    for turn in 0..options.repeats {
+        for entry in &mut entries {
+            entry.take_turn(turn)?;
+        }
+    }
+    println!(
+        "{}, {width}x{height}, {} emitter samples a pixel",
+        options.scene, options.samples
+    );
+    println!(
+        "{:<28} {:>8} {:>6} {:>10} {:>6} {:>9} {:>9} {:>10} {:>10}",
+        "lights", "hits", "each", "MSE", "SSIM", "CPU s", "build s", "product", "moving"
+    );
+    for entry in &entries {
+        println!("{entry}");
+    }
     Ok(())
+}
+
+/// What a turn gives: how far the image is from the reference, CPU-seconds, and those of building.
+type Turn = Result<(Error, f64, f64), Box<dyn std::error::Error>>;
+
+/// A method in the race.
+struct Entry<'a> {
+    name: String,
+    hits: u32,
+    each: u32,
+    run: Box<dyn Fn(u64) -> Turn + 'a>,
+    turns: u64,
+    squared: f64,
+    similarity: f64,
+    seconds: f64,
+    build: f64,
+}
+
+impl<'a> Entry<'a> {
+    fn new(name: impl Into<String>, hits: u32, each: u32, run: impl Fn(u64) -> Turn + 'a) -> Self {
+        Self {
+            name: name.into(),
+            hits,
+            each,
+            run: Box::new(run),
+            turns: 0,
+            squared: 0.0,
+            similarity: 0.0,
+            seconds: f64::INFINITY,
+            build: f64::INFINITY,
+        }
+    }
+
+    fn take_turn(&mut self, turn: u64) -> Result<(), Box<dyn std::error::Error>> {
+        let (error, seconds, build) = (self.run)(turn)?;
+        self.turns += 1;
+        self.squared += error.squared;
+        self.similarity += error.similarity;
+        // What other processes take is never to a method's credit.
+        self.seconds = self.seconds.min(seconds);
+        self.build = self.build.min(build);
+        Ok(())
+    }
+}
+
+impl fmt::Display for Entry<'_> {
+    /// Means over turns.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            name,
+            hits,
+            each,
+            seconds,
+            build,
+            ..
+        } = self;
+        let error = self.squared / self.turns as f64;
+        let similarity = self.similarity / self.turns as f64;
+        let frames = f64::from(hits * each) / 8.0;
+        write!(
+            f,
+            "{name:<28} {hits:>8} {each:>6} {error:>10.3e} {similarity:>6.3} {seconds:>9.3} {build:>9.4} {:>10.3e} {:>10.3e}",
+            error * (seconds + build),
+            error * (seconds + frames * build)
+        )
+    }
 }
 
 /// How far an image is from the reference.
@@ -212,31 +291,6 @@ fn measure<E: PixelEstimator>(
         outcome.film.mean_image(),
         outcome.cpu_seconds.unwrap_or(outcome.seconds),
     ))
-}
-
-/// Prints the means over turns.
-fn report(
-    name: &str,
-    hits: u32,
-    each: u32,
-    turns: u64,
-    run: impl Fn(u64) -> Result<(Error, f64, f64), Box<dyn std::error::Error>>,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let (mut error, mut similarity, mut seconds, mut build) = (0.0, 0.0, f64::INFINITY, f64::INFINITY);
-    for turn in 0..turns {
-        let (e, s, b) = run(turn)?;
-        error += e.squared / turns as f64;
-        similarity += e.similarity / turns as f64;
-        // What other processes take is never to the method's credit.
-        (seconds, build) = (s.min(seconds), b.min(build));
-    }
-    let frames = f64::from(hits * each) / 8.0;
-    println!(
-        "{name:<28} {hits:>8} {each:>6} {error:>10.3e} {similarity:>6.3} {seconds:>9.3} {build:>9.4} {:>10.3e} {:>10.3e}",
-        error * (seconds + build),
-        error * (seconds + frames * build)
-    );
-    Ok(())
 }
 
 /// Chooses among all finite emitters in proportion to what the middle of each would send to the point, unshadowed.

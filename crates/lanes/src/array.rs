@@ -201,6 +201,14 @@ impl Lanes for ArrayLanes {
         self.0[0]
     }
     #[inline(always)]
+    fn lane(self, index: usize) -> f32 {
+        self.0[index % LANES]
+    }
+    #[inline(always)]
+    fn delayed(self) -> Self {
+        Self(core::array::from_fn(|i| if i == 0 { 0.0 } else { self.0[i - 1] }))
+    }
+    #[inline(always)]
     fn evens_and_odds(self, next: Self) -> [Self; 2] {
         let at = |i: usize| if i < LANES { self.0[i] } else { next.0[i - LANES] };
         [0, 1].map(|odd| Self(core::array::from_fn(|i| at(2 * i + odd))))
@@ -231,5 +239,12 @@ impl Lanes for ArrayLanes {
     #[inline(always)]
     fn less_equal(self, other: Self) -> ArrayMask {
         mask(self, other, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn count_at_most(self, bound: f64) -> usize {
+        self.0
+            .into_iter()
+            .filter(|&value| f64::from(value) <= bound)
+            .count()
     }
 }

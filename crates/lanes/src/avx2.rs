@@ -240,6 +240,17 @@ impl Lanes for Avx2Lanes {
         unsafe { _mm256_cvtss_f32(self.0) }
     }
     #[inline(always)]
+    fn lane(self, index: usize) -> f32 {
+        unsafe { _mm256_cvtss_f32(_mm256_permutevar8x32_ps(self.0, _mm256_set1_epi32(index as i32))) }
+    }
+    #[inline(always)]
+    fn delayed(self) -> Self {
+        Self(unsafe {
+            let turned = _mm256_permutevar8x32_ps(self.0, _mm256_setr_epi32(7, 0, 1, 2, 3, 4, 5, 6));
+            _mm256_blend_ps::<1>(turned, _mm256_setzero_ps())
+        })
+    }
+    #[inline(always)]
     fn evens_and_odds(self, next: Self) -> [Self; 2] {
         unsafe {
             // Both rows' low halves and both rows' high halves, so that a shuffle within halves finds all evens.
@@ -283,6 +294,17 @@ impl Lanes for Avx2Lanes {
     #[inline(always)]
     fn less_equal(self, other: Self) -> Avx2Mask {
         Avx2Mask(unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn count_at_most(self, bound: f64) -> usize {
+        unsafe {
+            let bound = _mm256_set1_pd(bound);
+            let low = _mm256_cvtps_pd(_mm256_castps256_ps128(self.0));
+            let high = _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(self.0));
+            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(low, bound));
+            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(high, bound));
+            (low.count_ones() + high.count_ones()) as usize
+        }
     }
 }
 

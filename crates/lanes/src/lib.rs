@@ -123,6 +123,10 @@ pub trait Lanes:
     fn least_of(self, mask: u32) -> Self;
     /// Lane 0.
     fn first(self) -> f32;
+    /// Lane `index`, modulo 8.
+    fn lane(self, index: usize) -> f32;
+    /// Zero, and then lanes `0 ..= 6`.
+    fn delayed(self) -> Self;
     /// Lanes `0, 2, 4, …` of `self` and then of `next`, and lanes `1, 3, 5, …` of both.
     fn evens_and_odds(self, next: Self) -> [Self; 2];
     /// The sum of all lanes in each of them: `((0 + 1) + (2 + 3)) + ((4 + 5) + (6 + 7))`.
@@ -136,4 +140,6 @@ pub trait Lanes:
     fn less(self, other: Self) -> Self::Mask;
     /// Where `self` is at most `other` (false for NaN).
     fn less_equal(self, other: Self) -> Self::Mask;
+    /// In how many lanes `self` is at most `bound`, compared exactly (NaN is not).
+    fn count_at_most(self, bound: f64) -> usize;
 }

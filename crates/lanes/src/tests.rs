@@ -42,6 +42,9 @@ struct Everything<'a> {
     mask: u32,
 }
 
+/// Makes bounds that no `f32` is.
+const ABOVE_ONE: f64 = 1.0 + 1e-9;
+
 impl LaneKernel for Everything<'_> {
     type Output = (Vec<[f32; LANES]>, Vec<u32>);
 
@@ -72,11 +75,14 @@ impl LaneKernel for Everything<'_> {
             L::from_integers(mixed.shift_right::<8>()).store(),
             L::pick(&[1.0, 2.0, 3.0, 4.0], mixed & L::Words::splat(3)).store(),
             [a.first(); LANES],
+            [a.lane(self.mask as usize); LANES],
+            a.delayed().store(),
         ];
         let masks = vec![
             a.equal(b).bits(),
             a.less(b).bits(),
             a.less_equal(b).bits(),
+            a.count_at_most(f64::from(self.b[0]) * ABOVE_ONE) as u32,
             (a.less(b) & mask).bits(),
             (a.less(b) | mask).bits(),
             (!mask).bits(),
@@ -119,12 +125,15 @@ fn expected(a: [f32; LANES], b: [f32; LANES], mask: u32) -> (Vec<[f32; LANES]>, 
         each(&|x, y| (mixed(x, y) >> 8) as f32),
         each(&|x, y| (mixed(x, y) & 3) as f32 + 1.0),
         [a[0]; LANES],
+        [a[mask as usize % LANES]; LANES],
+        core::array::from_fn(|i| if i > 0 { a[i - 1] } else { 0.0 }),
     ];
     let bits = |f: &dyn Fn(usize) -> bool| (0..LANES).fold(0, |bits, i| bits | u32::from(f(i)) << i);
     let masks = vec![
         bits(&|i| a[i] == b[i]),
         bits(&|i| a[i] < b[i]),
         bits(&|i| a[i] <= b[i]),
+        bits(&|i| f64::from(a[i]) <= f64::from(b[0]) * ABOVE_ONE).count_ones(),
         bits(&|i| a[i] < b[i] && set(i)),
         bits(&|i| a[i] < b[i] || set(i)),
         bits(&|i| !set(i)),

@@ -4,7 +4,7 @@ use crate::block::NodeBlock;
 use crate::receiver::Receiver;
 use crate::route::{Route, Shares};
 use crate::{LightChoice, LightSampler};
-use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
+use lightshed_lanes::{LaneChoice, LaneKernel, LaneMask, Lanes};
 
 /// Where a step leads.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +23,17 @@ pub trait Tree: Sync {
     /// The children of the root.
     fn root(&self) -> Step<Self::Place>;
 
-    /// What parts of about one the children get.
-    fn parts<L: Lanes, R: Receiver>(&self, at: &R, place: Self::Place) -> L;
+    /// Shares of the children that are `among` those to choose from.
+    fn shares<L: Lanes, R: Receiver>(&self, at: &R, place: Self::Place, among: L::Mask) -> Shares<L>;
 
     /// The nodes of the children.
     fn nodes(&self, place: Self::Place) -> NodeBlock;
 
     /// Asks for the nodes of the children to be brought near.
     fn prefetch(&self, place: Self::Place);
+
+    /// Asks for what [`below`](Self::below) needs to be brought near.
+    fn prefetch_below(&self, place: Self::Place);
 
     /// Any place.
     fn nowhere(&self) -> Self::Place {
@@ -95,10 +98,10 @@ impl<P: Copy> Way<P> {
 /// Most numbers that go down together.
 pub(crate) const COMPANY: usize = 16;
 
-/// Cumulative shares of the children of a place.
+/// Shares of all children of a place.
 #[inline(always)]
 pub(crate) fn shares<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, place: T::Place) -> Shares<L> {
-    Shares::new(tree.parts(at, place))
+    tree.shares(at, place, L::Mask::from_bits(u32::MAX))
 }
 
 /// Follows a route to a leaf; `None` at a dead node.
@@ -118,6 +121,8 @@ pub(crate) fn descend_from<L: Lanes, T: Tree, R: Receiver>(
         match step {
             Step::Leaf(light) => return Some(light),
             Step::Inner(place) => {
+                // What is below is asked for last, and should have come by then.
+                tree.prefetch_below(place);
                 let lane = route.step::<L>(&shares::<L, T, R>(tree, at, place))?;
                 step = tree.below(place, lane);
             }

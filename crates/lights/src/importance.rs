@@ -14,6 +14,7 @@
 use crate::block::{NodeBlock, WIDTH};
 use crate::normals::{BallLanes, CENTER_STEPS, NormalBall};
 use crate::receiver::{Facing, RaySegment, ShadingPoint};
+use crate::route::Shares;
 use glam::Vec3;
 use lightshed_lanes::{LaneMask, LaneWords, Lanes, Vec3Lanes};
 
@@ -42,8 +43,7 @@ const INSIDE: f32 = 1e-5;
 const WITHIN: f32 = 1e-3;
 /// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an [`about_inverse`].
 const LARGEST: f32 = f32::from_bits(247 << 23);
-/// Parts of shares, which add up to about one, are at least this: it keeps every light in reach, and bounds what an underestimated one can
-/// be worth.
+/// Added to shares, which add up to about one or two: it keeps every light in reach, and bounds what an underestimated one can be worth.
 const LEAST_SHARE: f32 = 1.0 / (1 << 19) as f32;
 
 /// `1/√x` within 3.5 %, for positive finite `x`, by the logarithm that a float's bits are.
@@ -58,17 +58,15 @@ const ABOUT_ONE: f32 = 1.04;
 
 /// `1/x` within 13 %, for normal `x` up to 2¹²³; finite for those that are smaller.
 #[inline(always)]
-fn about_inverse<L: Lanes>(x: L) -> L {
+pub(crate) fn about_inverse<L: Lanes>(x: L) -> L {
     L::from_bits(L::Words::splat(0x7ef3_11c8) + (x.to_bits() ^ L::Words::splat(u32::MAX)))
 }
 
-/// `4 s E(m, s)` for `s > 0`.
+/// `4 s E(m, s)` by the ends `m + s` and `m − s` of the interval: the difference of the squares of their positive parts.
 #[inline(always)]
-fn clamped_mean_4s<L: Lanes>(m: L, s: L) -> L {
-    let zero = L::splat(0.0);
-    let t = (m + s).max(zero).min(s + s);
-    let four_s = (s + s) + (s + s);
-    t * t + four_s * (m - s).max(zero)
+fn clamped_mean_4s<L: Lanes>(high: L, low: L) -> L {
+    let (high, low) = (high.max(L::splat(0.0)), low.max(L::splat(0.0)));
+    (high - low) * (high + low)
 }
 
 /// Eight boxes as a point sees them, lengths doubled: no cancellation but that of the corners' own differences from the point.
@@ -123,12 +121,18 @@ struct Directed<L: Lanes> {
 #[inline(always)]
 fn directed<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &Seen<L>) -> Directed<L> {
     let Seen { d, h, .. } = *seen;
-    let inverse = about_inverse_root(seen.clamped());
+    // Finite for zero, too.
+    let inverse = about_inverse_root(seen.d_squared.max(seen.h_squared));
     let BallLanes { center, radius } = BallLanes::<L>::unpack(&block.normals);
-    let emitted_mean = -(center.dot(d) * inverse);
+    // Means and spreads times the distance; their sums do not wait for its inverse.
+    let mean = -center.dot(d);
     let spread = center.abs().dot(h) + radius * (h.x + h.y + h.z);
-    let emitted_spread = spread * inverse + (radius * L::splat(ABOUT_ONE) + L::splat(MARGIN * CENTER_STEPS));
-    let emitted = clamped_mean_4s(emitted_mean, emitted_spread);
+    let margin = radius * L::splat(ABOUT_ONE) + L::splat(MARGIN * CENTER_STEPS);
+    let emitted = clamped_mean_4s(
+        (mean + spread) * inverse + margin,
+        (mean - spread) * inverse - margin,
+    );
+    let emitted_spread = spread * inverse + margin;
     let intensity = L::load(&block.intensity);
     let zero = L::splat(0.0);
     if at.facing == Facing::All {
@@ -139,25 +143,37 @@ fn directed<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &Seen<L>) -> D
         };
     }
     let n = Vec3Lanes::<L>::splat(at.normal.to_array());
-    let mean = n.dot(d) * inverse;
-    let spread = n.abs().dot(h) * inverse + L::splat(MARGIN);
-    let mut received = clamped_mean_4s(mean, spread);
+    let (mean, spread, margin) = (n.dot(d), n.abs().dot(h), L::splat(MARGIN));
+    let high = (mean + spread) * inverse + margin;
+    let low = (mean - spread) * inverse - margin;
+    let mut received = clamped_mean_4s(high, low);
     if at.facing == Facing::Both {
-        received = received + clamped_mean_4s(-mean, spread);
+        received = received + clamped_mean_4s(-low, -high);
     }
     let both = emitted * received;
     Directed {
-        numerator: intensity * both,
-        denominator: emitted_spread * spread,
+        // What is known first is multiplied first.
+        numerator: (intensity * received) * emitted,
+        denominator: emitted_spread * (spread * inverse + margin),
         positive: zero.less(both) & zero.less(intensity),
     }
 }
 
 impl<L: Lanes> Directed<L> {
-    /// Divided by a squared distance. Finite: denominators are no less than about 1e-44.
+    /// Nothing but these nodes.
+    #[inline(always)]
+    fn among(self, nodes: L::Mask) -> Self {
+        Self {
+            positive: self.positive & nodes,
+            ..self
+        }
+    }
+
+    /// Divided by a squared distance; zero where nothing is positive. Finite: denominators are no less than about 1e-44.
     #[inline(always)]
     fn over(&self, squared: L) -> L {
-        (self.numerator / (self.denominator * squared)).min(L::splat(LARGEST))
+        let finite = (self.numerator / (self.denominator * squared)).min(L::splat(LARGEST));
+        finite.select(self.positive, L::splat(0.0))
     }
 }
 
@@ -175,43 +191,53 @@ pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) ->
         .select(directed.positive, L::splat(0.0))
 }
 
-/// Parts of one, of two, or of none if nothing reaches the surface point, that the nodes of `block` get.
+/// Shares of the nodes of `block` that are `among` those to choose from: of one, of two, or of nothing if nothing reaches the surface
+/// point.
 #[inline(always)]
-pub(crate) fn surface_parts<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, weighting: Weighting) -> L {
+pub(crate) fn surface_shares<L: Lanes>(
+    at: &ShadingPoint,
+    block: &NodeBlock,
+    weighting: Weighting,
+    among: L::Mask,
+) -> Shares<L> {
     let seen = Seen::<L>::new(at.position, block);
-    let directed = directed(at, block, &seen);
+    let directed = directed(at, block, &seen).among(among);
     match weighting {
         Weighting::MinMax => {
             let (near, far) = seen.range();
-            let by_min = directed.over(near.max(far * L::splat(INSIDE)));
+            // Known long before the numerators are.
+            let ratio = far / near.max(far * L::splat(INSIDE));
             let by_max = directed.over(far);
-            let parts = by_min * about_inverse(by_min.total()) + by_max * about_inverse(by_max.total());
-            at_least(parts, directed.positive)
+            let by_min = (by_max * ratio).min(L::splat(LARGEST));
+            let least = Shares::new(least_parts(directed.positive));
+            Shares::of_one(by_min).plus(Shares::of_one(by_max).plus(least))
         }
-        Weighting::Center => parts_of(directed.over(seen.clamped()), directed.positive),
+        Weighting::Center => shares_of(directed.over(seen.clamped()), directed.positive),
         Weighting::Yuksel => {
             let (near, _) = seen.range();
             let diagonal = seen.h_squared.max(L::splat(LEAST_SQUARED));
             let too_near = near.less_equal(diagonal) & directed.positive;
             let distance = if too_near.bits() == 0 { near } else { L::splat(1.0) };
-            parts_of(directed.over(distance), directed.positive)
+            shares_of(directed.over(distance), directed.positive)
         }
     }
 }
 
-/// Weights as parts of about one.
+/// What every node gets that can contribute: more than rounding can take from it.
 #[inline(always)]
-fn parts_of<L: Lanes>(weights: L, positive: L::Mask) -> L {
-    at_least(weights * about_inverse(weights.total()), positive)
+fn least_parts<L: Lanes>(positive: L::Mask) -> L {
+    L::splat(LEAST_SHARE).select(positive, L::splat(0.0))
 }
 
+/// Shares by weights that are zero where they are not positive.
 #[inline(always)]
-fn at_least<L: Lanes>(parts: L, positive: L::Mask) -> L {
-    parts.max(L::splat(LEAST_SHARE)).select(positive, L::splat(0.0))
+fn shares_of<L: Lanes>(weights: L, positive: L::Mask) -> Shares<L> {
+    Shares::of_one(weights).plus(Shares::new(least_parts(positive)))
 }
 
-/// Squared ratio of distance and half-diagonal below which a node is near.
-const NEAR_SQUARED: f32 = 4.0;
+/// Squared ratio of distance and half-diagonal below which a node is near. Half of it opens too few nodes in a game level, twice as much takes
+/// time that is not paid back anywhere.
+const NEAR_SQUARED: f32 = 2.0;
 
 /// Nodes near a point, a bit each.
 #[inline(always)]
@@ -242,11 +268,12 @@ pub(crate) fn near_segment(at: &RaySegment, block: &NodeBlock) -> u32 {
     near
 }
 
-/// As [`surface_parts`] for a stretch of a ray, whatever the weighting.
+/// As [`surface_shares`] for a stretch of a ray, whatever the weighting.
 #[inline(always)]
-pub(crate) fn segment_parts<L: Lanes>(at: &RaySegment, block: &NodeBlock) -> L {
-    let weights = L::load(&segment_weights(at, block));
-    parts_of(weights, L::splat(0.0).less(weights))
+pub(crate) fn segment_shares<L: Lanes>(at: &RaySegment, block: &NodeBlock, among: L::Mask) -> Shares<L> {
+    let zero = L::splat(0.0);
+    let weights = L::load(&segment_weights(at, block)).select(among, zero);
+    shares_of(weights, zero.less(weights))
 }
 
 /// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch of one over the squared

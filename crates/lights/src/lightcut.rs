@@ -220,8 +220,7 @@ fn shares_of<L: Lanes, T: Tree, R: Receiver>(
     to: u8,
 ) -> Shares<L> {
     let mask = ((1u32 << to) - 1) & !((1u32 << from) - 1);
-    let parts: L = tree.parts(at, place);
-    Shares::new(parts.select(L::Mask::from_bits(mask), L::splat(0.0)))
+    tree.shares(at, place, L::Mask::from_bits(mask))
 }
 
 struct Subtrees<'a>(&'a [Subtree]);

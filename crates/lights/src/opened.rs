@@ -40,8 +40,8 @@ pub struct OpenedTree<T> {
     tree: T,
 }
 
-/// Most nodes of a cut.
-const CAPACITY: usize = 192;
+/// Most nodes of a cut; what is near beyond them stays closed. Room for more costs every receiver the time to clear it.
+const CAPACITY: usize = 96;
 /// Most places waiting to be opened: siblings of the way down.
 const WAITING: usize = CAPACITY;
 

@@ -30,7 +30,8 @@ fn enumerate_from<T: Tree, R: Receiver>(tree: &T, at: &R, from: &[(Step<T::Place
             Step::Leaf(light) => return found.0[light as usize] += here,
             Step::Inner(place) => place,
         };
-        let parts = tree.parts::<ArrayLanes, R>(at, place).store();
+        // Zero only where the node cannot contribute, as shares are.
+        let parts = at.weights::<ArrayLanes>(&tree.nodes(place)).store();
         let shares = shares::<ArrayLanes, T, R>(tree, at, place);
         if shares.total() == 0.0 {
             assert_eq!(parts, [0.0; WIDTH]);

@@ -2,8 +2,9 @@
 
 use crate::block::NodeBlock;
 use crate::importance::{
-    Weighting, near_point, near_segment, segment_parts, segment_weights, surface_parts, surface_weights,
+    Weighting, near_point, near_segment, segment_shares, segment_weights, surface_shares, surface_weights,
 };
+use crate::route::Shares;
 use crate::two_level::LightInstance;
 use glam::Vec3;
 use lightshed_lanes::Lanes;
@@ -142,8 +143,9 @@ pub trait Sealed: Sync + Sized {
     /// Whether nothing can be received, whatever shines.
     fn is_black(&self) -> bool;
 
-    /// What parts of about one eight siblings get: of the sum of all, zero only where the node cannot contribute.
-    fn parts<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting) -> L;
+    /// Shares of those of eight siblings that are `among` the ones to choose from, about one or two together, or nothing: zero only where a
+    /// node cannot contribute.
+    fn shares<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting, among: L::Mask) -> Shares<L>;
 
     /// Weights that can be compared with those of other blocks: not negative, finite, with a finite sum; zero only where the node cannot
     /// contribute.
@@ -169,8 +171,8 @@ impl Sealed for ShadingPoint {
     }
 
     #[inline(always)]
-    fn parts<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting) -> L {
-        surface_parts(self, block, weighting)
+    fn shares<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting, among: L::Mask) -> Shares<L> {
+        surface_shares(self, block, weighting, among)
     }
 
     #[inline(always)]
@@ -200,8 +202,8 @@ impl Sealed for RaySegment {
     }
 
     #[inline(always)]
-    fn parts<L: Lanes>(&self, block: &NodeBlock, _: Weighting) -> L {
-        segment_parts(self, block)
+    fn shares<L: Lanes>(&self, block: &NodeBlock, _: Weighting, among: L::Mask) -> Shares<L> {
+        segment_shares(self, block, among)
     }
 
     #[inline(always)]

@@ -5,8 +5,8 @@
 //! lights. The number has 52 bits; when 2²⁶ possibilities have been told apart by it, fresh bits are made from the 64 that it
 //! came from, so that depth makes no leaf unreachable.
 
-use crate::block::WIDTH;
-use lightshed_lanes::{LaneMask, Lanes};
+use crate::importance::about_inverse;
+use lightshed_lanes::Lanes;
 
 /// Where a traversal is.
 #[derive(Clone, Copy, Debug)]
@@ -26,39 +26,58 @@ pub(crate) const LEAST_SHARE: f64 = 1.0 / (1 << 20) as f64;
 const REFRESH_BELOW: f64 = 1.0 / (1 << 26) as f64;
 const LARGEST_U: f64 = 1.0 - f64::EPSILON;
 
-/// Cumulative shares of the children of a node: none is less than the one before it, and the last is their sum, zero for a dead
-/// node. They stay in lanes: what has just been written as eight is slow to be read as one.
+/// Cumulative shares of the children of a node: none is less than the one before it, and only that of a child that must not be chosen is
+/// equal. They stay in lanes: what has just been written as eight is slow to be read as one.
 #[derive(Clone, Copy)]
-pub(crate) struct Shares<L> {
+pub struct Shares<L> {
     ends: L,
-    total: f32,
+    /// The last of them, in all lanes: the same bits, as sums are formed in the same order.
+    total: L,
 }
 
 impl<L: Lanes> Shares<L> {
-    /// From what [`Sealed::parts`](crate::receiver::Sealed::parts) gives: zeros, and numbers that are not small beside their sum.
+    /// Shares by parts that are not negative, with a finite sum.
     #[inline(always)]
     pub fn new(parts: L) -> Self {
-        let ends = parts.running_sums();
         Self {
-            ends,
-            total: ends.compress(1 << (WIDTH - 1), 0).first(),
+            ends: parts.running_sums(),
+            total: parts.total(),
+        }
+    }
+
+    /// The same, scaled to about one where their sum is not below the least normal number. Sums and scale wait for the same parts, not for
+    /// each other.
+    #[inline(always)]
+    pub fn of_one(parts: L) -> Self {
+        let Self { ends, total } = Self::new(parts);
+        let scale = about_inverse(total);
+        Self {
+            ends: ends * scale,
+            total: total * scale,
+        }
+    }
+
+    /// Sums of two shares.
+    #[inline(always)]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            ends: self.ends + other.ends,
+            total: self.total + other.total,
         }
     }
 
     /// Their sum.
     #[inline(always)]
     pub fn total(&self) -> f64 {
-        f64::from(self.total)
+        f64::from(self.total.first())
     }
 
-    /// Where the share of `lane` starts, and how wide it is.
+    /// Where the share of `lane` starts, and how wide it is. Without a branch for the first lane, which would be mispredicted as often as
+    /// that is chosen.
     #[inline(always)]
     fn of(&self, lane: usize) -> (f64, f64) {
-        let end = self.ends.compress(1 << lane, 0).first();
-        // Of lane 0 there is none before: no lane is chosen, and which one comes does not matter.
-        let before = self.ends.compress((1 << lane) >> 1, 0).first();
-        let start = if lane == 0 { 0.0 } else { f64::from(before) };
-        (start, f64::from(end) - start)
+        let start = f64::from(self.ends.delayed().lane(lane));
+        (start, f64::from(self.ends.lane(lane)) - start)
     }
 
     /// Probability of `lane`; 0 in a dead node.
@@ -71,14 +90,10 @@ impl<L: Lanes> Shares<L> {
         }
     }
 
-    /// The lane whose share contains `place`, which is less than the total.
+    /// The lane whose share contains `place`, which is less than the total: none of those at most `place`.
     #[inline(always)]
     fn lane_at(&self, place: f64) -> usize {
-        // Shares are `f32`s: they are at most `place` where they are at most the greatest `f32` that is. Places are far from the
-        // least of those.
-        let below = f64::from_bits(place.to_bits() & !((1 << 29) - 1)) as f32;
-        let passed = self.ends.less_equal(L::splat(below));
-        (passed.bits() & 0x7f).count_ones() as usize
+        self.ends.count_at_most(place)
     }
 }
 

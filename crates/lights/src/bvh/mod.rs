@@ -15,6 +15,7 @@ use crate::curve::Curve;
 use crate::descent::{Step, Tree, Way};
 use crate::order::Order;
 use crate::receiver::Receiver;
+use crate::route::Shares;
 use crate::{Light, LightError, Weighting};
 use agglomerative::{Joined, Joining};
 use along_curve::{AlongCurve, Pyramid};
@@ -184,8 +185,13 @@ impl Tree for LightBvh {
     }
 
     #[inline(always)]
-    fn parts<L: Lanes, R: Receiver>(&self, at: &R, place: u32) -> L {
-        at.parts(&self.blocks[place as usize].nodes, Weighting::MinMax)
+    fn shares<L: Lanes, R: Receiver>(&self, at: &R, place: u32, among: L::Mask) -> Shares<L> {
+        at.shares(&self.blocks[place as usize].nodes, Weighting::MinMax, among)
+    }
+
+    #[inline(always)]
+    fn prefetch_below(&self, place: u32) {
+        prefetch(&self.blocks[place as usize].below);
     }
 
     #[inline(always)]

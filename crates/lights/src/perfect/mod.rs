@@ -17,8 +17,9 @@ use crate::block::{Node, NodeBlock, WIDTH};
 use crate::curve::Curve;
 use crate::descent::{Step, Tree, Way};
 use crate::receiver::Receiver;
+use crate::route::Shares;
 use crate::{Light, LightError, Weighting};
-use lightshed_lanes::Lanes;
+use lightshed_lanes::{Lanes, prefetch};
 
 /// A perfect binary light tree (Lin 2022, ch. 4): built in a few milliseconds a million lights, and again every frame.
 ///
@@ -198,12 +199,22 @@ impl Tree for PerfectTree {
     }
 
     #[inline(always)]
-    fn parts<L: Lanes, R: Receiver>(&self, at: &R, place: Siblings) -> L {
+    fn shares<L: Lanes, R: Receiver>(&self, at: &R, place: Siblings, among: L::Mask) -> Shares<L> {
         let block = self.block(place.level, place.first);
+        let weighting = self.options.weighting;
         match self.options.stride {
             // The block of a first step of fewer levels holds nothing else.
-            Stride::Three => at.parts(block, self.options.weighting),
-            Stride::One => at.parts(&block.pair(place.first as usize % WIDTH), self.options.weighting),
+            Stride::Three => at.shares(block, weighting, among),
+            Stride::One => at.shares(&block.pair(place.first as usize % WIDTH), weighting, among),
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch_below(&self, place: Siblings) {
+        if place.level == self.depth()
+            && let Some(light) = self.light_at.get(place.first as usize)
+        {
+            prefetch(light);
         }
     }
 
