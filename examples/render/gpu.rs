@@ -20,17 +20,30 @@ pub fn on_gpu(
     cancel: &AtomicBool,
 ) -> Result<OnGpu, Failure> {
     use crate::arguments::{Mapping, Method};
-    use lightshed::gpu::{Gpu, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene};
-    use lightshed::integrator::{PathMapping, RestirPtOptions};
+    use crate::session::LIGHT_SAMPLES;
+    use lightshed::gpu::{Gpu, GpuDirectLight, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene};
+    use lightshed::integrator::{LightChoosing, PathMapping, RestirPtOptions};
 
-    if arguments.lights.is_some() || arguments.motion.is_some() {
-        return Err(Failure::new(
-            "--lights and --motion have no meaning with --device gpu",
-        ));
+    if arguments.motion.is_some() {
+        return Err(Failure::new("--motion has no meaning with --device gpu"));
     }
+    let by_tree = match (arguments.lights, arguments.method) {
+        (None, _) => false,
+        (Some(LightChoosing::Tree), Method::Direct) => true,
+        _ => {
+            return Err(Failure::new(
+                "with --device gpu --lights has to be tree, and the method direct",
+            ));
+        }
+    };
     let gpu = Gpu::new()?;
     let on_device = GpuScene::new(&gpu, scene)?;
     match arguments.method {
+        Method::Direct if by_tree => {
+            let samples = arguments.light_samples.unwrap_or(LIGHT_SAMPLES);
+            let method = GpuDirectLight::new(&gpu, &on_device, samples, 1)?;
+            render(&gpu, method, options, observer, cancel)
+        }
         Method::Path | Method::Direct => render(
             &gpu,
             GpuPathTracer::new(&gpu, &on_device)?,

@@ -28,7 +28,7 @@ const INTERRUPTED: u8 = 130;
 const DIRECT_DEPTH: u32 = 2;
 
 /// Samples of emitters at a point unless told otherwise.
-const LIGHT_SAMPLES: u32 = 8;
+pub const LIGHT_SAMPLES: u32 = 8;
 
 /// Does what the command line asks.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {

@@ -6,7 +6,9 @@
 //!
 //! Says SKIPPED where there is no adapter, or none with a clock.
 
-use lightshed_gpu::{Gpu, GpuError, GpuMethod, GpuPathTracer, GpuRestirDi, GpuScene};
+mod opening;
+
+use lightshed_gpu::{GpuDirectLight, GpuError, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene};
 use lightshed_scene::{Scene, builtin};
 use std::collections::BTreeMap;
 
@@ -19,17 +21,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some((width.parse().ok()?, height.parse().ok()?))
     });
     let (width, height) = size.unwrap_or((1280, 720));
-    let gpu = match Gpu::new() {
-        Ok(gpu) => gpu,
-        Err(error) => {
-            println!("SKIPPED: {error}");
-            return Ok(());
-        }
-    };
-    if !gpu.has_timestamps() {
-        println!("SKIPPED: {} has no clock", gpu.description());
+    let Some(gpu) = opening::clocked_gpu() else {
         return Ok(());
-    }
+    };
     println!(
         "{}, {width}x{height}, median of {FRAMES} frames\n",
         gpu.description()
@@ -42,7 +36,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let scene = Scene::new(&description)?;
         let on_device = GpuScene::new(&gpu, &scene)?;
         row(name, "path", GpuPathTracer::new(&gpu, &on_device)?)?;
+        row(name, "direct, tree", GpuDirectLight::new(&gpu, &on_device, 1, 1)?)?;
         row(name, "restir-di", GpuRestirDi::new(&gpu, &on_device)?)?;
+        row(name, "restir-pt", GpuRestirPt::new(&gpu, &on_device)?)?;
     }
     Ok(())
 }

@@ -7,6 +7,8 @@
 //! 100,000 and 1,000,000 lights where none are given. Where a processor stands in for a GPU, its time tells more than the clock.
 //! Says SKIPPED where there is no adapter, or none with a clock.
 
+mod opening;
+
 use lightshed_gpu::{Access, Gpu, GpuLightTree, Kernel, LightTreeBuilder};
 use lightshed_integrator::process_cpu_seconds;
 use lightshed_lights::glam::Vec3;
@@ -72,17 +74,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if counts.is_empty() {
         counts = vec![100_000, 1_000_000];
     }
-    let gpu = match Gpu::new() {
-        Ok(gpu) => gpu,
-        Err(error) => {
-            println!("SKIPPED: {error}");
-            return Ok(());
-        }
-    };
-    if !gpu.has_timestamps() {
-        println!("SKIPPED: {} has no clock", gpu.description());
+    let Some(gpu) = opening::clocked_gpu() else {
         return Ok(());
-    }
+    };
     let wgsl = Linker::new()
         .module("package::main", SAMPLE)
         .module("package::host", HOST)

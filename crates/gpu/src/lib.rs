@@ -4,6 +4,7 @@
 //! `lightshed-shaders`, linked and checked in.
 
 mod device;
+mod direct;
 mod error;
 mod frames;
 mod image;
@@ -21,6 +22,7 @@ mod testing;
 mod work;
 
 pub use device::{Access, Buffer, Gpu, Kernel};
+pub use direct::GpuDirectLight;
 pub use error::GpuError;
 pub use frames::{GpuFrames, GpuMethod};
 pub use image::GpuImage;

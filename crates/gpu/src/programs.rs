@@ -1,5 +1,7 @@
 //! The programs, linked.
 
+/// Direct light with emitters chosen by a light tree.
+pub(crate) const DIRECT: &str = include_str!("wgsl/direct.wgsl");
 /// Building light trees.
 pub(crate) const LIGHT_TREE_BUILD: &str = include_str!("wgsl/light_tree_build.wgsl");
 /// Path tracing by wavefronts.

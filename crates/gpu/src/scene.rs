@@ -2,6 +2,8 @@
 
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
+use lightshed_integrator::scene_lights;
+use lightshed_lights::LightRecord;
 use lightshed_scene::glam::{Vec3, Vec3A};
 use lightshed_scene::{ComponentRow, FlatCamera, FlatScene, RenderSettings, Scene};
 use obvhs::BvhBuildParams;
@@ -16,6 +18,7 @@ pub struct GpuScene {
     flat: FlatScene,
     render: RenderSettings,
     extent: f32,
+    lights: Vec<LightRecord>,
 }
 
 /// What kernels read of a scene and of what is asked of them: binding 0.
@@ -71,6 +74,10 @@ impl GpuScene {
             flat,
             render: *scene.settings(),
             extent: scene.extent(),
+            lights: scene_lights(scene.emitters())
+                .iter()
+                .map(LightRecord::new)
+                .collect(),
         })
     }
 
@@ -82,6 +89,16 @@ impl GpuScene {
     /// What the description asked of the renderer.
     pub fn settings(&self) -> &RenderSettings {
         &self.render
+    }
+
+    /// The emitting triangles as light trees see them.
+    pub(crate) fn lights(&self) -> &[LightRecord] {
+        &self.lights
+    }
+
+    /// Whether light arrives from all around.
+    pub(crate) fn has_surroundings(&self) -> bool {
+        self.flat.surroundings != Vec3::ZERO
     }
 
     /// The scene's size.
@@ -112,7 +129,7 @@ impl GpuScene {
     pub(crate) fn constants(&self) -> [(&'static str, f64); 2] {
         let flag = |has: bool| f64::from(u8::from(has));
         [
-            ("HAS_SURROUNDINGS", flag(self.flat.surroundings != Vec3::ZERO)),
+            ("HAS_SURROUNDINGS", flag(self.has_surroundings())),
             ("HAS_EMITTERS", flag(!self.flat.emitters.is_empty())),
         ]
     }

@@ -5,7 +5,14 @@
 use lightshed_shaders::Linker;
 use std::path::Path;
 
-const PROGRAMS: [&str; 5] = ["light_tree_build", "path", "radix_sort", "restir_di", "restir_pt"];
+const PROGRAMS: [&str; 6] = [
+    "direct",
+    "light_tree_build",
+    "path",
+    "radix_sort",
+    "restir_di",
+    "restir_pt",
+];
 
 #[test]
 fn checked_in_wgsl_is_what_programs_link_to() {

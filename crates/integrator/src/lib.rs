@@ -58,7 +58,9 @@ pub use direct_selected::SelectedDirectLight;
 pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
 pub use frames::{FrameMethod, render_frames};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};
-pub use light_selection::{ChosenLight, LightChoosing, LightSelection, UnknownLightChoosing, shading_point};
+pub use light_selection::{
+    ChosenLight, LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point,
+};
 pub use lightcuts::{CutTree, LightcutError, LightcutOptions, Lightcuts, MAX_CUT_BLOCK, MAX_SUBTREES};
 #[cfg(feature = "flip")]
 pub use metrics::flip;

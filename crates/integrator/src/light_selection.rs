@@ -338,8 +338,8 @@ pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoin
     }
 }
 
-/// The finite emitters of a scene, by their indices.
-pub(crate) fn scene_lights(emitters: &Emitters) -> Vec<Light> {
+/// The finite emitters of a scene, by their indices, as light samplers see them.
+pub fn scene_lights(emitters: &Emitters) -> Vec<Light> {
     (0..emitters.finite_count() as u32)
         .filter_map(|index| emitters.extent(index))
         .map(|extent| light_of(&extent))

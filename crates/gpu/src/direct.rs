@@ -1,0 +1,282 @@
+//! Direct light with emitters chosen by a light tree, on the device.
+
+use crate::path_tracer::groups_of;
+use crate::programs::DIRECT;
+use crate::scene::{SCENE_BINDINGS, Settings};
+use crate::{
+    Access, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, LightTreeBuilder, PassTime,
+};
+use bytemuck::{Pod, Zeroable};
+use lightshed_integrator::{MAX_DIRECT_SAMPLES, RayCounts};
+use lightshed_lights::Curve;
+
+/// Emission and light that is scattered once, with emitters chosen by a perfect light tree that the device builds: the estimator of
+/// `lightshed_integrator::SelectedDirectLight` with `LightChoosing::Tree`.
+///
+/// Random numbers and choices are the host's, so a pixel's sample is the host's to rounding; but near triangles, which the host
+/// samples by solid angle, are sampled by area here: those pixels agree in expectation.
+pub struct GpuDirectLight<'a> {
+    gpu: &'a Gpu,
+    scene: &'a GpuScene,
+    tree: GpuLightTree,
+    /// How the tree was built.
+    build_times: Vec<PassTime>,
+    kernel: Kernel,
+    settings: Buffer,
+    image: Buffer,
+    asked: Direct,
+    times: Vec<PassTime>,
+}
+
+/// As the shader reads it.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Direct {
+    tree: Tree,
+    sample: u32,
+    emitter_samples: u32,
+    bsdf_samples: u32,
+    groups: u32,
+    stratum: [u32; 2],
+    has_tree: u32,
+    padding: u32,
+}
+
+/// A light tree as the shader module `light_tree` reads it.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Tree {
+    lights: u32,
+    depth: u32,
+    /// Levels that a step goes down.
+    stride: u32,
+    /// How distance enters a node's weight, by the module's numbers.
+    weighting: u32,
+}
+
+/// As `PerfectTreeOptions::default` has them.
+const STRIDE: u32 = 3;
+const MIN_MAX: u32 = 1;
+/// Bytes of a pixel of the image.
+const IMAGE_BYTES: u64 = 16;
+
+impl<'a> GpuDirectLight<'a> {
+    /// Bytes on the device for each pixel: the image.
+    pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
+
+    /// `n` samples of the emitters and, where the surface is not diffuse, `m` of the BSDF, at the point that a camera ray meets. Builds
+    /// the light tree.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Settings`] for no samples of emitters, or more than [`MAX_DIRECT_SAMPLES`] of either; [`GpuError::Refused`],
+    /// [`GpuError::TooLarge`], [`GpuError::Lost`].
+    pub fn new(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        emitter_samples: u32,
+        bsdf_samples: u32,
+    ) -> Result<Self, GpuError> {
+        Self::of_program(gpu, scene, [emitter_samples, bsdf_samples], DIRECT)
+    }
+
+    fn of_program(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        [emitter_samples, bsdf_samples]: [u32; 2],
+        program: &str,
+    ) -> Result<Self, GpuError> {
+        if emitter_samples == 0 || emitter_samples.max(bsdf_samples) > MAX_DIRECT_SAMPLES {
+            return Err(GpuError::Settings(
+                format!(
+                    "samples of emitters must number between 1 and {MAX_DIRECT_SAMPLES}, of the BSDF no more"
+                )
+                .into(),
+            ));
+        }
+        let lights = scene.lights();
+        let tree = GpuLightTree::new(gpu, lights.len(), Curve::Hilbert)?;
+        let has_tree = lights.iter().any(|light| light.intensity > 0.0);
+        let mut build_times = Vec::new();
+        if has_tree {
+            let records = gpu.buffer("lights", lights)?;
+            let mut work = gpu.timed_work();
+            LightTreeBuilder::new(gpu)?.build(&mut work, &records, &tree);
+            build_times = work.finish()?;
+        }
+        let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
+        access.extend([Access::Write, Access::Read]);
+        let stratum = u64::MAX / u64::from(emitter_samples);
+        let [width, height] = scene.size();
+        Ok(Self {
+            gpu,
+            scene,
+            asked: Direct {
+                tree: Tree {
+                    lights: tree.lights(),
+                    depth: tree.depth(),
+                    stride: STRIDE,
+                    weighting: MIN_MAX,
+                },
+                sample: 0,
+                emitter_samples,
+                bsdf_samples,
+                groups: u32::from(has_tree) + u32::from(scene.has_surroundings()),
+                stratum: [stratum as u32, (stratum >> 32) as u32],
+                has_tree: u32::from(has_tree),
+                padding: 0,
+            },
+            tree,
+            build_times,
+            kernel: gpu.kernel("direct", program, "direct", &access, &scene.constants())?,
+            settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
+            image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,
+            times: Vec::new(),
+        })
+    }
+
+    /// Bytes on the device, the scene's and the tree's apart.
+    pub fn bytes(&self) -> u64 {
+        self.image.bytes()
+    }
+
+    /// The tree.
+    pub fn tree(&self) -> &GpuLightTree {
+        &self.tree
+    }
+
+    /// How long each dispatch of the tree's building ran; nothing where the device has no clock.
+    pub fn build_times(&self) -> &[PassTime] {
+        &self.build_times
+    }
+}
+
+impl GpuMethod for GpuDirectLight<'_> {
+    fn size(&self) -> [u32; 2] {
+        self.scene.size()
+    }
+
+    /// Sample number `frame` of each pixel.
+    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+        let asked = self.scene.kernel_settings(seed, 2, u32::MAX);
+        self.gpu.write(&self.settings, &[asked]);
+        let direct = Direct {
+            sample: frame,
+            ..self.asked
+        };
+        let direct = self.gpu.buffer("direct", &[direct])?;
+        let mut buffers = vec![&self.settings];
+        buffers.extend(&self.scene.buffers);
+        let tree = &self.tree;
+        buffers.extend([
+            &tree.rows,
+            &tree.levels,
+            &tree.light_at,
+            &tree.leaf_of,
+            &self.image,
+            &direct,
+        ]);
+        let [width, height] = self.size();
+        let mut work = self.gpu.timed_work();
+        work.dispatch(&self.kernel, &buffers, groups_of(width * height));
+        self.times = work.finish()?;
+        let values: Vec<[f32; 4]> = self.gpu.read(&self.image, (width * height) as usize)?;
+        let rays = RayCounts {
+            camera: u64::from(width * height),
+            ..RayCounts::default()
+        };
+        Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
+    }
+
+    fn times(&self) -> &[PassTime] {
+        &self.times
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::gpu;
+    use lightshed_integrator::{LightChoosing, LightSelection, PixelEstimator, SelectedDirectLight};
+    use lightshed_scene::{EmitterDescription, Rgb, Scene, builtin, luminance};
+    use lightshed_testkit::MeanTest;
+
+    const SIDE: u32 = 40;
+
+    /// The share of the pixels whose sample is the host's within 10⁻⁴, over some samples, and the mean difference of the others.
+    fn like_the_host(gpu: &Gpu, scene: &Scene, samples: u32, program: &str) -> (f64, MeanTest) {
+        let on_device = GpuScene::new(gpu, scene).expect("it is flat");
+        let mut device =
+            GpuDirectLight::of_program(gpu, &on_device, [samples, 1], program).expect("the program is sound");
+        assert_eq!(
+            device.bytes(),
+            GpuDirectLight::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
+        );
+        let selection = LightSelection::new(scene, LightChoosing::Tree).expect("there are lights");
+        let host = SelectedDirectLight::new(scene, selection, samples, 1).expect("samples are few");
+        let (mut alike, mut count) = (0, 0);
+        let mut differences = MeanTest::new();
+        for index in 0..4 {
+            let (found, _) = device.frame(index, 7).expect("the device answers");
+            for (i, value) in (0..).zip(found) {
+                let truth = host.sample(i % SIDE, i / SIDE, index, 7);
+                let value = Rgb::from(value);
+                let same = (value - truth).abs().max_element() <= 1e-4 * truth.max_element().max(1e-3);
+                alike += u32::from(same);
+                count += 1;
+                differences.push(f64::from(luminance(value) - luminance(truth)));
+            }
+        }
+        (f64::from(alike) / f64::from(count), differences)
+    }
+
+    /// With the host's numbers come the host's values, and where triangles are near, their expectation (a z-test at 1e-4 on the mean of
+    /// the differences).
+    #[test]
+    fn samples_are_the_hosts_but_for_near_triangles() {
+        let Some(gpu) = gpu() else { return };
+        let mut lit_from_around = builtin::cornell_glossy();
+        lit_from_around.emitters.push(EmitterDescription::Constant {
+            radiance: Rgb::new(0.3, 0.4, 0.6),
+        });
+        let scenes = [
+            ("cornell-glossy", lit_from_around, 3, 0.4),
+            ("many-lights", builtin::many_lights(), 4, 0.97),
+        ];
+        let faults = [
+            // Strata are left out: every sample asks the same part of the tree.
+            ("vec2u(i, 0u)", "vec2u(0u, 0u)"),
+            // The tree's probability is forgotten where the BSDF's sample is weighed.
+            (
+                "* finite_probability();\n                pdf",
+                "* 0.0;\n                pdf",
+            ),
+        ];
+        for (name, mut description, samples, least) in scenes {
+            (description.settings.width, description.settings.height) = (SIDE, SIDE);
+            let scene = Scene::new(&description).expect("built-in scenes are sound");
+            let (alike, differences) = like_the_host(&gpu, &scene, samples, DIRECT);
+            println!(
+                "{name}: {alike:.4} alike, differences {:.2e} ({:.2e})",
+                differences.mean(),
+                differences.standard_error()
+            );
+            let expected = if gpu.is_exact() { least } else { 0.9 * least };
+            assert!(alike >= expected, "{name}");
+            assert!(differences.test_against(0.0, 1e-4).is_ok(), "{name}");
+            if name != "cornell-glossy" {
+                continue;
+            }
+            for (right, planted) in faults {
+                assert!(DIRECT.contains(right), "{right}");
+                let (fewer, differences) =
+                    like_the_host(&gpu, &scene, samples, &DIRECT.replace(right, planted));
+                println!("  {planted}: {fewer:.4} alike, {:.2e}", differences.mean());
+                assert!(
+                    fewer < alike - 0.01 || differences.test_against(0.0, 1e-4).is_err(),
+                    "{planted}"
+                );
+            }
+        }
+    }
+}
