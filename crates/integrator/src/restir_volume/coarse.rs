@@ -5,7 +5,7 @@ use lightshed_scene::volume::{
     DenseAccessor, DensityAccessor, DensityField, DensityRange, FieldBounds, FieldRay, Filter, Interval,
     MajorantGrid, MipLevel, MipPyramid, ray_marching_depth, regular_depth,
 };
-use lightshed_scene::{GridField, Medium, MediumDensity, Ray};
+use lightshed_scene::{Medium, MediumDensity, Ray};
 
 /// Greatest level of a coarse density.
 pub const MAX_COARSENESS: u32 = 4;
@@ -20,6 +20,8 @@ pub(crate) struct CoarseMedium {
     pyramid: Option<MipPyramid>,
     /// By level, from 1 on. The bounds of a cube are both its value.
     proposals: Vec<MajorantGrid>,
+    /// The greatest `σ_t` of any channel.
+    densest: f32,
 }
 
 /// A stretch of a ray of constant density.
@@ -42,8 +44,17 @@ const LOOKUP_VOXELS: f32 = 1.5;
 /// Most bins of a camera ray.
 const MOST_BINS: f32 = 128.0;
 
-/// A voxel's diagonal in edges.
+/// A voxel's diagonal in edges: the length of a step.
 const DIAGONAL: f32 = 1.732_050_8;
+
+/// Optical depth behind which marching stops. Targets are then too large, but still so small that nothing is chosen for them.
+const OPAQUE_DEPTH: f32 = 10.0;
+
+/// Greatest optical depth of a step of level 1 that serves for level 0.
+const THIN_DEPTH: f32 = 0.5;
+
+/// Steps between two looks at whether that is reached.
+const STEPS_AT_ONCE: f32 = 4.0;
 
 impl CoarseMedium {
     /// With levels up to `most`.
@@ -52,6 +63,7 @@ impl CoarseMedium {
             return Self {
                 pyramid: None,
                 proposals: Vec::new(),
+                densest: 0.0,
             };
         };
         let pyramid = MipPyramid::new(field.grid(), most.clamp(1, MAX_COARSENESS))
@@ -62,9 +74,22 @@ impl CoarseMedium {
                 MajorantGrid::new(&Cubes(level), 1.0).expect("fewer cubes than voxels, of sound densities")
             })
             .collect();
+        let bounds = field.grid().bounds();
+        let densest = field.grid().range(bounds.min(), bounds.max()).max;
         Self {
             pyramid: Some(pyramid),
             proposals,
+            densest: densest * medium.extinction().max_element(),
+        }
+    }
+
+    /// What is as good as a level along a ray: level 1 for 0 where a step through it is optically thin.
+    fn thinned(&self, level: u32, ray: &Ray, field_ray: &FieldRay) -> u32 {
+        let step = 2.0 * DIAGONAL * ray.direction.length() / field_ray.direction.length();
+        if level == 0 && self.densest * step < THIN_DEPTH {
+            1
+        } else {
+            level
         }
     }
 
@@ -75,15 +100,44 @@ impl CoarseMedium {
             .level(level.min(self.proposals.len() as u32))
     }
 
-    /// `∫ ρ dt` along `ray` within `interval`: by ray marching at a level, exact at level 0.
+    /// `∫ ρ dt` along `ray` within `interval` by ray marching at a level, or what of it suffices that next to nothing comes through.
     pub fn depth(&self, medium: &Medium, ray: &Ray, interval: Interval, level: u32) -> f64 {
         let MediumDensity::Grid(field) = medium.density() else {
             return f64::from(interval.t1) - f64::from(interval.t0);
         };
         let field_ray = field.field_ray(ray);
-        match self.level(level) {
-            None => regular_depth(field.grid(), &field_ray, interval).depth,
-            Some(level) => f64::from(marched_depth(field, level, &field_ray, interval)),
+        let Some(interval) = field.clip(&field_ray, interval) else {
+            return 0.0;
+        };
+        let k = medium.extinction().min_element() * ray.direction.length();
+        let (mut density, ray) = match self.level(self.thinned(level, ray, &field_ray)) {
+            None => (field.grid().accessor(), field_ray),
+            Some(level) => (trilinear(level), level.ray(&field_ray)),
+        };
+        let length = interval.t1 - interval.t0;
+        let steps = (length * ray.direction.length() / DIAGONAL)
+            .ceil()
+            .clamp(1.0, 65536.0);
+        let step = length / steps;
+        let opaque = OPAQUE_DEPTH / k;
+        let (mut depth, mut done) = (0.0f32, 0.0f32);
+        while done < steps && !(depth > opaque) {
+            let count = (steps - done).min(STEPS_AT_ONCE);
+            let part = Interval {
+                t0: interval.t0 + done * step,
+                t1: interval.t0 + (done + count) * step,
+            };
+            depth += ray_marching_depth(&mut density, &ray, part, count as u32, 0.5);
+            done += count;
+        }
+        f64::from(depth)
+    }
+
+    /// `∫ ρ dt` along `ray` within `interval`.
+    pub fn exact_depth(medium: &Medium, ray: &Ray, interval: Interval) -> f64 {
+        match medium.density() {
+            MediumDensity::Homogeneous => f64::from(interval.t1) - f64::from(interval.t0),
+            MediumDensity::Grid(field) => regular_depth(field.grid(), &field.field_ray(ray), interval).depth,
         }
     }
 
@@ -173,7 +227,7 @@ impl CoarseMedium {
         let cubes = cubes.clamp(1, self.proposals.len() as u32);
         let Some(coarse) = self.level(cubes) else { return };
         let field_ray = field.field_ray(ray);
-        let (mut accessor, lookup_ray) = match self.level(level) {
+        let (mut accessor, lookup_ray) = match self.level(self.thinned(level, ray, &field_ray)) {
             None => (field.grid().accessor(), field_ray),
             Some(level) => (trilinear(level), level.ray(&field_ray)),
         };
@@ -214,17 +268,6 @@ impl CoarseMedium {
 
 fn trilinear(level: &MipLevel) -> DenseAccessor<'_> {
     level.density().filtered(Filter::Trilinear).into_accessor()
-}
-
-/// By steps of a voxel's diagonal at least.
-fn marched_depth(field: &GridField, level: &MipLevel, field_ray: &FieldRay, interval: Interval) -> f32 {
-    let Some(interval) = field.clip(field_ray, interval) else {
-        return 0.0;
-    };
-    let ray = level.ray(field_ray);
-    let voxels = (interval.t1 - interval.t0) * ray.direction.length();
-    let steps = (voxels / DIAGONAL).ceil().clamp(1.0, 65536.0) as u32;
-    ray_marching_depth(&mut trilinear(level), &ray, interval, steps, 0.5)
 }
 
 /// The voxels of a level as a density: what [`MajorantGrid`] asks for the bounds of a cube.

@@ -27,9 +27,9 @@ pub struct RestirVolumeOptions {
     pub candidate_level: u32,
     /// Level of the densities along camera rays, in proposals and targets, 0 to 4.
     pub camera_level: u32,
-    /// Level of the interpolated densities between vertices, in walks and targets, 0 to 4.
+    /// Level of the interpolated densities between vertices, in walks and targets, 0 to 4; where the medium is thin level 1 serves for 0.
     pub reuse_level: u32,
-    /// Level of the densities between vertices and emitters in all targets, 0 to 4.
+    /// Level of the densities between vertices and emitters in all targets, 0 to 4; where the medium is thin level 1 serves for 0.
     pub shadow_level: u32,
     /// Whether the place in the frame before is that of a point in the medium also where the pixel's own path starts on a surface or is
     /// none (Lin 2022 §5.5.2). Matters under motion only.
@@ -37,9 +37,9 @@ pub struct RestirVolumeOptions {
 }
 
 impl RestirVolumeOptions {
-    /// With at most `scatterings` scattering vertices, and else near Lin 2022 §5.5: 4 walks, 3 neighbours, temporal reuse with cap 4, cubes of
-    /// level 2 for walks. Targets are finer than there, of level 1 and, along camera rays, 0: marching is cheap here, and what targets miss
-    /// is noise. Neighbours are within 2.5 pixels rather than 10, for images of a third of the size; see
+    /// With at most `scatterings` scattering vertices, and else near Lin 2022 §5.5: 4 walks, 3 neighbours, temporal reuse with cap 4.
+    /// Densities are those of level 0: where marching is as cheap as here, finer targets pay, since what they miss is noise; the more the denser
+    /// the medium. Neighbours are within 2.5 pixels rather than 10, for images of a third of the size; see
     /// [`RestirVolumeOptions::of_scene`].
     pub const fn new(scatterings: u32) -> Self {
         Self {
@@ -49,10 +49,10 @@ impl RestirVolumeOptions {
             radius_pixels: 2.5,
             temporal_reuse: true,
             confidence_cap: 4.0,
-            candidate_level: 2,
+            candidate_level: 1,
             camera_level: 0,
-            reuse_level: 1,
-            shadow_level: 1,
+            reuse_level: 0,
+            shadow_level: 0,
             velocity_resampling: true,
         }
     }

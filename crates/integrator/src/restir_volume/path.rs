@@ -202,7 +202,7 @@ pub(crate) fn emission(medium: &Medium, position: Vec3) -> DVec3 {
 pub(crate) struct Evaluation<'a> {
     pub volumes: &'a Volumes<'a>,
     pub tally: &'a RayTally,
-    /// Level of densities in transmittances between vertices; 0 is exact.
+    /// Level of densities in transmittances between vertices.
     pub level: u32,
     /// The same towards emitters.
     pub shadow_level: u32,

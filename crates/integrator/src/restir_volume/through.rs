@@ -136,9 +136,9 @@ impl<'a> Volumes<'a> {
         (None, part.medium)
     }
 
-    /// Along the whole of `ray`, by densities of a level; exactly at level 0.
+    /// Along the whole of `ray`, by densities of a level.
     pub fn through(&self, ray: &Ray, medium: Option<u32>, level: u32) -> Through {
-        if let (Some(index), true) = (medium, self.alone && level > 0) {
+        if let (Some(index), true) = (medium, self.alone) {
             let (medium, coarse) = self.medium(index);
             let interval = Interval {
                 t0: 0.0,
@@ -191,7 +191,7 @@ impl<'a> Volumes<'a> {
     }
 
     fn estimate_part(&self, index: u32, part: &Part, rng: &mut CounterRng) -> DVec3 {
-        let (medium, coarse) = self.medium(index);
+        let medium = &self.scene.media()[index as usize];
         let interval = Interval {
             t0: 0.0,
             t1: part.t_max,
@@ -214,7 +214,7 @@ impl<'a> Volumes<'a> {
             _ => transmitted(optical_depth(
                 medium,
                 &part.ray,
-                coarse.depth(medium, &part.ray, interval, 0),
+                CoarseMedium::exact_depth(medium, &part.ray, interval),
             )),
         }
     }
