@@ -18,9 +18,9 @@ use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
 use candidates::Sequence;
 use lightshed_resampling::{Contribution, Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
 use lightshed_sampling::{CounterRng, f64_from_u64};
-use lightshed_scene::glam::{DVec3, Vec2};
+use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::{Camera, Material, Rgb, Scene};
-use path::{Evaluation, VolumePath};
+use path::{DirectionReuse, Evaluation, VolumePath};
 use pixel::{VolumePixel, VolumeReservoir};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,8 +39,8 @@ use through::Volumes;
 /// Light that arrives unscattered is added by itself.
 ///
 /// Every frame of a still camera has the expectation of [`VolumePathTracer`](crate::VolumePathTracer) with a longest path of `K + 1` edges.
-/// Under motion the place in the frame before is chosen by the pixel's own path (*stochastic reprojection*, §5.4.4), which is slightly
-/// biased and vanishes a few frames after the motion does.
+/// Under motion of the camera or of media ([`RestirVolume::animated`]) the place in the frame before is chosen by the pixel's own path
+/// (*stochastic reprojection*, §5.4.4), which is slightly biased; that vanishes a few frames after the motion does.
 ///
 /// Surfaces must scatter diffusely enough for emitter samples; camera rays end on the first surface that is not
 /// [`Material::Null`](lightshed_scene::Material::Null).
@@ -59,7 +59,10 @@ use through::Volumes;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct RestirVolume<'a> {
-    volumes: Volumes<'a>,
+    /// By frame; the last serves for all later ones.
+    volumes: Vec<Volumes<'a>>,
+    /// Where what is somewhere in a frame was in the one before.
+    flow: Option<Flow<'a>>,
     options: RestirVolumeOptions,
     pattern: Option<Pattern>,
     motion: CameraMotion,
@@ -70,6 +73,9 @@ pub struct RestirVolume<'a> {
     history: Vec<VolumeReservoir>,
     spare: [Vec<VolumeReservoir>; 2],
 }
+
+/// Of a frame's number and a position in it.
+type Flow<'a> = &'a (dyn Fn(u32, Vec3) -> Vec3 + Sync);
 
 /// Passes of a frame, each with random numbers of its own.
 #[derive(Clone, Copy)]
@@ -110,9 +116,43 @@ impl<'a> RestirVolume<'a> {
         options: RestirVolumeOptions,
         motion: CameraMotion,
     ) -> Result<Self, RestirVolumeError> {
+        Self::of_scenes(std::slice::from_ref(scene), None, options, motion)
+    }
+
+    /// For densities that change: frame `f` shows `scenes[f]`, and the last one from then on. They may differ in media and in what bounds
+    /// them; cameras, emitters and the image's size are those of the first.
+    ///
+    /// `flow(f, x)` says where in frame `f − 1` was what is at `x` in frame `f`: `x − v Δt` of a velocity field. A pixel asks it for the point at
+    /// which its own path scatters first, and reuses from the pixel that saw it there (velocity resampling, Lin 2022 §5.5.2). Wrong answers cost
+    /// noise and the small bias that any motion has, as long as it lasts.
+    ///
+    /// # Errors
+    /// See [`RestirVolumeError`].
+    pub fn animated(
+        scenes: &'a [Scene],
+        flow: &'a (dyn Fn(u32, Vec3) -> Vec3 + Sync),
+        options: RestirVolumeOptions,
+        motion: CameraMotion,
+    ) -> Result<Self, RestirVolumeError> {
+        Self::of_scenes(scenes, Some(flow), options, motion)
+    }
+
+    fn of_scenes(
+        scenes: &'a [Scene],
+        flow: Option<Flow<'a>>,
+        options: RestirVolumeOptions,
+        motion: CameraMotion,
+    ) -> Result<Self, RestirVolumeError> {
         let pattern = options.check()?;
-        if let Some(index) = scene.materials().iter().position(is_sharp) {
-            return Err(RestirVolumeError::SharpMaterial(index as u32));
+        let first = scenes.first().ok_or(RestirVolumeError::Scenes)?;
+        for scene in scenes {
+            let size = |scene: &Scene| [scene.settings().width, scene.settings().height];
+            if size(scene) != size(first) || scene.emitters().len() != first.emitters().len() {
+                return Err(RestirVolumeError::Scenes);
+            }
+            if let Some(index) = scene.materials().iter().position(is_sharp) {
+                return Err(RestirVolumeError::SharpMaterial(index as u32));
+            }
         }
         let most = options
             .candidate_level
@@ -120,7 +160,8 @@ impl<'a> RestirVolume<'a> {
             .max(options.shadow_level)
             .max(options.camera_level);
         Ok(Self {
-            volumes: Volumes::new(scene, most),
+            volumes: scenes.iter().map(|scene| Volumes::new(scene, most)).collect(),
+            flow,
             options,
             pattern,
             motion,
@@ -131,8 +172,19 @@ impl<'a> RestirVolume<'a> {
         })
     }
 
+    /// What is there in a frame.
+    fn volumes(&self, frame: u32) -> &Volumes<'a> {
+        // There is at least one.
+        &self.volumes[(frame as usize).min(self.volumes.len() - 1)]
+    }
+
+    /// Whether nothing has moved since the frame before.
+    fn rests_at(&self, frame: u32) -> bool {
+        self.motion.rests_at(frame) && frame as usize >= self.volumes.len()
+    }
+
     fn extent(&self) -> Extent {
-        let settings = self.volumes.scene.settings();
+        let settings = self.volumes(0).scene.settings();
         Extent {
             width: settings.width,
             height: settings.height,
@@ -147,18 +199,25 @@ impl<'a> RestirVolume<'a> {
         rng
     }
 
-    fn evaluation(&self, level: u32, shadow_level: u32) -> Evaluation<'_> {
+    /// By the levels of the targets, of what is there in a frame.
+    fn evaluation(&self, frame: u32) -> Evaluation<'_> {
         Evaluation {
-            volumes: &self.volumes,
+            volumes: self.volumes(frame),
             tally: &self.tally,
-            level,
-            shadow_level,
+            level: self.options.reuse_level,
+            shadow_level: self.options.shadow_level,
         }
     }
 
-    /// By the levels of the targets.
-    fn reused(&self) -> Evaluation<'_> {
-        self.evaluation(self.options.reuse_level, self.options.shadow_level)
+    /// Between pixels of a frame and of the one before.
+    fn direction_reuse(&self, frame: u32) -> DirectionReuse<'_> {
+        let (this, before) = (self.evaluation(frame), self.evaluation(frame.saturating_sub(1)));
+        let (even, odd) = if frame.is_multiple_of(2) {
+            (this, before)
+        } else {
+            (before, this)
+        };
+        DirectionReuse { even, odd }
     }
 
     /// What each pixel looks along, a fresh reservoir, and unscattered light in the image. False if cancelled.
@@ -170,10 +229,10 @@ impl<'a> RestirVolume<'a> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> bool {
-        let scene = self.volumes.scene;
-        let medium = scene.camera_medium(view.camera);
+        let volumes = self.volumes(view.frame);
+        let medium = volumes.scene.camera_medium(view.camera);
         let width = self.extent().width as usize;
-        let reuse = self.reused();
+        let evaluation = self.evaluation(view.frame);
         let chunks = pixels
             .par_chunks_mut(MAX_BATCH)
             .zip(fresh.par_chunks_mut(MAX_BATCH))
@@ -194,8 +253,9 @@ impl<'a> RestirVolume<'a> {
                     [0.5; 2]
                 };
                 let level = self.options.camera_level;
-                pixel.look(&self.volumes, view.camera.ray(film, u_lens), medium, level);
-                *value = self.unscattered(pixel, &mut self.rng(view, index, Pass::Unscattered));
+                pixel.look(volumes, view.camera.ray(film, u_lens), medium, level);
+                pixel.odd_frame = view.frame % 2 == 1;
+                *value = unscattered(volumes, pixel, &mut self.rng(view, index, Pass::Unscattered));
                 let mut rng = self.rng(view, index, Pass::Candidates);
                 let RestirVolumeOptions {
                     walks,
@@ -208,34 +268,14 @@ impl<'a> RestirVolume<'a> {
                 let shift = [shift.next_u64(), shift.next_u64(), shift.next_u64()];
                 let start = Sequence::new(shift, u64::from(view.frame) * u64::from(walks));
                 let chosen =
-                    reuse.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
+                    evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
                 // From here on with the target of reuse: W stays.
                 *fresh = chosen
-                    .map(|path| path.with_target(reuse.target(pixel, &path)))
+                    .map(|path| path.with_target(evaluation.target(pixel, &path)))
                     .within(|path| path.target > 0.0);
             }
         });
         !cancel.load(Ordering::Relaxed)
-    }
-
-    /// Light that arrives along a camera ray without having been scattered, but for what media emit.
-    fn unscattered(&self, pixel: &VolumePixel, rng: &mut CounterRng) -> Rgb {
-        let emitters = self.volumes.scene.emitters();
-        let emitted = match pixel.surface_point() {
-            Some(point) => emitters.radiance(point, pixel.ray.direction),
-            None => emitters
-                .environment()
-                .map_or(Rgb::ZERO, |environment| environment.radiance(pixel.ray.direction)),
-        };
-        if emitted == Rgb::ZERO {
-            return Rgb::ZERO;
-        }
-        // Where nothing is in the way at the coarse level, nothing is.
-        if pixel.depth_of_surface() == DVec3::ZERO {
-            return emitted;
-        }
-        let through = self.volumes.estimate(&pixel.ray, pixel.medium, rng);
-        (through.transmittance * emitted.as_dvec3()).as_vec3()
     }
 
     /// All reuse of a frame: what the pixels hold in the end is in `reservoirs`.
@@ -248,16 +288,16 @@ impl<'a> RestirVolume<'a> {
         image: &mut [Rgb],
     ) -> Result<(), ReuseError> {
         let extent = self.extent();
-        let shift = self.reused();
+        let shift = self.direction_reuse(view.frame);
         let reuse = Reuse::new(extent, pixels, &shift, Mis::Balance, self.options.confidence_cap)?;
         if self.options.temporal_reuse && view.frame > 0 {
             let previous = &self.pixels[(view.frame as usize + 1) % 2];
-            let before = self.motion.camera(self.volumes.scene, view.frame - 1);
+            let before = self.motion.camera(self.volumes(0).scene, view.frame - 1);
             let size = [extent.width, extent.height];
             let fresh: &[VolumeReservoir] = reservoirs;
             let source = |index: usize| {
                 // Chosen by the pixel's own path only where it must be.
-                if self.motion.rests_at(view.frame) {
+                if self.rests_at(view.frame) {
                     return Some(index);
                 }
                 let pixel = &pixels[index];
@@ -272,7 +312,10 @@ impl<'a> RestirVolume<'a> {
                     None => None,
                 };
                 let position = match distance {
-                    Some(distance) => pixel.ray.origin + pixel.ray.direction * distance,
+                    Some(distance) => {
+                        let position = pixel.ray.origin + pixel.ray.direction * distance;
+                        self.flow.map_or(position, |flow| flow(view.frame, position))
+                    }
                     None => pixel.surface_point()?.position,
                 };
                 pixel_seeing(&before, size, position)
@@ -295,7 +338,7 @@ impl<'a> RestirVolume<'a> {
             let shade = |pixel: usize, part: Contribution<'_, VolumePath>, sum: &mut Rgb| {
                 let mut rng = self.rng(view, pixel, Pass::Shade);
                 rng.set_dimension(Pass::Shade as u32 * WORDS_PER_PASS + part.input as u32 * WORDS_PER_INPUT);
-                *sum += self.shaded(&pixels[pixel], part.sample, part.weight, &mut rng);
+                *sum += self.shaded(view.frame, &pixels[pixel], part.sample, part.weight, &mut rng);
             };
             reuse.spatial_integrated(
                 pattern,
@@ -313,8 +356,15 @@ impl<'a> RestirVolume<'a> {
     }
 
     /// `F(Y) W`, with an unbiased estimate of `F`.
-    fn shaded(&self, pixel: &VolumePixel, path: &VolumePath, weight: f64, rng: &mut CounterRng) -> Rgb {
-        let light = self.reused().estimate(pixel, path, rng) * weight;
+    fn shaded(
+        &self,
+        frame: u32,
+        pixel: &VolumePixel,
+        path: &VolumePath,
+        weight: f64,
+        rng: &mut CounterRng,
+    ) -> Rgb {
+        let light = self.evaluation(frame).estimate(pixel, path, rng) * weight;
         let limit = DVec3::splat(f64::from(f32::MAX));
         light.clamp(-limit, limit).as_vec3()
     }
@@ -339,11 +389,31 @@ impl<'a> RestirVolume<'a> {
                 {
                     if let Some((path, weight)) = reservoir.weighted_sample() {
                         let mut rng = self.rng(view, chunk * MAX_BATCH + place, Pass::Shade);
-                        *value += self.shaded(pixel, path, weight.value(), &mut rng);
+                        *value += self.shaded(view.frame, pixel, path, weight.value(), &mut rng);
                     }
                 }
             });
     }
+}
+
+/// Light that arrives along a camera ray without having been scattered, but for what media emit.
+fn unscattered(volumes: &Volumes<'_>, pixel: &VolumePixel, rng: &mut CounterRng) -> Rgb {
+    let emitters = volumes.scene.emitters();
+    let emitted = match pixel.surface_point() {
+        Some(point) => emitters.radiance(point, pixel.ray.direction),
+        None => emitters
+            .environment()
+            .map_or(Rgb::ZERO, |environment| environment.radiance(pixel.ray.direction)),
+    };
+    if emitted == Rgb::ZERO {
+        return Rgb::ZERO;
+    }
+    // Where nothing is in the way at the coarse level, nothing is.
+    if pixel.depth_of_surface() == DVec3::ZERO {
+        return emitted;
+    }
+    let through = volumes.estimate(&pixel.ray, pixel.medium, rng);
+    (through.transmittance * emitted.as_dvec3()).as_vec3()
 }
 
 /// Whether a material has lobes that no emitter sample reaches.
@@ -373,7 +443,7 @@ impl FrameMethod for RestirVolume<'_> {
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let count = self.extent().len();
-        let camera = self.motion.camera(self.volumes.scene, frame);
+        let camera = self.motion.camera(self.volumes(0).scene, frame);
         let view = View {
             camera: &camera,
             frame,
@@ -397,6 +467,6 @@ impl FrameMethod for RestirVolume<'_> {
     }
 
     fn is_still(&self) -> bool {
-        self.motion.is_still()
+        self.motion.is_still() && self.volumes.len() == 1
     }
 }

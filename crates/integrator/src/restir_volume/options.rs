@@ -129,6 +129,8 @@ pub enum RestirVolumeError {
     Pattern(PatternError),
     /// A material of that index mirrors or refracts sharply: no emitter sample finds light by it.
     SharpMaterial(u32),
+    /// No scenes, or scenes of other image sizes or numbers of emitters than the first.
+    Scenes,
 }
 
 impl fmt::Display for RestirVolumeError {
@@ -145,6 +147,9 @@ impl fmt::Display for RestirVolumeError {
                 "levels of density must be between 1 and {MAX_COARSENESS}, of reuse also 0"
             ),
             Self::Pattern(error) => error.fmt(f),
+            Self::Scenes => f.write_str(
+                "there must be a scene, and all must have one size of image and number of emitters",
+            ),
             Self::SharpMaterial(index) => write!(
                 f,
                 "material {index} mirrors or refracts sharply, which paths through volumes cannot reuse"

@@ -410,7 +410,21 @@ pub(crate) fn surface_vertex<'a>(
 }
 
 /// Direction reuse: coordinates stay, the target is that of where they arrive.
-impl ShiftMapping<VolumePixel> for Evaluation<'_> {
+///
+/// Pixels of two frames have targets by what was there in theirs; each is odd or even.
+pub(crate) struct DirectionReuse<'a> {
+    pub even: Evaluation<'a>,
+    pub odd: Evaluation<'a>,
+}
+
+impl DirectionReuse<'_> {
+    fn target(&self, pixel: &VolumePixel, path: &VolumePath) -> f32 {
+        let frame = if pixel.odd_frame { &self.odd } else { &self.even };
+        frame.target(pixel, path)
+    }
+}
+
+impl ShiftMapping<VolumePixel> for DirectionReuse<'_> {
     fn shift(
         &self,
         x: &VolumePath,

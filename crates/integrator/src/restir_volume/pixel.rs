@@ -38,6 +38,8 @@ impl Run {
 ///
 /// Transmittances from the camera are read off what was found once: the same ray is asked for in every target of the pixel.
 pub(crate) struct VolumePixel {
+    /// Of an odd frame.
+    pub odd_frame: bool,
     pub ray: Ray,
     /// What the camera is in.
     pub medium: Option<u32>,
@@ -70,6 +72,7 @@ pub(crate) enum First {
 impl Default for VolumePixel {
     fn default() -> Self {
         Self {
+            odd_frame: false,
             ray: Ray::new(Vec3::ZERO, Vec3::Z),
             medium: None,
             runs: Vec::new(),

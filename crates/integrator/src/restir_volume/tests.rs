@@ -21,10 +21,10 @@ fn method(scene: &Scene, scatterings: u32) -> RestirVolume<'_> {
 
 /// Looks through the middle of a pixel.
 fn look(method: &RestirVolume<'_>, x: f32, y: f32) -> VolumePixel {
-    let scene = method.volumes.scene;
+    let scene = method.volumes(0).scene;
     let mut pixel = VolumePixel::default();
     let ray = scene.camera().ray(Vec2::new(x + 0.5, y + 0.5), [0.5; 2]);
-    pixel.look(&method.volumes, ray, scene.camera_medium(scene.camera()), 1);
+    pixel.look(method.volumes(0), ray, scene.camera_medium(scene.camera()), 1);
     pixel
 }
 
@@ -170,15 +170,15 @@ fn paths_come_back_from_other_pixels() {
     for name in ["cloud", "smoke-in-cornell", "fire"] {
         let scene = small(name, [24, 24]);
         let method = method(&scene, 4);
-        let shift = method.reused();
+        let (evaluation, shift) = (method.evaluation(0), method.direction_reuse(0));
         let mut defined = 0;
         for index in 0..200u32 {
             let (x, y) = ((index % 20) as f32 + 2.0, (index / 20) as f32 + 6.0);
             let (own, other) = (look(&method, x, y), look(&method, x + 1.3, y - 0.6));
             let mut rng = CounterRng::new(9, index, 0);
-            let reservoir = shift.resample_walks(&own, 4, 4, 2, sequence(&mut rng), &mut rng);
+            let reservoir = evaluation.resample_walks(&own, 4, 4, 2, sequence(&mut rng), &mut rng);
             let Some(path) = reservoir.sample() else { continue };
-            let path = path.with_target(shift.target(&own, path));
+            let path = path.with_target(evaluation.target(&own, path));
             let itself = shift.shift(&path, &own, &own).unwrap();
             assert_eq!(itself.target, own.target(&path));
             let same = |a: &VolumePath, b: &VolumePath| a.target.to_bits() == b.target.to_bits();
@@ -208,7 +208,7 @@ fn walks_estimate_what_path_tracing_does() {
         for scatterings in [1, 2, 5] {
             let method = method(&scene, scatterings);
             let pixel = look(&method, place[0], place[1]);
-            let evaluation = method.reused();
+            let evaluation = method.evaluation(0);
             let tracer = crate::VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
             let mut traced = MeanTest::new();
             for sample in 0..60_000 {
@@ -225,7 +225,7 @@ fn walks_estimate_what_path_tracing_does() {
                         let value = evaluation.estimate(&pixel, path, &mut rng);
                         value.y * weight.value() * fault.unwrap_or(1.0)
                     });
-                    walked.push(light + f64::from(method.unscattered(&pixel, &mut rng).y));
+                    walked.push(light + f64::from(unscattered(method.volumes(0), &pixel, &mut rng).y));
                 }
                 walked
                     .test_equal(&traced, 1e-6)
