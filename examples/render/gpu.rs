@@ -21,7 +21,9 @@ pub fn on_gpu(
 ) -> Result<OnGpu, Failure> {
     use crate::arguments::{Mapping, Method};
     use crate::session::LIGHT_SAMPLES;
-    use lightshed::gpu::{Gpu, GpuDirectLight, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene};
+    use lightshed::gpu::{
+        Gpu, GpuDirectLight, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene, GpuVolumePathTracer,
+    };
     use lightshed::integrator::{LightChoosing, PathMapping, RestirPtOptions};
 
     if arguments.motion.is_some() {
@@ -37,6 +39,11 @@ pub fn on_gpu(
         }
     };
     let gpu = Gpu::new()?;
+    if arguments.method == Method::Volpath {
+        let on_device = GpuScene::with_medium(&gpu, scene)?;
+        let method = GpuVolumePathTracer::new(&gpu, &on_device)?;
+        return render(&gpu, method, options, observer, cancel);
+    }
     let on_device = GpuScene::new(&gpu, scene)?;
     match arguments.method {
         Method::Direct if by_tree => {
@@ -73,7 +80,7 @@ pub fn on_gpu(
             )
         }
         method => Err(Failure::new(format_args!(
-            "--device gpu has path, direct, restir-di and restir-pt, not {}",
+            "--device gpu has path, direct, restir-di, restir-pt and volpath, not {}",
             method.name()
         ))),
     }

@@ -125,7 +125,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// A buffer with these values; sixteen bytes of zeros for none.
+    /// A buffer with these values; for none one of zeros, as large as one value and at least sixteen bytes.
     ///
     /// # Errors
     ///
@@ -133,7 +133,7 @@ impl Gpu {
     pub fn buffer<T: Pod>(&self, label: &str, values: &[T]) -> Result<Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         if bytes.is_empty() {
-            return self.zeros(label, 16);
+            return self.zeros(label, size_of::<T>().max(16) as u64);
         }
         self.check_size(label, bytes.len() as u64)?;
         // Bindings are whole words.

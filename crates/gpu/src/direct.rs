@@ -86,6 +86,7 @@ impl<'a> GpuDirectLight<'a> {
         [emitter_samples, bsdf_samples]: [u32; 2],
         program: &str,
     ) -> Result<Self, GpuError> {
+        scene.refuse_media()?;
         if emitter_samples == 0 || emitter_samples.max(bsdf_samples) > MAX_DIRECT_SAMPLES {
             return Err(GpuError::Settings(
                 format!(

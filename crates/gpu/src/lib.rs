@@ -9,6 +9,7 @@ mod error;
 mod frames;
 mod image;
 mod light_tree;
+mod medium;
 #[cfg(test)]
 mod path_parity;
 mod path_tracer;
@@ -19,6 +20,7 @@ mod restir_pt;
 mod scene;
 #[cfg(test)]
 mod testing;
+mod volpath;
 mod work;
 
 pub use device::{Access, Buffer, Gpu, Kernel};
@@ -31,4 +33,5 @@ pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
 pub use restir_pt::GpuRestirPt;
 pub use scene::GpuScene;
+pub use volpath::GpuVolumePathTracer;
 pub use work::{PassTime, Work};

@@ -98,6 +98,7 @@ impl<'a> GpuPathTracer<'a> {
         max_depth: Option<u32>,
         roulette_depth: u32,
     ) -> Result<Self, GpuError> {
+        scene.refuse_media()?;
         let [width, height] = scene.size();
         let pixels = width * height;
         let samples = (PATHS / pixels).max(1);

@@ -12,3 +12,5 @@ pub(crate) const RADIX_SORT: &str = include_str!("wgsl/radix_sort.wgsl");
 pub(crate) const RESTIR_DI: &str = include_str!("wgsl/restir_di.wgsl");
 /// Paths by reuse among pixels and frames.
 pub(crate) const RESTIR_PT: &str = include_str!("wgsl/restir_pt.wgsl");
+/// Path tracing through a medium.
+pub(crate) const VOLPATH: &str = include_str!("wgsl/volpath.wgsl");

@@ -81,6 +81,7 @@ impl<'a> GpuRestirDi<'a> {
         settings: RestirDiSettings,
         program: &str,
     ) -> Result<Self, GpuError> {
+        scene.refuse_media()?;
         if settings.biased || settings.spatial_rounds != 1 {
             return Err(GpuError::Settings(
                 "only one unbiased round of spatial reuse is known".into(),

@@ -124,6 +124,7 @@ impl<'a> GpuRestirPt<'a> {
         options: RestirPtOptions,
         program: &str,
     ) -> Result<Self, GpuError> {
+        scene.refuse_media()?;
         let rules = options
             .thresholds(scene.extent(), scene.is_diffuse())
             .map_err(|error| GpuError::Settings(error.to_string().into()))?;
@@ -330,7 +331,6 @@ mod tests {
             radiance: Rgb::new(0.3, 0.4, 0.6),
         });
         vec![
-            ("cornell", builtin::cornell(), PathMapping::Hybrid),
             ("cornell-glossy", lit_from_around.clone(), PathMapping::Hybrid),
             ("cornell-glossy", lit_from_around, PathMapping::Reconnection),
         ]

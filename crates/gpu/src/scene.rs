@@ -1,11 +1,12 @@
 //! A scene on the device.
 
+use crate::medium::SceneMedium;
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::scene_lights;
 use lightshed_lights::LightRecord;
 use lightshed_scene::glam::{Vec3, Vec3A};
-use lightshed_scene::{ComponentRow, FlatCamera, FlatScene, RenderSettings, Scene};
+use lightshed_scene::{ComponentRow, FlatCamera, FlatError, FlatScene, RenderSettings, Scene};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
@@ -19,6 +20,7 @@ pub struct GpuScene {
     render: RenderSettings,
     extent: f32,
     lights: Vec<LightRecord>,
+    medium: Option<SceneMedium>,
 }
 
 /// What kernels read of a scene and of what is asked of them: binding 0.
@@ -52,7 +54,27 @@ impl GpuScene {
     /// [`GpuError::Scene`] for a scene that is no set of triangles with constant materials, see
     /// [`FlatError`](lightshed_scene::FlatError); [`GpuError::TooDeep`]; [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
-        let flat = FlatScene::new(scene).map_err(GpuError::Scene)?;
+        Self::of_flat(gpu, scene, FlatScene::new(scene).map_err(GpuError::Scene)?, None)
+    }
+
+    /// Copies a scene with a medium to the device, for the methods that know media: one grey medium, a grid of densities without emission, with
+    /// the isotropic phase function or Henyey and Greenstein's.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Medium`] for no medium, several, or others; else as [`GpuScene::new`].
+    pub fn with_medium(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
+        let medium = SceneMedium::new(gpu, scene)?;
+        let flat = FlatScene::without_media(scene).map_err(GpuError::Scene)?;
+        Self::of_flat(gpu, scene, flat, Some(medium))
+    }
+
+    fn of_flat(
+        gpu: &Gpu,
+        scene: &Scene,
+        flat: FlatScene,
+        medium: Option<SceneMedium>,
+    ) -> Result<Self, GpuError> {
         let (nodes, slots) = build_tree(&flat);
         let depth = depth_of(&nodes);
         if depth > DEEPEST {
@@ -78,6 +100,7 @@ impl GpuScene {
                 .iter()
                 .map(LightRecord::new)
                 .collect(),
+            medium,
         })
     }
 
@@ -89,6 +112,19 @@ impl GpuScene {
     /// What the description asked of the renderer.
     pub fn settings(&self) -> &RenderSettings {
         &self.render
+    }
+
+    /// The medium.
+    pub(crate) fn medium(&self) -> Option<&SceneMedium> {
+        self.medium.as_ref()
+    }
+
+    /// For methods that know no media.
+    pub(crate) fn refuse_media(&self) -> Result<(), GpuError> {
+        match self.medium {
+            Some(_) => Err(GpuError::Scene(FlatError::Media)),
+            None => Ok(()),
+        }
     }
 
     /// The emitting triangles as light trees see them.
@@ -122,7 +158,8 @@ impl GpuScene {
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        self.buffers.iter().map(Buffer::bytes).sum()
+        let medium = self.medium.as_ref().map_or(0, SceneMedium::bytes);
+        self.buffers.iter().map(Buffer::bytes).sum::<u64>() + medium
     }
 
     /// What shaders are told at their making of what the scene lacks.

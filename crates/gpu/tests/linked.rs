@@ -5,13 +5,14 @@
 use lightshed_shaders::Linker;
 use std::path::Path;
 
-const PROGRAMS: [&str; 6] = [
+const PROGRAMS: [&str; 7] = [
     "direct",
     "light_tree_build",
     "path",
     "radix_sort",
     "restir_di",
     "restir_pt",
+    "volpath",
 ];
 
 #[test]
@@ -59,6 +60,13 @@ fn check_sizes(program: &str, module: &naga::Module) {
             size_of::<lightshed_lights::LightRecord>(),
         ),
         ("light_tree_build", "Settings", 144),
+        ("direct", "package_lightshed__1light_tree_LightTree", 16),
+        ("direct", "Direct", 48),
+        ("restir_pt", "package_lightshed__1path_sample_PathReservoir", 64),
+        ("restir_pt", "Frame", 48),
+        ("volpath", "package_lightshed_majorant_MajorantGrid", 48),
+        ("volpath", "package_lightshed_tracking_Medium", 64),
+        ("volpath", "package_host_MediumSettings", 144),
         ("radix_sort", "Pass", 16),
     ] {
         if of == program {

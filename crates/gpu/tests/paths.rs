@@ -1,6 +1,8 @@
 //! Paths on the device are the CPU's paths.
 
-use lightshed_gpu::{Gpu, GpuDirectLight, GpuError, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene};
+use lightshed_gpu::{
+    Gpu, GpuDirectLight, GpuError, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene, GpuVolumePathTracer,
+};
 use lightshed_integrator::{PathTracer, PixelEstimator};
 use lightshed_scene::{
     ConductorIor, EmitterDescription, FlatError, Geometry, Material, Projection, Rgb, Scene,
@@ -149,6 +151,7 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(device.bytes(), GpuPathTracer::BYTES_PER_PIXEL * 512 * 512);
     assert_eq!(GpuPathTracer::BYTES_PER_PIXEL, 200);
     assert_eq!(GpuDirectLight::BYTES_PER_PIXEL, 16);
+    assert_eq!(GpuVolumePathTracer::BYTES_PER_PIXEL, 16);
     assert_eq!(GpuRestirDi::BYTES_PER_PIXEL, 176);
     assert_eq!(GpuRestirPt::BYTES_PER_PIXEL, 208);
 }

@@ -345,9 +345,9 @@ fn package_lightshed__1light_tree__1level_below(tree: package_lightshed__1light_
 fn package_lightshed__1light_tree__1light_shares(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, level: u32, first: u32) -> package_lightshed_importance_Eight {
     let block = package_host__2load_light_level(level) + first / 8u;
     if tree.stride == 1u {
-        return package_lightshed_importance__1running_sums(package_lightshed_importance__1receiver_parts(at, package_lightshed_importance__1load_pair(block, first % 8u), package_lightshed_importance__1no_rows(), tree.weighting));
+        return package_lightshed_importance__1receiver_ends(at, package_lightshed_importance__1load_pair(block, first % 8u), package_lightshed_importance__1no_rows(), tree.weighting);
     }
-    return package_lightshed_importance__1running_sums(package_lightshed_importance__1receiver_parts(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), tree.weighting));
+    return package_lightshed_importance__1receiver_ends(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), tree.weighting);
 }
 
 fn package_lightshed__1light_tree__1route_new(bits: vec2u) -> package_lightshed__1light_tree_Route {
@@ -1247,16 +1247,17 @@ fn package_lightshed_importance__1about_inverse(x: f32) -> f32 {
     return bitcast<f32>(2129859016u + ~bitcast<u32>(x));
 }
 
-fn package_lightshed_importance__1at_least(parts: vec4f, positive: vec4<bool>) -> vec4f {
-    return select(vec4f(0.0), max(parts, vec4f(package_lightshed_importance__1LEAST_SHARE)), positive);
-}
-
 fn package_lightshed_importance__1dot_rows(ax: vec4f, ay: vec4f, az: vec4f, bx: vec4f, by: vec4f, bz: vec4f) -> vec4f {
     return ax * bx + ay * by + az * bz;
 }
 
 fn package_lightshed_importance__1first_two(row: vec4f, lane: u32) -> vec4f {
     return vec4f(row[lane], row[lane + 1u], 0.0, 0.0);
+}
+
+fn package_lightshed_importance__1least_ends(low: vec4<bool>, high: vec4<bool>) -> package_lightshed_importance_Eight {
+    let least = vec4f(package_lightshed_importance__1LEAST_SHARE);
+    return package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(select(vec4f(0.0), least, low), select(vec4f(0.0), least, high)));
 }
 
 fn package_lightshed_importance__1load_pair(block: u32, lane: u32) -> package_lightshed_importance_Rows {
@@ -1275,11 +1276,17 @@ fn package_lightshed_importance__1no_rows() -> package_lightshed_importance_Rows
     return package_lightshed_importance_Rows(zero, zero, zero, zero, zero, zero, zero, vec4u(0u));
 }
 
-fn package_lightshed_importance__1receiver_parts(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
+fn package_lightshed_importance__1of_one(low: vec4f, high: vec4f) -> package_lightshed_importance_Eight {
+    let ends = package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(low, high));
+    let scale = package_lightshed_importance__1about_inverse(ends.high.w);
+    return package_lightshed_importance_Eight(ends.low * scale, ends.high * scale);
+}
+
+fn package_lightshed_importance__1receiver_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
     if at.facing == package_lightshed_importance_STRETCH {
-        return package_lightshed_importance__1segment_parts(at, low, high);
+        return package_lightshed_importance__1segment_ends(at, low, high);
     }
-    return package_lightshed_importance__1surface_parts(at, low, high, weighting);
+    return package_lightshed_importance__1surface_ends(at, low, high, weighting);
 }
 
 fn package_lightshed_importance__1running_sums(x: package_lightshed_importance_Eight) -> package_lightshed_importance_Eight {
@@ -1314,15 +1321,16 @@ fn package_lightshed_importance__1seen_from(at: package_lightshed_importance_Sha
     let far_y = abs(dy) + hy;
     let far_z = abs(dz) + hz;
     seen.far_squared = max(package_lightshed_importance__1dot_rows(far_x, far_y, far_z, far_x, far_y, far_z), vec4f(package_lightshed_importance__1LEAST_SQUARED));
-    let inverse = package_lightshed_importance__2about_inverse_root(max(max(seen.d_squared, seen.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED)));
+    let inverse = package_lightshed_importance__2about_inverse_root(max(seen.d_squared, seen.h_squared));
     let vx = vec4f(rows.normals >> vec4u(24u)) - package_lightshed_importance__1CENTER_STEPS;
     let vy = vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS;
     let vz = vec4f((rows.normals >> vec4u(8u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS;
     let radius = package_lightshed_importance__2as_it_is(vec4f(rows.normals & vec4u(255u)) * package_lightshed_importance__1RADIUS_STEP);
-    let emitted_mean = -(package_lightshed_importance__1dot_rows(vx, vy, vz, dx, dy, dz) * inverse);
+    let emitted_mean = -package_lightshed_importance__1dot_rows(vx, vy, vz, dx, dy, dz);
     let emitted_reach = package_lightshed_importance__1dot_rows(abs(vx), abs(vy), abs(vz), hx, hy, hz) + radius * (hx + hy + hz);
-    let emitted_spread = package_lightshed_importance__2as_it_is(emitted_reach * inverse + package_lightshed_importance__2as_it_is(radius * package_lightshed_importance__1ABOUT_ONE + package_lightshed_importance_MARGIN * package_lightshed_importance__1CENTER_STEPS));
-    let emitted = package_lightshed_importance__2clamped_mean_4s(emitted_mean, emitted_spread);
+    let emitted_margin = package_lightshed_importance__2as_it_is(radius * package_lightshed_importance__1ABOUT_ONE + package_lightshed_importance_MARGIN * package_lightshed_importance__1CENTER_STEPS);
+    let emitted = package_lightshed_importance__2clamped_mean_4s((emitted_mean + emitted_reach) * inverse + emitted_margin, (emitted_mean - emitted_reach) * inverse - emitted_margin);
+    let emitted_spread = emitted_reach * inverse + emitted_margin;
     let shines = rows.intensity > vec4f(0.0);
     if at.facing == package_lightshed_importance__1FACING_ALL {
         seen.numerator = rows.intensity * emitted;
@@ -1331,25 +1339,25 @@ fn package_lightshed_importance__1seen_from(at: package_lightshed_importance_Sha
         return seen;
     }
     let n = at.normal;
-    let mean = (n.x * dx + n.y * dy + n.z * dz) * inverse;
+    let mean = n.x * dx + n.y * dy + n.z * dz;
     let reach = abs(n.x) * hx + abs(n.y) * hy + abs(n.z) * hz;
-    let spread = package_lightshed_importance__2as_it_is(reach * inverse + package_lightshed_importance_MARGIN);
-    var received = package_lightshed_importance__2clamped_mean_4s(mean, spread);
+    let high = package_lightshed_importance__2as_it_is((mean + reach) * inverse + package_lightshed_importance_MARGIN);
+    let low = package_lightshed_importance__2as_it_is((mean - reach) * inverse - package_lightshed_importance_MARGIN);
+    var received = package_lightshed_importance__2clamped_mean_4s(high, low);
     if at.facing == package_lightshed_importance__1FACING_BOTH {
-        received += package_lightshed_importance__2clamped_mean_4s(-mean, spread);
+        received += package_lightshed_importance__2clamped_mean_4s(-low, -high);
     }
     let both = emitted * received;
-    seen.numerator = rows.intensity * both;
-    seen.denominator = emitted_spread * spread;
+    seen.numerator = (rows.intensity * received) * emitted;
+    seen.denominator = emitted_spread * package_lightshed_importance__2as_it_is(reach * inverse + package_lightshed_importance_MARGIN);
     seen.positive = (both > vec4f(0.0)) & shines;
     return seen;
 }
 
-fn package_lightshed_importance__1segment_parts(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows) -> package_lightshed_importance_Eight {
+fn package_lightshed_importance__1segment_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows) -> package_lightshed_importance_Eight {
     let a = package_lightshed_importance__1segment_weights(at, low);
     let b = package_lightshed_importance__1segment_weights(at, high);
-    let inverse = package_lightshed_importance__1about_inverse(package_lightshed_importance_total(a, b));
-    return package_lightshed_importance_Eight(package_lightshed_importance__1at_least(a * inverse, a > vec4f(0.0)), package_lightshed_importance__1at_least(b * inverse, b > vec4f(0.0)));
+    return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a, b), package_lightshed_importance__1least_ends(a > vec4f(0.0), b > vec4f(0.0)));
 }
 
 fn package_lightshed_importance__1segment_weights(at: package_lightshed_importance_ShadingPoint, rows: package_lightshed_importance_Rows) -> vec4f {
@@ -1395,17 +1403,16 @@ fn package_lightshed_importance__1segment_weights(at: package_lightshed_importan
     return select(vec4f(0.0), max(finite, vec4f(package_lightshed_importance__2F32_MIN_POSITIVE)), positive);
 }
 
-fn package_lightshed_importance__1surface_parts(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
+fn package_lightshed_importance__1surface_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
     let a = package_lightshed_importance__1seen_from(at, low);
     let b = package_lightshed_importance__1seen_from(at, high);
+    let least = package_lightshed_importance__1least_ends(a.positive, b.positive);
     if weighting == package_lightshed_importance__2WEIGHTING_MIN_MAX {
-        let a_min = package_lightshed_importance_over(a, max(a.near_squared, a.far_squared * package_lightshed_importance_INSIDE));
-        let b_min = package_lightshed_importance_over(b, max(b.near_squared, b.far_squared * package_lightshed_importance_INSIDE));
         let a_max = package_lightshed_importance_over(a, a.far_squared);
         let b_max = package_lightshed_importance_over(b, b.far_squared);
-        let by_min = package_lightshed_importance__1about_inverse(package_lightshed_importance_total(a_min, b_min));
-        let by_max = package_lightshed_importance__1about_inverse(package_lightshed_importance_total(a_max, b_max));
-        return package_lightshed_importance_Eight(package_lightshed_importance__1at_least(a_min * by_min + a_max * by_max, a.positive), package_lightshed_importance__1at_least(b_min * by_min + b_max * by_max, b.positive));
+        let a_min = min(a_max * package_lightshed_importance_nearer(a), vec4f(package_lightshed_importance_LARGEST));
+        let b_min = min(b_max * package_lightshed_importance_nearer(b), vec4f(package_lightshed_importance_LARGEST));
+        return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_min, b_min), package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_max, b_max), least));
     }
     var a_distance = max(max(a.d_squared, a.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
     var b_distance = max(max(b.d_squared, b.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
@@ -1416,10 +1423,7 @@ fn package_lightshed_importance__1surface_parts(at: package_lightshed_importance
         a_distance = select(a.near_squared, vec4f(1.0), too_near);
         b_distance = select(b.near_squared, vec4f(1.0), too_near);
     }
-    let a_weight = package_lightshed_importance_over(a, a_distance);
-    let b_weight = package_lightshed_importance_over(b, b_distance);
-    let inverse = package_lightshed_importance__1about_inverse(package_lightshed_importance_total(a_weight, b_weight));
-    return package_lightshed_importance_Eight(package_lightshed_importance__1at_least(a_weight * inverse, a.positive), package_lightshed_importance__1at_least(b_weight * inverse, b.positive));
+    return package_lightshed_importance_plus(package_lightshed_importance__1of_one(package_lightshed_importance_over(a, a_distance), package_lightshed_importance_over(b, b_distance)), least);
 }
 
 const package_lightshed_importance__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
@@ -1434,17 +1438,23 @@ fn package_lightshed_importance__2as_it_is(x: vec4f) -> vec4f {
     return min(x, vec4f(package_lightshed_importance__1F32_MAX));
 }
 
-fn package_lightshed_importance__2clamped_mean_4s(m: vec4f, s: vec4f) -> vec4f {
-    let t = min(max(m + s, vec4f(0.0)), s + s);
-    return t * t + 4.0 * s * max(m - s, vec4f(0.0));
+fn package_lightshed_importance__2clamped_mean_4s(high: vec4f, low: vec4f) -> vec4f {
+    let above = max(high, vec4f(0.0));
+    let below = max(low, vec4f(0.0));
+    return (above - below) * (above + below);
+}
+
+fn package_lightshed_importance_nearer(seen: package_lightshed_importance_Seen) -> vec4f {
+    return seen.far_squared / max(seen.near_squared, seen.far_squared * package_lightshed_importance_INSIDE);
 }
 
 fn package_lightshed_importance_over(seen: package_lightshed_importance_Seen, squared: vec4f) -> vec4f {
-    return min(seen.numerator / (seen.denominator * squared), vec4f(package_lightshed_importance_LARGEST));
+    let finite = min(seen.numerator / (seen.denominator * squared), vec4f(package_lightshed_importance_LARGEST));
+    return select(vec4f(0.0), finite, seen.positive);
 }
 
-fn package_lightshed_importance_total(a: vec4f, b: vec4f) -> f32 {
-    return ((a.x + a.y) + (a.z + a.w)) + ((b.x + b.y) + (b.z + b.w));
+fn package_lightshed_importance_plus(a: package_lightshed_importance_Eight, b: package_lightshed_importance_Eight) -> package_lightshed_importance_Eight {
+    return package_lightshed_importance_Eight(a.low + b.low, a.high + b.high);
 }
 
 const package_lightshed_measure__1F32_MAX: f32 = 3.4028235e38;

@@ -10,7 +10,7 @@ pub enum FlatError {
     Spheres,
     /// It has participating media.
     Media,
-    /// The material of this index has textures, or components other than diffuse, mirrors and conductors with GGX microfacets.
+    /// The material of this index lets light pass, has textures, or components other than diffuse, mirrors and conductors with GGX microfacets.
     Material(usize),
     /// Its surroundings are an image.
     Environment,

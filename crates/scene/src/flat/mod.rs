@@ -5,7 +5,7 @@ mod error;
 pub use error::FlatError;
 
 use crate::scene::TriangleRecord;
-use crate::{ComponentRow, Scene};
+use crate::{ComponentRow, Material, Scene};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use lightshed_sampling::AliasEntry;
@@ -98,14 +98,30 @@ impl FlatScene {
     ///
     /// [`FlatError`], for what has no flat form.
     pub fn new(scene: &Scene) -> Result<Self, FlatError> {
-        if scene.sphere_count() > 0 {
-            return Err(FlatError::Spheres);
-        }
         if !scene.media().is_empty() {
             return Err(FlatError::Media);
         }
+        match scene.materials().iter().position(|m| matches!(m, Material::Null)) {
+            Some(passed) => Err(FlatError::Material(passed)),
+            None => Self::without_media(scene),
+        }
+    }
+
+    /// All of a scene but its media. Materials that let light pass have no rows.
+    ///
+    /// # Errors
+    ///
+    /// [`FlatError`], for what else has no flat form.
+    pub fn without_media(scene: &Scene) -> Result<Self, FlatError> {
+        if scene.sphere_count() > 0 {
+            return Err(FlatError::Spheres);
+        }
         let (mut materials, mut components) = (Vec::new(), Vec::new());
         for (index, material) in scene.materials().iter().enumerate() {
+            if matches!(material, Material::Null) {
+                materials.push([components.len() as u32, 0]);
+                continue;
+            }
             let rows = material.component_rows().ok_or(FlatError::Material(index))?;
             materials.push([components.len() as u32, rows.len() as u32]);
             components.extend(rows);

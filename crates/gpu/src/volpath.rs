@@ -1,0 +1,200 @@
+//! Path tracing through a medium on the device.
+
+use crate::path_tracer::groups_of;
+use crate::programs::VOLPATH;
+use crate::scene::{SCENE_BINDINGS, Settings};
+use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
+use lightshed_integrator::RayCounts;
+
+/// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of `lightshed_integrator::VolumePathTracer`, with
+/// the same random numbers for each path, so that images differ by rounding alone.
+pub struct GpuVolumePathTracer<'a> {
+    gpu: &'a Gpu,
+    scene: &'a GpuScene,
+    medium: &'a [Buffer; 4],
+    kernel: Kernel,
+    max_depth: u32,
+    settings: Buffer,
+    image: Buffer,
+    times: Vec<PassTime>,
+}
+
+/// Bytes of a pixel of the image.
+const IMAGE_BYTES: u64 = 16;
+
+impl<'a> GpuVolumePathTracer<'a> {
+    /// Bytes on the device for each pixel: the image.
+    pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
+
+    /// With paths as long as the scene's settings ask for, in a scene made by [`GpuScene::with_medium`].
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Medium`] for a scene without; [`GpuError::Refused`], [`GpuError::TooLarge`].
+    pub fn new(gpu: &'a Gpu, scene: &'a GpuScene) -> Result<Self, GpuError> {
+        Self::with_max_depth(gpu, scene, scene.settings().max_depth)
+    }
+
+    /// With paths of at most so many edges (`None` is unbounded): 2 is single scattering.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuVolumePathTracer::new`].
+    pub fn with_max_depth(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        max_depth: Option<u32>,
+    ) -> Result<Self, GpuError> {
+        Self::of_program(gpu, scene, max_depth, VOLPATH)
+    }
+
+    fn of_program(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        max_depth: Option<u32>,
+        program: &str,
+    ) -> Result<Self, GpuError> {
+        let medium = scene.medium().ok_or(GpuError::Medium("there is none"))?;
+        let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
+        access.extend([Access::Write, Access::Read]);
+        let [width, height] = scene.size();
+        Ok(Self {
+            gpu,
+            scene,
+            medium: &medium.buffers,
+            kernel: gpu.kernel("volpath", program, "volpath", &access, &scene.constants())?,
+            max_depth: max_depth.unwrap_or(u32::MAX),
+            settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
+            image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,
+            times: Vec::new(),
+        })
+    }
+
+    /// Bytes on the device, the scene's and the medium's apart.
+    pub fn bytes(&self) -> u64 {
+        self.image.bytes()
+    }
+}
+
+impl GpuMethod for GpuVolumePathTracer<'_> {
+    fn size(&self) -> [u32; 2] {
+        self.scene.size()
+    }
+
+    /// Sample number `frame` of each pixel.
+    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+        let roulette_depth = self.scene.settings().roulette_depth;
+        let asked = self.scene.kernel_settings(seed, self.max_depth, roulette_depth);
+        self.gpu.write(&self.settings, &[asked]);
+        let sample = self.gpu.buffer("sample", &[frame, 0, 0, 0])?;
+        let mut buffers = vec![&self.settings];
+        buffers.extend(&self.scene.buffers);
+        buffers.extend(self.medium);
+        buffers.extend([&self.image, &sample]);
+        let [width, height] = self.size();
+        let mut work = self.gpu.timed_work();
+        work.dispatch(&self.kernel, &buffers, groups_of(width * height));
+        self.times = work.finish()?;
+        let values: Vec<[f32; 4]> = self.gpu.read(&self.image, (width * height) as usize)?;
+        let rays = RayCounts {
+            camera: u64::from(width * height),
+            ..RayCounts::default()
+        };
+        Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
+    }
+
+    fn times(&self) -> &[PassTime] {
+        &self.times
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::gpu;
+    use lightshed_integrator::{PixelEstimator, VolumePathTracer};
+    use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin};
+
+    const SIDE: u32 = 40;
+
+    /// Share of the samples that differ from the host's by more than rounding.
+    fn unlike(gpu: &Gpu, scene: &Scene, max_depth: u32, program: &str) -> f64 {
+        let on_device = GpuScene::with_medium(gpu, scene).expect("it is flat");
+        let mut device = GpuVolumePathTracer::of_program(gpu, &on_device, Some(max_depth), program)
+            .expect("the program is sound");
+        assert_eq!(
+            device.bytes(),
+            GpuVolumePathTracer::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
+        );
+        let settings = scene.settings();
+        let host = VolumePathTracer::with_depths(scene, Some(max_depth), settings.roulette_depth);
+        let (mut unlike, mut bits, mut lit) = (0, 0, 0);
+        for index in 3..5 {
+            let (found, _) = device.frame(index, 11).expect("the device answers");
+            for (i, value) in (0..).zip(found) {
+                let (value, truth) = (Rgb::from(value), host.sample(i % SIDE, i / SIDE, index, 11));
+                let scale = truth.max_element().max(1e-4);
+                unlike += u32::from((value - truth).abs().max_element() > 1e-4 * scale);
+                bits += u32::from(value == truth);
+                lit += u32::from(truth != Rgb::ZERO);
+            }
+        }
+        let count = f64::from(2 * SIDE * SIDE);
+        println!("  {:.4} the same to the bit", f64::from(bits) / count);
+        assert!(f64::from(lit) > 0.3 * count, "the picture is black");
+        f64::from(unlike) / count
+    }
+
+    fn sized(mut description: SceneDescription) -> Scene {
+        (description.settings.width, description.settings.height) = (SIDE, SIDE);
+        Scene::new(&description).expect("built-in scenes are sound")
+    }
+
+    /// Paths through smoke and a cloud are the host's: collisions are exact, and so is all else but what the order of a product rounds.
+    #[test]
+    fn paths_are_those_of_the_host() {
+        let Some(gpu) = gpu() else { return };
+        let mut cloud = builtin::cloud();
+        cloud.emitters = vec![EmitterDescription::Constant {
+            radiance: Rgb::new(0.3, 0.4, 0.6),
+        }];
+        let most = if gpu.is_exact() { 0.0 } else { 0.1 };
+        let scenes = [
+            ("smoke", sized(builtin::smoke_in_cornell()), 5),
+            ("cloud", sized(cloud), 8),
+        ];
+        for (name, scene, max_depth) in &scenes {
+            let differing = unlike(&gpu, scene, *max_depth, VOLPATH);
+            println!("{name}: {differing:.5} differ");
+            assert!(differing <= most, "{name}");
+        }
+        // Light that is met counts as if it could not have been sampled.
+        let (right, planted) = (
+            "weight = package_lightshed_measure__1power_heuristic(pdf, other);",
+            "weight = 1.0;",
+        );
+        assert!(VOLPATH.contains(right), "{right}");
+        let differing = unlike(&gpu, &scenes[0].1, 5, &VOLPATH.replace(right, planted));
+        println!("{planted}: {differing:.5} differ");
+        assert!(differing > 0.005, "a weight left out is not noticed");
+    }
+
+    #[test]
+    fn other_media_are_refused() {
+        let Some(gpu) = gpu() else { return };
+        let refused = |scene: &Scene| GpuScene::with_medium(&gpu, scene).err();
+        let [fire, none] = [sized(builtin::fire()), sized(builtin::cornell())];
+        assert!(matches!(refused(&fire), Some(GpuError::Medium(_))));
+        assert!(matches!(refused(&none), Some(GpuError::Medium(_))));
+        let flat = GpuScene::new(&gpu, &none).expect("it is flat");
+        assert!(matches!(
+            GpuVolumePathTracer::new(&gpu, &flat).err(),
+            Some(GpuError::Medium(_))
+        ));
+        let smoke = GpuScene::with_medium(&gpu, &sized(builtin::smoke_in_cornell())).expect("it is flat");
+        assert!(matches!(
+            crate::GpuPathTracer::new(&gpu, &smoke).err(),
+            Some(GpuError::Scene(_))
+        ));
+    }
+}
