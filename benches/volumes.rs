@@ -11,7 +11,7 @@
 //! `LIGHTSHED_SCENES` names. The two renderers take turns, with different seeds and the same number of threads; what counts is
 //! CPU-seconds of the process while it renders.
 //!
-//! The third renders the built-in cloud with single frames at the end of a warm-up, each of whose errors is set against that of path tracing
+//! The third renders the built-in cloud, and where `LIGHTSHED_SCENES` has it that of Disney at a sixteenth of its resolution, with single frames at the end of a warm-up, each of whose errors is set against that of path tracing
 //! with as many samples as take the same CPU time. Errors are measured against two long renderings at once, whose noise so has no share in
 //! them.
 
@@ -20,7 +20,9 @@ use lightshed::integrator::{
     Budget, CameraMotion, FrameMethod, RenderOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
     VolumeTracking, process_cpu_seconds, render,
 };
-use lightshed::scene::{PhaseDescription, Rgb, Scene, SceneDescription, builtin, import, luminance};
+use lightshed::scene::{
+    DensityDescription, PhaseDescription, Rgb, Scene, SceneDescription, builtin, import, luminance,
+};
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -176,26 +178,53 @@ const SCATTERINGS: [u32; 3] = [1, 3, 7];
 
 fn race(options: &Options) -> Result<(), Box<dyn Error>> {
     println!(
-        "error of a frame after {WARM_UP} others: CPU time and MSE; path tracing at the same time: samples and MSE; ratios of MSE, of its \
+        "error of a frame after {WARM_UP} others: CPU time, MSE, and the mean of the frames against the references'; path tracing at the same time: samples and MSE; ratios of MSE, of its \
          luminance, and of means over {BLOCK}×{BLOCK} pixels"
     );
-    for density in DENSITIES {
-        for g in ASYMMETRIES {
-            for scatterings in SCATTERINGS {
-                let name = format!("cloud x {density}, g = {g}, K = {scatterings}");
-                if !name.contains(&options.only) {
-                    continue;
+    let mut clouds = vec![("cloud", builtin::cloud())];
+    match disney_cloud()? {
+        Some(description) => clouds.push(("disney", description)),
+        None => println!("disney SKIPPED: set LIGHTSHED_SCENES to the folder with disney_cloud"),
+    }
+    for (name, cloud) in &clouds {
+        for density in DENSITIES {
+            for g in ASYMMETRIES {
+                for scatterings in SCATTERINGS {
+                    let name = format!("{name} x {density}, g = {g}, K = {scatterings}");
+                    if !name.contains(&options.only) {
+                        continue;
+                    }
+                    let mut description = cloud.clone();
+                    (description.settings.width, description.settings.height) =
+                        (options.width, options.width * 2 / 3);
+                    description.media[0].extinction *= density;
+                    description.media[0].phase = PhaseDescription::HenyeyGreenstein { g };
+                    println!("{name:<28} {}", lap(&description, scatterings, options)?);
                 }
-                let mut description = builtin::cloud();
-                (description.settings.width, description.settings.height) =
-                    (options.width, options.width * 2 / 3);
-                description.media[0].extinction *= density;
-                description.media[0].phase = PhaseDescription::HenyeyGreenstein { g };
-                println!("{name:<28} {}", lap(&description, scatterings, options)?);
             }
         }
     }
     Ok(())
+}
+
+/// Walt Disney Animation Studios' cloud in place of the built-in one, stretched into its box.
+fn disney_cloud() -> Result<Option<SceneDescription>, Box<dyn Error>> {
+    let Some(folder) = std::env::var_os("LIGHTSHED_SCENES") else {
+        return Ok(None);
+    };
+    let file = Path::new(&folder).join("disney_cloud/density_126x86x154_f32.raw");
+    if !file.is_file() {
+        return Ok(None);
+    }
+    let mut description = builtin::cloud();
+    let DensityDescription::Grid(grid) = &mut description.media[0].density else {
+        return Err("the built-in cloud is no grid".into());
+    };
+    grid.resolution = [126, 86, 154];
+    grid.values = (std::fs::read(&file)?.as_chunks().0.iter())
+        .map(|&bytes| f32::from_le_bytes(bytes))
+        .collect();
+    Ok(Some(description))
 }
 
 /// Frames before those that count.
@@ -219,7 +248,7 @@ fn lap(
     (parameters.walks, parameters.confidence_cap) = (options.walks, options.cap);
     parameters.radius_pixels = options.radius;
     let mut method = RestirVolume::new(&scene, parameters, CameraMotion::STILL)?;
-    let (mut error, mut seconds) = ([0.0; 3], 0.0);
+    let (mut error, mut seconds, mut brightness) = ([0.0; 3], 0.0, 0.0);
     let mut frame_image = vec![Rgb::ZERO; pixels];
     for frame in 0..WARM_UP + options.repeats {
         let before = process_cpu_seconds().ok_or("no CPU time")?;
@@ -228,6 +257,7 @@ fn lap(
             .ok_or("cancelled")?;
         if frame >= WARM_UP {
             seconds += process_cpu_seconds().ok_or("no CPU time")? - before;
+            brightness += mean_of(&frame_image);
             for (sum, error) in error.iter_mut().zip(errors(&frame_image, &reference, size)) {
                 *sum += error;
             }
@@ -235,7 +265,12 @@ fn lap(
     }
     let frames = f64::from(options.repeats);
     let (error, seconds) = (error.map(|sum| sum / frames), seconds / frames);
-    let mut line = format!("reuse {seconds:.3} s {:.3e}", error[0]);
+    let truth = 0.5 * (mean_of(&reference[0]) + mean_of(&reference[1]));
+    let mut line = format!(
+        "reuse {seconds:.3} s {:.3e} mean {:+.2} %",
+        error[0],
+        100.0 * (brightness / frames / truth - 1.0)
+    );
     for (name, tracking) in [
         ("volpath", VolumeTracking::Delta),
         ("decomposition", VolumeTracking::Decomposition),
@@ -297,6 +332,15 @@ fn errors(image: &[Rgb], reference: &[Vec<Rgb>; 2], size: [u32; 2]) -> [f64; 3] 
             .map(|((x, a), b)| f64::from((*x - *a).dot(*x - *b)) / 3.0);
         products.sum::<f64>() / image.len() as f64
     })
+}
+
+/// Mean luminance.
+fn mean_of(image: &[Rgb]) -> f64 {
+    image
+        .iter()
+        .map(|&value| f64::from(luminance(value)))
+        .sum::<f64>()
+        / image.len() as f64
 }
 
 /// Luminance in all channels.
