@@ -122,10 +122,11 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
                 scale,
                 ..
             } = self.current;
-            if end < available {
+            // Rounding may have left less than nothing of the depth, which must not collide where nothing is.
+            if end < available && available > 0.0 {
                 self.used = end;
-                // Rounding must not lead out of the segment.
-                let t = segment.t0 + end * scale;
+                // Nor must it lead out of the segment.
+                let t = (segment.t0 + end * scale).max(segment.t0);
                 return Some(TentativeCollision {
                     t: if t < segment.t1 { t } else { segment.t1 },
                     majorant: segment.majorant,
@@ -177,5 +178,35 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
             } else {
                 depth
             }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_sampling::CounterRng;
+
+    /// The second collision is put where its segment ends but for rounding; behind it nothing is.
+    #[test]
+    fn rounding_leads_to_no_collision_where_nothing_is() {
+        for index in 0..1000 {
+            let mut words = CounterRng::new(1, index, 0);
+            let [first, second] = [(); 2].map(|()| exponential(f32_from_u32(words.next_u32())));
+            let segments = [(0.0, first + second), (1.0, 0.0)].map(|(t0, majorant)| Segment {
+                t0,
+                t1: t0 + 1.0,
+                majorant,
+                minorant: 0.0,
+            });
+            let mut rng = CounterRng::new(1, index, 0);
+            let mut walk = TentativeCollisions::new(segments.into_iter(), 1.0);
+            let mut count = 0;
+            while let Some(collision) = walk.next(&mut rng) {
+                assert!(collision.majorant > 0.0, "{collision:?}");
+                assert!((0.0..=1.0).contains(&collision.t), "{collision:?}");
+                count += 1;
+            }
+            assert!(count >= 1);
+        }
     }
 }
