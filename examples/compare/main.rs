@@ -92,15 +92,11 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     )?;
     let page = arguments.out.join("report.html");
     fs::write(&page, html)?;
-    let results: Vec<(&Record, &[ReportChain])> = compared
-        .iter()
-        .map(|done| (&done.contested.record, &done.chains[..]))
-        .collect();
     if arguments.json {
-        println!("{}", show::json(&machine, &results));
+        println!("{}", show::json(&machine, &sections));
     } else {
-        for (record, chains) in &results {
-            print!("{}{}", show::table(record), show::frames(chains));
+        for section in &sections {
+            print!("{}{}", show::table(section.record), show::frames(section.chains));
         }
         println!("report: {}", page.display());
     }

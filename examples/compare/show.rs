@@ -1,6 +1,7 @@
 //! Results as text.
 
-use lightshed_evaluate::{Interval, Metric, Record, ReportChain};
+use lightshed::integrator::RgbImage;
+use lightshed_evaluate::{Interval, Metric, Record, Reference, ReportChain, ReportScene};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -15,17 +16,33 @@ pub fn machine() -> String {
     )
 }
 
-/// Standings and curves.
-pub fn json(machine: &str, results: &[(&Record, &[ReportChain])]) -> Value {
+/// Standings and curves; perceived errors of the final images where they are known, null where not.
+pub fn json(machine: &str, sections: &[ReportScene<'_>]) -> Value {
     let chain = |chain: &ReportChain| json!({ "method": chain.name, "single_frames": chain.single, "autocorrelation": chain.correlation });
-    let scenes: Vec<Value> = results
+    let scenes: Vec<Value> = sections
         .iter()
-        .map(|(record, chains)| {
-            let chains: Vec<Value> = chains.iter().map(chain).collect();
-            json!({ "record": record, "standings": record.standings(), "chains": chains })
+        .map(|section| {
+            let chains: Vec<Value> = section.chains.iter().map(chain).collect();
+            let flip: Vec<Option<f64>> = section
+                .images
+                .iter()
+                .map(|image| perceived(section.reference, image))
+                .collect();
+            json!({ "record": section.record, "standings": section.record.standings(), "flip": flip, "chains": chains })
         })
         .collect();
     json!({ "machine": machine, "scenes": scenes })
+}
+
+/// Mean ꟻLIP error, which the feature of that name compiles.
+#[cfg(feature = "flip")]
+fn perceived(reference: &Reference, image: &RgbImage) -> Option<f64> {
+    reference.flip(image).ok()
+}
+
+#[cfg(not(feature = "flip"))]
+fn perceived(_: &Reference, _: &RgbImage) -> Option<f64> {
+    None
 }
 
 /// A table for the terminal.

@@ -142,6 +142,26 @@ impl Reference {
         Ok(Errors { mse, rel_mse, mape })
     }
 
+    /// Mean ꟻLIP error of an image as pages show it: with the exposure that brings the reference's 90th percentile to 0.6. Between 0 and 1.
+    /// It includes the reference's own noise.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Size`].
+    #[cfg(feature = "flip")]
+    pub fn flip(&self, image: &RgbImage) -> Result<f64, EvaluateError> {
+        self.luminances(image)?;
+        let scale = crate::report::exposure_of(&self.image).exp2();
+        let shown = |image: &RgbImage| {
+            let pixels = image
+                .pixels()
+                .iter()
+                .map(|pixel| pixel.map(|value| scale * value));
+            RgbImage::new(image.width(), image.height(), pixels.collect())
+        };
+        lightshed_integrator::flip(&shown(image)?, &shown(&self.image)?)
+            .map_err(|error| EvaluateError::Contest(error.to_string()))
+    }
+
     /// Error of each pixel, `(x − μ) / (μ + ε)`, for pictures.
     ///
     /// # Errors
@@ -239,6 +259,32 @@ mod tests {
             }
         })
         .unwrap();
+    }
+
+    /// Of two noisy images the noisier is further from the truth, whatever the unit of radiance.
+    #[cfg(feature = "flip")]
+    #[test]
+    fn perceived_errors_do_not_depend_on_the_unit() {
+        let noisy = |amount: f32, unit: f32| {
+            RgbImage::from_fn(40, 30, |x, y| {
+                let sign = if (x * 7 + y * 3) % 5 < 2 { 1.0 } else { -1.0 };
+                [unit * (1.0 + amount * sign); 3]
+            })
+            .unwrap()
+        };
+        let errors = [1.0, 1e4].map(|unit| {
+            let reference = Reference::stored(noisy(0.0, unit)).unwrap();
+            assert_eq!(reference.flip(&noisy(0.0, unit)).unwrap(), 0.0);
+            [0.1, 0.4].map(|amount| reference.flip(&noisy(amount, unit)).unwrap())
+        });
+        assert!(
+            errors[0][0] > 0.0 && errors[0][1] > 2.0 * errors[0][0],
+            "{errors:?}"
+        );
+        assert!((errors[0][0] - errors[1][0]).abs() < 1e-3, "{errors:?}");
+        let reference = Reference::stored(noisy(0.0, 1.0)).unwrap();
+        let other = RgbImage::from_fn(30, 40, |_, _| [1.0; 3]).unwrap();
+        assert!(matches!(reference.flip(&other), Err(EvaluateError::Size { .. })));
     }
 
     #[test]

@@ -8,7 +8,8 @@ mod picture;
 use crate::{Autocorrelation, EvaluateError, Interval, Metric, Record, Reference, SingleFrames, Standing};
 use lightshed_integrator::RgbImage;
 use page::{escape, figure};
-use picture::{error_colours, exposure_of, png_data};
+pub(crate) use picture::exposure_of;
+use picture::{error_colours, png_data};
 use std::fmt::Write;
 
 /// What the page shows of one scene.
@@ -103,6 +104,8 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
     for (name, image) in record.names.iter().zip(scene.images) {
         let errors = scene.reference.relative_errors(image)?;
         let colours = error_colours(scene.reference.size(), &errors)?;
+        #[cfg(feature = "flip")]
+        let name = &format!("{name}: ꟻLIP {:.3}", scene.reference.flip(image)?);
         body.push_str(&figure(&png_data(&colours, 0.0)?, name));
     }
     body.push_str(&figure(&truth, "reference"));
@@ -286,6 +289,10 @@ mod tests {
         assert!(
             html.contains("3.66") || html.contains("3.6"),
             "the speed-up is shown"
+        );
+        assert_eq!(
+            html.matches("ꟻLIP 0.000").count(),
+            2 * usize::from(cfg!(feature = "flip"))
         );
         // Nothing that a browser would fetch: every source is data, and no style or script comes from elsewhere.
         for attribute in ["src=\"", "href=\""] {
