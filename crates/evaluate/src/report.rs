@@ -290,9 +290,10 @@ mod tests {
             html.contains("3.66") || html.contains("3.6"),
             "the speed-up is shown"
         );
+        // Under each picture, and for those who cannot see it.
         assert_eq!(
             html.matches("ꟻLIP 0.000").count(),
-            2 * usize::from(cfg!(feature = "flip"))
+            4 * usize::from(cfg!(feature = "flip"))
         );
         // Nothing that a browser would fetch: every source is data, and no style or script comes from elsewhere.
         for attribute in ["src=\"", "href=\""] {
