@@ -19,8 +19,9 @@ pub trait Choose {
 impl<R: Rng + ?Sized> Choose for R {
     #[inline(always)]
     fn accept(&mut self, part: f64, total: f64) -> bool {
-        // A product, not a quotient: `part / total` is 0/0 where all weights vanish.
-        f64_from_u64(self.next_u64()) * total < part
+        // A product, not a quotient: `part / total` is 0/0 where all weights vanish. A subnormal product may round up to the total.
+        let u = f64_from_u64(self.next_u64());
+        u * total < part || part >= total
     }
 }
 

@@ -131,7 +131,8 @@ impl SelectionRecord {
         let total = (sum + low).min(f32::MAX);
         self.weight_sum_low = low - (total - sum);
         self.weight_sum = total;
-        let accepted = u * self.weight_sum < weight;
+        // A subnormal product may round up to the sum.
+        let accepted = u * self.weight_sum < weight || weight >= self.weight_sum;
         if accepted {
             self.item = item;
             self.tag = TAG_SAMPLE;
@@ -144,6 +145,17 @@ impl SelectionRecord {
 mod tests {
     use super::*;
     use crate::space::Counting;
+
+    /// The first item that weighs anything is selected, however little that is.
+    #[test]
+    fn the_least_of_weights_is_selected() {
+        let mut record = SelectionRecord::default();
+        assert!(record.offer(7, f32::from_bits(1), 1.0 - f32::EPSILON / 2.0));
+        for seed in 0..16 {
+            let mut rng = lightshed_sampling::CounterRng::new(seed, 0, 0);
+            assert!(Selection::new().offer(7, f64::from_bits(1), &mut rng));
+        }
+    }
 
     #[test]
     fn records_round_trip() {

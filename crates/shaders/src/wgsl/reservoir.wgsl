@@ -42,7 +42,7 @@ fn offer(selection: Selection, item: u32, weight: f32, u: f32) -> Offered {
     var next = selection;
     next.weight_sum_low = low - (total - sum);
     next.weight_sum = total;
-    let accepted = u * next.weight_sum < weight;
+    let accepted = u * next.weight_sum < weight || weight >= next.weight_sum;
     if accepted {
         next.item = item;
         next.tag = TAG_SAMPLE;

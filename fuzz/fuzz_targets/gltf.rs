@@ -1,0 +1,13 @@
+//! glTF scenes, JSON or binary: an error, or a description that becomes a scene or an error.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use lightshed_scene::import::parse_gltf;
+
+mod checks;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(loaded) = parse_gltf(bytes, "fuzz.gltf") {
+        checks::scene(&loaded);
+    }
+});

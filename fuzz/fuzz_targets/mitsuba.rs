@@ -1,0 +1,13 @@
+//! Mitsuba 3 scenes: an error, or a description that becomes a scene or an error.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use lightshed_scene::import::parse_mitsuba;
+
+mod checks;
+
+fuzz_target!(|text: &str| {
+    if let Ok(loaded) = parse_mitsuba(text, "fuzz.xml", &[]) {
+        checks::scene(&loaded);
+    }
+});

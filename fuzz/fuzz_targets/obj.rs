@@ -1,0 +1,13 @@
+//! OBJ files: an error or a mesh whose triangles have corners.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use lightshed_scene::import::parse_obj;
+
+mod checks;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(mesh) = parse_obj(bytes, "fuzz.obj") {
+        checks::mesh(&mesh);
+    }
+});
