@@ -42,7 +42,7 @@ fn noise(lights: &[Light], sampler: &dyn LightSampler, n: usize) -> f64 {
 fn main() -> Result<(), Box<dyn Error>> {
     let lamp = |i: u32| Light {
         bounds: Bounds::of_point(Vec3::new((i % 100) as f32, 3.0, (i / 100) as f32)),
-        intensity: if i % 97 == 0 { 50.0 } else { 1.0 },
+        intensity: if i.is_multiple_of(97) { 50.0 } else { 1.0 },
         cone: Some(OrientationCone::diffuse(Vec3::NEG_Y)),
     };
     let lights: Vec<Light> = (0..10_000).map(lamp).collect();
