@@ -1,6 +1,6 @@
 //! `lightshed-sampling`.
 
-use crate::worst::{Kind, Row, Worst, log_uniform, rng, squares, units};
+use crate::worst::{Kind, Row, Worst, direction, log_uniform, rng, squares, units};
 use lightshed::sampling::glam::{DVec2, DVec3, Vec3};
 use lightshed::sampling::{
     AliasTable, Area, Beckmann, CompensatedSum, ConcentricDisk, CosineHemisphere, CounterRng, Density, Frame,
@@ -14,19 +14,13 @@ use std::f64::consts::{PI, TAU};
 const PART: &str = "lightshed-sampling";
 
 fn worst(function: &'static str, inputs: &'static str, kind: Kind, fill: impl FnOnce(&mut Worst)) -> Row {
-    let mut worst = Worst::new(PART, function, inputs, kind);
-    fill(&mut worst);
-    worst.done()
+    Worst::row(PART, function, inputs, kind, fill)
 }
 
 fn points(worst: &mut Worst, found: Vec3, truth: DVec3) {
     for axis in 0..3 {
         worst.add(f64::from(found[axis]), truth[axis]);
     }
-}
-
-fn direction(rng: &mut CounterRng) -> Vec3 {
-    UniformSphere::sample(rng.next_2d())
 }
 
 /// The angle between directions, accurate for small ones.
@@ -484,7 +478,7 @@ fn sums() -> Vec<Row> {
     let truth = f64::from(many) * f64::from(0.1f32);
     vec![
         worst(
-            "CompensatedSum<f32>",
+            "CompensatedSum::add",
             "2²⁴ + 1 equal terms",
             Kind::Relative,
             |w| {
@@ -496,7 +490,7 @@ fn sums() -> Vec<Row> {
             w.add(f64::from(pairwise_sum(&vec![0.1f32; many as usize])), truth);
         }),
         worst(
-            "CompensatedSum<f32>",
+            "CompensatedSum::add",
             "10⁶ terms over 24 decades of both signs, error over their magnitudes' sum",
             Kind::Absolute,
             |w| {

@@ -1,6 +1,7 @@
 //! The worst of many errors.
 
-use lightshed::sampling::CounterRng;
+use lightshed::sampling::glam::Vec3;
+use lightshed::sampling::{CounterRng, UniformSphere};
 use lightshed_testkit::hostile_unit_f32;
 
 /// How errors are measured.
@@ -75,9 +76,32 @@ impl Worst {
         self.row.worst = self.row.worst.max(error);
     }
 
+    /// What must be the same bits, or hold without exception: no error or an infinite one.
+    pub fn exactly(&mut self, holds: bool) {
+        self.add(if holds { 0.0 } else { f64::INFINITY }, 0.0);
+    }
+
+    /// The row that `fill` makes.
+    pub fn row(
+        part: &'static str,
+        function: &'static str,
+        inputs: &'static str,
+        kind: Kind,
+        fill: impl FnOnce(&mut Self),
+    ) -> Row {
+        let mut worst = Self::new(part, function, inputs, kind);
+        fill(&mut worst);
+        worst.done()
+    }
+
     pub fn done(self) -> Row {
         self.row
     }
+}
+
+/// A unit direction.
+pub fn direction(rng: &mut CounterRng) -> Vec3 {
+    UniformSphere::sample(rng.next_2d())
 }
 
 /// Random numbers of a row; the same every time.

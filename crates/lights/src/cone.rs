@@ -102,8 +102,16 @@ pub(crate) fn angle_between(a: Vec3, b: Vec3) -> f32 {
     2.0 * (a - b).length().atan2((a + b).length())
 }
 
-/// `a` turned by `angle` towards `b`; `None` for opposite vectors.
+/// `a` turned by `angle` towards `b`, across to any side for opposite vectors.
 fn turned(a: Vec3, b: Vec3, angle: f32) -> Option<Vec3> {
-    let across = (b - a * a.dot(b)).try_normalize()?;
+    let a = a.try_normalize()?;
+    let across = (b - a * a.dot(b)).normalize_or_zero();
+    // Of nearly opposite vectors little but rounding is left, and much of that is along `a`.
+    let across = across - a * a.dot(across);
+    let across = if across.length_squared() > 0.5 {
+        across.normalize()
+    } else {
+        a.any_orthonormal_vector()
+    };
     (a * angle.cos() + across * angle.sin()).try_normalize()
 }

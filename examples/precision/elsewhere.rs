@@ -1,0 +1,186 @@
+//! Public functions of real numbers that have no row, and where they are held to account.
+
+/// Crate, reason, functions.
+pub const ELSEWHERE: &[(&str, &str, &str)] = &[
+    (
+        "lightshed-lanes",
+        "moves or combines lanes by single operations of IEEE 754; both kinds of lanes are compared bit for bit by the crate's tests",
+        "Column::get Column::load Column::load_words Column::set Column::splat Column::store Column::store_compressed \
+         Column::store_words_compressed LaneKernel::run Lanes::abs Lanes::compress Lanes::copysign Lanes::count_at_most Lanes::delayed \
+         Lanes::equal Lanes::evens_and_odds Lanes::first Lanes::from_bits Lanes::from_integers Lanes::lane Lanes::least_of Lanes::less \
+         Lanes::less_equal Lanes::load Lanes::load_transposed Lanes::max Lanes::min Lanes::pick Lanes::running_sums Lanes::select Lanes::splat Lanes::sqrt Lanes::store \
+         Lanes::to_bits Lanes::total Vec3Lanes::dot Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::select \
+         Vec3Lanes::splat Vec3Lanes::store",
+    ),
+    (
+        "lightshed-sampling",
+        "gives what it holds, or checks and stores",
+        "AliasTable::new AliasTable::pmfs Beckmann::alpha Beckmann::new CompensatedSum::new Density::is_positive Density::new Density::value \
+         FreeFlight::new Ggx::alpha Ggx::new MortonGrid::new PiecewiseConstant1d::new PiecewiseConstant2d::new SphericalRectangle::new \
+         SphericalTriangle::new VonMisesFisher::concentration VonMisesFisher::mean VonMisesFisher::new",
+    ),
+    (
+        "lightshed-sampling",
+        "called by the rows of the same type, which measure what comes of it",
+        "CompensatedSum::value MicrofacetDistribution::lambda MicrofacetDistribution::sample_visible_normal UniformCone::from_one_minus_cos \
+         UniformCone::one_minus_cos_theta_max octahedral_decode octahedral_unpack16 octahedral_unpack32 pairwise_sum_iter",
+    ),
+    (
+        "lightshed-sampling",
+        "the same bits as the function of one number, by the crate's tests",
+        "ConcentricDisk::sample_lanes CosineHemisphere::sample_lanes CounterRng::block_lanes FrameLanes::from_normal FrameLanes::to_world \
+         PathSeed::block_lanes UniformTriangle::sample_lanes f32_from_u32_lanes power_heuristic_lanes",
+    ),
+    (
+        "lightshed-sampling",
+        "exact integers, or those words as numbers; held to by known answers",
+        "CounterRng::next_2d CounterRng::next_f32 MortonGrid::encode30 MortonGrid::encode63 SobolSampler::next_2d SobolSampler::next_f32",
+    ),
+    (
+        "lightshed-resampling",
+        "called by the rows of the same type, which measure what comes of it",
+        "Jacobian::value JumpSelection::weight_sum MixtureRis::finish MixtureRis::target_integral Moments::push Reservoir::confidence Reservoir::empty \
+         Reservoir::estimate Reservoir::with_confidence_cap Ris::finish Ris::target_integral RisMany::finish Selection::offer_with Selection::resume \
+         Selection::weight_sum Selections::weight_sum Tractable::weight WithoutReplacement::weight_sum",
+    ),
+    (
+        "lightshed-resampling",
+        "gives what it holds, or checks and stores",
+        "Carried::pulled Carried::shifted ContributionWeight::new ContributionWeight::value Input::canonical Input::neighbour Pairwise::new \
+         Pattern::disk Pulled::density Reservoir::is_empty Reservoir::map Reservoir::new Reservoir::sample Reservoir::weight Reservoir::weighted_sample \
+         Reuse::new Storage::from_f64 Storage::to_f64 Moments::count Moments::new Reservoir::within",
+    ),
+    (
+        "lightshed-resampling",
+        "held to exact enumeration of all outcomes, to 10⁻¹², by the crate's tests",
+        "Choose::accept MergeReport::effective_count PairwiseStream::exchanged PairwiseStream::finish PairwiseStream::neighbour PairwiseStream::new \
+         Reuse::paired Reuse::spatial Reuse::spatial_integrated Reuse::spatial_rounds Reuse::temporal Ris::reservoir integrate merge \
+         merge_and_integrate round_trip Carried::new",
+    ),
+    (
+        "lightshed-resampling",
+        "a trait's function, written by a guest",
+        "Domain::target Domain::tractable_density ShiftMapping::pull ShiftMapping::shift",
+    ),
+    (
+        "lightshed-shift",
+        "gives what it holds, or checks and stores",
+        "Connectability::hybrid Connectability::min_distance Connectability::min_roughness Connectability::reconnection \
+         MeasuredJacobian::determinant MeasuredJacobian::new PathDomain::behind PathDomain::first PathSample::contribution PathSample::target \
+         PathShift::with_jacobian_limit",
+    ),
+    (
+        "lightshed-shift",
+        "a trait's function, written by a guest",
+        "World::connect World::emitted World::emitter_pdf World::environment World::environment_pdf World::evaluate World::evaluate_lobe \
+         World::geometric_normal World::lobe_roughness World::max_roughness World::occluded World::occluded_many World::position World::ray \
+         World::sample_emitter World::sample_lobe World::segment World::sensor_ray World::trace World::trace_many World::trace_suffixes",
+    ),
+    (
+        "lightshed-shift",
+        "held to densities and determinants of whole paths by the crate's tests and the integrator's",
+        "trace_suffix",
+    ),
+    (
+        "lightshed-lights",
+        "called by the rows of the same type, which measure what comes of it",
+        "Bounds::contains Bounds::is_valid Bounds::union LightSampler::sample_each LightSampler::sample_many LightSubtrees::sample_subtrees \
+         OrientationCone::is_valid",
+    ),
+    (
+        "lightshed-lights",
+        "gives what it holds, or checks and stores",
+        "Bounds::new Bounds::of_point Light::check Light::cone_or_all LightBvh::new LightBvh::rebuild LightBvh::with_build LightRecord::new \
+         LightingGrid::bounds LightingGrid::cell_size PerfectTree::new PerfectTree::rebuild PerfectTree::with_options PointLight::isotropic \
+         PointLight::lambertian PowerLights::new RaySegment::direction RaySegment::length RaySegment::new RaySegment::start ShadingPoint::new \
+         ShadingPoint::without_normal TwoLevelTree::new check_lights",
+    ),
+    (
+        "lightshed-lights",
+        "statistical, or a choice that any answer of leaves unbiased; by the crate's tests",
+        "LightingGrid::represented_light PerfectTree::drift PerfectTree::update",
+    ),
+    (
+        "lightshed-volume",
+        "called by the rows of the same type, which measure what comes of it",
+        "EquiAngular::sample FieldRay::at KnownFlight::pdf KnownFlight::transmittance MajorantGrid::cell_size MajorantGrid::whole_segment \
+         RegularDepth::transmittance unbiased_ray_marching_lookups",
+    ),
+    (
+        "lightshed-volume",
+        "gives what it holds, or checks and stores",
+        "Blend::new DenseGrid::from_fn DenseGrid::new DensityAccessor::prefetch DensityField::bounds Draine::new EquiAngular::new FieldBounds::max \
+         FieldBounds::min FieldBounds::new FieldRay::new MipLevel::ray ScatteringAngle::reversed HenyeyGreenstein::asymmetry HenyeyGreenstein::new Homogeneous::new MajorantGrid::new \
+         Procedural::new TentativeCollisions::new VoxelGrid::corners VoxelGrid::voxel",
+    ),
+    (
+        "lightshed-volume",
+        "statistical: means and densities by the crate's tests",
+        "TentativeCollisions::majorant_depth decomposition_tracking delta_transmittance spectral_delta_tracking spectral_ratio_tracking \
+         spectral_residual_ratio_tracking",
+    ),
+    (
+        "lightshed-scene",
+        "called by the rows of the same type, which measure what comes of it",
+        "Bsdf::albedo_hint Bsdf::lobe_roughness",
+    ),
+    (
+        "lightshed-scene",
+        "gives what it holds, or checks and stores",
+        "Channel::of DiffuseLanes::origin_towards DiffuseLanes::seen_from Environment::constant_radiance FlatScene::corners GridField::clip \
+         GridField::field_ray HitBatch::get HitBatch::set Image::from_linear Image::texels Material::at Medium::albedo Medium::emission_per_collision \
+         Medium::extinction MediumEmission::radiance MediumSides::towards Ray::new Ray::segment RayBatch::fill RayBatch::get RayBatch::load RayBatch::set \
+         RayBatch::store RayBatch::store_compressed Scene::bounds Scene::bsdf Scene::coordinates Scene::diffuse_lanes Scene::extent \
+         Scene::medium_around Checkerboard::at",
+    ),
+    (
+        "lightshed-scene",
+        "the same bits as brute force, or as the function of one ray, by the crate's tests",
+        "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
+         EmitterLanes::shadow_rays Emitters::sample_lanes Scene::intersect Scene::intersect_emitting_many Scene::occluded",
+    ),
+    (
+        "lightshed-scene",
+        "densities integrate to one, histograms match them, rays leave and reach surfaces; by the crate's tests",
+        "Camera::moved EmitterConnection::shadow_ray EmitterConnection::shadow_ray_from EmitterSample::shadow_ray EmitterSample::shadow_ray_from \
+         Emitters::connect Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_probability Emitters::pdf \
+         Emitters::pdf_endpoint_given Emitters::pdf_environment Emitters::pdf_environment_given Emitters::pdf_given Emitters::radiance Emitters::sample \
+         Emitters::sample_emitter Emitters::sample_endpoint Emitters::sample_infinity Emitters::selection_probability Environment::pdf \
+         Environment::radiance Environment::sample Scene::locate Scene::sample_emission Scene::surface SurfacePoint::origin_towards \
+         SurfacePoint::segment_to SurfacePoint::spawn",
+    ),
+    (
+        "lightshed-scene",
+        "makes meshes of built-in scenes",
+        "icosphere quad signed_volume tetrahedron",
+    ),
+    (
+        "lightshed-integrator",
+        "called by the rows of the same type, which measure what comes of it",
+        "Film::add PixelStatistics::add PixelStatistics::count PixelStatistics::merge PixelStatistics::non_finite",
+    ),
+    (
+        "lightshed-integrator",
+        "gives what it holds, or checks and stores",
+        "CameraMotion::orbit CameraMotion::translation Film::get FilmTile::pixels_mut OutputTarget::with_exposure RestirPtOptions::thresholds RgbImage::from_fn RgbImage::get \
+         RgbImage::height RgbImage::new RgbImage::pixels RgbImage::width SceneVertex::point VplBrute::new VplGridOptions::new process_cpu_seconds scene_lights shading_point",
+    ),
+    (
+        "lightshed-integrator",
+        "estimators: held to closed forms, to each other and to another renderer's images",
+        "DirectLight::radiance EndpointSampler::probability EndpointSampler::propose FrameMethod::render_frame LightSelection::direction \
+         LightSelection::endpoint_probability LightSelection::pdf LightSelection::pdf_environment LightSelection::sample \
+         LightSelection::sample_endpoint PathTracer::radiance PixelEstimator::sample PixelEstimator::sample_many SceneWorld::arrive \
+         SelectedPathTracer::radiance VolumePathTracer::radiance",
+    ),
+    (
+        "lightshed-integrator",
+        "reads or writes a file; values are read back by the crate's tests",
+        "OutputTarget::write read_exr write_exr write_png",
+    ),
+    (
+        "lightshed-integrator",
+        "another's implementation behind a feature, compared with published values by the crate's tests",
+        "flip",
+    ),
+];

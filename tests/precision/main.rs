@@ -1,0 +1,151 @@
+//! `docs/precision.md` is what the example `precision` makes, and misses no function.
+
+mod public_functions;
+
+use public_functions::Surface;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The example's binary, which cargo builds beside the tests.
+fn binary() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    let profile = test.ancestors().nth(2).unwrap();
+    profile
+        .join("examples")
+        .join(format!("precision{}", std::env::consts::EXE_SUFFIX))
+}
+
+fn check(file: &Path) -> (bool, String) {
+    let output = Command::new(binary()).arg("--check").arg(file).output().unwrap();
+    (
+        output.status.success(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+    )
+}
+
+/// No error is more than twice what the table says, and no function is in the one alone. A table that says less, or lacks a row, is
+/// refused.
+#[test]
+fn errors_are_those_of_the_table() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/precision.md");
+    assert_eq!(check(&file), (true, String::new()));
+
+    let text = std::fs::read_to_string(&file).unwrap();
+    let copy = std::env::temp_dir().join(format!("lightshed-precision-{}.md", std::process::id()));
+    let row = text.lines().find(|line| line.starts_with("| `remap`")).unwrap();
+    let (head, worst) = row.rsplit_once(" | ").unwrap();
+    let smaller = text.replace(row, &format!("{head} | 1.0e-9 |"));
+    assert_ne!(worst, "1.0e-9 |");
+    for (planted, message) in [(smaller, "the file says"), (text.replace(row, ""), "is missing")] {
+        std::fs::write(&copy, planted).unwrap();
+        let (sound, said) = check(&copy);
+        assert!(
+            !sound && said.contains("remap") && said.contains(message),
+            "{said}"
+        );
+    }
+    std::fs::remove_file(&copy).ok();
+}
+
+/// The crates that the tables are about.
+const CRATES: [&str; 8] = [
+    "lanes",
+    "sampling",
+    "resampling",
+    "shift",
+    "lights",
+    "volume",
+    "scene",
+    "integrator",
+];
+
+fn surfaces() -> Vec<Surface> {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
+    CRATES
+        .iter()
+        .map(|name| Surface::of(&crates.join(name)))
+        .collect()
+}
+
+/// Public functions of real numbers that `text` does not name: a trait's function counts as named by a type that has the trait.
+fn unnamed(surfaces: &[Surface], text: &str) -> Vec<String> {
+    let named: BTreeSet<&str> = text.split('`').skip(1).step_by(2).collect();
+    let is_named = |function: &str| {
+        let (owner, name) = function.split_once("::").unwrap_or(("", function));
+        let implementations = surfaces.iter().flat_map(|surface| &surface.implementations);
+        named.contains(function)
+            || implementations
+                .filter(|(of, _)| of == owner)
+                .any(|(_, by)| named.contains(format!("{by}::{name}").as_str()))
+    };
+    let numeric = surfaces.iter().flat_map(|surface| &surface.numeric);
+    numeric.filter(|function| !is_named(function)).cloned().collect()
+}
+
+fn document() -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/precision.md")).unwrap()
+}
+
+/// Every public function that takes or returns real numbers is in the document, with a row or with the reason why it has none.
+#[test]
+fn no_public_function_is_missing() {
+    let (surfaces, text) = (surfaces(), document());
+    let found = surfaces
+        .iter()
+        .map(|surface| surface.numeric.len())
+        .collect::<Vec<_>>();
+    assert!(found.iter().all(|&count| count > 20), "the scan finds {found:?}");
+    assert_eq!(unnamed(&surfaces, &text), Vec::<String>::new());
+    // Without its name, each kind of function is missed.
+    for function in [
+        "power_heuristic",
+        "Bounds::half_area",
+        "World::emitted",
+        "PixelStatistics::variance",
+    ] {
+        let without = text.replace(&format!("`{function}`"), "");
+        assert_eq!(unnamed(&surfaces, &without), [function]);
+    }
+}
+
+/// What the document says to be without a row exists.
+#[test]
+fn no_function_is_left_over() {
+    let (surfaces, text) = (surfaces(), document());
+    let (_, without_row) = text.split_once("## Without a row").unwrap();
+    let known: BTreeSet<&String> = surfaces.iter().flat_map(|surface| &surface.functions).collect();
+    let names = without_row
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|name| !name.starts_with("lightshed-"));
+    let left_over: Vec<&str> = names.filter(|&name| !known.contains(&name.to_owned())).collect();
+    assert_eq!(left_over, Vec::<&str>::new());
+}
+
+/// The scan sees a function that is added, and only one that is public, of a public type and about real numbers.
+#[test]
+fn the_scan_sees_what_is_public() {
+    let folder = std::env::temp_dir().join(format!("lightshed-surface-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("src")).unwrap();
+    std::fs::write(
+        folder.join("src/lib.rs"),
+        "mod a;\n\npub use a::{\n    Seen, Sees, seen,\n};\n",
+    )
+    .unwrap();
+    let source = "pub fn seen(x: f32) -> u32 {\n}\n\npub fn hidden(x: f32) -> u32 {\n}\n\n\
+        impl<T: Fn(u32) -> u32> Seen<T> {\n    pub const fn length(\n        &self,\n    ) -> f64 {\n    }\n\n    fn private(x: f32) {\n    }\n\n\
+        \x20   pub fn count(&self) -> u32 {\n    }\n}\n\nimpl Hidden {\n    pub fn length(&self) -> f64 {\n    }\n}\n\n\
+        pub trait Sees {\n    fn sees(&self) -> Vec3;\n}\n\nimpl<T> Sees for Seen<T> {\n    fn sees(&self) -> Vec3 {\n    }\n}\n\n\
+        mod tests {\n    pub fn seen(x: f32) {\n    }\n}\n";
+    std::fs::write(folder.join("src/a.rs"), source).unwrap();
+    let surface = Surface::of(&folder);
+    std::fs::remove_dir_all(&folder).ok();
+    assert_eq!(
+        surface.numeric.iter().collect::<Vec<_>>(),
+        ["Seen::length", "Sees::sees", "seen"]
+    );
+    assert!(surface.functions.contains("Seen::count") && !surface.functions.contains("hidden"));
+    assert_eq!(unnamed(&[surface], "`Seen::length` and `Seen::sees`"), ["seen"]);
+}
