@@ -170,7 +170,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "estimators: held to closed forms, to each other and to another renderer's images",
         "DirectLight::radiance EndpointSampler::probability EndpointSampler::propose FrameMethod::render_frame LightSelection::direction \
          LightSelection::endpoint_probability LightSelection::pdf LightSelection::pdf_environment LightSelection::sample \
-         LightSelection::sample_endpoint PathTracer::radiance PixelEstimator::sample PixelEstimator::sample_many SceneWorld::arrive \
+         LightSelection::sample_endpoint PathTracer::radiance PixelEstimator::sample PixelEstimator::sample_many RestirVolume::animated SceneWorld::arrive \
          SelectedPathTracer::radiance VolumePathTracer::radiance",
     ),
     (

@@ -124,7 +124,7 @@ fn cone(rng: &mut CounterRng) -> OrientationCone {
     let mut angle = || match rng.next_u32() % 4 {
         0 => 0.0,
         1 => std::f32::consts::FRAC_PI_2,
-        _ => log_uniform(rng, 1e-6, 3.14159),
+        _ => log_uniform(rng, 1e-6, 3.1),
     };
     let (normals_angle, emission_angle) = (angle(), angle());
     OrientationCone {
@@ -211,7 +211,7 @@ fn cones() -> Vec<Row> {
                         f64::from(OrientationCone::diffuse(axis).measure()) / (2.0 * TAU),
                         FRAC_PI_2 / TAU,
                     );
-                    let angle = log_uniform(&mut rng, 1e-6, 3.14159);
+                    let angle = log_uniform(&mut rng, 1e-6, 3.1);
                     let truth = (0.5 * f64::from(angle)).sin().powi(2);
                     w.add(
                         f64::from(OrientationCone::spot(axis, angle).measure()) / (2.0 * TAU),

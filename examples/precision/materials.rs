@@ -173,7 +173,7 @@ fn material(rng: &mut CounterRng) -> Material {
     };
     let alphas = [0; 2].map(|_| log_uniform(rng, 1e-3, 1.5));
     let rough = Roughness {
-        distribution: if rng.next_u32() % 2 == 0 {
+        distribution: if rng.next_u32().is_multiple_of(2) {
             Microfacet::Ggx
         } else {
             Microfacet::Beckmann
@@ -204,8 +204,8 @@ fn material(rng: &mut CounterRng) -> Material {
             eta,
             diffuse_reflectance: color(rng),
             specular_reflectance: white(),
-            nonlinear: rng.next_u32() % 2 == 0,
-            roughness: if rng.next_u32() % 2 == 0 {
+            nonlinear: rng.next_u32().is_multiple_of(2),
+            roughness: if rng.next_u32().is_multiple_of(2) {
                 Some(rough)
             } else {
                 None
@@ -278,7 +278,7 @@ fn lobes() -> Vec<Row> {
             Kind::Relative,
             |w| {
                 each(411, w, |w, bsdf, wo, rng| {
-                    let wi = if rng.next_u32() % 2 == 0 {
+                    let wi = if rng.next_u32().is_multiple_of(2) {
                         grazing(rng)
                     } else {
                         direction(rng)
@@ -362,7 +362,7 @@ fn picture(rng: &mut CounterRng, sign: bool) -> Arc<Image> {
     let texel = |rng: &mut CounterRng| {
         [0; 3].map(|_| {
             log_uniform(rng, 1e-15, 1e15)
-                * if sign && rng.next_u32() % 2 == 0 {
+                * if sign && rng.next_u32().is_multiple_of(2) {
                     -1.0
                 } else {
                     1.0
@@ -452,7 +452,11 @@ fn textures() -> Vec<Row> {
                     for _ in 0..5_000 {
                         let mut coordinate = || {
                             log_uniform(&mut rng, 1e-38, 3e38)
-                                * if rng.next_u32() % 2 == 0 { 1.0 } else { -1.0 }
+                                * if rng.next_u32().is_multiple_of(2) {
+                                    1.0
+                                } else {
+                                    -1.0
+                                }
                         };
                         let uv = Vec2::new(coordinate(), coordinate());
                         let found = ColorTexture::Image(texture.clone()).at(uv);
