@@ -137,17 +137,17 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-scene",
         "the same bits as brute force, or as the function of one ray, by the crate's tests",
         "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
-         EmitterLanes::shadow_rays Emitters::sample_lanes Scene::intersect Scene::intersect_emitting_many Scene::occluded",
+         EmitterLanes::shadow_rays Emitters::sample_lanes Scene::intersect_emitting_many Scene::occluded",
     ),
     (
         "lightshed-scene",
         "densities integrate to one, histograms match them, rays leave and reach surfaces; by the crate's tests",
         "Camera::moved EmitterConnection::shadow_ray EmitterConnection::shadow_ray_from EmitterSample::shadow_ray EmitterSample::shadow_ray_from \
-         Emitters::connect Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_probability Emitters::pdf \
-         Emitters::pdf_endpoint_given Emitters::pdf_environment Emitters::pdf_environment_given Emitters::pdf_given Emitters::radiance Emitters::sample \
-         Emitters::sample_emitter Emitters::sample_endpoint Emitters::sample_infinity Emitters::selection_probability Environment::pdf \
-         Environment::radiance Environment::sample Scene::locate Scene::sample_emission Scene::surface SurfacePoint::origin_towards \
-         SurfacePoint::segment_to SurfacePoint::spawn",
+         Emitters::connect Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_probability \
+         Emitters::pdf_endpoint_given Emitters::pdf_environment Emitters::pdf_environment_given Emitters::pdf_given Emitters::radiance \
+         Emitters::sample_emitter Emitters::sample_endpoint Emitters::sample_infinity Emitters::selection_probability \
+         Scene::locate Scene::sample_emission \
+         SurfacePoint::segment_to ",
     ),
     (
         "lightshed-scene",

@@ -9,6 +9,7 @@
 //! (functions of the platform's own, `exp` and the like, differ by a little).
 
 mod elsewhere;
+mod emitters;
 mod grid;
 mod integrator;
 mod inverses;
@@ -58,6 +59,7 @@ fn rows() -> Vec<Row> {
         medium::rows(),
         scene::rows(),
         materials::rows(),
+        emitters::rows(),
         integrator::rows(),
     ]
     .concat()
