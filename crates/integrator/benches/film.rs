@@ -1,6 +1,6 @@
 //! What the film, the render loop and the metrics cost beside the paths they serve.
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_integrator::{
     Budget, Film, ImageComparison, PixelEstimator, PixelStatistics, RenderOptions, RgbImage, render,
     structural_similarity,
@@ -25,7 +25,7 @@ fn film(c: &mut Criterion) {
         .map(|i| Rgb::new(i as f32, 1.0 / (i + 1) as f32, 0.5))
         .collect();
     group.throughput(Throughput::Elements(samples.len() as u64));
-    group.bench_function("film_add", |b| {
+    group.bench_function(BenchmarkId::new("film_add", samples.len()), |b| {
         b.iter(|| {
             let mut statistics = PixelStatistics::default();
             for &sample in black_box(&samples) {
@@ -42,14 +42,14 @@ fn film(c: &mut Criterion) {
         threads: 1,
         ..RenderOptions::new(width, height, Budget::Samples(spp))
     };
-    group.bench_function("render_loop_1_thread", |b| {
+    group.bench_function(BenchmarkId::new("render_loop", pixels * u64::from(spp)), |b| {
         b.iter(|| render(&Constant, black_box(&options), &|_| (), &AtomicBool::new(false)));
     });
 
     let film = render(&Constant, &options, &|_| (), &AtomicBool::new(false)).map(|outcome| outcome.film);
     let film = film.expect("the options are sound");
     group.throughput(Throughput::Elements(pixels));
-    group.bench_function("film_merge", |b| {
+    group.bench_function(BenchmarkId::new("film_merge", pixels), |b| {
         b.iter_batched_ref(
             || film.clone(),
             |into: &mut Film| into.merge(black_box(&film)),
@@ -65,12 +65,12 @@ fn metrics(c: &mut Criterion) {
         RgbImage::from_fn(256, 256, value).expect("the size is sound")
     };
     let (image, reference) = (image(0.1), image(0.0));
-    let mut group = c.benchmark_group("metrics");
+    let mut group = c.benchmark_group("integrator");
     group.throughput(Throughput::Elements(256 * 256));
-    group.bench_function("ssim", |b| {
+    group.bench_function(BenchmarkId::new("ssim", 256 * 256), |b| {
         b.iter(|| structural_similarity(black_box(&image), &reference))
     });
-    group.bench_function("all", |b| {
+    group.bench_function(BenchmarkId::new("comparison", 256 * 256), |b| {
         b.iter(|| ImageComparison::new(black_box(&image), &reference))
     });
     group.finish();

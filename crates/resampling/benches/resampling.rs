@@ -19,10 +19,10 @@ fn weights() -> Vec<f64> {
 
 fn streaming(criterion: &mut Criterion) {
     let weights = weights();
-    let mut group = criterion.benchmark_group("candidate");
+    let mut group = criterion.benchmark_group("resampling");
     group.throughput(Throughput::Elements(CANDIDATES));
     // What any streaming selection has to do: one uniform, one addition, one comparison.
-    group.bench_function("baseline: draw, compare, add", |bencher| {
+    group.bench_function(BenchmarkId::new("candidate_baseline", CANDIDATES), |bencher| {
         let mut rng = CounterRng::new(2, 0, 0);
         bencher.iter(|| {
             let (mut sum, mut taken) = (0.0, 0u32);
@@ -33,7 +33,7 @@ fn streaming(criterion: &mut Criterion) {
             (sum, taken)
         });
     });
-    group.bench_function("Selection", |bencher| {
+    group.bench_function(BenchmarkId::new("candidate_selection", CANDIDATES), |bencher| {
         let mut rng = CounterRng::new(2, 0, 0);
         bencher.iter(|| {
             let mut selection = Selection::new();
@@ -43,17 +43,20 @@ fn streaming(criterion: &mut Criterion) {
             selection
         });
     });
-    group.bench_function("JumpSelection", |bencher| {
-        let mut rng = CounterRng::new(2, 0, 0);
-        bencher.iter(|| {
-            let mut selection = JumpSelection::new();
-            for (i, &w) in black_box(&weights).iter().enumerate() {
-                selection.offer(i as u32, w, &mut rng);
-            }
-            selection
-        });
-    });
-    group.bench_function("Ris", |bencher| {
+    group.bench_function(
+        BenchmarkId::new("candidate_jump_selection", CANDIDATES),
+        |bencher| {
+            let mut rng = CounterRng::new(2, 0, 0);
+            bencher.iter(|| {
+                let mut selection = JumpSelection::new();
+                for (i, &w) in black_box(&weights).iter().enumerate() {
+                    selection.offer(i as u32, w, &mut rng);
+                }
+                selection
+            });
+        },
+    );
+    group.bench_function(BenchmarkId::new("candidate_ris", CANDIDATES), |bencher| {
         let mut rng = CounterRng::new(2, 0, 0);
         let weight = Tractable::<Counting>::from_density(0.5).unwrap().weight();
         bencher.iter(|| {
@@ -64,28 +67,34 @@ fn streaming(criterion: &mut Criterion) {
             ris.finish::<f32>(1.0)
         });
     });
-    group.bench_function("SelectionRecord (f32, as on the GPU)", |bencher| {
-        let mut rng = CounterRng::new(2, 0, 0);
-        bencher.iter(|| {
-            let mut record = SelectionRecord::default();
-            for (i, &w) in black_box(&weights).iter().enumerate() {
-                record.offer(i as u32, w as f32, rng.next_f32());
-            }
-            record
-        });
-    });
-    group.bench_function("WithoutReplacement, 8 of 4096", |bencher| {
-        let mut rng = CounterRng::new(2, 0, 0);
-        bencher.iter_batched_ref(
-            || WithoutReplacement::new(8),
-            |sample| {
+    group.bench_function(
+        BenchmarkId::new("candidate_selection_record", CANDIDATES),
+        |bencher| {
+            let mut rng = CounterRng::new(2, 0, 0);
+            bencher.iter(|| {
+                let mut record = SelectionRecord::default();
                 for (i, &w) in black_box(&weights).iter().enumerate() {
-                    sample.offer(i as u32, w, &mut rng);
+                    record.offer(i as u32, w as f32, rng.next_f32());
                 }
-            },
-            BatchSize::SmallInput,
-        );
-    });
+                record
+            });
+        },
+    );
+    group.bench_function(
+        BenchmarkId::new("candidate_without_replacement", CANDIDATES),
+        |bencher| {
+            let mut rng = CounterRng::new(2, 0, 0);
+            bencher.iter_batched_ref(
+                || WithoutReplacement::new(8),
+                |sample| {
+                    for (i, &w) in black_box(&weights).iter().enumerate() {
+                        sample.offer(i as u32, w, &mut rng);
+                    }
+                },
+                BatchSize::SmallInput,
+            );
+        },
+    );
     group.finish();
 }
 
@@ -102,13 +111,13 @@ impl Domain for Cheap {
 }
 
 fn merging(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("merge");
+    let mut group = criterion.benchmark_group("resampling");
     let families = [
-        ("constant, biased", Mis::ConstantBiased),
-        ("constant, debiased", Mis::ConstantDebiased),
-        ("balance", Mis::Balance),
-        ("pairwise, uniform", Mis::PAIRWISE_UNIFORM),
-        ("pairwise, defensive", Mis::PAIRWISE_DEFENSIVE),
+        ("merge_constant_biased", Mis::ConstantBiased),
+        ("merge_constant_debiased", Mis::ConstantDebiased),
+        ("merge_balance", Mis::Balance),
+        ("merge_pairwise_uniform", Mis::PAIRWISE_UNIFORM),
+        ("merge_pairwise_defensive", Mis::PAIRWISE_DEFENSIVE),
     ];
     for count in [2usize, 4, 9, 25, 49] {
         let domains: Vec<Cheap> = (0..count).map(|i| Cheap(1.0 + i as f64)).collect();

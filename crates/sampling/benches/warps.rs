@@ -21,7 +21,7 @@ fn uniforms() -> [[f32; 2]; BATCH] {
 /// One benchmark: `run` on each `u` of a batch.
 fn bench<T>(c: &mut Criterion, name: &str, mut run: impl FnMut([f32; 2]) -> T) {
     let uniforms = uniforms();
-    c.bench_function(&format!("sampling/warp_{name}"), |b| {
+    c.bench_function(&format!("sampling/warp_{name}/{BATCH}"), |b| {
         b.iter(|| {
             for u in black_box(&uniforms) {
                 black_box(run(*u));
