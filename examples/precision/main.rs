@@ -8,8 +8,10 @@
 //! `--check` fails if a function is missing from the file, if the file names another one, or if an error is more than twice what it says
 //! (functions of the platform's own, `exp` and the like, differ by a little).
 
+mod distributions;
 mod elsewhere;
 mod emitters;
+mod flights;
 mod grid;
 mod integrator;
 mod inverses;
@@ -51,12 +53,14 @@ fn rows() -> Vec<Row> {
     [
         sampling::rows(),
         inverses::rows(),
+        distributions::rows(),
         resampling::rows(),
         shift::rows(),
         lights::rows(),
         grid::rows(),
         volume::rows(),
         medium::rows(),
+        flights::rows(),
         scene::rows(),
         materials::rows(),
         emitters::rows(),
