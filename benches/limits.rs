@@ -21,7 +21,7 @@ fn cycle(lines: usize) -> Vec<[u64; 8]> {
     let mut rng = CounterRng::new(1, 0, 0);
     let mut next: Vec<u64> = (0..lines as u64).collect();
     for i in (1..lines).rev() {
-        next.swap(i, (u64::from(rng.next_u32()) * i as u64 >> 32) as usize);
+        next.swap(i, ((u64::from(rng.next_u32()) * i as u64) >> 32) as usize);
     }
     next.into_iter().map(|next| [next, 0, 0, 0, 0, 0, 0, 0]).collect()
 }
