@@ -2042,7 +2042,7 @@ fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Sele
     var next = selection;
     next.weight_sum_low = low - (total - sum);
     next.weight_sum = total;
-    let accepted = u * next.weight_sum < weight;
+    let accepted = u * next.weight_sum < weight || weight >= next.weight_sum;
     if accepted {
         next.item = item;
         next.tag = package_lightshed_reservoir__1TAG_SAMPLE;
