@@ -1,14 +1,14 @@
 //! What the machine itself costs: the limits that hot functions are held against in `docs/performance.md`.
 //!
 //! ```sh
-//! cargo bench --bench limits
+//! cargo bench -p lightshed-sampling --bench limits
 //! ```
 //!
 //! `random_word`: a word of a counter-based generator, in order. `read_dependent`: a read whose address is what the read before gave, all over
 //! so much memory. `read_independent`: reads all over it whose addresses are known beforehand. `copy`: memory copied, bytes a second.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use lightshed::sampling::CounterRng;
+use lightshed_sampling::CounterRng;
 use std::hint::black_box;
 
 /// Kilobytes: of the first cache, the second, the third, and of none.
