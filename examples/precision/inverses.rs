@@ -1,5 +1,6 @@
 //! `lightshed-sampling`: numbers, inverses and densities of warps.
 
+use crate::sampling::orthonormal;
 use crate::worst::{Kind, Row, Worst, direction, log_uniform, rng, squares, units};
 use lightshed::sampling::glam::{Vec2, Vec3};
 use lightshed::sampling::{
@@ -160,16 +161,7 @@ fn numbers() -> Vec<Row> {
                         _ => direction(&mut rng) * log_uniform(&mut rng, 1e-15, 1e15),
                     };
                     let frame = Frame::from_normal_and_tangent(normal, along);
-                    let [t, b, n] = [frame.tangent, frame.bitangent, frame.normal].map(Vec3::as_dvec3);
-                    for (found, truth) in [
-                        (t.length(), 1.0),
-                        (b.length(), 1.0),
-                        (t.dot(b), 0.0),
-                        (t.dot(n), 0.0),
-                        (b.dot(n), 0.0),
-                    ] {
-                        w.add(found, truth);
-                    }
+                    orthonormal(w, &frame);
                 }
             },
         ),

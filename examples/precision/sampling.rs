@@ -17,6 +17,20 @@ fn worst(function: &'static str, inputs: &'static str, kind: Kind, fill: impl Fn
     Worst::row(PART, function, inputs, kind, fill)
 }
 
+/// Lengths and dot products of a frame's tangents.
+pub fn orthonormal(worst: &mut Worst, frame: &Frame) {
+    let [t, b, n] = [frame.tangent, frame.bitangent, frame.normal].map(Vec3::as_dvec3);
+    for (found, truth) in [
+        (t.length(), 1.0),
+        (b.length(), 1.0),
+        (t.dot(b), 0.0),
+        (t.dot(n), 0.0),
+        (b.dot(n), 0.0),
+    ] {
+        worst.add(found, truth);
+    }
+}
+
 fn points(worst: &mut Worst, found: Vec3, truth: DVec3) {
     for axis in 0..3 {
         worst.add(f64::from(found[axis]), truth[axis]);
@@ -155,16 +169,7 @@ fn directions() -> Vec<Row> {
                         direction(&mut rng)
                     };
                     let f = Frame::from_normal(normal);
-                    let [t, b, n] = [f.tangent, f.bitangent, f.normal].map(Vec3::as_dvec3);
-                    for (found, truth) in [
-                        (t.length(), 1.0),
-                        (b.length(), 1.0),
-                        (t.dot(b), 0.0),
-                        (t.dot(n), 0.0),
-                        (b.dot(n), 0.0),
-                    ] {
-                        w.add(found, truth);
-                    }
+                    orthonormal(w, &f);
                 }
             },
         ),

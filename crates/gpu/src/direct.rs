@@ -1,5 +1,6 @@
 //! Direct light with emitters chosen by a light tree, on the device.
 
+use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::DIRECT;
 use crate::scene::{SCENE_BINDINGS, Settings};
@@ -181,12 +182,7 @@ impl GpuMethod for GpuDirectLight<'_> {
         let mut work = self.gpu.timed_work();
         work.dispatch(&self.kernel, &buffers, groups_of(width * height));
         self.times = work.finish()?;
-        let values: Vec<[f32; 4]> = self.gpu.read(&self.image, (width * height) as usize)?;
-        let rays = RayCounts {
-            camera: u64::from(width * height),
-            ..RayCounts::default()
-        };
-        Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
+        finished_frame(self.gpu, &self.image, self.size())
     }
 
     fn times(&self) -> &[PassTime] {

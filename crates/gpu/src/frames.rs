@@ -1,6 +1,6 @@
 //! Methods on the device in the render loop of the others.
 
-use crate::{GpuError, PassTime};
+use crate::{Buffer, Gpu, GpuError, PassTime};
 use lightshed_integrator::{FrameMethod, RayCounts};
 use lightshed_scene::Rgb;
 use std::collections::BTreeMap;
@@ -20,6 +20,20 @@ pub trait GpuMethod {
 
     /// How long each dispatch of the last frame ran; nothing where the device has no clock.
     fn times(&self) -> &[PassTime];
+}
+
+/// What a frame has left in `image`, for methods that trace a camera ray for each pixel and count no others.
+pub(crate) fn finished_frame(
+    gpu: &Gpu,
+    image: &Buffer,
+    [width, height]: [u32; 2],
+) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+    let values: Vec<[f32; 4]> = gpu.read(image, (width * height) as usize)?;
+    let rays = RayCounts {
+        camera: u64::from(width * height),
+        ..RayCounts::default()
+    };
+    Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
 }
 
 /// A [`GpuMethod`] as a [`FrameMethod`], which keeps what cannot be handed on: failures and times.

@@ -1,5 +1,6 @@
 //! ReSTIR PT on the device.
 
+use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::RESTIR_PT;
 use crate::scene::{SCENE_BINDINGS, Settings};
@@ -265,12 +266,7 @@ impl GpuMethod for GpuRestirPt<'_> {
         }
         self.latest = made;
         self.times = work.finish()?;
-        let values: Vec<[f32; 4]> = self.gpu.read(image, (width * height) as usize)?;
-        let rays = RayCounts {
-            camera: u64::from(width * height),
-            ..RayCounts::default()
-        };
-        Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
+        finished_frame(self.gpu, image, self.size())
     }
 
     fn times(&self) -> &[PassTime] {
