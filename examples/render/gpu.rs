@@ -22,7 +22,8 @@ pub fn on_gpu(
     use crate::arguments::{Mapping, Method};
     use crate::session::LIGHT_SAMPLES;
     use lightshed::gpu::{
-        Gpu, GpuDirectLight, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene, GpuVolumePathTracer,
+        Gpu, GpuDirectLight, GpuLightcuts, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene,
+        GpuVolumePathTracer,
     };
     use lightshed::integrator::{LightChoosing, PathMapping, RestirPtOptions};
 
@@ -58,6 +59,10 @@ pub fn on_gpu(
             observer,
             cancel,
         ),
+        Method::Lightcuts => {
+            let method = GpuLightcuts::new(&gpu, &on_device, arguments.lightcuts.options())?;
+            render(&gpu, method, options, observer, cancel)
+        }
         Method::RestirDi => render(
             &gpu,
             GpuRestirDi::new(&gpu, &on_device)?,
@@ -80,7 +85,7 @@ pub fn on_gpu(
             )
         }
         method => Err(Failure::new(format_args!(
-            "--device gpu has path, direct, restir-di, restir-pt and volpath, not {}",
+            "--device gpu has path, direct, lightcuts, restir-di, restir-pt and volpath, not {}",
             method.name()
         ))),
     }

@@ -43,9 +43,9 @@ pub enum CutTreeName {
 }
 
 impl LightcutArguments {
-    /// The method.
-    pub fn method<'a>(&self, scene: &'a Scene) -> Result<Lightcuts<'a>, LightcutError> {
-        let options = LightcutOptions {
+    /// What is asked for.
+    pub fn options(&self) -> LightcutOptions {
+        LightcutOptions {
             subtrees: self.cut_subtrees,
             block: self.cut_block,
             interleaving: self.cut_interleaving,
@@ -57,7 +57,11 @@ impl LightcutArguments {
                 CutTreeName::AgglomerativeBvh => CutTree::AgglomerativeBvh,
             },
             ..LightcutOptions::default()
-        };
-        Lightcuts::new(scene, options)
+        }
+    }
+
+    /// The method.
+    pub fn method<'a>(&self, scene: &'a Scene) -> Result<Lightcuts<'a>, LightcutError> {
+        Lightcuts::new(scene, self.options())
     }
 }

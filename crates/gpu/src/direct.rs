@@ -1,15 +1,13 @@
 //! Direct light with emitters chosen by a light tree, on the device.
 
+use crate::emitter_tree::{EmitterTree, TreeShape};
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::DIRECT;
 use crate::scene::{SCENE_BINDINGS, Settings};
-use crate::{
-    Access, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, LightTreeBuilder, PassTime,
-};
+use crate::{Access, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::{MAX_DIRECT_SAMPLES, RayCounts};
-use lightshed_lights::Curve;
 
 /// Emission and light that is scattered once, with emitters chosen by a perfect light tree that the device builds: the estimator of
 /// `lightshed_integrator::SelectedDirectLight` with `LightChoosing::Tree`.
@@ -19,9 +17,7 @@ use lightshed_lights::Curve;
 pub struct GpuDirectLight<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
-    tree: GpuLightTree,
-    /// How the tree was built.
-    build_times: Vec<PassTime>,
+    emitters: EmitterTree,
     kernel: Kernel,
     settings: Buffer,
     image: Buffer,
@@ -33,7 +29,7 @@ pub struct GpuDirectLight<'a> {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct Direct {
-    tree: Tree,
+    tree: TreeShape,
     sample: u32,
     emitter_samples: u32,
     bsdf_samples: u32,
@@ -43,21 +39,6 @@ struct Direct {
     padding: u32,
 }
 
-/// A light tree as the shader module `light_tree` reads it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-struct Tree {
-    lights: u32,
-    depth: u32,
-    /// Levels that a step goes down.
-    stride: u32,
-    /// How distance enters a node's weight, by the module's numbers.
-    weighting: u32,
-}
-
-/// As `PerfectTreeOptions::default` has them.
-const STRIDE: u32 = 3;
-const MIN_MAX: u32 = 1;
 /// Bytes of a pixel of the image.
 const IMAGE_BYTES: u64 = 16;
 
@@ -96,16 +77,7 @@ impl<'a> GpuDirectLight<'a> {
                 .into(),
             ));
         }
-        let lights = scene.lights();
-        let tree = GpuLightTree::new(gpu, lights.len(), Curve::Hilbert)?;
-        let has_tree = lights.iter().any(|light| light.intensity > 0.0);
-        let mut build_times = Vec::new();
-        if has_tree {
-            let records = gpu.buffer("lights", lights)?;
-            let mut work = gpu.timed_work();
-            LightTreeBuilder::new(gpu)?.build(&mut work, &records, &tree);
-            build_times = work.finish()?;
-        }
+        let emitters = EmitterTree::new(gpu, scene)?;
         let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
         access.extend([Access::Write, Access::Read]);
         let stratum = u64::MAX / u64::from(emitter_samples);
@@ -114,22 +86,16 @@ impl<'a> GpuDirectLight<'a> {
             gpu,
             scene,
             asked: Direct {
-                tree: Tree {
-                    lights: tree.lights(),
-                    depth: tree.depth(),
-                    stride: STRIDE,
-                    weighting: MIN_MAX,
-                },
+                tree: emitters.shape(),
                 sample: 0,
                 emitter_samples,
                 bsdf_samples,
-                groups: u32::from(has_tree) + u32::from(scene.has_surroundings()),
+                groups: u32::from(emitters.shines) + u32::from(scene.has_surroundings()),
                 stratum: [stratum as u32, (stratum >> 32) as u32],
-                has_tree: u32::from(has_tree),
+                has_tree: u32::from(emitters.shines),
                 padding: 0,
             },
-            tree,
-            build_times,
+            emitters,
             kernel: gpu.kernel("direct", program, "direct", &access, &scene.constants())?,
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,
@@ -144,12 +110,12 @@ impl<'a> GpuDirectLight<'a> {
 
     /// The tree.
     pub fn tree(&self) -> &GpuLightTree {
-        &self.tree
+        &self.emitters.tree
     }
 
     /// How long each dispatch of the tree's building ran; nothing where the device has no clock.
     pub fn build_times(&self) -> &[PassTime] {
-        &self.build_times
+        &self.emitters.build_times
     }
 }
 
@@ -169,15 +135,8 @@ impl GpuMethod for GpuDirectLight<'_> {
         let direct = self.gpu.buffer("direct", &[direct])?;
         let mut buffers = vec![&self.settings];
         buffers.extend(&self.scene.buffers);
-        let tree = &self.tree;
-        buffers.extend([
-            &tree.rows,
-            &tree.levels,
-            &tree.light_at,
-            &tree.leaf_of,
-            &self.image,
-            &direct,
-        ]);
+        buffers.extend(self.emitters.buffers());
+        buffers.extend([&self.image, &direct]);
         let [width, height] = self.size();
         let mut work = self.gpu.timed_work();
         work.dispatch(&self.kernel, &buffers, groups_of(width * height));

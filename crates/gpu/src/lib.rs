@@ -5,10 +5,12 @@
 
 mod device;
 mod direct;
+mod emitter_tree;
 mod error;
 mod frames;
 mod image;
 mod light_tree;
+mod lightcuts;
 mod medium;
 #[cfg(test)]
 mod path_parity;
@@ -29,6 +31,7 @@ pub use error::GpuError;
 pub use frames::{GpuFrames, GpuMethod};
 pub use image::GpuImage;
 pub use light_tree::{GpuLightTree, LightTreeBuilder};
+pub use lightcuts::GpuLightcuts;
 pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
 pub use restir_pt::GpuRestirPt;

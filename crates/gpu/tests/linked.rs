@@ -5,9 +5,10 @@
 use lightshed_shaders::Linker;
 use std::path::Path;
 
-const PROGRAMS: [&str; 7] = [
+const PROGRAMS: [&str; 8] = [
     "direct",
     "light_tree_build",
+    "lightcuts",
     "path",
     "radix_sort",
     "restir_di",
@@ -25,6 +26,7 @@ fn checked_in_wgsl_is_what_programs_link_to() {
     for name in PROGRAMS {
         let linked = Linker::new()
             .module("package::host", source("host"))
+            .module("package::selected", source("selected"))
             .module("package::main", source(name))
             .link("package::main")
             .unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -62,6 +64,8 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("light_tree_build", "Settings", 144),
         ("direct", "package_lightshed__1light_tree_LightTree", 16),
         ("direct", "Direct", 48),
+        ("lightcuts", "Lightcuts", 48),
+        ("lightcuts", "package_lightshed_lightcut_Subtree", 16),
         ("restir_pt", "package_lightshed__1path_sample_PathReservoir", 64),
         ("restir_pt", "Frame", 48),
         ("volpath", "package_lightshed_majorant_MajorantGrid", 48),

@@ -69,6 +69,17 @@ pub const MODULES: &[Module] = &[
             "load_light_row"
         ]
     ),
+    module!(
+        "lightcut",
+        [
+            "load_leaf_of",
+            "load_light_at",
+            "load_light_level",
+            "load_light_row",
+            "load_subtree",
+            "store_subtree"
+        ]
+    ),
     module!("majorant", ["load_majorant"]),
     module!("measure"),
     module!("mis"),

@@ -45,7 +45,9 @@ fn checked_in_wgsl_is_what_modules_link_to() {
 /// What media and light trees ask of a host, over one buffer of words; what surfaces ask for, their host in `lightshed-gpu` has.
 const HOST: &str = "
     import package::lightshed::alias::AliasEntry;
+    import package::lightshed::lightcut::Subtree;
     @group(0) @binding(0) var<storage, read> words: array<u32>;
+    @group(0) @binding(1) var<storage, read_write> subtrees: array<Subtree>;
     fn load_alias_entry(table: u32, index: u32) -> AliasEntry { return AliasEntry(words[index], words[table]); }
     fn load_density(voxel: vec3u) -> f32 { return f32(words[voxel.x + voxel.y + voxel.z]); }
     fn load_leaf_of(light: u32) -> u32 { return words[light]; }
@@ -53,6 +55,8 @@ const HOST: &str = "
     fn load_light_level(level: u32) -> u32 { return words[level]; }
     fn load_light_row(place: u32) -> vec4u { return vec4u(words[place]); }
     fn load_majorant(cell: u32) -> vec2f { return vec2f(0.0, f32(words[cell])); }
+    fn load_subtree(place: u32) -> Subtree { return subtrees[place]; }
+    fn store_subtree(place: u32, subtree: Subtree) { subtrees[place] = subtree; }
 ";
 
 #[test]

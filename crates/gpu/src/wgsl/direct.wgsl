@@ -21,26 +21,7 @@ override HAS_SURROUNDINGS: bool = true;
 
 override HAS_EMITTERS: bool = true;
 
-const INVERSE_PI: f32 = 0.31830987;
-
-const F32_MAX: f32 = 3.4028235e38;
-
 const COMPANY: u32 = 16u;
-
-fn is_diffuse(material: u32) -> bool {
-    let rows = package_host__1load_material(material);
-    return rows.y == 1u && package_host__1load_component(rows.x).kind == package_lightshed_bsdf_DIFFUSE;
-}
-
-fn shading_point(point: package_lightshed_surface_SurfacePoint, wo: vec3f) -> package_lightshed_importance_ShadingPoint {
-    var bound = F32_MAX;
-    if is_diffuse(point.material) {
-        let albedo = package_host__1load_component(package_host__1load_material(point.material).x).color;
-        bound = package_lightshed_vector_dot3(albedo, vec3f(0.212671, 0.71516, 0.072169)) * INVERSE_PI;
-    }
-    let side = vec3f(0.0, 0.0, select(1.0, -1.0, wo.z < 0.0));
-    return package_lightshed_importance_ShadingPoint(point.position, bound, package_lightshed_frame__1to_world(point.shading, side), package_lightshed_importance__1FACING_FRONT);
-}
 
 fn finite_probability() -> f32 {
     return f32(asked.has_tree) / f32(max(asked.groups, 1u));
@@ -50,35 +31,10 @@ fn infinite_probability() -> f32 {
     return f32(asked.groups - asked.has_tree) / f32(max(asked.groups, 1u));
 }
 
-fn area_of(emitter: package_lightshed_emitter_Emitter) -> f32 {
-    return 0.5 * package_lightshed_vector_length3(package_lightshed_vector_cross3(emitter.edge0, emitter.edge1));
-}
-
-fn no_light() -> package_lightshed_emitter_EmitterSample {
-    return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
-}
-
-fn towards(emitter: package_lightshed_emitter_Emitter, probability: f32, start: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
-    let aim = package_lightshed_emitter__1aim_at(emitter, start, package_lightshed_warp__1uniform_triangle(u).xy);
-    let pdf = package_lightshed_measure__3area_to_solid_angle(probability / area_of(emitter), aim.distance_squared, aim.cos_theta);
-    let weight = package_lightshed_emitter__1emitter_radiance(emitter) / pdf;
-    if !(aim.cos_theta > 0.0 && pdf > 0.0) || !package_lightshed_vector__1is_finite(weight.x + weight.y + weight.z) {
-        return no_light();
-    }
-    return package_lightshed_emitter_EmitterSample(aim.direction, pdf, weight, true, aim.goal);
-}
-
 fn stratified(i: u32, word: u32) -> vec2u {
     let low = package_lightshed_wide__1wide_product(word, asked.stratum.x);
     let within = package_lightshed_wide__1wide_add(package_lightshed_wide__1wide_product(word, asked.stratum.y), vec2u(low.y, 0u));
     return package_lightshed_wide__1wide_add(package_lightshed_wide__1wide_multiply(asked.stratum, vec2u(i, 0u)), within);
-}
-
-fn seen_emission(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
-    if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(direction, point.geometric_normal) < 0.0 {
-        return package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
-    }
-    return vec3f(0.0);
 }
 
 @compute @workgroup_size(64)
@@ -105,13 +61,13 @@ fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     }
     let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
     let wo = package_lightshed_frame__1to_local(point.shading, -ray.direction);
-    let at = shading_point(point, wo);
+    let at = package_selected__1shading_point(point, wo);
     let n = f32(asked.emitter_samples);
     var m = f32(asked.bsdf_samples);
-    if is_diffuse(point.material) {
+    if package_selected__1is_diffuse(point.material) {
         m = 0.0;
     }
-    var value = seen_emission(point, ray.direction);
+    var value = package_selected__1seen_emission(point, ray.direction);
     var scattered = vec3f(0.0);
     var words: array<u32, 16>;
     let samples = select(0u, asked.emitter_samples, asked.groups > 0u && package_lightshed_bsdf__2has_non_delta(point.material));
@@ -126,7 +82,7 @@ fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
         let high = package_lightshed_wide__1wide_product(asked.groups, u.y);
         let middle = high.x + low.y;
         let group = high.y + select(0u, 1u, middle < low.y);
-        var light = no_light();
+        var light = package_selected__1no_light();
         if HAS_EMITTERS && asked.has_tree == 1u && group == 0u {
             let choice = package_lightshed__1light_tree__2light_tree_sample(asked.tree, at, vec2u(low.x, middle));
             if !(choice.pmf > 0.0) {
@@ -134,7 +90,7 @@ fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
             }
             let a = package_lightshed_stream__1next_number(&stream);
             let b = package_lightshed_stream__1next_number(&stream);
-            light = towards(package_host__1load_emitter(choice.light), choice.pmf * finite_probability(), point.position, vec2f(a, b));
+            light = package_selected_towards(package_host__1load_emitter(choice.light), choice.pmf * finite_probability(), point.position, vec2f(a, b));
         }
         else if HAS_SURROUNDINGS {
             let a = package_lightshed_stream__1next_number(&stream);
@@ -173,18 +129,14 @@ fn direct(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
         var pdf = package_lightshed_emitter__2INVERSE_FOUR_PI * infinite_probability();
         if met.primitive != package_lightshed_ray_NOTHING {
             let end = package_lightshed_surface__1surface_point(package_host__1load_triangle(met.primitive), met);
-            emitted = seen_emission(end, ray.direction);
+            emitted = package_selected__1seen_emission(end, ray.direction);
             if all(emitted == vec3f(0.0)) {
                 continue;
             }
             pdf = 0.0;
             if !drawn.is_delta && HAS_EMITTERS {
-                let emitter = package_host__1load_emitter(end.emitter);
-                let d = end.position - point.position;
-                let distance_squared = package_lightshed_vector_dot3(d, d);
-                let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
                 let probability = package_lightshed__1light_tree__2light_tree_pmf(asked.tree, at, end.emitter) * finite_probability();
-                pdf = package_lightshed_measure__3area_to_solid_angle(probability / area_of(emitter), distance_squared, cos_theta);
+                pdf = package_selected__1pdf_towards(end.emitter, probability, point.position, end.position);
             }
         }
         var weight = 1.0;
@@ -337,9 +289,49 @@ const package_lightshed__1light_tree__1LARGEST_U: vec2u = vec2u(4294967294u, 107
 
 const package_lightshed__1light_tree__1REFRESH_BELOW: vec2u = vec2u(0u, 1045430272u);
 
+fn package_lightshed__1light_tree__1leaf_probability(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, leaf: u32, start_level: u32, before: vec2u) -> f32 {
+    var probability = before;
+    var level = start_level;
+    while (level < tree.depth) {
+        let below = package_lightshed__1light_tree__1level_below(tree, level);
+        let node = leaf >> (tree.depth - below);
+        let first = (leaf >> (tree.depth - level)) << (below - level);
+        let ends = package_lightshed__1light_tree__1light_shares(tree, at, below, first);
+        if !(ends.high.w > 0.0) {
+            return 0.0;
+        }
+        let share = package_lightshed__1light_tree__1share_of(ends, node - first);
+        let width = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(share.end), package_lightshed_double__2double_from_f32(share.begin));
+        probability = package_lightshed_double__1double_multiply(probability, package_lightshed_double__1double_divide(width, package_lightshed_double__2double_from_f32(ends.high.w)));
+        if probability.y == 0u {
+            return 0.0;
+        }
+        level = below;
+    }
+    return package_lightshed_double__2double_to_f32(probability);
+}
+
 fn package_lightshed__1light_tree__1level_below(tree: package_lightshed__1light_tree_LightTree, level: u32) -> u32 {
     let left = (tree.depth - level) % tree.stride;
     return level + select(left, tree.stride, left == 0u);
+}
+
+fn package_lightshed__1light_tree__1light_descent(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, start_level: u32, start: u32, before: package_lightshed__1light_tree_Route) -> package_lightshed__1light_tree_LightChoice {
+    var route = before;
+    var level = start_level;
+    var node = start;
+    while (level < tree.depth) {
+        let below = package_lightshed__1light_tree__1level_below(tree, level);
+        let first = node << (below - level);
+        let step = package_lightshed__1light_tree__1route_step(route, package_lightshed__1light_tree__1light_shares(tree, at, below, first));
+        if !step.alive {
+            return package_lightshed__1light_tree_LightChoice(0u, 0.0);
+        }
+        route = step.route;
+        node = first + step.lane;
+        level = below;
+    }
+    return package_lightshed__1light_tree_LightChoice(package_host__2load_light_at(node), package_lightshed_double__2double_to_f32(route.probability));
 }
 
 fn package_lightshed__1light_tree__1light_shares(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, level: u32, first: u32) -> package_lightshed_importance_Eight {
@@ -406,47 +398,14 @@ fn package_lightshed__1light_tree__2light_tree_pmf(tree: package_lightshed__1lig
     if !(at.reflectance_bound > 0.0) || light >= tree.lights {
         return 0.0;
     }
-    let leaf = package_host__2load_leaf_of(light);
-    var probability = package_lightshed_double_ONE;
-    var level = 0u;
-    while (level < tree.depth) {
-        let below = package_lightshed__1light_tree__1level_below(tree, level);
-        let node = leaf >> (tree.depth - below);
-        let first = (leaf >> (tree.depth - level)) << (below - level);
-        let ends = package_lightshed__1light_tree__1light_shares(tree, at, below, first);
-        if !(ends.high.w > 0.0) {
-            return 0.0;
-        }
-        let share = package_lightshed__1light_tree__1share_of(ends, node - first);
-        let width = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(share.end), package_lightshed_double__2double_from_f32(share.begin));
-        probability = package_lightshed_double__1double_multiply(probability, package_lightshed_double__1double_divide(width, package_lightshed_double__2double_from_f32(ends.high.w)));
-        if probability.y == 0u {
-            return 0.0;
-        }
-        level = below;
-    }
-    return package_lightshed_double__2double_to_f32(probability);
+    return package_lightshed__1light_tree__1leaf_probability(tree, at, package_host__2load_leaf_of(light), 0u, package_lightshed_double_ONE);
 }
 
 fn package_lightshed__1light_tree__2light_tree_sample(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
     if !(at.reflectance_bound > 0.0) {
         return package_lightshed__1light_tree_LightChoice(0u, 0.0);
     }
-    var route = package_lightshed__1light_tree__1route_new(u);
-    var level = 0u;
-    var node = 0u;
-    while (level < tree.depth) {
-        let below = package_lightshed__1light_tree__1level_below(tree, level);
-        let first = node << (below - level);
-        let step = package_lightshed__1light_tree__1route_step(route, package_lightshed__1light_tree__1light_shares(tree, at, below, first));
-        if !step.alive {
-            return package_lightshed__1light_tree_LightChoice(0u, 0.0);
-        }
-        route = step.route;
-        node = first + step.lane;
-        level = below;
-    }
-    return package_lightshed__1light_tree_LightChoice(package_host__2load_light_at(node), package_lightshed_double__2double_to_f32(route.probability));
+    return package_lightshed__1light_tree__1light_descent(tree, at, 0u, 0u, package_lightshed__1light_tree__1route_new(u));
 }
 
 fn package_lightshed__1light_tree_mixed(bits: vec2u) -> vec2u {
@@ -1251,6 +1210,27 @@ fn package_lightshed_importance__1dot_rows(ax: vec4f, ay: vec4f, az: vec4f, bx: 
     return ax * bx + ay * by + az * bz;
 }
 
+fn package_lightshed_importance__1ends_of(a: package_lightshed_importance_Seen, b: package_lightshed_importance_Seen, weighting: u32) -> package_lightshed_importance_Eight {
+    let least = package_lightshed_importance__1least_ends(a.positive, b.positive);
+    if weighting == package_lightshed_importance__2WEIGHTING_MIN_MAX {
+        let a_max = package_lightshed_importance_over(a, a.far_squared);
+        let b_max = package_lightshed_importance_over(b, b.far_squared);
+        let a_min = min(a_max * package_lightshed_importance_nearer(a), vec4f(package_lightshed_importance_LARGEST));
+        let b_min = min(b_max * package_lightshed_importance_nearer(b), vec4f(package_lightshed_importance_LARGEST));
+        return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_min, b_min), package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_max, b_max), least));
+    }
+    var a_distance = max(max(a.d_squared, a.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
+    var b_distance = max(max(b.d_squared, b.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
+    if weighting == package_lightshed_importance__1WEIGHTING_YUKSEL {
+        let a_near = (a.near_squared <= max(a.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & a.positive;
+        let b_near = (b.near_squared <= max(b.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & b.positive;
+        let too_near = any(a_near | b_near);
+        a_distance = select(a.near_squared, vec4f(1.0), too_near);
+        b_distance = select(b.near_squared, vec4f(1.0), too_near);
+    }
+    return package_lightshed_importance_plus(package_lightshed_importance__1of_one(package_lightshed_importance_over(a, a_distance), package_lightshed_importance_over(b, b_distance)), least);
+}
+
 fn package_lightshed_importance__1first_two(row: vec4f, lane: u32) -> vec4f {
     return vec4f(row[lane], row[lane + 1u], 0.0, 0.0);
 }
@@ -1404,26 +1384,7 @@ fn package_lightshed_importance__1segment_weights(at: package_lightshed_importan
 }
 
 fn package_lightshed_importance__1surface_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
-    let a = package_lightshed_importance__1seen_from(at, low);
-    let b = package_lightshed_importance__1seen_from(at, high);
-    let least = package_lightshed_importance__1least_ends(a.positive, b.positive);
-    if weighting == package_lightshed_importance__2WEIGHTING_MIN_MAX {
-        let a_max = package_lightshed_importance_over(a, a.far_squared);
-        let b_max = package_lightshed_importance_over(b, b.far_squared);
-        let a_min = min(a_max * package_lightshed_importance_nearer(a), vec4f(package_lightshed_importance_LARGEST));
-        let b_min = min(b_max * package_lightshed_importance_nearer(b), vec4f(package_lightshed_importance_LARGEST));
-        return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_min, b_min), package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_max, b_max), least));
-    }
-    var a_distance = max(max(a.d_squared, a.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
-    var b_distance = max(max(b.d_squared, b.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
-    if weighting == package_lightshed_importance__1WEIGHTING_YUKSEL {
-        let a_near = (a.near_squared <= max(a.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & a.positive;
-        let b_near = (b.near_squared <= max(b.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & b.positive;
-        let too_near = any(a_near | b_near);
-        a_distance = select(a.near_squared, vec4f(1.0), too_near);
-        b_distance = select(b.near_squared, vec4f(1.0), too_near);
-    }
-    return package_lightshed_importance_plus(package_lightshed_importance__1of_one(package_lightshed_importance_over(a, a_distance), package_lightshed_importance_over(b, b_distance)), least);
+    return package_lightshed_importance__1ends_of(package_lightshed_importance__1seen_from(at, low), package_lightshed_importance__1seen_from(at, high), weighting);
 }
 
 const package_lightshed_importance__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
@@ -1816,4 +1777,54 @@ fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
     let carried = (a.y << 1u) << (31u - bits);
     let shifted = vec2u((a.x >> bits) | carried, a.y >> bits);
     return select(shifted, vec2u(shifted.y, 0u), by > 31u);
+}
+
+const package_selected__1INVERSE_PI: f32 = 0.31830987;
+
+fn package_selected__1area_of(emitter: package_lightshed_emitter_Emitter) -> f32 {
+    return 0.5 * package_lightshed_vector_length3(package_lightshed_vector_cross3(emitter.edge0, emitter.edge1));
+}
+
+fn package_selected__1is_diffuse(material: u32) -> bool {
+    let rows = package_host__1load_material(material);
+    return rows.y == 1u && package_host__1load_component(rows.x).kind == package_lightshed_bsdf_DIFFUSE;
+}
+
+fn package_selected__1no_light() -> package_lightshed_emitter_EmitterSample {
+    return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
+}
+
+fn package_selected__1pdf_towards(index: u32, probability: f32, start: vec3f, end: vec3f) -> f32 {
+    let emitter = package_host__1load_emitter(index);
+    let d = end - start;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
+    return package_lightshed_measure__3area_to_solid_angle(probability / package_selected__1area_of(emitter), distance_squared, cos_theta);
+}
+
+fn package_selected__1seen_emission(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(direction, point.geometric_normal) < 0.0 {
+        return package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
+    }
+    return vec3f(0.0);
+}
+
+fn package_selected__1shading_point(point: package_lightshed_surface_SurfacePoint, wo: vec3f) -> package_lightshed_importance_ShadingPoint {
+    var bound = package_lightshed_importance__1F32_MAX;
+    if package_selected__1is_diffuse(point.material) {
+        let albedo = package_host__1load_component(package_host__1load_material(point.material).x).color;
+        bound = package_lightshed_vector_dot3(albedo, vec3f(0.212671, 0.71516, 0.072169)) * package_selected__1INVERSE_PI;
+    }
+    let side = vec3f(0.0, 0.0, select(1.0, -1.0, wo.z < 0.0));
+    return package_lightshed_importance_ShadingPoint(point.position, bound, package_lightshed_frame__1to_world(point.shading, side), package_lightshed_importance__1FACING_FRONT);
+}
+
+fn package_selected_towards(emitter: package_lightshed_emitter_Emitter, probability: f32, start: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
+    let aim = package_lightshed_emitter__1aim_at(emitter, start, package_lightshed_warp__1uniform_triangle(u).xy);
+    let pdf = package_lightshed_measure__3area_to_solid_angle(probability / package_selected__1area_of(emitter), aim.distance_squared, aim.cos_theta);
+    let weight = package_lightshed_emitter__1emitter_radiance(emitter) / pdf;
+    if !(aim.cos_theta > 0.0 && pdf > 0.0) || !package_lightshed_vector__1is_finite(weight.x + weight.y + weight.z) {
+        return package_selected__1no_light();
+    }
+    return package_lightshed_emitter_EmitterSample(aim.direction, pdf, weight, true, aim.goal);
 }

@@ -29,6 +29,8 @@ pub struct Shader<'a> {
     pub body: &'a str,
     /// Buffers that the host's functions read, from binding 2 on.
     pub buffers: &'a [&'a Buffer],
+    /// Buffers that they write, after those.
+    pub written: &'a [&'a Buffer],
 }
 
 impl<'a> Shader<'a> {
@@ -38,6 +40,7 @@ impl<'a> Shader<'a> {
             host: "",
             body,
             buffers: &[],
+            written: &[],
         }
     }
 
@@ -71,6 +74,7 @@ impl<'a> Shader<'a> {
             .expect("the shader links");
         let mut access = vec![Access::Read, Access::Write];
         access.resize(2 + self.buffers.len(), Access::Read);
+        access.resize(access.len() + self.written.len(), Access::Write);
         let kernel = gpu
             .kernel("parity", &wgsl, "main", &access, &[])
             .unwrap_or_else(|error| panic!("{error}\n{wgsl}"));
@@ -81,6 +85,7 @@ impl<'a> Shader<'a> {
             .expect("outputs are few");
         let mut buffers = vec![&inputs_buffer, &outputs];
         buffers.extend(self.buffers);
+        buffers.extend(self.written);
         let mut work = gpu.work();
         work.dispatch(&kernel, &buffers, [inputs.len().div_ceil(64) as u32, 1, 1]);
         work.submit();

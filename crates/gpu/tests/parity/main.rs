@@ -8,6 +8,7 @@ mod doubles;
 mod harness;
 mod light_tree;
 mod light_tree_build;
+mod lightcut;
 mod media;
 mod numbers;
 mod phase;

@@ -1,0 +1,77 @@
+//! A scene's emitters in a light tree, for the methods that choose by it.
+
+use crate::{Buffer, Gpu, GpuError, GpuLightTree, GpuScene, LightTreeBuilder, PassTime, Work};
+use bytemuck::{Pod, Zeroable};
+use lightshed_lights::Curve;
+
+/// A light tree as the shader module `light_tree` reads it.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct TreeShape {
+    lights: u32,
+    depth: u32,
+    /// Levels that a step goes down.
+    stride: u32,
+    /// How distance enters a node's weight, by the module's numbers.
+    weighting: u32,
+}
+
+const _: () = assert!(size_of::<TreeShape>() == 16);
+
+/// As `PerfectTreeOptions::default` has them.
+const STRIDE: u32 = 3;
+const MIN_MAX: u32 = 1;
+
+/// The emitting triangles of a scene in a perfect light tree that the device builds.
+pub(crate) struct EmitterTree {
+    pub tree: GpuLightTree,
+    /// Whether any of them shines; else there is no tree worth the name.
+    pub shines: bool,
+    /// How long each dispatch of the building ran.
+    pub build_times: Vec<PassTime>,
+    builder: LightTreeBuilder,
+    records: Buffer,
+}
+
+impl EmitterTree {
+    /// Builds the tree.
+    pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
+        let lights = scene.lights();
+        let mut built = Self {
+            tree: GpuLightTree::new(gpu, lights.len(), Curve::Hilbert)?,
+            shines: lights.iter().any(|light| light.intensity > 0.0),
+            build_times: Vec::new(),
+            builder: LightTreeBuilder::new(gpu)?,
+            records: gpu.buffer("lights", lights)?,
+        };
+        if built.shines {
+            let mut work = gpu.timed_work();
+            built.rebuild(&mut work);
+            built.build_times = work.finish()?;
+        }
+        Ok(built)
+    }
+
+    /// Records the building of the tree, the same as it was.
+    pub fn rebuild(&self, work: &mut Work) {
+        if self.shines {
+            self.builder.build(work, &self.records, &self.tree);
+        }
+    }
+
+    /// What shaders are told of it.
+    pub fn shape(&self) -> TreeShape {
+        TreeShape {
+            lights: self.tree.lights(),
+            depth: self.tree.depth(),
+            stride: STRIDE,
+            weighting: MIN_MAX,
+        }
+    }
+
+    /// What the host module's bindings 10 to 13 are.
+    pub fn buffers(&self) -> [&Buffer; 4] {
+        let tree = &self.tree;
+        [&tree.rows, &tree.levels, &tree.light_at, &tree.leaf_of]
+    }
+}
