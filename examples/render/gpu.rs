@@ -22,10 +22,10 @@ pub fn on_gpu(
     use crate::arguments::{Mapping, Method};
     use crate::session::LIGHT_SAMPLES;
     use lightshed::gpu::{
-        Gpu, GpuDirectLight, GpuLightcuts, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene,
-        GpuVolumePathTracer,
+        Gpu, GpuDirectLight, GpuLightcuts, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume,
+        GpuScene, GpuVolumePathTracer,
     };
-    use lightshed::integrator::{LightChoosing, PathMapping, RestirPtOptions};
+    use lightshed::integrator::{LightChoosing, PathMapping, RestirPtOptions, RestirVolumeOptions};
 
     if arguments.motion.is_some() {
         return Err(Failure::new("--motion has no meaning with --device gpu"));
@@ -43,6 +43,12 @@ pub fn on_gpu(
     if arguments.method == Method::Volpath {
         let on_device = GpuScene::with_medium(&gpu, scene)?;
         let method = GpuVolumePathTracer::new(&gpu, &on_device)?;
+        return render(&gpu, method, options, observer, cancel);
+    }
+    if arguments.method == Method::RestirVolume {
+        let on_device = GpuScene::with_medium(&gpu, scene)?;
+        let parameters = RestirVolumeOptions::of_scene(scene, scene.settings().max_depth);
+        let method = GpuRestirVolume::new(&gpu, &on_device, parameters)?;
         return render(&gpu, method, options, observer, cancel);
     }
     let on_device = GpuScene::new(&gpu, scene)?;
@@ -85,7 +91,7 @@ pub fn on_gpu(
             )
         }
         method => Err(Failure::new(format_args!(
-            "--device gpu has path, direct, lightcuts, restir-di, restir-pt and volpath, not {}",
+            "--device gpu has path, direct, lightcuts, restir-di, restir-pt, restir-volume and volpath, not {}",
             method.name()
         ))),
     }

@@ -152,9 +152,9 @@ impl GpuMethod for GpuDirectLight<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::gpu;
+    use crate::testing::{gpu, under_the_sky};
     use lightshed_integrator::{LightChoosing, LightSelection, PixelEstimator, SelectedDirectLight};
-    use lightshed_scene::{EmitterDescription, Rgb, Scene, builtin, luminance};
+    use lightshed_scene::{Rgb, Scene, builtin, luminance};
     use lightshed_testkit::MeanTest;
 
     const SIDE: u32 = 40;
@@ -191,12 +191,8 @@ mod tests {
     #[test]
     fn samples_are_the_hosts_but_for_near_triangles() {
         let Some(gpu) = gpu() else { return };
-        let mut lit_from_around = builtin::cornell_glossy();
-        lit_from_around.emitters.push(EmitterDescription::Constant {
-            radiance: Rgb::new(0.3, 0.4, 0.6),
-        });
         let scenes = [
-            ("cornell-glossy", lit_from_around, 3, 0.4),
+            ("cornell-glossy", under_the_sky(builtin::cornell_glossy()), 3, 0.4),
             ("many-lights", builtin::many_lights(), 4, 0.97),
         ];
         let faults = [

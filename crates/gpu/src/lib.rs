@@ -19,6 +19,7 @@ mod programs;
 mod radix_sort;
 mod restir_di;
 mod restir_pt;
+mod restir_volume;
 mod scene;
 #[cfg(test)]
 mod testing;
@@ -35,6 +36,7 @@ pub use lightcuts::GpuLightcuts;
 pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
 pub use restir_pt::GpuRestirPt;
+pub use restir_volume::GpuRestirVolume;
 pub use scene::GpuScene;
 pub use volpath::GpuVolumePathTracer;
 pub use work::{PassTime, Work};

@@ -3,12 +3,16 @@
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::volume::{DensityField, Filter, VoxelGrid};
+use lightshed_scene::volume::{DensityField, Filter, PhaseFunction, VoxelGrid};
 use lightshed_scene::{GridField, Medium, MediumDensity, MediumPhase, PhaseLobe, Scene};
+use std::f32::consts::PI;
 
 /// A scene's medium: what programs have at bindings 10 to 13.
 pub(crate) struct SceneMedium {
     pub buffers: [Buffer; 4],
+    /// The chance that a path reused through the medium takes a direction towards the surroundings from the phase function rather than from
+    /// the surroundings.
+    pub phase_share: f32,
 }
 
 /// The struct of the shader module `majorant`.
@@ -94,12 +98,20 @@ impl SceneMedium {
                 gpu.buffer("majorants", &ranges)?,
                 gpu.buffer("medium sides", &sides)?,
             ],
+            phase_share: phase_share(medium),
         })
     }
 
     pub fn bytes(&self) -> u64 {
         self.buffers.iter().map(Buffer::bytes).sum()
     }
+}
+
+/// As `lightshed_integrator::RestirVolume` has it: half as much as the lobe, ahead or back, is above the isotropic one.
+fn phase_share(medium: &Medium) -> f32 {
+    let lobe = |cos_theta| medium.phase().phase(cos_theta);
+    let peak = lobe(1.0).max(lobe(-1.0));
+    0.5 * (1.0 - (4.0 * PI * peak).recip()).clamp(0.0, 1.0)
 }
 
 fn settings(scene: &Scene, medium: &Medium, field: &GridField, asymmetry: f32) -> MediumSettings {

@@ -14,5 +14,7 @@ pub(crate) const RADIX_SORT: &str = include_str!("wgsl/radix_sort.wgsl");
 pub(crate) const RESTIR_DI: &str = include_str!("wgsl/restir_di.wgsl");
 /// Paths by reuse among pixels and frames.
 pub(crate) const RESTIR_PT: &str = include_str!("wgsl/restir_pt.wgsl");
+/// Single scattering in a medium by reuse among pixels and frames.
+pub(crate) const RESTIR_VOLUME: &str = include_str!("wgsl/restir_volume.wgsl");
 /// Path tracing through a medium.
 pub(crate) const VOLPATH: &str = include_str!("wgsl/volpath.wgsl");

@@ -213,9 +213,9 @@ impl GpuMethod for GpuRestirDi<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::gpu;
+    use crate::testing::{gpu, under_the_sky};
     use lightshed_integrator::{PathTracer, PixelEstimator};
-    use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
+    use lightshed_scene::{Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
 
     const SIDE: u32 = 32;
@@ -264,13 +264,9 @@ mod tests {
     }
 
     fn scenes() -> Vec<(&'static str, SceneDescription)> {
-        let mut lit_from_around = builtin::cornell_glossy();
-        lit_from_around.emitters.push(EmitterDescription::Constant {
-            radiance: Rgb::new(0.3, 0.4, 0.6),
-        });
         vec![
             ("cornell", builtin::cornell()),
-            ("cornell-glossy", lit_from_around),
+            ("cornell-glossy", under_the_sky(builtin::cornell_glossy())),
             ("many-lights", builtin::many_lights()),
         ]
     }

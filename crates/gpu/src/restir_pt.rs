@@ -277,7 +277,7 @@ impl GpuMethod for GpuRestirPt<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::gpu;
+    use crate::testing::{gpu, under_the_sky};
     use lightshed_integrator::{PathTracer, PixelEstimator};
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
@@ -327,7 +327,11 @@ mod tests {
             radiance: Rgb::new(0.3, 0.4, 0.6),
         });
         vec![
-            ("cornell-glossy", lit_from_around.clone(), PathMapping::Hybrid),
+            (
+                "cornell-glossy",
+                under_the_sky(builtin::cornell_glossy()),
+                PathMapping::Hybrid,
+            ),
             ("cornell-glossy", lit_from_around, PathMapping::Reconnection),
         ]
     }

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::scene_lights;
 use lightshed_lights::LightRecord;
 use lightshed_scene::glam::{Vec3, Vec3A};
-use lightshed_scene::{ComponentRow, FlatCamera, FlatError, FlatScene, RenderSettings, Scene};
+use lightshed_scene::{ComponentRow, FlatCamera, FlatError, FlatScene, FlatSky, RenderSettings, Scene};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
@@ -35,10 +35,43 @@ pub(crate) struct Settings {
     pub roulette_depth: u32,
     pub emitters: u32,
     pub pixels: u32,
-    pub padding: [u32; 2],
+    pub sky_words: u32,
+    pub padding: u32,
+    pub sky: SkyRow,
 }
 
-const _: () = assert!(size_of::<Settings>() == 144);
+/// The struct of the shader module `sky`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct SkyRow {
+    x_axis: Vec3,
+    scale: f32,
+    y_axis: Vec3,
+    last_row: u32,
+    z_axis: Vec3,
+    padding: u32,
+    size: [u32; 2],
+    more_padding: [u32; 2],
+}
+
+// As in the shaders; held to it by a test.
+const _: () = assert!(size_of::<Settings>() == 208 && size_of::<SkyRow>() == 64);
+
+impl From<&FlatSky> for SkyRow {
+    fn from(sky: &FlatSky) -> Self {
+        let [x_axis, y_axis, z_axis] = sky.axes;
+        Self {
+            x_axis,
+            scale: sky.scale,
+            y_axis,
+            last_row: sky.last_row,
+            z_axis,
+            padding: 0,
+            size: sky.size,
+            more_padding: [0; 2],
+        }
+    }
+}
 
 /// Bindings that the programs' host takes: settings and the scene.
 pub(crate) const SCENE_BINDINGS: usize = 10;
@@ -88,7 +121,7 @@ impl GpuScene {
             gpu.buffer("materials", &flat.materials)?,
             gpu.buffer("components", &flat.components)?,
             gpu.buffer("emitters", &flat.emitters)?,
-            gpu.buffer("emitter table", &flat.emitter_table)?,
+            gpu.buffer("tables", &tables(&flat))?,
             gpu.buffer("emitter triangles", &emitter_triangles(&flat))?,
         ];
         Ok(Self {
@@ -134,7 +167,7 @@ impl GpuScene {
 
     /// Whether light arrives from all around.
     pub(crate) fn has_surroundings(&self) -> bool {
-        self.flat.surroundings != Vec3::ZERO
+        self.flat.surroundings != Vec3::ZERO || self.flat.sky.is_some()
     }
 
     /// The scene's size.
@@ -150,6 +183,22 @@ impl GpuScene {
             .all(|row| row.kind == ComponentRow::DIFFUSE)
     }
 
+    /// Whether any material scatters.
+    pub(crate) fn has_surfaces(&self) -> bool {
+        self.flat.materials.iter().any(|&[_, rows]| rows > 0)
+    }
+
+    /// The first material with a lobe that no emitter sample finds light by.
+    pub(crate) fn sharp_material(&self) -> Option<u32> {
+        let is_sharp =
+            |row: &ComponentRow| [ComponentRow::MIRROR, ComponentRow::SMOOTH_CONDUCTOR].contains(&row.kind);
+        let place = self.flat.materials.iter().position(|&[first, rows]| {
+            let rows = first as usize..(first + rows) as usize;
+            self.flat.components[rows].iter().any(is_sharp)
+        });
+        place.map(|index| index as u32)
+    }
+
     /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh` asks for.
     pub fn tree_buffers(&self) -> [&Buffer; 3] {
         let [nodes, slots, triangles, ..] = &self.buffers;
@@ -163,9 +212,10 @@ impl GpuScene {
     }
 
     /// What shaders are told at their making of what the scene lacks.
-    pub(crate) fn constants(&self) -> [(&'static str, f64); 2] {
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
         let flag = |has: bool| f64::from(u8::from(has));
         [
+            ("package_host__1HAS_SKY", flag(self.flat.sky.is_some())),
             ("HAS_SURROUNDINGS", flag(self.has_surroundings())),
             ("HAS_EMITTERS", flag(!self.flat.emitters.is_empty())),
         ]
@@ -182,9 +232,19 @@ impl GpuScene {
             roulette_depth,
             emitters: self.flat.emitters.len() as u32,
             pixels: width * height,
-            padding: [0; 2],
+            sky_words: 2 * self.flat.emitter_table.len() as u32,
+            padding: 0,
+            sky: self.flat.sky.as_ref().map(SkyRow::from).unwrap_or_default(),
         }
     }
+}
+
+/// Entries for the choice of a triangle, then the sky's words.
+fn tables(flat: &FlatScene) -> Vec<u32> {
+    let entries = flat.emitter_table.iter();
+    let mut words: Vec<u32> = entries.flat_map(|entry| [entry.threshold, entry.alias]).collect();
+    words.extend(flat.sky.iter().flat_map(|sky| &sky.words));
+    words
 }
 
 /// The triangle that each emitter is.

@@ -150,19 +150,20 @@ mod tests {
     #[test]
     fn paths_are_those_of_the_host() {
         let Some(gpu) = gpu() else { return };
-        let mut cloud = builtin::cloud();
-        cloud.emitters = vec![EmitterDescription::Constant {
+        let mut overcast = builtin::cloud();
+        overcast.emitters = vec![EmitterDescription::Constant {
             radiance: Rgb::new(0.3, 0.4, 0.6),
         }];
-        let most = if gpu.is_exact() { 0.0 } else { 0.1 };
+        // Directions to an image are the host's to rounding, and a few of the collisions behind them others.
         let scenes = [
-            ("smoke", sized(builtin::smoke_in_cornell()), 5),
-            ("cloud", sized(cloud), 8),
+            ("smoke", sized(builtin::smoke_in_cornell()), 5, 0.0),
+            ("overcast", sized(overcast), 8, 0.0),
+            ("cloud", sized(builtin::cloud()), 8, 0.01),
         ];
-        for (name, scene, max_depth) in &scenes {
+        for (name, scene, max_depth, most) in &scenes {
             let differing = unlike(&gpu, scene, *max_depth, VOLPATH);
             println!("{name}: {differing:.5} differ");
-            assert!(differing <= most, "{name}");
+            assert!(differing <= if gpu.is_exact() { *most } else { 0.1 }, "{name}");
         }
         // Light that is met counts as if it could not have been sampled.
         let (right, planted) = (

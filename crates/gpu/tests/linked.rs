@@ -5,7 +5,7 @@
 use lightshed_shaders::Linker;
 use std::path::Path;
 
-const PROGRAMS: [&str; 8] = [
+const PROGRAMS: [&str; 9] = [
     "direct",
     "light_tree_build",
     "lightcuts",
@@ -13,6 +13,7 @@ const PROGRAMS: [&str; 8] = [
     "radix_sort",
     "restir_di",
     "restir_pt",
+    "restir_volume",
     "volpath",
 ];
 
@@ -27,6 +28,7 @@ fn checked_in_wgsl_is_what_programs_link_to() {
         let linked = Linker::new()
             .module("package::host", source("host"))
             .module("package::selected", source("selected"))
+            .module("package::medium", source("medium"))
             .module("package::main", source(name))
             .link("package::main")
             .unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -68,6 +70,11 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("lightcuts", "package_lightshed_lightcut_Subtree", 16),
         ("restir_pt", "package_lightshed__1path_sample_PathReservoir", 64),
         ("restir_pt", "Frame", 48),
+        ("restir_volume", "Frame", 32),
+        ("restir_volume", "Primary", 32),
+        ("restir_volume", "Scattered", 48),
+        ("volpath", "package_host_Settings", 208),
+        ("volpath", "package_lightshed_sky_Sky", 64),
         ("volpath", "package_lightshed_majorant_MajorantGrid", 48),
         ("volpath", "package_lightshed_tracking_Medium", 64),
         ("volpath", "package_host_MediumSettings", 144),

@@ -200,4 +200,28 @@ impl PiecewiseConstant2d {
     pub fn size(&self) -> [u32; 2] {
         [self.width, self.marginal.len() as u32]
     }
+
+    /// First word owned by each row, as a shader reads it. Search only up to [`last_row`](Self::last_row).
+    #[inline]
+    pub fn row_starts(&self) -> &[u32] {
+        &self.marginal
+    }
+
+    /// The last row with a positive value. It owns all words from its start up to 2³² − 1.
+    #[inline]
+    pub fn last_row(&self) -> u32 {
+        self.marginal_last
+    }
+
+    /// First word owned by each column, row by row. Search only up to a row's [last column](Self::last_columns).
+    #[inline]
+    pub fn column_starts(&self) -> &[u32] {
+        &self.conditional
+    }
+
+    /// The last column of positive value in each row, 0 in a row of zeros: as [`last_row`](Self::last_row), for columns.
+    #[inline]
+    pub fn last_columns(&self) -> &[u32] {
+        &self.conditional_last
+    }
 }

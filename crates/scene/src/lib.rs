@@ -31,7 +31,7 @@ pub use emitter::{
     EmitterSample, Emitters, Environment,
 };
 pub use features::SceneFeatures;
-pub use flat::{FlatCamera, FlatEmitter, FlatError, FlatScene, FlatTriangle};
+pub use flat::{FlatCamera, FlatEmitter, FlatError, FlatScene, FlatSky, FlatTriangle};
 pub use glam;
 pub use lightshed_volume as volume;
 pub use material::{

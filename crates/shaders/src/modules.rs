@@ -50,9 +50,12 @@ pub const MODULES: &[Module] = &[
         "emitter",
         [
             "emitter_groups",
+            "has_sky",
             "load_alias_entry",
             "load_corner_normals",
-            "load_emitter"
+            "load_emitter",
+            "load_sky_word",
+            "sky"
         ]
     ),
     module!("exponential"),
@@ -91,19 +94,23 @@ pub const MODULES: &[Module] = &[
         "path_sample",
         [
             "emitter_groups",
+            "has_sky",
             "load_alias_entry",
             "load_component",
             "load_corner_normals",
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
-            "load_triangle"
+            "load_sky_word",
+            "load_triangle",
+            "sky"
         ]
     ),
     module!(
         "path_shift",
         [
             "emitter_groups",
+            "has_sky",
             "load_alias_entry",
             "load_component",
             "load_corner_normals",
@@ -112,27 +119,33 @@ pub const MODULES: &[Module] = &[
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
+            "load_sky_word",
             "load_triangle",
-            "load_triangle_corners"
+            "load_triangle_corners",
+            "sky"
         ]
     ),
     module!(
         "path_vertex",
         [
             "emitter_groups",
+            "has_sky",
             "load_alias_entry",
             "load_component",
             "load_corner_normals",
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
-            "load_triangle"
+            "load_sky_word",
+            "load_triangle",
+            "sky"
         ]
     ),
     module!(
         "path_walk",
         [
             "emitter_groups",
+            "has_sky",
             "load_alias_entry",
             "load_component",
             "load_corner_normals",
@@ -141,14 +154,17 @@ pub const MODULES: &[Module] = &[
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
+            "load_sky_word",
             "load_triangle",
-            "load_triangle_corners"
+            "load_triangle_corners",
+            "sky"
         ]
     ),
     module!("phase"),
     module!("ray"),
     module!("reservoir"),
     module!("rng"),
+    module!("sky", ["load_sky_word", "sky"]),
     module!("stream"),
     module!("surface", ["load_corner_normals"]),
     module!("tracking", ["load_density", "load_majorant"]),

@@ -46,6 +46,7 @@ fn checked_in_wgsl_is_what_modules_link_to() {
 const HOST: &str = "
     import package::lightshed::alias::AliasEntry;
     import package::lightshed::lightcut::Subtree;
+    import package::lightshed::sky::Sky;
     @group(0) @binding(0) var<storage, read> words: array<u32>;
     @group(0) @binding(1) var<storage, read_write> subtrees: array<Subtree>;
     fn load_alias_entry(table: u32, index: u32) -> AliasEntry { return AliasEntry(words[index], words[table]); }
@@ -57,6 +58,8 @@ const HOST: &str = "
     fn load_majorant(cell: u32) -> vec2f { return vec2f(0.0, f32(words[cell])); }
     fn load_subtree(place: u32) -> Subtree { return subtrees[place]; }
     fn store_subtree(place: u32, subtree: Subtree) { subtrees[place] = subtree; }
+    fn load_sky_word(index: u32) -> u32 { return words[index]; }
+    fn sky() -> Sky { return Sky(vec3f(1.0), 1.0, vec3f(1.0), words[0], vec3f(1.0), 0u, vec2u(words[1]), vec2u(0u)); }
 ";
 
 #[test]

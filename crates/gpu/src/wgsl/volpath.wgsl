@@ -19,8 +19,6 @@ override HAS_EMITTERS: bool = true;
 
 const SURVIVAL_CAP: f32 = 0.95;
 
-const MOST_CROSSINGS: u32 = 65536u;
-
 const WAITING: u32 = 4u;
 
 const FROM_CAMERA: u32 = 0u;
@@ -29,54 +27,6 @@ const BY_DENSITY: u32 = 1u;
 
 const BY_DELTA: u32 = 2u;
 
-const ABOVE: u32 = 1u;
-
-const BELOW: u32 = 2u;
-
-const BOUNDARY: u32 = 4u;
-
-fn medium_towards(primitive: u32, cos_theta: f32, inside: bool) -> bool {
-    let sides = package_host__2load_medium_sides(primitive);
-    if (sides & BOUNDARY) == 0u {
-        return inside;
-    }
-    return (sides & select(BELOW, ABOVE, cos_theta > 0.0)) != 0u;
-}
-
-fn passes(material: u32) -> bool {
-    return package_host__1load_material(material).y == 0u;
-}
-
-fn field_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_majorant_FieldRay {
-    let m = package_host__1medium_settings();
-    let direction = m.x_axis * ray.direction.x + m.y_axis * ray.direction.y + m.z_axis * ray.direction.z;
-    let origin = m.x_axis * ray.origin.x + m.y_axis * ray.origin.y + m.z_axis * ray.origin.z;
-    return package_lightshed_majorant_FieldRay(origin + m.translation, direction);
-}
-
-fn phase_at(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
-    let g = package_host__1medium_settings().asymmetry;
-    if g == 0.0 {
-        return package_lightshed_phase__1isotropic_phase();
-    }
-    return package_lightshed_phase__2henyey_greenstein_phase(g, angle);
-}
-
-struct Crossing {
-    ray: package_lightshed_ray_Ray,
-    inside: bool
-}
-
-fn cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool) -> Crossing {
-    let origin = package_lightshed_surface__1origin_towards(point, ray.direction);
-    var rest = ray.t_max;
-    if rest < package_lightshed_ray__1NO_END {
-        rest -= package_lightshed_vector_dot3(origin - ray.origin, ray.direction) / package_lightshed_vector_dot3(ray.direction, ray.direction);
-    }
-    let cos_theta = package_lightshed_vector_dot3(ray.direction, point.geometric_normal);
-    return Crossing(package_lightshed_ray_Ray(origin, rest, ray.direction, 0u), medium_towards(primitive, cos_theta, inside));
-}
-
 fn transmittance(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
     var ray = segment;
     var inside = starts_inside;
@@ -84,14 +34,14 @@ fn transmittance(segment: package_lightshed_ray_Ray, starts_inside: bool, stream
     var rays: array<package_lightshed_ray_Ray, 4>;
     var count = 0u;
     var ended = false;
-    for (var i = 0u; i <= MOST_CROSSINGS; i++) {
+    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
         if ended || count == WAITING {
             for (var k = 0u; k < count; k++) {
                 if result > 0.0 {
                     let m = package_host__1medium_settings();
                     let extinction = m.extinction * package_lightshed_vector_length3(rays[k].direction);
                     let interval = vec2f(0.0, rays[k].t_max);
-                    result *= package_lightshed_tracking__1ratio_tracking(m.medium, field_ray(rays[k]), interval, extinction, stream).value;
+                    result *= package_lightshed_tracking__1ratio_tracking(m.medium, package_medium__1field_ray(rays[k]), interval, extinction, stream).value;
                 }
             }
             count = 0u;
@@ -112,10 +62,10 @@ fn transmittance(segment: package_lightshed_ray_Ray, starts_inside: bool, stream
             continue;
         }
         let triangle = package_host__1load_triangle(hit.primitive);
-        if !passes(triangle.material) {
+        if !package_medium_passes(triangle.material) {
             return 0.0;
         }
-        let crossing = cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
         ray = crossing.ray;
         inside = crossing.inside;
     }
@@ -148,7 +98,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     var pdf = 0.0;
     var depth = 1u;
     var crossings = 0u;
-    while (package_host_settings.max_depth > 0u && crossings < MOST_CROSSINGS) {
+    while (package_host_settings.max_depth > 0u && crossings < package_medium__1MOST_CROSSINGS) {
         let hit = package_lightshed_cwbvh_intersect(ray);
         let lost = hit.primitive == package_lightshed_ray_NOTHING;
         var collided = false;
@@ -156,7 +106,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         if inside {
             let extinction = m.extinction * package_lightshed_vector_length3(ray.direction);
             let interval = vec2f(0.0, select(hit.t, ray.t_max, lost));
-            let flight = package_lightshed_tracking__1delta_tracking(m.medium, field_ray(ray), interval, extinction, &stream);
+            let flight = package_lightshed_tracking__1delta_tracking(m.medium, package_medium__1field_ray(ray), interval, extinction, &stream);
             collided = flight.collided;
             position = ray.origin + ray.direction * flight.distance;
         }
@@ -169,8 +119,8 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             var other = 0.0;
             if lost {
                 if HAS_SURROUNDINGS {
-                    emitted = package_host_settings.surroundings;
-                    other = package_lightshed_emitter__1surroundings_pdf();
+                    emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
+                    other = package_lightshed_emitter__1surroundings_pdf(ray.direction);
                 }
             }
             else if HAS_EMITTERS && point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
@@ -187,9 +137,9 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             if lost {
                 break;
             }
-            if passes(point.material) {
+            if package_medium_passes(point.material) {
                 crossings++;
-                let crossing = cross_surface(point, hit.primitive, ray, inside);
+                let crossing = package_medium__1cross_surface(point, hit.primitive, ray, inside);
                 ray = crossing.ray;
                 inside = crossing.inside;
                 continue;
@@ -219,7 +169,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         var shadow_inside = inside;
         if light.pdf > 0.0 {
             if collided {
-                let scattered = phase_at(package_lightshed_phase__1angle_between(ray.direction, light.direction));
+                let scattered = package_medium__1phase_at(package_lightshed_phase__1angle_between(ray.direction, light.direction));
                 if scattered > 0.0 {
                     arriving = light.weight * (scattered * package_lightshed_measure__1power_heuristic(light.pdf, scattered));
                 }
@@ -233,7 +183,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
                 arriving = scattered.value * light.weight * package_lightshed_measure__1power_heuristic(light.pdf, scattered.pdf);
                 shadow = package_lightshed_emitter__1shadow_ray(point, light);
                 let cos_theta = package_lightshed_vector_dot3(shadow.direction, point.geometric_normal);
-                shadow_inside = medium_towards(hit.primitive, cos_theta, inside);
+                shadow_inside = package_medium__1medium_towards(hit.primitive, cos_theta, inside);
             }
         }
         if any(arriving != vec3f(0.0)) {
@@ -242,12 +192,9 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         if collided {
             let u = package_lightshed_stream__1next_number(&stream);
             let v = package_lightshed_stream__1next_number(&stream);
-            var angle = package_lightshed_phase__1isotropic_angle(u);
-            if m.asymmetry != 0.0 {
-                angle = package_lightshed_phase__2henyey_greenstein_angle(m.asymmetry, u);
-            }
+            let angle = package_medium__1sample_angle(u);
             ray = package_lightshed_ray_Ray(position, package_lightshed_ray__1NO_END, package_lightshed_phase__1scattered_direction(ray.direction, angle, v), 0u);
-            pdf = phase_at(angle);
+            pdf = package_medium__1phase_at(angle);
             bounce = BY_DENSITY;
         }
         else {
@@ -262,7 +209,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             pdf = drawn.pdf;
             bounce = select(BY_DENSITY, BY_DELTA, drawn.is_delta);
             ray = package_lightshed_surface_spawn(point, package_lightshed_frame__1to_world(point.shading, drawn.wi));
-            inside = medium_towards(hit.primitive, package_lightshed_vector_dot3(ray.direction, point.geometric_normal), inside);
+            inside = package_medium__1medium_towards(hit.primitive, package_lightshed_vector_dot3(ray.direction, point.geometric_normal), inside);
         }
         let brightness = package_lightshed_vector__1max_element(throughput);
         if brightness == 0.0 {
@@ -305,15 +252,20 @@ struct package_host_Settings {
     roulette_depth: u32,
     emitters: u32,
     pixels: u32,
-    padding: vec2u
+    sky_words: u32,
+    padding: u32,
+    sky: package_lightshed_sky_Sky
 }
+
+override package_host__1HAS_SKY: bool = true;
 
 fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
     return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
 }
 
-@group(0) @binding(8)
-var<storage, read> package_host__1emitter_table: array<package_lightshed_alias_AliasEntry>;
+fn package_host__1has_sky() -> bool {
+    return package_host__1HAS_SKY;
+}
 
 fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
     return package_host_components[row];
@@ -351,7 +303,7 @@ fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
 }
 
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_host__1emitter_table[index];
+    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
 }
 
 fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
@@ -368,6 +320,10 @@ fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
 
 fn package_host__2load_medium_sides(primitive: u32) -> u32 {
     return package_host__1medium_sides[primitive];
+}
+
+fn package_host__2load_sky_word(index: u32) -> u32 {
+    return package_host_tables[package_host_settings.sky_words + index];
 }
 
 fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
@@ -399,8 +355,15 @@ var<storage, read> package_host_normals: array<vec4f>;
 @group(0) @binding(0)
 var<storage, read> package_host_settings: package_host_Settings;
 
+fn package_host_sky() -> package_lightshed_sky_Sky {
+    return package_host_settings.sky;
+}
+
 @group(0) @binding(2)
 var<storage, read> package_host_slots: array<u32>;
+
+@group(0) @binding(8)
+var<storage, read> package_host_tables: array<u32>;
 
 @group(0) @binding(3)
 var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
@@ -1052,6 +1015,12 @@ struct package_lightshed_emitter_Aim {
     goal: vec3f
 }
 
+struct package_lightshed_emitter_Around {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f
+}
+
 struct package_lightshed_emitter_Emitter {
     corner: vec3f,
     pdf_area: f32,
@@ -1123,16 +1092,33 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
     return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
 }
 
+fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
+    if package_host__1has_sky() {
+        let drawn = package_lightshed_sky__1sky_sample(u);
+        return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
+    }
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+}
+
 fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
     let index = package_lightshed_emitter__1choose_emitter(u_select);
     if index == package_lightshed_ray_NOTHING {
         return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
     }
     if index == package_lightshed_emitter_SURROUNDINGS {
-        let pdf = package_lightshed_emitter__1surroundings_pdf();
-        return package_lightshed_emitter_EmitterSample(package_lightshed_warp__1uniform_sphere(u), pdf, package_host__1emitter_groups().surroundings / pdf, false, vec3f(0.0));
+        let around = package_lightshed_emitter__1sample_surroundings(u);
+        if !(around.pdf > 0.0) {
+            return package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), false, vec3f(0.0));
+        }
+        return package_lightshed_emitter_EmitterSample(around.direction, around.pdf, around.radiance / around.pdf, false, vec3f(0.0));
     }
     return package_lightshed_emitter__2sample_triangle_emitter(package_host__1load_emitter(index), from_position, u);
+}
+
+fn package_lightshed_emitter__1sample_surroundings(u: vec2f) -> package_lightshed_emitter_Around {
+    var around = package_lightshed_emitter__1sample_around(u);
+    around.pdf *= 1.0 / f32(package_host__1emitter_groups().groups);
+    return around;
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
@@ -1143,8 +1129,22 @@ fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_Surfa
     return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
 }
 
-fn package_lightshed_emitter__1surroundings_pdf() -> f32 {
-    return package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(package_host__1emitter_groups().groups));
+fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
+    if package_host__1has_sky() {
+        return package_lightshed_sky__1sky_pdf(direction);
+    }
+    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+}
+
+fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+}
+
+fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
+    if package_host__1has_sky() {
+        return package_lightshed_sky__1sky_radiance(direction);
+    }
+    return package_host__1emitter_groups().surroundings;
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -1588,6 +1588,145 @@ fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4
     return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
 }
 
+struct package_lightshed_sky_Owner {
+    index: u32,
+    words: f32,
+    fraction: f32
+}
+
+struct package_lightshed_sky_Sky {
+    x_axis: vec3f,
+    scale: f32,
+    y_axis: vec3f,
+    last_row: u32,
+    z_axis: vec3f,
+    padding: u32,
+    size: vec2u,
+    more_padding: vec2u
+}
+
+struct package_lightshed_sky_SkyCell {
+    cell: vec2u,
+    fraction: vec2f
+}
+
+struct package_lightshed_sky_SkySample {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f,
+    cell: vec2u
+}
+
+fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
+    return cells.y + row * cells.x;
+}
+
+fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
+    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+}
+
+fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
+    var base = 0u;
+    var size = last + 1u;
+    while (size > 1u) {
+        let half = size / 2u;
+        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        size -= half;
+    }
+    let words = package_lightshed_sky_owned(first, last, base);
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+}
+
+fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let scaled = uv * vec2f(cells);
+    let cell = min(vec2u(scaled), cells - 1u);
+    return package_lightshed_sky_SkyCell(cell, clamp(scaled - vec2f(cell), vec2f(0.0), vec2f(1.0)));
+}
+
+fn package_lightshed_sky__1sky_cells(image: package_lightshed_sky_Sky) -> vec2u {
+    return vec2u(image.size.x, max(image.size.y, 2u) - 1u);
+}
+
+fn package_lightshed_sky__1sky_coordinates(image: package_lightshed_sky_Sky, direction: vec3f) -> vec2f {
+    let d = image.x_axis * direction.x + image.y_axis * direction.y + image.z_axis * direction.z;
+    let u = package_lightshed_turn__1turn_of(d.x, -d.z) - 0.5 / f32(image.size.x);
+    let v = 2.0 * package_lightshed_turn__1turn_of(sqrt(d.x * d.x + d.z * d.z), d.y);
+    return vec2f(u - floor(u), v);
+}
+
+fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_words: f32, sin_theta: f32) -> f32 {
+    let share = (row_words / package_lightshed_sky__2TWO_POW_32) * (column_words / package_lightshed_sky__2TWO_POW_32);
+    let density = share * f32(cells.x) * f32(cells.y) / (package_lightshed_sky__2TWO_PI_SQUARED * sin_theta);
+    return select(0.0, density, sin_theta > 0.0);
+}
+
+fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
+    let image = package_host_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let uv = package_lightshed_sky__1sky_coordinates(image, direction);
+    let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
+    let row_words = package_lightshed_sky_owned(0u, image.last_row, cell.y);
+    let column_words = package_lightshed_sky_owned(package_lightshed_sky__1columns_start(cells, cell.y), package_lightshed_sky__1last_column(cells, cell.y), cell.x);
+    return package_lightshed_sky__1sky_density(cells, row_words, column_words, package_lightshed_turn__2sin_cos_turns(0.5 * uv.y).x);
+}
+
+fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
+    let image = package_host_sky();
+    return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
+}
+
+fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
+    let image = package_host_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
+    let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
+    let column = package_lightshed_sky__1owner_of(package_lightshed_sky__1columns_start(cells, row.index), package_lightshed_sky__1last_column(cells, row.index), word.x);
+    let cell = vec2u(column.index, row.index);
+    let place = package_lightshed_sky_SkyCell(cell, vec2f(column.fraction, row.fraction));
+    let uv = min((vec2f(cell) + place.fraction) / vec2f(cells), vec2f(package_lightshed_uniform__2ONE_MINUS_EPSILON));
+    let polar = package_lightshed_turn__2sin_cos_turns(0.5 * uv.y);
+    let turn = uv.x + 0.5 / f32(image.size.x);
+    let azimuth = package_lightshed_turn__2sin_cos_turns(select(turn, turn - 1.0, turn >= 1.0));
+    let local = vec3f(polar.x * azimuth.x, polar.y, -polar.x * azimuth.y);
+    let direction = vec3f(package_lightshed_vector_dot3(image.x_axis, local), package_lightshed_vector_dot3(image.y_axis, local), package_lightshed_vector_dot3(image.z_axis, local));
+    let pdf = package_lightshed_sky__1sky_density(cells, row.words, column.words, polar.x);
+    return package_lightshed_sky_SkySample(direction, pdf, package_lightshed_sky__2sky_radiance_at(image, place), cell);
+}
+
+fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
+    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+}
+
+const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
+
+const package_lightshed_sky__2TWO_POW_32: f32 = 4294967296.0;
+
+fn package_lightshed_sky__2sky_radiance_at(image: package_lightshed_sky_Sky, place: package_lightshed_sky_SkyCell) -> vec3f {
+    let right = select(place.cell.x + 1u, 0u, place.cell.x + 1u == image.size.x);
+    let below = min(place.cell.y + 1u, image.size.y - 1u);
+    let a = package_lightshed_sky__1sky_texel(image, place.cell.x, place.cell.y);
+    let b = package_lightshed_sky__1sky_texel(image, right, place.cell.y);
+    let c = package_lightshed_sky__1sky_texel(image, place.cell.x, below);
+    let d = package_lightshed_sky__1sky_texel(image, right, below);
+    let above = a + (b - a) * place.fraction.x;
+    let under = c + (d - c) * place.fraction.x;
+    return (above + (under - above) * place.fraction.y) * image.scale;
+}
+
+fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
+    if index > last {
+        return 0.0;
+    }
+    let start = package_host__2load_sky_word(first + index);
+    if index == last {
+        return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
+    }
+    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+}
+
 struct package_lightshed_stream_Stream {
     key: vec4u,
     kind: u32,
@@ -1879,6 +2018,21 @@ fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRa
     return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
 }
 
+fn package_lightshed_turn__1turn_of(y: f32, x: f32) -> f32 {
+    let high = max(abs(x), abs(y));
+    let low = min(abs(x), abs(y));
+    var a = 0.0;
+    if high > 0.0 {
+        a = low / high;
+    }
+    let s = a * a;
+    let odd = -0.02228693 + s * (0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.00072571344)));
+    var turn = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * odd)));
+    turn = select(turn, 0.25 - turn, abs(y) > abs(x));
+    turn = select(turn, 0.5 - turn, (bitcast<u32>(x) & 2147483648u) != 0u);
+    return package_lightshed_vector__1copy_sign(turn, y);
+}
+
 fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
     let t = r * r;
     let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
@@ -1902,8 +2056,15 @@ fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
     return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
 }
 
+const package_lightshed_uniform__2ONE_MINUS_EPSILON: f32 = 0.99999994;
+
 fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
     return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+fn package_lightshed_uniform_remap(u: f32, low: f32, high: f32) -> f32 {
+    let fraction = (u - low) / (high - low);
+    return select(0.0, min(fraction, package_lightshed_uniform__2ONE_MINUS_EPSILON), fraction > 0.0);
 }
 
 fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
@@ -2030,4 +2191,62 @@ fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
     let carried = (a.y << 1u) << (31u - bits);
     let shifted = vec2u((a.x >> bits) | carried, a.y >> bits);
     return select(shifted, vec2u(shifted.y, 0u), by > 31u);
+}
+
+const package_medium_ABOVE: u32 = 1u;
+
+const package_medium_BELOW: u32 = 2u;
+
+const package_medium_BOUNDARY: u32 = 4u;
+
+struct package_medium_Crossing {
+    ray: package_lightshed_ray_Ray,
+    inside: bool
+}
+
+const package_medium__1MOST_CROSSINGS: u32 = 65536u;
+
+fn package_medium__1cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool) -> package_medium_Crossing {
+    let origin = package_lightshed_surface__1origin_towards(point, ray.direction);
+    var rest = ray.t_max;
+    if rest < package_lightshed_ray__1NO_END {
+        rest -= package_lightshed_vector_dot3(origin - ray.origin, ray.direction) / package_lightshed_vector_dot3(ray.direction, ray.direction);
+    }
+    let cos_theta = package_lightshed_vector_dot3(ray.direction, point.geometric_normal);
+    return package_medium_Crossing(package_lightshed_ray_Ray(origin, rest, ray.direction, 0u), package_medium__1medium_towards(primitive, cos_theta, inside));
+}
+
+fn package_medium__1field_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_majorant_FieldRay {
+    let m = package_host__1medium_settings();
+    let direction = m.x_axis * ray.direction.x + m.y_axis * ray.direction.y + m.z_axis * ray.direction.z;
+    let origin = m.x_axis * ray.origin.x + m.y_axis * ray.origin.y + m.z_axis * ray.origin.z;
+    return package_lightshed_majorant_FieldRay(origin + m.translation, direction);
+}
+
+fn package_medium__1medium_towards(primitive: u32, cos_theta: f32, inside: bool) -> bool {
+    let sides = package_host__2load_medium_sides(primitive);
+    if (sides & package_medium_BOUNDARY) == 0u {
+        return inside;
+    }
+    return (sides & select(package_medium_BELOW, package_medium_ABOVE, cos_theta > 0.0)) != 0u;
+}
+
+fn package_medium__1phase_at(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
+    let g = package_host__1medium_settings().asymmetry;
+    if g == 0.0 {
+        return package_lightshed_phase__1isotropic_phase();
+    }
+    return package_lightshed_phase__2henyey_greenstein_phase(g, angle);
+}
+
+fn package_medium__1sample_angle(u: f32) -> package_lightshed_phase_ScatteringAngle {
+    let g = package_host__1medium_settings().asymmetry;
+    if g == 0.0 {
+        return package_lightshed_phase__1isotropic_angle(u);
+    }
+    return package_lightshed_phase__2henyey_greenstein_angle(g, u);
+}
+
+fn package_medium_passes(material: u32) -> bool {
+    return package_host__1load_material(material).y == 0u;
 }

@@ -16,4 +16,5 @@ mod planted;
 mod rays;
 mod resampling;
 mod scattering;
+mod sky;
 mod warps;

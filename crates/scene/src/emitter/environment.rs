@@ -1,7 +1,7 @@
 //! Light from all around: constant, or an image.
 
 use super::{check_rgb, luminance_f64};
-use crate::{EnvironmentMap, Image, Rgb};
+use crate::{EnvironmentMap, FlatSky, Image, Rgb};
 use glam::{Mat3, Vec3};
 use lightshed_sampling::{Density, PiecewiseConstant2d, SolidAngle, UniformSphere};
 use std::f32::consts::{PI, TAU};
@@ -91,6 +91,14 @@ impl Environment {
         }
     }
 
+    /// The image and its distribution as a shader reads them; `None` where there is no image.
+    pub(crate) fn flat(&self) -> Option<FlatSky> {
+        match &self.0 {
+            Kind::Constant(_) => None,
+            Kind::Image(image) => Some(image.flat()),
+        }
+    }
+
     /// Radiance arriving from the unit direction `direction`.
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Rgb {
@@ -147,6 +155,23 @@ fn cell_corners(image: &Image, column: u32, row: u32) -> [Rgb; 4] {
 }
 
 impl ImageEnvironment {
+    fn flat(&self) -> FlatSky {
+        let size = [self.image.width(), self.image.height()];
+        let mut words = self.distribution.row_starts().to_vec();
+        words.extend(self.distribution.column_starts());
+        words.extend(self.distribution.last_columns());
+        for y in 0..size[1] {
+            words.extend((0..size[0]).flat_map(|x| self.image.texel(x, y).to_array().map(f32::to_bits)));
+        }
+        FlatSky {
+            axes: [self.to_local.x_axis, self.to_local.y_axis, self.to_local.z_axis],
+            scale: self.scale,
+            size,
+            last_row: self.distribution.last_row(),
+            words,
+        }
+    }
+
     /// Coordinates over the cells, in the unit square: `u` starts at the centre of the first column, `v` at the first
     /// row.
     #[inline]

@@ -12,8 +12,6 @@ pub enum FlatError {
     Media,
     /// The material of this index lets light pass, has textures, or components other than diffuse, mirrors and conductors with GGX microfacets.
     Material(usize),
-    /// Its surroundings are an image.
-    Environment,
     /// It has emitters that are points, spots or directions.
     PointEmitters,
 }
@@ -28,7 +26,6 @@ impl fmt::Display for FlatError {
                 "material {index} has no flat form: only diffuse surfaces, mirrors, conductors (smooth or GGX) and blends of them \
                  without textures have"
             ),
-            Self::Environment => write!(f, "an environment image has no flat form"),
             Self::PointEmitters => write!(f, "point, spot and directional emitters have no flat form"),
         }
     }

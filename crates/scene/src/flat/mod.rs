@@ -4,6 +4,7 @@ mod error;
 
 pub use error::FlatError;
 
+use crate::emitter::Environment;
 use crate::scene::TriangleRecord;
 use crate::{ComponentRow, Material, Scene};
 use bytemuck::{Pod, Zeroable};
@@ -29,8 +30,10 @@ pub struct FlatScene {
     pub emitter_table: Vec<AliasEntry>,
     /// The camera.
     pub camera: FlatCamera,
-    /// Constant radiance from all around; black for none.
+    /// Constant radiance from all around; black for none, or for an image.
     pub surroundings: Vec3,
+    /// An image from all around.
+    pub sky: Option<FlatSky>,
     /// Kinds of emitters to choose from: emitting triangles together count as one, the surroundings as another.
     pub groups: u32,
 }
@@ -58,6 +61,23 @@ pub struct FlatEmitter {
     pub normal: Vec3,
     /// Blue radiance.
     pub radiance_b: f32,
+}
+
+/// An equirectangular image from all around, with a distribution over the cells between texel centres: `width` columns, `max(height, 2) − 1`
+/// rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlatSky {
+    /// Columns of the rotation from the world to the image's space, where y is up.
+    pub axes: [Vec3; 3],
+    /// Factor of all radiances.
+    pub scale: f32,
+    /// Texels along a row, and rows.
+    pub size: [u32; 2],
+    /// The last row of cells with a positive value.
+    pub last_row: u32,
+    /// First words of the rows of cells; of the columns, row by row; each row's last column of positive value, as in
+    /// [`PiecewiseConstant2d`](lightshed_sampling::PiecewiseConstant2d); and the bits of the texels, three to each, row by row.
+    pub words: Vec<u32>,
 }
 
 /// A camera: rays as [`Camera::ray`](crate::Camera::ray) makes them. 96 bytes.
@@ -127,10 +147,8 @@ impl FlatScene {
             components.extend(rows);
         }
         let emitters = scene.emitters();
-        let surroundings = match emitters.environment() {
-            None => Vec3::ZERO,
-            Some(environment) => environment.constant_radiance().ok_or(FlatError::Environment)?,
-        };
+        let environment = emitters.environment();
+        let constant = environment.and_then(Environment::constant_radiance);
         if emitters.len() != emitters.area_count() + usize::from(emitters.environment().is_some()) {
             return Err(FlatError::PointEmitters);
         }
@@ -151,7 +169,8 @@ impl FlatScene {
             camera: scene
                 .camera()
                 .flat([scene.settings().width, scene.settings().height]),
-            surroundings,
+            surroundings: constant.unwrap_or(Vec3::ZERO),
+            sky: environment.and_then(Environment::flat),
             groups: emitters.group_count(),
         })
     }

@@ -19,6 +19,25 @@ fn sin_cos_turns(t: f32) -> vec2f {
     return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
 }
 
+fn turn_of(y: f32, x: f32) -> f32 {
+    let high = max(abs(x), abs(y));
+    let low = min(abs(x), abs(y));
+    var a = 0.0;
+    if high > 0.0 {
+        a = low / high;
+    }
+    let s = a * a;
+    let odd = -0.02228693 + s * (0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.00072571344)));
+    var turn = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * odd)));
+    turn = select(turn, 0.25 - turn, abs(y) > abs(x));
+    turn = select(turn, 0.5 - turn, (bitcast<u32>(x) & 2147483648u) != 0u);
+    return package_lightshed_vector__1copy_sign(turn, y);
+}
+
+fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
 fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
     return select(low, min(x, high), x > low);
 }

@@ -1,0 +1,2645 @@
+// Linked from restir_volume.wesl.
+
+struct Primary {
+    hit: package_lightshed_ray_Hit,
+    reach: vec2f,
+    inside: u32,
+    unbroken: u32
+}
+
+struct Scattered {
+    place: vec3f,
+    emitter: u32,
+    sky: vec3f,
+    distance: f32,
+    p_hat: f32,
+    weight: f32,
+    confidence: f32,
+    padding: u32
+}
+
+struct Frame {
+    number: u32,
+    walks: u32,
+    neighbours: u32,
+    radius: f32,
+    confidence_cap: f32,
+    phase_share: f32,
+    padding0: u32,
+    padding1: u32
+}
+
+@group(0) @binding(14)
+var<storage, read_write> primaries: array<Primary>;
+
+@group(0) @binding(15)
+var<storage, read> before: array<Primary>;
+
+@group(0) @binding(16)
+var<storage, read_write> held: array<Scattered>;
+
+@group(0) @binding(17)
+var<storage, read_write> history: array<Scattered>;
+
+@group(0) @binding(18)
+var<storage, read_write> image: array<vec4f>;
+
+@group(0) @binding(19)
+var<storage, read> frame: Frame;
+
+override HAS_SURROUNDINGS: bool = true;
+
+override HAS_EMITTERS: bool = true;
+
+override HAS_SURFACES: bool = true;
+
+const CAMERA: u32 = 0u;
+
+const SEQUENCE: u32 = 16u;
+
+const TEMPORAL: u32 = 32u;
+
+const SPATIAL: u32 = 48u;
+
+const CANDIDATES: u32 = 4096u;
+
+const UNSCATTERED: u32 = 16777216u;
+
+const SHADE: u32 = 33554432u;
+
+const MOST: u32 = 3u;
+
+const ON_SURFACE: f32 = -1.0;
+
+const DIAGONAL: f32 = 1.7320508;
+
+const OPAQUE_DEPTH: f32 = 10.0;
+
+const LEAST_SHARE: f32 = 0.01;
+
+const THIRD_ROOT: f32 = 0.57735027;
+
+const F32_MAX: f32 = 3.4028235e38;
+
+const GOLDEN_TURN: f32 = 0.38196602;
+
+fn random(pixel: u32, number: u32, index: u32) -> vec4u {
+    let width = package_host_settings.camera.size.x;
+    return package_lightshed_rng__1random_block(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), number, index);
+}
+
+fn block(pixel: u32, index: u32) -> vec4u {
+    return random(pixel, frame.number, index);
+}
+
+fn stream_from(pixel: u32, index: u32) -> package_lightshed_stream_Stream {
+    let width = package_host_settings.camera.size.x;
+    return package_lightshed_stream__2stream_of_sample(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), frame.number, 4u * index);
+}
+
+fn nothing_held(confidence: f32) -> Scattered {
+    return Scattered(vec3f(0.0), package_lightshed_ray_NOTHING, vec3f(0.0), 0.0, 0.0, 0.0, confidence, 0u);
+}
+
+fn target_of(value: vec3f) -> f32 {
+    return min(package_lightshed_vector_length3(value) * THIRD_ROOT, F32_MAX);
+}
+
+struct View {
+    ray: package_lightshed_ray_Ray,
+    seen: Primary
+}
+
+fn camera_ray_of(pixel: u32, number: u32) -> package_lightshed_ray_Ray {
+    let width = package_host_settings.camera.size.x;
+    return package_host__1pixel_ray(vec2u(pixel % width, pixel / width), random(pixel, number, CAMERA));
+}
+
+fn view_of(pixel: u32) -> View {
+    return View(camera_ray_of(pixel, frame.number), primaries[pixel]);
+}
+
+fn earlier_view_of(pixel: u32) -> View {
+    return View(camera_ray_of(pixel, frame.number - 1u), before[pixel]);
+}
+
+struct Reach {
+    hit: package_lightshed_ray_Hit,
+    interval: vec2f,
+    inside: bool,
+    unbroken: bool
+}
+
+fn reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> Reach {
+    var ray = whole;
+    var inside = starts_inside;
+    var done = 0.0;
+    var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
+    var runs = 0u;
+    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
+        var hit = package_lightshed_cwbvh_intersect(ray);
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        let end = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
+        if inside {
+            if interval.x == package_lightshed_ray__1NO_END || interval.y != done {
+                runs++;
+            }
+            interval = vec2f(min(interval.x, done), end);
+        }
+        hit.t = end;
+        if lost {
+            return Reach(hit, interval, inside, runs <= 1u);
+        }
+        let triangle = package_host__1load_triangle(hit.primitive);
+        if !package_medium_passes(triangle.material) {
+            return Reach(hit, interval, inside, runs <= 1u);
+        }
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
+        let direction = whole.direction;
+        done += package_lightshed_vector_dot3(crossing.ray.origin - ray.origin, direction) / package_lightshed_vector_dot3(direction, direction);
+        ray = crossing.ray;
+        inside = crossing.inside;
+    }
+    return Reach(package_lightshed_ray_Hit(whole.t_max, package_lightshed_ray_NOTHING, vec2f(0.0)), interval, inside, false);
+}
+
+struct March {
+    ray: package_lightshed_majorant_FieldRay,
+    start: f32,
+    step: f32,
+    steps: u32
+}
+
+fn march_along(ray: package_lightshed_ray_Ray, interval: vec2f) -> March {
+    let grid = package_host__1medium_settings().medium.grid;
+    let in_field = package_medium__1field_ray(ray);
+    let clipped = package_lightshed_majorant__2clip_to_box(grid.low, grid.high, in_field, interval);
+    if !(clipped.x < clipped.y) {
+        return March(in_field, 0.0, 0.0, 0u);
+    }
+    let length = clipped.y - clipped.x;
+    let steps = clamp(ceil(length * package_lightshed_vector_length3(in_field.direction) / DIAGONAL), 1.0, 65536.0);
+    return March(in_field, clipped.x, length / steps, u32(steps));
+}
+
+fn marched_density(march: March, i: u32) -> f32 {
+    let m = package_host__1medium_settings().medium;
+    return package_lightshed_density__1density_at(m.size, m.filtering, package_lightshed_majorant__1ray_at(march.ray, march.start + (f32(i) + 0.5) * march.step));
+}
+
+fn camera_depths(view: View, distances: vec4f) -> vec4f {
+    let k = package_host__1medium_settings().extinction;
+    let march = march_along(view.ray, view.seen.reach);
+    let furthest = max(max(distances.x, distances.y), max(distances.z, distances.w));
+    var depths = vec4f(0.0);
+    var total = 0.0;
+    for (var i = 0u; i < march.steps; i++) {
+        let begin = march.start + f32(i) * march.step;
+        if begin > furthest || total > OPAQUE_DEPTH {
+            break;
+        }
+        let density = k * marched_density(march, i);
+        depths += clamp(distances - begin, vec4f(0.0), vec4f(march.step)) * density;
+        total += march.step * density;
+    }
+    return depths;
+}
+
+fn coarse_depth(ray: package_lightshed_ray_Ray, interval: vec2f) -> f32 {
+    let k = package_host__1medium_settings().extinction * package_lightshed_vector_length3(ray.direction);
+    let march = march_along(ray, interval);
+    var depth = 0.0;
+    for (var i = 0u; i < march.steps && depth <= OPAQUE_DEPTH; i++) {
+        depth += k * march.step * marched_density(march, i);
+    }
+    return depth;
+}
+
+fn coarse_transmittance(segment: package_lightshed_ray_Ray, inside: bool) -> f32 {
+    var interval = vec2f(0.0, segment.t_max);
+    if HAS_SURFACES {
+        let reach = reach_along(segment, inside);
+        if reach.hit.primitive != package_lightshed_ray_NOTHING {
+            return 0.0;
+        }
+        interval = reach.interval;
+    }
+    return exp(-coarse_depth(segment, interval));
+}
+
+fn estimate_part(ray: package_lightshed_ray_Ray, interval: vec2f, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
+    let m = package_host__1medium_settings();
+    if !(interval.x < interval.y) {
+        return 1.0;
+    }
+    return package_lightshed_tracking__1ratio_tracking(m.medium, package_medium__1field_ray(ray), interval, m.extinction * package_lightshed_vector_length3(ray.direction), stream).value;
+}
+
+struct Through {
+    transmittance: f32,
+    inside: bool
+}
+
+fn estimate_through(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> Through {
+    var ray = segment;
+    var result = Through(1.0, starts_inside);
+    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
+        let hit = package_lightshed_cwbvh_intersect(ray);
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        if result.inside {
+            result.transmittance *= estimate_part(ray, vec2f(0.0, select(hit.t, ray.t_max, lost)), stream);
+        }
+        if lost {
+            return result;
+        }
+        let triangle = package_host__1load_triangle(hit.primitive);
+        if !package_medium_passes(triangle.material) || result.transmittance == 0.0 {
+            break;
+        }
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, result.inside);
+        ray = crossing.ray;
+        result.inside = crossing.inside;
+    }
+    return Through(0.0, false);
+}
+
+fn estimate_camera(view: View, distance: f32, stream: ptr<function, package_lightshed_stream_Stream>) -> Through {
+    if view.seen.unbroken == 1u {
+        let reach = view.seen.reach;
+        let inside = distance >= reach.x && distance <= reach.y;
+        return Through(estimate_part(view.ray, vec2f(reach.x, min(distance, reach.y)), stream), inside);
+    }
+    let segment = package_lightshed_ray_Ray(view.ray.origin, distance, view.ray.direction, 0u);
+    return estimate_through(segment, package_host__1medium_settings().camera_inside == 1u, stream);
+}
+
+struct Vertex {
+    some: bool,
+    in_medium: bool,
+    position: vec3f,
+    incoming: vec3f,
+    scattering: vec3f,
+    point: package_lightshed_surface_SurfacePoint,
+    primitive: u32,
+    inside: bool
+}
+
+fn vertex_in_medium(view: View, distance: f32) -> Vertex {
+    var vertex: Vertex;
+    let m = package_host__1medium_settings();
+    vertex.in_medium = true;
+    vertex.inside = true;
+    vertex.incoming = view.ray.direction;
+    vertex.position = view.ray.origin + view.ray.direction * distance;
+    let place = package_lightshed_majorant__1ray_at(package_medium__1field_ray(view.ray), distance);
+    let is_there = distance >= view.seen.reach.x && distance <= view.seen.reach.y && all(place >= m.medium.grid.low) && all(place <= m.medium.grid.high);
+    if is_there {
+        vertex.scattering = m.albedo * (m.extinction * package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, place));
+        vertex.some = package_lightshed_vector__1max_element(vertex.scattering) > 0.0;
+    }
+    return vertex;
+}
+
+fn vertex_on_surface(view: View) -> Vertex {
+    var vertex: Vertex;
+    let hit = view.seen.hit;
+    if hit.primitive != package_lightshed_ray_NOTHING {
+        vertex.some = true;
+        vertex.incoming = view.ray.direction;
+        vertex.point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
+        vertex.position = vertex.point.position;
+        vertex.primitive = hit.primitive;
+        vertex.inside = view.seen.inside == 1u;
+    }
+    return vertex;
+}
+
+fn vertex_of(view: View, distance: f32) -> Vertex {
+    if HAS_SURFACES && distance == ON_SURFACE {
+        return vertex_on_surface(view);
+    }
+    return vertex_in_medium(view, distance);
+}
+
+fn scattered_towards(vertex: Vertex, direction: vec3f) -> vec3f {
+    if !HAS_SURFACES || vertex.in_medium {
+        return vertex.scattering * package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction));
+    }
+    let wo = package_lightshed_frame__1to_local(vertex.point.shading, -vertex.incoming);
+    return package_lightshed_bsdf__1evaluate_bsdf(vertex.point.material, wo, package_lightshed_frame__1to_local(vertex.point.shading, direction)).value;
+}
+
+struct Lit {
+    value: vec3f,
+    pdf: f32,
+    shadow: package_lightshed_ray_Ray,
+    inside: bool
+}
+
+fn lit_by(vertex: Vertex, emitter: u32, place: vec3f, sky: vec3f) -> Lit {
+    let none = Lit(vec3f(0.0), 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u), false);
+    if !vertex.some || emitter == package_lightshed_ray_NOTHING {
+        return none;
+    }
+    let share = select(0.0, frame.phase_share, vertex.in_medium);
+    var light = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
+    var radiance = sky;
+    var per_endpoint = 1.0;
+    var pdf = 0.0;
+    if emitter != package_lightshed_emitter_SURROUNDINGS {
+        let triangle = package_host__1load_emitter(emitter);
+        let aim = package_lightshed_emitter__1aim_at(triangle, vertex.position, place.xy);
+        if !(aim.cos_theta > 0.0) {
+            return none;
+        }
+        light = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
+        radiance = package_lightshed_emitter__1emitter_radiance(triangle);
+        per_endpoint = aim.cos_theta / aim.distance_squared;
+        pdf = (1.0 - share) * triangle.pdf_area;
+    }
+    let value = scattered_towards(vertex, light.direction) * radiance * per_endpoint;
+    let largest = package_lightshed_vector__1max_element(value);
+    if !(largest > 0.0) || !package_lightshed_vector__1is_finite(largest) {
+        return none;
+    }
+    var shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_ray__1NO_END, light.direction, 0u);
+    var inside = true;
+    if vertex.in_medium {
+        if light.finite {
+            shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_emitter__1SEGMENT_END, light.goal - vertex.position, 0u);
+        }
+    }
+    else if HAS_SURFACES {
+        shadow = package_lightshed_emitter__1shadow_ray(vertex.point, light);
+        inside = package_medium__1medium_towards(vertex.primitive, package_lightshed_vector_dot3(shadow.direction, vertex.point.geometric_normal), vertex.inside);
+    }
+    return Lit(value, pdf, shadow, inside);
+}
+
+fn direction_pdf(vertex: Vertex, direction: vec3f) -> f32 {
+    var pdf = 0.0;
+    if HAS_SURROUNDINGS {
+        pdf = package_lightshed_emitter__1surroundings_pdf(direction);
+    }
+    if !vertex.in_medium || frame.phase_share == 0.0 {
+        return pdf;
+    }
+    return pdf + frame.phase_share * (package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction)) - pdf);
+}
+
+fn coarse_value(view: View, path: Scattered, depth: f32) -> vec3f {
+    let vertex = vertex_of(view, path.distance);
+    let lit = lit_by(vertex, path.emitter, path.place, path.sky);
+    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
+        return vec3f(0.0);
+    }
+    return lit.value * (exp(-depth) * coarse_transmittance(lit.shadow, lit.inside));
+}
+
+fn distance_of(view: View, path: Scattered) -> f32 {
+    return select(path.distance, view.seen.hit.t, path.distance == ON_SURFACE);
+}
+
+fn target_in(view: View, path: Scattered) -> f32 {
+    let depths = camera_depths(view, vec4f(distance_of(view, path)));
+    return target_of(coarse_value(view, path, depths.x));
+}
+
+fn estimated_value(view: View, path: Scattered, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
+    let vertex = vertex_of(view, path.distance);
+    let lit = lit_by(vertex, path.emitter, path.place, path.sky);
+    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
+        return vec3f(0.0);
+    }
+    let end = select(1.0, package_lightshed_emitter__1SEGMENT_END, path.distance == ON_SURFACE) * distance_of(view, path);
+    let here = estimate_camera(view, end, stream);
+    if here.transmittance == 0.0 || (vertex.in_medium && !here.inside) {
+        return vec3f(0.0);
+    }
+    return lit.value * (here.transmittance * estimate_through(lit.shadow, lit.inside, stream).transmittance);
+}
+
+@compute @workgroup_size(64)
+fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_host__1thread_number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let ray = camera_ray_of(pixel, frame.number);
+    let reach = reach_along(ray, package_host__1medium_settings().camera_inside == 1u);
+    let seen = Primary(reach.hit, reach.interval, u32(reach.inside), u32(reach.unbroken));
+    primaries[pixel] = seen;
+    var emitted = vec3f(0.0);
+    if reach.hit.primitive == package_lightshed_ray_NOTHING {
+        if HAS_SURROUNDINGS {
+            emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
+        }
+    }
+    else if HAS_EMITTERS {
+        let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(reach.hit.primitive), reach.hit);
+        if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
+            emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
+        }
+    }
+    if package_lightshed_vector__1max_element(emitted) > 0.0 {
+        var stream = stream_from(pixel, UNSCATTERED);
+        emitted *= estimate_camera(View(ray, seen), reach.hit.t * package_lightshed_emitter__1SEGMENT_END, &stream).transmittance;
+    }
+    image[pixel] = vec4f(emitted, 0.0);
+}
+
+struct Landings {
+    distances: vec4f,
+    pdfs: vec4f,
+    depth: f32
+}
+
+fn fly(view: View, goals: vec4f) -> Landings {
+    let m = package_host__1medium_settings();
+    let ray = package_medium__1field_ray(view.ray);
+    let furthest = max(max(goals.x, goals.y), max(goals.z, goals.w));
+    let pace = package_lightshed_vector_length3(ray.direction);
+    var landings = Landings(vec4f(0.0), vec4f(0.0), 0.0);
+    if !(view.seen.reach.x < view.seen.reach.y) {
+        return landings;
+    }
+    var dda = package_lightshed_majorant__1dda_new(m.medium.grid, ray, view.seen.reach);
+    while (landings.depth <= furthest) {
+        let crossing = package_lightshed_majorant__1dda_step(dda);
+        if !crossing.found {
+            break;
+        }
+        dda = crossing.dda;
+        let segment = crossing.segment;
+        let length = segment.t1 - segment.t0;
+        if !(segment.majorant > 0.0 && length > 0.0) {
+            continue;
+        }
+        let count = clamp(ceil(length * pace), 1.0, 64.0);
+        let step = length / count;
+        for (var i = 0u; i < u32(count) && landings.depth <= furthest; i++) {
+            let begin = segment.t0 + f32(i) * step;
+            let density = package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, package_lightshed_majorant__1ray_at(ray, begin + 0.5 * step));
+            let sigma = m.extinction * (density + LEAST_SHARE * (segment.majorant - density));
+            let whole = sigma * step;
+            let past = goals - landings.depth;
+            let ends = (past >= vec4f(0.0)) & (past < vec4f(whole)) & (landings.pdfs == vec4f(0.0));
+            landings.distances = select(landings.distances, begin + min(past / sigma, vec4f(step)), ends);
+            landings.pdfs = select(landings.pdfs, sigma * exp(-goals), ends);
+            landings.depth += whole;
+        }
+    }
+    return landings;
+}
+
+const STEP_X: vec2u = vec2u(3516067075u, 3518319154u);
+
+const STEP_Y: vec2u = vec2u(4220496899u, 2882110344u);
+
+const STEP_Z: vec2u = vec2u(792563159u, 2360945575u);
+
+fn sequence_point(by: vec3u, index: vec2u) -> vec3u {
+    return by + vec3u(package_lightshed_wide__1wide_multiply(STEP_X, index).y, package_lightshed_wide__1wide_multiply(STEP_Y, index).y, package_lightshed_wide__1wide_multiply(STEP_Z, index).y);
+}
+
+@compute @workgroup_size(64)
+fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_host__1thread_number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let view = view_of(pixel);
+    let nothing_lit = !(HAS_EMITTERS || HAS_SURROUNDINGS);
+    let has_surface = HAS_SURFACES && view.seen.hit.primitive != package_lightshed_ray_NOTHING;
+    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
+    var kept = nothing_held(0.0);
+    var can_scatter = has_surface;
+    let by = random(pixel, 0u, SEQUENCE).xyz;
+    let first = package_lightshed_wide__1wide_product(frame.number, frame.walks);
+    for (var start = 0u; start < frame.walks; start += 4u) {
+        var goals = vec4f(0.0);
+        for (var k = 0u; k < 4u; k++) {
+            let u = package_lightshed_uniform__2f32_from_u32(sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u))).x);
+            goals[k] = select(0.0, package_lightshed_exponential_exponential(u), start + k < frame.walks);
+        }
+        let landings = fly(view, goals);
+        can_scatter = can_scatter || landings.depth > 0.0;
+        for (var k = 0u; k < 4u && start + k < frame.walks && !nothing_lit; k++) {
+            var distance = landings.distances[k];
+            var pdf = landings.pdfs[k];
+            var transmittance = exp(-goals[k]);
+            if !(pdf > 0.0) {
+                if !has_surface {
+                    continue;
+                }
+                distance = ON_SURFACE;
+                transmittance = exp(-landings.depth);
+                pdf = transmittance;
+            }
+            let vertex = vertex_of(view, distance);
+            if !vertex.some {
+                continue;
+            }
+            let point = sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u)));
+            let u_light = package_lightshed_uniform__1unit_square(point.yz);
+            let choice = block(pixel, CANDIDATES + start + k);
+            var emitter = package_lightshed_emitter_SURROUNDINGS;
+            var place: vec3f;
+            if vertex.in_medium && package_lightshed_uniform__2f32_from_u32(choice.x) < frame.phase_share {
+                place = package_lightshed_phase__1scattered_direction(vertex.incoming, package_medium__1sample_angle(u_light.x), u_light.y);
+            }
+            else {
+                emitter = package_lightshed_emitter__1choose_emitter(choice.yz);
+                if emitter == package_lightshed_ray_NOTHING {
+                    continue;
+                }
+                if emitter == package_lightshed_emitter_SURROUNDINGS {
+                    let around = package_lightshed_emitter__1sample_around(u_light);
+                    if !(around.pdf > 0.0) {
+                        continue;
+                    }
+                    place = around.direction;
+                }
+                else {
+                    place = vec3f(package_lightshed_warp__1uniform_triangle(u_light).xy, 0.0);
+                }
+            }
+            var sky = vec3f(0.0);
+            var pdf_endpoint = 0.0;
+            if emitter == package_lightshed_emitter_SURROUNDINGS {
+                sky = package_lightshed_emitter__1surroundings_radiance(place);
+                pdf_endpoint = direction_pdf(vertex, place);
+            }
+            let lit = lit_by(vertex, emitter, place, sky);
+            if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
+                continue;
+            }
+            pdf_endpoint += lit.pdf;
+            let value = lit.value * (transmittance * coarse_transmittance(lit.shadow, lit.inside));
+            let weight = target_of(value) / (pdf * pdf_endpoint * f32(frame.walks));
+            let offered = package_lightshed_reservoir_offer(selection, 1u, weight, package_lightshed_uniform__2f32_from_u32(choice.w));
+            selection = offered.selection;
+            if offered.accepted {
+                kept = Scattered(place, emitter, sky, distance, target_of(value), 0.0, 0.0, 0u);
+            }
+        }
+    }
+    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
+    if kept.weight > 0.0 {
+        kept.p_hat = target_in(view, kept);
+    }
+    if !(kept.weight > 0.0 && kept.p_hat > 0.0) {
+        kept = nothing_held(0.0);
+    }
+    kept.confidence = select(0.0, 1.0, can_scatter);
+    held[pixel] = kept;
+}
+
+@compute @workgroup_size(64)
+fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_host__1thread_number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let mine = held[pixel];
+    let theirs = history[pixel];
+    if mine.confidence == 0.0 || theirs.confidence == 0.0 {
+        return;
+    }
+    let words = block(pixel, TEMPORAL);
+    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
+    var kept = mine;
+    if mine.weight > 0.0 {
+        let q = target_in(earlier_view_of(pixel), mine);
+        let m = package_lightshed_mis__1balance_weight(mine.confidence, mine.p_hat, mine.confidence * mine.p_hat + theirs.confidence * q);
+        selection = package_lightshed_reservoir_offer(selection, 1u, m * mine.p_hat * mine.weight, package_lightshed_uniform__2f32_from_u32(words.x)).selection;
+    }
+    if theirs.weight > 0.0 {
+        let p = target_in(view_of(pixel), theirs);
+        let q = theirs.p_hat;
+        let m = package_lightshed_mis__1balance_weight(theirs.confidence, q, mine.confidence * p + theirs.confidence * q);
+        let offered = package_lightshed_reservoir_offer(selection, 2u, m * p * theirs.weight, package_lightshed_uniform__2f32_from_u32(words.y));
+        selection = offered.selection;
+        if offered.accepted {
+            kept = theirs;
+            kept.p_hat = p;
+        }
+    }
+    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
+    if kept.weight == 0.0 {
+        kept = nothing_held(0.0);
+    }
+    kept.confidence = min(mine.confidence + theirs.confidence, frame.confidence_cap);
+    held[pixel] = kept;
+}
+
+@compute @workgroup_size(64)
+fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_host__1thread_number(id, groups);
+    if pixel >= package_host_settings.pixels {
+        return;
+    }
+    let mine = held[pixel];
+    history[pixel] = mine;
+    if mine.confidence == 0.0 {
+        return;
+    }
+    let size = package_host_settings.camera.size;
+    let corner = vec2f(vec2u(pixel % size.x, pixel / size.x)) + 0.5;
+    var inputs: array<u32, 4>;
+    inputs[0] = pixel;
+    var count = 1u;
+    let turn = package_lightshed_uniform__2f32_from_u32(block(pixel, SPATIAL).x);
+    let wanted = min(frame.neighbours, MOST);
+    for (var i = 0u; i < wanted; i++) {
+        let radius = frame.radius * sqrt((f32(i) + 0.5) / f32(wanted));
+        let angle = package_lightshed_turn__2sin_cos_turns(fract(turn + f32(i) * GOLDEN_TURN));
+        let place = floor(corner + radius * vec2f(angle.y, angle.x));
+        if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
+            continue;
+        }
+        let other = u32(place.y) * size.x + u32(place.x);
+        var is_new = held[other].confidence > 0.0;
+        for (var k = 0u; k < count; k++) {
+            is_new = is_new && inputs[k] != other;
+        }
+        if is_new {
+            inputs[count] = other;
+            count++;
+        }
+    }
+    var distances = vec4f(0.0);
+    var targets: array<vec4f, 4>;
+    for (var j = 0u; j < count; j++) {
+        let view = view_of(inputs[j]);
+        for (var i = 0u; i < count; i++) {
+            distances[i] = distance_of(view, held[inputs[i]]);
+        }
+        let depths = camera_depths(view, distances);
+        for (var i = 0u; i < count; i++) {
+            let path = held[inputs[i]];
+            var p = path.p_hat;
+            if i != j {
+                p = 0.0;
+                if path.weight > 0.0 {
+                    p = target_of(coarse_value(view, path, depths[i]));
+                }
+            }
+            targets[i][j] = p;
+        }
+    }
+    let view = view_of(pixel);
+    let words = block(pixel, SPATIAL + 1u);
+    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
+    var kept = nothing_held(0.0);
+    var light = vec3f(0.0);
+    var confidence = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let path = held[inputs[i]];
+        confidence += path.confidence;
+        let p = targets[i][0];
+        if !(p > 0.0 && path.weight > 0.0) {
+            continue;
+        }
+        var total = 0.0;
+        for (var j = 0u; j < count; j++) {
+            total += held[inputs[j]].confidence * targets[i][j];
+        }
+        let m = package_lightshed_mis__1balance_weight(path.confidence, targets[i][i], total);
+        let weight = m * path.weight;
+        var stream = stream_from(pixel, SHADE + (i << 16u));
+        light += min(estimated_value(view, path, &stream) * weight, vec3f(F32_MAX));
+        let offered = package_lightshed_reservoir_offer(selection, 1u, p * weight, package_lightshed_uniform__2f32_from_u32(words[i]));
+        selection = offered.selection;
+        if offered.accepted {
+            kept = path;
+            kept.p_hat = p;
+        }
+    }
+    image[pixel] += vec4f(light, 0.0);
+    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
+    if kept.weight == 0.0 {
+        kept = nothing_held(0.0);
+    }
+    kept.confidence = min(confidence, frame.confidence_cap);
+    history[pixel] = kept;
+}
+
+const package_host_GROUP: u32 = 64u;
+
+struct package_host_MediumSettings {
+    medium: package_lightshed_tracking_Medium,
+    x_axis: vec3f,
+    extinction: f32,
+    y_axis: vec3f,
+    asymmetry: f32,
+    z_axis: vec3f,
+    camera_inside: u32,
+    translation: vec3f,
+    padding0: u32,
+    albedo: vec3f,
+    padding1: u32
+}
+
+struct package_host_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    padding: u32,
+    sky: package_lightshed_sky_Sky
+}
+
+override package_host__1HAS_SKY: bool = true;
+
+fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
+}
+
+fn package_host__1has_sky() -> bool {
+    return package_host__1HAS_SKY;
+}
+
+fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_host_components[row];
+}
+
+fn package_host__1load_density(voxel: vec3u) -> f32 {
+    return package_host_voxels[(voxel.z * package_host_medium.medium.size.y + voxel.y) * package_host_medium.medium.size.x + voxel.x];
+}
+
+fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_host_emitters[index];
+}
+
+fn package_host__1load_majorant(cell: u32) -> vec2f {
+    return package_host_bounds[cell];
+}
+
+fn package_host__1load_material(index: u32) -> vec2u {
+    return package_host_materials[index];
+}
+
+fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_host_triangles[index];
+}
+
+fn package_host__1medium_settings() -> package_host_MediumSettings {
+    return package_host_medium;
+}
+
+@group(0) @binding(13)
+var<storage, read> package_host__1medium_sides: array<u32>;
+
+fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
+    var u_lens = vec2f(0.5);
+    if package_host_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
+}
+
+fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_host_GROUP;
+}
+
+fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
+}
+
+fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
+}
+
+fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_host_nodes[index];
+}
+
+fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_host_slots[slot];
+}
+
+fn package_host__2load_medium_sides(primitive: u32) -> u32 {
+    return package_host__1medium_sides[primitive];
+}
+
+fn package_host__2load_sky_word(index: u32) -> u32 {
+    return package_host_tables[package_host_settings.sky_words + index];
+}
+
+fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_host_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+@group(0) @binding(12)
+var<storage, read> package_host_bounds: array<vec2f>;
+
+@group(0) @binding(6)
+var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(7)
+var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(5)
+var<storage, read> package_host_materials: array<vec2u>;
+
+@group(0) @binding(10)
+var<storage, read> package_host_medium: package_host_MediumSettings;
+
+@group(0) @binding(1)
+var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(4)
+var<storage, read> package_host_normals: array<vec4f>;
+
+@group(0) @binding(0)
+var<storage, read> package_host_settings: package_host_Settings;
+
+fn package_host_sky() -> package_lightshed_sky_Sky {
+    return package_host_settings.sky;
+}
+
+@group(0) @binding(2)
+var<storage, read> package_host_slots: array<u32>;
+
+@group(0) @binding(8)
+var<storage, read> package_host_tables: array<u32>;
+
+@group(0) @binding(3)
+var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
+
+@group(0) @binding(11)
+var<storage, read> package_host_voxels: array<f32>;
+
+struct package_lightshed_alias_AliasEntry {
+    threshold: u32,
+    alias_index: u32
+}
+
+fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(length, u.x);
+    let high = package_lightshed_wide__1wide_product(length, u.y);
+    let coin = high.x + low.y;
+    return vec2u(high.y + select(0u, 1u, coin < low.y), coin);
+}
+
+fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
+    let route = package_lightshed_alias__1alias_route(length, u);
+    let entry = package_host__2load_alias_entry(table, route.x);
+    return select(entry.alias_index, route.x, route.y < entry.threshold);
+}
+
+struct package_lightshed_bsdf_BsdfValue {
+    value: vec3f,
+    pdf: f32
+}
+
+struct package_lightshed_bsdf_Component {
+    kind: u32,
+    side: u32,
+    weight: f32,
+    importance: f32,
+    color: vec3f,
+    alpha_u: f32,
+    eta: vec3f,
+    alpha_v: f32,
+    k: vec3f,
+    padding: u32
+}
+
+const package_lightshed_bsdf_DIFFUSE: u32 = 0u;
+
+const package_lightshed_bsdf_MIRROR: u32 = 1u;
+
+const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
+
+const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
+
+fn package_lightshed_bsdf__1evaluate_bsdf(material: u32, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    let rows = package_host__1load_material(material);
+    let first = package_host__1load_component(rows.x);
+    if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
+        let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
+        if mirror == 0.0 {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(first.color * density, density);
+    }
+    let total = package_lightshed_bsdf__1total_importance(rows, wo);
+    var sum = package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_host__1load_component(rows.x + i);
+        let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
+        if mirror == 0.0 || package_lightshed_bsdf__1is_delta(component) {
+            continue;
+        }
+        let found = package_lightshed_bsdf__1evaluate_component(component, package_lightshed_bsdf_mirrored(wo, mirror), package_lightshed_bsdf_mirrored(wi, mirror));
+        sum.value += found.value * component.weight;
+        sum.pdf += found.pdf * package_lightshed_bsdf__1share_of(component.importance, total);
+    }
+    return sum;
+}
+
+fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    if component.kind == package_lightshed_bsdf_DIFFUSE {
+        let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
+        return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
+    }
+    if wi.z <= 0.0 {
+        return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+    }
+    let alpha = vec2f(component.alpha_u, component.alpha_v);
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    let reflectance = component.color * package_lightshed_fresnel__1fresnel_conductor(clamp(facing, 0.0, 1.0), component.eta, component.k);
+    return package_lightshed_bsdf_BsdfValue(reflectance * (pdf * package_lightshed_ggx__1ggx_masking(alpha, wi)), pdf);
+}
+
+fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
+    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR;
+}
+
+fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
+    if wo.z > 0.0 && side != 1u {
+        return 1.0;
+    }
+    if wo.z < 0.0 && side != 0u {
+        return -1.0;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {
+    if total > 0.0 {
+        return importance / total;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_bsdf__1total_importance(rows: vec2u, wo: vec3f) -> f32 {
+    var total = 0.0;
+    for (var i = 0u; i < rows.y; i++) {
+        let component = package_host__1load_component(rows.x + i);
+        if package_lightshed_bsdf__1mirror_of(component.side, wo) != 0.0 {
+            total += component.importance;
+        }
+    }
+    return total;
+}
+
+fn package_lightshed_bsdf_mirrored(v: vec3f, mirror: f32) -> vec3f {
+    return vec3f(v.xy, v.z * mirror);
+}
+
+struct package_lightshed_camera_Camera {
+    x_axis: vec3f,
+    aperture_radius: f32,
+    y_axis: vec3f,
+    focus_distance: f32,
+    z_axis: vec3f,
+    near_clip: f32,
+    position: vec3f,
+    far_clip: f32,
+    corner: vec2f,
+    pixel: vec2f,
+    size: vec2u,
+    padding: vec2u
+}
+
+fn package_lightshed_camera__1camera_ray(camera: package_lightshed_camera_Camera, film: vec2f, u_lens: vec2f) -> package_lightshed_ray_Ray {
+    let through = vec3f(camera.corner + camera.pixel * film, 1.0);
+    var origin = vec3f(0.0);
+    var direction = through;
+    if camera.aperture_radius > 0.0 {
+        origin = vec3f(package_lightshed_warp__1concentric_disk(u_lens) * camera.aperture_radius, 0.0);
+        direction = through * camera.focus_distance - origin;
+    }
+    direction = direction / package_lightshed_vector_length3(direction);
+    let along_axis = direction.z;
+    let scaled = package_lightshed_camera_turned(camera, direction);
+    let world_origin = package_lightshed_camera_turned(camera, origin) + camera.position;
+    let length = package_lightshed_vector_length3(scaled);
+    let world_direction = scaled / length;
+    let near = camera.near_clip / along_axis * length;
+    let far = camera.far_clip / along_axis * length;
+    return package_lightshed_ray_Ray(world_origin + world_direction * near, far - near, world_direction, 0u);
+}
+
+fn package_lightshed_camera_turned(camera: package_lightshed_camera_Camera, v: vec3f) -> vec3f {
+    return camera.x_axis * v.x + camera.y_axis * v.y + camera.z_axis * v.z;
+}
+
+struct package_lightshed_cwbvh_BoxRay {
+    origin: vec3f,
+    inverse: vec3f,
+    backwards: vec3<bool>,
+    octant: u32
+}
+
+struct package_lightshed_cwbvh_CwbvhNode {
+    corner: vec3f,
+    exponents_and_inner: u32,
+    child_base: u32,
+    primitive_base: u32,
+    meta_low: u32,
+    meta_high: u32,
+    x: vec4u,
+    y: vec4u,
+    z: vec4u
+}
+
+struct package_lightshed_cwbvh_TriangleCorners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+const package_lightshed_cwbvh__1CWBVH_STACK: u32 = 32u;
+
+const package_lightshed_cwbvh__1LARGEST_INVERSE: f32 = 3e38;
+
+fn package_lightshed_cwbvh__1box_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_cwbvh_BoxRay {
+    let largest = vec3f(package_lightshed_cwbvh__1LARGEST_INVERSE);
+    let inverse = clamp(1.0 / ray.direction, -largest, largest);
+    let backwards = (bitcast<vec3u>(ray.direction) >> vec3u(31u)) == vec3u(1u);
+    let octant = select(vec3u(4u, 2u, 1u), vec3u(0u), backwards);
+    return package_lightshed_cwbvh_BoxRay(ray.origin, inverse, backwards, octant.x | octant.y | octant.z);
+}
+
+fn package_lightshed_cwbvh__1byte_of(low: u32, high: u32, index: u32) -> u32 {
+    return (select(low, high, index >= 4u) >> ((index & 3u) * 8u)) & 255u;
+}
+
+fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNode, ray: package_lightshed_cwbvh_BoxRay, t_max: f32) -> u32 {
+    let exponents = node.exponents_and_inner;
+    let scale = bitcast<vec3f>((vec3u(exponents, exponents >> 8u, exponents >> 16u) & vec3u(255u)) << vec3u(23u));
+    let inner = exponents >> 24u;
+    var hits = 0u;
+    for (var child = 0u; child < 8u; child++) {
+        let about = package_lightshed_cwbvh__1byte_of(node.meta_low, node.meta_high, child);
+        if about == 0u {
+            continue;
+        }
+        let low = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.x, node.x.y, child), package_lightshed_cwbvh__1byte_of(node.y.x, node.y.y, child), package_lightshed_cwbvh__1byte_of(node.z.x, node.z.y, child)));
+        let high = node.corner + scale * vec3f(vec3u(package_lightshed_cwbvh__1byte_of(node.x.z, node.x.w, child), package_lightshed_cwbvh__1byte_of(node.y.z, node.y.w, child), package_lightshed_cwbvh__1byte_of(node.z.z, node.z.w, child)));
+        let x = package_lightshed_cwbvh_slab(low.x, high.x, ray.origin.x, ray.inverse.x, ray.backwards.x);
+        let y = package_lightshed_cwbvh_slab(low.y, high.y, ray.origin.y, ray.inverse.y, ray.backwards.y);
+        let z = package_lightshed_cwbvh_slab(low.z, high.z, ray.origin.z, ray.inverse.z, ray.backwards.z);
+        let near = max(max(x.x, y.x), max(z.x, 0.0));
+        let far = min(min(x.y, y.y), min(z.y, t_max));
+        if near <= far * 1.0000005 {
+            if ((inner >> child) & 1u) == 1u {
+                hits |= 1u << (24u + (child ^ ray.octant));
+            }
+            else {
+                hits |= (about >> 5u) << (about & 31u);
+            }
+        }
+    }
+    return hits;
+}
+
+fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
+    return package_lightshed_cwbvh_traverse(ray, false);
+}
+
+fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
+    let bottom = low - abs(low) * 2.4e-7;
+    let top = high + abs(high) * 2.4e-7;
+    if abs(inverse) >= package_lightshed_cwbvh__1LARGEST_INVERSE {
+        return select(vec2f(1.0, -1.0), vec2f(-package_lightshed_cwbvh__1LARGEST_INVERSE, package_lightshed_cwbvh__1LARGEST_INVERSE), bottom <= origin && origin <= top);
+    }
+    let planes = select(vec2f(bottom, top), vec2f(top, bottom), backwards);
+    return (planes - origin) * inverse;
+}
+
+fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -> package_lightshed_ray_Hit {
+    let boxes = package_lightshed_cwbvh__1box_ray(ray);
+    let triangles = package_lightshed_triangle__1triangle_ray(ray);
+    var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    var stack: array<vec2u, 32>;
+    var depth = 0u;
+    var group = vec2u(0u, (1u << (24u + boxes.octant)) | 1u);
+    loop {
+        if group.y >= 16777216u {
+            let bit = firstLeadingBit(group.y);
+            group.y &= ~(1u << bit);
+            let slot = (bit - 24u) ^ boxes.octant;
+            let before = countOneBits(group.y & 255u & ((1u << slot) - 1u));
+            let index = group.x + before;
+            if group.y >= 16777216u && depth < package_lightshed_cwbvh__1CWBVH_STACK {
+                stack[depth] = group;
+                depth++;
+            }
+            let node = package_host__2load_cwbvh_node(index);
+            let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
+            var primitives = hits & 16777215u;
+            while (primitives != 0u) {
+                let offset = firstTrailingBit(primitives);
+                primitives &= primitives - 1u;
+                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
+                let corners = package_host__2load_triangle_corners(primitive);
+                let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
+                if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
+                    best = hit;
+                    if any {
+                        return best;
+                    }
+                }
+            }
+            group = vec2u(node.child_base, (hits & 4278190080u) | (node.exponents_and_inner >> 24u));
+        }
+        else if depth > 0u {
+            depth--;
+            group = stack[depth];
+        }
+        else {
+            break;
+        }
+    }
+    return best;
+}
+
+const package_lightshed_density__1FILTER_NEAREST: u32 = 0u;
+
+fn package_lightshed_density__1density_at(size: vec3u, filtering: u32, position: vec3f) -> f32 {
+    if filtering == package_lightshed_density__1FILTER_NEAREST {
+        return package_lightshed_density__1density_nearest(size, position);
+    }
+    return package_lightshed_density__1density_trilinear(size, position);
+}
+
+fn package_lightshed_density__1density_nearest(size: vec3u, position: vec3f) -> f32 {
+    return package_host__1load_density(vec3u(min(max(position, vec3f(0.0)), vec3f(size) - 1.0)));
+}
+
+fn package_lightshed_density__1density_trilinear(size: vec3u, position: vec3f) -> f32 {
+    let p = min(max(max(position, vec3f(-1.0)) + 0.5, vec3f(0.0)), vec3f(size));
+    let cell = vec3u(p);
+    let f = p - vec3f(cell);
+    let high = min(cell, size - 1u);
+    let low = max(cell, vec3u(1u)) - 1u;
+    let near_low = package_lightshed_density_linear(package_host__1load_density(low), package_host__1load_density(vec3u(high.x, low.yz)), f.x);
+    let near_high = package_lightshed_density_linear(package_host__1load_density(vec3u(low.x, high.y, low.z)), package_host__1load_density(vec3u(high.xy, low.z)), f.x);
+    let far_low = package_lightshed_density_linear(package_host__1load_density(vec3u(low.xy, high.z)), package_host__1load_density(vec3u(high.x, low.y, high.z)), f.x);
+    let far_high = package_lightshed_density_linear(package_host__1load_density(vec3u(low.x, high.yz)), package_host__1load_density(high), f.x);
+    let near = package_lightshed_density_linear(near_low, near_high, f.y);
+    let far = package_lightshed_density_linear(far_low, far_high, f.y);
+    return max(package_lightshed_density_linear(near, far, f.z), 0.0);
+}
+
+fn package_lightshed_density_linear(a: f32, b: f32, f: f32) -> f32 {
+    return a + f * (b - a);
+}
+
+const package_lightshed_double_INFINITE: u32 = 2146435072u;
+
+const package_lightshed_double_NAN: vec2u = vec2u(0u, 2146959360u);
+
+const package_lightshed_double_ONE: vec2u = vec2u(0u, 1072693248u);
+
+const package_lightshed_double_SIGN: u32 = 2147483648u;
+
+const package_lightshed_double_ZERO: vec2u = vec2u(0u, 0u);
+
+fn package_lightshed_double__1biased_exponent(a: vec2u) -> i32 {
+    return i32((a.y >> 20u) & 2047u);
+}
+
+fn package_lightshed_double__1double_abs(a: vec2u) -> vec2u {
+    return a & vec2u(4294967295u, 2147483647u);
+}
+
+fn package_lightshed_double__1double_add(a: vec2u, b: vec2u) -> vec2u {
+    let exchanged = package_lightshed_wide__1wide_less(package_lightshed_double__1double_abs(a), package_lightshed_double__1double_abs(b));
+    let large = select(a, b, exchanged);
+    let small = select(b, a, exchanged);
+    let opposite = ((large.y ^ small.y) & package_lightshed_double_SIGN) != 0u;
+    if !package_lightshed_double__2double_is_finite(large) {
+        return select(large, package_lightshed_double_NAN, package_lightshed_double__2double_is_nan(large) || (opposite && !package_lightshed_double__2double_is_finite(small)));
+    }
+    let exponent = package_lightshed_double__1biased_exponent(large);
+    let apart = u32(exponent - package_lightshed_double__1biased_exponent(small));
+    let high = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(large), 10u);
+    var low = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(small), 10u);
+    if apart > 63u {
+        low = vec2u(select(0u, 1u, (low.x | low.y) != 0u), 0u);
+    }
+    else {
+        let shifted = package_lightshed_wide__2wide_shift_right(low, apart);
+        let back = package_lightshed_wide__2wide_shift_left(shifted, apart);
+        low = vec2u(shifted.x | select(0u, 1u, any(back != low)), shifted.y);
+    }
+    let sum = package_lightshed_wide__1wide_add(high, select(low, package_lightshed_wide__1wide_negate(low), opposite));
+    let zeros = package_lightshed_wide__2wide_leading_zeros(sum);
+    if zeros == 64u {
+        return vec2u(0u, large.y & small.y & package_lightshed_double_SIGN);
+    }
+    return package_lightshed_double_rounded(large.y & package_lightshed_double_SIGN, exponent + 1 - i32(zeros), package_lightshed_wide__2wide_shift_left(sum, zeros));
+}
+
+fn package_lightshed_double__1double_divide(a: vec2u, b: vec2u) -> vec2u {
+    let sign = (a.y ^ b.y) & package_lightshed_double_SIGN;
+    var p = package_lightshed_double_significand(a);
+    let q = package_lightshed_double_significand(b);
+    let a_finite = package_lightshed_double__2double_is_finite(a);
+    let b_finite = package_lightshed_double__2double_is_finite(b);
+    if !a_finite || !b_finite || p.y == 0u || q.y == 0u {
+        let none = package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || (a_finite == b_finite && (!a_finite || p.y == q.y));
+        let infinite = b_finite && (!a_finite || q.y == 0u);
+        return select(vec2u(0u, sign | select(0u, package_lightshed_double_INFINITE, infinite)), package_lightshed_double_NAN, none);
+    }
+    var exponent = package_lightshed_double__1biased_exponent(a) - package_lightshed_double__1biased_exponent(b) + 1023;
+    if package_lightshed_wide__1wide_less(p, q) {
+        p = package_lightshed_wide__2wide_shift_left(p, 1u);
+        exponent -= 1;
+    }
+    let scale = 262144.0 / (f32(q.y) * 4294967296.0 + f32(q.x));
+    let first = package_lightshed_double__1eighteen_bits(package_lightshed_wide__1wide_subtract(p, q), q, scale);
+    let second = package_lightshed_double__1eighteen_bits(first.xy, q, scale);
+    let third = package_lightshed_double__1eighteen_bits(second.xy, q, scale);
+    let quotient = vec2u(((second.z & 31u) << 27u) | (third.z << 9u) | select(0u, 1u, (third.x | third.y) != 0u), package_lightshed_double_SIGN | (first.z << 13u) | (second.z >> 5u));
+    return package_lightshed_double_rounded(sign, exponent, quotient);
+}
+
+fn package_lightshed_double__1double_multiply(a: vec2u, b: vec2u) -> vec2u {
+    let sign = (a.y ^ b.y) & package_lightshed_double_SIGN;
+    let p = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(a), 11u);
+    let q = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(b), 11u);
+    if !package_lightshed_double__2double_is_finite(a) || !package_lightshed_double__2double_is_finite(b) {
+        let none = package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || p.y == 0u || q.y == 0u;
+        return select(vec2u(0u, sign | package_lightshed_double_INFINITE), package_lightshed_double_NAN, none);
+    }
+    if p.y == 0u || q.y == 0u {
+        return vec2u(0u, sign);
+    }
+    let low = package_lightshed_wide__1wide_product(p.x, q.x);
+    let cross = package_lightshed_wide__1wide_product(p.x, q.y);
+    let other = package_lightshed_wide__1wide_product(p.y, q.x);
+    let high = package_lightshed_wide__1wide_product(p.y, q.y);
+    let middle = package_lightshed_wide__1wide_add(vec2u(low.y, 0u), cross);
+    let middle_sum = package_lightshed_wide__1wide_add(middle, other);
+    let carry = select(0u, 1u, package_lightshed_wide__1wide_less(middle_sum, other));
+    var product = package_lightshed_wide__1wide_add(high, vec2u(middle_sum.y, carry));
+    let rest = (low.x | middle_sum.x) != 0u;
+    var exponent = package_lightshed_double__1biased_exponent(a) + package_lightshed_double__1biased_exponent(b) - 1022;
+    if product.y < package_lightshed_double_SIGN {
+        product = package_lightshed_wide__2wide_shift_left(product, 1u);
+        exponent -= 1;
+    }
+    return package_lightshed_double_rounded(sign, exponent, vec2u(product.x | select(0u, 1u, rest), product.y));
+}
+
+fn package_lightshed_double__1double_negate(a: vec2u) -> vec2u {
+    return a ^ vec2u(0u, package_lightshed_double_SIGN);
+}
+
+fn package_lightshed_double__1double_subtract(a: vec2u, b: vec2u) -> vec2u {
+    return package_lightshed_double__1double_add(a, package_lightshed_double__1double_negate(b));
+}
+
+fn package_lightshed_double__1eighteen_bits(rest: vec2u, by: vec2u, scale: f32) -> vec3u {
+    var bits = u32((f32(rest.y) * 4294967296.0 + f32(rest.x)) * scale);
+    let taken = package_lightshed_wide__1wide_product(bits, by.x);
+    var left = package_lightshed_wide__1wide_subtract(package_lightshed_wide__2wide_shift_left(rest, 18u), vec2u(taken.x, taken.y + bits * by.y));
+    if left.y >= package_lightshed_double_SIGN {
+        left = package_lightshed_wide__1wide_add(left, by);
+        bits -= 1u;
+    }
+    else if !package_lightshed_wide__1wide_less(left, by) {
+        left = package_lightshed_wide__1wide_subtract(left, by);
+        bits += 1u;
+    }
+    return vec3u(left, bits);
+}
+
+fn package_lightshed_double__2double_from_f32(x: f32) -> vec2u {
+    return package_lightshed_double__3double_from_f32_bits(bitcast<u32>(x));
+}
+
+fn package_lightshed_double__2double_from_u32(a: u32) -> vec2u {
+    return package_lightshed_double__2double_from_wide(vec2u(a, 0u));
+}
+
+fn package_lightshed_double__2double_from_wide(a: vec2u) -> vec2u {
+    let zeros = package_lightshed_wide__2wide_leading_zeros(a);
+    if zeros == 64u {
+        return package_lightshed_double_ZERO;
+    }
+    return package_lightshed_double_rounded(0u, 1086 - i32(zeros), package_lightshed_wide__2wide_shift_left(a, zeros));
+}
+
+fn package_lightshed_double__2double_is_finite(a: vec2u) -> bool {
+    return (a.y & package_lightshed_double_INFINITE) != package_lightshed_double_INFINITE;
+}
+
+fn package_lightshed_double__2double_is_nan(a: vec2u) -> bool {
+    return package_lightshed_wide__1wide_less(vec2u(0u, package_lightshed_double_INFINITE), package_lightshed_double__1double_abs(a));
+}
+
+fn package_lightshed_double__2double_to_f32(a: vec2u) -> f32 {
+    return bitcast<f32>(package_lightshed_double__3double_to_f32_bits(a));
+}
+
+fn package_lightshed_double__2double_to_u32(a: vec2u) -> u32 {
+    let whole = package_lightshed_double__3double_to_wide_signed(a);
+    if a.y >= package_lightshed_double_SIGN {
+        return 0u;
+    }
+    return select(whole.x, 4294967295u, whole.y != 0u);
+}
+
+fn package_lightshed_double__3double_from_f32_bits(bits: u32) -> vec2u {
+    let sign = bits & package_lightshed_double_SIGN;
+    let exponent = (bits >> 23u) & 255u;
+    let fraction = bits & 8388607u;
+    if exponent == 255u {
+        return select(vec2u(0u, sign | package_lightshed_double_INFINITE), package_lightshed_double_NAN, fraction != 0u);
+    }
+    if exponent == 0u {
+        if fraction == 0u {
+            return vec2u(0u, sign);
+        }
+        let up = countLeadingZeros(fraction) - 8u;
+        let whole = (fraction << up) & 8388607u;
+        return vec2u(whole << 29u, sign | ((897u - up) << 20u) | (whole >> 3u));
+    }
+    return vec2u(fraction << 29u, sign | ((exponent + 896u) << 20u) | (fraction >> 3u));
+}
+
+fn package_lightshed_double__3double_to_f32_bits(a: vec2u) -> u32 {
+    let sign = a.y & package_lightshed_double_SIGN;
+    if !package_lightshed_double__2double_is_finite(a) {
+        return select(sign | 2139095040u, 2143289344u, package_lightshed_double__2double_is_nan(a));
+    }
+    let exponent = package_lightshed_double__1biased_exponent(a) - 896;
+    if exponent < -24 {
+        return sign;
+    }
+    if exponent > 254 {
+        return sign | 2139095040u;
+    }
+    let bits = package_lightshed_double_significand(a);
+    let down = u32(select(29, 30 - exponent, exponent < 1));
+    let kept = package_lightshed_wide__2wide_shift_right(bits, down).x;
+    let rest = package_lightshed_wide__2wide_shift_left(bits, 64u - down);
+    let half = vec2u(0u, package_lightshed_double_SIGN);
+    let up = package_lightshed_wide__1wide_less(half, rest) || (all(rest == half) && (kept & 1u) == 1u);
+    return sign | ((u32(max(exponent - 1, 0)) << 23u) + kept + select(0u, 1u, up));
+}
+
+fn package_lightshed_double__3double_to_wide_signed(a: vec2u) -> vec2u {
+    let exponent = package_lightshed_double__1biased_exponent(a);
+    let negative = a.y >= package_lightshed_double_SIGN;
+    if package_lightshed_double__2double_is_nan(a) || exponent < 1023 {
+        return vec2u(0u);
+    }
+    if exponent > 1085 {
+        return select(vec2u(4294967295u, 2147483647u), vec2u(0u, package_lightshed_double_SIGN), negative);
+    }
+    let bits = package_lightshed_double_significand(a);
+    let magnitude = select(package_lightshed_wide__2wide_shift_right(bits, u32(max(1075 - exponent, 0))), package_lightshed_wide__2wide_shift_left(bits, u32(max(exponent - 1075, 0))), exponent > 1075);
+    return select(magnitude, package_lightshed_wide__1wide_negate(magnitude), negative);
+}
+
+fn package_lightshed_double_rounded(sign: u32, exponent: i32, bits: vec2u) -> vec2u {
+    if exponent <= 0 {
+        return vec2u(0u, sign);
+    }
+    if exponent >= 2047 {
+        return vec2u(0u, sign | package_lightshed_double_INFINITE);
+    }
+    let rest = bits.x & 2047u;
+    let kept = package_lightshed_wide__2wide_shift_right(bits, 11u);
+    let up = rest > 1024u || (rest == 1024u && (kept.x & 1u) == 1u);
+    let sum = package_lightshed_wide__1wide_add(vec2u(kept.x, kept.y + (u32(exponent - 1) << 20u)), vec2u(select(0u, 1u, up), 0u));
+    return vec2u(sum.x, sum.y | sign);
+}
+
+fn package_lightshed_double_significand(a: vec2u) -> vec2u {
+    let bits = vec2u(a.x, (a.y & 1048575u) | 1048576u);
+    return select(bits, vec2u(0u), (a.y & package_lightshed_double_INFINITE) == 0u);
+}
+
+struct package_lightshed_emitter_Aim {
+    direction: vec3f,
+    distance_squared: f32,
+    cos_theta: f32,
+    goal: vec3f
+}
+
+struct package_lightshed_emitter_Around {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f
+}
+
+struct package_lightshed_emitter_Emitter {
+    corner: vec3f,
+    pdf_area: f32,
+    edge0: vec3f,
+    radiance_r: f32,
+    edge1: vec3f,
+    radiance_g: f32,
+    normal: vec3f,
+    radiance_b: f32
+}
+
+struct package_lightshed_emitter_EmitterGroups {
+    surroundings: vec3f,
+    groups: u32,
+    triangles: u32
+}
+
+struct package_lightshed_emitter_EmitterSample {
+    direction: vec3f,
+    pdf: f32,
+    weight: vec3f,
+    finite: bool,
+    goal: vec3f
+}
+
+const package_lightshed_emitter_SURROUNDINGS: u32 = 4294967294u;
+
+const package_lightshed_emitter__1SEGMENT_END: f32 = 0.9999981;
+
+fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, barycentric: vec2f) -> package_lightshed_emitter_Aim {
+    let along = emitter.edge0 * barycentric.x;
+    let across = emitter.edge1 * barycentric.y;
+    let point = emitter.corner + along + across;
+    let d = point - from_position;
+    let distance_squared = package_lightshed_vector_dot3(d, d);
+    let facing = package_lightshed_vector_dot3(-emitter.normal, d);
+    if !(facing > 0.0) {
+        return package_lightshed_emitter_Aim(vec3f(0.0), 0.0, 0.0, vec3f(0.0));
+    }
+    let distance = sqrt(distance_squared);
+    let magnitude = abs(emitter.corner) + abs(along) + abs(across);
+    let extent = package_lightshed_vector__1max_element(max(abs(emitter.edge0), abs(emitter.edge1)));
+    let offset = package_lightshed_surface__1offset_for(emitter.normal, magnitude, extent);
+    let goal = package_lightshed_surface__1offset_along(point, emitter.normal, offset, from_position - point);
+    return package_lightshed_emitter_Aim(d / distance, distance_squared, facing / distance, goal);
+}
+
+fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
+    let about = package_host__1emitter_groups();
+    let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
+    let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
+    let middle = high.x + low.y;
+    let group = high.y + select(0u, 1u, middle < low.y);
+    if about.triangles > 0u && group == 0u {
+        return package_lightshed_alias__1alias_sample(0u, about.triangles, vec2u(low.x, middle));
+    }
+    return select(package_lightshed_emitter_SURROUNDINGS, package_lightshed_ray_NOTHING, about.groups == 0u);
+}
+
+fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitter_Emitter) -> vec3f {
+    return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
+}
+
+fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
+    if package_host__1has_sky() {
+        let drawn = package_lightshed_sky__1sky_sample(u);
+        return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
+    }
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+}
+
+fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
+    let origin = package_lightshed_surface__1origin_towards(point, light.direction);
+    if light.finite {
+        return package_lightshed_ray_Ray(origin, package_lightshed_emitter__1SEGMENT_END, light.goal - origin, 0u);
+    }
+    return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
+}
+
+fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
+    if package_host__1has_sky() {
+        return package_lightshed_sky__1sky_pdf(direction);
+    }
+    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+}
+
+fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+}
+
+fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
+    if package_host__1has_sky() {
+        return package_lightshed_sky__1sky_radiance(direction);
+    }
+    return package_host__1emitter_groups().surroundings;
+}
+
+const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
+
+const package_lightshed_exponential__1LEAST_FRACTION: u32 = 1060439283u;
+
+const package_lightshed_exponential__1LN_2: f32 = 0.6931472;
+
+fn package_lightshed_exponential_exponential(u: f32) -> f32 {
+    let bits = bitcast<u32>(1.0 - u);
+    let exponent = bitcast<i32>(bits - package_lightshed_exponential__1LEAST_FRACTION) >> 23u;
+    let f = bitcast<f32>(bits - (bitcast<u32>(exponent) << 23u)) - 1.0;
+    let s = f / (2.0 + f);
+    let z = s * s;
+    let p = z * (0.33333334 + z * (0.1999992 + z * (0.14290866 + z * 0.1134)));
+    let log = 2.0 * (s + s * p) + f32(exponent) * package_lightshed_exponential__1LN_2;
+    return -log;
+}
+
+struct package_lightshed_frame_Frame {
+    tangent: vec3f,
+    bitangent: vec3f,
+    normal: vec3f
+}
+
+fn package_lightshed_frame__1to_local(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return vec3f(package_lightshed_vector_dot3(frame.tangent, v), package_lightshed_vector_dot3(frame.bitangent, v), package_lightshed_vector_dot3(frame.normal, v));
+}
+
+fn package_lightshed_frame__1to_world(frame: package_lightshed_frame_Frame, v: vec3f) -> vec3f {
+    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
+}
+
+fn package_lightshed_frame__2frame_from_normal(normal: vec3f) -> package_lightshed_frame_Frame {
+    let sign = package_lightshed_vector__1copy_sign(1.0, normal.z);
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    return package_lightshed_frame_Frame(vec3f(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x), vec3f(b, sign + normal.y * normal.y * a, -normal.y), normal);
+}
+
+const package_lightshed_fresnel__1LEAST_NORMAL: f32 = 1.1754944e-38;
+
+fn package_lightshed_fresnel__1fresnel_conductor(cos_incident: f32, eta: vec3f, k: vec3f) -> vec3f {
+    let c2 = cos_incident * cos_incident;
+    let s2 = max(1.0 - c2, 0.0);
+    let eta2_k2 = eta * eta * k * k;
+    let t = eta * eta - (k * k + s2);
+    let modulus = sqrt(t * t + 4.0 * eta2_k2);
+    let larger = 0.5 * (modulus + abs(t));
+    let smaller = min(eta2_k2 / max(larger, vec3f(package_lightshed_fresnel__1LEAST_NORMAL)), larger);
+    let positive = t >= vec3f(0.0);
+    let a = sqrt(select(smaller, larger, positive));
+    let b2 = select(larger, smaller, positive);
+    let less = a - cos_incident;
+    let more = a + cos_incident;
+    let senkrecht = (less * less + b2) / max(more * more + b2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    let below = a * cos_incident - s2;
+    let above = a * cos_incident + s2;
+    let ratio = (below * below + b2 * c2) / max(above * above + b2 * c2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
+    return 0.5 * senkrecht * (1.0 + ratio);
+}
+
+const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
+
+fn package_lightshed_ggx__1ggx_masking(alpha: vec2f, direction: vec3f) -> f32 {
+    let z = abs(direction.z);
+    let length = package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, direction));
+    if length > 0.0 {
+        return 2.0 * z / (z + length);
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx__2ggx_normal_density(alpha: vec2f, normal: vec3f) -> f32 {
+    if !(normal.z > 0.0) {
+        return 0.0;
+    }
+    let xy = normal.xy / alpha;
+    let q = xy.x * xy.x + xy.y * xy.y + normal.z * normal.z;
+    return package_lightshed_ggx__1INVERSE_PI / (alpha.x * q * (alpha.y * q));
+}
+
+fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f, normal: vec3f) -> f32 {
+    let above = vec3f(view.xy, max(view.z, 0.0));
+    let denominator = above.z + package_lightshed_vector_length3(package_lightshed_ggx_stretch(alpha, above));
+    let facing = package_lightshed_vector_dot3(above, normal);
+    if facing > 0.0 && denominator > 0.0 {
+        return 2.0 * facing * package_lightshed_ggx__2ggx_normal_density(alpha, normal) / denominator;
+    }
+    return 0.0;
+}
+
+fn package_lightshed_ggx_stretch(alpha: vec2f, direction: vec3f) -> vec3f {
+    return vec3f(alpha * direction.xy, direction.z);
+}
+
+struct package_lightshed_majorant_Axis {
+    cell: u32,
+    moves: bool,
+    forward: bool,
+    next: vec2u,
+    delta: vec2u,
+    face: vec2u
+}
+
+struct package_lightshed_majorant_Crossing {
+    found: bool,
+    segment: package_lightshed_majorant_Segment,
+    dda: package_lightshed_majorant_Dda
+}
+
+struct package_lightshed_majorant_Dda {
+    now: vec2u,
+    last: vec2u,
+    next_x: vec2u,
+    next_y: vec2u,
+    next_z: vec2u,
+    delta_x: vec2u,
+    delta_y: vec2u,
+    delta_z: vec2u,
+    start: vec2u,
+    unit: vec2u,
+    t_now: f32,
+    t_end: f32,
+    index: u32,
+    stride: vec3u
+}
+
+struct package_lightshed_majorant_FieldRay {
+    origin: vec3f,
+    direction: vec3f
+}
+
+const package_lightshed_majorant_GREATEST: vec2u = vec2u(4294967295u, 2147483647u);
+
+const package_lightshed_majorant_MARGIN: vec2u = vec2u(16777216u, 0u);
+
+struct package_lightshed_majorant_MajorantGrid {
+    low: vec3f,
+    cell: f32,
+    high: vec3f,
+    padding: u32,
+    counts: vec3u,
+    more_padding: u32
+}
+
+struct package_lightshed_majorant_Segment {
+    t0: f32,
+    t1: f32,
+    majorant: f32,
+    minorant: f32
+}
+
+const package_lightshed_majorant_WHOLE: vec2u = vec2u(0u, 536870912u);
+
+const package_lightshed_majorant__1MINUS_WHOLE: vec2u = vec2u(0u, 3758096384u);
+
+const package_lightshed_majorant__1TWICE_WHOLE: vec2u = vec2u(0u, 1073741824u);
+
+const package_lightshed_majorant__1WHOLE_DOUBLE: vec2u = vec2u(0u, 1136656384u);
+
+fn package_lightshed_majorant__1dda_axis(low: f32, scale: vec2u, cells: u32, origin: f32, direction: f32, t0: vec2u, counts: vec2u) -> package_lightshed_majorant_Axis {
+    let begin = package_lightshed_double__1double_multiply(package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(origin), package_lightshed_double__2double_from_f32(low)), scale);
+    let towards = package_lightshed_double__1double_multiply(package_lightshed_double__2double_from_f32(direction), scale);
+    let start = package_lightshed_double__1double_add(begin, package_lightshed_double__1double_multiply(towards, t0));
+    let inverse = package_lightshed_double__1double_divide(package_lightshed_double_ONE, towards);
+    let cell = min(package_lightshed_double__2double_to_u32(start), cells - 1u);
+    let forward = inverse.y < 2147483648u;
+    if !package_lightshed_double__2double_is_finite(inverse) {
+        return package_lightshed_majorant_Axis(cell, false, forward, package_lightshed_majorant_GREATEST, vec2u(0u), package_lightshed_majorant_GREATEST);
+    }
+    let plane = package_lightshed_double__2double_from_u32(cell + select(0u, 1u, forward));
+    let crossing = package_lightshed_double__1double_multiply(package_lightshed_double__1double_subtract(plane, begin), inverse);
+    let next = package_lightshed_wide__2wide_clamp_signed(package_lightshed_double__3double_to_wide_signed(package_lightshed_double__1double_multiply(package_lightshed_double__1double_subtract(crossing, t0), counts)), package_lightshed_majorant__1MINUS_WHOLE, package_lightshed_majorant_WHOLE);
+    let delta = package_lightshed_wide__2wide_clamp_signed(package_lightshed_double__3double_to_wide_signed(package_lightshed_double__1double_multiply(package_lightshed_double__1double_abs(inverse), counts)), vec2u(1u, 0u), package_lightshed_majorant__1TWICE_WHOLE);
+    let ahead = select(cell, cells - 1u - cell, forward);
+    return package_lightshed_majorant_Axis(cell, true, forward, next, delta, package_lightshed_majorant__1far_plane(next, delta, ahead));
+}
+
+fn package_lightshed_majorant__1dda_last(last: vec2u, axis: package_lightshed_majorant_Axis) -> vec2u {
+    if !axis.moves {
+        return last;
+    }
+    let face = package_lightshed_wide__1wide_subtract(axis.face, package_lightshed_majorant_MARGIN);
+    return select(last, face, package_lightshed_wide__2wide_less_signed(face, last));
+}
+
+fn package_lightshed_majorant__1dda_new(grid: package_lightshed_majorant_MajorantGrid, ray: package_lightshed_majorant_FieldRay, interval: vec2f) -> package_lightshed_majorant_Dda {
+    let clipped = package_lightshed_majorant__2clip_to_box(grid.low, grid.high, ray, interval);
+    var dda: package_lightshed_majorant_Dda;
+    dda.now = package_lightshed_majorant_WHOLE;
+    if !(clipped.x < clipped.y) {
+        return dda;
+    }
+    let t0 = package_lightshed_double__2double_from_f32(clipped.x);
+    let length = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(clipped.y), t0);
+    let scale = package_lightshed_double__1double_divide(package_lightshed_double_ONE, package_lightshed_double__2double_from_f32(grid.cell));
+    let counts = package_lightshed_double__1double_divide(package_lightshed_majorant__1WHOLE_DOUBLE, length);
+    let x = package_lightshed_majorant__1dda_axis(grid.low.x, scale, grid.counts.x, ray.origin.x, ray.direction.x, t0, counts);
+    let y = package_lightshed_majorant__1dda_axis(grid.low.y, scale, grid.counts.y, ray.origin.y, ray.direction.y, t0, counts);
+    let z = package_lightshed_majorant__1dda_axis(grid.low.z, scale, grid.counts.z, ray.origin.z, ray.direction.z, t0, counts);
+    let strides = vec3u(1u, grid.counts.x, grid.counts.x * grid.counts.y);
+    dda.now = package_lightshed_double_ZERO;
+    dda.last = package_lightshed_majorant__1dda_last(package_lightshed_majorant__1dda_last(package_lightshed_majorant__1dda_last(package_lightshed_majorant_WHOLE, x), y), z);
+    dda.next_x = x.next;
+    dda.next_y = y.next;
+    dda.next_z = z.next;
+    dda.delta_x = x.delta;
+    dda.delta_y = y.delta;
+    dda.delta_z = z.delta;
+    dda.start = t0;
+    dda.unit = vec2u(length.x, length.y - (61u << 20u));
+    dda.t_now = clipped.x;
+    dda.t_end = clipped.y;
+    dda.index = x.cell + y.cell * strides.y + z.cell * strides.z;
+    dda.stride = select(~strides + 1u, strides, vec3<bool>(x.forward, y.forward, z.forward));
+    return dda;
+}
+
+fn package_lightshed_majorant__1dda_step(before: package_lightshed_majorant_Dda) -> package_lightshed_majorant_Crossing {
+    var dda = before;
+    if !package_lightshed_wide__1wide_less(dda.now, package_lightshed_majorant_WHOLE) {
+        return package_lightshed_majorant_Crossing(false, package_lightshed_majorant_Segment(), dda);
+    }
+    let bounds = package_host__1load_majorant(dda.index);
+    var segment = package_lightshed_majorant_Segment(dda.t_now, dda.t_end, bounds.y, bounds.x);
+    let yz = select(dda.next_z, dda.next_y, package_lightshed_wide__2wide_less_signed(dda.next_y, dda.next_z));
+    let x_first = !package_lightshed_wide__2wide_less_signed(yz, dda.next_x);
+    let nearest = select(yz, dda.next_x, x_first);
+    if !package_lightshed_wide__2wide_less_signed(nearest, dda.last) {
+        dda.now = package_lightshed_majorant_WHOLE;
+        return package_lightshed_majorant_Crossing(true, segment, dda);
+    }
+    if x_first {
+        dda.next_x = package_lightshed_wide__1wide_add(dda.next_x, dda.delta_x);
+        dda.index += dda.stride.x;
+    }
+    else if !package_lightshed_wide__2wide_less_signed(dda.next_z, dda.next_y) {
+        dda.next_y = package_lightshed_wide__1wide_add(dda.next_y, dda.delta_y);
+        dda.index += dda.stride.y;
+    }
+    else {
+        dda.next_z = package_lightshed_wide__1wide_add(dda.next_z, dda.delta_z);
+        dda.index += dda.stride.z;
+    }
+    if package_lightshed_wide__2wide_less_signed(dda.now, nearest) {
+        dda.now = nearest;
+    }
+    dda.t_now = package_lightshed_double__2double_to_f32(package_lightshed_double__1double_add(dda.start, package_lightshed_double__1double_multiply(package_lightshed_double__2double_from_wide(dda.now), dda.unit)));
+    segment.t1 = dda.t_now;
+    return package_lightshed_majorant_Crossing(true, segment, dda);
+}
+
+fn package_lightshed_majorant__1far_plane(near: vec2u, step: vec2u, count: u32) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(step.x, count);
+    let high = package_lightshed_wide__1wide_product(step.y, count);
+    let sum = package_lightshed_wide__1wide_add(vec2u(low.y, 0u), high);
+    if sum.y != 0u || sum.x >= 2147483648u {
+        return package_lightshed_majorant__1saturating_add(near, package_lightshed_majorant_GREATEST);
+    }
+    return package_lightshed_majorant__1saturating_add(near, vec2u(low.x, sum.x));
+}
+
+fn package_lightshed_majorant__1ray_at(ray: package_lightshed_majorant_FieldRay, t: f32) -> vec3f {
+    return ray.origin + ray.direction * t;
+}
+
+fn package_lightshed_majorant__1saturating_add(a: vec2u, b: vec2u) -> vec2u {
+    let sum = package_lightshed_wide__1wide_add(a, b);
+    return select(sum, package_lightshed_majorant_GREATEST, package_lightshed_wide__2wide_less_signed(sum, a));
+}
+
+fn package_lightshed_majorant__2clip_to_box(low: vec3f, high: vec3f, ray: package_lightshed_majorant_FieldRay, interval: vec2f) -> vec2f {
+    var t = interval;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let origin = ray.origin[axis];
+        let direction = ray.direction[axis];
+        if !package_lightshed_vector__1is_finite(origin) || !package_lightshed_vector__1is_finite(direction) {
+            return vec2f(0.0);
+        }
+        let inverse = 1.0 / direction;
+        if package_lightshed_vector__1is_finite(inverse) {
+            let a = (low[axis] - origin) * inverse;
+            let b = (high[axis] - origin) * inverse;
+            t = vec2f(max(t.x, min(a, b)), min(t.y, max(a, b)));
+        }
+        else if !(origin >= low[axis] && origin <= high[axis]) {
+            return vec2f(0.0);
+        }
+    }
+    return t;
+}
+
+const package_lightshed_mis__1F32_MAX: f32 = 3.4028235e38;
+
+fn package_lightshed_mis__1balance_weight(confidence: f32, density: f32, total: f32) -> f32 {
+    return package_lightshed_mis_share(confidence * density, total);
+}
+
+fn package_lightshed_mis_share(part: f32, total: f32) -> f32 {
+    if part > 0.0 {
+        return min(part / min(total, package_lightshed_mis__1F32_MAX), 1.0);
+    }
+    return 0.0;
+}
+
+struct package_lightshed_phase_ScatteringAngle {
+    one_minus_cos: f32,
+    one_plus_cos: f32
+}
+
+fn package_lightshed_phase__1angle_between(direction: vec3f, scattered: vec3f) -> package_lightshed_phase_ScatteringAngle {
+    let difference = scattered - direction;
+    let sum = scattered + direction;
+    return package_lightshed_phase_ScatteringAngle(min(0.5 * package_lightshed_vector_dot3(difference, difference), 2.0), min(0.5 * package_lightshed_vector_dot3(sum, sum), 2.0));
+}
+
+fn package_lightshed_phase__1isotropic_angle(u: f32) -> package_lightshed_phase_ScatteringAngle {
+    return package_lightshed_phase__4angle_from_one_minus_cos(2.0 * u);
+}
+
+fn package_lightshed_phase__1isotropic_phase() -> f32 {
+    return package_lightshed_phase__2INVERSE_FOUR_PI;
+}
+
+fn package_lightshed_phase__1lobe_ahead(angle: package_lightshed_phase_ScatteringAngle, g: f32) -> package_lightshed_phase_ScatteringAngle {
+    if g < 0.0 {
+        return package_lightshed_phase_ScatteringAngle(angle.one_plus_cos, angle.one_minus_cos);
+    }
+    return angle;
+}
+
+fn package_lightshed_phase__1scattered_direction(direction: vec3f, angle: package_lightshed_phase_ScatteringAngle, u: f32) -> vec3f {
+    let sin_theta = package_lightshed_phase__2angle_sin_theta(angle);
+    let turn = package_lightshed_turn__2sin_cos_turns(u);
+    return package_lightshed_frame__1to_world(package_lightshed_frame__2frame_from_normal(direction), vec3f(sin_theta * turn.y, sin_theta * turn.x, package_lightshed_phase__2angle_cos_theta(angle)));
+}
+
+const package_lightshed_phase__2INVERSE_FOUR_PI: f32 = 0.07957747;
+
+fn package_lightshed_phase__2angle_cos_theta(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
+    if angle.one_minus_cos < angle.one_plus_cos {
+        return 1.0 - angle.one_minus_cos;
+    }
+    return angle.one_plus_cos - 1.0;
+}
+
+fn package_lightshed_phase__2angle_sin_theta(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
+    return sqrt(angle.one_minus_cos * angle.one_plus_cos);
+}
+
+fn package_lightshed_phase__2henyey_greenstein_angle(g: f32, u: f32) -> package_lightshed_phase_ScatteringAngle {
+    let magnitude = abs(g);
+    let rest = 1.0 - magnitude;
+    let d = rest + 2.0 * magnitude * (1.0 - u);
+    let q = rest * (1.0 + magnitude) / d;
+    let one_minus_cos = min(rest * u * (q + rest) / d, 2.0);
+    return package_lightshed_phase__1lobe_ahead(package_lightshed_phase__4angle_from_one_minus_cos(one_minus_cos), g);
+}
+
+fn package_lightshed_phase__2henyey_greenstein_phase(g: f32, angle: package_lightshed_phase_ScatteringAngle) -> f32 {
+    let magnitude = abs(g);
+    let rest = 1.0 - magnitude;
+    let squared = rest * rest + 2.0 * magnitude * package_lightshed_phase__1lobe_ahead(angle, g).one_minus_cos;
+    return package_lightshed_phase__2INVERSE_FOUR_PI * rest * (1.0 + magnitude) / (squared * sqrt(squared));
+}
+
+fn package_lightshed_phase__4angle_from_one_minus_cos(one_minus_cos: f32) -> package_lightshed_phase_ScatteringAngle {
+    return package_lightshed_phase_ScatteringAngle(one_minus_cos, 2.0 - one_minus_cos);
+}
+
+struct package_lightshed_ray_Hit {
+    t: f32,
+    primitive: u32,
+    barycentric: vec2f
+}
+
+const package_lightshed_ray_NOTHING: u32 = 4294967295u;
+
+struct package_lightshed_ray_Ray {
+    origin: vec3f,
+    t_max: f32,
+    direction: vec3f,
+    padding: u32
+}
+
+const package_lightshed_ray__1NO_END: f32 = 3.4028235e38;
+
+struct package_lightshed_reservoir_Offered {
+    selection: package_lightshed_reservoir_Selection,
+    accepted: bool
+}
+
+struct package_lightshed_reservoir_Selection {
+    item: u32,
+    tag: u32,
+    weight_sum: f32,
+    weight_sum_low: f32
+}
+
+const package_lightshed_reservoir__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_reservoir__1TAG_EMPTY: u32 = 0u;
+
+const package_lightshed_reservoir__1TAG_SAMPLE: u32 = 1u;
+
+fn package_lightshed_reservoir__1contribution_weight(selection: package_lightshed_reservoir_Selection, target_value: f32) -> f32 {
+    if selection.tag == package_lightshed_reservoir__1TAG_EMPTY || !(target_value > 0.0) {
+        return 0.0;
+    }
+    return min(selection.weight_sum / target_value, package_lightshed_reservoir__1F32_MAX);
+}
+
+fn package_lightshed_reservoir_offer(selection: package_lightshed_reservoir_Selection, item: u32, weight: f32, u: f32) -> package_lightshed_reservoir_Offered {
+    if !(weight > 0.0) || !package_lightshed_vector__1is_finite(weight) {
+        return package_lightshed_reservoir_Offered(selection, false);
+    }
+    let sum = min(selection.weight_sum + weight, package_lightshed_reservoir__1F32_MAX);
+    var lost: f32;
+    if selection.weight_sum >= weight {
+        lost = (selection.weight_sum - sum) + weight;
+    }
+    else {
+        lost = (weight - sum) + selection.weight_sum;
+    }
+    let low = min(selection.weight_sum_low + lost, package_lightshed_reservoir__1F32_MAX);
+    let total = min(sum + low, package_lightshed_reservoir__1F32_MAX);
+    var next = selection;
+    next.weight_sum_low = low - (total - sum);
+    next.weight_sum = total;
+    let accepted = u * next.weight_sum < weight || weight >= next.weight_sum;
+    if accepted {
+        next.item = item;
+        next.tag = package_lightshed_reservoir__1TAG_SAMPLE;
+    }
+    return package_lightshed_reservoir_Offered(next, accepted);
+}
+
+const package_lightshed_rng_PARITY: u32 = 466688986u;
+
+fn package_lightshed_rng__1random_block(seed: vec2u, pixel: u32, sample: u32, block: u32) -> vec4u {
+    return package_lightshed_rng__1threefry4x32_12(vec4u(block, 0u, 0u, 0u), vec4u(seed, pixel, sample));
+}
+
+fn package_lightshed_rng__1rotate_left(x: vec2u, by: vec2u) -> vec2u {
+    return (x << by) | (x >> (vec2u(32u) - by));
+}
+
+fn package_lightshed_rng__1threefry4x32_12(counter: vec4u, key: vec4u) -> vec4u {
+    let parity = package_lightshed_rng_PARITY ^ key.x ^ key.y ^ key.z ^ key.w;
+    var x = counter + key;
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.y, key.z, key.w, parity + 1u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(6u, 20u), vec2u(17u, 11u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(25u, 10u), vec2u(18u, 20u));
+    x += vec4u(key.z, key.w, parity, key.x + 2u);
+    x = package_lightshed_rng__1two_rounds(x, vec2u(10u, 26u), vec2u(11u, 21u));
+    x = package_lightshed_rng__1two_rounds(x, vec2u(13u, 27u), vec2u(23u, 5u));
+    x += vec4u(key.w, parity, key.x, key.y + 3u);
+    return x;
+}
+
+fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4u {
+    let sum_even = x.xz + x.yw;
+    let mixed_even = package_lightshed_rng__1rotate_left(x.yw, even) ^ sum_even;
+    let sum_odd = sum_even + mixed_even.yx;
+    let mixed_odd = package_lightshed_rng__1rotate_left(mixed_even.yx, odd) ^ sum_odd;
+    return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
+}
+
+struct package_lightshed_sky_Owner {
+    index: u32,
+    words: f32,
+    fraction: f32
+}
+
+struct package_lightshed_sky_Sky {
+    x_axis: vec3f,
+    scale: f32,
+    y_axis: vec3f,
+    last_row: u32,
+    z_axis: vec3f,
+    padding: u32,
+    size: vec2u,
+    more_padding: vec2u
+}
+
+struct package_lightshed_sky_SkyCell {
+    cell: vec2u,
+    fraction: vec2f
+}
+
+struct package_lightshed_sky_SkySample {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f,
+    cell: vec2u
+}
+
+fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
+    return cells.y + row * cells.x;
+}
+
+fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
+    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+}
+
+fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
+    var base = 0u;
+    var size = last + 1u;
+    while (size > 1u) {
+        let half = size / 2u;
+        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        size -= half;
+    }
+    let words = package_lightshed_sky_owned(first, last, base);
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+}
+
+fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let scaled = uv * vec2f(cells);
+    let cell = min(vec2u(scaled), cells - 1u);
+    return package_lightshed_sky_SkyCell(cell, clamp(scaled - vec2f(cell), vec2f(0.0), vec2f(1.0)));
+}
+
+fn package_lightshed_sky__1sky_cells(image: package_lightshed_sky_Sky) -> vec2u {
+    return vec2u(image.size.x, max(image.size.y, 2u) - 1u);
+}
+
+fn package_lightshed_sky__1sky_coordinates(image: package_lightshed_sky_Sky, direction: vec3f) -> vec2f {
+    let d = image.x_axis * direction.x + image.y_axis * direction.y + image.z_axis * direction.z;
+    let u = package_lightshed_turn__1turn_of(d.x, -d.z) - 0.5 / f32(image.size.x);
+    let v = 2.0 * package_lightshed_turn__1turn_of(sqrt(d.x * d.x + d.z * d.z), d.y);
+    return vec2f(u - floor(u), v);
+}
+
+fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_words: f32, sin_theta: f32) -> f32 {
+    let share = (row_words / package_lightshed_sky__2TWO_POW_32) * (column_words / package_lightshed_sky__2TWO_POW_32);
+    let density = share * f32(cells.x) * f32(cells.y) / (package_lightshed_sky__2TWO_PI_SQUARED * sin_theta);
+    return select(0.0, density, sin_theta > 0.0);
+}
+
+fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
+    let image = package_host_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let uv = package_lightshed_sky__1sky_coordinates(image, direction);
+    let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
+    let row_words = package_lightshed_sky_owned(0u, image.last_row, cell.y);
+    let column_words = package_lightshed_sky_owned(package_lightshed_sky__1columns_start(cells, cell.y), package_lightshed_sky__1last_column(cells, cell.y), cell.x);
+    return package_lightshed_sky__1sky_density(cells, row_words, column_words, package_lightshed_turn__2sin_cos_turns(0.5 * uv.y).x);
+}
+
+fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
+    let image = package_host_sky();
+    return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
+}
+
+fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
+    let image = package_host_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
+    let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
+    let column = package_lightshed_sky__1owner_of(package_lightshed_sky__1columns_start(cells, row.index), package_lightshed_sky__1last_column(cells, row.index), word.x);
+    let cell = vec2u(column.index, row.index);
+    let place = package_lightshed_sky_SkyCell(cell, vec2f(column.fraction, row.fraction));
+    let uv = min((vec2f(cell) + place.fraction) / vec2f(cells), vec2f(package_lightshed_uniform__2ONE_MINUS_EPSILON));
+    let polar = package_lightshed_turn__2sin_cos_turns(0.5 * uv.y);
+    let turn = uv.x + 0.5 / f32(image.size.x);
+    let azimuth = package_lightshed_turn__2sin_cos_turns(select(turn, turn - 1.0, turn >= 1.0));
+    let local = vec3f(polar.x * azimuth.x, polar.y, -polar.x * azimuth.y);
+    let direction = vec3f(package_lightshed_vector_dot3(image.x_axis, local), package_lightshed_vector_dot3(image.y_axis, local), package_lightshed_vector_dot3(image.z_axis, local));
+    let pdf = package_lightshed_sky__1sky_density(cells, row.words, column.words, polar.x);
+    return package_lightshed_sky_SkySample(direction, pdf, package_lightshed_sky__2sky_radiance_at(image, place), cell);
+}
+
+fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
+    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+}
+
+const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
+
+const package_lightshed_sky__2TWO_POW_32: f32 = 4294967296.0;
+
+fn package_lightshed_sky__2sky_radiance_at(image: package_lightshed_sky_Sky, place: package_lightshed_sky_SkyCell) -> vec3f {
+    let right = select(place.cell.x + 1u, 0u, place.cell.x + 1u == image.size.x);
+    let below = min(place.cell.y + 1u, image.size.y - 1u);
+    let a = package_lightshed_sky__1sky_texel(image, place.cell.x, place.cell.y);
+    let b = package_lightshed_sky__1sky_texel(image, right, place.cell.y);
+    let c = package_lightshed_sky__1sky_texel(image, place.cell.x, below);
+    let d = package_lightshed_sky__1sky_texel(image, right, below);
+    let above = a + (b - a) * place.fraction.x;
+    let under = c + (d - c) * place.fraction.x;
+    return (above + (under - above) * place.fraction.y) * image.scale;
+}
+
+fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
+    if index > last {
+        return 0.0;
+    }
+    let start = package_host__2load_sky_word(first + index);
+    if index == last {
+        return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
+    }
+    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+}
+
+struct package_lightshed_stream_Stream {
+    key: vec4u,
+    kind: u32,
+    dimension: u32,
+    block: vec4u
+}
+
+fn package_lightshed_stream__1next_number(stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
+    return package_lightshed_uniform__2f32_from_u32(package_lightshed_stream__1next_word(stream));
+}
+
+fn package_lightshed_stream__1next_word(stream: ptr<function, package_lightshed_stream_Stream>) -> u32 {
+    let dimension = (*stream).dimension;
+    (*stream).dimension = dimension + 1u;
+    let word = (*stream).block[dimension % 4u];
+    if dimension % 4u == 3u {
+        (*stream).block = package_lightshed_rng__1threefry4x32_12(vec4u((dimension + 1u) / 4u, (*stream).kind, 0u, 0u), (*stream).key);
+    }
+    return word;
+}
+
+fn package_lightshed_stream__1stream_at(key: vec4u, kind: u32, dimension: u32) -> package_lightshed_stream_Stream {
+    return package_lightshed_stream_Stream(key, kind, dimension, package_lightshed_rng__1threefry4x32_12(vec4u(dimension / 4u, kind, 0u, 0u), key));
+}
+
+fn package_lightshed_stream__2stream_of_sample(seed: vec2u, pixel: u32, sample: u32, dimension: u32) -> package_lightshed_stream_Stream {
+    return package_lightshed_stream__1stream_at(vec4u(seed, pixel, sample), 0u, dimension);
+}
+
+struct package_lightshed_surface_CornerNormals {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f
+}
+
+struct package_lightshed_surface_SurfacePoint {
+    position: vec3f,
+    offset: f32,
+    geometric_normal: vec3f,
+    material: u32,
+    shading: package_lightshed_frame_Frame,
+    emitter: u32
+}
+
+struct package_lightshed_surface_Triangle {
+    a: vec3f,
+    b_x: f32,
+    b_yz: vec2f,
+    c_xy: vec2f,
+    c_z: f32,
+    normal_x: f32,
+    normal_yz: vec2f,
+    material: u32,
+    emitter: u32,
+    normals: u32,
+    uvs: u32
+}
+
+const package_lightshed_surface__1POSITION_ERROR: f32 = 1.9073486e-6;
+
+fn package_lightshed_surface__1offset_along(position: vec3f, normal: vec3f, offset: f32, direction: vec3f) -> vec3f {
+    return position + normal * package_lightshed_vector__1copy_sign(offset, package_lightshed_vector_dot3(direction, normal));
+}
+
+fn package_lightshed_surface__1offset_for(geometric_normal: vec3f, terms: vec3f, extent: f32) -> f32 {
+    return (package_lightshed_vector_dot3(abs(geometric_normal), terms) + extent) * package_lightshed_surface__1POSITION_ERROR;
+}
+
+fn package_lightshed_surface__1origin_towards(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    return package_lightshed_surface__1offset_along(point.position, point.geometric_normal, point.offset, direction);
+}
+
+fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface_Triangle, hit: package_lightshed_ray_Hit) -> package_lightshed_surface_SurfacePoint {
+    let a = triangle.a;
+    let b = vec3f(triangle.b_x, triangle.b_yz);
+    let c = vec3f(triangle.c_xy, triangle.c_z);
+    let normal = vec3f(triangle.normal_x, triangle.normal_yz);
+    let v = hit.barycentric.x;
+    let w = hit.barycentric.y;
+    let u = max(1.0 - v - w, 0.0);
+    let term_a = a * u;
+    let term_b = b * v;
+    let term_c = c * w;
+    let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
+    var shading_normal = normal;
+    if triangle.normals != package_lightshed_ray_NOTHING {
+        let normals = package_host__2load_corner_normals(triangle.normals);
+        shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
+    }
+    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, triangle.material, package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+}
+
+const package_lightshed_tracking_BLOCK: u32 = 8u;
+
+struct package_lightshed_tracking_Collision {
+    found: bool,
+    t: f32,
+    majorant: f32,
+    minorant: f32
+}
+
+struct package_lightshed_tracking_Medium {
+    grid: package_lightshed_majorant_MajorantGrid,
+    size: vec3u,
+    filtering: u32
+}
+
+struct package_lightshed_tracking_Transmittance {
+    value: f32,
+    lookups: u32
+}
+
+struct package_lightshed_tracking_Walk {
+    dda: package_lightshed_majorant_Dda,
+    rate: f32,
+    control: u32,
+    segment: package_lightshed_majorant_Segment,
+    available: f32,
+    used: f32,
+    ahead: f32,
+    drawn: bool,
+    control_depth: f32
+}
+
+const package_lightshed_tracking__1CONTROL_MIDDLE: u32 = 2u;
+
+const package_lightshed_tracking__1CONTROL_MINORANT: u32 = 1u;
+
+const package_lightshed_tracking__1CONTROL_NONE: u32 = 0u;
+
+const package_lightshed_tracking__1F32_MAX: f32 = 3.4028235e38;
+
+fn package_lightshed_tracking__1density_along(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, t: f32) -> f32 {
+    return package_lightshed_density__1density_at(medium.size, medium.filtering, package_lightshed_majorant__1ray_at(ray, t));
+}
+
+fn package_lightshed_tracking__1ratio_tracking(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, extinction: f32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_tracking_Transmittance {
+    var walk = package_lightshed_tracking__1walk_new(medium, ray, interval, extinction, package_lightshed_tracking__1CONTROL_NONE);
+    var value = 1.0;
+    var lookups = 0u;
+    while (true) {
+        let collision = package_lightshed_tracking__1walk_next(&walk, stream);
+        if !collision.found {
+            break;
+        }
+        lookups += 1u;
+        value *= max(1.0 - package_lightshed_tracking__1density_along(medium, ray, collision.t) / collision.majorant, 0.0);
+        if lookups % package_lightshed_tracking_BLOCK == 0u && value < package_lightshed_tracking__2F32_MIN_POSITIVE {
+            break;
+        }
+    }
+    return package_lightshed_tracking_Transmittance(select(value, 0.0, value < package_lightshed_tracking__2F32_MIN_POSITIVE), lookups);
+}
+
+fn package_lightshed_tracking__1residual_segment(segment: package_lightshed_majorant_Segment, control: u32) -> package_lightshed_majorant_Segment {
+    var residual = segment;
+    if control == package_lightshed_tracking__1CONTROL_MINORANT {
+        residual.majorant = segment.majorant - segment.minorant;
+    }
+    else if control == package_lightshed_tracking__1CONTROL_MIDDLE {
+        residual.majorant = 0.5 * (segment.majorant - segment.minorant);
+        residual.minorant = segment.minorant + residual.majorant;
+    }
+    return residual;
+}
+
+fn package_lightshed_tracking__1walk_new(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, rate: f32, control: u32) -> package_lightshed_tracking_Walk {
+    var walk: package_lightshed_tracking_Walk;
+    walk.dda = package_lightshed_majorant__1dda_new(medium.grid, ray, interval);
+    walk.rate = select(0.0, rate, rate > 0.0 && rate <= package_lightshed_tracking__1F32_MAX);
+    walk.control = control;
+    return walk;
+}
+
+fn package_lightshed_tracking__1walk_next(walk: ptr<function, package_lightshed_tracking_Walk>, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_tracking_Collision {
+    var w = *walk;
+    var depth = w.ahead;
+    if !w.drawn {
+        depth = package_lightshed_exponential_exponential(package_lightshed_stream__1next_number(stream));
+        w.drawn = true;
+    }
+    w.ahead = package_lightshed_exponential_exponential(package_lightshed_stream__1next_number(stream));
+    while (true) {
+        let end = w.used + depth;
+        if end < w.available {
+            w.used = end;
+            *walk = w;
+            let t = w.segment.t0 + end * (1.0 / (w.rate * w.segment.majorant));
+            return package_lightshed_tracking_Collision(true, select(w.segment.t1, t, t < w.segment.t1), w.segment.majorant, w.segment.minorant);
+        }
+        depth -= w.available - w.used;
+        w.used = w.available;
+        let crossing = package_lightshed_majorant__1dda_step(w.dda);
+        w.dda = crossing.dda;
+        if !crossing.found {
+            break;
+        }
+        w.segment = package_lightshed_tracking__1residual_segment(crossing.segment, w.control);
+        let length = w.segment.t1 - w.segment.t0;
+        if w.control != package_lightshed_tracking__1CONTROL_NONE {
+            w.control_depth += w.segment.minorant * length;
+        }
+        let available = w.rate * w.segment.majorant * length;
+        w.available = select(0.0, available, available > 0.0);
+        w.used = 0.0;
+    }
+    *walk = w;
+    return package_lightshed_tracking_Collision(false, 0.0, 0.0, 0.0);
+}
+
+const package_lightshed_tracking__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
+
+struct package_lightshed_triangle_TriangleRay {
+    origin: vec3f,
+    axes: vec3u,
+    shear: vec2f,
+    inverse_z: f32
+}
+
+fn package_lightshed_triangle__1intersect_triangle(ray: package_lightshed_triangle_TriangleRay, a0: vec3f, b0: vec3f, c0: vec3f, primitive: u32, t_max: f32) -> package_lightshed_ray_Hit {
+    let none = package_lightshed_ray_Hit(t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
+    let a = package_lightshed_triangle_sheared(ray, a0);
+    let b = package_lightshed_triangle_sheared(ray, b0);
+    let c = package_lightshed_triangle_sheared(ray, c0);
+    let area_a = c.x * b.y - c.y * b.x;
+    let area_b = a.x * c.y - a.y * c.x;
+    let area_c = b.x * a.y - b.y * a.x;
+    let inside = (area_a >= 0.0 && area_b >= 0.0 && area_c >= 0.0) || (area_a <= 0.0 && area_b <= 0.0 && area_c <= 0.0);
+    if !inside {
+        return none;
+    }
+    let inverse_determinant = 1.0 / (area_a + (area_b + area_c));
+    let z = area_a * a.z + (area_b * b.z + area_c * c.z);
+    let t = z * ray.inverse_z * inverse_determinant;
+    if !(t > 0.0 && t < t_max) {
+        return none;
+    }
+    let u = area_a * inverse_determinant;
+    let v = area_b * inverse_determinant;
+    return package_lightshed_ray_Hit(t, primitive, vec2f(v, max(1.0 - u - v, 0.0)));
+}
+
+fn package_lightshed_triangle__1triangle_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_triangle_TriangleRay {
+    var d = ray.direction;
+    let m = abs(d);
+    var kz = 2u;
+    if m.x > m.y {
+        kz = select(2u, 0u, m.x > m.z);
+    }
+    else if m.y > m.z {
+        kz = 1u;
+    }
+    let kx = (kz + 1u) % 3u;
+    let ky = (kz + 2u) % 3u;
+    let inverse_z = 1.0 / d[kz];
+    return package_lightshed_triangle_TriangleRay(ray.origin, vec3u(kx, ky, kz), vec2f(d[kx] * inverse_z, d[ky] * inverse_z), inverse_z);
+}
+
+fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRay, corner: vec3f) -> vec3f {
+    var p = corner - ray.origin;
+    let z = p[ray.axes.z];
+    return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
+}
+
+fn package_lightshed_turn__1turn_of(y: f32, x: f32) -> f32 {
+    let high = max(abs(x), abs(y));
+    let low = min(abs(x), abs(y));
+    var a = 0.0;
+    if high > 0.0 {
+        a = low / high;
+    }
+    let s = a * a;
+    let odd = -0.02228693 + s * (0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.00072571344)));
+    var turn = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * odd)));
+    turn = select(turn, 0.25 - turn, abs(y) > abs(x));
+    turn = select(turn, 0.5 - turn, (bitcast<u32>(x) & 2147483648u) != 0u);
+    return package_lightshed_vector__1copy_sign(turn, y);
+}
+
+fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
+    let t = r * r;
+    let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
+    let cosine = 1.0 - t * (1.2337005 + t * (-0.2536694 + t * (0.020861529 + t * -0.0009067399)));
+    return vec2f(sine, cosine);
+}
+
+fn package_lightshed_turn__2sin_cos_turns(t: f32) -> vec2f {
+    let quarters = 4.0 * package_lightshed_vector__2clamp_or_low(t, 0.0, 1.0);
+    let below = floor(quarters);
+    let rest = quarters - below;
+    let quadrant = u32(below);
+    let nearest = quadrant + select(0u, 1u, rest > 0.5 || (rest == 0.5 && quadrant % 2u == 1u));
+    let part = package_lightshed_turn__2sin_cos_quarter(quarters - f32(nearest));
+    let turned = select(part, part.yx, nearest % 2u == 1u);
+    let negative = vec2u((nearest & 2u) << 30u, ((nearest + 1u) & 2u) << 30u);
+    return bitcast<vec2f>(bitcast<vec2u>(turned) ^ negative);
+}
+
+fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
+    return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
+}
+
+const package_lightshed_uniform__2ONE_MINUS_EPSILON: f32 = 0.99999994;
+
+fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
+    return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+fn package_lightshed_uniform_remap(u: f32, low: f32, high: f32) -> f32 {
+    let fraction = (u - low) / (high - low);
+    return select(0.0, min(fraction, package_lightshed_uniform__2ONE_MINUS_EPSILON), fraction > 0.0);
+}
+
+fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(magnitude) & 2147483647u) | (bitcast<u32>(sign) & 2147483648u));
+}
+
+fn package_lightshed_vector__1is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 2139095040u) != 2139095040u;
+}
+
+fn package_lightshed_vector__1max_element(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let inverse = 1.0 / package_lightshed_vector_length3(v);
+    if package_lightshed_vector__1is_finite(inverse) && inverse > 0.0 {
+        return v * inverse;
+    }
+    return otherwise;
+}
+
+fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
+    return select(low, min(x, high), x > low);
+}
+
+fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn package_lightshed_vector_length3(v: vec3f) -> f32 {
+    return sqrt(package_lightshed_vector_dot3(v, v));
+}
+
+fn package_lightshed_warp__1concentric_disk(u: vec2f) -> vec2f {
+    return package_lightshed_warp__3concentric_disk_with_radius(u).xy;
+}
+
+fn package_lightshed_warp__1uniform_sphere(u: vec2f) -> vec3f {
+    let sin_theta = 2.0 * sqrt(u.x * (1.0 - u.x));
+    let turn = package_lightshed_turn__2sin_cos_turns(u.y);
+    return vec3f(sin_theta * turn.y, sin_theta * turn.x, 1.0 - 2.0 * u.x);
+}
+
+fn package_lightshed_warp__1uniform_triangle(u: vec2f) -> vec3f {
+    let half = 0.5 * min(u.x, u.y);
+    let b = u - half;
+    return vec3f(b, 1.0 - b.x - b.y);
+}
+
+fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
+    let a = 2.0 * u.x - 1.0;
+    let b = 2.0 * u.y - 1.0;
+    let along_x = abs(a) > abs(b);
+    let radius = select(b, a, along_x);
+    let other = select(a, b, along_x);
+    var ratio = 0.0;
+    if radius != 0.0 {
+        ratio = other / radius;
+    }
+    let part = package_lightshed_turn__2sin_cos_quarter(0.5 * ratio);
+    let xy = select(part, part.yx, along_x);
+    return vec3f(radius * xy.x, radius * xy.y, radius);
+}
+
+fn package_lightshed_wide__1wide_add(a: vec2u, b: vec2u) -> vec2u {
+    let low = a.x + b.x;
+    return vec2u(low, a.y + b.y + select(0u, 1u, low < a.x));
+}
+
+fn package_lightshed_wide__1wide_less(a: vec2u, b: vec2u) -> bool {
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
+}
+
+fn package_lightshed_wide__1wide_multiply(a: vec2u, b: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(a.x, b.x);
+    return vec2u(low.x, low.y + a.x * b.y + a.y * b.x);
+}
+
+fn package_lightshed_wide__1wide_negate(a: vec2u) -> vec2u {
+    return package_lightshed_wide__1wide_subtract(vec2u(0u), a);
+}
+
+fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
+    let a_low = a & 65535u;
+    let a_high = a >> 16u;
+    let b_low = b & 65535u;
+    let b_high = b >> 16u;
+    let low = a_low * b_low;
+    let middle = a_high * b_low + (low >> 16u);
+    let other = a_low * b_high + (middle & 65535u);
+    return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
+}
+
+fn package_lightshed_wide__1wide_subtract(a: vec2u, b: vec2u) -> vec2u {
+    return vec2u(a.x - b.x, a.y - b.y - select(0u, 1u, a.x < b.x));
+}
+
+fn package_lightshed_wide__2wide_clamp_signed(a: vec2u, low: vec2u, high: vec2u) -> vec2u {
+    let above = select(a, low, package_lightshed_wide__2wide_less_signed(a, low));
+    return select(above, high, package_lightshed_wide__2wide_less_signed(high, above));
+}
+
+fn package_lightshed_wide__2wide_leading_zeros(a: vec2u) -> u32 {
+    return select(countLeadingZeros(a.y), 32u + countLeadingZeros(a.x), a.y == 0u);
+}
+
+fn package_lightshed_wide__2wide_less_signed(a: vec2u, b: vec2u) -> bool {
+    return package_lightshed_wide__1wide_less(a ^ vec2u(0u, 2147483648u), b ^ vec2u(0u, 2147483648u));
+}
+
+fn package_lightshed_wide__2wide_shift_left(a: vec2u, by: u32) -> vec2u {
+    let bits = by & 31u;
+    let carried = (a.x >> 1u) >> (31u - bits);
+    let shifted = vec2u(a.x << bits, (a.y << bits) | carried);
+    return select(shifted, vec2u(0u, shifted.x), by > 31u);
+}
+
+fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
+    let bits = by & 31u;
+    let carried = (a.y << 1u) << (31u - bits);
+    let shifted = vec2u((a.x >> bits) | carried, a.y >> bits);
+    return select(shifted, vec2u(shifted.y, 0u), by > 31u);
+}
+
+const package_medium_ABOVE: u32 = 1u;
+
+const package_medium_BELOW: u32 = 2u;
+
+const package_medium_BOUNDARY: u32 = 4u;
+
+struct package_medium_Crossing {
+    ray: package_lightshed_ray_Ray,
+    inside: bool
+}
+
+const package_medium__1MOST_CROSSINGS: u32 = 65536u;
+
+fn package_medium__1cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool) -> package_medium_Crossing {
+    let origin = package_lightshed_surface__1origin_towards(point, ray.direction);
+    var rest = ray.t_max;
+    if rest < package_lightshed_ray__1NO_END {
+        rest -= package_lightshed_vector_dot3(origin - ray.origin, ray.direction) / package_lightshed_vector_dot3(ray.direction, ray.direction);
+    }
+    let cos_theta = package_lightshed_vector_dot3(ray.direction, point.geometric_normal);
+    return package_medium_Crossing(package_lightshed_ray_Ray(origin, rest, ray.direction, 0u), package_medium__1medium_towards(primitive, cos_theta, inside));
+}
+
+fn package_medium__1field_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_majorant_FieldRay {
+    let m = package_host__1medium_settings();
+    let direction = m.x_axis * ray.direction.x + m.y_axis * ray.direction.y + m.z_axis * ray.direction.z;
+    let origin = m.x_axis * ray.origin.x + m.y_axis * ray.origin.y + m.z_axis * ray.origin.z;
+    return package_lightshed_majorant_FieldRay(origin + m.translation, direction);
+}
+
+fn package_medium__1medium_towards(primitive: u32, cos_theta: f32, inside: bool) -> bool {
+    let sides = package_host__2load_medium_sides(primitive);
+    if (sides & package_medium_BOUNDARY) == 0u {
+        return inside;
+    }
+    return (sides & select(package_medium_BELOW, package_medium_ABOVE, cos_theta > 0.0)) != 0u;
+}
+
+fn package_medium__1phase_at(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
+    let g = package_host__1medium_settings().asymmetry;
+    if g == 0.0 {
+        return package_lightshed_phase__1isotropic_phase();
+    }
+    return package_lightshed_phase__2henyey_greenstein_phase(g, angle);
+}
+
+fn package_medium__1sample_angle(u: f32) -> package_lightshed_phase_ScatteringAngle {
+    let g = package_host__1medium_settings().asymmetry;
+    if g == 0.0 {
+        return package_lightshed_phase__1isotropic_angle(u);
+    }
+    return package_lightshed_phase__2henyey_greenstein_angle(g, u);
+}
+
+fn package_medium_passes(material: u32) -> bool {
+    return package_host__1load_material(material).y == 0u;
+}
