@@ -244,7 +244,7 @@ mod tests {
     use lightshed_scene::{Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
 
-    const SIDE: u32 = 32;
+    const SIDE: u32 = 24;
     /// Frames of a chain.
     const FRAMES: u32 = 4;
 
