@@ -342,7 +342,7 @@ mod tests {
             for (right, planted) in faults {
                 assert!(RESTIR_VOLUME.contains(right), "{right}");
                 let faulty = RESTIR_VOLUME.replace(right, planted);
-                let found = by_reuse(&gpu, &scene, options, &faulty, 12);
+                let found = by_reuse(&gpu, &scene, options, &faulty, 20);
                 println!("  {planted}: {:.5} ({:.5})", found.mean(), found.standard_error());
                 assert!(
                     found.test_equal(&truth, 1e-4).is_err(),
