@@ -50,3 +50,8 @@ pub use sphere::{integrate_hemisphere, integrate_lobe, integrate_sphere};
 pub use tiles::{ChannelRatio, ImageMoments, TileOptions, TileReport, TileScore, compare_tiles};
 pub use ulp::{hostile_f32, hostile_unit_f32, relative_error, ulp_distance, ulp_error, ulp_size};
 pub use uniform::{rng, uniform_f32, uniform_f64};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/testkit.md")]
+struct Guide;
