@@ -143,3 +143,8 @@ pub trait Lanes:
     /// In how many lanes `self` is at most `bound`, compared exactly (NaN is not).
     fn count_at_most(self, bound: f64) -> usize;
 }
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/lanes.md")]
+struct Guide;

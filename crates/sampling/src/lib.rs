@@ -97,3 +97,8 @@ pub use warp::{
     triangle_solid_angle,
 };
 pub use weights::WeightsError;
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/sampling.md")]
+struct Guide;
