@@ -94,5 +94,10 @@ pub use vpl::{
 
 /// The guide's code is a test.
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/adding-a-method.md")]
+#[doc = include_str!("../../../docs/integrator.md")]
 struct Guide;
+
+/// So is that of the guide to new methods.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/adding-a-method.md")]
+struct GuideToMethods;

@@ -44,3 +44,8 @@ pub use medium::{
 };
 pub use scene::{BuildOptions, DiffuseLanes, Scene, SceneError, SurfacePoint};
 pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/scene.md")]
+struct Guide;
