@@ -61,3 +61,8 @@ pub use report::{ReportChain, ReportScene, html_report};
 pub use single::SingleFrames;
 pub use summary::{MetricStanding, Standing};
 pub use temporal::{Autocorrelation, TemporalStudy};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/evaluate.md")]
+struct Guide;
