@@ -12,6 +12,7 @@
 //! | [`volume`] | `lightshed-volume` | density grids, majorants, free flight, transmittance, phase functions |
 //! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
 //! | [`integrator`] | `lightshed-integrator` | reference path tracer, render loop, film, image files and metrics |
+//! | `evaluate` | `lightshed-evaluate` | run time against error: races, intervals, reports; with the feature `evaluate` |
 //! | `gpu` | `lightshed-gpu` | methods on a GPU by wgpu; with the feature `gpu` |
 //! | `shaders` | `lightshed-shaders` | the libraries as WESL and WGSL; with the feature `gpu` |
 //!
