@@ -38,7 +38,7 @@
 //! # Ok::<(), lightshed_sampling::WeightsError>(())
 //! ```
 //!
-//! The example `guest` estimates a harder integral by uniform, importance-driven and stratified samples.
+//! The example `sampling_guest` estimates a harder integral by uniform, importance-driven and stratified samples.
 //!
 //! # Conventions
 //!

@@ -14,8 +14,8 @@
 //!   scrambles, in an order shuffled by scrambling the sample's index; groups are independent of each other,
 //!   not jointly stratified.
 //!
-//! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer arithmetic:
-//! WGSL computes the same bits.
+//! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer arithmetic,
+//! which WGSL has.
 
 use core::convert::Infallible;
 
