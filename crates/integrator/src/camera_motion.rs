@@ -112,6 +112,9 @@ impl CameraMotion {
 
     /// Whether all frames show the same view.
     pub fn is_still(&self) -> bool {
+        if cfg!(lightshed_without = "motion") {
+            return true;
+        }
         match self.path {
             Path::Still => true,
             Path::Translation { per_frame } => per_frame == Vec3::ZERO,
@@ -126,6 +129,7 @@ impl CameraMotion {
         let camera = scene.camera();
         let frame = self.end.map_or(frame, |end| frame.min(end));
         let (rotation, translation) = match self.path {
+            _ if cfg!(lightshed_without = "motion") => return camera.clone(),
             Path::Still => return camera.clone(),
             Path::Translation { per_frame } => (Quat::IDENTITY, per_frame * frame as f32),
             Path::Orbit {

@@ -124,6 +124,7 @@ macro_rules! with_sampler {
         match $sampler {
             Sampler::Uniform($found) => $do,
             Sampler::Power($found) => $do,
+            _ if cfg!(lightshed_without = "light_tree") => unreachable!(),
             Sampler::Tree($found) => $do,
             Sampler::TwoLevel($found) => $do,
             Sampler::Bvh($found) => $do,

@@ -41,7 +41,7 @@ impl Bounce {
     /// MIS weight of having met an emitter that emitter sampling finds with density `other`.
     #[inline(always)]
     fn weight_against(&self, other: impl FnOnce() -> Density<SolidAngle>) -> f32 {
-        if self.is_delta {
+        if !cfg!(lightshed_without = "specular") && self.is_delta {
             1.0
         } else {
             power_heuristic(self.pdf * self.counts.bsdf, other() * self.counts.emitter)

@@ -2,12 +2,15 @@
 //!
 //! ```sh
 //! cargo bench -p lightshed-lights --features parallel --bench lights
-//! cargo bench -p lightshed-lights --features parallel --bench lights -- build
+//! cargo bench -p lightshed-lights --features parallel --bench lights -- lights/sample
 //! ```
 //!
-//! Times are the least of several turns, since what other processes take only adds; builds are on as many threads as there are
-//! processors, choosing is on one.
+//! Builds are on as many threads as there are processors, choosing is on one; times of choices are per choice.
 
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
+};
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
     Bounds, BvhBuild, Light, LightBvh, LightSampler, OrientationCone, PerfectTree, PerfectTreeOptions,
@@ -16,23 +19,7 @@ use lightshed_lights::{
 use lightshed_sampling::{CounterRng, MortonGrid, UniformSphere};
 use rdst::{RadixKey, RadixSort};
 use std::hint::black_box;
-use std::time::Instant;
-
-fn main() {
-    let wanted = |part: &str| {
-        let mut given = std::env::args()
-            .skip(1)
-            .filter(|a| !a.starts_with('-'))
-            .peekable();
-        given.peek().is_none() || given.any(|g| g == part)
-    };
-    if wanted("build") {
-        build();
-    }
-    if wanted("choose") {
-        choose();
-    }
-}
+use std::time::Duration;
 
 /// Small patches strewn through a cube, in clusters of different sizes.
 fn lights(count: usize) -> Vec<Light> {
@@ -52,17 +39,6 @@ fn lights(count: usize) -> Vec<Light> {
             }
         })
         .collect()
-}
-
-/// Least seconds of `turns`.
-fn least(turns: u32, mut work: impl FnMut()) -> f64 {
-    (0..turns)
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            start.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
 }
 
 /// A code and the index of its light, as rdst sorts them.
@@ -92,91 +68,75 @@ fn keys(lights: &[Light]) -> Vec<Keyed> {
     (0..).zip(lights).map(key).collect()
 }
 
-fn build() {
-    println!("build, ms; the copy and the sort of codes, by rdst, are what any build must do");
-    println!(
-        "{:>9} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}",
-        "lights", "copy", "sort", "perfect", "again", "curve", "again", "bvh"
-    );
+/// The copy of the lights and the sort of their codes, by rdst, are what any build must do.
+fn build(criterion: &mut Criterion) {
+    let mut group = group(criterion);
+    group.sampling_mode(SamplingMode::Flat);
     for count in [1_000, 10_000, 100_000, 1_000_000, 4_000_000] {
         let lights = lights(count);
-        let turns = if count > 200_000 { 5 } else { 12 };
-        let copy = least(turns, || {
-            black_box(lights.to_vec());
-        });
+        let curve = || LightBvh::with_build(&lights, BvhBuild::AlongCurve).expect("the lights are sound");
+        group.bench_function(BenchmarkId::new("copy", count), |b| b.iter(|| lights.to_vec()));
         let keys = keys(&lights);
         let mut sorted = keys.clone();
-        let sort = least(turns, || {
-            sorted.copy_from_slice(&keys);
-            sorted.radix_sort_unstable();
-            black_box(sorted[0].index);
+        group.bench_function(BenchmarkId::new("sort_codes", count), |b| {
+            b.iter(|| {
+                sorted.copy_from_slice(&keys);
+                sorted.radix_sort_unstable();
+                sorted[0].index
+            });
         });
-        let perfect = least(turns, || {
-            black_box(PerfectTree::new(&lights).expect("the lights are sound"));
+        group.bench_function(BenchmarkId::new("build_perfect", count), |b| {
+            b.iter(|| PerfectTree::new(&lights));
         });
         let mut tree = PerfectTree::new(&lights).expect("the lights are sound");
-        let again = least(turns, || tree.rebuild(&lights).expect("the lights are sound"));
-        let bvh = least(turns.min(6), || {
-            black_box(LightBvh::new(&lights).expect("the lights are sound"));
+        group.bench_function(BenchmarkId::new("rebuild_perfect", count), |b| {
+            b.iter(|| tree.rebuild(&lights));
         });
-        let along_curve =
-            || LightBvh::with_build(&lights, BvhBuild::AlongCurve).expect("the lights are sound");
-        let curve = least(turns, || {
-            black_box(along_curve());
+        group.bench_function(BenchmarkId::new("build_curve_bvh", count), |b| b.iter(curve));
+        let mut tree = curve();
+        group.bench_function(BenchmarkId::new("rebuild_curve_bvh", count), |b| {
+            b.iter(|| tree.rebuild(&lights));
         });
-        let mut tree = along_curve();
-        let curve_again = least(turns, || tree.rebuild(&lights).expect("the lights are sound"));
-        let row = [copy, sort, perfect, again, curve, curve_again, bvh]
-            .map(|seconds| format!("{:>10.3}", seconds * 1e3));
-        println!("{count:>9} {}", row.join(" "));
+        group.bench_function(BenchmarkId::new("build_bvh", count), |b| {
+            b.iter(|| LightBvh::new(&lights));
+        });
     }
 }
 
-fn choose() {
-    println!("choosing a light, ns: one alone, one for each of many points, and 4, 16 and 64 for one point");
-    println!(
-        "{:>9} {:<24} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
-        "lights", "sampler", "alone", "each", "4", "16", "64", "pmf"
-    );
+/// Few and short samples: there are many benchmarks.
+fn group(criterion: &mut Criterion) -> BenchmarkGroup<'_, WallTime> {
+    let mut group = criterion.benchmark_group("lights");
+    group.sample_size(12);
+    group.warm_up_time(Duration::from_millis(100));
+    group.measurement_time(Duration::from_millis(600));
+    group
+}
+
+fn choose(criterion: &mut Criterion) {
+    let mut group = group(criterion);
     for count in [1_000, 10_000, 100_000, 1_000_000] {
         let lights = lights(count);
         let plain = PerfectTreeOptions::default();
         let perfect = |options| PerfectTree::with_options(&lights, options).expect("the lights are sound");
-        time(
-            "uniform",
-            count,
-            &UniformLights::new(count).expect("there are some"),
-        );
-        time(
-            "power",
-            count,
-            &PowerLights::new(&lights).expect("the lights are sound"),
-        );
-        time("perfect tree", count, &perfect(plain));
-        time(
-            "  by binary steps",
-            count,
-            &perfect(plain.with_stride(Stride::One)),
-        );
-        time(
-            "  eqs. 4.1, 4.2",
-            count,
-            &perfect(plain.with_weighting(Weighting::MinMax)),
-        );
-        time(
-            "BVH along a curve",
-            count,
-            &LightBvh::with_build(&lights, BvhBuild::AlongCurve).expect("the lights are sound"),
-        );
-        time(
-            "light BVH",
-            count,
-            &LightBvh::new(&lights).expect("the lights are sound"),
-        );
+        let uniform = UniformLights::new(count).expect("there are some");
+        let power = PowerLights::new(&lights).expect("the lights are sound");
+        let curve = LightBvh::with_build(&lights, BvhBuild::AlongCurve).expect("the lights are sound");
+        let bvh = LightBvh::new(&lights).expect("the lights are sound");
+        time(&mut group, "uniform", count, &uniform);
+        time(&mut group, "power", count, &power);
+        time(&mut group, "perfect", count, &perfect(plain));
+        let by_one = perfect(plain.with_stride(Stride::One));
+        time(&mut group, "perfect_by_binary_steps", count, &by_one);
+        // Eqs. 4.1 and 4.2 alone.
+        let min_max = perfect(plain.with_weighting(Weighting::MinMax));
+        time(&mut group, "perfect_min_max", count, &min_max);
+        time(&mut group, "curve_bvh", count, &curve);
+        time(&mut group, "bvh", count, &bvh);
     }
 }
 
-fn time<S: LightSampler>(name: &str, count: usize, sampler: &S) {
+/// Choices one by one, one for each of many points, several for one point, and probabilities.
+fn time<S: LightSampler>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, count: usize, sampler: &S) {
     const POINTS: usize = 1024;
     let points: Vec<ShadingPoint> = (0..POINTS as u32)
         .map(|i| {
@@ -185,21 +145,25 @@ fn time<S: LightSampler>(name: &str, count: usize, sampler: &S) {
             ShadingPoint::new(place, UniformSphere::sample(rng.next_2d()), 1.0)
         })
         .collect();
-    let per_choice = |seconds: f64, each: usize| seconds * 1e9 / (POINTS * each) as f64;
     let numbers: Vec<u64> = (0..POINTS as u32)
         .map(|i| CounterRng::new(1, i, 0).next_u64())
         .collect();
-    let alone = least(25, || {
-        for (at, &u) in points.iter().zip(&numbers) {
-            black_box(sampler.sample(at, u));
-        }
+    let id = |function: &str| BenchmarkId::new(format!("{function}_{name}"), count);
+    group.throughput(Throughput::Elements(POINTS as u64));
+    group.bench_function(id("sample"), |b| {
+        b.iter(|| {
+            for (at, &u) in points.iter().zip(&numbers) {
+                black_box(sampler.sample(at, u));
+            }
+        });
     });
     let mut choices = vec![None; POINTS];
-    let each_point = least(25, || {
-        sampler.sample_each(&points, &numbers, &mut choices);
-        black_box(&choices);
+    group.bench_function(id("sample_each"), |b| {
+        b.iter(|| {
+            sampler.sample_each(&points, &numbers, &mut choices);
+            black_box(&choices);
+        });
     });
-    let mut row = vec![per_choice(alone, 1), per_choice(each_point, 1)];
     for each in [4usize, 16, 64] {
         let u: Vec<u64> = numbers
             .iter()
@@ -210,27 +174,30 @@ fn time<S: LightSampler>(name: &str, count: usize, sampler: &S) {
             })
             .collect();
         let mut choices = vec![None; each];
-        let seconds = least(10, || {
-            for (at, u) in points.iter().zip(u.chunks(each)) {
-                sampler.sample_many(at, u, &mut choices);
-                black_box(&choices);
-            }
+        group.throughput(Throughput::Elements((POINTS * each) as u64));
+        group.bench_function(id(&format!("sample_{each}")), |b| {
+            b.iter(|| {
+                for (at, u) in points.iter().zip(u.chunks(each)) {
+                    sampler.sample_many(at, u, &mut choices);
+                    black_box(&choices);
+                }
+            });
         });
-        row.push(per_choice(seconds, each));
     }
     let chosen: Vec<u32> = points
         .iter()
         .zip(&numbers)
         .map(|(at, &u)| sampler.sample(at, u).map_or(0, |choice| choice.light))
         .collect();
-    let pmf = least(25, || {
-        for (at, &light) in points.iter().zip(&chosen) {
-            black_box(sampler.pmf(at, light));
-        }
+    group.throughput(Throughput::Elements(POINTS as u64));
+    group.bench_function(id("pmf"), |b| {
+        b.iter(|| {
+            for (at, &light) in points.iter().zip(&chosen) {
+                black_box(sampler.pmf(at, light));
+            }
+        });
     });
-    print!("{count:>9} {name:<24}");
-    for ns in row.iter().chain([&per_choice(pmf, 1)]) {
-        print!(" {ns:>8.0}");
-    }
-    println!();
 }
+
+criterion_group!(benches, build, choose);
+criterion_main!(benches);

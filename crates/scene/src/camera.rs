@@ -124,7 +124,7 @@ impl Camera {
     #[inline]
     pub fn ray(&self, film: Vec2, u_lens: [f32; 2]) -> Ray {
         let through = (self.corner + self.pixel * film).extend(1.0);
-        let (origin, direction) = if self.aperture_radius > 0.0 {
+        let (origin, direction) = if self.has_lens() {
             let lens = (ConcentricDisk::sample(u_lens) * self.aperture_radius).extend(0.0);
             (lens, through * self.focus_distance - lens)
         } else {
@@ -184,7 +184,7 @@ impl Camera {
         );
         let mut origin = Vec3Lanes::splat([0.0; 3]);
         let mut direction = through;
-        if self.aperture_radius > 0.0 {
+        if self.has_lens() {
             let [x, y] = ConcentricDisk::sample_lanes(u_lens);
             let radius = L::splat(self.aperture_radius);
             origin = Vec3Lanes::new(x * radius, y * radius, L::splat(0.0));
@@ -212,8 +212,9 @@ impl Camera {
     }
 
     /// Whether rays depend on `u_lens`.
+    #[inline(always)]
     pub fn has_lens(&self) -> bool {
-        self.aperture_radius > 0.0
+        !cfg!(lightshed_without = "lens") && self.aperture_radius > 0.0
     }
 }
 

@@ -115,7 +115,7 @@ impl Connectability {
     /// Whether an offset path may draw any vertex by replay.
     #[inline(always)]
     pub fn replays(&self) -> bool {
-        self.reach != Reach::First
+        !cfg!(lightshed_without = "replay") && self.reach != Reach::First
     }
 
     /// Whether a lobe is wide enough.

@@ -60,7 +60,7 @@ impl Paths {
             bounce: (depth > 1).then(|| Bounce {
                 from: vector(&self.from),
                 pdf: Density::new(pdf),
-                is_delta: pdf == f32::INFINITY,
+                is_delta: !cfg!(lightshed_without = "specular") && pdf == f32::INFINITY,
                 counts: SampleCounts::ONE_EACH,
             }),
         }
@@ -71,7 +71,9 @@ impl Paths {
     pub fn set(&mut self, index: usize, state: &PathState, ray: &Ray) {
         self.rays.set(index, ray);
         let (from, pdf) = match &state.bounce {
-            Some(bounce) if bounce.is_delta => (bounce.from, f32::INFINITY),
+            Some(bounce) if !cfg!(lightshed_without = "specular") && bounce.is_delta => {
+                (bounce.from, f32::INFINITY)
+            }
             Some(bounce) => (bounce.from, bounce.pdf.value()),
             None => (Vec3::ZERO, 0.0),
         };

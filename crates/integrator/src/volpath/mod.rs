@@ -56,10 +56,12 @@ pub(crate) const MOST_CROSSINGS: u32 = 1 << 16;
 /// Whether light passes a primitive, and nothing but that is to be known of it.
 #[inline(always)]
 fn is_passed(scene: &Scene, primitive: u32) -> bool {
-    matches!(
-        scene.materials()[scene.primitive_material(primitive) as usize],
-        Material::Null
-    ) && scene.primitive_emitter(primitive) == SurfacePoint::NO_EMITTER
+    !cfg!(lightshed_without = "media")
+        && matches!(
+            scene.materials()[scene.primitive_material(primitive) as usize],
+            Material::Null
+        )
+        && scene.primitive_emitter(primitive) == SurfacePoint::NO_EMITTER
 }
 
 /// A path on its way.
@@ -140,7 +142,9 @@ impl<'a> VolumePathTracer<'a> {
             let point = hit.map(|hit| scene.surface(&path.ray, &hit));
             path.radiance += path.weighted(met_emission(scene, &path.ray, point.as_ref(), path.bounce));
             let Some(point) = point else { break };
-            if matches!(scene.materials()[point.material as usize], Material::Null) {
+            if !cfg!(lightshed_without = "media")
+                && matches!(scene.materials()[point.material as usize], Material::Null)
+            {
                 crossings += 1;
                 path.cross(scene, &point);
                 continue;

@@ -65,7 +65,7 @@ impl Emitters {
                 let (towards, irradiance) = match self.directionals.get(number) {
                     Some(light) => (light.towards, light.irradiance / self.group_probability),
                     None => {
-                        let (towards, radiance, pdf) = self.environment.as_ref()?.sample(u_direction)?;
+                        let (towards, radiance, pdf) = self.environment()?.sample(u_direction)?;
                         (towards, radiance / (pdf * self.group_probability).value())
                     }
                 };

@@ -110,7 +110,7 @@ impl Emitters {
                 emitter: (self.finite_count() + index) as u32,
             });
         }
-        let (direction, _, _) = self.environment.as_ref()?.sample(u)?;
+        let (direction, _, _) = self.environment()?.sample(u)?;
         Some(EmitterEndpoint::Environment { direction })
     }
 
@@ -166,7 +166,7 @@ impl Emitters {
                 let pdf = self.pdf_environment(direction);
                 pdf.is_positive().then_some(EmitterConnection {
                     direction,
-                    radiance: self.environment.as_ref()?.radiance(direction),
+                    radiance: self.environment()?.radiance(direction),
                     pdf,
                     is_delta: false,
                     solid_angle_per_endpoint: 1.0,

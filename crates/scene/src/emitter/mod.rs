@@ -194,7 +194,7 @@ impl Emitters {
         self.areas.len()
             + self.points.len()
             + self.directionals.len()
-            + usize::from(self.environment.is_some())
+            + usize::from(self.environment().is_some())
     }
 
     /// Whether nothing emits.
@@ -228,6 +228,9 @@ impl Emitters {
     /// What surrounds the scene.
     #[inline(always)]
     pub fn environment(&self) -> Option<&Environment> {
+        if cfg!(lightshed_without = "environment") {
+            return None;
+        }
         self.environment.as_ref()
     }
 
@@ -297,7 +300,7 @@ impl Emitters {
                 target: None,
             });
         }
-        let (direction, radiance, pdf) = self.environment.as_ref()?.sample(u)?;
+        let (direction, radiance, pdf) = self.environment()?.sample(u)?;
         let pdf = pdf * self.group_probability;
         Some(EmitterSample {
             emitter,
@@ -331,7 +334,7 @@ impl Emitters {
     /// Density with which [`Emitters::sample`] would have chosen `direction` towards the environment.
     #[inline(always)]
     pub fn pdf_environment(&self, direction: Vec3) -> Density<SolidAngle> {
-        match &self.environment {
+        match self.environment() {
             Some(environment) => environment.pdf(direction) * self.group_probability,
             None => Density::ZERO,
         }

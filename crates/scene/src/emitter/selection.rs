@@ -46,7 +46,7 @@ impl Emitters {
 
     /// Number of emitters at infinity.
     pub fn infinite_count(&self) -> usize {
-        self.directionals.len() + usize::from(self.environment.is_some())
+        self.directionals.len() + usize::from(self.environment().is_some())
     }
 
     /// Where a finite emitter is and where it shines; `None` for any other index.
@@ -165,7 +165,7 @@ impl Emitters {
     /// environment.
     #[inline(always)]
     pub fn pdf_environment_given(&self, direction: Vec3, probability: f32) -> Density<SolidAngle> {
-        match &self.environment {
+        match self.environment() {
             Some(environment) => environment.pdf(direction) * (probability / self.infinite_count() as f32),
             None => Density::ZERO,
         }

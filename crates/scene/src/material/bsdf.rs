@@ -1,6 +1,6 @@
 //! A material at a point: a small value that evaluates and samples scattering, lobe by lobe.
 
-use super::component::{Component, Diffuse, Draw, LobeEvaluation, MAX_COMPONENT_LOBES};
+use super::component::{Component, Diffuse, Draw, HAS_DELTA, LobeEvaluation, MAX_COMPONENT_LOBES};
 use crate::Rgb;
 use glam::{Vec2, Vec3};
 use lightshed_sampling::{CosineHemisphere, Density, SolidAngle};
@@ -425,6 +425,7 @@ impl Bsdf {
     fn sample_entries(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let choice = self.choose(wo, u_lobe)?;
         match choice.draw(u)? {
+            Draw::Delta { .. } if !HAS_DELTA => None,
             Draw::Delta { wi, value, eta } => Some(BsdfSample {
                 wi: mirrored(wi, choice.mirror),
                 weight: value * (choice.entry.weight / choice.probability),
@@ -481,6 +482,7 @@ impl Bsdf {
             probability,
         };
         match choice.draw(u)? {
+            Draw::Delta { .. } if !HAS_DELTA => None,
             Draw::Delta { wi, value, eta } => Some(LobeSample {
                 wi: mirrored(wi, mirror),
                 value: value * entry.weight,

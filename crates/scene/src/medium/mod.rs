@@ -69,6 +69,9 @@ impl Medium {
     /// What it emits.
     #[inline(always)]
     pub fn emission(&self) -> Option<&MediumEmission> {
+        if cfg!(lightshed_without = "emission") {
+            return None;
+        }
         self.emission.as_ref()
     }
 
@@ -82,7 +85,7 @@ impl Medium {
     /// `σ_a L_e` over the extinction `σ_t`.
     #[inline]
     pub fn emission_per_collision(&self, position: Vec3) -> Rgb {
-        match &self.emission {
+        match self.emission() {
             Some(emission) => (Rgb::ONE - self.albedo) * emission.radiance(position),
             None => Rgb::ZERO,
         }

@@ -67,10 +67,19 @@ impl Scene {
         self.accelerator.occluded(ray)
     }
 
+    /// The triangle that a primitive is, unless it is a sphere.
+    #[inline(always)]
+    fn triangle(&self, primitive: u32) -> Option<&TriangleRecord> {
+        if cfg!(lightshed_without = "spheres") {
+            return Some(&self.triangles[primitive as usize]);
+        }
+        self.triangles.get(primitive as usize)
+    }
+
     /// The surface point of a hit that [`Scene::accelerator`] returned for `ray`.
     #[inline(always)]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        match self.triangles.get(hit.primitive as usize) {
+        match self.triangle(hit.primitive) {
             Some(triangle) => triangle.surface(hit, &self.normals, &self.uvs),
             None => {
                 let sphere = &self.spheres[hit.primitive as usize - self.triangles.len()];
@@ -96,7 +105,7 @@ impl Scene {
     /// If the scene has no such primitive.
     #[inline]
     pub fn locate(&self, primitive: u32, coordinates: [f32; 2]) -> SurfacePoint {
-        match self.triangles.get(primitive as usize) {
+        match self.triangle(primitive) {
             Some(triangle) => {
                 let hit = Hit {
                     t: 0.0,
@@ -139,7 +148,7 @@ impl Scene {
     /// If the scene has no such primitive.
     #[inline]
     pub fn primitive_emitter(&self, primitive: u32) -> u32 {
-        match self.triangles.get(primitive as usize) {
+        match self.triangle(primitive) {
             Some(triangle) => triangle.emitter,
             None => self.spheres[primitive as usize - self.triangles.len()].emitter,
         }
@@ -151,7 +160,7 @@ impl Scene {
     /// If the scene has no such primitive.
     #[inline(always)]
     pub fn primitive_material(&self, primitive: u32) -> u32 {
-        match self.triangles.get(primitive as usize) {
+        match self.triangle(primitive) {
             Some(triangle) => triangle.material,
             None => self.spheres[primitive as usize - self.triangles.len()].material,
         }
@@ -239,6 +248,9 @@ impl Scene {
     /// The participating media, by the indices that boundaries name.
     #[inline(always)]
     pub fn media(&self) -> &[Medium] {
+        if cfg!(lightshed_without = "media") {
+            return &[];
+        }
         &self.media.media
     }
 
@@ -246,6 +258,9 @@ impl Scene {
     /// it is in.
     #[inline(always)]
     pub fn medium_sides(&self, primitive: u32) -> Option<MediumSides> {
+        if cfg!(lightshed_without = "media") {
+            return None;
+        }
         self.media.of_primitive(primitive)
     }
 
@@ -260,7 +275,7 @@ impl Scene {
     /// The medium around a place off all surfaces, as the boundaries tell: the one on the near side of the first boundary that some
     /// ray from there meets. Closed boundaries give the same for every ray.
     pub fn medium_around(&self, position: Vec3) -> Option<u32> {
-        if self.media.media.is_empty() {
+        if self.media().is_empty() {
             return None;
         }
         // No direction of symmetry, so that edges are not met.

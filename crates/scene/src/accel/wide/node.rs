@@ -41,6 +41,7 @@ impl Child {
         match self.0 >> Self::KIND_SHIFT {
             0 => ChildKind::Node,
             1 => ChildKind::Triangles,
+            _ if cfg!(lightshed_without = "spheres") => ChildKind::Triangles,
             _ => ChildKind::Sphere,
         }
     }

@@ -53,6 +53,9 @@ impl Draw {
     }
 }
 
+/// Whether mirrors and smooth refractions can be met at all: in builds without them they answer nothing.
+pub(super) const HAS_DELTA: bool = !cfg!(lightshed_without = "specular");
+
 /// What every component answers. `wo.z > 0` always; `inside` says that `wo` is on the inner side of a closed object.
 trait Scatter {
     /// Number of lobes, at most [`MAX_COMPONENT_LOBES`].
@@ -92,14 +95,15 @@ macro_rules! components {
             #[inline]
             pub fn all_delta(&self) -> bool {
                 match self {
-                    $(Self::$name(_) => <$name as Scatter>::ALL_DELTA,)*
+                    $(Self::$name(_) => HAS_DELTA && <$name as Scatter>::ALL_DELTA,)*
                 }
             }
 
             #[inline]
             pub fn probabilities(&self, wo: Vec3, inside: bool) -> [f32; MAX_COMPONENT_LOBES] {
                 match self {
-                    $(Self::$name(c) => c.probabilities(wo, inside),)*
+                    $(Self::$name(_) if !HAS_DELTA && <$name as Scatter>::ALL_DELTA => [0.0; MAX_COMPONENT_LOBES],
+                    Self::$name(c) => c.probabilities(wo, inside),)*
                 }
             }
 
@@ -120,7 +124,8 @@ macro_rules! components {
             #[inline]
             pub fn sample(&self, lobe: u8, wo: Vec3, u: Vec2, inside: bool) -> Option<Draw> {
                 match self {
-                    $(Self::$name(c) => c.sample(lobe, wo, u, inside),)*
+                    $(Self::$name(_) if !HAS_DELTA && <$name as Scatter>::ALL_DELTA => None,
+                    Self::$name(c) => c.sample(lobe, wo, u, inside),)*
                 }
             }
 
