@@ -1,5 +1,9 @@
 //! What the film, the render loop and the metrics cost beside the paths they serve.
 
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_integrator::{
     Budget, Film, ImageComparison, PixelEstimator, PixelStatistics, RenderOptions, RgbImage, render,
@@ -19,7 +23,7 @@ impl PixelEstimator for Constant {
     }
 }
 
-fn film(c: &mut Criterion) {
+fn film(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("integrator");
     let samples: Vec<Rgb> = (0..1024)
         .map(|i| Rgb::new(i as f32, 1.0 / (i + 1) as f32, 0.5))
@@ -59,7 +63,7 @@ fn film(c: &mut Criterion) {
     group.finish();
 }
 
-fn metrics(c: &mut Criterion) {
+fn metrics(c: &mut Criterion<CpuTime>) {
     let image = |offset: f32| {
         let value = |x: u32, y: u32| [offset + (x as f32 * 0.1).sin(), y as f32 / 256.0, 0.5];
         RgbImage::from_fn(256, 256, value).expect("the size is sound")
@@ -76,5 +80,9 @@ fn metrics(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, film, metrics);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = film, metrics
+}
 criterion_main!(benches);

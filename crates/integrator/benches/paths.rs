@@ -4,6 +4,10 @@
 //! cargo bench -p lightshed-integrator --bench paths
 //! ```
 
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_integrator::{MAX_BATCH, PathTracer, PixelEstimator, SampleId, SceneWorld};
 use lightshed_resampling::ShiftMapping;
@@ -25,7 +29,7 @@ fn scene(name: &str) -> Scene {
 }
 
 /// A path for each pixel, in batches and alone.
-fn paths(criterion: &mut Criterion) {
+fn paths(criterion: &mut Criterion<CpuTime>) {
     let mut group = criterion.benchmark_group("integrator");
     let ids: Vec<SampleId> = (0..SIDE * SIDE)
         .map(|i| SampleId {
@@ -81,7 +85,7 @@ fn domains<'a>(
 }
 
 /// Candidates from trees, and their shifts to the pixel beside and back.
-fn shifts(criterion: &mut Criterion) {
+fn shifts(criterion: &mut Criterion<CpuTime>) {
     let mut group = criterion.benchmark_group("shift");
     group.sample_size(20);
     for name in ["cornell", "cornell-glossy"] {
@@ -133,5 +137,9 @@ fn shifts(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, paths, shifts);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = paths, shifts
+}
 criterion_main!(benches);

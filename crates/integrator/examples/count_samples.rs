@@ -3,11 +3,11 @@
 //! samples in each pixel (frames, of methods that make frames).
 
 use lightshed_integrator::{
-    Budget, CameraMotion, DirectLight, FrameMethod, LightChoosing, LightSelection, PathMapping, PathTracer,
-    PixelEstimator, RenderOptions, RestirDi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
-    SceneWorld, SelectedPathTracer, VolumePathTracer, render, render_frames,
+    CameraMotion, DirectLight, FrameMethod, LightChoosing, LightSelection, MAX_BATCH, PathMapping,
+    PathTracer, PixelEstimator, RestirDi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
+    SampleId, SceneWorld, SelectedPathTracer, VolumePathTracer,
 };
-use lightshed_scene::{Scene, builtin};
+use lightshed_scene::{Rgb, Scene, builtin};
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
@@ -23,50 +23,75 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (side, samples): (u32, u32) = (side.parse()?, samples.parse()?);
     (description.settings.width, description.settings.height) = (side, side);
     let scene = Scene::new(&description)?;
-    let options = RenderOptions {
-        width: side,
-        height: side,
-        budget: Budget::Samples(samples),
-        seed: 0,
-        threads: 1,
-    };
     let still = CameraMotion::STILL;
     let (depth, roulette) = (scene.settings().max_depth, scene.settings().roulette_depth);
-    let [red, green, blue] = match method.as_str() {
-        "path" => by_pixel(&PathTracer::new(&scene), &options)?,
+    let mean = match method.as_str() {
+        "path" => by_pixel(&PathTracer::new(&scene), side, samples),
         "path-by-power" => {
             let selection = LightSelection::new(&scene, LightChoosing::Power)?;
             by_pixel(
                 &SelectedPathTracer::new(&scene, selection, depth, roulette),
-                &options,
-            )?
+                side,
+                samples,
+            )
         }
-        "direct" => by_pixel(&DirectLight::new(&scene), &options)?,
-        "volpath" => by_pixel(&VolumePathTracer::new(&scene), &options)?,
-        "restir-di" => by_frame(RestirDi::new(&scene), &options)?,
+        "direct" => by_pixel(&DirectLight::new(&scene), side, samples),
+        "volpath" => by_pixel(&VolumePathTracer::new(&scene), side, samples),
+        "restir-di" => by_frame(RestirDi::new(&scene), side, samples)?,
         "restir-pt" => {
             let world = SceneWorld::new(&scene);
             by_frame(
                 RestirPt::new(&world, RestirPtOptions::real_time(PathMapping::Hybrid), still)?,
-                &options,
+                side,
+                samples,
             )?
         }
         "restir-volume" => {
             let method = RestirVolume::new(&scene, RestirVolumeOptions::of_scene(&scene, depth), still)?;
-            by_frame(method, &options)?
+            by_frame(method, side, samples)?
         }
         _ => return Err(format!("{method} is none of {METHODS}").into()),
     };
-    println!("mean {red:.5} {green:.5} {blue:.5}");
+    println!("mean {mean}");
     Ok(())
 }
 
-fn by_pixel(method: &impl PixelEstimator, options: &RenderOptions) -> Result<[f64; 3], Box<dyn Error>> {
-    let outcome = render(method, options, &|_| {}, &AtomicBool::new(false))?;
-    Ok(outcome.film.mean_image().mean())
+/// The samples of one pixel after the other, in batches.
+fn by_pixel(method: &impl PixelEstimator, side: u32, samples: u32) -> Rgb {
+    let (mut ids, mut values) = ([SampleId::default(); MAX_BATCH], [Rgb::ZERO; MAX_BATCH]);
+    let (mut sum, mut count) = (Rgb::ZERO, 0);
+    let mut take = |ids: &[SampleId]| {
+        method.sample_many(ids, 0, &mut values);
+        sum += values[..ids.len()].iter().sum::<Rgb>();
+    };
+    for pixel in 0..side * side {
+        for index in 0..samples {
+            ids[count] = SampleId {
+                x: pixel % side,
+                y: pixel / side,
+                index,
+            };
+            count += 1;
+            if count == MAX_BATCH {
+                take(&ids);
+                count = 0;
+            }
+        }
+    }
+    take(&ids[..count]);
+    sum / (side * side * samples) as f32
 }
 
-fn by_frame(mut method: impl FrameMethod, options: &RenderOptions) -> Result<[f64; 3], Box<dyn Error>> {
-    let outcome = render_frames(&mut method, options, &|_| {}, &AtomicBool::new(false))?;
-    Ok(outcome.film.mean_image().mean())
+/// One frame after the other.
+fn by_frame(mut method: impl FrameMethod, side: u32, frames: u32) -> Result<Rgb, Box<dyn Error>> {
+    let mut image = vec![Rgb::ZERO; side as usize * side as usize];
+    let mut sum = Rgb::ZERO;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(|| {
+        for frame in 0..frames {
+            method.render_frame(frame, 0, &mut image, &AtomicBool::new(false));
+            sum += image.iter().sum::<Rgb>();
+        }
+    });
+    Ok(sum / (side * side * frames) as f32)
 }

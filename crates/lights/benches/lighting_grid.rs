@@ -5,9 +5,13 @@
 //! cargo bench -p lightshed-lights --bench lighting_grid
 //! ```
 //!
-//! Numbers of levels, of grid lights and of lights visited at a point are printed before the times.
+//! Numbers of levels, of grid lights and of lights visited at a point are printed before the times, which are per light: of all,
+//! that moves, or that is visited.
 
-use criterion::measurement::WallTime;
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{
     BatchSize, BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
@@ -52,7 +56,7 @@ fn lights(count: u32) -> Vec<PointLight> {
 }
 
 /// Few and short samples: constructions are long.
-fn group(criterion: &mut Criterion) -> BenchmarkGroup<'_, WallTime> {
+fn group(criterion: &mut Criterion<CpuTime>) -> BenchmarkGroup<'_, CpuTime> {
     let mut group = criterion.benchmark_group("lights");
     group.sample_size(10);
     group.warm_up_time(Duration::from_millis(100));
@@ -61,13 +65,14 @@ fn group(criterion: &mut Criterion) -> BenchmarkGroup<'_, WallTime> {
 }
 
 /// Construction, and updates of one light, of a thousandth, a hundredth and a tenth of them.
-fn construction(criterion: &mut Criterion) {
+fn construction(criterion: &mut Criterion<CpuTime>) {
     let mut group = group(criterion);
     for count in COUNTS {
         let lights = lights(count);
         let mut gathered = LightingGrid::new(&lights, &options(1.0, Construction::Gather)).unwrap();
         let (levels, finest) = (gathered.level_count(), gathered.grid_lights(1).len());
         println!("{count} lights: {levels} levels, {finest} grid lights in the finest");
+        group.throughput(Throughput::Elements(u64::from(count)));
         group.bench_function(BenchmarkId::new("grid_gather", count), |b| {
             b.iter(|| gathered.rebuild(black_box(&lights)));
         });
@@ -92,6 +97,7 @@ fn construction(criterion: &mut Criterion) {
                 };
                 (0..count / share).map(change).collect()
             };
+            group.throughput(Throughput::Elements(u64::from(count / share)));
             group.bench_function(BenchmarkId::new(format!("grid_move_{name}"), count), |b| {
                 b.iter_batched(
                     &mut changes,
@@ -104,7 +110,7 @@ fn construction(criterion: &mut Criterion) {
 }
 
 /// Cost of a shading point on the surfaces, and of the sum over all lights there.
-fn queries(criterion: &mut Criterion) {
+fn queries(criterion: &mut Criterion<CpuTime>) {
     let mut group = group(criterion);
     let points: Vec<(Vec3, Vec3)> = (0..400)
         .map(|i| {
@@ -116,7 +122,7 @@ fn queries(criterion: &mut Criterion) {
     for count in COUNTS {
         let lights = lights(count);
         let few = &points[..4];
-        group.throughput(Throughput::Elements(few.len() as u64));
+        group.throughput(Throughput::Elements(few.len() as u64 * u64::from(count)));
         group.bench_function(BenchmarkId::new("irradiance_of_all", count), |b| {
             b.iter(|| {
                 few.iter()
@@ -124,7 +130,6 @@ fn queries(criterion: &mut Criterion) {
                     .sum::<Vec3>()
             });
         });
-        group.throughput(Throughput::Elements(points.len() as u64));
         for (alpha, first_level) in [(1.0, 1), (1.0, 0), (2.0, 1)] {
             let grid = LightingGrid::new(&lights, &options(alpha, Construction::Gather)).unwrap();
             let query = GridQuery {
@@ -139,6 +144,7 @@ fn queries(criterion: &mut Criterion) {
             println!(
                 "{count} lights, α = {alpha}, from level {first_level}: {mean:.0} lights visited at a point"
             );
+            group.throughput(Throughput::Elements(visited));
             let function = format!("grid_irradiance_alpha{alpha}_from{first_level}");
             group.bench_function(BenchmarkId::new(function, count), |b| {
                 b.iter(|| {
@@ -168,5 +174,9 @@ fn irradiance_of_all(lights: &[PointLight], point: Vec3, normal: Vec3) -> Vec3 {
     sum
 }
 
-criterion_group!(benches, construction, queries);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = construction, queries
+}
 criterion_main!(benches);

@@ -5,9 +5,13 @@
 //! cargo bench -p lightshed-lights --features parallel --bench lights -- lights/sample
 //! ```
 //!
-//! Builds are on as many threads as there are processors, choosing is on one; times of choices are per choice.
+//! Builds are on as many threads as there are processors, by the time of the wall; choosing is on one, by processor time, per choice.
 
-use criterion::measurement::WallTime;
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
+use criterion::measurement::Measurement;
 use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
 };
@@ -75,6 +79,7 @@ fn build(criterion: &mut Criterion) {
     for count in [1_000, 10_000, 100_000, 1_000_000, 4_000_000] {
         let lights = lights(count);
         let curve = || LightBvh::with_build(&lights, BvhBuild::AlongCurve).expect("the lights are sound");
+        group.throughput(Throughput::Elements(count as u64));
         group.bench_function(BenchmarkId::new("copy", count), |b| b.iter(|| lights.to_vec()));
         let keys = keys(&lights);
         let mut sorted = keys.clone();
@@ -104,7 +109,7 @@ fn build(criterion: &mut Criterion) {
 }
 
 /// Few and short samples: there are many benchmarks.
-fn group(criterion: &mut Criterion) -> BenchmarkGroup<'_, WallTime> {
+fn group<M: Measurement>(criterion: &mut Criterion<M>) -> BenchmarkGroup<'_, M> {
     let mut group = criterion.benchmark_group("lights");
     group.sample_size(12);
     group.warm_up_time(Duration::from_millis(100));
@@ -112,7 +117,7 @@ fn group(criterion: &mut Criterion) -> BenchmarkGroup<'_, WallTime> {
     group
 }
 
-fn choose(criterion: &mut Criterion) {
+fn choose(criterion: &mut Criterion<CpuTime>) {
     let mut group = group(criterion);
     for count in [1_000, 10_000, 100_000, 1_000_000] {
         let lights = lights(count);
@@ -136,7 +141,7 @@ fn choose(criterion: &mut Criterion) {
 }
 
 /// Choices one by one, one for each of many points, several for one point, and probabilities.
-fn time<S: LightSampler>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, count: usize, sampler: &S) {
+fn time<S: LightSampler>(group: &mut BenchmarkGroup<'_, CpuTime>, name: &str, count: usize, sampler: &S) {
     const POINTS: usize = 1024;
     let points: Vec<ShadingPoint> = (0..POINTS as u32)
         .map(|i| {
@@ -199,5 +204,10 @@ fn time<S: LightSampler>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, c
     });
 }
 
-criterion_group!(benches, build, choose);
-criterion_main!(benches);
+criterion_group!(builds, build);
+criterion_group! {
+    name = choices;
+    config = by_cpu_time();
+    targets = choose
+}
+criterion_main!(builds, choices);

@@ -1,5 +1,9 @@
 //! Cost of a streamed candidate, beside what it cannot do without, and of merges by family.
 
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_resampling::{
     Counting, Domain, DomainReservoir, IdentityShift, Input, JumpSelection, Mis, Reservoir, Ris, Selection,
@@ -17,7 +21,7 @@ fn weights() -> Vec<f64> {
         .collect()
 }
 
-fn streaming(criterion: &mut Criterion) {
+fn streaming(criterion: &mut Criterion<CpuTime>) {
     let weights = weights();
     let mut group = criterion.benchmark_group("resampling");
     group.throughput(Throughput::Elements(CANDIDATES));
@@ -110,7 +114,7 @@ impl Domain for Cheap {
     }
 }
 
-fn merging(criterion: &mut Criterion) {
+fn merging(criterion: &mut Criterion<CpuTime>) {
     let mut group = criterion.benchmark_group("resampling");
     let families = [
         ("merge_constant_biased", Mis::ConstantBiased),
@@ -142,5 +146,9 @@ fn merging(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, streaming, merging);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = streaming, merging
+}
 criterion_main!(benches);

@@ -7,6 +7,10 @@
 //! `random_word`: a word of a counter-based generator, in order. `read_dependent`: a read whose address is what the read before gave, all over
 //! so much memory. `read_independent`: reads all over it whose addresses are known beforehand. `copy`: memory copied, bytes a second.
 
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_sampling::CounterRng;
 use std::hint::black_box;
@@ -26,7 +30,7 @@ fn cycle(lines: usize) -> Vec<[u64; 8]> {
     next.into_iter().map(|next| [next, 0, 0, 0, 0, 0, 0, 0]).collect()
 }
 
-fn limits(c: &mut Criterion) {
+fn limits(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("limits");
     group.throughput(Throughput::Elements(READS));
     group.bench_function(BenchmarkId::new("random_word", READS), |b| {
@@ -72,7 +76,7 @@ fn limits(c: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default().sample_size(20);
+    config = by_cpu_time().sample_size(20);
     targets = limits
 }
 criterion_main!(benches);

@@ -1,9 +1,12 @@
 //! Costs of the crate's hot functions as `sampling/<function>/<size>`, each beside the alternatives it was
-//! chosen over. A time is that of one iteration: `size` numbers drawn by generators, one sample elsewhere,
-//! one build of `size` weights.
+//! chosen over.
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_sampling::glam::{Vec2, Vec3};
 use lightshed_sampling::{
     AliasTable, CompensatedSum, CounterRng, Frame, MortonGrid, PathSeed, PiecewiseConstant1d,
@@ -14,9 +17,10 @@ use rand::{Rng, SeedableRng};
 use rand_pcg::{Pcg32, Pcg64Mcg};
 
 /// A fresh stream a pixel, then `draws` numbers: what a path tracer does.
-fn generators(c: &mut Criterion) {
+fn generators(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("sampling");
     for draws in [1u32, 8, 64, 1024] {
+        group.throughput(Throughput::Elements(u64::from(draws)));
         let mut pixel = 0u32;
         let mut next_pixel = move || {
             pixel = pixel.wrapping_add(1);
@@ -55,7 +59,7 @@ fn weights(n: u32) -> Vec<f32> {
 }
 
 /// Inputs come from a table, so that a generator's time is not in the figures.
-fn discrete(c: &mut Criterion) {
+fn discrete(c: &mut Criterion<CpuTime>) {
     let mut rng = Pcg64Mcg::seed_from_u64(1);
     let words: Vec<u64> = (0..4096).map(|_| rng.next_u64()).collect();
     let mut i = 0;
@@ -76,6 +80,7 @@ fn discrete(c: &mut Criterion) {
                 sum
             })
             .collect();
+        group.throughput(Throughput::Elements(1));
         group.bench_function(BenchmarkId::new("alias_sample", n), |b| {
             b.iter(|| table.sample(word()))
         });
@@ -91,22 +96,24 @@ fn discrete(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("piecewise1d_sample", n), |b| {
             b.iter(|| piecewise.sample_word(word() as u32))
         });
+        if n == 16 {
+            group.bench_function(BenchmarkId::new("choose", n), |b| {
+                b.iter(|| choose(&weights, (word() >> 40) as f32 / 16_777_216.0))
+            });
+        }
+        group.throughput(Throughput::Elements(u64::from(n)));
         group.bench_function(BenchmarkId::new("alias_build", n), |b| {
             b.iter(|| AliasTable::new(&weights))
         });
         group.bench_function(BenchmarkId::new("piecewise1d_build", n), |b| {
             b.iter(|| PiecewiseConstant1d::new(&weights))
         });
-        if n == 16 {
-            group.bench_function(BenchmarkId::new("choose", n), |b| {
-                b.iter(|| choose(&weights, (word() >> 40) as f32 / 16_777_216.0))
-            });
-        }
     }
     for (width, height) in [(64u32, 32u32), (4096, 2048)] {
         let map = weights(width * height);
         let density = PiecewiseConstant2d::new(&map, width as usize).unwrap();
         let size = width * height;
+        group.throughput(Throughput::Elements(1));
         group.bench_function(BenchmarkId::new("piecewise2d_sample", size), |b| {
             b.iter(|| {
                 let word = word();
@@ -124,6 +131,7 @@ fn discrete(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("alias2d_sample", size), |b| {
             b.iter(|| table.sample(word()))
         });
+        group.throughput(Throughput::Elements(u64::from(size)));
         group.sample_size(10);
         group.bench_function(BenchmarkId::new("piecewise2d_build", size), |b| {
             b.iter(|| PiecewiseConstant2d::new(&map, width as usize))
@@ -133,7 +141,7 @@ fn discrete(c: &mut Criterion) {
     group.finish();
 }
 
-fn geometry(c: &mut Criterion) {
+fn geometry(c: &mut Criterion<CpuTime>) {
     let directions: Vec<Vec3> = (0..1024)
         .map(|i| {
             let mut rng = CounterRng::new(3, i, 0);
@@ -146,6 +154,7 @@ fn geometry(c: &mut Criterion) {
     let mut group = c.benchmark_group("sampling");
     macro_rules! over {
         ($name:literal, $items:expr, $f:expr) => {
+            group.throughput(Throughput::Elements($items.len() as u64));
             group.bench_function(BenchmarkId::new($name, $items.len()), |b| {
                 b.iter(|| {
                     for &item in &$items {
@@ -165,9 +174,10 @@ fn geometry(c: &mut Criterion) {
     group.finish();
 }
 
-fn sums(c: &mut Criterion) {
+fn sums(c: &mut Criterion<CpuTime>) {
     let terms = weights(65_536);
     let mut group = c.benchmark_group("sampling");
+    group.throughput(Throughput::Elements(terms.len() as u64));
     group.bench_function(BenchmarkId::new("plain_sum", terms.len()), |b| {
         b.iter(|| terms.iter().sum::<f32>())
     });
@@ -180,5 +190,9 @@ fn sums(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, generators, discrete, geometry, sums);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = generators, discrete, geometry, sums
+}
 criterion_main!(benches);

@@ -1,9 +1,13 @@
 //! Costs of the warps, each hot one beside the alternative it was chosen over (names that end in `_by_…`).
 //!
 //! Times are for a batch of 64 samples at uniforms that are not in order, so that no branch is predicted from the last.
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use std::hint::black_box;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use lightshed_sampling::{
     Beckmann, ConcentricDisk, CosineHemisphere, CounterRng, FreeFlight, Ggx, MicrofacetDistribution,
@@ -19,9 +23,11 @@ fn uniforms() -> [[f32; 2]; BATCH] {
 }
 
 /// One benchmark: `run` on each `u` of a batch.
-fn bench<T>(c: &mut Criterion, name: &str, mut run: impl FnMut([f32; 2]) -> T) {
+fn bench<T>(c: &mut Criterion<CpuTime>, name: &str, mut run: impl FnMut([f32; 2]) -> T) {
     let uniforms = uniforms();
-    c.bench_function(&format!("sampling/warp_{name}/{BATCH}"), |b| {
+    let mut group = c.benchmark_group("sampling");
+    group.throughput(Throughput::Elements(BATCH as u64));
+    group.bench_function(BenchmarkId::new(format!("warp_{name}"), BATCH), |b| {
         b.iter(|| {
             for u in black_box(&uniforms) {
                 black_box(run(*u));
@@ -30,7 +36,7 @@ fn bench<T>(c: &mut Criterion, name: &str, mut run: impl FnMut([f32; 2]) -> T) {
     });
 }
 
-fn planar(c: &mut Criterion) {
+fn planar(c: &mut Criterion<CpuTime>) {
     bench(c, "sin_cos_turns", |u| sin_cos_turns(u[0]));
     bench(c, "sin_cos_turns_by_std", |u| {
         (core::f32::consts::TAU * u[0]).sin_cos()
@@ -47,7 +53,7 @@ fn planar(c: &mut Criterion) {
     bench(c, "free_flight", |u| flight.sample(u[0]));
 }
 
-fn directions(c: &mut Criterion) {
+fn directions(c: &mut Criterion<CpuTime>) {
     bench(c, "cosine_hemisphere", CosineHemisphere::sample);
     bench(c, "cosine_hemisphere_by_polar_disk", |u| {
         let p = PolarDisk::sample(u);
@@ -67,10 +73,16 @@ fn directions(c: &mut Criterion) {
     bench(c, "vmf_density", |_| lobe.density(black_box(direction)));
 }
 
-fn microfacets(c: &mut Criterion) {
+fn microfacets(c: &mut Criterion<CpuTime>) {
     let view = Vec3::new(0.6, -0.48, 0.64);
     let normal = Vec3::new(0.1, 0.2, 1.0).normalize();
-    fn distribution(c: &mut Criterion, name: &str, d: impl MicrofacetDistribution, view: Vec3, normal: Vec3) {
+    fn distribution(
+        c: &mut Criterion<CpuTime>,
+        name: &str,
+        d: impl MicrofacetDistribution,
+        view: Vec3,
+        normal: Vec3,
+    ) {
         bench(c, &format!("{name}_visible_normal"), |u| {
             d.sample_visible_normal(black_box(view), u)
         });
@@ -85,7 +97,7 @@ fn microfacets(c: &mut Criterion) {
     distribution(c, "beckmann", Beckmann::new(0.2, 0.3), view, normal);
 }
 
-fn polygons(c: &mut Criterion) {
+fn polygons(c: &mut Criterion<CpuTime>) {
     let vertices = [Vec3::X, Vec3::Y, Vec3::new(0.5, 0.5, 2.0)];
     bench(c, "spherical_triangle_new", |_| {
         SphericalTriangle::new(black_box(vertices))
@@ -100,5 +112,9 @@ fn polygons(c: &mut Criterion) {
     bench(c, "spherical_rectangle", |u| rectangle.sample(u));
 }
 
-criterion_group!(benches, planar, directions, microfacets, polygons);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = planar, directions, microfacets, polygons
+}
 criterion_main!(benches);

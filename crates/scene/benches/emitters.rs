@@ -6,6 +6,10 @@
 //!
 //! Sizes are numbers of emitters, or of texels.
 
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_scene::glam::{Affine2, Vec2, Vec3};
@@ -38,7 +42,7 @@ fn seen(scene: &Scene) -> Vec<SurfacePoint> {
         .collect()
 }
 
-fn emitters(criterion: &mut Criterion) {
+fn emitters(criterion: &mut Criterion<CpuTime>) {
     let mut group = criterion.benchmark_group("scene");
     group.throughput(Throughput::Elements(CALLS as u64));
     let numbers = numbers();
@@ -101,7 +105,7 @@ fn emitters(criterion: &mut Criterion) {
     });
 }
 
-fn textures(criterion: &mut Criterion) {
+fn textures(criterion: &mut Criterion<CpuTime>) {
     let mut group = criterion.benchmark_group("scene");
     group.throughput(Throughput::Elements(CALLS as u64));
     let numbers = numbers();
@@ -129,5 +133,9 @@ fn textures(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, emitters, textures);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = emitters, textures
+}
 criterion_main!(benches);

@@ -2,6 +2,10 @@
 //!
 //! One iteration goes through 1,024 prepared pairs of directions, so that a figure divided by 1,024 is one call.
 
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{
@@ -123,7 +127,7 @@ fn hemisphere(u: Vec2) -> Vec3 {
     Vec3::new(sin * phi.cos(), sin * phi.sin(), u.x.max(1e-3))
 }
 
-fn benchmark(c: &mut Criterion) {
+fn benchmark(c: &mut Criterion<CpuTime>) {
     let points = points();
     let directions: Vec<Vec3> = points.iter().map(|u| hemisphere(*u)).collect();
     for (name, material) in materials() {
@@ -165,5 +169,9 @@ fn benchmark(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, benchmark);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = benchmark
+}
 criterion_main!(benches);

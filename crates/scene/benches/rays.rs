@@ -4,6 +4,10 @@
 //! The geometry is a ball of 80 thousand triangles in a box, the rays are what a path tracer asks: from points on the
 //! surfaces, in all directions. One iteration is one ray.
 
+#[path = "../../../benches/measure/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_scene::glam::{Affine3A, Vec3};
@@ -48,7 +52,7 @@ fn rays(triangles: &[[Vec3; 3]]) -> Vec<Ray> {
     rays
 }
 
-fn bench(criterion: &mut Criterion) {
+fn bench(criterion: &mut Criterion<CpuTime>) {
     let triangles = geometry();
     let rays = rays(&triangles);
     for (name, kind) in TREES {
@@ -111,7 +115,7 @@ fn boxes(count: usize) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-fn bench_few(criterion: &mut Criterion) {
+fn bench_few(criterion: &mut Criterion<CpuTime>) {
     // A sphere out of reach needs a tree.
     let far = Sphere {
         center: Vec3::splat(100.0),
@@ -164,5 +168,9 @@ fn bench_few(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, bench, bench_few);
+criterion_group! {
+    name = benches;
+    config = by_cpu_time();
+    targets = bench, bench_few
+}
 criterion_main!(benches);

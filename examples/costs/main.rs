@@ -1,0 +1,105 @@
+//! What hot functions cost beside what limits them on the same machine: a table made from the results of the benchmarks.
+//!
+//! ```sh
+//! cargo bench --workspace --features lightshed-lights/parallel $(cargo run -q --example costs -- --benches) -- \
+//!     --warm-up-time 0.3 --measurement-time 1 --sample-size 20
+//! cargo run --release --example costs > docs/costs.md
+//! ```
+//!
+//! A benchmark that no rule knows is an error, and so is one without a limit to hold it against.
+
+mod limits;
+mod results;
+mod rules;
+
+use limits::Limits;
+use results::{Cost, read_costs};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::PathBuf;
+
+/// Benches whose results make the table.
+const BENCHES: [&str; 11] = [
+    "limits",
+    "sampling",
+    "warps",
+    "resampling",
+    "emitters",
+    "materials",
+    "rays",
+    "lights",
+    "lighting_grid",
+    "paths",
+    "film",
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.as_slice() {
+        [flag] if flag == "--benches" => {
+            println!("{}", BENCHES.map(|name| format!("--bench {name}")).join(" "));
+            return Ok(());
+        }
+        [] | [_] => {}
+        _ => return Err("usage: costs [--benches | FOLDER of criterion's results]".into()),
+    }
+    let folder = match arguments.first() {
+        Some(folder) => PathBuf::from(folder),
+        None => {
+            let program = std::env::current_exe()?;
+            let target = program
+                .ancestors()
+                .nth(3)
+                .ok_or("the program lies outside a target folder")?;
+            target.join("criterion")
+        }
+    };
+    let costs = read_costs(&folder)?;
+    let limits = Limits::of(&costs)?;
+    print!("{}", page(&costs, &limits)?);
+    Ok(())
+}
+
+/// The table, crate by crate.
+fn page(costs: &BTreeMap<String, Cost>, limits: &Limits<'_>) -> Result<String, Box<dyn Error>> {
+    let mut page = String::from(HEAD);
+    let mut heading = "";
+    for (id, cost) in costs {
+        let (part, rest) = id.split_once('/').unwrap_or((id, ""));
+        if part == "limits" {
+            continue;
+        }
+        if part != heading {
+            heading = part;
+            page +=
+                &format!("\n## {part}\n\n| benchmark | ns | limit | ns | times |\n|---|---|---|---|---|\n");
+        }
+        let rule = rules::find(id).ok_or_else(|| format!("no limit is known for {id}"))?;
+        let limit =
+            (rule.limit)(limits, cost.size).ok_or_else(|| format!("what limits {id} was not measured"))?;
+        let times = cost.nanoseconds / limit;
+        page += &format!(
+            "| `{rest}` | {} | {} | {} | {} |\n",
+            short(cost.nanoseconds),
+            rule.what,
+            short(limit),
+            short(times)
+        );
+    }
+    Ok(page)
+}
+
+const HEAD: &str = "# Costs\n
+Made by the commands at the head of `examples/costs/main.rs`. Medians of one call, or of one element of what a call works on, in
+nanoseconds, beside the nearest limit that was measured in the same run: random numbers, reads of a working set of the same size,
+copies, or a simpler part that cannot be done without.\n";
+
+/// Three digits.
+fn short(x: f64) -> String {
+    match x {
+        _ if x >= 9_999.5 => format!("{:.0}", x),
+        _ if x >= 99.5 => format!("{x:.0}"),
+        _ if x >= 9.95 => format!("{x:.1}"),
+        _ => format!("{x:.2}"),
+    }
+}
