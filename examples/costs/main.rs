@@ -19,7 +19,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 /// Benches whose results make the table.
-const BENCHES: [&str; 11] = [
+const BENCHES: [&str; 12] = [
     "limits",
     "sampling",
     "warps",
@@ -31,6 +31,7 @@ const BENCHES: [&str; 11] = [
     "lighting_grid",
     "paths",
     "film",
+    "trackers",
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {

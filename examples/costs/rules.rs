@@ -270,4 +270,56 @@ static RULES: &[Rule] = &[
     rule("shift/shift_", "a shadow ray among 36 triangles", |l, _| {
         l.part("scene/few/any_together/flat/36")
     }),
+    // Media.
+    rule("volume/segments", "two reads, near", |l, _| {
+        Some(2.0 * l.read(NEAR))
+    }),
+    rule("volume/tentative_collisions", "two words", |l, _| {
+        Some(l.words(2.0))
+    }),
+    rule("volume/lookups_trilinear", "eight reads, near", |l, _| {
+        Some(8.0 * l.read(NEAR))
+    }),
+    rule("volume/lookups_nearest", "a read, near", |l, _| {
+        Some(l.read(NEAR))
+    }),
+    rule(
+        "volume/ratio_trilinear",
+        "two words, eight reads, near",
+        |l, _| Some(l.words(2.0) + 8.0 * l.read(NEAR)),
+    ),
+    rule("volume/ratio_nearest", "two words, a read, near", |l, _| {
+        Some(l.words(2.0) + l.read(NEAR))
+    }),
+    rule(
+        "volume/ratio_one_majorant_trilinear",
+        "two words, eight reads, near",
+        |l, _| Some(l.words(2.0) + 8.0 * l.read(NEAR)),
+    ),
+    rule(
+        "volume/ratio_one_majorant_nearest",
+        "two words, a read, near",
+        |l, _| Some(l.words(2.0) + l.read(NEAR)),
+    ),
+    rule(
+        "volume/residual_ratio_trilinear",
+        "two words, eight reads, near",
+        |l, _| Some(l.words(2.0) + 8.0 * l.read(NEAR)),
+    ),
+    rule(
+        "volume/residual_ratio_nearest",
+        "two words, a read, near",
+        |l, _| Some(l.words(2.0) + l.read(NEAR)),
+    ),
+    rule(
+        "volume/delta_trilinear",
+        "three words, eight reads, near",
+        |l, _| Some(l.words(3.0) + 8.0 * l.read(NEAR)),
+    ),
+    rule("volume/delta_nearest", "three words, a read, near", |l, _| {
+        Some(l.words(3.0) + l.read(NEAR))
+    }),
+    rule("volume/regular_", "a read that does not wait, 64 MB", |l, _| {
+        Some(l.read(6.4e7))
+    }),
 ];

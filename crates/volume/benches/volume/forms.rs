@@ -1,6 +1,7 @@
 //! What a grid's forms cost.
 
-use crate::support::{Medium, camera, chords, cloud, least};
+use crate::clock::least;
+use crate::fields::{Medium, camera, chords, cloud};
 use lightshed_sampling::CounterRng;
 use lightshed_volume::glam::Vec3;
 use lightshed_volume::*;
@@ -96,7 +97,7 @@ fn blocks(grid: &DenseGrid) -> Vec<VoxelBlock> {
 }
 
 pub fn run() {
-    let medium = Medium::new("cloud", cloud(256, 0.45), 1.0);
+    let medium = Medium::new(cloud(256, 0.45), 1.0);
     println!(
         "forms of 256³: MB, rms and greatest error, ns a lookup of ratio tracking and ray marching, camera rays and chords"
     );

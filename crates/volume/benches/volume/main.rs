@@ -1,11 +1,10 @@
-//! What trackers cost and what they gain.
+//! What trackers gain, and what forms of grids cost. (What trackers cost is the bench `trackers`.)
 //!
 //! ```sh
 //! cargo bench -p lightshed-volume --bench volume
-//! cargo bench -p lightshed-volume --bench volume -- steps
+//! cargo bench -p lightshed-volume --bench volume -- forms
 //! ```
 //!
-//! - `steps`: nanoseconds per lookup of each tracker on a grid of 256³, and lookups per second on two cores;
 //! - `forms`: size, error and speed of a grid's forms: dense, sparse, 8 and 4 bits a value, coarser levels;
 //! - `variance`: variance times lookups of each estimate of transmittance, in four media. The fourth is the Disney cloud, read
 //!   from the folder `LIGHTSHED_SCENES`;
@@ -13,10 +12,10 @@
 //!
 //! Times are CPU time of the threads that work, the least of several turns: what other processes take does not count.
 
+mod clock;
+mod fields;
 mod forms;
 mod lamps;
-mod steps;
-mod support;
 mod variance;
 
 fn main() {
@@ -27,9 +26,6 @@ fn main() {
             .peekable();
         given.peek().is_none() || given.any(|g| g == part)
     };
-    if wanted("steps") {
-        steps::run();
-    }
     if wanted("forms") {
         forms::run();
     }

@@ -1,6 +1,6 @@
 //! Variance times lookups.
 
-use crate::support::{Medium, chords, cloud};
+use crate::fields::{Medium, chords, cloud};
 use lightshed_sampling::CounterRng;
 use lightshed_volume::*;
 use std::path::Path;
@@ -109,20 +109,22 @@ pub fn run() {
         if bright { 1.0 } else { 0.002 }
     };
     let mut media = vec![
-        Medium::new("wispy", cloud(128, 0.15), 0.15),
-        Medium::new("dense", cloud(128, 0.8), 0.15),
-        Medium::new(
+        ("wispy", Medium::new(cloud(128, 0.15), 0.15)),
+        ("dense", Medium::new(cloud(128, 0.8), 0.15)),
+        (
             "high contrast",
-            DenseGrid::from_fn([128; 3], Filter::Trilinear, sharp).expect("values are in [0, 1]"),
-            1.0,
+            Medium::new(
+                DenseGrid::from_fn([128; 3], Filter::Trilinear, sharp).expect("values are in [0, 1]"),
+                1.0,
+            ),
         ),
     ];
     match disney_cloud() {
-        Ok(grid) => media.push(Medium::new("Disney cloud", grid, 0.15)),
+        Ok(grid) => media.push(("Disney cloud", Medium::new(grid, 0.15))),
         Err(why) => println!("SKIPPED: Disney cloud: {why}"),
     }
     println!("variance of one estimate (rms over {RAYS} chords) · lookups · their product, times 1000");
-    for medium in &media {
+    for (name, medium) in &media {
         let chords = chords(&medium.grid, RAYS);
         let rays: Vec<_> = chords
             .into_iter()
@@ -132,7 +134,7 @@ pub fn run() {
             })
             .collect();
         let mean: f64 = rays.iter().map(|r| r.2).sum::<f64>() / f64::from(RAYS);
-        println!("{}, mean transmittance {mean:.2}", medium.name);
+        println!("{name}, mean transmittance {mean:.2}");
         for (name, estimate) in ESTIMATORS {
             let (mut squares, mut lookups) = (0.0, 0u64);
             for (i, (ray, interval, truth)) in (0..).zip(&rays) {

@@ -1,54 +1,25 @@
-//! Media, rays and clocks.
+//! Media and rays.
 
 use lightshed_sampling::CounterRng;
 use lightshed_volume::glam::Vec3;
 use lightshed_volume::{DenseGrid, FieldRay, Filter, Interval, MajorantGrid};
-use std::time::Duration;
 
 /// A grid, its majorants and the coefficient that makes it a medium.
 pub struct Medium {
-    pub name: &'static str,
     pub grid: DenseGrid,
     pub majorants: MajorantGrid,
     pub extinction: f32,
 }
 
 impl Medium {
-    pub fn new(name: &'static str, grid: DenseGrid, extinction: f32) -> Self {
+    pub fn new(grid: DenseGrid, extinction: f32) -> Self {
         let majorants = MajorantGrid::new(&grid, 8.0).expect("a grid has bounds");
         Self {
-            name,
             grid,
             majorants,
             extinction,
         }
     }
-}
-
-/// CPU time of this thread; of the wall where there is no such clock.
-#[cfg(unix)]
-fn clock() -> Duration {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
-}
-
-#[cfg(not(unix))]
-fn clock() -> Duration {
-    use std::sync::OnceLock;
-    use std::time::Instant;
-    static START: OnceLock<Instant> = OnceLock::new();
-    START.get_or_init(Instant::now).elapsed()
-}
-
-/// Least CPU seconds of `turns`.
-pub fn least(turns: u32, mut work: impl FnMut()) -> f64 {
-    (0..turns)
-        .map(|_| {
-            let start = clock();
-            work();
-            (clock() - start).as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
 }
 
 /// A value in [0, 1) for each corner of a lattice.
