@@ -1,7 +1,7 @@
 //! Direct light with emitters chosen for the point that they light.
 
 use crate::direct::{DirectLightError, MAX_DIRECT_SAMPLES};
-use crate::light_selection::{ChosenLight, LightSelection, shading_point};
+use crate::light_selection::{ChosenLight, LightSelection};
 use crate::shadow_batch::ShadowBatch;
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lights::ShadingPoint;
@@ -140,7 +140,7 @@ impl<'a> SelectedDirectLight<'a> {
             let bsdf = self.scene.bsdf(&point);
             let wo = point.shading.to_local(-ray.direction);
             let lit = Lit {
-                at: shading_point(&point, &bsdf, wo),
+                at: self.selection.receiver(&point, &bsdf, wo),
                 bsdf_samples: if bsdf.is_diffuse() {
                     0.0
                 } else {

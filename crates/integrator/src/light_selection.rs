@@ -1,8 +1,9 @@
 //! Which emitter a shading point asks for light.
 
 use lightshed_lights::{
-    Bounds, BvhBuild, Facing, Light, LightBvh, LightError, LightInstance, LightSampler, OpenedTree,
-    OrientationCone, PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree, UniformLights,
+    Bounds, BvhBuild, Facing, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,
+    OpenedTree, OrientationCone, PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree,
+    UniformLights,
 };
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
@@ -197,9 +198,40 @@ impl<'a> LightSelection<'a> {
     /// Chooses by 64 uniform bits; `None` is a choice of none, which counts as a sample of value zero.
     #[inline]
     pub fn choose(&self, at: &ShadingPoint, u: u64) -> Option<ChosenLight> {
-        let mut chosen = [None];
-        self.choose_many(at, &[u], &mut chosen);
-        chosen[0]
+        match self.route(u)? {
+            Route::Finite(u) => {
+                let sampler = self.sampler.as_ref()?;
+                let choice = with_sampler!(sampler, s => s.sample(at, u))?;
+                Some(self.finite(choice))
+            }
+            Route::Infinite(u) => Some(ChosenLight::Infinite { u }),
+        }
+    }
+
+    /// Among which emitters `u` chooses, and by which number; `None` if there are none.
+    #[inline(always)]
+    fn route(&self, u: u64) -> Option<Route> {
+        // The high part of the product is the group, the low part a fresh uniform number within it.
+        let routed = u128::from(u) * u128::from(self.groups);
+        let (group, rest) = ((routed >> 64) as u32, routed as u64);
+        if self.sampler.is_some() && group == 0 {
+            return Some(Route::Finite(rest));
+        }
+        // Among those at infinity the number's place within all their groups.
+        let first = u32::from(self.sampler.is_some());
+        let infinite = u64::from(self.groups - first);
+        let share = u64::MAX.checked_div(infinite)?;
+        Some(Route::Infinite(
+            share * u64::from(group - first) + rest / infinite,
+        ))
+    }
+
+    #[inline(always)]
+    fn finite(&self, choice: LightChoice) -> ChosenLight {
+        ChosenLight::Finite {
+            emitter: choice.light,
+            probability: choice.pmf * self.finite_probability,
+        }
     }
 
     /// Many choices for one point, cheapest where `u` ascends: `chosen[i]` is [`choose`](Self::choose) of `u[i]`. The shorter
@@ -211,31 +243,22 @@ impl<'a> LightSelection<'a> {
             let mut places = [0u8; COMPANY];
             let mut count = 0;
             for (place, (&u, chosen)) in u.iter().zip(chosen.iter_mut()).enumerate() {
-                // The high part of the product is the group, the low part a fresh uniform number within it.
-                let routed = u128::from(u) * u128::from(self.groups);
-                let group = (routed >> 64) as u32;
-                let rest = routed as u64;
                 *chosen = None;
-                if self.sampler.is_some() && group == 0 {
-                    finite[count] = rest;
-                    places[count] = place as u8;
-                    count += 1;
-                } else if self.groups > 0 {
-                    // Among those at infinity the number's place within all their groups.
-                    let first = u32::from(self.sampler.is_some());
-                    let infinite = u64::from(self.groups - first);
-                    let u = (u64::MAX / infinite) * u64::from(group - first) + rest / infinite;
-                    *chosen = Some(ChosenLight::Infinite { u });
+                match self.route(u) {
+                    Some(Route::Finite(u)) => {
+                        finite[count] = u;
+                        places[count] = place as u8;
+                        count += 1;
+                    }
+                    Some(Route::Infinite(u)) => *chosen = Some(ChosenLight::Infinite { u }),
+                    None => {}
                 }
             }
             let Some(sampler) = &self.sampler else { continue };
             let mut choices = [None; COMPANY];
             with_sampler!(sampler, s => s.sample_many(at, &finite[..count], &mut choices[..count]));
             for (place, choice) in places[..count].iter().zip(choices) {
-                chosen[*place as usize] = choice.map(|choice| ChosenLight::Finite {
-                    emitter: choice.light,
-                    probability: choice.pmf * self.finite_probability,
-                });
+                chosen[*place as usize] = choice.map(|choice| self.finite(choice));
             }
         }
     }
@@ -315,8 +338,27 @@ impl<'a> LightSelection<'a> {
     }
 }
 
+/// Among which emitters a number chooses, and the number left for that.
+enum Route {
+    Finite(u64),
+    Infinite(u64),
+}
+
 /// Choices that are made together.
 const COMPANY: usize = 16;
+
+impl LightSelection<'_> {
+    /// [`shading_point`], or its position alone where the choice asks for no more.
+    #[inline]
+    pub(crate) fn receiver(&self, point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoint {
+        match self.sampler {
+            None | Some(Sampler::Uniform(_) | Sampler::Power(_)) => {
+                ShadingPoint::without_normal(point.position)
+            }
+            _ => shading_point(point, bsdf, wo),
+        }
+    }
+}
 
 /// What a light sampler sees of a surface point with this BSDF, from the unit direction `wo` (in the shading frame).
 #[inline]

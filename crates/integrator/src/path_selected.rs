@@ -1,7 +1,7 @@
 //! Path tracing with emitters chosen for the point that they light.
 
 use crate::PixelEstimator;
-use crate::light_selection::{LightSelection, shading_point};
+use crate::light_selection::LightSelection;
 use crate::path::camera_ray;
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{CounterRng, Density, SolidAngle, power_heuristic};
@@ -79,7 +79,7 @@ impl<'a> SelectedPathTracer<'a> {
             };
             let bsdf = self.scene.bsdf(&point);
             let wo = point.shading.to_local(-ray.direction);
-            let at = shading_point(&point, &bsdf, wo);
+            let at = self.selection.receiver(&point, &bsdf, wo);
             let (u_select, u) = (rng.next_u64(), rng.next_2d());
             if bsdf.has_non_delta()
                 && let Some(light) = self.selection.sample(&at, u_select, u)

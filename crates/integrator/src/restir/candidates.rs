@@ -2,7 +2,7 @@
 
 use super::light::{DirectReservoir, EndpointSpace, LightSample, lit_by};
 use super::primary::Primary;
-use crate::light_selection::{LightSelection, shading_point};
+use crate::light_selection::LightSelection;
 use lightshed_resampling::{ContributionWeight, MixtureRis, balance_over_techniques};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec3;
@@ -52,13 +52,13 @@ impl EndpointSampler for Emitters {
 impl EndpointSampler for LightSelection<'_> {
     #[inline]
     fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)> {
-        let at = shading_point(from.point, from.bsdf, from.wo);
+        let at = self.receiver(from.point, from.bsdf, from.wo);
         self.sample_endpoint(&at, u_select, u)
     }
 
     #[inline]
     fn probability(&self, from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32 {
-        let at = shading_point(from.point, from.bsdf, from.wo);
+        let at = self.receiver(from.point, from.bsdf, from.wo);
         self.endpoint_probability(&at, endpoint)
     }
 }

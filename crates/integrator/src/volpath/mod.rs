@@ -9,9 +9,9 @@ pub use flight::VolumeTracking;
 use flight::{Channels, fly};
 pub(crate) use shadow::Crossing;
 
-use crate::PixelEstimator;
 use crate::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
 use crate::path::camera_ray;
+use crate::{PathTracer, PixelEstimator, SampleId};
 use lightshed_sampling::{CounterRng, Density, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::volume::PhaseFunction;
@@ -34,8 +34,8 @@ use lightshed_scene::{Material, Medium, Ray, Rgb, Scene, SurfacePoint};
 /// - Light passes shapes of [`Material::Null`] unchanged; they are no vertices, and do not count as edges.
 ///
 /// Unbiased for paths of up to `max_depth` edges: 1 shows emitters, 2 adds light that is scattered once. Longer paths than
-/// `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`. In a scene without media the expectation is that of
-/// [`PathTracer`](crate::PathTracer), which is the faster one there.
+/// `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`. In a scene without media and without [`Material::Null`] its
+/// samples are those of [`PathTracer`], which is the faster one there.
 pub struct VolumePathTracer<'a> {
     scene: &'a Scene,
     max_depth: u32,
@@ -45,6 +45,8 @@ pub struct VolumePathTracer<'a> {
     /// Whether some medium has extinction that differs by channel.
     spectral: bool,
     tracking: VolumeTracking,
+    /// What samples scenes without anything to pass through.
+    plain: Option<PathTracer<'a>>,
 }
 
 /// Probability at which roulette keeps even the brightest path.
@@ -56,12 +58,10 @@ pub(crate) const MOST_CROSSINGS: u32 = 1 << 16;
 /// Whether light passes a primitive, and nothing but that is to be known of it.
 #[inline(always)]
 fn is_passed(scene: &Scene, primitive: u32) -> bool {
-    !cfg!(lightshed_without = "media")
-        && matches!(
-            scene.materials()[scene.primitive_material(primitive) as usize],
-            Material::Null
-        )
-        && scene.primitive_emitter(primitive) == SurfacePoint::NO_EMITTER
+    matches!(
+        scene.materials()[scene.primitive_material(primitive) as usize],
+        Material::Null
+    ) && scene.primitive_emitter(primitive) == SurfacePoint::NO_EMITTER
 }
 
 /// A path on its way.
@@ -89,6 +89,8 @@ impl<'a> VolumePathTracer<'a> {
 
     /// A path tracer with the given longest path in edges (`None` is unbounded) and first edge at which roulette may end a path.
     pub fn with_depths(scene: &'a Scene, max_depth: Option<u32>, roulette_depth: u32) -> Self {
+        let is_null = |material: &Material| matches!(material, Material::Null);
+        let opaque = scene.media().is_empty() && !scene.materials().iter().any(is_null);
         Self {
             scene,
             max_depth: max_depth.unwrap_or(u32::MAX),
@@ -96,6 +98,7 @@ impl<'a> VolumePathTracer<'a> {
             camera_medium: scene.camera_medium(scene.camera()),
             spectral: !scene.media().iter().all(Medium::is_grey),
             tracking: VolumeTracking::Delta,
+            plain: opaque.then(|| PathTracer::with_depths(scene, max_depth, roulette_depth)),
         }
     }
 
@@ -142,9 +145,7 @@ impl<'a> VolumePathTracer<'a> {
             let point = hit.map(|hit| scene.surface(&path.ray, &hit));
             path.radiance += path.weighted(met_emission(scene, &path.ray, point.as_ref(), path.bounce));
             let Some(point) = point else { break };
-            if !cfg!(lightshed_without = "media")
-                && matches!(scene.materials()[point.material as usize], Material::Null)
-            {
+            if matches!(scene.materials()[point.material as usize], Material::Null) {
                 crossings += 1;
                 path.cross(scene, &point);
                 continue;
@@ -264,8 +265,20 @@ impl State {
 
 impl PixelEstimator for VolumePathTracer<'_> {
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
+        if let Some(plain) = &self.plain {
+            return plain.sample(x, y, sample_index, seed);
+        }
         let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
         let ray = camera_ray(self.scene, x, y, &mut rng);
         self.radiance(ray, self.camera_medium, &mut rng)
+    }
+
+    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
+        if let Some(plain) = &self.plain {
+            return plain.sample_many(ids, seed, values);
+        }
+        for (id, value) in ids.iter().zip(values) {
+            *value = self.sample(id.x, id.y, id.index, seed);
+        }
     }
 }

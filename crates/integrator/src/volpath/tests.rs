@@ -251,3 +251,34 @@ fn roulette_changes_no_mean() {
         a.test_equal(b, 1e-6).unwrap();
     }
 }
+
+/// Where there is nothing to pass through, samples are those of the path tracer, alone and in batches; and the walk through media,
+/// which they replace, has their mean.
+#[test]
+fn without_media_samples_are_the_path_tracers() {
+    let mut description = lightshed_scene::builtin::cornell_glossy();
+    (description.settings.width, description.settings.height) = (8, 8);
+    let scene = Scene::new(&description).unwrap();
+    let (ours, plain) = (VolumePathTracer::new(&scene), PathTracer::new(&scene));
+    let ids: Vec<SampleId> = (0..128u32)
+        .map(|i| SampleId {
+            x: i % 8,
+            y: i / 8 % 8,
+            index: i / 64,
+        })
+        .collect();
+    let mut values = vec![Rgb::NAN; ids.len()];
+    ours.sample_many(&ids, 3, &mut values);
+    for (id, value) in ids.iter().zip(&values) {
+        assert_eq!(*value, plain.sample(id.x, id.y, id.index, 3));
+        assert_eq!(*value, ours.sample(id.x, id.y, id.index, 3));
+    }
+    let (mut walked, mut traced) = (MeanTest::new(), MeanTest::new());
+    for sample in 0..60_000 {
+        let mut rng = CounterRng::new(5, 0, sample);
+        let ray = camera_ray(&scene, 3, 5, &mut rng);
+        walked.push(f64::from(ours.radiance(ray, None, &mut rng).x));
+        traced.push(f64::from(plain.sample(3, 5, sample, 6).x));
+    }
+    walked.test_equal(&traced, 1e-6).unwrap();
+}
