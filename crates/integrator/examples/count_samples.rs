@@ -1,5 +1,5 @@
 //! A fixed number of samples of a method on a built-in scene, alone in the program and on one thread: what to count
-//! instructions of, as by `valgrind --tool=callgrind`. Arguments: the method, the scene, the edge of the image in pixels,
+//! instructions of, as by `valgrind --tool=callgrind`. Arguments: the method, the scene (or a file), the edge of the image in pixels,
 //! samples in each pixel (frames, of methods that make frames).
 
 use lightshed_integrator::{
@@ -7,7 +7,7 @@ use lightshed_integrator::{
     PathTracer, PixelEstimator, RestirDi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
     SampleId, SceneWorld, SelectedPathTracer, VolumePathTracer,
 };
-use lightshed_scene::{Rgb, Scene, builtin};
+use lightshed_scene::{Rgb, Scene, builtin, import};
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
@@ -18,8 +18,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [method, name, side, samples] = arguments.as_slice() else {
         return Err(format!("usage: count_samples METHOD SCENE SIDE SAMPLES, methods are {METHODS}").into());
     };
-    let mut description = builtin::by_name(name)
-        .ok_or_else(|| format!("{name} is no built-in scene ({})", builtin::NAMES.join(", ")))?;
+    let mut description = match builtin::by_name(name) {
+        Some(description) => description,
+        None => import::load(name, &[])?.description,
+    };
     let (side, samples): (u32, u32) = (side.parse()?, samples.parse()?);
     (description.settings.width, description.settings.height) = (side, side);
     let scene = Scene::new(&description)?;

@@ -11,11 +11,11 @@ pub(crate) use shadow::Crossing;
 
 use crate::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
 use crate::path::camera_ray;
-use crate::{PathTracer, PixelEstimator, SampleId};
+use crate::{MAX_BATCH, PathTracer, PixelEstimator, SampleId};
 use lightshed_sampling::{CounterRng, Density, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::volume::PhaseFunction;
-use lightshed_scene::{Material, Medium, Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{Hit, Material, Medium, Ray, Rgb, Scene, SurfacePoint};
 
 /// Estimates the radiative transfer equation by paths from the camera.
 ///
@@ -110,6 +110,12 @@ impl<'a> VolumePathTracer<'a> {
 
     /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path.
     pub fn radiance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
+        self.walk(ray, medium, None, rng)
+    }
+
+    /// [`radiance`](Self::radiance), where it is known what `ray` hits, or not yet.
+    #[inline]
+    fn walk(&self, ray: Ray, medium: Option<u32>, known: Option<Option<Hit>>, rng: &mut CounterRng) -> Rgb {
         let hero = if self.spectral { rng.next_u32() } else { 0 };
         let mut path = State {
             ray,
@@ -121,12 +127,16 @@ impl<'a> VolumePathTracer<'a> {
             depth: 1,
             radiance: Rgb::ZERO,
         };
-        let mut crossings = 0;
+        let (mut known, mut crossings) = (known, 0);
         while self.max_depth > 0 && crossings < MOST_CROSSINGS {
             let scene = self.scene;
-            let hit = scene.accelerator().intersect(&path.ray);
+            // Where no surface can come before a collision, none is looked for before.
+            let mut hit = known.take();
+            if hit.is_none() && !path.medium.is_some_and(|medium| scene.medium_is_clear(medium)) {
+                hit = Some(scene.accelerator().intersect(&path.ray));
+            }
             if let Some(medium) = path.medium.map(|index| &scene.media()[index as usize]) {
-                let t_max = hit.map_or(path.ray.t_max, |hit| hit.t);
+                let t_max = hit.flatten().map_or(path.ray.t_max, |hit| hit.t);
                 if let Some(t) = fly(medium, &path.ray, t_max, self.tracking, &mut path.channels, rng) {
                     let position = path.ray.origin + path.ray.direction * t;
                     if self.collide(&mut path, medium, position, rng).is_none() {
@@ -135,6 +145,7 @@ impl<'a> VolumePathTracer<'a> {
                     continue;
                 }
             }
+            let hit = hit.unwrap_or_else(|| scene.accelerator().intersect(&path.ray));
             if let Some(hit) = hit
                 && is_passed(scene, hit.primitive)
             {
@@ -277,8 +288,20 @@ impl PixelEstimator for VolumePathTracer<'_> {
         if let Some(plain) = &self.plain {
             return plain.sample_many(ids, seed, values);
         }
-        for (id, value) in ids.iter().zip(values) {
-            *value = self.sample(id.x, id.y, id.index, seed);
+        let mut rngs: [CounterRng; MAX_BATCH] = std::array::from_fn(|_| CounterRng::new(seed, 0, 0));
+        let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); MAX_BATCH];
+        let mut hits = [None; MAX_BATCH];
+        for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
+            for ((id, ray), rng) in ids.iter().zip(&mut rays).zip(&mut rngs) {
+                *rng = CounterRng::new(seed, id.y << 16 | id.x, id.index);
+                *ray = camera_ray(self.scene, id.x, id.y, rng);
+            }
+            let count = ids.len().min(values.len());
+            let (rays, hits) = (&rays[..count], &mut hits[..count]);
+            self.scene.accelerator().intersect_many(rays, hits);
+            for (((value, ray), hit), rng) in values.iter_mut().zip(rays).zip(hits).zip(&mut rngs) {
+                *value = self.walk(*ray, self.camera_medium, Some(*hit), rng);
+            }
         }
     }
 }

@@ -41,6 +41,20 @@ impl VolumePathTracer<'_> {
     /// is in between.
     pub(super) fn transmittance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
         let scene = self.scene;
+        if let Some(index) = medium
+            && let Some(passes) = scene.passes_grid_alone(&ray, index)
+        {
+            return match passes {
+                true => transmittance(
+                    &scene.media()[index as usize],
+                    &ray,
+                    ray.t_max,
+                    self.tracking,
+                    rng,
+                ),
+                false => Rgb::ZERO,
+            };
+        }
         let (mut ray, mut medium, mut result) = (ray, medium, Rgb::ONE);
         // Rays are cheaper than walks through media.
         let (mut waiting, mut count) = ([(0, ray, 0.0); WAITING], 0);

@@ -282,3 +282,107 @@ fn without_media_samples_are_the_path_tracers() {
     }
     walked.test_equal(&traced, 1e-6).unwrap();
 }
+
+/// A grid that fills its boundary, a cube just above a floor, in light from a point and from all around. `dust`, a tiny
+/// triangle that all light passes, makes boundaries be looked for where else none would be.
+fn cube_on_floor(dust: bool) -> SceneDescription {
+    let mut scene = ball(Rgb::splat(1.2), Rgb::splat(0.8));
+    scene.media[0].density = ramp();
+    scene.shapes[0].geometry = Geometry::Mesh(lightshed_scene::builtin::cuboid(Affine3A::IDENTITY));
+    let triangle = |corners: [Vec3; 3], material| ShapeDescription {
+        name: "triangle".to_owned(),
+        geometry: Geometry::Mesh(lightshed_scene::TriangleMesh {
+            positions: corners.to_vec(),
+            indices: vec![[0, 1, 2]],
+            ..Default::default()
+        }),
+        material,
+        emission: None,
+    };
+    scene.materials.push(Material::Diffuse {
+        reflectance: Rgb::splat(0.6).into(),
+    });
+    let floor = |x: f32, z: f32| Vec3::new(x, -1.02, z);
+    scene.shapes.push(triangle(
+        [floor(-9.0, -5.0), floor(0.0, 9.0), floor(9.0, -5.0)],
+        1,
+    ));
+    if dust {
+        let at = |x: f32, y: f32| Vec3::new(0.9 + x, 0.9 + y, 0.9);
+        scene
+            .shapes
+            .push(triangle([at(0.0, 0.0), at(1e-3, 0.0), at(0.0, 1e-3)], 0));
+    }
+    scene.emitters = vec![
+        EmitterDescription::Point {
+            position: Vec3::new(0.5, 3.0, 1.0),
+            intensity: Rgb::splat(9.0),
+        },
+        EmitterDescription::Constant {
+            radiance: Rgb::splat(0.3),
+        },
+    ];
+    scene.settings.max_depth = Some(6);
+    scene
+}
+
+/// Looking for no surfaces in a grid that has none changes nothing but the time: nor do shadow rays that look for what is opaque alone.
+#[test]
+fn clear_grids_are_those_with_surfaces_in_them() {
+    #[derive(Clone, Copy, Debug)]
+    enum Planted {
+        NoFloor,
+        Denser,
+    }
+    let expected = means(&cube_on_floor(true), 3.0, 150_000);
+    for dust in [false, true] {
+        let scene = Scene::new(&cube_on_floor(dust)).unwrap();
+        assert_eq!(scene.medium_is_clear(0), !dust);
+        let towards_floor = Ray::new(Vec3::ZERO, Vec3::NEG_Y);
+        assert_eq!(
+            scene.passes_grid_alone(&towards_floor, 0),
+            (!dust).then_some(false)
+        );
+    }
+    check_faults(&[Planted::NoFloor, Planted::Denser], |fault| {
+        let mut scene = cube_on_floor(false);
+        match fault {
+            Some(Planted::NoFloor) => drop(scene.shapes.pop()),
+            Some(Planted::Denser) => scene.media[0].extinction *= 1.05,
+            None => {}
+        }
+        for (mean, expected) in means(&scene, 3.0, 150_000).iter().zip(&expected) {
+            mean.test_equal(expected, 1e-6 / 3.0)
+                .map_err(|error| error.to_string())?;
+        }
+        Ok::<(), String>(())
+    })
+    .unwrap();
+}
+
+/// In company and alone, bit for bit.
+#[test]
+fn a_path_does_not_depend_on_its_batch() {
+    for name in ["cloud", "smoke-in-cornell", "fire"] {
+        let mut description = lightshed_scene::builtin::by_name(name).unwrap();
+        (description.settings.width, description.settings.height) = (12, 12);
+        let scene = Scene::new(&description).unwrap();
+        let tracer = VolumePathTracer::new(&scene);
+        let ids: Vec<SampleId> = (0..144u32)
+            .map(|i| SampleId {
+                x: i % 12,
+                y: i / 12,
+                index: 7 * i,
+            })
+            .collect();
+        for size in [1, 7, ids.len()] {
+            let mut together = vec![Rgb::NAN; ids.len()];
+            for (ids, values) in ids.chunks(size).zip(together.chunks_mut(size)) {
+                tracer.sample_many(ids, 3, values);
+            }
+            for (id, value) in ids.iter().zip(&together) {
+                assert_eq!(*value, tracer.sample(id.x, id.y, id.index, 3), "{name}, {id:?}");
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Densities and emission as trackers read them.
 
-use crate::{Ray, Rgb};
+use crate::{Ray, Rgb, Sphere};
 use glam::{Affine3A, Vec3};
 use lightshed_volume::{DenseGrid, DensityField, FieldRay, Interval, MajorantGrid};
 
@@ -58,6 +58,42 @@ impl GridField {
     #[inline(always)]
     pub fn clip(&self, ray: &FieldRay, interval: Interval) -> Option<Interval> {
         self.grid.bounds().clip(ray, interval)
+    }
+}
+
+impl GridField {
+    /// Whether no surface reaches into the grid's box: collisions in it then come before all surfaces that a ray meets. Surfaces on the
+    /// box's faces, as far as rounding tells, do not count; slanted ones are taken for the boxes around them.
+    pub(super) fn is_clear(&self, triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> bool {
+        let (least, greatest) = (self.grid.bounds().min(), self.grid.bounds().max());
+        let reaches_in = |corners: &mut dyn Iterator<Item = Vec3>| {
+            let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            let mut terms = greatest - least;
+            for corner in corners {
+                let place = self.to_field.transform_point3(corner);
+                (min, max) = (min.min(place), max.max(place));
+                terms = terms.max(self.terms_of(corner));
+            }
+            let slack = terms * (16.0 * f32::EPSILON);
+            min.cmplt(greatest - slack).all() && max.cmpgt(least + slack).all()
+        };
+        let corners_of = |sphere: &Sphere| {
+            let Sphere { center, radius } = *sphere;
+            let sign = move |bit: u32| if bit == 0 { -radius } else { radius };
+            (0..8u32).map(move |i| center + Vec3::new(sign(i & 1), sign(i & 2), sign(i & 4)))
+        };
+        !triangles
+            .iter()
+            .any(|corners| reaches_in(&mut corners.iter().copied()))
+            && !spheres.iter().any(|sphere| reaches_in(&mut corners_of(sphere)))
+    }
+
+    /// Sums of the magnitudes that a point's coordinates in the grid's space are summed from.
+    fn terms_of(&self, point: Vec3) -> Vec3 {
+        let (matrix, point) = (&self.to_field.matrix3, point.abs());
+        let sum =
+            matrix.x_axis.abs() * point.x + matrix.y_axis.abs() * point.y + matrix.z_axis.abs() * point.z;
+        Vec3::from(sum + self.to_field.translation.abs())
     }
 }
 

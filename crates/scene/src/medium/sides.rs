@@ -1,6 +1,8 @@
 //! Which media meet at a surface.
 
-use super::Medium;
+use super::{Medium, MediumDensity};
+use crate::Sphere;
+use glam::Vec3;
 
 /// In place of a medium's index.
 const NONE: u32 = u32::MAX;
@@ -42,6 +44,8 @@ pub(crate) struct Boundaries {
     pub(super) sides: Vec<MediumSides>,
     /// What is around the camera, where the description says so.
     pub camera_medium: Option<u32>,
+    /// Of each medium, whether no surface lies within its grid.
+    pub(super) clear: Vec<bool>,
 }
 
 impl Boundaries {
@@ -49,5 +53,19 @@ impl Boundaries {
     pub fn of_primitive(&self, primitive: u32) -> Option<MediumSides> {
         let sides = *self.by_primitive.get(primitive as usize)?;
         self.sides.get(sides as usize).copied()
+    }
+
+    #[inline(always)]
+    pub fn is_clear(&self, medium: u32) -> bool {
+        self.clear.get(medium as usize).is_some_and(|&clear| clear)
+    }
+
+    /// Looks for surfaces in the media's grids.
+    pub fn look_for_surfaces(&mut self, triangles: &[[Vec3; 3]], spheres: &[Sphere]) {
+        let is_clear = |medium: &Medium| match medium.density() {
+            MediumDensity::Homogeneous => false,
+            MediumDensity::Grid(field) => field.is_clear(triangles, spheres),
+        };
+        self.clear = self.media.iter().map(is_clear).collect();
     }
 }

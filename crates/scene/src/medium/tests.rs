@@ -233,3 +233,63 @@ fn spoilt(spoil: fn(&mut GridDescription)) -> DensityDescription {
     spoil(&mut grid);
     DensityDescription::Grid(grid)
 }
+
+/// A grid in a cube that it fills, turned and moved, with something in it, or on its face, or around a smaller boundary.
+#[test]
+fn a_grid_is_clear_if_no_surface_reaches_into_it() {
+    let to_world = Affine3A::from_translation(Vec3::new(3.0, -70.0, 11.0))
+        * Affine3A::from_rotation_z(0.7)
+        * Affine3A::from_scale(Vec3::new(2.0, 0.3, 5.0));
+    // The grid is over the unit cube, cuboids over [−1, 1]³.
+    let of_unit = |to_unit: Affine3A| {
+        let to_cube = Affine3A::from_translation(Vec3::splat(0.5)) * Affine3A::from_scale(Vec3::splat(0.5));
+        Geometry::Mesh(crate::builtin::cuboid(to_world * to_unit * to_cube))
+    };
+    let scene = |boundary: Geometry, other: Option<Geometry>, media: usize| {
+        let mut scene = nested();
+        scene.media = vec![medium("fog"); media];
+        scene.media[0].density = DensityDescription::Grid(GridDescription { to_world, ..grid() });
+        let template = scene.shapes[0].clone();
+        let shape = |geometry| ShapeDescription {
+            geometry,
+            ..template.clone()
+        };
+        scene.shapes = std::iter::once(boundary).chain(other).map(shape).collect();
+        scene.boundaries = vec![MediumBoundary {
+            shape: 0,
+            interior: Some(0),
+            exterior: None,
+        }];
+        Scene::new(&scene).unwrap()
+    };
+    let whole = || of_unit(Affine3A::IDENTITY);
+    let sphere = |place: Vec3, radius| {
+        let center = to_world.transform_point3(place);
+        Some(Geometry::Sphere(SphereGeometry {
+            center,
+            radius,
+            flip_normals: false,
+        }))
+    };
+    let clear = |scene: &Scene| scene.medium_is_clear(0);
+    let ray = Ray::new(to_world.transform_point3(Vec3::splat(0.5)), Vec3::X);
+    let alone = scene(whole(), None, 1);
+    assert!(clear(&alone) && alone.passes_grid_alone(&ray, 0) == Some(true));
+    let two = scene(whole(), None, 2);
+    assert!(clear(&two) && two.passes_grid_alone(&ray, 0).is_none() && !two.medium_is_clear(1));
+    assert!(!clear(&scene(whole(), sphere(Vec3::new(0.9, 0.9, 0.1), 0.01), 1)));
+    assert!(clear(&scene(whole(), sphere(Vec3::new(0.5, 3.0, 0.5), 0.01), 1)));
+    let thinner = Affine3A::from_scale(Vec3::new(1.0, 1.0, 0.99));
+    assert!(!clear(&scene(of_unit(thinner), None, 1)));
+    let on_top = Affine3A::from_translation(Vec3::Z) * Affine3A::from_scale(Vec3::splat(0.5));
+    assert!(clear(&scene(whole(), Some(of_unit(on_top)), 1)));
+    assert!(!clear(&scene(
+        Geometry::Sphere(SphereGeometry {
+            center: ray.origin,
+            radius: 0.1,
+            flip_normals: false
+        }),
+        None,
+        1
+    )));
+}

@@ -7,8 +7,8 @@ use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, AreaShape};
 use crate::medium::build_media;
 use crate::{
-    AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription,
-    ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
+    AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Material, Rgb,
+    SceneDescription, ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
 };
 use glam::Vec3;
 use std::ops::Range;
@@ -92,19 +92,32 @@ impl Scene {
                 }
             })
             .collect();
-        let media = build_media(description, &primitives)?;
+        let mut media = build_media(description, &primitives)?;
         let count = flat.triangles.len() + flat.spheres.len();
         if count >= 1 << 30 {
             return Err(SceneError::TooManyPrimitives(count));
         }
         let corners: Vec<[Vec3; 3]> = flat.triangles.iter().map(|triangle| triangle.corners).collect();
         let spheres: Vec<Sphere> = flat.spheres.iter().map(|record| record.sphere).collect();
+        media.look_for_surfaces(&corners, &spheres);
         let bounds = bounds(&corners, &spheres);
         let camera = Camera::new(camera, settings.width, settings.height)?;
         let emitters = Emitters::new(&flat.emitters, emitters)?;
         let emitting = EmittingSurfaces::build(&flat, options);
+        let opaque = (media.media.len() == 1 && media.is_clear(0)).then(|| {
+            let is_opaque = |material: u32| !matches!(materials[material as usize], Material::Null);
+            let triangles = flat
+                .triangles
+                .iter()
+                .filter(|triangle| is_opaque(triangle.material));
+            let corners: Vec<[Vec3; 3]> = triangles.map(|triangle| triangle.corners).collect();
+            let spheres = flat.spheres.iter().filter(|sphere| is_opaque(sphere.material));
+            let spheres: Vec<Sphere> = spheres.map(|record| record.sphere).collect();
+            Accelerator::build(&corners, &spheres, options.accelerator, options.quality)
+        });
         Ok(Self {
             accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
+            opaque,
             emitting,
             triangles: flat.triangles,
             normals: flat.normals,

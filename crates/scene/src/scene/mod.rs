@@ -26,6 +26,8 @@ pub use primitive::TriangleRecord;
 /// A validated scene with its acceleration structure, emitters and camera.
 pub struct Scene {
     accelerator: Accelerator,
+    /// What light does not pass, alone; where there is one medium, and no surface in it.
+    opaque: Option<Accelerator>,
     /// What emits, alone.
     emitting: EmittingSurfaces,
     triangles: Vec<TriangleRecord>,
@@ -262,6 +264,22 @@ impl Scene {
             return None;
         }
         self.media.of_primitive(primitive)
+    }
+
+    /// Whether no surface reaches into the grid of a medium (those on the faces of its box do not count): a ray in that medium collides
+    /// there before it meets any surface, so that none need be looked for. `false` for media without a grid.
+    #[inline(always)]
+    pub fn medium_is_clear(&self, medium: u32) -> bool {
+        self.media.is_clear(medium)
+    }
+
+    /// The transmittance of a segment that starts in this medium, as far as surfaces matter: `Some(false)` if one is in the way,
+    /// `Some(true)` if the medium's grid is all that the segment passes through, since it is the scene's only one and
+    /// [clear](Self::medium_is_clear); `None` where boundaries must be looked for.
+    #[inline(always)]
+    pub fn passes_grid_alone(&self, ray: &Ray, medium: u32) -> Option<bool> {
+        let opaque = self.opaque.as_ref()?;
+        self.medium_is_clear(medium).then(|| !opaque.occluded(ray))
     }
 
     /// The medium in which rays of `camera` start: the one that the description names, else the one around the place where the
