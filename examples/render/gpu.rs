@@ -25,17 +25,19 @@ pub fn on_gpu(
         Gpu, GpuDirectLight, GpuLightcuts, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume,
         GpuScene, GpuVolumePathTracer,
     };
-    use lightshed::integrator::{LightChoosing, PathMapping, RestirPtOptions, RestirVolumeOptions};
+    use lightshed::integrator::{
+        LightChoosing, PathMapping, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
+    };
 
     if arguments.motion.is_some() {
         return Err(Failure::new("--motion has no meaning with --device gpu"));
     }
     let by_tree = match (arguments.lights, arguments.method) {
         (None, _) => false,
-        (Some(LightChoosing::Tree), Method::Direct) => true,
+        (Some(LightChoosing::Tree), Method::Direct | Method::RestirDi) => true,
         _ => {
             return Err(Failure::new(
-                "with --device gpu --lights has to be tree, and the method direct",
+                "with --device gpu --lights has to be tree, and the method direct or restir-di",
             ));
         }
     };
@@ -69,13 +71,15 @@ pub fn on_gpu(
             let method = GpuLightcuts::new(&gpu, &on_device, arguments.lightcuts.options())?;
             render(&gpu, method, options, observer, cancel)
         }
-        Method::RestirDi => render(
-            &gpu,
-            GpuRestirDi::new(&gpu, &on_device)?,
-            options,
-            observer,
-            cancel,
-        ),
+        Method::RestirDi => {
+            let settings = RestirDiSettings::UNBIASED;
+            let method = if by_tree {
+                GpuRestirDi::with_tree(&gpu, &on_device, settings)?
+            } else {
+                GpuRestirDi::with_settings(&gpu, &on_device, settings)?
+            };
+            render(&gpu, method, options, observer, cancel)
+        }
         Method::RestirPt => {
             let mapping = match arguments.shift {
                 Mapping::Hybrid => PathMapping::Hybrid,

@@ -29,8 +29,8 @@ pub(crate) struct EmitterTree {
     pub shines: bool,
     /// How long each dispatch of the building ran.
     pub build_times: Vec<PassTime>,
-    builder: LightTreeBuilder,
-    records: Buffer,
+    /// What it is built by and of.
+    source: Option<(LightTreeBuilder, Buffer)>,
 }
 
 impl EmitterTree {
@@ -41,8 +41,7 @@ impl EmitterTree {
             tree: GpuLightTree::new(gpu, lights.len(), Curve::Hilbert)?,
             shines: lights.iter().any(|light| light.intensity > 0.0),
             build_times: Vec::new(),
-            builder: LightTreeBuilder::new(gpu)?,
-            records: gpu.buffer("lights", lights)?,
+            source: Some((LightTreeBuilder::new(gpu)?, gpu.buffer("lights", lights)?)),
         };
         if built.shines {
             let mut work = gpu.timed_work();
@@ -52,10 +51,22 @@ impl EmitterTree {
         Ok(built)
     }
 
+    /// Memory in the place of a tree that nobody asks.
+    pub fn unused(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self {
+            tree: GpuLightTree::new(gpu, 1, Curve::Hilbert)?,
+            shines: false,
+            build_times: Vec::new(),
+            source: None,
+        })
+    }
+
     /// Records the building of the tree, the same as it was.
     pub fn rebuild(&self, work: &mut Work) {
-        if self.shines {
-            self.builder.build(work, &self.records, &self.tree);
+        if let Some((builder, records)) = &self.source
+            && self.shines
+        {
+            builder.build(work, records, &self.tree);
         }
     }
 

@@ -11,6 +11,7 @@ mod frames;
 mod image;
 mod light_tree;
 mod lightcuts;
+mod lighting_grid;
 mod medium;
 #[cfg(test)]
 mod path_parity;
@@ -33,6 +34,7 @@ pub use frames::{GpuFrames, GpuMethod};
 pub use image::GpuImage;
 pub use light_tree::{GpuLightTree, LightTreeBuilder};
 pub use lightcuts::GpuLightcuts;
+pub use lighting_grid::{GpuLightingGrid, LightingGridBuilder};
 pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
 pub use restir_pt::GpuRestirPt;

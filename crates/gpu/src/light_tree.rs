@@ -111,7 +111,7 @@ impl GpuLightTree {
             settings: gpu.buffer("light tree: settings", &[settings])?,
             boxes: gpu.zeros("light tree: boxes", 32 * u64::from(box_count))?,
             cube: gpu.zeros("light tree: cube", 32)?,
-            sort: SortBuffers::new(gpu, lights)?,
+            sort: SortBuffers::new(gpu, lights, u64::BITS)?,
             starts,
             box_count,
         })

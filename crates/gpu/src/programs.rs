@@ -6,6 +6,8 @@ pub(crate) const DIRECT: &str = include_str!("wgsl/direct.wgsl");
 pub(crate) const LIGHT_TREE_BUILD: &str = include_str!("wgsl/light_tree_build.wgsl");
 /// Direct light by cuts through a light tree that pixels share.
 pub(crate) const LIGHTCUTS: &str = include_str!("wgsl/lightcuts.wgsl");
+/// Building lighting grids.
+pub(crate) const LIGHTING_GRID_BUILD: &str = include_str!("wgsl/lighting_grid_build.wgsl");
 /// Path tracing by wavefronts.
 pub(crate) const PATH: &str = include_str!("wgsl/path.wgsl");
 /// Sorting by codes.

@@ -9,8 +9,6 @@ use bytemuck::{Pod, Zeroable};
 const TILE: u32 = 2048;
 const DIGIT_BITS: u32 = 4;
 const DIGITS: u32 = 1 << DIGIT_BITS;
-/// An even number, after which all is where it was at first.
-const PASSES: u32 = 64 / DIGIT_BITS;
 
 /// Sorts indices by codes, ties by where they were: a radix sort, four bits a pass.
 pub(crate) struct RadixSort {
@@ -45,7 +43,10 @@ struct Pass {
 const _: () = assert!(size_of::<Pass>() == 16);
 
 impl SortBuffers {
-    pub fn new(gpu: &Gpu, count: u32) -> Result<Self, GpuError> {
+    /// For codes whose bits from number `bits` on are zero.
+    pub fn new(gpu: &Gpu, count: u32, bits: u32) -> Result<Self, GpuError> {
+        // An even number, after which all is where it was at first.
+        let pass_count = bits.div_ceil(DIGIT_BITS).next_multiple_of(2);
         let tiles = count.div_ceil(TILE);
         let bytes = u64::from(count);
         let pass = |pass| {
@@ -63,7 +64,7 @@ impl SortBuffers {
             spare_codes: gpu.zeros("sort: spare codes", 8 * bytes)?,
             spare_indices: gpu.zeros("sort: spare indices", 4 * bytes)?,
             counts: gpu.zeros("sort: counts", u64::from(4 * DIGITS * tiles))?,
-            passes: (0..PASSES).map(pass).collect::<Result<_, _>>()?,
+            passes: (0..pass_count).map(pass).collect::<Result<_, _>>()?,
             tiles,
         })
     }

@@ -1,5 +1,6 @@
 //! ReSTIR DI on the device.
 
+use crate::emitter_tree::{EmitterTree, TreeShape};
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::RESTIR_DI;
@@ -16,6 +17,7 @@ pub struct GpuRestirDi<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
     settings: RestirDiSettings,
+    emitters: EmitterTree,
     kernels: [Kernel; 4],
     memory: Memory,
     times: Vec<PassTime>,
@@ -39,7 +41,11 @@ struct Frame {
     radius: f32,
     confidence_cap: f32,
     padding: [u32; 3],
+    tree: TreeShape,
 }
+
+// As in the shader; held to it by a test.
+const _: () = assert!(size_of::<Frame>() == 48);
 
 /// Bytes of a pixel's reservoir.
 const LIGHT_BYTES: u64 = 48;
@@ -73,13 +79,28 @@ impl<'a> GpuRestirDi<'a> {
         scene: &'a GpuScene,
         settings: RestirDiSettings,
     ) -> Result<Self, GpuError> {
-        Self::of_program(gpu, scene, settings, RESTIR_DI)
+        Self::of_program(gpu, scene, settings, false, RESTIR_DI)
+    }
+
+    /// With candidates that are chosen for the point by a light tree, as those of `lightshed_integrator::RestirDi::with_sampler` by
+    /// `LightSelection` with `LightChoosing::Tree`; the device builds the tree.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuRestirDi::with_settings`]; [`GpuError::Lost`].
+    pub fn with_tree(
+        gpu: &'a Gpu,
+        scene: &'a GpuScene,
+        settings: RestirDiSettings,
+    ) -> Result<Self, GpuError> {
+        Self::of_program(gpu, scene, settings, true, RESTIR_DI)
     }
 
     fn of_program(
         gpu: &'a Gpu,
         scene: &'a GpuScene,
         settings: RestirDiSettings,
+        by_tree: bool,
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
@@ -104,7 +125,7 @@ impl<'a> GpuRestirDi<'a> {
                 "radius and confidence cap must be positive".into(),
             ));
         }
-        let mut access = vec![Access::Read; SCENE_BINDINGS];
+        let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
         access.extend([
             Access::Write,
             Access::Read,
@@ -113,7 +134,13 @@ impl<'a> GpuRestirDi<'a> {
             Access::Write,
             Access::Read,
         ]);
-        let constants = scene.constants();
+        let emitters = if by_tree {
+            EmitterTree::new(gpu, scene)?
+        } else {
+            EmitterTree::unused(gpu)?
+        };
+        let mut constants = scene.constants().to_vec();
+        constants.push(("BY_TREE", f64::from(u8::from(by_tree && emitters.shines))));
         let kernel =
             |entry: &str| gpu.kernel(&format!("restir-di {entry}"), program, entry, &access, &constants);
         let [width, height] = scene.size();
@@ -123,6 +150,7 @@ impl<'a> GpuRestirDi<'a> {
             gpu,
             scene,
             settings,
+            emitters,
             kernels: [
                 kernel("primary")?,
                 kernel("fresh")?,
@@ -140,7 +168,7 @@ impl<'a> GpuRestirDi<'a> {
         })
     }
 
-    /// Bytes on the device, the scene's apart.
+    /// Bytes on the device, the scene's and the tree's apart.
     pub fn bytes(&self) -> u64 {
         let Memory {
             settings: _,
@@ -178,11 +206,13 @@ impl GpuMethod for GpuRestirDi<'_> {
                 radius: self.settings.radius_pixels,
                 confidence_cap: self.settings.confidence_cap,
                 padding: [0; 3],
+                tree: self.emitters.shape(),
             }],
         )?;
         let parity = frame as usize % 2;
         let mut buffers = vec![settings];
         buffers.extend(&self.scene.buffers);
+        buffers.extend(self.emitters.buffers());
         buffers.extend([
             &primaries[parity],
             &primaries[1 - parity],
@@ -224,9 +254,10 @@ mod tests {
 
     /// Means of the last frames of independent chains, in luminance, without what the camera sees emitting: a path's own camera ray has the
     /// same random numbers, so that can be taken off exactly.
-    fn by_reuse(gpu: &Gpu, scene: &Scene, program: &str, chains: u64) -> MeanTest {
+    fn by_reuse(gpu: &Gpu, scene: &Scene, by_tree: bool, program: &str, chains: u64) -> MeanTest {
         let on_device = GpuScene::new(gpu, scene).expect("it is flat");
-        let mut method = GpuRestirDi::of_program(gpu, &on_device, RestirDiSettings::UNBIASED, program)
+        let settings = RestirDiSettings::UNBIASED;
+        let mut method = GpuRestirDi::of_program(gpu, &on_device, settings, by_tree, program)
             .expect("the program is sound");
         assert_eq!(
             method.bytes(),
@@ -285,21 +316,30 @@ mod tests {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
             let scene = Scene::new(&description).expect("built-in scenes are sound");
             let truth = by_paths(&scene, 1000);
-            let found = by_reuse(&gpu, &scene, RESTIR_DI, 40);
-            println!(
-                "{name}: {:.5} ({:.5}) against {:.5} ({:.5})",
-                found.mean(),
-                found.standard_error(),
-                truth.mean(),
-                truth.standard_error()
-            );
-            assert!(found.test_equal(&truth, 1e-4).is_ok(), "{name}");
+            for by_tree in [false, true] {
+                let found = by_reuse(&gpu, &scene, by_tree, RESTIR_DI, 40);
+                println!(
+                    "{name}, tree {by_tree}: {:.5} ({:.5}) against {:.5} ({:.5})",
+                    found.mean(),
+                    found.standard_error(),
+                    truth.mean(),
+                    truth.standard_error()
+                );
+                assert!(found.test_equal(&truth, 1e-4).is_ok(), "{name}");
+            }
+            if name == "many-lights" {
+                // The tree's choices count as if they were made twice as often.
+                let (from, to) = ("pdf_emitter = probability /", "pdf_emitter = 2.0 * probability /");
+                assert!(RESTIR_DI.contains(from), "{from}");
+                let planted = by_reuse(&gpu, &scene, true, &RESTIR_DI.replace(from, to), 20);
+                assert!(planted.test_equal(&truth, 1e-4).is_err(), "{to} is not noticed");
+            }
             if name != "cornell" {
                 continue;
             }
             for (from, to) in faults {
                 assert!(RESTIR_DI.contains(from), "{from}");
-                let planted = by_reuse(&gpu, &scene, &RESTIR_DI.replace(from, to), 20);
+                let planted = by_reuse(&gpu, &scene, false, &RESTIR_DI.replace(from, to), 20);
                 assert!(planted.test_equal(&truth, 1e-4).is_err(), "{to} is not noticed");
             }
         }

@@ -336,6 +336,70 @@ mod tests {
         ]
     }
 
+    /// Where all frames see the same, a shift is the identity, and merging with history is averaging: after frame `f` of a pixel alone,
+    /// `W p̂ = (Y_f + c W' p̂') / (1 + c)`, `Y_f` of the frame's own candidates, `c = min(f, cap)` the history's confidence and `W' p̂'` what it
+    /// brought. Pixel for pixel, whatever was selected; confidences that are wrong show at once, which no mean over images tells.
+    #[test]
+    fn merging_with_what_is_seen_again_is_averaging() {
+        let Some(gpu) = gpu() else { return };
+        let mut description = builtin::cornell();
+        (description.settings.width, description.settings.height) = (SIDE, SIDE);
+        let scene = Scene::new(&description).expect("built-in scenes are sound");
+        let on_device = GpuScene::new(&gpu, &scene).expect("it is flat");
+        // All frames look through the middles of pixels.
+        let camera = "block(pixel, CAMERA)";
+        assert!(RESTIR_PT.contains(camera));
+        let sound = RESTIR_PT.replace(camera, "vec4u(0x80000000u)");
+        const CAP: f32 = 2.0;
+        let images = |temporal_cap, program: &str| -> Vec<Vec<[f32; 3]>> {
+            let options = RestirPtOptions {
+                temporal_cap,
+                rounds: 0,
+                ..RestirPtOptions::real_time(PathMapping::Hybrid)
+            };
+            let mut method =
+                GpuRestirPt::of_program(&gpu, &on_device, options, program).expect("the program is sound");
+            let frames = 0..FRAMES;
+            frames
+                .map(|frame| method.frame(frame, 11).expect("the device answers").0)
+                .collect()
+        };
+        let brightness = |pixel: [f32; 3]| luminance(Rgb::from(pixel));
+        let own = images(None, &sound);
+        // The share of pixels that are the average, in the frame where that is fewest.
+        let share = |program: &str| -> f64 {
+            let merged = images(Some(CAP), program);
+            let shares = (1..FRAMES as usize).map(|frame| {
+                let c = (frame as f32).min(CAP);
+                let alike = (0..own[frame].len()).filter(|&i| {
+                    let expected =
+                        (brightness(own[frame][i]) + c * brightness(merged[frame - 1][i])) / (1.0 + c);
+                    (brightness(merged[frame][i]) - expected).abs() <= 1e-3 * expected.max(1e-3)
+                });
+                alike.count() as f64 / own[frame].len() as f64
+            });
+            shares.fold(1.0, f64::min)
+        };
+        let sound_share = share(&sound);
+        println!("{sound_share:.4} of the pixels are averages");
+        assert!(sound_share > 0.98);
+        let merged = "min(c_mine + c_theirs, frame.confidence_cap)";
+        let theirs = "reservoir_confidence(theirs);\n    let words";
+        for (from, to) in [
+            // No cap.
+            ("frame.confidence_cap)", "1000.0)"),
+            // History is forgotten.
+            (merged, "c_mine"),
+            // History counts as one frame.
+            (theirs, "reservoir_confidence(mine);\n    let words"),
+        ] {
+            assert!(sound.contains(from), "{from}");
+            let planted = share(&sound.replace(from, to));
+            println!("  {to}: {planted:.4}");
+            assert!(planted < 0.6, "{to} is not noticed");
+        }
+    }
+
     /// Means of images by z-tests at 1e-4 each. Programs with a fault in a merge are noticed.
     ///
     /// A mean over an image cannot tell a Jacobian that is wrong for everyone alike, since what a pixel loses another gains: Jacobians are

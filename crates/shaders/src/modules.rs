@@ -62,6 +62,8 @@ pub const MODULES: &[Module] = &[
     module!("frame"),
     module!("fresnel"),
     module!("ggx"),
+    module!("grid_light"),
+    module!("grid_moments"),
     module!("importance", ["load_light_row"]),
     module!(
         "light_tree",
@@ -81,6 +83,17 @@ pub const MODULES: &[Module] = &[
             "load_light_row",
             "load_subtree",
             "store_subtree"
+        ]
+    ),
+    module!(
+        "lighting_grid",
+        [
+            "grid_frame",
+            "load_grid_key",
+            "load_grid_light",
+            "load_grid_point",
+            "load_grid_word",
+            "visit_influence"
         ]
     ),
     module!("majorant", ["load_majorant"]),

@@ -45,12 +45,23 @@ fn checked_in_wgsl_is_what_modules_link_to() {
 /// What media and light trees ask of a host, over one buffer of words; what surfaces ask for, their host in `lightshed-gpu` has.
 const HOST: &str = "
     import package::lightshed::alias::AliasEntry;
+    import package::lightshed::grid_light::{GridFrame, GridLight, GridPoint};
     import package::lightshed::lightcut::Subtree;
+    import package::lightshed::lighting_grid::Influence;
     import package::lightshed::sky::Sky;
     @group(0) @binding(0) var<storage, read> words: array<u32>;
     @group(0) @binding(1) var<storage, read_write> subtrees: array<Subtree>;
+    @group(0) @binding(2) var<storage, read> frame: GridFrame;
+    @group(0) @binding(3) var<storage, read> grid_lights: array<GridLight>;
+    @group(0) @binding(4) var<storage, read> points: array<GridPoint>;
+    var<private> sum: vec3f;
+    fn grid_frame() -> GridFrame { return frame; }
     fn load_alias_entry(table: u32, index: u32) -> AliasEntry { return AliasEntry(words[index], words[table]); }
     fn load_density(voxel: vec3u) -> f32 { return f32(words[voxel.x + voxel.y + voxel.z]); }
+    fn load_grid_key(place: u32) -> u32 { return words[place]; }
+    fn load_grid_light(place: u32) -> GridLight { return grid_lights[place]; }
+    fn load_grid_point(place: u32) -> GridPoint { return points[place]; }
+    fn load_grid_word(word: u32) -> vec2u { return vec2u(words[word], words[word + 1u]); }
     fn load_leaf_of(light: u32) -> u32 { return words[light]; }
     fn load_light_at(leaf: u32) -> u32 { return words[leaf]; }
     fn load_light_level(level: u32) -> u32 { return words[level]; }
@@ -60,6 +71,7 @@ const HOST: &str = "
     fn store_subtree(place: u32, subtree: Subtree) { subtrees[place] = subtree; }
     fn load_sky_word(index: u32) -> u32 { return words[index]; }
     fn sky() -> Sky { return Sky(vec3f(1.0), 1.0, vec3f(1.0), words[0], vec3f(1.0), 0u, vec2u(words[1]), vec2u(0u)); }
+    fn visit_influence(influence: Influence) { sum += influence.intensity; }
 ";
 
 #[test]

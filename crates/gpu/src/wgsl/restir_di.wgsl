@@ -25,26 +25,29 @@ struct Frame {
     confidence_cap: f32,
     padding0: u32,
     padding1: u32,
-    padding2: u32
+    padding2: u32,
+    tree: package_lightshed__1light_tree_LightTree
 }
 
-@group(0) @binding(10)
+@group(0) @binding(14)
 var<storage, read_write> primaries: array<Primary>;
 
-@group(0) @binding(11)
+@group(0) @binding(15)
 var<storage, read> before: array<Primary>;
 
-@group(0) @binding(12)
+@group(0) @binding(16)
 var<storage, read_write> held: array<Light>;
 
-@group(0) @binding(13)
+@group(0) @binding(17)
 var<storage, read_write> history: array<Light>;
 
-@group(0) @binding(14)
+@group(0) @binding(18)
 var<storage, read_write> image: array<vec4f>;
 
-@group(0) @binding(15)
+@group(0) @binding(19)
 var<storage, read> frame: Frame;
+
+override BY_TREE: bool = false;
 
 override HAS_SURROUNDINGS: bool = true;
 
@@ -110,15 +113,15 @@ fn is_lit(lit: Lit) -> bool {
     return package_lightshed_vector__1max_element(lit.value) > 0.0;
 }
 
-fn lit_by(seen: Seen, emitter: u32, place: vec3f) -> Lit {
+fn lit_by(seen: Seen, emitter: u32, place: vec3f, probability: f32) -> Lit {
     let none = Lit(vec3f(0.0), 0.0, 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u));
     var connection = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
     var pdf_emitter: f32;
     var radiance: vec3f;
     var per_endpoint = 1.0;
     if emitter == package_lightshed_emitter_SURROUNDINGS {
-        pdf_emitter = package_lightshed_emitter__1surroundings_pdf(place);
-        radiance = package_lightshed_emitter__1surroundings_radiance(place);
+        pdf_emitter = package_lightshed_emitter__1surroundings_pdf();
+        radiance = package_host_settings.surroundings;
     }
     else {
         let light = package_host__1load_emitter(emitter);
@@ -128,6 +131,9 @@ fn lit_by(seen: Seen, emitter: u32, place: vec3f) -> Lit {
         }
         connection = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
         pdf_emitter = light.pdf_area;
+        if BY_TREE {
+            pdf_emitter = probability / package_selected__1area_of(light);
+        }
         radiance = package_lightshed_emitter__1emitter_radiance(light);
         per_endpoint = aim.cos_theta / aim.distance_squared;
     }
@@ -145,7 +151,7 @@ fn visible_value(seen: Seen, light: Light) -> vec3f {
     if light.emitter == package_lightshed_ray_NOTHING {
         return vec3f(0.0);
     }
-    let lit = lit_by(seen, light.emitter, light.place);
+    let lit = lit_by(seen, light.emitter, light.place, 0.0);
     if !is_lit(lit) || package_lightshed_cwbvh_occluded(lit.shadow) {
         return vec3f(0.0);
     }
@@ -164,7 +170,7 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     primaries[pixel] = Primary(hit, ray.direction, 0u);
     var emitted = vec3f(0.0);
     if hit.primitive == package_lightshed_ray_NOTHING {
-        emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
+        emitted = package_host_settings.surroundings;
     }
     else {
         let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
@@ -202,7 +208,34 @@ fn with_candidate(so_far: Candidates, lit: Lit, emitter: u32, place: vec3f, met:
 }
 
 fn hidden(seen: Seen, kept: Candidates) -> bool {
-    return !kept.met && package_lightshed_cwbvh_occluded(lit_by(seen, kept.emitter, kept.place).shadow);
+    return !kept.met && package_lightshed_cwbvh_occluded(lit_by(seen, kept.emitter, kept.place, 0.0).shadow);
+}
+
+struct Chosen {
+    emitter: u32,
+    probability: f32
+}
+
+fn chosen_for(at: package_lightshed_importance_ShadingPoint, u: vec2u) -> Chosen {
+    let groups = package_host__1emitter_groups().groups;
+    if !BY_TREE || !HAS_EMITTERS || groups == 0u {
+        return Chosen(package_lightshed_emitter__1choose_emitter(u), 0.0);
+    }
+    let low = package_lightshed_wide__1wide_product(groups, u.x);
+    let high = package_lightshed_wide__1wide_product(groups, u.y);
+    let middle = high.x + low.y;
+    if high.y + select(0u, 1u, middle < low.y) > 0u {
+        return Chosen(package_lightshed_emitter_SURROUNDINGS, 0.0);
+    }
+    let choice = package_lightshed__1light_tree__2light_tree_sample(frame.tree, at, vec2u(low.x, middle));
+    return Chosen(select(package_lightshed_ray_NOTHING, choice.light, choice.pmf > 0.0), choice.pmf / f32(groups));
+}
+
+fn probability_of(at: package_lightshed_importance_ShadingPoint, emitter: u32) -> f32 {
+    if BY_TREE && HAS_EMITTERS && emitter != package_lightshed_emitter_SURROUNDINGS {
+        return package_lightshed__1light_tree__2light_tree_pmf(frame.tree, at, emitter) / f32(package_host__1emitter_groups().groups);
+    }
+    return 0.0;
 }
 
 @compute @workgroup_size(64)
@@ -217,6 +250,7 @@ fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
         return;
     }
     let seen = seen_by(first);
+    let at = package_selected__1shading_point(seen.point, seen.wo);
     var on_triangles = none_yet();
     var around = none_yet();
     let words = block(pixel, BY_BSDF);
@@ -231,7 +265,7 @@ fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
             if HAS_SURROUNDINGS {
                 emitter = package_lightshed_emitter_SURROUNDINGS;
                 place = ray.direction;
-                radiance = package_lightshed_emitter__1surroundings_radiance(ray.direction);
+                radiance = package_host_settings.surroundings;
             }
         }
         else if HAS_EMITTERS {
@@ -247,7 +281,7 @@ fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
                 image[pixel] += vec4f(scattered.weight * radiance, 0.0);
             }
             else {
-                let lit = lit_by(seen, emitter, place);
+                let lit = lit_by(seen, emitter, place, probability_of(at, emitter));
                 let u = package_lightshed_uniform__2f32_from_u32(words.w);
                 if is_lit(lit) && emitter == package_lightshed_emitter_SURROUNDINGS {
                     around = with_candidate(around, lit, emitter, place, true, u);
@@ -268,20 +302,21 @@ fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
         }
         let u = package_lightshed_uniform__2f32_from_u32(choices[i % 4u]);
         let candidate = block(pixel, CANDIDATES + i);
-        let emitter = package_lightshed_emitter__1choose_emitter(candidate.xy);
+        let chosen = chosen_for(at, candidate.xy);
+        let emitter = chosen.emitter;
         if emitter == package_lightshed_ray_NOTHING {
             continue;
         }
         if emitter == package_lightshed_emitter_SURROUNDINGS {
-            let place = package_lightshed_emitter__1sample_around(package_lightshed_uniform__1unit_square(candidate.zw)).direction;
-            let lit = lit_by(seen, emitter, place);
+            let place = package_lightshed_warp__1uniform_sphere(package_lightshed_uniform__1unit_square(candidate.zw));
+            let lit = lit_by(seen, emitter, place, 0.0);
             if is_lit(lit) {
                 around = with_candidate(around, lit, emitter, place, false, u);
             }
         }
         else {
             let place = vec3f(package_lightshed_warp__1uniform_triangle(package_lightshed_uniform__1unit_square(candidate.zw)).xy, 0.0);
-            let lit = lit_by(seen, emitter, place);
+            let lit = lit_by(seen, emitter, place, chosen.probability);
             if is_lit(lit) {
                 on_triangles = with_candidate(on_triangles, lit, emitter, place, false, u);
             }
@@ -450,20 +485,27 @@ struct package_host_Settings {
     roulette_depth: u32,
     emitters: u32,
     pixels: u32,
-    sky_words: u32,
-    padding: u32,
-    sky: package_lightshed_sky_Sky
+    padding: vec2u
 }
-
-override package_host__1HAS_SKY: bool = true;
 
 fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
     return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
 }
 
-fn package_host__1has_sky() -> bool {
-    return package_host__1HAS_SKY;
-}
+@group(0) @binding(8)
+var<storage, read> package_host__1emitter_table: array<package_lightshed_alias_AliasEntry>;
+
+@group(0) @binding(13)
+var<storage, read> package_host__1leaf_of: array<u32>;
+
+@group(0) @binding(12)
+var<storage, read> package_host__1light_at: array<u32>;
+
+@group(0) @binding(11)
+var<storage, read> package_host__1light_levels: array<u32>;
+
+@group(0) @binding(10)
+var<storage, read> package_host__1light_rows: array<vec4u>;
 
 fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
     return package_host_components[row];
@@ -494,7 +536,7 @@ fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
 }
 
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
+    return package_host__1emitter_table[index];
 }
 
 fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
@@ -509,8 +551,20 @@ fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
     return package_host_slots[slot];
 }
 
-fn package_host__2load_sky_word(index: u32) -> u32 {
-    return package_host_tables[package_host_settings.sky_words + index];
+fn package_host__2load_leaf_of(light: u32) -> u32 {
+    return package_host__1leaf_of[light];
+}
+
+fn package_host__2load_light_at(leaf: u32) -> u32 {
+    return package_host__1light_at[leaf];
+}
+
+fn package_host__2load_light_level(level: u32) -> u32 {
+    return package_host__1light_levels[level];
+}
+
+fn package_host__2load_light_row(place: u32) -> vec4u {
+    return package_host__1light_rows[place];
 }
 
 fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
@@ -536,18 +590,172 @@ var<storage, read> package_host_normals: array<vec4f>;
 @group(0) @binding(0)
 var<storage, read> package_host_settings: package_host_Settings;
 
-fn package_host_sky() -> package_lightshed_sky_Sky {
-    return package_host_settings.sky;
-}
-
 @group(0) @binding(2)
 var<storage, read> package_host_slots: array<u32>;
 
-@group(0) @binding(8)
-var<storage, read> package_host_tables: array<u32>;
-
 @group(0) @binding(3)
 var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
+
+struct package_lightshed__1light_tree_LightChoice {
+    light: u32,
+    pmf: f32
+}
+
+struct package_lightshed__1light_tree_LightTree {
+    lights: u32,
+    depth: u32,
+    stride: u32,
+    weighting: u32
+}
+
+struct package_lightshed__1light_tree_Route {
+    u: vec2u,
+    probability: vec2u,
+    used: vec2u,
+    bits: vec2u
+}
+
+struct package_lightshed__1light_tree_Share {
+    lane: u32,
+    begin: f32,
+    end: f32
+}
+
+struct package_lightshed__1light_tree_Step {
+    alive: bool,
+    lane: u32,
+    route: package_lightshed__1light_tree_Route
+}
+
+const package_lightshed__1light_tree__1LARGEST_U: vec2u = vec2u(4294967294u, 1072693247u);
+
+const package_lightshed__1light_tree__1REFRESH_BELOW: vec2u = vec2u(0u, 1045430272u);
+
+fn package_lightshed__1light_tree__1leaf_probability(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, leaf: u32, start_level: u32, before: vec2u) -> f32 {
+    var probability = before;
+    var level = start_level;
+    while (level < tree.depth) {
+        let below = package_lightshed__1light_tree__1level_below(tree, level);
+        let node = leaf >> (tree.depth - below);
+        let first = (leaf >> (tree.depth - level)) << (below - level);
+        let ends = package_lightshed__1light_tree__1light_shares(tree, at, below, first);
+        if !(ends.high.w > 0.0) {
+            return 0.0;
+        }
+        let share = package_lightshed__1light_tree__1share_of(ends, node - first);
+        let width = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(share.end), package_lightshed_double__2double_from_f32(share.begin));
+        probability = package_lightshed_double__1double_multiply(probability, package_lightshed_double__1double_divide(width, package_lightshed_double__2double_from_f32(ends.high.w)));
+        if probability.y == 0u {
+            return 0.0;
+        }
+        level = below;
+    }
+    return package_lightshed_double__2double_to_f32(probability);
+}
+
+fn package_lightshed__1light_tree__1level_below(tree: package_lightshed__1light_tree_LightTree, level: u32) -> u32 {
+    let left = (tree.depth - level) % tree.stride;
+    return level + select(left, tree.stride, left == 0u);
+}
+
+fn package_lightshed__1light_tree__1light_descent(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, start_level: u32, start: u32, before: package_lightshed__1light_tree_Route) -> package_lightshed__1light_tree_LightChoice {
+    var route = before;
+    var level = start_level;
+    var node = start;
+    while (level < tree.depth) {
+        let below = package_lightshed__1light_tree__1level_below(tree, level);
+        let first = node << (below - level);
+        let step = package_lightshed__1light_tree__1route_step(route, package_lightshed__1light_tree__1light_shares(tree, at, below, first));
+        if !step.alive {
+            return package_lightshed__1light_tree_LightChoice(0u, 0.0);
+        }
+        route = step.route;
+        node = first + step.lane;
+        level = below;
+    }
+    return package_lightshed__1light_tree_LightChoice(package_host__2load_light_at(node), package_lightshed_double__2double_to_f32(route.probability));
+}
+
+fn package_lightshed__1light_tree__1light_shares(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, level: u32, first: u32) -> package_lightshed_importance_Eight {
+    let block = package_host__2load_light_level(level) + first / 8u;
+    if tree.stride == 1u {
+        return package_lightshed_importance__1receiver_ends(at, package_lightshed_importance__1load_pair(block, first % 8u), package_lightshed_importance__1no_rows(), tree.weighting);
+    }
+    return package_lightshed_importance__1receiver_ends(at, package_lightshed_importance__1load_rows(block, 0u), package_lightshed_importance__1load_rows(block, 1u), tree.weighting);
+}
+
+fn package_lightshed__1light_tree__1route_new(bits: vec2u) -> package_lightshed__1light_tree_Route {
+    return package_lightshed__1light_tree_Route(package_lightshed__1light_tree__1unit_double(bits), package_lightshed_double_ONE, package_lightshed_double_ONE, bits);
+}
+
+fn package_lightshed__1light_tree__1route_step(before: package_lightshed__1light_tree_Route, ends: package_lightshed_importance_Eight) -> package_lightshed__1light_tree_Step {
+    if !(ends.high.w > 0.0) {
+        return package_lightshed__1light_tree_Step(false, 0u, before);
+    }
+    var route = before;
+    let total = package_lightshed_double__2double_from_f32(ends.high.w);
+    let place = package_lightshed_double__1double_multiply(route.u, total);
+    let share = package_lightshed__1light_tree__1share_at(ends, package_lightshed_double__2double_to_f32(place & vec2u(3758096384u, 4294967295u)));
+    let begin = package_lightshed_double__2double_from_f32(share.begin);
+    let width = package_lightshed_double__1double_subtract(package_lightshed_double__2double_from_f32(share.end), begin);
+    let probability = package_lightshed_double__1double_divide(width, total);
+    let rest = package_lightshed_double__1double_divide(package_lightshed_double__1double_subtract(place, begin), width);
+    route.probability = package_lightshed_double__1double_multiply(route.probability, probability);
+    route.used = package_lightshed_double__1double_multiply(route.used, probability);
+    route.u = select(rest, vec2u(0u), rest.y >= 2147483648u);
+    if package_lightshed_double__1double_less(package_lightshed__1light_tree__1LARGEST_U, route.u) {
+        route.u = package_lightshed__1light_tree__1LARGEST_U;
+    }
+    if package_lightshed_double__1double_less(route.used, package_lightshed__1light_tree__1REFRESH_BELOW) {
+        route.bits = package_lightshed__1light_tree_mixed(route.bits);
+        route.u = package_lightshed__1light_tree__1unit_double(route.bits);
+        route.used = package_lightshed_double_ONE;
+    }
+    return package_lightshed__1light_tree_Step(true, share.lane, route);
+}
+
+fn package_lightshed__1light_tree__1share_at(ends: package_lightshed_importance_Eight, below: f32) -> package_lightshed__1light_tree_Share {
+    var share = package_lightshed__1light_tree_Share(0u, 0.0, ends.low.x);
+    let passed = array<f32, 7>(ends.low.x, ends.low.y, ends.low.z, ends.low.w, ends.high.x, ends.high.y, ends.high.z);
+    let next = array<f32, 7>(ends.low.y, ends.low.z, ends.low.w, ends.high.x, ends.high.y, ends.high.z, ends.high.w);
+    for (var k = 0u; k < 7u; k++) {
+        if passed[k] <= below {
+            share = package_lightshed__1light_tree_Share(k + 1u, passed[k], next[k]);
+        }
+    }
+    return share;
+}
+
+fn package_lightshed__1light_tree__1share_of(ends: package_lightshed_importance_Eight, lane: u32) -> package_lightshed__1light_tree_Share {
+    let all = array<f32, 8>(ends.low.x, ends.low.y, ends.low.z, ends.low.w, ends.high.x, ends.high.y, ends.high.z, ends.high.w);
+    return package_lightshed__1light_tree_Share(lane, select(all[max(lane, 1u) - 1u], 0.0, lane == 0u), all[lane]);
+}
+
+fn package_lightshed__1light_tree__1unit_double(bits: vec2u) -> vec2u {
+    let whole = package_lightshed_double__2double_from_wide(package_lightshed_wide__2wide_shift_right(bits, 12u));
+    return select(vec2u(whole.x, whole.y - (52u << 20u)), whole, whole.y == 0u);
+}
+
+fn package_lightshed__1light_tree__2light_tree_pmf(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, light: u32) -> f32 {
+    if !(at.reflectance_bound > 0.0) || light >= tree.lights {
+        return 0.0;
+    }
+    return package_lightshed__1light_tree__1leaf_probability(tree, at, package_host__2load_leaf_of(light), 0u, package_lightshed_double_ONE);
+}
+
+fn package_lightshed__1light_tree__2light_tree_sample(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
+    if !(at.reflectance_bound > 0.0) {
+        return package_lightshed__1light_tree_LightChoice(0u, 0.0);
+    }
+    return package_lightshed__1light_tree__1light_descent(tree, at, 0u, 0u, package_lightshed__1light_tree__1route_new(u));
+}
+
+fn package_lightshed__1light_tree_mixed(bits: vec2u) -> vec2u {
+    var z = package_lightshed_wide__1wide_add(bits, vec2u(2135587861u, 2654435769u));
+    z = package_lightshed_wide__1wide_multiply(z ^ package_lightshed_wide__2wide_shift_right(z, 30u), vec2u(484763065u, 3210233709u));
+    z = package_lightshed_wide__1wide_multiply(z ^ package_lightshed_wide__2wide_shift_right(z, 27u), vec2u(321982955u, 2496678331u));
+    return z ^ package_lightshed_wide__2wide_shift_right(z, 31u);
+}
 
 struct package_lightshed_alias_AliasEntry {
     threshold: u32,
@@ -929,17 +1137,226 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -
     return best;
 }
 
+const package_lightshed_double_INFINITE: u32 = 2146435072u;
+
+const package_lightshed_double_NAN: vec2u = vec2u(0u, 2146959360u);
+
+const package_lightshed_double_ONE: vec2u = vec2u(0u, 1072693248u);
+
+const package_lightshed_double_SIGN: u32 = 2147483648u;
+
+const package_lightshed_double_ZERO: vec2u = vec2u(0u, 0u);
+
+fn package_lightshed_double__1biased_exponent(a: vec2u) -> i32 {
+    return i32((a.y >> 20u) & 2047u);
+}
+
+fn package_lightshed_double__1double_abs(a: vec2u) -> vec2u {
+    return a & vec2u(4294967295u, 2147483647u);
+}
+
+fn package_lightshed_double__1double_add(a: vec2u, b: vec2u) -> vec2u {
+    let exchanged = package_lightshed_wide__1wide_less(package_lightshed_double__1double_abs(a), package_lightshed_double__1double_abs(b));
+    let large = select(a, b, exchanged);
+    let small = select(b, a, exchanged);
+    let opposite = ((large.y ^ small.y) & package_lightshed_double_SIGN) != 0u;
+    if !package_lightshed_double__2double_is_finite(large) {
+        return select(large, package_lightshed_double_NAN, package_lightshed_double__2double_is_nan(large) || (opposite && !package_lightshed_double__2double_is_finite(small)));
+    }
+    let exponent = package_lightshed_double__1biased_exponent(large);
+    let apart = u32(exponent - package_lightshed_double__1biased_exponent(small));
+    let high = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(large), 10u);
+    var low = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(small), 10u);
+    if apart > 63u {
+        low = vec2u(select(0u, 1u, (low.x | low.y) != 0u), 0u);
+    }
+    else {
+        let shifted = package_lightshed_wide__2wide_shift_right(low, apart);
+        let back = package_lightshed_wide__2wide_shift_left(shifted, apart);
+        low = vec2u(shifted.x | select(0u, 1u, any(back != low)), shifted.y);
+    }
+    let sum = package_lightshed_wide__1wide_add(high, select(low, package_lightshed_wide__1wide_negate(low), opposite));
+    let zeros = package_lightshed_wide__2wide_leading_zeros(sum);
+    if zeros == 64u {
+        return vec2u(0u, large.y & small.y & package_lightshed_double_SIGN);
+    }
+    return package_lightshed_double_rounded(large.y & package_lightshed_double_SIGN, exponent + 1 - i32(zeros), package_lightshed_wide__2wide_shift_left(sum, zeros));
+}
+
+fn package_lightshed_double__1double_divide(a: vec2u, b: vec2u) -> vec2u {
+    let sign = (a.y ^ b.y) & package_lightshed_double_SIGN;
+    var p = package_lightshed_double_significand(a);
+    let q = package_lightshed_double_significand(b);
+    let a_finite = package_lightshed_double__2double_is_finite(a);
+    let b_finite = package_lightshed_double__2double_is_finite(b);
+    if !a_finite || !b_finite || p.y == 0u || q.y == 0u {
+        let none = package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || (a_finite == b_finite && (!a_finite || p.y == q.y));
+        let infinite = b_finite && (!a_finite || q.y == 0u);
+        return select(vec2u(0u, sign | select(0u, package_lightshed_double_INFINITE, infinite)), package_lightshed_double_NAN, none);
+    }
+    var exponent = package_lightshed_double__1biased_exponent(a) - package_lightshed_double__1biased_exponent(b) + 1023;
+    if package_lightshed_wide__1wide_less(p, q) {
+        p = package_lightshed_wide__2wide_shift_left(p, 1u);
+        exponent -= 1;
+    }
+    let scale = 262144.0 / (f32(q.y) * 4294967296.0 + f32(q.x));
+    let first = package_lightshed_double__1eighteen_bits(package_lightshed_wide__1wide_subtract(p, q), q, scale);
+    let second = package_lightshed_double__1eighteen_bits(first.xy, q, scale);
+    let third = package_lightshed_double__1eighteen_bits(second.xy, q, scale);
+    let quotient = vec2u(((second.z & 31u) << 27u) | (third.z << 9u) | select(0u, 1u, (third.x | third.y) != 0u), package_lightshed_double_SIGN | (first.z << 13u) | (second.z >> 5u));
+    return package_lightshed_double_rounded(sign, exponent, quotient);
+}
+
+fn package_lightshed_double__1double_less(a: vec2u, b: vec2u) -> bool {
+    if package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || all(package_lightshed_double__1double_abs(a | b) == vec2u(0u)) {
+        return false;
+    }
+    let a_negative = a.y >= package_lightshed_double_SIGN;
+    let b_negative = b.y >= package_lightshed_double_SIGN;
+    if a_negative != b_negative {
+        return a_negative;
+    }
+    return select(package_lightshed_wide__1wide_less(a, b), package_lightshed_wide__1wide_less(b, a), a_negative);
+}
+
+fn package_lightshed_double__1double_multiply(a: vec2u, b: vec2u) -> vec2u {
+    let sign = (a.y ^ b.y) & package_lightshed_double_SIGN;
+    let p = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(a), 11u);
+    let q = package_lightshed_wide__2wide_shift_left(package_lightshed_double_significand(b), 11u);
+    if !package_lightshed_double__2double_is_finite(a) || !package_lightshed_double__2double_is_finite(b) {
+        let none = package_lightshed_double__2double_is_nan(a) || package_lightshed_double__2double_is_nan(b) || p.y == 0u || q.y == 0u;
+        return select(vec2u(0u, sign | package_lightshed_double_INFINITE), package_lightshed_double_NAN, none);
+    }
+    if p.y == 0u || q.y == 0u {
+        return vec2u(0u, sign);
+    }
+    let low = package_lightshed_wide__1wide_product(p.x, q.x);
+    let cross = package_lightshed_wide__1wide_product(p.x, q.y);
+    let other = package_lightshed_wide__1wide_product(p.y, q.x);
+    let high = package_lightshed_wide__1wide_product(p.y, q.y);
+    let middle = package_lightshed_wide__1wide_add(vec2u(low.y, 0u), cross);
+    let middle_sum = package_lightshed_wide__1wide_add(middle, other);
+    let carry = select(0u, 1u, package_lightshed_wide__1wide_less(middle_sum, other));
+    var product = package_lightshed_wide__1wide_add(high, vec2u(middle_sum.y, carry));
+    let rest = (low.x | middle_sum.x) != 0u;
+    var exponent = package_lightshed_double__1biased_exponent(a) + package_lightshed_double__1biased_exponent(b) - 1022;
+    if product.y < package_lightshed_double_SIGN {
+        product = package_lightshed_wide__2wide_shift_left(product, 1u);
+        exponent -= 1;
+    }
+    return package_lightshed_double_rounded(sign, exponent, vec2u(product.x | select(0u, 1u, rest), product.y));
+}
+
+fn package_lightshed_double__1double_negate(a: vec2u) -> vec2u {
+    return a ^ vec2u(0u, package_lightshed_double_SIGN);
+}
+
+fn package_lightshed_double__1double_subtract(a: vec2u, b: vec2u) -> vec2u {
+    return package_lightshed_double__1double_add(a, package_lightshed_double__1double_negate(b));
+}
+
+fn package_lightshed_double__1eighteen_bits(rest: vec2u, by: vec2u, scale: f32) -> vec3u {
+    var bits = u32((f32(rest.y) * 4294967296.0 + f32(rest.x)) * scale);
+    let taken = package_lightshed_wide__1wide_product(bits, by.x);
+    var left = package_lightshed_wide__1wide_subtract(package_lightshed_wide__2wide_shift_left(rest, 18u), vec2u(taken.x, taken.y + bits * by.y));
+    if left.y >= package_lightshed_double_SIGN {
+        left = package_lightshed_wide__1wide_add(left, by);
+        bits -= 1u;
+    }
+    else if !package_lightshed_wide__1wide_less(left, by) {
+        left = package_lightshed_wide__1wide_subtract(left, by);
+        bits += 1u;
+    }
+    return vec3u(left, bits);
+}
+
+fn package_lightshed_double__2double_from_f32(x: f32) -> vec2u {
+    return package_lightshed_double__3double_from_f32_bits(bitcast<u32>(x));
+}
+
+fn package_lightshed_double__2double_from_wide(a: vec2u) -> vec2u {
+    let zeros = package_lightshed_wide__2wide_leading_zeros(a);
+    if zeros == 64u {
+        return package_lightshed_double_ZERO;
+    }
+    return package_lightshed_double_rounded(0u, 1086 - i32(zeros), package_lightshed_wide__2wide_shift_left(a, zeros));
+}
+
+fn package_lightshed_double__2double_is_finite(a: vec2u) -> bool {
+    return (a.y & package_lightshed_double_INFINITE) != package_lightshed_double_INFINITE;
+}
+
+fn package_lightshed_double__2double_is_nan(a: vec2u) -> bool {
+    return package_lightshed_wide__1wide_less(vec2u(0u, package_lightshed_double_INFINITE), package_lightshed_double__1double_abs(a));
+}
+
+fn package_lightshed_double__2double_to_f32(a: vec2u) -> f32 {
+    return bitcast<f32>(package_lightshed_double__3double_to_f32_bits(a));
+}
+
+fn package_lightshed_double__3double_from_f32_bits(bits: u32) -> vec2u {
+    let sign = bits & package_lightshed_double_SIGN;
+    let exponent = (bits >> 23u) & 255u;
+    let fraction = bits & 8388607u;
+    if exponent == 255u {
+        return select(vec2u(0u, sign | package_lightshed_double_INFINITE), package_lightshed_double_NAN, fraction != 0u);
+    }
+    if exponent == 0u {
+        if fraction == 0u {
+            return vec2u(0u, sign);
+        }
+        let up = countLeadingZeros(fraction) - 8u;
+        let whole = (fraction << up) & 8388607u;
+        return vec2u(whole << 29u, sign | ((897u - up) << 20u) | (whole >> 3u));
+    }
+    return vec2u(fraction << 29u, sign | ((exponent + 896u) << 20u) | (fraction >> 3u));
+}
+
+fn package_lightshed_double__3double_to_f32_bits(a: vec2u) -> u32 {
+    let sign = a.y & package_lightshed_double_SIGN;
+    if !package_lightshed_double__2double_is_finite(a) {
+        return select(sign | 2139095040u, 2143289344u, package_lightshed_double__2double_is_nan(a));
+    }
+    let exponent = package_lightshed_double__1biased_exponent(a) - 896;
+    if exponent < -24 {
+        return sign;
+    }
+    if exponent > 254 {
+        return sign | 2139095040u;
+    }
+    let bits = package_lightshed_double_significand(a);
+    let down = u32(select(29, 30 - exponent, exponent < 1));
+    let kept = package_lightshed_wide__2wide_shift_right(bits, down).x;
+    let rest = package_lightshed_wide__2wide_shift_left(bits, 64u - down);
+    let half = vec2u(0u, package_lightshed_double_SIGN);
+    let up = package_lightshed_wide__1wide_less(half, rest) || (all(rest == half) && (kept & 1u) == 1u);
+    return sign | ((u32(max(exponent - 1, 0)) << 23u) + kept + select(0u, 1u, up));
+}
+
+fn package_lightshed_double_rounded(sign: u32, exponent: i32, bits: vec2u) -> vec2u {
+    if exponent <= 0 {
+        return vec2u(0u, sign);
+    }
+    if exponent >= 2047 {
+        return vec2u(0u, sign | package_lightshed_double_INFINITE);
+    }
+    let rest = bits.x & 2047u;
+    let kept = package_lightshed_wide__2wide_shift_right(bits, 11u);
+    let up = rest > 1024u || (rest == 1024u && (kept.x & 1u) == 1u);
+    let sum = package_lightshed_wide__1wide_add(vec2u(kept.x, kept.y + (u32(exponent - 1) << 20u)), vec2u(select(0u, 1u, up), 0u));
+    return vec2u(sum.x, sum.y | sign);
+}
+
+fn package_lightshed_double_significand(a: vec2u) -> vec2u {
+    let bits = vec2u(a.x, (a.y & 1048575u) | 1048576u);
+    return select(bits, vec2u(0u), (a.y & package_lightshed_double_INFINITE) == 0u);
+}
+
 struct package_lightshed_emitter_Aim {
     direction: vec3f,
     distance_squared: f32,
     cos_theta: f32,
     goal: vec3f
-}
-
-struct package_lightshed_emitter_Around {
-    direction: vec3f,
-    pdf: f32,
-    radiance: vec3f
 }
 
 struct package_lightshed_emitter_Emitter {
@@ -1005,14 +1422,6 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
     return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
 }
 
-fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
-    if package_host__1has_sky() {
-        let drawn = package_lightshed_sky__1sky_sample(u);
-        return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
-    }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
-}
-
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
     let origin = package_lightshed_surface__1origin_towards(point, light.direction);
     if light.finite {
@@ -1021,22 +1430,8 @@ fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_Surfa
     return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
 }
 
-fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
-    if package_host__1has_sky() {
-        return package_lightshed_sky__1sky_pdf(direction);
-    }
-    return package_lightshed_emitter__2INVERSE_FOUR_PI;
-}
-
-fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
-    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
-}
-
-fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
-    if package_host__1has_sky() {
-        return package_lightshed_sky__1sky_radiance(direction);
-    }
-    return package_host__1emitter_groups().surroundings;
+fn package_lightshed_emitter__1surroundings_pdf() -> f32 {
+    return package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(package_host__1emitter_groups().groups));
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -1128,6 +1523,283 @@ fn package_lightshed_ggx__3ggx_visible_normal_density(alpha: vec2f, view: vec3f,
 
 fn package_lightshed_ggx_stretch(alpha: vec2f, direction: vec3f) -> vec3f {
     return vec3f(alpha * direction.xy, direction.z);
+}
+
+struct package_lightshed_importance_Eight {
+    low: vec4f,
+    high: vec4f
+}
+
+const package_lightshed_importance_INSIDE: f32 = 1e-5;
+
+const package_lightshed_importance_LARGEST: f32 = 1.329228e36;
+
+const package_lightshed_importance_MARGIN: f32 = 1e-5;
+
+struct package_lightshed_importance_Rows {
+    low_x: vec4f,
+    low_y: vec4f,
+    low_z: vec4f,
+    high_x: vec4f,
+    high_y: vec4f,
+    high_z: vec4f,
+    intensity: vec4f,
+    normals: vec4u
+}
+
+const package_lightshed_importance_STRETCH: u32 = 3u;
+
+struct package_lightshed_importance_Seen {
+    positive: vec4<bool>,
+    numerator: vec4f,
+    denominator: vec4f,
+    d_squared: vec4f,
+    h_squared: vec4f,
+    near_squared: vec4f,
+    far_squared: vec4f
+}
+
+struct package_lightshed_importance_ShadingPoint {
+    position: vec3f,
+    reflectance_bound: f32,
+    normal: vec3f,
+    facing: u32
+}
+
+const package_lightshed_importance__1ABOUT_ONE: f32 = 1.04;
+
+const package_lightshed_importance__1CENTER_STEPS: f32 = 127.0;
+
+const package_lightshed_importance__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_importance__1FACING_ALL: u32 = 2u;
+
+const package_lightshed_importance__1FACING_BOTH: u32 = 1u;
+
+const package_lightshed_importance__1FACING_FRONT: u32 = 0u;
+
+const package_lightshed_importance__1LEAST_SHARE: f32 = 1.9073486e-6;
+
+const package_lightshed_importance__1LEAST_SQUARED: f32 = 1e-28;
+
+const package_lightshed_importance__1RADIUS_STEP: f32 = 0.49803925;
+
+const package_lightshed_importance__1WEIGHTING_YUKSEL: u32 = 2u;
+
+fn package_lightshed_importance__1about_inverse(x: f32) -> f32 {
+    return bitcast<f32>(2129859016u + ~bitcast<u32>(x));
+}
+
+fn package_lightshed_importance__1dot_rows(ax: vec4f, ay: vec4f, az: vec4f, bx: vec4f, by: vec4f, bz: vec4f) -> vec4f {
+    return ax * bx + ay * by + az * bz;
+}
+
+fn package_lightshed_importance__1ends_of(a: package_lightshed_importance_Seen, b: package_lightshed_importance_Seen, weighting: u32) -> package_lightshed_importance_Eight {
+    let least = package_lightshed_importance__1least_ends(a.positive, b.positive);
+    if weighting == package_lightshed_importance__2WEIGHTING_MIN_MAX {
+        let a_max = package_lightshed_importance_over(a, a.far_squared);
+        let b_max = package_lightshed_importance_over(b, b.far_squared);
+        let a_min = min(a_max * package_lightshed_importance_nearer(a), vec4f(package_lightshed_importance_LARGEST));
+        let b_min = min(b_max * package_lightshed_importance_nearer(b), vec4f(package_lightshed_importance_LARGEST));
+        return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_min, b_min), package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_max, b_max), least));
+    }
+    var a_distance = max(max(a.d_squared, a.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
+    var b_distance = max(max(b.d_squared, b.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
+    if weighting == package_lightshed_importance__1WEIGHTING_YUKSEL {
+        let a_near = (a.near_squared <= max(a.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & a.positive;
+        let b_near = (b.near_squared <= max(b.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & b.positive;
+        let too_near = any(a_near | b_near);
+        a_distance = select(a.near_squared, vec4f(1.0), too_near);
+        b_distance = select(b.near_squared, vec4f(1.0), too_near);
+    }
+    return package_lightshed_importance_plus(package_lightshed_importance__1of_one(package_lightshed_importance_over(a, a_distance), package_lightshed_importance_over(b, b_distance)), least);
+}
+
+fn package_lightshed_importance__1first_two(row: vec4f, lane: u32) -> vec4f {
+    return vec4f(row[lane], row[lane + 1u], 0.0, 0.0);
+}
+
+fn package_lightshed_importance__1least_ends(low: vec4<bool>, high: vec4<bool>) -> package_lightshed_importance_Eight {
+    let least = vec4f(package_lightshed_importance__1LEAST_SHARE);
+    return package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(select(vec4f(0.0), least, low), select(vec4f(0.0), least, high)));
+}
+
+fn package_lightshed_importance__1load_pair(block: u32, lane: u32) -> package_lightshed_importance_Rows {
+    let rows = package_lightshed_importance__1load_rows(block, lane / 4u);
+    let k = lane % 4u;
+    return package_lightshed_importance_Rows(package_lightshed_importance__1first_two(rows.low_x, k), package_lightshed_importance__1first_two(rows.low_y, k), package_lightshed_importance__1first_two(rows.low_z, k), package_lightshed_importance__1first_two(rows.high_x, k), package_lightshed_importance__1first_two(rows.high_y, k), package_lightshed_importance__1first_two(rows.high_z, k), package_lightshed_importance__1first_two(rows.intensity, k), vec4u(rows.normals[k], rows.normals[k + 1u], 0u, 0u));
+}
+
+fn package_lightshed_importance__1load_rows(block: u32, half: u32) -> package_lightshed_importance_Rows {
+    let place = 16u * block + half;
+    return package_lightshed_importance_Rows(bitcast<vec4f>(package_host__2load_light_row(place)), bitcast<vec4f>(package_host__2load_light_row(place + 2u)), bitcast<vec4f>(package_host__2load_light_row(place + 4u)), bitcast<vec4f>(package_host__2load_light_row(place + 6u)), bitcast<vec4f>(package_host__2load_light_row(place + 8u)), bitcast<vec4f>(package_host__2load_light_row(place + 10u)), bitcast<vec4f>(package_host__2load_light_row(place + 12u)), package_host__2load_light_row(place + 14u));
+}
+
+fn package_lightshed_importance__1no_rows() -> package_lightshed_importance_Rows {
+    let zero = vec4f(0.0);
+    return package_lightshed_importance_Rows(zero, zero, zero, zero, zero, zero, zero, vec4u(0u));
+}
+
+fn package_lightshed_importance__1of_one(low: vec4f, high: vec4f) -> package_lightshed_importance_Eight {
+    let ends = package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(low, high));
+    let scale = package_lightshed_importance__1about_inverse(ends.high.w);
+    return package_lightshed_importance_Eight(ends.low * scale, ends.high * scale);
+}
+
+fn package_lightshed_importance__1receiver_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
+    if at.facing == package_lightshed_importance_STRETCH {
+        return package_lightshed_importance__1segment_ends(at, low, high);
+    }
+    return package_lightshed_importance__1surface_ends(at, low, high, weighting);
+}
+
+fn package_lightshed_importance__1running_sums(x: package_lightshed_importance_Eight) -> package_lightshed_importance_Eight {
+    let low_pairs = vec4f(x.low.x, x.low.y + x.low.x, x.low.z, x.low.w + x.low.z);
+    let high_pairs = vec4f(x.high.x, x.high.y + x.high.x, x.high.z, x.high.w + x.high.z);
+    let low = vec4f(low_pairs.xy, low_pairs.zw + low_pairs.y);
+    let high = vec4f(high_pairs.xy, high_pairs.zw + high_pairs.y);
+    return package_lightshed_importance_Eight(low, high + low.w);
+}
+
+fn package_lightshed_importance__1seen_from(at: package_lightshed_importance_ShadingPoint, rows: package_lightshed_importance_Rows) -> package_lightshed_importance_Seen {
+    let low_x = rows.low_x - at.position.x;
+    let low_y = rows.low_y - at.position.y;
+    let low_z = rows.low_z - at.position.z;
+    let high_x = rows.high_x - at.position.x;
+    let high_y = rows.high_y - at.position.y;
+    let high_z = rows.high_z - at.position.z;
+    let dx = low_x + high_x;
+    let dy = low_y + high_y;
+    let dz = low_z + high_z;
+    let hx = high_x - low_x;
+    let hy = high_y - low_y;
+    let hz = high_z - low_z;
+    var seen: package_lightshed_importance_Seen;
+    seen.d_squared = package_lightshed_importance__1dot_rows(dx, dy, dz, dx, dy, dz);
+    seen.h_squared = package_lightshed_importance__1dot_rows(hx, hy, hz, hx, hy, hz);
+    let near_x = max(abs(dx) - hx, vec4f(0.0));
+    let near_y = max(abs(dy) - hy, vec4f(0.0));
+    let near_z = max(abs(dz) - hz, vec4f(0.0));
+    seen.near_squared = package_lightshed_importance__1dot_rows(near_x, near_y, near_z, near_x, near_y, near_z);
+    let far_x = abs(dx) + hx;
+    let far_y = abs(dy) + hy;
+    let far_z = abs(dz) + hz;
+    seen.far_squared = max(package_lightshed_importance__1dot_rows(far_x, far_y, far_z, far_x, far_y, far_z), vec4f(package_lightshed_importance__1LEAST_SQUARED));
+    let inverse = package_lightshed_importance__2about_inverse_root(max(seen.d_squared, seen.h_squared));
+    let vx = vec4f(rows.normals >> vec4u(24u)) - package_lightshed_importance__1CENTER_STEPS;
+    let vy = vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS;
+    let vz = vec4f((rows.normals >> vec4u(8u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS;
+    let radius = package_lightshed_importance__2as_it_is(vec4f(rows.normals & vec4u(255u)) * package_lightshed_importance__1RADIUS_STEP);
+    let emitted_mean = -package_lightshed_importance__1dot_rows(vx, vy, vz, dx, dy, dz);
+    let emitted_reach = package_lightshed_importance__1dot_rows(abs(vx), abs(vy), abs(vz), hx, hy, hz) + radius * (hx + hy + hz);
+    let emitted_margin = package_lightshed_importance__2as_it_is(radius * package_lightshed_importance__1ABOUT_ONE + package_lightshed_importance_MARGIN * package_lightshed_importance__1CENTER_STEPS);
+    let emitted = package_lightshed_importance__2clamped_mean_4s((emitted_mean + emitted_reach) * inverse + emitted_margin, (emitted_mean - emitted_reach) * inverse - emitted_margin);
+    let emitted_spread = emitted_reach * inverse + emitted_margin;
+    let shines = rows.intensity > vec4f(0.0);
+    if at.facing == package_lightshed_importance__1FACING_ALL {
+        seen.numerator = rows.intensity * emitted;
+        seen.denominator = emitted_spread * 0.25;
+        seen.positive = (emitted > vec4f(0.0)) & shines;
+        return seen;
+    }
+    let n = at.normal;
+    let mean = n.x * dx + n.y * dy + n.z * dz;
+    let reach = abs(n.x) * hx + abs(n.y) * hy + abs(n.z) * hz;
+    let high = package_lightshed_importance__2as_it_is((mean + reach) * inverse + package_lightshed_importance_MARGIN);
+    let low = package_lightshed_importance__2as_it_is((mean - reach) * inverse - package_lightshed_importance_MARGIN);
+    var received = package_lightshed_importance__2clamped_mean_4s(high, low);
+    if at.facing == package_lightshed_importance__1FACING_BOTH {
+        received += package_lightshed_importance__2clamped_mean_4s(-low, -high);
+    }
+    let both = emitted * received;
+    seen.numerator = (rows.intensity * received) * emitted;
+    seen.denominator = emitted_spread * package_lightshed_importance__2as_it_is(reach * inverse + package_lightshed_importance_MARGIN);
+    seen.positive = (both > vec4f(0.0)) & shines;
+    return seen;
+}
+
+fn package_lightshed_importance__1segment_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows) -> package_lightshed_importance_Eight {
+    let a = package_lightshed_importance__1segment_weights(at, low);
+    let b = package_lightshed_importance__1segment_weights(at, high);
+    return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a, b), package_lightshed_importance__1least_ends(a > vec4f(0.0), b > vec4f(0.0)));
+}
+
+fn package_lightshed_importance__1segment_weights(at: package_lightshed_importance_ShadingPoint, rows: package_lightshed_importance_Rows) -> vec4f {
+    let low_x = rows.low_x - at.position.x;
+    let low_y = rows.low_y - at.position.y;
+    let low_z = rows.low_z - at.position.z;
+    let high_x = rows.high_x - at.position.x;
+    let high_y = rows.high_y - at.position.y;
+    let high_z = rows.high_z - at.position.z;
+    let dx = low_x + high_x;
+    let dy = low_y + high_y;
+    let dz = low_z + high_z;
+    let hx = high_x - low_x;
+    let hy = high_y - low_y;
+    let hz = high_z - low_z;
+    let to = at.normal;
+    let length = 2.0 * at.reflectance_bound;
+    let along = dx * to.x + dy * to.y + dz * to.z;
+    let off_x = dx - to.x * along;
+    let off_y = dy - to.y * along;
+    let off_z = dz - to.z * along;
+    let h_squared = package_lightshed_importance__1dot_rows(hx, hy, hz, hx, hy, hz);
+    let off_squared = max(package_lightshed_importance__1dot_rows(off_x, off_y, off_z, off_x, off_y, off_z), h_squared);
+    let off = sqrt(max(off_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED)));
+    let seen = atan2(off * length, off * off - along * (length - along));
+    let vx = (vec4f(rows.normals >> vec4u(24u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
+    let vy = (vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
+    let vz = (vec4f((rows.normals >> vec4u(8u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
+    let radius = vec4f(rows.normals & vec4u(255u)) / 255.0;
+    let middle_x = dx - to.x * (0.5 * length);
+    let middle_y = dy - to.y * (0.5 * length);
+    let middle_z = dz - to.z * (0.5 * length);
+    let middle = sqrt(package_lightshed_importance__1dot_rows(middle_x, middle_y, middle_z, middle_x, middle_y, middle_z));
+    let distance = max(middle, off) + 0.5 * length;
+    let mean = -package_lightshed_importance__1dot_rows(vx, vy, vz, middle_x, middle_y, middle_z) / distance;
+    let reach = package_lightshed_importance__1dot_rows(abs(vx), abs(vy), abs(vz), hx, hy, hz) + 0.5 * length * abs(vx * to.x + vy * to.y + vz * to.z) + radius * (hx + hy + hz);
+    let spread = reach / distance + (radius + package_lightshed_importance_MARGIN);
+    let t = clamp(mean + spread, vec4f(0.0), 2.0 * spread);
+    let emitted = t * t / (4.0 * spread) + max(mean - spread, vec4f(0.0));
+    let weight = rows.intensity * emitted * (seen / off);
+    let positive = (emitted > vec4f(0.0)) & (rows.intensity > vec4f(0.0));
+    let finite = select(vec4f(package_lightshed_importance_LARGEST), weight, weight < vec4f(package_lightshed_importance_LARGEST));
+    return select(vec4f(0.0), max(finite, vec4f(package_lightshed_importance__2F32_MIN_POSITIVE)), positive);
+}
+
+fn package_lightshed_importance__1surface_ends(at: package_lightshed_importance_ShadingPoint, low: package_lightshed_importance_Rows, high: package_lightshed_importance_Rows, weighting: u32) -> package_lightshed_importance_Eight {
+    return package_lightshed_importance__1ends_of(package_lightshed_importance__1seen_from(at, low), package_lightshed_importance__1seen_from(at, high), weighting);
+}
+
+const package_lightshed_importance__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
+
+const package_lightshed_importance__2WEIGHTING_MIN_MAX: u32 = 1u;
+
+fn package_lightshed_importance__2about_inverse_root(x: vec4f) -> vec4f {
+    return bitcast<vec4f>(vec4u(1597463008u) + ~(bitcast<vec4u>(x) >> vec4u(1u)));
+}
+
+fn package_lightshed_importance__2as_it_is(x: vec4f) -> vec4f {
+    return min(x, vec4f(package_lightshed_importance__1F32_MAX));
+}
+
+fn package_lightshed_importance__2clamped_mean_4s(high: vec4f, low: vec4f) -> vec4f {
+    let above = max(high, vec4f(0.0));
+    let below = max(low, vec4f(0.0));
+    return (above - below) * (above + below);
+}
+
+fn package_lightshed_importance_nearer(seen: package_lightshed_importance_Seen) -> vec4f {
+    return seen.far_squared / max(seen.near_squared, seen.far_squared * package_lightshed_importance_INSIDE);
+}
+
+fn package_lightshed_importance_over(seen: package_lightshed_importance_Seen, squared: vec4f) -> vec4f {
+    let finite = min(seen.numerator / (seen.denominator * squared), vec4f(package_lightshed_importance_LARGEST));
+    return select(vec4f(0.0), finite, seen.positive);
+}
+
+fn package_lightshed_importance_plus(a: package_lightshed_importance_Eight, b: package_lightshed_importance_Eight) -> package_lightshed_importance_Eight {
+    return package_lightshed_importance_Eight(a.low + b.low, a.high + b.high);
 }
 
 struct package_lightshed_mis_Pairwise {
@@ -1272,145 +1944,6 @@ fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4
     return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
 }
 
-struct package_lightshed_sky_Owner {
-    index: u32,
-    words: f32,
-    fraction: f32
-}
-
-struct package_lightshed_sky_Sky {
-    x_axis: vec3f,
-    scale: f32,
-    y_axis: vec3f,
-    last_row: u32,
-    z_axis: vec3f,
-    padding: u32,
-    size: vec2u,
-    more_padding: vec2u
-}
-
-struct package_lightshed_sky_SkyCell {
-    cell: vec2u,
-    fraction: vec2f
-}
-
-struct package_lightshed_sky_SkySample {
-    direction: vec3f,
-    pdf: f32,
-    radiance: vec3f,
-    cell: vec2u
-}
-
-fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
-    return cells.y + row * cells.x;
-}
-
-fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
-    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
-}
-
-fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
-    var base = 0u;
-    var size = last + 1u;
-    while (size > 1u) {
-        let half = size / 2u;
-        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
-        size -= half;
-    }
-    let words = package_lightshed_sky_owned(first, last, base);
-    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
-}
-
-fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
-    let cells = package_lightshed_sky__1sky_cells(image);
-    let scaled = uv * vec2f(cells);
-    let cell = min(vec2u(scaled), cells - 1u);
-    return package_lightshed_sky_SkyCell(cell, clamp(scaled - vec2f(cell), vec2f(0.0), vec2f(1.0)));
-}
-
-fn package_lightshed_sky__1sky_cells(image: package_lightshed_sky_Sky) -> vec2u {
-    return vec2u(image.size.x, max(image.size.y, 2u) - 1u);
-}
-
-fn package_lightshed_sky__1sky_coordinates(image: package_lightshed_sky_Sky, direction: vec3f) -> vec2f {
-    let d = image.x_axis * direction.x + image.y_axis * direction.y + image.z_axis * direction.z;
-    let u = package_lightshed_turn__1turn_of(d.x, -d.z) - 0.5 / f32(image.size.x);
-    let v = 2.0 * package_lightshed_turn__1turn_of(sqrt(d.x * d.x + d.z * d.z), d.y);
-    return vec2f(u - floor(u), v);
-}
-
-fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_words: f32, sin_theta: f32) -> f32 {
-    let share = (row_words / package_lightshed_sky__2TWO_POW_32) * (column_words / package_lightshed_sky__2TWO_POW_32);
-    let density = share * f32(cells.x) * f32(cells.y) / (package_lightshed_sky__2TWO_PI_SQUARED * sin_theta);
-    return select(0.0, density, sin_theta > 0.0);
-}
-
-fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
-    let image = package_host_sky();
-    let cells = package_lightshed_sky__1sky_cells(image);
-    let uv = package_lightshed_sky__1sky_coordinates(image, direction);
-    let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
-    let row_words = package_lightshed_sky_owned(0u, image.last_row, cell.y);
-    let column_words = package_lightshed_sky_owned(package_lightshed_sky__1columns_start(cells, cell.y), package_lightshed_sky__1last_column(cells, cell.y), cell.x);
-    return package_lightshed_sky__1sky_density(cells, row_words, column_words, package_lightshed_turn__2sin_cos_turns(0.5 * uv.y).x);
-}
-
-fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
-    let image = package_host_sky();
-    return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
-}
-
-fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
-    let image = package_host_sky();
-    let cells = package_lightshed_sky__1sky_cells(image);
-    let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
-    let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
-    let column = package_lightshed_sky__1owner_of(package_lightshed_sky__1columns_start(cells, row.index), package_lightshed_sky__1last_column(cells, row.index), word.x);
-    let cell = vec2u(column.index, row.index);
-    let place = package_lightshed_sky_SkyCell(cell, vec2f(column.fraction, row.fraction));
-    let uv = min((vec2f(cell) + place.fraction) / vec2f(cells), vec2f(package_lightshed_uniform__2ONE_MINUS_EPSILON));
-    let polar = package_lightshed_turn__2sin_cos_turns(0.5 * uv.y);
-    let turn = uv.x + 0.5 / f32(image.size.x);
-    let azimuth = package_lightshed_turn__2sin_cos_turns(select(turn, turn - 1.0, turn >= 1.0));
-    let local = vec3f(polar.x * azimuth.x, polar.y, -polar.x * azimuth.y);
-    let direction = vec3f(package_lightshed_vector_dot3(image.x_axis, local), package_lightshed_vector_dot3(image.y_axis, local), package_lightshed_vector_dot3(image.z_axis, local));
-    let pdf = package_lightshed_sky__1sky_density(cells, row.words, column.words, polar.x);
-    return package_lightshed_sky_SkySample(direction, pdf, package_lightshed_sky__2sky_radiance_at(image, place), cell);
-}
-
-fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
-    let cells = package_lightshed_sky__1sky_cells(image);
-    let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
-    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
-}
-
-const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
-
-const package_lightshed_sky__2TWO_POW_32: f32 = 4294967296.0;
-
-fn package_lightshed_sky__2sky_radiance_at(image: package_lightshed_sky_Sky, place: package_lightshed_sky_SkyCell) -> vec3f {
-    let right = select(place.cell.x + 1u, 0u, place.cell.x + 1u == image.size.x);
-    let below = min(place.cell.y + 1u, image.size.y - 1u);
-    let a = package_lightshed_sky__1sky_texel(image, place.cell.x, place.cell.y);
-    let b = package_lightshed_sky__1sky_texel(image, right, place.cell.y);
-    let c = package_lightshed_sky__1sky_texel(image, place.cell.x, below);
-    let d = package_lightshed_sky__1sky_texel(image, right, below);
-    let above = a + (b - a) * place.fraction.x;
-    let under = c + (d - c) * place.fraction.x;
-    return (above + (under - above) * place.fraction.y) * image.scale;
-}
-
-fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
-    if index > last {
-        return 0.0;
-    }
-    let start = package_host__2load_sky_word(first + index);
-    if index == last {
-        return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
-    }
-    return f32(package_host__2load_sky_word(first + index + 1u) - start);
-}
-
 struct package_lightshed_surface_CornerNormals {
     a: vec3f,
     b: vec3f,
@@ -1530,21 +2063,6 @@ fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRa
     return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
 }
 
-fn package_lightshed_turn__1turn_of(y: f32, x: f32) -> f32 {
-    let high = max(abs(x), abs(y));
-    let low = min(abs(x), abs(y));
-    var a = 0.0;
-    if high > 0.0 {
-        a = low / high;
-    }
-    let s = a * a;
-    let odd = -0.02228693 + s * (0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.00072571344)));
-    var turn = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * odd)));
-    turn = select(turn, 0.25 - turn, abs(y) > abs(x));
-    turn = select(turn, 0.5 - turn, (bitcast<u32>(x) & 2147483648u) != 0u);
-    return package_lightshed_vector__1copy_sign(turn, y);
-}
-
 fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
     let t = r * r;
     let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
@@ -1568,15 +2086,8 @@ fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
     return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
 }
 
-const package_lightshed_uniform__2ONE_MINUS_EPSILON: f32 = 0.99999994;
-
 fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
     return f32(bits >> 8u) * 5.9604645e-8;
-}
-
-fn package_lightshed_uniform_remap(u: f32, low: f32, high: f32) -> f32 {
-    let fraction = (u - low) / (high - low);
-    return select(0.0, min(fraction, package_lightshed_uniform__2ONE_MINUS_EPSILON), fraction > 0.0);
 }
 
 fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {
@@ -1601,6 +2112,10 @@ fn package_lightshed_vector__1normalized_or(v: vec3f, otherwise: vec3f) -> vec3f
 
 fn package_lightshed_vector__2clamp_or_low(x: f32, low: f32, high: f32) -> f32 {
     return select(low, min(x, high), x > low);
+}
+
+fn package_lightshed_vector_cross3(a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y);
 }
 
 fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
@@ -1656,6 +2171,24 @@ fn package_lightshed_warp__3concentric_disk_with_radius(u: vec2f) -> vec3f {
     return vec3f(radius * xy.x, radius * xy.y, radius);
 }
 
+fn package_lightshed_wide__1wide_add(a: vec2u, b: vec2u) -> vec2u {
+    let low = a.x + b.x;
+    return vec2u(low, a.y + b.y + select(0u, 1u, low < a.x));
+}
+
+fn package_lightshed_wide__1wide_less(a: vec2u, b: vec2u) -> bool {
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
+}
+
+fn package_lightshed_wide__1wide_multiply(a: vec2u, b: vec2u) -> vec2u {
+    let low = package_lightshed_wide__1wide_product(a.x, b.x);
+    return vec2u(low.x, low.y + a.x * b.y + a.y * b.x);
+}
+
+fn package_lightshed_wide__1wide_negate(a: vec2u) -> vec2u {
+    return package_lightshed_wide__1wide_subtract(vec2u(0u), a);
+}
+
 fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     let a_low = a & 65535u;
     let a_high = a >> 16u;
@@ -1665,4 +2198,47 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     let middle = a_high * b_low + (low >> 16u);
     let other = a_low * b_high + (middle & 65535u);
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
+}
+
+fn package_lightshed_wide__1wide_subtract(a: vec2u, b: vec2u) -> vec2u {
+    return vec2u(a.x - b.x, a.y - b.y - select(0u, 1u, a.x < b.x));
+}
+
+fn package_lightshed_wide__2wide_leading_zeros(a: vec2u) -> u32 {
+    return select(countLeadingZeros(a.y), 32u + countLeadingZeros(a.x), a.y == 0u);
+}
+
+fn package_lightshed_wide__2wide_shift_left(a: vec2u, by: u32) -> vec2u {
+    let bits = by & 31u;
+    let carried = (a.x >> 1u) >> (31u - bits);
+    let shifted = vec2u(a.x << bits, (a.y << bits) | carried);
+    return select(shifted, vec2u(0u, shifted.x), by > 31u);
+}
+
+fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
+    let bits = by & 31u;
+    let carried = (a.y << 1u) << (31u - bits);
+    let shifted = vec2u((a.x >> bits) | carried, a.y >> bits);
+    return select(shifted, vec2u(shifted.y, 0u), by > 31u);
+}
+
+const package_selected__1INVERSE_PI: f32 = 0.31830987;
+
+fn package_selected__1area_of(emitter: package_lightshed_emitter_Emitter) -> f32 {
+    return 0.5 * package_lightshed_vector_length3(package_lightshed_vector_cross3(emitter.edge0, emitter.edge1));
+}
+
+fn package_selected__1is_diffuse(material: u32) -> bool {
+    let rows = package_host__1load_material(material);
+    return rows.y == 1u && package_host__1load_component(rows.x).kind == package_lightshed_bsdf_DIFFUSE;
+}
+
+fn package_selected__1shading_point(point: package_lightshed_surface_SurfacePoint, wo: vec3f) -> package_lightshed_importance_ShadingPoint {
+    var bound = package_lightshed_importance__1F32_MAX;
+    if package_selected__1is_diffuse(point.material) {
+        let albedo = package_host__1load_component(package_host__1load_material(point.material).x).color;
+        bound = package_lightshed_vector_dot3(albedo, vec3f(0.212671, 0.71516, 0.072169)) * package_selected__1INVERSE_PI;
+    }
+    let side = vec3f(0.0, 0.0, select(1.0, -1.0, wo.z < 0.0));
+    return package_lightshed_importance_ShadingPoint(point.position, bound, package_lightshed_frame__1to_world(point.shading, side), package_lightshed_importance__1FACING_FRONT);
 }

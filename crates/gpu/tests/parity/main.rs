@@ -9,6 +9,7 @@ mod harness;
 mod light_tree;
 mod light_tree_build;
 mod lightcut;
+mod lighting_grid;
 mod media;
 mod numbers;
 mod phase;

@@ -265,6 +265,16 @@ impl LightingGrid {
         }
     }
 
+    /// Where the grid lights of level ℓ are in its grid, in the order of [`grid_lights`](Self::grid_lights): numbers of vertices along each
+    /// axis, z first in the order, then y, then x.
+    pub fn vertices(&self, level: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
+        let place = level.checked_sub(1).filter(|_| level <= self.level_count);
+        place
+            .and_then(|place| self.levels.get(place as usize))
+            .into_iter()
+            .flat_map(|level| level.rows.places())
+    }
+
     /// Side `h_ℓ` of the cells of level ℓ; of level 0, half of level 1's.
     pub fn cell_size(&self, level: u32) -> f32 {
         let halvings = self.level_count as i32 - level.min(self.level_count) as i32;

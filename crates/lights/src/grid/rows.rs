@@ -99,6 +99,12 @@ impl Rows {
         &self.x
     }
 
+    /// All occupied places, `[x, y, z]`.
+    pub fn places(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        let rows = (0..self.side).flat_map(|z| (0..self.side).map(move |y| (y, z)));
+        rows.flat_map(move |(y, z)| self.row(y, z).map(move |place| [u32::from(self.x[place]), y, z]))
+    }
+
     /// Places of row `(y, z)`; none outside the cube.
     #[inline(always)]
     pub fn row(&self, y: u32, z: u32) -> Range<usize> {
