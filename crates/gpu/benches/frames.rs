@@ -8,7 +8,11 @@
 
 mod opening;
 
-use lightshed_gpu::{GpuDirectLight, GpuError, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuScene};
+use lightshed_gpu::{
+    GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt,
+    GpuRestirVolume, GpuScene, GpuVolumePathTracer,
+};
+use lightshed_integrator::{LightcutOptions, RestirDiSettings, RestirVolumeOptions};
 use lightshed_scene::{Scene, builtin};
 use std::collections::BTreeMap;
 
@@ -30,15 +34,45 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     println!("| scene | method | frame (ms) | M samples/s | M rays/s | kernels (ms) |");
     println!("|---|---|---|---|---|---|");
-    for name in ["cornell", "cornell-glossy", "many-lights"] {
+    let scene = |name: &str, max_depth: Option<u32>| -> Result<Scene, Box<dyn std::error::Error>> {
         let mut description = builtin::by_name(name).ok_or("it is built in")?;
         (description.settings.width, description.settings.height) = (width, height);
-        let scene = Scene::new(&description)?;
-        let on_device = GpuScene::new(&gpu, &scene)?;
+        description.settings.max_depth = max_depth.or(description.settings.max_depth);
+        Ok(Scene::new(&description)?)
+    };
+    for name in ["cornell", "cornell-glossy", "many-lights"] {
+        let on_device = GpuScene::new(&gpu, &scene(name, None)?)?;
         row(name, "path", GpuPathTracer::new(&gpu, &on_device)?)?;
+        let shallow = GpuScene::new(&gpu, &scene(name, Some(2))?)?;
+        row(name, "direct, power", GpuPathTracer::new(&gpu, &shallow)?)?;
         row(name, "direct, tree", GpuDirectLight::new(&gpu, &on_device, 1, 1)?)?;
+        let cuts = LightcutOptions::default();
+        row(name, "lightcuts, 8", GpuLightcuts::new(&gpu, &on_device, cuts)?)?;
         row(name, "restir-di", GpuRestirDi::new(&gpu, &on_device)?)?;
+        let settings = RestirDiSettings::UNBIASED;
+        let by_tree = GpuRestirDi::with_tree(&gpu, &on_device, settings)?;
+        row(name, "restir-di, tree", by_tree)?;
         row(name, "restir-pt", GpuRestirPt::new(&gpu, &on_device)?)?;
+    }
+    for name in ["smoke-in-cornell", "cloud"] {
+        let single = scene(name, Some(2))?;
+        let on_device = GpuScene::with_medium(&gpu, &single)?;
+        row(
+            name,
+            "volpath, once",
+            GpuVolumePathTracer::with_max_depth(&gpu, &on_device, Some(2))?,
+        )?;
+        row(
+            name,
+            "volpath",
+            GpuVolumePathTracer::with_max_depth(&gpu, &on_device, None)?,
+        )?;
+        let options = RestirVolumeOptions::of_scene(&single, Some(2));
+        row(
+            name,
+            "restir-volume",
+            GpuRestirVolume::new(&gpu, &on_device, options)?,
+        )?;
     }
     Ok(())
 }

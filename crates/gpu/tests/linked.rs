@@ -5,7 +5,7 @@
 use lightshed_shaders::Linker;
 use std::path::Path;
 
-const PROGRAMS: [&str; 9] = [
+const PROGRAMS: [&str; 10] = [
     "direct",
     "light_tree_build",
     "lightcuts",

@@ -120,8 +120,8 @@ fn lit_by(seen: Seen, emitter: u32, place: vec3f, probability: f32) -> Lit {
     var radiance: vec3f;
     var per_endpoint = 1.0;
     if emitter == package_lightshed_emitter_SURROUNDINGS {
-        pdf_emitter = package_lightshed_emitter__1surroundings_pdf();
-        radiance = package_host_settings.surroundings;
+        pdf_emitter = package_lightshed_emitter__1surroundings_pdf(place);
+        radiance = package_lightshed_emitter__1surroundings_radiance(place);
     }
     else {
         let light = package_host__1load_emitter(emitter);
@@ -170,7 +170,7 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     primaries[pixel] = Primary(hit, ray.direction, 0u);
     var emitted = vec3f(0.0);
     if hit.primitive == package_lightshed_ray_NOTHING {
-        emitted = package_host_settings.surroundings;
+        emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
     }
     else {
         let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
@@ -265,7 +265,7 @@ fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
             if HAS_SURROUNDINGS {
                 emitter = package_lightshed_emitter_SURROUNDINGS;
                 place = ray.direction;
-                radiance = package_host_settings.surroundings;
+                radiance = package_lightshed_emitter__1surroundings_radiance(ray.direction);
             }
         }
         else if HAS_EMITTERS {
@@ -308,7 +308,7 @@ fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
             continue;
         }
         if emitter == package_lightshed_emitter_SURROUNDINGS {
-            let place = package_lightshed_warp__1uniform_sphere(package_lightshed_uniform__1unit_square(candidate.zw));
+            let place = package_lightshed_emitter__1sample_around(package_lightshed_uniform__1unit_square(candidate.zw)).direction;
             let lit = lit_by(seen, emitter, place, 0.0);
             if is_lit(lit) {
                 around = with_candidate(around, lit, emitter, place, false, u);
@@ -485,15 +485,20 @@ struct package_host_Settings {
     roulette_depth: u32,
     emitters: u32,
     pixels: u32,
-    padding: vec2u
+    sky_words: u32,
+    padding: u32,
+    sky: package_lightshed_sky_Sky
 }
+
+override package_host__1HAS_SKY: bool = true;
 
 fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
     return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
 }
 
-@group(0) @binding(8)
-var<storage, read> package_host__1emitter_table: array<package_lightshed_alias_AliasEntry>;
+fn package_host__1has_sky() -> bool {
+    return package_host__1HAS_SKY;
+}
 
 @group(0) @binding(13)
 var<storage, read> package_host__1leaf_of: array<u32>;
@@ -536,7 +541,7 @@ fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
 }
 
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_host__1emitter_table[index];
+    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
 }
 
 fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
@@ -567,6 +572,10 @@ fn package_host__2load_light_row(place: u32) -> vec4u {
     return package_host__1light_rows[place];
 }
 
+fn package_host__2load_sky_word(index: u32) -> u32 {
+    return package_host_tables[package_host_settings.sky_words + index];
+}
+
 fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
     let triangle = package_host_triangles[index];
     return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
@@ -590,8 +599,15 @@ var<storage, read> package_host_normals: array<vec4f>;
 @group(0) @binding(0)
 var<storage, read> package_host_settings: package_host_Settings;
 
+fn package_host_sky() -> package_lightshed_sky_Sky {
+    return package_host_settings.sky;
+}
+
 @group(0) @binding(2)
 var<storage, read> package_host_slots: array<u32>;
+
+@group(0) @binding(8)
+var<storage, read> package_host_tables: array<u32>;
 
 @group(0) @binding(3)
 var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
@@ -1359,6 +1375,12 @@ struct package_lightshed_emitter_Aim {
     goal: vec3f
 }
 
+struct package_lightshed_emitter_Around {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f
+}
+
 struct package_lightshed_emitter_Emitter {
     corner: vec3f,
     pdf_area: f32,
@@ -1422,6 +1444,14 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
     return vec3f(emitter.radiance_r, emitter.radiance_g, emitter.radiance_b);
 }
 
+fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
+    if package_host__1has_sky() {
+        let drawn = package_lightshed_sky__1sky_sample(u);
+        return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
+    }
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+}
+
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
     let origin = package_lightshed_surface__1origin_towards(point, light.direction);
     if light.finite {
@@ -1430,8 +1460,22 @@ fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_Surfa
     return package_lightshed_ray_Ray(origin, package_lightshed_ray__1NO_END, light.direction, 0u);
 }
 
-fn package_lightshed_emitter__1surroundings_pdf() -> f32 {
-    return package_lightshed_emitter__2INVERSE_FOUR_PI * (1.0 / f32(package_host__1emitter_groups().groups));
+fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
+    if package_host__1has_sky() {
+        return package_lightshed_sky__1sky_pdf(direction);
+    }
+    return package_lightshed_emitter__2INVERSE_FOUR_PI;
+}
+
+fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+}
+
+fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
+    if package_host__1has_sky() {
+        return package_lightshed_sky__1sky_radiance(direction);
+    }
+    return package_host__1emitter_groups().surroundings;
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -1944,6 +1988,145 @@ fn package_lightshed_rng__1two_rounds(x: vec4u, even: vec2u, odd: vec2u) -> vec4
     return vec4u(sum_odd.x, mixed_odd.y, sum_odd.y, mixed_odd.x);
 }
 
+struct package_lightshed_sky_Owner {
+    index: u32,
+    words: f32,
+    fraction: f32
+}
+
+struct package_lightshed_sky_Sky {
+    x_axis: vec3f,
+    scale: f32,
+    y_axis: vec3f,
+    last_row: u32,
+    z_axis: vec3f,
+    padding: u32,
+    size: vec2u,
+    more_padding: vec2u
+}
+
+struct package_lightshed_sky_SkyCell {
+    cell: vec2u,
+    fraction: vec2f
+}
+
+struct package_lightshed_sky_SkySample {
+    direction: vec3f,
+    pdf: f32,
+    radiance: vec3f,
+    cell: vec2u
+}
+
+fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
+    return cells.y + row * cells.x;
+}
+
+fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
+    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+}
+
+fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
+    var base = 0u;
+    var size = last + 1u;
+    while (size > 1u) {
+        let half = size / 2u;
+        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        size -= half;
+    }
+    let words = package_lightshed_sky_owned(first, last, base);
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+}
+
+fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let scaled = uv * vec2f(cells);
+    let cell = min(vec2u(scaled), cells - 1u);
+    return package_lightshed_sky_SkyCell(cell, clamp(scaled - vec2f(cell), vec2f(0.0), vec2f(1.0)));
+}
+
+fn package_lightshed_sky__1sky_cells(image: package_lightshed_sky_Sky) -> vec2u {
+    return vec2u(image.size.x, max(image.size.y, 2u) - 1u);
+}
+
+fn package_lightshed_sky__1sky_coordinates(image: package_lightshed_sky_Sky, direction: vec3f) -> vec2f {
+    let d = image.x_axis * direction.x + image.y_axis * direction.y + image.z_axis * direction.z;
+    let u = package_lightshed_turn__1turn_of(d.x, -d.z) - 0.5 / f32(image.size.x);
+    let v = 2.0 * package_lightshed_turn__1turn_of(sqrt(d.x * d.x + d.z * d.z), d.y);
+    return vec2f(u - floor(u), v);
+}
+
+fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_words: f32, sin_theta: f32) -> f32 {
+    let share = (row_words / package_lightshed_sky__2TWO_POW_32) * (column_words / package_lightshed_sky__2TWO_POW_32);
+    let density = share * f32(cells.x) * f32(cells.y) / (package_lightshed_sky__2TWO_PI_SQUARED * sin_theta);
+    return select(0.0, density, sin_theta > 0.0);
+}
+
+fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
+    let image = package_host_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let uv = package_lightshed_sky__1sky_coordinates(image, direction);
+    let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
+    let row_words = package_lightshed_sky_owned(0u, image.last_row, cell.y);
+    let column_words = package_lightshed_sky_owned(package_lightshed_sky__1columns_start(cells, cell.y), package_lightshed_sky__1last_column(cells, cell.y), cell.x);
+    return package_lightshed_sky__1sky_density(cells, row_words, column_words, package_lightshed_turn__2sin_cos_turns(0.5 * uv.y).x);
+}
+
+fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
+    let image = package_host_sky();
+    return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
+}
+
+fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
+    let image = package_host_sky();
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
+    let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
+    let column = package_lightshed_sky__1owner_of(package_lightshed_sky__1columns_start(cells, row.index), package_lightshed_sky__1last_column(cells, row.index), word.x);
+    let cell = vec2u(column.index, row.index);
+    let place = package_lightshed_sky_SkyCell(cell, vec2f(column.fraction, row.fraction));
+    let uv = min((vec2f(cell) + place.fraction) / vec2f(cells), vec2f(package_lightshed_uniform__2ONE_MINUS_EPSILON));
+    let polar = package_lightshed_turn__2sin_cos_turns(0.5 * uv.y);
+    let turn = uv.x + 0.5 / f32(image.size.x);
+    let azimuth = package_lightshed_turn__2sin_cos_turns(select(turn, turn - 1.0, turn >= 1.0));
+    let local = vec3f(polar.x * azimuth.x, polar.y, -polar.x * azimuth.y);
+    let direction = vec3f(package_lightshed_vector_dot3(image.x_axis, local), package_lightshed_vector_dot3(image.y_axis, local), package_lightshed_vector_dot3(image.z_axis, local));
+    let pdf = package_lightshed_sky__1sky_density(cells, row.words, column.words, polar.x);
+    return package_lightshed_sky_SkySample(direction, pdf, package_lightshed_sky__2sky_radiance_at(image, place), cell);
+}
+
+fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
+    let cells = package_lightshed_sky__1sky_cells(image);
+    let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
+    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+}
+
+const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
+
+const package_lightshed_sky__2TWO_POW_32: f32 = 4294967296.0;
+
+fn package_lightshed_sky__2sky_radiance_at(image: package_lightshed_sky_Sky, place: package_lightshed_sky_SkyCell) -> vec3f {
+    let right = select(place.cell.x + 1u, 0u, place.cell.x + 1u == image.size.x);
+    let below = min(place.cell.y + 1u, image.size.y - 1u);
+    let a = package_lightshed_sky__1sky_texel(image, place.cell.x, place.cell.y);
+    let b = package_lightshed_sky__1sky_texel(image, right, place.cell.y);
+    let c = package_lightshed_sky__1sky_texel(image, place.cell.x, below);
+    let d = package_lightshed_sky__1sky_texel(image, right, below);
+    let above = a + (b - a) * place.fraction.x;
+    let under = c + (d - c) * place.fraction.x;
+    return (above + (under - above) * place.fraction.y) * image.scale;
+}
+
+fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
+    if index > last {
+        return 0.0;
+    }
+    let start = package_host__2load_sky_word(first + index);
+    if index == last {
+        return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
+    }
+    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+}
+
 struct package_lightshed_surface_CornerNormals {
     a: vec3f,
     b: vec3f,
@@ -2063,6 +2246,21 @@ fn package_lightshed_triangle_sheared(ray: package_lightshed_triangle_TriangleRa
     return vec3f(p[ray.axes.x] - ray.shear.x * z, p[ray.axes.y] - ray.shear.y * z, z);
 }
 
+fn package_lightshed_turn__1turn_of(y: f32, x: f32) -> f32 {
+    let high = max(abs(x), abs(y));
+    let low = min(abs(x), abs(y));
+    var a = 0.0;
+    if high > 0.0 {
+        a = low / high;
+    }
+    let s = a * a;
+    let odd = -0.02228693 + s * (0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.00072571344)));
+    var turn = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * odd)));
+    turn = select(turn, 0.25 - turn, abs(y) > abs(x));
+    turn = select(turn, 0.5 - turn, (bitcast<u32>(x) & 2147483648u) != 0u);
+    return package_lightshed_vector__1copy_sign(turn, y);
+}
+
 fn package_lightshed_turn__2sin_cos_quarter(r: f32) -> vec2f {
     let t = r * r;
     let sine = r * (1.5707964 + t * (-0.6459635 + t * (0.07968022 + t * -0.004602149)));
@@ -2086,8 +2284,15 @@ fn package_lightshed_uniform__1unit_square(bits: vec2u) -> vec2f {
     return vec2f(bits >> vec2u(8u)) * 5.9604645e-8;
 }
 
+const package_lightshed_uniform__2ONE_MINUS_EPSILON: f32 = 0.99999994;
+
 fn package_lightshed_uniform__2f32_from_u32(bits: u32) -> f32 {
     return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+fn package_lightshed_uniform_remap(u: f32, low: f32, high: f32) -> f32 {
+    let fraction = (u - low) / (high - low);
+    return select(0.0, min(fraction, package_lightshed_uniform__2ONE_MINUS_EPSILON), fraction > 0.0);
 }
 
 fn package_lightshed_vector__1copy_sign(magnitude: f32, sign: f32) -> f32 {

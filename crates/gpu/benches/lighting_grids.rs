@@ -1,0 +1,120 @@
+//! Lighting grids on a GPU: builds kernel by kernel, by its own clock, beside those of the CPU.
+//!
+//! ```text
+//! cargo bench -p lightshed-gpu --bench lighting_grids -- [LIGHTS]...
+//! ```
+//!
+//! 100,000 and 1,000,000 lights where none are given, with as many levels as the CPU's automatic choice has for them. Where a processor stands in
+//! for a GPU, its time tells more than the clock. Says SKIPPED where there is no adapter, or none with a clock.
+
+mod opening;
+
+use lightshed_gpu::{Gpu, GpuLightingGrid, LightingGridBuilder};
+use lightshed_integrator::process_cpu_seconds;
+use lightshed_lights::glam::Vec3;
+use lightshed_lights::{GridOptions, Levels, LightingGrid, PointLight};
+use lightshed_sampling::CounterRng;
+use std::collections::BTreeMap;
+
+/// Builds after the first, of which the fastest counts.
+const BUILDS: u32 = 3;
+
+/// Lights on the walls of a room, as light paths leave them.
+fn lights(count: usize) -> Vec<PointLight> {
+    let mut rng = CounterRng::new(1, count as u32, 0);
+    (0..count)
+        .map(|i| {
+            let mut position = Vec3::from_array([(); 3].map(|()| rng.next_f32())) * 10.0;
+            let (axis, side) = (i % 3, (i / 3 % 2) as f32);
+            position[axis] = 10.0 * side;
+            PointLight::lambertian(
+                position,
+                Vec3::AXES[axis] * (1.0 - 2.0 * side),
+                Vec3::splat(rng.next_f32()),
+            )
+        })
+        .collect()
+}
+
+/// Of the whole process; NaN where it is not known.
+fn cpu_seconds() -> f64 {
+    process_cpu_seconds().unwrap_or(f64::NAN)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut counts: Vec<usize> = std::env::args()
+        .skip(1)
+        .filter_map(|argument| argument.parse().ok())
+        .collect();
+    if counts.is_empty() {
+        counts = vec![100_000, 1_000_000];
+    }
+    let Some(gpu) = opening::clocked_gpu() else {
+        return Ok(());
+    };
+    let builder = LightingGridBuilder::new(&gpu)?;
+    println!("{}, fastest of {BUILDS} builds\n", gpu.description());
+    println!(
+        "| lights | levels | vertices | build (ms) | processor time of it (ms) | CPU's of its own (ms) | kernels (ms) | look-up (MB) | scratch (MB) |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for count in counts {
+        row(&gpu, &builder, &lights(count))?;
+    }
+    Ok(())
+}
+
+fn row(
+    gpu: &Gpu,
+    builder: &LightingGridBuilder,
+    lights: &[PointLight],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut cpu = LightingGrid::new(lights, &GridOptions::default())?;
+    let options = GridOptions {
+        levels: Levels::Count(cpu.level_count()),
+        ..GridOptions::default()
+    };
+    let mut cpu_build = f64::INFINITY;
+    for _ in 0..BUILDS {
+        let start = cpu_seconds();
+        cpu.rebuild(lights)?;
+        cpu_build = cpu_build.min(1e3 * (cpu_seconds() - start));
+    }
+    let on_device = gpu.buffer("lights", lights)?;
+    let grid = GpuLightingGrid::new(gpu, lights.len(), &options)?;
+    let mut best = (f64::INFINITY, BTreeMap::new());
+    let mut processor = f64::INFINITY;
+    for _ in 0..=BUILDS {
+        let start = cpu_seconds();
+        let mut work = gpu.timed_work();
+        builder.build(&mut work, &on_device, &grid);
+        let mut kernels: BTreeMap<String, f64> = BTreeMap::new();
+        for pass in work.finish()? {
+            let name = pass.label.rsplit(' ').next().unwrap_or_default();
+            *kernels.entry(name.to_owned()).or_insert(0.0) += 1e3 * pass.seconds;
+        }
+        processor = processor.min(1e3 * (cpu_seconds() - start));
+        let total = kernels.values().sum();
+        if total < best.0 {
+            best = (total, kernels);
+        }
+    }
+    let kernels: Vec<String> = best
+        .1
+        .iter()
+        .map(|(name, ms)| format!("{name} {ms:.2}"))
+        .collect();
+    let vertices: usize = (1..=cpu.level_count())
+        .map(|level| cpu.grid_lights(level).len())
+        .sum();
+    println!(
+        "| {} | {} | {vertices} | {:.1} | {processor:.1} | {cpu_build:.1} | {} | {:.1} | {:.1} |",
+        lights.len(),
+        grid.level_count(),
+        best.0,
+        kernels.join(", "),
+        grid.bytes() as f64 / 1e6,
+        grid.scratch_bytes() as f64 / 1e6,
+    );
+    Ok(())
+}
