@@ -339,7 +339,7 @@ mod tests {
                         position[i % 3] = -3.0;
                         normal = Vec3::AXES[i % 3];
                     }
-                    4 => position = position * 1e-3,
+                    4 => position *= 1e-3,
                     5 => normal = Vec3::ZERO,
                     _ => {}
                 }

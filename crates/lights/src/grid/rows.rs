@@ -166,6 +166,10 @@ mod tests {
             }
         }
         assert_eq!((rows.len(), rows.slab_start(side)), (place, place));
+        for (place, vertex) in rows.places().enumerate() {
+            assert_eq!(rows.find(vertex), Some(place));
+        }
+        assert_eq!(rows.places().count(), place);
         assert!(rows.row(side, 0).is_empty() && rows.find([side, 0, 0]).is_none());
     }
 }
