@@ -183,6 +183,7 @@ pub const MODULES: &[Module] = &[
     module!("tracking", ["load_density", "load_majorant"]),
     module!("triangle"),
     module!("turn"),
+    module!("unbiased_marching", ["load_density", "load_majorant"]),
     module!("uniform"),
     module!("vector"),
     module!("warp"),

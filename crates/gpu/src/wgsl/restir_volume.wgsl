@@ -77,6 +77,8 @@ const OPAQUE_DEPTH: f32 = 10.0;
 
 const LEAST_SHARE: f32 = 0.01;
 
+const LOOKUP_DEPTH: f32 = 0.6;
+
 const THIRD_ROOT: f32 = 0.57735027;
 
 const F32_MAX: f32 = 3.4028235e38;
@@ -232,7 +234,11 @@ fn estimate_part(ray: package_lightshed_ray_Ray, interval: vec2f, stream: ptr<fu
     if !(interval.x < interval.y) {
         return 1.0;
     }
-    return package_lightshed_tracking__1ratio_tracking(m.medium, package_medium__1field_ray(ray), interval, m.extinction * package_lightshed_vector_length3(ray.direction), stream).value;
+    let in_field = package_medium__1field_ray(ray);
+    let k = m.extinction * package_lightshed_vector_length3(ray.direction);
+    let bounds = package_lightshed__1unbiased_marching__1marching_bounds(m.medium, in_field, interval);
+    let lookups = package_lightshed__1unbiased_marching__1marching_lookups(LOOKUP_DEPTH * k * (bounds.control + bounds.residual));
+    return package_lightshed__1unbiased_marching__2unbiased_ray_marching(m.medium, in_field, interval, bounds, k, lookups, stream).value;
 }
 
 struct Through {
@@ -708,7 +714,7 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         let m = package_lightshed_mis__1balance_weight(path.confidence, targets[i][i], total);
         let weight = m * path.weight;
         var stream = stream_from(pixel, SHADE + (i << 16u));
-        light += min(estimated_value(view, path, &stream) * weight, vec3f(F32_MAX));
+        light += clamp(estimated_value(view, path, &stream) * weight, vec3f(-F32_MAX), vec3f(F32_MAX));
         let offered = package_lightshed_reservoir_offer(selection, 1u, p * weight, package_lightshed_uniform__2f32_from_u32(words[i]));
         selection = offered.selection;
         if offered.accepted {
@@ -876,6 +882,127 @@ var<storage, read> package_host_triangles: array<package_lightshed_surface_Trian
 
 @group(0) @binding(11)
 var<storage, read> package_host_voxels: array<f32>;
+
+const package_lightshed__1unbiased_marching_CORRECTED: f32 = 0.1;
+
+struct package_lightshed__1unbiased_marching_MarchingBounds {
+    control: f32,
+    residual: f32
+}
+
+const package_lightshed__1unbiased_marching_ROULETTE: f32 = 2.0;
+
+const package_lightshed__1unbiased_marching__1MAX_QUERIES: u32 = 26u;
+
+const package_lightshed__1unbiased_marching__1MOST_LOOKUPS: f32 = 65536.0;
+
+fn package_lightshed__1unbiased_marching__1marching_bounds(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f) -> package_lightshed__1unbiased_marching_MarchingBounds {
+    var bounds = package_lightshed__1unbiased_marching_MarchingBounds(0.0, 0.0);
+    var dda = package_lightshed_majorant__1dda_new(medium.grid, ray, interval);
+    while (true) {
+        let crossing = package_lightshed_majorant__1dda_step(dda);
+        if !crossing.found {
+            break;
+        }
+        dda = crossing.dda;
+        let segment = crossing.segment;
+        let length = segment.t1 - segment.t0;
+        bounds.control += max(segment.minorant * length, 0.0);
+        bounds.residual += max((segment.majorant - segment.minorant) * length, 0.0);
+    }
+    return bounds;
+}
+
+fn package_lightshed__1unbiased_marching__1marching_lookups(depth: f32) -> u32 {
+    let d = clamp(depth, 0.0, package_lightshed__1unbiased_marching__1MOST_LOOKUPS);
+    return u32(clamp(ceil(pow((0.015 + d) * (0.65 + d) * (60.3 + d), 1.0 / 3.0)), 1.0, package_lightshed__1unbiased_marching__1MOST_LOOKUPS));
+}
+
+fn package_lightshed__1unbiased_marching__1residual_share(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, residual: f32, lookups: u32, offset: f32) -> f32 {
+    let spacing = residual / f32(lookups);
+    var before = 0.0;
+    var done = 0u;
+    var sum = 0.0;
+    var next = offset * spacing;
+    var dda = package_lightshed_majorant__1dda_new(medium.grid, ray, interval);
+    while (done < lookups) {
+        let crossing = package_lightshed_majorant__1dda_step(dda);
+        if !crossing.found {
+            break;
+        }
+        dda = crossing.dda;
+        let segment = crossing.segment;
+        let spread = segment.majorant - segment.minorant;
+        let end = before + max(spread * (segment.t1 - segment.t0), 0.0);
+        while (next < end && done < lookups) {
+            let t = min(segment.t0 + (next - before) / spread, segment.t1);
+            sum += (package_lightshed_density__1density_at(medium.size, medium.filtering, package_lightshed_majorant__1ray_at(ray, t)) - segment.minorant) / spread;
+            done++;
+            next = (f32(done) + offset) * spacing;
+        }
+        before = end;
+    }
+    return sum / f32(max(done, 1u));
+}
+
+fn package_lightshed__1unbiased_marching__2unbiased_ray_marching(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, bounds: package_lightshed__1unbiased_marching_MarchingBounds, extinction: f32, lookups: u32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_tracking_Transmittance {
+    let k = select(0.0, extinction, extinction > 0.0);
+    if !(bounds.residual > 0.0) {
+        return package_lightshed_tracking_Transmittance(exp(-k * bounds.control), 0u);
+    }
+    var corrections = 0u;
+    if package_lightshed_stream__1next_number(stream) < package_lightshed__1unbiased_marching_CORRECTED {
+        corrections = 2u;
+        while (package_lightshed_stream__1next_number(stream) < package_lightshed__1unbiased_marching_ROULETTE / f32(corrections + 1u) && corrections + 1u < package_lightshed__1unbiased_marching__1MAX_QUERIES) {
+            corrections++;
+        }
+    }
+    var queries: array<f32, 26>;
+    for (var i = 0u; i <= corrections; i++) {
+        let share = package_lightshed__1unbiased_marching__1residual_share(medium, ray, interval, bounds.residual, lookups, package_lightshed_stream__1next_number(stream));
+        queries[i] = k * (bounds.control + bounds.residual * share);
+    }
+    if corrections == 0u {
+        return package_lightshed_tracking_Transmittance(exp(-queries[0]), lookups);
+    }
+    let count = corrections + 1u;
+    var sum = 0.0;
+    for (var j = 0u; j < count; j++) {
+        sum += exp(-queries[j]) * package_lightshed__1unbiased_marching_corrected(queries, count, j);
+    }
+    let value = sum / f32(count);
+    return package_lightshed_tracking_Transmittance(select(0.0, value, package_lightshed_vector__1is_finite(value)), lookups * count);
+}
+
+fn package_lightshed__1unbiased_marching_corrected(queries: array<f32, 26>, count: u32, j: u32) -> f32 {
+    let all = queries;
+    var means: array<f32, 26>;
+    means[0] = 1.0;
+    var added = 0u;
+    for (var i = 0u; i < count; i++) {
+        if i == j {
+            continue;
+        }
+        let x = all[j] - all[i];
+        added++;
+        let total = f32(added);
+        for (var n = added; n >= 1u; n--) {
+            means[n] = ((total - f32(n)) * means[n] + f32(n) * x * means[n - 1u]) / total;
+        }
+    }
+    var sum = 1.0;
+    var factor = 1.0 / package_lightshed__1unbiased_marching_CORRECTED;
+    for (var n = 1u; n < count; n++) {
+        if n == 2u {
+            factor /= 2.0;
+        }
+        else if n > 2u {
+            factor /= package_lightshed__1unbiased_marching_ROULETTE;
+        }
+        sum += means[n] * factor;
+    }
+    return sum;
+}
 
 struct package_lightshed_alias_AliasEntry {
     threshold: u32,
@@ -2242,15 +2369,6 @@ fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface
     return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, triangle.material, package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
 }
 
-const package_lightshed_tracking_BLOCK: u32 = 8u;
-
-struct package_lightshed_tracking_Collision {
-    found: bool,
-    t: f32,
-    majorant: f32,
-    minorant: f32
-}
-
 struct package_lightshed_tracking_Medium {
     grid: package_lightshed_majorant_MajorantGrid,
     size: vec3u,
@@ -2261,106 +2379,6 @@ struct package_lightshed_tracking_Transmittance {
     value: f32,
     lookups: u32
 }
-
-struct package_lightshed_tracking_Walk {
-    dda: package_lightshed_majorant_Dda,
-    rate: f32,
-    control: u32,
-    segment: package_lightshed_majorant_Segment,
-    available: f32,
-    used: f32,
-    ahead: f32,
-    drawn: bool,
-    control_depth: f32
-}
-
-const package_lightshed_tracking__1CONTROL_MIDDLE: u32 = 2u;
-
-const package_lightshed_tracking__1CONTROL_MINORANT: u32 = 1u;
-
-const package_lightshed_tracking__1CONTROL_NONE: u32 = 0u;
-
-const package_lightshed_tracking__1F32_MAX: f32 = 3.4028235e38;
-
-fn package_lightshed_tracking__1density_along(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, t: f32) -> f32 {
-    return package_lightshed_density__1density_at(medium.size, medium.filtering, package_lightshed_majorant__1ray_at(ray, t));
-}
-
-fn package_lightshed_tracking__1ratio_tracking(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, extinction: f32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_tracking_Transmittance {
-    var walk = package_lightshed_tracking__1walk_new(medium, ray, interval, extinction, package_lightshed_tracking__1CONTROL_NONE);
-    var value = 1.0;
-    var lookups = 0u;
-    while (true) {
-        let collision = package_lightshed_tracking__1walk_next(&walk, stream);
-        if !collision.found {
-            break;
-        }
-        lookups += 1u;
-        value *= max(1.0 - package_lightshed_tracking__1density_along(medium, ray, collision.t) / collision.majorant, 0.0);
-        if lookups % package_lightshed_tracking_BLOCK == 0u && value < package_lightshed_tracking__2F32_MIN_POSITIVE {
-            break;
-        }
-    }
-    return package_lightshed_tracking_Transmittance(select(value, 0.0, value < package_lightshed_tracking__2F32_MIN_POSITIVE), lookups);
-}
-
-fn package_lightshed_tracking__1residual_segment(segment: package_lightshed_majorant_Segment, control: u32) -> package_lightshed_majorant_Segment {
-    var residual = segment;
-    if control == package_lightshed_tracking__1CONTROL_MINORANT {
-        residual.majorant = segment.majorant - segment.minorant;
-    }
-    else if control == package_lightshed_tracking__1CONTROL_MIDDLE {
-        residual.majorant = 0.5 * (segment.majorant - segment.minorant);
-        residual.minorant = segment.minorant + residual.majorant;
-    }
-    return residual;
-}
-
-fn package_lightshed_tracking__1walk_new(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, rate: f32, control: u32) -> package_lightshed_tracking_Walk {
-    var walk: package_lightshed_tracking_Walk;
-    walk.dda = package_lightshed_majorant__1dda_new(medium.grid, ray, interval);
-    walk.rate = select(0.0, rate, rate > 0.0 && rate <= package_lightshed_tracking__1F32_MAX);
-    walk.control = control;
-    return walk;
-}
-
-fn package_lightshed_tracking__1walk_next(walk: ptr<function, package_lightshed_tracking_Walk>, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_tracking_Collision {
-    var w = *walk;
-    var depth = w.ahead;
-    if !w.drawn {
-        depth = package_lightshed_exponential_exponential(package_lightshed_stream__1next_number(stream));
-        w.drawn = true;
-    }
-    w.ahead = package_lightshed_exponential_exponential(package_lightshed_stream__1next_number(stream));
-    while (true) {
-        let end = w.used + depth;
-        if end < w.available {
-            w.used = end;
-            *walk = w;
-            let t = w.segment.t0 + end * (1.0 / (w.rate * w.segment.majorant));
-            return package_lightshed_tracking_Collision(true, select(w.segment.t1, t, t < w.segment.t1), w.segment.majorant, w.segment.minorant);
-        }
-        depth -= w.available - w.used;
-        w.used = w.available;
-        let crossing = package_lightshed_majorant__1dda_step(w.dda);
-        w.dda = crossing.dda;
-        if !crossing.found {
-            break;
-        }
-        w.segment = package_lightshed_tracking__1residual_segment(crossing.segment, w.control);
-        let length = w.segment.t1 - w.segment.t0;
-        if w.control != package_lightshed_tracking__1CONTROL_NONE {
-            w.control_depth += w.segment.minorant * length;
-        }
-        let available = w.rate * w.segment.majorant * length;
-        w.available = select(0.0, available, available > 0.0);
-        w.used = 0.0;
-    }
-    *walk = w;
-    return package_lightshed_tracking_Collision(false, 0.0, 0.0, 0.0);
-}
-
-const package_lightshed_tracking__2F32_MIN_POSITIVE: f32 = 1.1754944e-38;
 
 struct package_lightshed_triangle_TriangleRay {
     origin: vec3f,
