@@ -482,7 +482,11 @@ fn a_gpu_renders_the_same_image() {
     let compared = folder.json(&[&arguments[..], &["cpu.exr", "--reference", "gpu.exr"]].concat());
     assert!(compared["reference"]["mape"].as_f64() < Some(1e-3), "{compared}");
     // What the device does not know is said in one line.
-    for other in [["fire", "volpath"], ["cloud", "restir-volume"], ["cornell", "restir-gi"]] {
+    for other in [
+        ["fire", "volpath"],
+        ["cloud", "restir-volume"],
+        ["cornell", "restir-gi"],
+    ] {
         let output = folder.run(&[other[0], "--method", other[1], "--device", "gpu"]);
         let message = String::from_utf8_lossy(&output.stderr);
         assert!(

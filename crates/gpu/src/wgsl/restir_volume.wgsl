@@ -4,7 +4,7 @@ struct Primary {
     hit: package_lightshed_ray_Hit,
     reach: vec2f,
     inside: u32,
-    unbroken: u32
+    padding: u32
 }
 
 struct Scattered {
@@ -128,8 +128,7 @@ fn earlier_view_of(pixel: u32) -> View {
 struct Reach {
     hit: package_lightshed_ray_Hit,
     interval: vec2f,
-    inside: bool,
-    unbroken: bool
+    inside: bool
 }
 
 fn reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> Reach {
@@ -137,24 +136,20 @@ fn reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> Reach {
     var inside = starts_inside;
     var done = 0.0;
     var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
-    var runs = 0u;
     for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
         var hit = package_lightshed_cwbvh_intersect(ray);
         let lost = hit.primitive == package_lightshed_ray_NOTHING;
         let end = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
         if inside {
-            if interval.x == package_lightshed_ray__1NO_END || interval.y != done {
-                runs++;
-            }
             interval = vec2f(min(interval.x, done), end);
         }
         hit.t = end;
         if lost {
-            return Reach(hit, interval, inside, runs <= 1u);
+            return Reach(hit, interval, inside);
         }
         let triangle = package_host__1load_triangle(hit.primitive);
         if !package_medium_passes(triangle.material) {
-            return Reach(hit, interval, inside, runs <= 1u);
+            return Reach(hit, interval, inside);
         }
         let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
         let direction = whole.direction;
@@ -162,7 +157,7 @@ fn reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> Reach {
         ray = crossing.ray;
         inside = crossing.inside;
     }
-    return Reach(package_lightshed_ray_Hit(whole.t_max, package_lightshed_ray_NOTHING, vec2f(0.0)), interval, inside, false);
+    return Reach(package_lightshed_ray_Hit(whole.t_max, package_lightshed_ray_NOTHING, vec2f(0.0)), interval, inside);
 }
 
 struct March {
@@ -269,14 +264,8 @@ fn estimate_through(segment: package_lightshed_ray_Ray, starts_inside: bool, str
     return Through(0.0, false);
 }
 
-fn estimate_camera(view: View, distance: f32, stream: ptr<function, package_lightshed_stream_Stream>) -> Through {
-    if view.seen.unbroken == 1u {
-        let reach = view.seen.reach;
-        let inside = distance >= reach.x && distance <= reach.y;
-        return Through(estimate_part(view.ray, vec2f(reach.x, min(distance, reach.y)), stream), inside);
-    }
-    let segment = package_lightshed_ray_Ray(view.ray.origin, distance, view.ray.direction, 0u);
-    return estimate_through(segment, package_host__1medium_settings().camera_inside == 1u, stream);
+fn camera_segment(view: View, distance: f32) -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(view.ray.origin, distance, view.ray.direction, 0u);
 }
 
 struct Vertex {
@@ -418,11 +407,18 @@ fn estimated_value(view: View, path: Scattered, stream: ptr<function, package_li
         return vec3f(0.0);
     }
     let end = select(1.0, package_lightshed_emitter__1SEGMENT_END, path.distance == ON_SURFACE) * distance_of(view, path);
-    let here = estimate_camera(view, end, stream);
-    if here.transmittance == 0.0 || (vertex.in_medium && !here.inside) {
-        return vec3f(0.0);
+    var segments = array<package_lightshed_ray_Ray, 2>(camera_segment(view, end), lit.shadow);
+    var starts = array<bool, 2>(package_host__1medium_settings().camera_inside == 1u, lit.inside);
+    var value = lit.value;
+    for (var leg = 0u; leg < 2u; leg++) {
+        let through = estimate_through(segments[leg], starts[leg], stream);
+        let is_elsewhere = leg == 0u && vertex.in_medium && !through.inside;
+        if through.transmittance == 0.0 || is_elsewhere {
+            return vec3f(0.0);
+        }
+        value *= through.transmittance;
     }
-    return lit.value * (here.transmittance * estimate_through(lit.shadow, lit.inside, stream).transmittance);
+    return value;
 }
 
 @compute @workgroup_size(64)
@@ -433,7 +429,7 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     }
     let ray = camera_ray_of(pixel, frame.number);
     let reach = reach_along(ray, package_host__1medium_settings().camera_inside == 1u);
-    let seen = Primary(reach.hit, reach.interval, u32(reach.inside), u32(reach.unbroken));
+    let seen = Primary(reach.hit, reach.interval, u32(reach.inside), 0u);
     primaries[pixel] = seen;
     var emitted = vec3f(0.0);
     if reach.hit.primitive == package_lightshed_ray_NOTHING {
@@ -447,9 +443,10 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
         }
     }
-    if package_lightshed_vector__1max_element(emitted) > 0.0 {
+    if package_lightshed_vector__1max_element(emitted) > 0.0 && seen.reach.x < seen.reach.y {
         var stream = stream_from(pixel, UNSCATTERED);
-        emitted *= estimate_camera(View(ray, seen), reach.hit.t * package_lightshed_emitter__1SEGMENT_END, &stream).transmittance;
+        let segment = camera_segment(View(ray, seen), reach.hit.t * package_lightshed_emitter__1SEGMENT_END);
+        emitted *= estimate_through(segment, package_host__1medium_settings().camera_inside == 1u, &stream).transmittance;
     }
     image[pixel] = vec4f(emitted, 0.0);
 }
