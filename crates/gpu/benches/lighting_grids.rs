@@ -4,12 +4,13 @@
 //! cargo bench -p lightshed-gpu --bench lighting_grids -- [LIGHTS]...
 //! ```
 //!
-//! 100,000 and 1,000,000 lights where none are given, with as many levels as the CPU's automatic choice has for them. Where a processor stands in
+//! 100,000 and 1,000,000 lights where none are given, with as many levels as the CPU's automatic choice has for them, or
+//! as the device has memory for. Where a processor stands in
 //! for a GPU, its time tells more than the clock. Says SKIPPED where there is no adapter, or none with a clock.
 
 mod opening;
 
-use lightshed_gpu::{Gpu, GpuLightingGrid, LightingGridBuilder};
+use lightshed_gpu::{Gpu, GpuError, GpuLightingGrid, LightingGridBuilder};
 use lightshed_integrator::process_cpu_seconds;
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{GridOptions, Levels, LightingGrid, PointLight};
@@ -69,11 +70,19 @@ fn row(
     builder: &LightingGridBuilder,
     lights: &[PointLight],
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let mut cpu = LightingGrid::new(lights, &GridOptions::default())?;
-    let options = GridOptions {
-        levels: Levels::Count(cpu.level_count()),
+    let with_levels = |levels| GridOptions {
+        levels: Levels::Count(levels),
         ..GridOptions::default()
     };
+    let mut levels = LightingGrid::new(lights, &GridOptions::default())?.level_count();
+    // There is memory for as many vertices as a level can have, which may be more than the device binds.
+    let grid = loop {
+        match GpuLightingGrid::new(gpu, lights.len(), &with_levels(levels)) {
+            Err(GpuError::TooLarge { .. }) if levels > 1 => levels -= 1,
+            made => break made?,
+        }
+    };
+    let mut cpu = LightingGrid::new(lights, &with_levels(levels))?;
     let mut cpu_build = f64::INFINITY;
     for _ in 0..BUILDS {
         let start = cpu_seconds();
@@ -81,7 +90,6 @@ fn row(
         cpu_build = cpu_build.min(1e3 * (cpu_seconds() - start));
     }
     let on_device = gpu.buffer("lights", lights)?;
-    let grid = GpuLightingGrid::new(gpu, lights.len(), &options)?;
     let mut best = (f64::INFINITY, BTreeMap::new());
     let mut processor = f64::INFINITY;
     for _ in 0..=BUILDS {
