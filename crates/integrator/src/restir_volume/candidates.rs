@@ -1,11 +1,10 @@
 //! Candidates: random walks through coarse densities, of which each vertex ends a path at an emitter, and where media emit another.
 
-use super::path::{
-    Evaluation, MAX_SCATTERINGS, PathCoordinates, Step, Vertex, VolumePath, emission, surface_vertex,
-    target_of,
-};
+use super::evaluation::{Evaluation, target_of};
+use super::path::{MAX_SCATTERINGS, PathCoordinates, Step, VolumePath};
 use super::pixel::{First, VolumePixel, VolumeReservoir};
 use super::through::{Landing, transmitted};
+use super::vertex::{Vertex, emission, surface_vertex};
 use crate::ray_tally::RayKind;
 use lightshed_resampling::{ContributionWeight, MixtureRis};
 use lightshed_sampling::{CounterRng, f32_from_u32, f64_from_u64};
@@ -260,15 +259,21 @@ impl Evaluation<'_> {
         let (ray, medium) = walk.vertex.leave(volumes, direction);
         self.tally.add(RayKind::Path, 1);
         let flight = volumes.fly(&ray, medium, [self.level, cubes], || f64_from_u64(rng.next_u64()));
+        let mut connection = None;
         let (step, is_surface) = match flight.landing {
             Landing::Collision { distance, medium } => {
                 let distance = distance as f32;
+                let (before, position) = (walk.vertex.position(), ray.origin + ray.direction * distance);
                 walk.vertex = Vertex::Medium {
                     medium: &volumes.scene.media()[medium as usize],
                     index: medium,
-                    position: ray.origin + ray.direction * distance,
+                    position,
                     incoming: direction,
                 };
+                let length = position.distance(before);
+                if walk.path.connected_vertex().is_none() && length >= self.reach.of(&walk.path) {
+                    connection = Some((position, length));
+                }
                 (Step { direction, distance }, false)
             }
             Landing::Surface(point) => {
@@ -284,6 +289,9 @@ impl Evaluation<'_> {
             Landing::Away => return false,
         };
         walk.path.push(step, is_surface);
+        if let Some((place, length)) = connection {
+            walk.path.connect(place, length);
+        }
         walk.value *= transmitted(flight.depth);
         walk.pdf *= flight.pdf;
         true

@@ -2,12 +2,15 @@
 
 mod candidates;
 mod coarse;
+mod evaluation;
 mod options;
 mod path;
 mod pixel;
+mod reuse;
 #[cfg(test)]
 mod tests;
 mod through;
+mod vertex;
 
 pub use options::{RestirVolumeError, RestirVolumeOptions};
 pub use path::MAX_SCATTERINGS;
@@ -16,13 +19,15 @@ use crate::camera_motion::pixel_seeing;
 use crate::ray_tally::{RayKind, RayTally};
 use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
 use candidates::Sequence;
+use evaluation::{Evaluation, Reach};
 use lightshed_resampling::{Contribution, Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
 use lightshed_sampling::{CounterRng, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::{Camera, Material, Rgb, Scene};
-use path::{DirectionReuse, Evaluation, VolumePath};
+use path::VolumePath;
 use pixel::{VolumePixel, VolumeReservoir};
 use rayon::prelude::*;
+use reuse::PathReuse;
 use std::sync::atomic::{AtomicBool, Ordering};
 use through::Volumes;
 
@@ -66,6 +71,8 @@ pub struct RestirVolume<'a> {
     options: RestirVolumeOptions,
     pattern: Option<Pattern>,
     motion: CameraMotion,
+    /// Which edges are connected.
+    reach: Reach,
     tally: RayTally,
     /// The pixels of this frame and of the one before, by the order of frames: even, odd.
     pixels: [Vec<VolumePixel>; 2],
@@ -165,6 +172,7 @@ impl<'a> RestirVolume<'a> {
             options,
             pattern,
             motion,
+            reach: reach(first, options.connection_pixels),
             tally: RayTally::default(),
             pixels: [Vec::new(), Vec::new()],
             history: Vec::new(),
@@ -206,18 +214,19 @@ impl<'a> RestirVolume<'a> {
             tally: &self.tally,
             level: self.options.reuse_level,
             shadow_level: self.options.shadow_level,
+            reach: self.reach,
         }
     }
 
     /// Between pixels of a frame and of the one before.
-    fn direction_reuse(&self, frame: u32) -> DirectionReuse<'_> {
+    fn path_reuse(&self, frame: u32) -> PathReuse<'_> {
         let (this, before) = (self.evaluation(frame), self.evaluation(frame.saturating_sub(1)));
         let (even, odd) = if frame.is_multiple_of(2) {
             (this, before)
         } else {
             (before, this)
         };
-        DirectionReuse { even, odd }
+        PathReuse { even, odd }
     }
 
     /// What each pixel looks along, a fresh reservoir, and unscattered light in the image. False if cancelled.
@@ -271,7 +280,7 @@ impl<'a> RestirVolume<'a> {
                     evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
                 // From here on with the target of reuse: W stays.
                 *fresh = chosen
-                    .map(|path| path.with_target(evaluation.target(pixel, &path)))
+                    .map(|path| evaluation.settled(pixel, &path, false))
                     .within(|path| path.target > 0.0);
             }
         });
@@ -288,7 +297,7 @@ impl<'a> RestirVolume<'a> {
         image: &mut [Rgb],
     ) -> Result<(), ReuseError> {
         let extent = self.extent();
-        let shift = self.direction_reuse(view.frame);
+        let shift = self.path_reuse(view.frame);
         let reuse = Reuse::new(extent, pixels, &shift, Mis::Balance, self.options.confidence_cap)?;
         if self.options.temporal_reuse && view.frame > 0 {
             let previous = &self.pixels[(view.frame as usize + 1) % 2];
@@ -393,6 +402,19 @@ impl<'a> RestirVolume<'a> {
                     }
                 }
             });
+    }
+}
+
+/// As long as `pixels` are wide at the first vertex, or in the middle of the scene where that is on a surface.
+fn reach(scene: &Scene, pixels: f32) -> Reach {
+    let (camera, settings) = (scene.camera(), scene.settings());
+    let middle = 0.5 * Vec2::new(settings.width as f32, settings.height as f32);
+    let [left, right] = [-0.5, 0.5].map(|x| camera.ray(middle + Vec2::new(x, 0.0), [0.5; 2]));
+    let per_distance = pixels * left.direction.distance(right.direction);
+    let [low, high] = scene.bounds();
+    Reach {
+        per_distance,
+        from_surface: per_distance * left.origin.distance(0.5 * (low + high)),
     }
 }
 

@@ -19,6 +19,10 @@ pub struct RestirVolumeOptions {
     /// They lie within this many pixels; positive. A path carried over moves with the camera ray, and the less alike what it meets is, the more
     /// noise: the fewer pixels, the less error, but the larger its blotches (Lin 2022 fig. 5.15).
     pub radius_pixels: f32,
+    /// Least length of a path's edge that is connected, in widths of a pixel; positive. A path carried over to another pixel moves as a whole up to
+    /// its first such edge, at whose far end it stays what it was. Less than some times the radius, and targets are unlike; infinity moves all of
+    /// it.
+    pub connection_pixels: f32,
     /// Whether a pixel reuses what one held in the frame before.
     pub temporal_reuse: bool,
     /// Most confidence that a pixel's history is given, in frames, `Q`; positive.
@@ -47,6 +51,7 @@ impl RestirVolumeOptions {
             walks: 4,
             neighbours: 3,
             radius_pixels: 2.5,
+            connection_pixels: 16.0,
             temporal_reuse: true,
             confidence_cap: 4.0,
             candidate_level: 1,
@@ -94,6 +99,9 @@ impl RestirVolumeOptions {
         if !(self.confidence_cap > 0.0) {
             return Err(RestirVolumeError::ConfidenceCap);
         }
+        if !(self.connection_pixels > 0.0) {
+            return Err(RestirVolumeError::ConnectionPixels);
+        }
         if !(1..=MAX_COARSENESS).contains(&self.candidate_level)
             || self.reuse_level.max(self.shadow_level).max(self.camera_level) > MAX_COARSENESS
         {
@@ -123,6 +131,8 @@ pub enum RestirVolumeError {
     Walks,
     /// The confidence cap is not positive, or NaN.
     ConfidenceCap,
+    /// The least length of edges that are connected is not positive, or NaN.
+    ConnectionPixels,
     /// A level of density out of range.
     Level,
     /// Neighbours or radius out of range.
@@ -142,6 +152,7 @@ impl fmt::Display for RestirVolumeError {
             ),
             Self::Walks => f.write_str("walks must number between 1 and 1024"),
             Self::ConfidenceCap => f.write_str("the confidence cap must be positive"),
+            Self::ConnectionPixels => f.write_str("the least length of connected edges must be positive"),
             Self::Level => write!(
                 f,
                 "levels of density must be between 1 and {MAX_COARSENESS}, of reuse also 0"

@@ -1,7 +1,8 @@
 //! A pixel of one frame as a domain of paths through volumes.
 
-use super::path::{PathCoordinates, Vertex, VolumePath};
+use super::path::{PathCoordinates, VolumePath};
 use super::through::{Volumes, optical_depth, proposal_extinction};
+use super::vertex::Vertex;
 use lightshed_resampling::{Domain, DomainReservoir};
 use lightshed_scene::glam::{DVec3, Vec3};
 use lightshed_scene::volume::Interval;

@@ -170,7 +170,7 @@ fn paths_come_back_from_other_pixels() {
     for name in ["cloud", "smoke-in-cornell", "fire"] {
         let scene = small(name, [24, 24]);
         let method = method(&scene, 4);
-        let (evaluation, shift) = (method.evaluation(0), method.direction_reuse(0));
+        let (evaluation, shift) = (method.evaluation(0), method.path_reuse(0));
         let mut defined = 0;
         for index in 0..200u32 {
             let (x, y) = ((index % 20) as f32 + 2.0, (index / 20) as f32 + 6.0);
@@ -178,7 +178,7 @@ fn paths_come_back_from_other_pixels() {
             let mut rng = CounterRng::new(9, index, 0);
             let reservoir = evaluation.resample_walks(&own, 4, 4, 2, sequence(&mut rng), &mut rng);
             let Some(path) = reservoir.sample() else { continue };
-            let path = path.with_target(evaluation.target(&own, path));
+            let path = evaluation.settled(&own, path, false);
             let itself = shift.shift(&path, &own, &own).unwrap();
             assert_eq!(itself.target, own.target(&path));
             let same = |a: &VolumePath, b: &VolumePath| a.target.to_bits() == b.target.to_bits();

@@ -1,0 +1,131 @@
+//! Vertices that scatter, and what media do there.
+
+use super::through::Volumes;
+use lightshed_scene::glam::{DVec3, Vec3};
+use lightshed_scene::volume::{DensityField, PhaseFunction};
+use lightshed_scene::{Bsdf, EmitterConnection, Medium, MediumDensity, Ray, SurfacePoint};
+
+/// A vertex that scatters.
+// A box would be an allocation for each vertex.
+#[allow(clippy::large_enum_variant)]
+pub(crate) enum Vertex<'a> {
+    Medium {
+        medium: &'a Medium,
+        index: u32,
+        position: Vec3,
+        /// Of the ray that came.
+        incoming: Vec3,
+    },
+    Surface {
+        point: SurfacePoint,
+        bsdf: Bsdf,
+        wo: Vec3,
+        /// What is around it where the ray came from.
+        medium: Option<u32>,
+    },
+}
+
+impl Vertex<'_> {
+    pub fn position(&self) -> Vec3 {
+        match self {
+            Self::Medium { position, .. } => *position,
+            Self::Surface { point, .. } => point.position,
+        }
+    }
+
+    /// `σ_s ρ` or `f |cos θ|`, towards a unit direction.
+    pub fn scattered(&self, direction: Vec3) -> DVec3 {
+        match self {
+            Self::Medium { medium, position, .. } => scattering(medium, *position) * self.phase(direction),
+            Self::Surface { point, bsdf, wo, .. } => bsdf
+                .evaluate(*wo, point.shading.to_local(direction))
+                .value
+                .as_dvec3(),
+        }
+    }
+
+    /// In media, the factor of [`Vertex::scattered`] that depends on where light came from, `ρ`.
+    pub fn phase(&self, direction: Vec3) -> f64 {
+        match self {
+            Self::Medium { medium, incoming, .. } => {
+                f64::from(medium.phase().phase_between(*incoming, direction))
+            }
+            Self::Surface { .. } => 1.0,
+        }
+    }
+
+    /// In media, the other factor, `σ_s`.
+    pub fn scattering(&self) -> DVec3 {
+        match self {
+            Self::Medium { medium, position, .. } => scattering(medium, *position),
+            Self::Surface { .. } => DVec3::ONE,
+        }
+    }
+
+    /// The ray that leaves in a unit direction, and the medium that it gets into.
+    pub fn leave(&self, volumes: &Volumes<'_>, direction: Vec3) -> (Ray, Option<u32>) {
+        match self {
+            Self::Medium { position, index, .. } => (Ray::new(*position, direction), Some(*index)),
+            Self::Surface { point, .. } => (point.spawn(direction), self.medium_towards(volumes, direction)),
+        }
+    }
+
+    /// The segment to an endpoint, and the medium that it starts in.
+    pub fn shadow_ray(&self, volumes: &Volumes<'_>, connection: &EmitterConnection) -> (Ray, Option<u32>) {
+        match self {
+            Self::Medium { position, index, .. } => (connection.shadow_ray_from(*position), Some(*index)),
+            Self::Surface { point, .. } => (
+                connection.shadow_ray(point),
+                self.medium_towards(volumes, connection.direction),
+            ),
+        }
+    }
+
+    fn medium_towards(&self, volumes: &Volumes<'_>, direction: Vec3) -> Option<u32> {
+        match self {
+            Self::Medium { index, .. } => Some(*index),
+            Self::Surface { point, medium, .. } => match volumes.scene.medium_sides(point.primitive) {
+                Some(sides) => sides.towards(direction.dot(point.geometric_normal)),
+                None => *medium,
+            },
+        }
+    }
+}
+
+/// `σ_t(x)` by channel.
+fn extinction(medium: &Medium, position: Vec3) -> DVec3 {
+    let density = match medium.density() {
+        MediumDensity::Homogeneous => 1.0,
+        MediumDensity::Grid(field) => {
+            let (place, bounds) = (field.to_field().transform_point3(position), field.grid().bounds());
+            let inside = place.cmpge(bounds.min()).all() && place.cmple(bounds.max()).all();
+            if inside { field.grid().density(place) } else { 0.0 }
+        }
+    };
+    medium.extinction().as_dvec3() * f64::from(density)
+}
+
+/// `σ_s(x)`.
+fn scattering(medium: &Medium, position: Vec3) -> DVec3 {
+    extinction(medium, position) * medium.albedo().as_dvec3()
+}
+
+/// `σ_a(x) L_e(x)`.
+pub(crate) fn emission(medium: &Medium, position: Vec3) -> DVec3 {
+    extinction(medium, position) * medium.emission_per_collision(position).as_dvec3()
+}
+
+/// A vertex on a surface that `ray` met, having come through `medium`.
+pub(crate) fn surface_vertex<'a>(
+    volumes: &Volumes<'_>,
+    point: SurfacePoint,
+    ray: &Ray,
+    medium: Option<u32>,
+) -> Vertex<'a> {
+    Vertex::Surface {
+        bsdf: volumes.scene.bsdf(&point),
+        wo: point.shading.to_local(-ray.direction),
+        point,
+        medium,
+    }
+}
