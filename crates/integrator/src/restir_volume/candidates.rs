@@ -79,7 +79,7 @@ impl Evaluation<'_> {
         rng: &mut CounterRng,
     ) -> VolumeReservoir {
         if pixel.is_empty() {
-            return VolumeReservoir::empty(0.0);
+            return VolumeReservoir::empty(1.0);
         }
         let mut ris = MixtureRis::new();
         let share = 1.0 / f64::from(walks);
@@ -174,7 +174,7 @@ impl Evaluation<'_> {
 
     /// The first vertex of a walk.
     fn begin(&self, pixel: &VolumePixel, u: f64) -> Option<Walk<'_>> {
-        let mut path = VolumePath::EMPTY;
+        let mut path = VolumePath::seen(pixel.film, pixel.lens);
         let (vertex, depth, pdf) = match pixel.fly(u) {
             First::Medium { distance, pdf } => {
                 path.push(

@@ -2,18 +2,23 @@
 
 use super::path::{Connection, Step, VolumePath};
 use super::pixel::VolumePixel;
-use super::through::{Through, Volumes, transmitted};
+use super::through::{Through, Volumes};
 use super::vertex::{Vertex, emission, surface_vertex};
 use crate::ray_tally::{RayKind, RayTally};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{DVec3, Vec3};
-use lightshed_scene::{EmitterEndpoint, Ray, Rgb};
+use lightshed_scene::{Camera, EmitterEndpoint, Ray, Rgb};
 
 /// How paths are evaluated.
 pub(crate) struct Evaluation<'a> {
     pub volumes: &'a Volumes<'a>,
     pub tally: &'a RayTally,
-    /// Level of densities in transmittances between vertices.
+    pub camera: Camera,
+    /// What that is in.
+    pub camera_medium: Option<u32>,
+    /// Level of densities in transmittances from the camera.
+    pub camera_level: u32,
+    /// The same between vertices.
     pub level: u32,
     /// The same towards emitters.
     pub shadow_level: u32,
@@ -54,19 +59,20 @@ pub(crate) struct Lit {
     pub radiance: Rgb,
 }
 
-/// What finds out about a segment: the ray, the medium that it starts in, and whether it goes to an emitter.
-pub(crate) trait Look: FnMut(&Ray, Option<u32>, bool) -> Through {}
-impl<F: FnMut(&Ray, Option<u32>, bool) -> Through> Look for F {}
-
-/// What of a path is known before it is followed.
+/// Part of a path.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Known {
-    /// Transmittances along the camera ray, by the pixel.
-    Pixel,
-    /// These and what is behind the edge by which it is connected.
-    Behind,
-    Nothing,
+pub(crate) enum Segment {
+    /// From the camera.
+    Camera,
+    /// Between vertices.
+    Between,
+    /// To an emitter.
+    Emitter,
 }
+
+/// What finds out about a segment: the ray, and the medium that it starts in.
+pub(crate) trait Look: FnMut(&Ray, Option<u32>, Segment) -> Through {}
+impl<F: FnMut(&Ray, Option<u32>, Segment) -> Through> Look for F {}
 
 /// `F` in its factors, with the connection as it is in the pixel.
 struct Followed {
@@ -79,9 +85,8 @@ impl Evaluation<'_> {
     ///
     /// `is_known`: what is behind the connection is what the path says.
     pub fn settled(&self, pixel: &VolumePixel, path: &VolumePath, is_known: bool) -> VolumePath {
-        let look = |ray: &Ray, medium, to_emitter| self.look(ray, medium, to_emitter);
-        let known = if is_known { Known::Behind } else { Known::Pixel };
-        match self.follow(pixel, path, known, look) {
+        let look = |ray: &Ray, medium, segment| self.look(ray, medium, segment);
+        match self.follow(pixel, path, is_known, look) {
             Some(Followed { value, connection }) => path.held(connection, target_of(value)),
             None => path.held(path.connection, 0.0),
         }
@@ -90,12 +95,16 @@ impl Evaluation<'_> {
     /// An unbiased estimate of `F` with exact transmittances; it may be negative.
     pub fn estimate(&self, pixel: &VolumePixel, path: &VolumePath, rng: &mut CounterRng) -> DVec3 {
         let look = |ray: &Ray, medium, _| self.volumes.estimate(ray, medium, rng);
-        self.follow(pixel, path, Known::Nothing, look)
+        self.follow(pixel, path, false, look)
             .map_or(DVec3::ZERO, |followed| followed.value)
     }
 
-    fn look(&self, ray: &Ray, medium: Option<u32>, to_emitter: bool) -> Through {
-        let level = if to_emitter { self.shadow_level } else { self.level };
+    fn look(&self, ray: &Ray, medium: Option<u32>, segment: Segment) -> Through {
+        let level = match segment {
+            Segment::Camera => self.camera_level,
+            Segment::Between => self.level,
+            Segment::Emitter => self.shadow_level,
+        };
         self.volumes.through(ray, medium, level)
     }
 
@@ -104,16 +113,14 @@ impl Evaluation<'_> {
         &self,
         pixel: &VolumePixel,
         path: &VolumePath,
-        known: Known,
+        is_known: bool,
         mut look: impl Look,
     ) -> Option<Followed> {
         let connected = path.connected_vertex().unwrap_or(usize::MAX);
         let mut connection = path.connection;
         // In front of the connection's vertex, and behind.
         let (mut front, mut behind) = (DVec3::ONE, DVec3::ONE);
-        let (step, is_surface) = path.step(0);
-        let by_pixel = known != Known::Nothing;
-        let (mut vertex, through) = self.first(pixel, step.distance, is_surface, by_pixel, &mut look)?;
+        let (mut vertex, through) = self.first(pixel, path, &mut look)?;
         front *= through;
         for place in 1..path.vertices() {
             let (mut step, is_surface) = path.step(place);
@@ -150,7 +157,7 @@ impl Evaluation<'_> {
                 if let Vertex::Medium { position, .. } = &mut vertex {
                     *position = connection.place;
                 }
-                if known == Known::Behind {
+                if is_known {
                     let phase = if connection.onward == Vec3::ZERO {
                         1.0
                     } else {
@@ -170,7 +177,7 @@ impl Evaluation<'_> {
             (Some(EmitterEndpoint::Environment { direction }), _) => {
                 let (ray, medium) = vertex.leave(self.volumes, *direction);
                 self.tally.add(RayKind::Emitter, 1);
-                let through = look(&ray, medium, true);
+                let through = look(&ray, medium, Segment::Emitter);
                 if through.surface.is_some() {
                     return None;
                 }
@@ -208,34 +215,32 @@ impl Evaluation<'_> {
     fn first(
         &self,
         pixel: &VolumePixel,
-        distance: f32,
-        is_surface: bool,
-        by_pixel: bool,
+        path: &VolumePath,
         look: &mut impl Look,
     ) -> Option<(Vertex<'_>, DVec3)> {
-        if is_surface {
-            let vertex = pixel.surface_vertex()?;
-            let transmittance = if by_pixel {
-                transmitted(pixel.depth_of_surface())
-            } else {
-                look(&pixel.ray, pixel.medium, false).transmittance
-            };
-            return Some((vertex, transmittance));
+        let (step, is_surface) = path.step(0);
+        let mut ray = self.camera.ray(pixel.corner + path.film, path.lens);
+        if !is_surface {
+            ray.t_max = step.distance;
         }
-        let (index, depth) = pixel.depth_at(distance)?;
-        let transmittance = if by_pixel {
-            transmitted(depth)
-        } else {
-            let ray = Ray::segment(pixel.ray.origin, pixel.ray.direction, distance);
-            look(&ray, pixel.medium, false).transmittance
-        };
-        let vertex = Vertex::Medium {
-            medium: &self.volumes.scene.media()[index as usize],
-            index,
-            position: pixel.ray.origin + pixel.ray.direction * distance,
-            incoming: pixel.ray.direction,
-        };
-        Some((vertex, transmittance))
+        self.tally.add(RayKind::Camera, 1);
+        let through = look(&ray, self.camera_medium, Segment::Camera);
+        let vertex = self.vertex(&ray, is_surface, &through)?;
+        Some((vertex, through.transmittance))
+    }
+
+    /// What is at the end of a ray.
+    fn vertex(&self, ray: &Ray, is_surface: bool, through: &Through) -> Option<Vertex<'_>> {
+        match (is_surface, through.surface, through.medium) {
+            (true, Some(point), medium) => Some(surface_vertex(self.volumes, point, ray, medium)),
+            (false, None, Some(index)) => Some(Vertex::Medium {
+                medium: &self.volumes.scene.media()[index as usize],
+                index,
+                position: ray.origin + ray.direction * ray.t_max,
+                incoming: ray.direction,
+            }),
+            _ => None,
+        }
     }
 
     /// The vertex a step behind another, and the transmittance in between.
@@ -251,23 +256,14 @@ impl Evaluation<'_> {
             ray.t_max = step.distance;
         }
         self.tally.add(RayKind::Reconnection, 1);
-        let through = look(&ray, medium, false);
-        let vertex = match (is_surface, through.surface, through.medium) {
-            (true, Some(point), medium) => surface_vertex(self.volumes, point, &ray, medium),
-            (false, None, Some(index)) => Vertex::Medium {
-                medium: &self.volumes.scene.media()[index as usize],
-                index,
-                position: ray.origin + ray.direction * step.distance,
-                incoming: ray.direction,
-            },
-            _ => return None,
-        };
+        let through = look(&ray, medium, Segment::Between);
+        let vertex = self.vertex(&ray, is_surface, &through)?;
         Some((vertex, through.transmittance))
     }
 
     /// Light from an endpoint at a vertex, with transmittances of these levels. `None` if nothing arrives.
     pub fn lit(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint) -> Option<Lit> {
-        let mut look = |ray: &Ray, medium, to_emitter| self.look(ray, medium, to_emitter);
+        let mut look = |ray: &Ray, medium, segment| self.look(ray, medium, segment);
         self.lit_by(vertex, endpoint, &mut look)
     }
 
@@ -285,7 +281,7 @@ impl Evaluation<'_> {
         }
         let (ray, medium) = vertex.shadow_ray(self.volumes, &connection);
         self.tally.add(RayKind::Emitter, 1);
-        let through = look(&ray, medium, true);
+        let through = look(&ray, medium, Segment::Emitter);
         if through.surface.is_some() {
             return None;
         }

@@ -76,8 +76,8 @@ pub struct RestirVolume<'a> {
     tally: RayTally,
     /// The pixels of this frame and of the one before, by the order of frames: even, odd.
     pixels: [Vec<VolumePixel>; 2],
-    /// What the last frame left behind.
-    history: Vec<VolumeReservoir>,
+    /// What the last frame left behind, by the number of the reservoir.
+    history: Vec<Vec<VolumeReservoir>>,
     spare: [Vec<VolumeReservoir>; 2],
 }
 
@@ -99,7 +99,10 @@ enum Pass {
     Shade,
 }
 
-/// Words of one pass; far more than any draws.
+/// How many passes there are.
+const PASSES: u32 = Pass::Shade as u32 + 1;
+
+/// Words of one pass of one reservoir; far more than any draws.
 const WORDS_PER_PASS: u32 = 1 << 24;
 
 /// Words of one input that shades.
@@ -111,6 +114,8 @@ struct View<'a> {
     camera: &'a Camera,
     frame: u32,
     seed: u64,
+    /// Which of a pixel's reservoirs is at work.
+    reservoir: u32,
 }
 
 impl<'a> RestirVolume<'a> {
@@ -180,6 +185,11 @@ impl<'a> RestirVolume<'a> {
         })
     }
 
+    /// Of one reservoir in the image.
+    fn share(&self) -> f64 {
+        f64::from(self.options.reservoirs).recip()
+    }
+
     /// What is there in a frame.
     fn volumes(&self, frame: u32) -> &Volumes<'a> {
         // There is at least one.
@@ -203,15 +213,20 @@ impl<'a> RestirVolume<'a> {
         let width = self.extent().width;
         let (x, y) = (pixel as u32 % width, pixel as u32 / width);
         let mut rng = CounterRng::new(view.seed, y << 16 | x, view.frame);
-        rng.set_dimension(pass as u32 * WORDS_PER_PASS);
+        rng.set_dimension((view.reservoir * PASSES + pass as u32) * WORDS_PER_PASS);
         rng
     }
 
     /// By the levels of the targets, of what is there in a frame.
     fn evaluation(&self, frame: u32) -> Evaluation<'_> {
+        let volumes = self.volumes(frame);
+        let camera = self.motion.camera(self.volumes(0).scene, frame);
         Evaluation {
-            volumes: self.volumes(frame),
+            volumes,
             tally: &self.tally,
+            camera_medium: volumes.scene.camera_medium(&camera),
+            camera,
+            camera_level: self.options.camera_level,
             level: self.options.reuse_level,
             shadow_level: self.options.shadow_level,
             reach: self.reach,
@@ -226,56 +241,84 @@ impl<'a> RestirVolume<'a> {
         } else {
             (before, this)
         };
-        PathReuse { even, odd }
+        let rests = self.rests_at(frame);
+        PathReuse { even, odd, rests }
     }
 
-    /// What each pixel looks along, a fresh reservoir, and unscattered light in the image. False if cancelled.
+    /// What each pixel looks along, and unscattered light in the image. False if cancelled.
     fn look(
         &self,
         view: View<'_>,
         pixels: &mut [VolumePixel],
-        fresh: &mut [VolumeReservoir],
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> bool {
         let volumes = self.volumes(view.frame);
-        let medium = volumes.scene.camera_medium(view.camera);
         let width = self.extent().width as usize;
         let evaluation = self.evaluation(view.frame);
         let chunks = pixels
             .par_chunks_mut(MAX_BATCH)
-            .zip(fresh.par_chunks_mut(MAX_BATCH))
             .zip(image.par_chunks_mut(MAX_BATCH));
-        chunks.enumerate().for_each(|(chunk, ((pixels, fresh), image))| {
+        chunks.enumerate().for_each(|(chunk, (pixels, image))| {
             if cancel.load(Ordering::Relaxed) {
                 return;
             }
             self.tally.add(RayKind::Camera, pixels.len());
-            for (place, ((pixel, fresh), value)) in pixels.iter_mut().zip(fresh).zip(image).enumerate() {
+            for (place, (pixel, value)) in pixels.iter_mut().zip(image).enumerate() {
                 let index = chunk * MAX_BATCH + place;
                 let mut rng = self.rng(view, index, Pass::Camera);
                 let corner = Vec2::new((index % width) as f32, (index / width) as f32);
-                let film = corner + Vec2::from(rng.next_2d());
-                let u_lens = if view.camera.has_lens() {
+                let film = Vec2::from(rng.next_2d());
+                let lens = if view.camera.has_lens() {
                     rng.next_2d()
                 } else {
                     [0.5; 2]
                 };
                 let level = self.options.camera_level;
-                pixel.look(volumes, view.camera.ray(film, u_lens), medium, level);
+                let ray = view.camera.ray(corner + film, lens);
+                pixel.look(volumes, ray, evaluation.camera_medium, level);
+                (pixel.corner, pixel.film, pixel.lens) = (corner, film, lens);
                 pixel.odd_frame = view.frame % 2 == 1;
                 *value = unscattered(volumes, pixel, &mut self.rng(view, index, Pass::Unscattered));
+            }
+        });
+        !cancel.load(Ordering::Relaxed)
+    }
+
+    /// Fresh reservoirs. False if cancelled.
+    fn walk(
+        &self,
+        view: View<'_>,
+        pixels: &[VolumePixel],
+        fresh: &mut [VolumeReservoir],
+        cancel: &AtomicBool,
+    ) -> bool {
+        let evaluation = self.evaluation(view.frame);
+        let RestirVolumeOptions {
+            reservoirs,
+            walks,
+            scatterings,
+            candidate_level,
+            ..
+        } = self.options;
+        let chunks = pixels.par_chunks(MAX_BATCH).zip(fresh.par_chunks_mut(MAX_BATCH));
+        chunks.enumerate().for_each(|(chunk, (pixels, fresh))| {
+            if cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            for (place, (pixel, fresh)) in pixels.iter().zip(fresh).enumerate() {
+                let index = chunk * MAX_BATCH + place;
                 let mut rng = self.rng(view, index, Pass::Candidates);
-                let RestirVolumeOptions {
-                    walks,
-                    scatterings,
-                    candidate_level,
-                    ..
-                } = self.options;
-                // The walks of successive frames continue one sequence.
-                let mut shift = self.rng(View { frame: 0, ..view }, index, Pass::Sequence);
+                // The walks of all reservoirs and successive frames continue one sequence.
+                let first = View {
+                    frame: 0,
+                    reservoir: 0,
+                    ..view
+                };
+                let mut shift = self.rng(first, index, Pass::Sequence);
                 let shift = [shift.next_u64(), shift.next_u64(), shift.next_u64()];
-                let start = Sequence::new(shift, u64::from(view.frame) * u64::from(walks));
+                let turn = u64::from(view.frame) * u64::from(reservoirs) + u64::from(view.reservoir);
+                let start = Sequence::new(shift, turn * u64::from(walks));
                 let chosen =
                     evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
                 // From here on with the target of reuse: W stays.
@@ -332,7 +375,7 @@ impl<'a> RestirVolume<'a> {
             reuse.temporal(
                 fresh,
                 &TemporalDomains::Previous(previous),
-                &self.history,
+                &self.history[view.reservoir as usize],
                 source,
                 scratch,
                 |pixel| self.rng(view, pixel, Pass::Temporal),
@@ -341,13 +384,15 @@ impl<'a> RestirVolume<'a> {
             std::mem::swap(reservoirs, scratch);
         }
         if let Some(pattern) = &self.pattern {
-            let key = CounterRng::at(view.seed, u32::MAX, view.frame, 0);
+            let key = CounterRng::at(view.seed, u32::MAX, view.frame, view.reservoir);
             let choose = |pixel| self.rng(view, pixel, Pass::Spatial);
+            let evaluation = self.evaluation(view.frame);
             // All inputs shade: fewer differences in colour than of the one that is kept.
             let shade = |pixel: usize, part: Contribution<'_, VolumePath>, sum: &mut Rgb| {
                 let mut rng = self.rng(view, pixel, Pass::Shade);
-                rng.set_dimension(Pass::Shade as u32 * WORDS_PER_PASS + part.input as u32 * WORDS_PER_INPUT);
-                *sum += self.shaded(view.frame, &pixels[pixel], part.sample, part.weight, &mut rng);
+                rng.set_dimension(rng.dimension() + part.input as u32 * WORDS_PER_INPUT);
+                let weight = part.weight * self.share();
+                *sum += shaded(&evaluation, &pixels[pixel], part.sample, weight, &mut rng);
             };
             reuse.spatial_integrated(
                 pattern,
@@ -359,23 +404,11 @@ impl<'a> RestirVolume<'a> {
                 shade,
                 &|_, _| (),
             )?;
-            std::mem::swap(reservoirs, scratch);
+            if std::env::var_os("TH").is_none() {
+                std::mem::swap(reservoirs, scratch);
+            }
         }
         Ok(())
-    }
-
-    /// `F(Y) W`, with an unbiased estimate of `F`.
-    fn shaded(
-        &self,
-        frame: u32,
-        pixel: &VolumePixel,
-        path: &VolumePath,
-        weight: f64,
-        rng: &mut CounterRng,
-    ) -> Rgb {
-        let light = self.evaluation(frame).estimate(pixel, path, rng) * weight;
-        let limit = DVec3::splat(f64::from(f32::MAX));
-        light.clamp(-limit, limit).as_vec3()
     }
 
     /// Adds `F(Y) W` to each pixel.
@@ -386,6 +419,7 @@ impl<'a> RestirVolume<'a> {
         reservoirs: &[VolumeReservoir],
         image: &mut [Rgb],
     ) {
+        let evaluation = self.evaluation(view.frame);
         let results = pixels
             .par_chunks(MAX_BATCH)
             .zip(reservoirs.par_chunks(MAX_BATCH))
@@ -398,11 +432,25 @@ impl<'a> RestirVolume<'a> {
                 {
                     if let Some((path, weight)) = reservoir.weighted_sample() {
                         let mut rng = self.rng(view, chunk * MAX_BATCH + place, Pass::Shade);
-                        *value += self.shaded(view.frame, pixel, path, weight.value(), &mut rng);
+                        let weight = weight.value() * self.share();
+                        *value += shaded(&evaluation, pixel, path, weight, &mut rng);
                     }
                 }
             });
     }
+}
+
+/// `F(Y) W`, with an unbiased estimate of `F`.
+fn shaded(
+    evaluation: &Evaluation<'_>,
+    pixel: &VolumePixel,
+    path: &VolumePath,
+    weight: f64,
+    rng: &mut CounterRng,
+) -> Rgb {
+    let light = evaluation.estimate(pixel, path, rng) * weight;
+    let limit = DVec3::splat(f64::from(f32::MAX));
+    light.clamp(-limit, limit).as_vec3()
 }
 
 /// As long as `pixels` are wide at the first vertex, or in the middle of the scene where that is on a surface.
@@ -470,21 +518,31 @@ impl FrameMethod for RestirVolume<'_> {
             camera: &camera,
             frame,
             seed,
+            reservoir: 0,
         };
         let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
         pixels.resize_with(count, VolumePixel::default);
         let [mut reservoirs, mut scratch] = std::mem::take(&mut self.spare);
         reservoirs.resize(count, VolumeReservoir::empty(0.0));
         scratch.resize(count, VolumeReservoir::empty(0.0));
-        let done = self.look(view, &mut pixels, &mut reservoirs, image, cancel)
-            // Fails for slices of other lengths only.
-            && self.reuse(view, &pixels, &mut reservoirs, &mut scratch, image).is_ok();
-        if done && self.pattern.is_none() {
-            self.shade(view, &pixels, &reservoirs, image);
+        self.history
+            .resize_with(self.options.reservoirs as usize, Vec::new);
+        let mut done = self.look(view, &mut pixels, image, cancel);
+        for reservoir in 0..self.options.reservoirs {
+            let view = View { reservoir, ..view };
+            done = done
+                && self.walk(view, &pixels, &mut reservoirs, cancel)
+                // Fails for slices of other lengths only.
+                && self.reuse(view, &pixels, &mut reservoirs, &mut scratch, image).is_ok();
+            if done && self.pattern.is_none() {
+                self.shade(view, &pixels, &reservoirs, image);
+            }
+            let history = &mut self.history[reservoir as usize];
+            std::mem::swap(history, &mut reservoirs);
+            reservoirs.resize(count, VolumeReservoir::empty(0.0));
         }
         self.pixels[frame as usize % 2] = pixels;
-        let history = std::mem::replace(&mut self.history, reservoirs);
-        self.spare = [history, scratch];
+        self.spare = [reservoirs, scratch];
         (done && !cancel.load(Ordering::Relaxed)).then(|| self.tally.take())
     }
 

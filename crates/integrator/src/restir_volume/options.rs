@@ -6,13 +6,19 @@ use lightshed_resampling::{Pattern, PatternError};
 use lightshed_scene::{Material, Scene};
 use std::fmt;
 
+/// Most reservoirs of a pixel.
+const MAX_RESERVOIRS: u32 = 16;
+
 /// What [`RestirVolume`](crate::RestirVolume) does in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RestirVolumeOptions {
     /// Most scattering vertices of a path, `K`: 1 to 8. Paths then have up to `K + 1` edges.
     pub scatterings: u32,
-    /// Random walks for each pixel and frame, `M`: 1 to 1024.
+    /// Reservoirs of a pixel: 1 to 16. They share nothing but the camera ray, and a frame shows their mean. Where neighbours are unlike, several
+    /// do better than neighbours: what each adds is of another colour and from another place.
+    pub reservoirs: u32,
+    /// Random walks for each reservoir and frame, `M`: 1 to 1024.
     pub walks: u32,
     /// Neighbours in the round of spatial reuse; 0 for none.
     pub neighbours: u32,
@@ -48,6 +54,7 @@ impl RestirVolumeOptions {
     pub const fn new(scatterings: u32) -> Self {
         Self {
             scatterings,
+            reservoirs: 1,
             walks: 4,
             neighbours: 3,
             radius_pixels: 2.5,
@@ -92,6 +99,9 @@ impl RestirVolumeOptions {
         if !(1..=MAX_SCATTERINGS).contains(&self.scatterings) {
             return Err(RestirVolumeError::Scatterings);
         }
+        if !(1..=MAX_RESERVOIRS).contains(&self.reservoirs) {
+            return Err(RestirVolumeError::Reservoirs);
+        }
         if !(1..=1024).contains(&self.walks) {
             return Err(RestirVolumeError::Walks);
         }
@@ -127,6 +137,8 @@ impl Default for RestirVolumeOptions {
 pub enum RestirVolumeError {
     /// No scattering vertices, or more than 8.
     Scatterings,
+    /// No reservoirs, or more than 16.
+    Reservoirs,
     /// No walks, or more than 1024.
     Walks,
     /// The confidence cap is not positive, or NaN.
@@ -150,6 +162,7 @@ impl fmt::Display for RestirVolumeError {
                 f,
                 "scattering vertices must number between 1 and {MAX_SCATTERINGS}"
             ),
+            Self::Reservoirs => write!(f, "reservoirs must number between 1 and {MAX_RESERVOIRS}"),
             Self::Walks => f.write_str("walks must number between 1 and 1024"),
             Self::ConfidenceCap => f.write_str("the confidence cap must be positive"),
             Self::ConnectionPixels => f.write_str("the least length of connected edges must be positive"),

@@ -14,7 +14,7 @@
 //! `F = Π_{i=1}^{k} T s_i · T(x_k ↔ x_{k+1}) σ_a(x_{k+1}) L_e(x_{k+1})`.
 
 use lightshed_resampling::Space;
-use lightshed_scene::glam::{DVec3, Vec3};
+use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::{EmitterEndpoint, Rgb};
 
 /// Most scattering vertices of a path that is reused.
@@ -55,6 +55,9 @@ pub(crate) struct Connection {
 /// A path but for its pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VolumePath {
+    /// Where the camera ray is in its pixel, [0, 1)², and on the lens.
+    pub film: Vec2,
+    pub lens: [f32; 2],
     steps: [Step; MAX_VERTICES],
     count: u8,
     /// Bit `i`: vertex `i` is on a surface.
@@ -69,7 +72,18 @@ pub(crate) struct VolumePath {
 }
 
 impl VolumePath {
-    pub const EMPTY: Self = Self {
+    /// Without vertices, as seen from a place in the pixel and on the lens.
+    pub const fn seen(film: Vec2, lens: [f32; 2]) -> Self {
+        Self {
+            film,
+            lens,
+            ..Self::EMPTY
+        }
+    }
+
+    const EMPTY: Self = Self {
+        film: Vec2::ZERO,
+        lens: [0.5; 2],
         steps: [Step {
             direction: Vec3::ZERO,
             distance: 0.0,

@@ -4,7 +4,7 @@ use super::path::{PathCoordinates, VolumePath};
 use super::through::{Volumes, optical_depth, proposal_extinction};
 use super::vertex::Vertex;
 use lightshed_resampling::{Domain, DomainReservoir};
-use lightshed_scene::glam::{DVec3, Vec3};
+use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::volume::Interval;
 use lightshed_scene::{Bsdf, Ray, SurfacePoint};
 
@@ -35,12 +35,15 @@ impl Run {
     }
 }
 
-/// The camera ray of a pixel, with what lies along it at the coarse level of proposals and reuse.
-///
-/// Transmittances from the camera are read off what was found once: the same ray is asked for in every target of the pixel.
+/// A pixel and, for its walks of one frame, a camera ray with what lies along it at the coarse level of proposals.
 pub(crate) struct VolumePixel {
     /// Of an odd frame.
     pub odd_frame: bool,
+    /// Its least corner on the film, in pixels.
+    pub corner: Vec2,
+    /// Where the camera ray of its walks is in it, and on the lens.
+    pub film: Vec2,
+    pub lens: [f32; 2],
     pub ray: Ray,
     /// What the camera is in.
     pub medium: Option<u32>,
@@ -74,6 +77,9 @@ impl Default for VolumePixel {
     fn default() -> Self {
         Self {
             odd_frame: false,
+            corner: Vec2::ZERO,
+            film: Vec2::ZERO,
+            lens: [0.5; 2],
             ray: Ray::new(Vec3::ZERO, Vec3::Z),
             medium: None,
             runs: Vec::new(),

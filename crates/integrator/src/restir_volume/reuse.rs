@@ -19,6 +19,8 @@ use lightshed_resampling::{Jacobian, Pulled, ShiftMapping, Shifted, Undefined};
 pub(crate) struct PathReuse<'a> {
     pub even: Evaluation<'a>,
     pub odd: Evaluation<'a>,
+    /// Whether both frames show the same.
+    pub rests: bool,
 }
 
 impl PathReuse<'_> {
@@ -29,6 +31,9 @@ impl PathReuse<'_> {
         from: &VolumePixel,
         to: &VolumePixel,
     ) -> Result<(VolumePath, Jacobian), Undefined> {
+        if self.rests && from.corner == to.corner {
+            return Ok((*path, Jacobian::IDENTITY));
+        }
         let evaluation = if to.odd_frame { &self.odd } else { &self.even };
         // Otherwise it is of another frame's media.
         let is_known = from.odd_frame == to.odd_frame || std::ptr::eq(self.even.volumes, self.odd.volumes);

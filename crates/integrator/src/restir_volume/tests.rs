@@ -23,7 +23,8 @@ fn method(scene: &Scene, scatterings: u32) -> RestirVolume<'_> {
 fn look(method: &RestirVolume<'_>, x: f32, y: f32) -> VolumePixel {
     let scene = method.volumes(0).scene;
     let mut pixel = VolumePixel::default();
-    let ray = scene.camera().ray(Vec2::new(x + 0.5, y + 0.5), [0.5; 2]);
+    (pixel.corner, pixel.film) = (Vec2::new(x, y), Vec2::splat(0.5));
+    let ray = scene.camera().ray(pixel.corner + pixel.film, pixel.lens);
     pixel.look(method.volumes(0), ray, scene.camera_medium(scene.camera()), 1);
     pixel
 }

@@ -138,7 +138,8 @@ impl<'a> Volumes<'a> {
 
     /// Along the whole of `ray`, by densities of a level.
     pub fn through(&self, ray: &Ray, medium: Option<u32>, level: u32) -> Through {
-        if let (Some(index), true) = (medium, self.alone) {
+        if self.alone {
+            let index = medium.unwrap_or(0);
             let (medium, coarse) = self.medium(index);
             let interval = Interval {
                 t0: 0.0,
