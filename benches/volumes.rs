@@ -49,15 +49,15 @@ struct Options {
     /// Width of the race's images in pixels; a third less high. One ray a pixel and frame wants pixels smaller than what is seen.
     #[arg(long, default_value_t = 480)]
     width: u32,
-    /// Random walks of reuse for each pixel and frame.
-    #[arg(long, default_value_t = 4)]
-    walks: u32,
-    /// Neighbours are within this many pixels.
-    #[arg(long, default_value_t = 2.5)]
-    radius: f32,
-    /// Most confidence of a pixel's history, in frames.
-    #[arg(long, default_value_t = 4.0)]
-    cap: f32,
+    /// Reuse with neighbours and one reservoir of four walks.
+    #[arg(long)]
+    neighbours: bool,
+    /// Reservoirs of a pixel, if not as usual.
+    #[arg(long)]
+    reservoirs: Option<u32>,
+    /// Most confidence of a pixel's history, in frames, if not as usual.
+    #[arg(long)]
+    cap: Option<f32>,
     /// Samples a pixel of each of the race's two references.
     #[arg(long, default_value_t = 64)]
     reference: u32,
@@ -244,9 +244,13 @@ fn lap(
         image(&tracer, size, options.reference, 1 << 20)?.0,
         image(&tracer, size, options.reference, 1 << 21)?.0,
     ];
-    let mut parameters = RestirVolumeOptions::new(scatterings);
-    (parameters.walks, parameters.confidence_cap) = (options.walks, options.cap);
-    parameters.radius_pixels = options.radius;
+    let mut parameters = if options.neighbours {
+        RestirVolumeOptions::with_neighbours(scatterings)
+    } else {
+        RestirVolumeOptions::new(scatterings)
+    };
+    parameters.reservoirs = options.reservoirs.unwrap_or(parameters.reservoirs);
+    parameters.still_confidence_cap = options.cap.unwrap_or(parameters.still_confidence_cap);
     let mut method = RestirVolume::new(&scene, parameters, CameraMotion::STILL)?;
     let (mut error, mut seconds, mut brightness) = ([0.0; 3], 0.0, 0.0);
     let mut frame_image = vec![Rgb::ZERO; pixels];

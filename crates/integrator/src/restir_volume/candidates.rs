@@ -9,7 +9,7 @@ use crate::ray_tally::RayKind;
 use lightshed_resampling::{ContributionWeight, MixtureRis};
 use lightshed_sampling::{CounterRng, f32_from_u32, f64_from_u64};
 use lightshed_scene::EmitterEndpoint;
-use lightshed_scene::glam::{DVec3, Vec2};
+use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::volume::PhaseFunction;
 
 /// Scattering vertices from which on roulette may end a walk (Lin 2022 §5.6.1).
@@ -23,6 +23,18 @@ struct Walk<'a> {
     /// Density of the walk so far, in the measure of coordinates.
     pdf: f64,
     vertex: Vertex<'a>,
+}
+
+/// How a walk goes on.
+enum Onward {
+    /// At another vertex.
+    Arrived,
+    /// From its vertex, in a medium, into the environment, in a direction of that density.
+    Away {
+        direction: Vec3,
+        pdf: f64,
+    },
+    Ended,
 }
 
 /// Points of the unit cube that fill it evenly, each of them uniform by a random shift: the additive recurrence of the powers of `1/g`,
@@ -67,8 +79,8 @@ impl Evaluation<'_> {
     ///
     /// `start` has the numbers of first distances and first emitter samples, each set uniform, all together more even than chance.
     ///
-    /// The paths of a walk differ in length or kind: each walk is the only technique for each of them, and a candidate's share is one over
-    /// the number of walks.
+    /// The paths of a walk differ in length or kind, but for those into the environment, which end by an emitter sample or by flying away: these
+    /// two techniques share by the balance heuristic of their densities of directions, all others have no rival; and all walks share alike.
     pub fn resample_walks(
         &self,
         pixel: &VolumePixel,
@@ -90,18 +102,20 @@ impl Evaluation<'_> {
             };
             let mut scattered = 0;
             loop {
-                let mut offer = |path: VolumePath, value: DVec3, pdf: f64, rng: &mut CounterRng| {
-                    let target = target_of(value);
-                    if target > 0.0
-                        && let Ok(weight) = ContributionWeight::<PathCoordinates, f64>::new(pdf.recip())
-                    {
-                        ris.candidate(path, f64::from(target), share, weight, rng);
-                    }
-                };
+                let mut offer =
+                    |path: VolumePath, value: DVec3, pdf: f64, part: f64, rng: &mut CounterRng| {
+                        let target = target_of(value);
+                        if target > 0.0
+                            && let Ok(weight) = ContributionWeight::<PathCoordinates, f64>::new(pdf.recip())
+                        {
+                            ris.candidate(path, f64::from(target), share * part, weight, rng);
+                        }
+                    };
                 if let Vertex::Medium { medium, position, .. } = &walk.vertex
                     && medium.emission().is_some()
                 {
-                    offer(walk.path, walk.value * emission(medium, *position), walk.pdf, rng);
+                    let value = walk.value * emission(medium, *position);
+                    offer(walk.path, value, walk.pdf, 1.0, rng);
                 }
                 if scattered == scatterings.min(MAX_SCATTERINGS) {
                     break;
@@ -111,65 +125,42 @@ impl Evaluation<'_> {
                 } else {
                     rng.next_2d()
                 };
-                if let Some(endpoint) = self.sample_endpoint(&walk.vertex, u, rng)
+                let emitters = self.volumes.scene.emitters();
+                let endpoint = emitters.sample_endpoint(walk.vertex.position(), rng.next_u64(), u);
+                if let Some(endpoint) = endpoint
                     && let Some(lit) = self.lit(&walk.vertex, &endpoint)
                 {
                     let path = walk.path.with_endpoint(endpoint, lit.radiance);
-                    let pdf = self.pdf_endpoint(&walk.vertex, &endpoint, lit.pdf);
-                    offer(path, walk.value * lit.value, walk.pdf * pdf, rng);
+                    let part = self.share_of_endpoint(&walk.vertex, &endpoint, lit.pdf);
+                    offer(path, walk.value * lit.value, walk.pdf * lit.pdf, part, rng);
                 }
                 scattered += 1;
-                if !self.walk_on(&mut walk, scattered, scatterings, cubes, rng) {
-                    break;
+                match self.walk_on(&mut walk, scattered, scatterings, cubes, rng) {
+                    Onward::Arrived => (),
+                    Onward::Away { direction, pdf } => {
+                        let endpoint = EmitterEndpoint::Environment { direction };
+                        if let Some(sky) = emitters.connect(walk.vertex.position(), &endpoint) {
+                            let path = walk.path.with_endpoint(endpoint, sky.radiance);
+                            let part = pdf / (pdf + f64::from(sky.pdf_endpoint));
+                            offer(path, walk.value * sky.radiance.as_dvec3(), walk.pdf, part, rng);
+                        }
+                        break;
+                    }
+                    Onward::Ended => break,
                 }
             }
         }
         ris.finish(1.0)
     }
 
-    /// An endpoint by an emitter sample or, in media that scatter into lobes, by the phase function into the environment.
-    fn sample_endpoint(
-        &self,
-        vertex: &Vertex<'_>,
-        u: [f32; 2],
-        rng: &mut CounterRng,
-    ) -> Option<EmitterEndpoint> {
-        if let Vertex::Medium {
-            medium,
-            index,
-            incoming,
-            ..
-        } = vertex
-            && let share = self.volumes.phase_share(*index)
-            && share > 0.0
-            && rng.next_f32() < share
-        {
-            let direction = medium.phase().sample(*incoming, u).direction;
-            return Some(EmitterEndpoint::Environment { direction });
-        }
-        let emitters = self.volumes.scene.emitters();
-        emitters.sample_endpoint(vertex.position(), rng.next_u64(), u)
-    }
-
-    /// Density of what [`Evaluation::sample_endpoint`] draws, from that of emitter samples.
-    fn pdf_endpoint(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint, pdf: f64) -> f64 {
-        let Vertex::Medium {
-            medium,
-            index,
-            incoming,
-            ..
-        } = vertex
-        else {
-            return pdf;
-        };
-        let share = f64::from(self.volumes.phase_share(*index));
-        let by_phase = match endpoint {
-            EmitterEndpoint::Environment { direction } if share > 0.0 => {
-                f64::from(medium.phase().phase_between(*incoming, *direction))
+    /// Share of an emitter sample under balance MIS with the phase function, which finds the environment too: `p_e/(p_e + p_ω)`.
+    fn share_of_endpoint(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint, pdf: f64) -> f64 {
+        match (vertex, endpoint) {
+            (Vertex::Medium { .. }, EmitterEndpoint::Environment { direction }) => {
+                pdf / (pdf + vertex.phase(*direction))
             }
-            _ => 0.0,
-        };
-        pdf + share * (by_phase - pdf)
+            _ => 1.0,
+        }
     }
 
     /// The first vertex of a walk.
@@ -207,7 +198,7 @@ impl Evaluation<'_> {
         })
     }
 
-    /// Scatters and flies on; false where the walk ends.
+    /// Scatters and flies on.
     fn walk_on<'s>(
         &'s self,
         walk: &mut Walk<'s>,
@@ -215,17 +206,17 @@ impl Evaluation<'_> {
         scatterings: u32,
         cubes: u32,
         rng: &mut CounterRng,
-    ) -> bool {
+    ) -> Onward {
         let volumes = self.volumes;
-        // The last vertex can only emit.
+        let scene = volumes.scene;
+        let looks_out =
+            matches!(walk.vertex, Vertex::Medium { .. }) && scene.emitters().environment().is_some();
+        // Behind the last vertex that scatters are only what emits and the environment.
         if scattered == scatterings
-            && !volumes
-                .scene
-                .media()
-                .iter()
-                .any(|medium| medium.emission().is_some())
+            && !looks_out
+            && !scene.media().iter().any(|medium| medium.emission().is_some())
         {
-            return false;
+            return Onward::Ended;
         }
         let (u_lobe, u) = (rng.next_f32(), rng.next_2d());
         let (direction, pdf) = match &walk.vertex {
@@ -235,12 +226,12 @@ impl Evaluation<'_> {
             }
             Vertex::Surface { point, bsdf, wo, .. } => match bsdf.sample(*wo, u_lobe, Vec2::from(u)) {
                 Some(sample) if !sample.is_delta => (point.shading.to_world(sample.wi), sample.pdf.value()),
-                _ => return false,
+                _ => return Onward::Ended,
             },
         };
         let towards = walk.vertex.scattered(direction);
         if !(pdf > 0.0 && towards.max_element() > 0.0) {
-            return false;
+            return Onward::Ended;
         }
         // The albedo that was met, as far as it is one.
         let throughput = (towards / f64::from(pdf)).max_element();
@@ -252,7 +243,7 @@ impl Evaluation<'_> {
                 Vertex::Surface { .. } => throughput.min(0.95),
             };
             if !(f64_from_u64(rng.next_u64()) < survival) {
-                return false;
+                return Onward::Ended;
             }
             walk.pdf *= survival;
         }
@@ -286,7 +277,13 @@ impl Evaluation<'_> {
                     true,
                 )
             }
-            Landing::Away => return false,
+            Landing::Away if looks_out => {
+                walk.value *= transmitted(flight.depth);
+                walk.pdf *= flight.pdf;
+                let pdf = f64::from(pdf);
+                return Onward::Away { direction, pdf };
+            }
+            Landing::Away => return Onward::Ended,
         };
         walk.path.push(step, is_surface);
         if let Some((place, length)) = connection {
@@ -294,6 +291,6 @@ impl Evaluation<'_> {
         }
         walk.value *= transmitted(flight.depth);
         walk.pdf *= flight.pdf;
-        true
+        Onward::Arrived
     }
 }

@@ -33,13 +33,15 @@ use through::Volumes;
 
 /// Light that media and surfaces scatter, by spatiotemporal reservoir resampling of whole paths (Lin 2022 ch. 5; merges by GRIS, ch. 6).
 ///
-/// Each frame, each pixel looks along one camera ray. *Candidates* come from a few random walks: free flights through a coarse copy of the
-/// density, constant along short stretches of the ray, whose density `p` is known in closed form; every vertex is connected to a sampled
-/// emitter or, where the medium scatters into a lobe, to where that leads in the environment, and one that emits is the end of a path itself. First distances and emitter samples of a pixel's walks, over the frames, are
+/// Each frame, each pixel looks along one camera ray, for each of its reservoirs. *Candidates* come from random walks: free flights through a coarse
+/// copy of the density, constant along short stretches of the ray, whose density `p` is known in closed form; every vertex is connected to a sampled
+/// emitter, one that emits is the end of a path itself, and so is the environment where a walk leaves the scene. First distances and emitter samples of a pixel's walks, over the frames, are
 /// points of one sequence that fills their domain evenly. RIS keeps one of them, by `|F|` over the channels with coarse transmittances
-/// (eqs. 5.17–5.20, A.1). It is *merged* with what a pixel of the frame before held, then with neighbours of this frame, under balance MIS:
-/// distances and directions stay, so vertices move with the camera ray (direction reuse, §5.4.2, with Jacobian 1). The last merge
-/// *shades* by the sum over its inputs, with unbiased estimates of transmittance (unbiased ray marching). Targets are coarse but positive wherever light is: they cost noise, not bias.
+/// (eqs. 5.17–5.20, A.1). It is *merged* with what the pixel held in the frame before, under balance MIS. The place in the pixel is part of
+/// a path: in a still that is the same path with the same target. In another pixel distances and directions stay up to the
+/// first edge that is long enough, so that vertices move with the camera ray (direction reuse, §5.4.2); what is behind that edge stays where it
+/// is (vertex reuse, ibid.). A frame *shows* the mean of the pixel's reservoirs, with unbiased estimates of transmittance (unbiased ray
+/// marching), each, where that is asked for, merged with those of neighbours, all of which shade. Targets are coarse but positive wherever light is: they cost noise, not bias.
 ///
 /// Light that arrives unscattered is added by itself.
 ///
@@ -107,6 +109,9 @@ const WORDS_PER_PASS: u32 = 1 << 24;
 
 /// Words of one input that shades.
 const WORDS_PER_INPUT: u32 = 1 << 18;
+
+/// Frames after a motion until a pixel's history may weigh as in a still: by then the lower cap has forgotten the motion and its bias.
+const FORGETTING: u32 = 16;
 
 /// Which frame, seen by whom.
 #[derive(Clone, Copy)]
@@ -330,7 +335,8 @@ impl<'a> RestirVolume<'a> {
         !cancel.load(Ordering::Relaxed)
     }
 
-    /// All reuse of a frame: what the pixels hold in the end is in `reservoirs`.
+    /// All reuse of a frame: what the pixels hold for the next is in `reservoirs`. Neighbours only shade; what they bring would
+    /// make later frames alike in blotches.
     fn reuse(
         &self,
         view: View<'_>,
@@ -341,7 +347,12 @@ impl<'a> RestirVolume<'a> {
     ) -> Result<(), ReuseError> {
         let extent = self.extent();
         let shift = self.path_reuse(view.frame);
-        let reuse = Reuse::new(extent, pixels, &shift, Mis::Balance, self.options.confidence_cap)?;
+        let cap = if self.is_still() || self.rests_at(view.frame.saturating_sub(FORGETTING)) {
+            self.options.still_confidence_cap
+        } else {
+            self.options.confidence_cap
+        };
+        let reuse = Reuse::new(extent, pixels, &shift, Mis::Balance, cap)?;
         if self.options.temporal_reuse && view.frame > 0 {
             let previous = &self.pixels[(view.frame as usize + 1) % 2];
             let before = self.motion.camera(self.volumes(0).scene, view.frame - 1);
@@ -404,9 +415,6 @@ impl<'a> RestirVolume<'a> {
                 shade,
                 &|_, _| (),
             )?;
-            if std::env::var_os("TH").is_none() {
-                std::mem::swap(reservoirs, scratch);
-            }
         }
         Ok(())
     }

@@ -31,8 +31,10 @@ pub struct RestirVolumeOptions {
     pub connection_pixels: f32,
     /// Whether a pixel reuses what one held in the frame before.
     pub temporal_reuse: bool,
-    /// Most confidence that a pixel's history is given, in frames, `Q`; positive.
+    /// Most confidence that a pixel's history is given while something moves and for 16 frames after, in frames, `Q`; positive.
     pub confidence_cap: f32,
+    /// The same in a still, where a path carried over from the frame before is the same path; positive.
+    pub still_confidence_cap: f32,
     /// Level of the cubes that bound the densities which walks see behind the first vertex, 1 to 4.
     pub candidate_level: u32,
     /// Level of the densities along camera rays, in proposals and targets, 0 to 4.
@@ -47,20 +49,20 @@ pub struct RestirVolumeOptions {
 }
 
 impl RestirVolumeOptions {
-    /// With at most `scatterings` scattering vertices, and else near Lin 2022 §5.5: 4 walks, 3 neighbours, temporal reuse with cap 4.
-    /// Densities are those of level 0: where marching is as cheap as here, finer targets pay, since what they miss is noise; the more the denser
-    /// the medium. Neighbours are within 2.5 pixels rather than 10, for images of a third of the size; see
-    /// [`RestirVolumeOptions::of_scene`].
+    /// With at most `scatterings` scattering vertices and what has least error for its time in clouds: 4 reservoirs, a walk each, and temporal reuse
+    /// with cap 4 under motion, 16 in a still. Densities are those of level 0: where marching is as cheap as here, finer targets pay, since what they
+    /// miss is noise; the more the denser the medium.
     pub const fn new(scatterings: u32) -> Self {
         Self {
             scatterings,
-            reservoirs: 1,
-            walks: 4,
-            neighbours: 3,
+            reservoirs: 4,
+            walks: 1,
+            neighbours: 0,
             radius_pixels: 2.5,
-            connection_pixels: 16.0,
+            connection_pixels: 8.0,
             temporal_reuse: true,
             confidence_cap: 4.0,
+            still_confidence_cap: 16.0,
             candidate_level: 1,
             camera_level: 0,
             reuse_level: 0,
@@ -69,7 +71,19 @@ impl RestirVolumeOptions {
         }
     }
 
-    /// The same with cap 10, for scenes with surfaces (§5.5.3).
+    /// Near Lin 2022 §5.5: one reservoir, 4 walks, 3 neighbours, of which each shades, and cap 4. Neighbours are within 2.5 pixels rather than 10, for
+    /// images of a third of the size; see [`RestirVolumeOptions::of_scene`]. For few frames, and where neighbours are alike.
+    pub const fn with_neighbours(scatterings: u32) -> Self {
+        Self {
+            reservoirs: 1,
+            walks: 4,
+            neighbours: 3,
+            still_confidence_cap: 4.0,
+            ..Self::new(scatterings)
+        }
+    }
+
+    /// [`RestirVolumeOptions::new`] with cap 10 under motion, for scenes with surfaces (§5.5.3).
     pub const fn with_surfaces(scatterings: u32) -> Self {
         Self {
             confidence_cap: 10.0,
@@ -79,7 +93,7 @@ impl RestirVolumeOptions {
 
     /// [`RestirVolumeOptions::with_surfaces`] for a scene with surfaces that scatter, else [`RestirVolumeOptions::new`]; with as many
     /// scattering vertices as paths of `max_depth` edges have; [`MAX_SCATTERINGS`] where nothing bounds them. Neighbours are within 10 pixels
-    /// (§5.5.3) of an image with 1080 rows, fewer in proportion in smaller ones, at least 2.
+    /// (§5.5.3), if there are any, of an image with 1080 rows, fewer in proportion in smaller ones, at least 2.
     pub fn of_scene(scene: &Scene, max_depth: Option<u32>) -> Self {
         let scatterings = max_depth.map_or(MAX_SCATTERINGS, |edges| edges.saturating_sub(1));
         let scatters = |material: &Material| !matches!(material, Material::Null);
@@ -106,7 +120,7 @@ impl RestirVolumeOptions {
             return Err(RestirVolumeError::Walks);
         }
         // Also refuses NaN.
-        if !(self.confidence_cap > 0.0) {
+        if !(self.confidence_cap > 0.0 && self.still_confidence_cap > 0.0) {
             return Err(RestirVolumeError::ConfidenceCap);
         }
         if !(self.connection_pixels > 0.0) {
@@ -141,7 +155,7 @@ pub enum RestirVolumeError {
     Reservoirs,
     /// No walks, or more than 1024.
     Walks,
-    /// The confidence cap is not positive, or NaN.
+    /// A confidence cap is not positive, or NaN.
     ConfidenceCap,
     /// The least length of edges that are connected is not positive, or NaN.
     ConnectionPixels,
@@ -164,7 +178,7 @@ impl fmt::Display for RestirVolumeError {
             ),
             Self::Reservoirs => write!(f, "reservoirs must number between 1 and {MAX_RESERVOIRS}"),
             Self::Walks => f.write_str("walks must number between 1 and 1024"),
-            Self::ConfidenceCap => f.write_str("the confidence cap must be positive"),
+            Self::ConfidenceCap => f.write_str("confidence caps must be positive"),
             Self::ConnectionPixels => f.write_str("the least length of connected edges must be positive"),
             Self::Level => write!(
                 f,

@@ -183,17 +183,86 @@ fn paths_come_back_from_other_pixels() {
             let itself = shift.shift(&path, &own, &own).unwrap();
             assert_eq!(itself.target, own.target(&path));
             let same = |a: &VolumePath, b: &VolumePath| a.target.to_bits() == b.target.to_bits();
-            defined += u32::from(round_trip(&shift, &path, &own, &other, same, 0.0).unwrap());
+            defined += u32::from(round_trip(&shift, &path, &own, &other, same, 1e-12).unwrap());
         }
         assert!(defined > 30, "{name}: {defined}");
     }
+}
+
+/// `|∂(ω′, z′)/∂(ω, z)|` of connected edges, by finite differences in `f64` of where they lead: 1e-3.
+#[test]
+fn connections_have_their_jacobian() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        Inverse,
+        Omitted,
+        Linear,
+    }
+    let scene = small("cloud", [24, 24]);
+    let mut options = RestirVolumeOptions::new(4);
+    options.connection_pixels = 2.0;
+    let method = RestirVolume::new(&scene, options, CameraMotion::STILL).unwrap();
+    let (evaluation, shift) = (method.evaluation(0), method.path_reuse(0));
+    check_faults(
+        &[Fault::Inverse, Fault::Omitted, Fault::Linear],
+        |fault: Option<Fault>| {
+            let mut compared = 0;
+            for index in 0..1500 {
+                let (own, other) = (look(&method, 9.0, 11.0), look(&method, 10.0, 12.0));
+                let mut rng = CounterRng::new(4, index, 0);
+                let reservoir = evaluation.resample_walks(&own, 4, 4, 2, sequence(&mut rng), &mut rng);
+                let Some(path) = reservoir.sample() else { continue };
+                let path = evaluation.settled(&own, path, false);
+                let Ok(shifted) = shift.shift(&path, &own, &other) else {
+                    continue;
+                };
+                if path.connected_vertex() != Some(1) || !(shifted.target > 0.0) {
+                    continue;
+                }
+                let first = path.first_distance().unwrap();
+                let [from, to] = [&own, &other].map(|pixel| {
+                    let ray = scene.camera().ray(pixel.corner + path.film, path.lens);
+                    (ray.origin + ray.direction * first).as_dvec3()
+                });
+                // Steps along two tangents and the length, and what they are of the image's direction and length.
+                let place = path.connection.place.as_dvec3();
+                let (edge, image) = (place - from, place - to);
+                let coordinates = |at: DVec3| {
+                    let (normal, length) = (image.normalize(), (at - to).length());
+                    let (u, v) = normal.any_orthonormal_pair();
+                    let direction = (at - to) / length;
+                    DVec3::new(direction.dot(u), direction.dot(v), length)
+                };
+                let step = 1e-4;
+                let (u, v) = edge.normalize().any_orthonormal_pair();
+                let moves = [u * edge.length(), v * edge.length(), edge.normalize()];
+                let [a, b, c] = moves.map(|by| {
+                    (coordinates(place + by * step) - coordinates(place - by * step)) / (2.0 * step)
+                });
+                let numeric = a.dot(b.cross(c)).abs();
+                let jacobian = shifted.jacobian.value();
+                let said = match fault {
+                    None => jacobian,
+                    Some(Fault::Inverse) => jacobian.recip(),
+                    Some(Fault::Omitted) => 1.0,
+                    Some(Fault::Linear) => jacobian.sqrt(),
+                };
+                compared += 1;
+                if (said / numeric - 1.0).abs() > 1e-3 {
+                    return Err(format!("{said} for {numeric}"));
+                }
+            }
+            assert!(compared > 20, "{compared}");
+            Ok(())
+        },
+    )
+    .unwrap();
 }
 
 /// RIS over the walks of one frame without reuse, shaded as frames are, against path tracing through the same pixel: for each K. Z-tests of
 /// 1e-6, one channel.
 #[test]
 fn walks_estimate_what_path_tracing_does() {
-    // With a lobe, half of the directions towards the sky come from the phase function.
     for (name, asymmetry, place) in [
         ("cloud", None, [12.0, 12.0]),
         ("cloud", Some(0.8), [9.0, 10.0]),

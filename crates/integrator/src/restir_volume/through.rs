@@ -4,18 +4,13 @@ use super::coarse::CoarseMedium;
 use crate::volpath::{Crossing, MOST_CROSSINGS};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::DVec3;
-use lightshed_scene::volume::{
-    DensityField, Interval, PhaseFunction, unbiased_ray_marching, unbiased_ray_marching_lookups,
-};
+use lightshed_scene::volume::{DensityField, Interval, unbiased_ray_marching, unbiased_ray_marching_lookups};
 use lightshed_scene::{Material, Medium, MediumDensity, Ray, Scene, SurfacePoint};
-use std::f32::consts::PI;
 
 /// A scene's media and their coarse copies.
 pub(crate) struct Volumes<'a> {
     pub scene: &'a Scene,
     pub coarse: Vec<CoarseMedium>,
-    /// By medium: the chance that a direction towards the environment is taken by the phase function.
-    phase_shares: Vec<f32>,
     /// Whether there is one medium and nothing else: coarse densities then are all that is in the way, and no ray need be traced for
     /// them. (Where the boundary cuts off part of a grid they are more than is in the way: a target may.)
     alone: bool,
@@ -77,25 +72,10 @@ impl<'a> Volumes<'a> {
                 .iter()
                 .map(|medium| CoarseMedium::new(medium, most))
                 .collect(),
-            phase_shares: media
-                .iter()
-                .map(|medium| {
-                    if scene.emitters().environment().is_some() {
-                        phase_share(medium)
-                    } else {
-                        0.0
-                    }
-                })
-                .collect(),
             alone: matches!(media, [medium] if matches!(medium.density(), MediumDensity::Grid(_)))
                 && scene.materials().iter().all(is_null),
             scene,
         }
-    }
-
-    /// The chance that a direction towards the environment is taken by a medium's phase function rather than by an emitter sample.
-    pub fn phase_share(&self, index: u32) -> f32 {
-        self.phase_shares[index as usize]
     }
 
     pub fn medium(&self, index: u32) -> (&Medium, &CoarseMedium) {
@@ -282,13 +262,6 @@ impl<'a> Volumes<'a> {
             medium,
         }
     }
-}
-
-/// Half as much as the lobe, ahead or back, is above the isotropic one: 0 where that is what it is, ½ at most.
-fn phase_share(medium: &Medium) -> f32 {
-    let lobe = |cos_theta| medium.phase().phase(cos_theta);
-    let peak = lobe(1.0).max(lobe(-1.0));
-    0.5 * (1.0 - (4.0 * PI * peak).recip()).clamp(0.0, 1.0)
 }
 
 /// Part of the majorants' depth that sets the number of lookups.

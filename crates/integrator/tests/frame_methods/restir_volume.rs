@@ -27,7 +27,7 @@ fn chains(scene: &Scene, options: RestirVolumeOptions, frames: u32, count: u64) 
     Ensemble::of_chains(make, frames, count, 1)
 }
 
-/// Chains of three frames of each scene, scattered once, thrice and seven times, evenly and forward.
+/// Chains of three frames of each scene, scattered once, thrice and seven times, evenly and forward, of several reservoirs and with neighbours.
 #[test]
 fn frames_agree_with_path_tracing_through_media() {
     // From near enough that the light is not in view: its edges would be most of the noise.
@@ -47,13 +47,21 @@ fn frames_agree_with_path_tracing_through_media() {
     ];
     for (name, description, scatterings) in cases {
         let scene = Scene::new(&description).unwrap();
-        let mut options = RestirVolumeOptions::new(scatterings);
-        options.radius_pixels = 3.0;
-        let frames = chains(&scene, options, 3, 60);
-        let agreement = frames.compare(&truth(&scene, scatterings, 64, 16));
-        println!("{name}, K = {scatterings}: {agreement:?}");
-        agreement.verdict().unwrap();
+        let truth_of = truth(&scene, scatterings, 64, 16);
+        for neighbours in [0, 3] {
+            let mut options = if neighbours > 0 {
+                RestirVolumeOptions::with_neighbours(scatterings)
+            } else {
+                RestirVolumeOptions::new(scatterings)
+            };
+            (options.radius_pixels, options.connection_pixels) = (3.0, 3.0);
+            let frames = chains(&scene, options, 3, 60);
+            let agreement = frames.compare(&truth_of);
+            println!("{name}, K = {scatterings}, {neighbours} neighbours: {agreement:?}");
+            agreement.verdict().unwrap();
+        }
         if scatterings == 1 && name == "cloud" {
+            let frames = chains(&scene, RestirVolumeOptions::new(1), 3, 60);
             // The control: light scattered twice as well.
             frames.compare(&truth(&scene, 2, 64, 16)).verdict().unwrap_err();
         }
@@ -70,7 +78,7 @@ fn a_moving_camera_is_a_little_biased_and_then_not() {
     there.camera.to_world = Affine3A::from_translation(per_frame * moves as f32) * there.camera.to_world;
     let truth = truth(&Scene::new(&there).unwrap(), 1, 64, 20);
     let motion = CameraMotion::translation(per_frame).unwrap().until(moves);
-    let mut options = RestirVolumeOptions::new(1);
+    let mut options = RestirVolumeOptions::with_neighbours(1);
     options.radius_pixels = 3.0;
     let frames = |count| {
         let make = || RestirVolume::new(&scene, options, motion).unwrap();
@@ -165,8 +173,16 @@ fn options_and_scenes_out_of_range_are_refused() {
         assert_eq!(error, RestirVolumeError::Scatterings);
     }
     assert_eq!(refused(&scene, &|o| o.walks = 0), RestirVolumeError::Walks);
+    for reservoirs in [0, 17] {
+        let error = refused(&scene, &|o| o.reservoirs = reservoirs);
+        assert_eq!(error, RestirVolumeError::Reservoirs);
+    }
     let error = refused(&scene, &|o| o.confidence_cap = f32::NAN);
     assert_eq!(error, RestirVolumeError::ConfidenceCap);
+    let error = refused(&scene, &|o| o.still_confidence_cap = 0.0);
+    assert_eq!(error, RestirVolumeError::ConfidenceCap);
+    let error = refused(&scene, &|o| o.connection_pixels = f32::NAN);
+    assert_eq!(error, RestirVolumeError::ConnectionPixels);
     for level in [0, 5] {
         assert_eq!(
             refused(&scene, &|o| o.candidate_level = level),
@@ -181,7 +197,7 @@ fn options_and_scenes_out_of_range_are_refused() {
         assert_eq!(error, Some(RestirVolumeError::Scenes));
     }
     let scene = Scene::new(&description).unwrap();
-    let error = refused(&scene, &|o| o.radius_pixels = -1.0);
+    let error = refused(&scene, &|o| (o.neighbours, o.radius_pixels) = (3, -1.0));
     assert!(error.to_string().contains("radius"), "{error}");
     description.materials.push(Material::Mirror {
         reflectance: Rgb::ONE.into(),
