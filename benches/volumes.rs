@@ -245,7 +245,7 @@ fn lap(
         image(&tracer, size, options.reference, 1 << 21)?.0,
     ];
     let mut parameters = if options.neighbours {
-        RestirVolumeOptions::with_neighbours(scatterings)
+        RestirVolumeOptions::new(scatterings).with_neighbours()
     } else {
         RestirVolumeOptions::new(scatterings)
     };

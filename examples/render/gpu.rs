@@ -49,7 +49,7 @@ pub fn on_gpu(
     }
     if arguments.method == Method::RestirVolume {
         let on_device = GpuScene::with_medium(&gpu, scene)?;
-        let parameters = RestirVolumeOptions::of_scene(scene, scene.settings().max_depth);
+        let parameters = RestirVolumeOptions::of_scene(scene, scene.settings().max_depth).with_neighbours();
         let method = GpuRestirVolume::new(&gpu, &on_device, parameters)?;
         return render(&gpu, method, options, observer, cancel);
     }

@@ -107,7 +107,7 @@ impl SceneMedium {
     }
 }
 
-/// As `lightshed_integrator::RestirVolume` has it: half as much as the lobe, ahead or back, is above the isotropic one.
+/// Half as much as the lobe, ahead or back, is above the isotropic one.
 fn phase_share(medium: &Medium) -> f32 {
     let lobe = |cos_theta| medium.phase().phase(cos_theta);
     let peak = lobe(1.0).max(lobe(-1.0));

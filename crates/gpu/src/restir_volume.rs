@@ -11,8 +11,8 @@ use lightshed_integrator::{RayCounts, RestirVolumeError, RestirVolumeOptions};
 /// Light that a medium and surfaces scatter once, by reservoirs that pixels and frames share: the estimator of
 /// `lightshed_integrator::RestirVolume` with one scattering vertex, for a camera at rest.
 ///
-/// Candidates, targets and merges are those of the host, by the full resolution of the density; random numbers are the device's own, and
-/// merges are in `f32`: images agree with the host's in expectation.
+/// Targets are those of the host with neighbours, by the full resolution of the density; candidates mix emitter samples with directions of the phase
+/// function, random numbers are the device's own, and merges are in `f32`: images agree with the host's in expectation.
 pub struct GpuRestirVolume<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -63,7 +63,7 @@ impl<'a> GpuRestirVolume<'a> {
     /// Bytes on the device for each pixel: reservoirs and what is seen, of this frame and the one before, and the image.
     pub const BYTES_PER_PIXEL: u64 = 2 * (PATH_BYTES + PRIMARY_BYTES) + IMAGE_BYTES;
 
-    /// In a scene made by [`GpuScene::with_medium`]; paths scatter once, at most 3 neighbours take part, and targets and proposals are by
+    /// In a scene made by [`GpuScene::with_medium`]; paths scatter once, a pixel has one reservoir, at most 3 neighbours take part, and targets and proposals are by
     /// densities of level 0.
     ///
     /// # Errors
@@ -156,6 +156,9 @@ fn check(options: &RestirVolumeOptions) -> Result<(), GpuError> {
     let refused = |why: &'static str| Err(GpuError::Settings(why.into()));
     if options.scatterings != 1 {
         return refused("paths through media are reused with one scattering only: the longest has 2 edges");
+    }
+    if options.reservoirs != 1 {
+        return refused("a pixel has one reservoir: see `RestirVolumeOptions::with_neighbours`");
     }
     if !(1..=MOST_WALKS).contains(&options.walks) {
         return refused("walks must number between 1 and 1024");
@@ -325,7 +328,7 @@ mod tests {
             ("smoke-in-cornell", builtin::smoke_in_cornell(), 600),
         ] {
             let scene = sized(description);
-            let options = RestirVolumeOptions::of_scene(&scene, Some(2));
+            let options = RestirVolumeOptions::of_scene(&scene, Some(2)).with_neighbours();
             let truth = by_paths(&scene, images);
             let found = by_reuse(&gpu, &scene, options, RESTIR_VOLUME, 24);
             println!(
@@ -358,7 +361,7 @@ mod tests {
         let Some(gpu) = gpu() else { return };
         let scene = sized(builtin::cloud());
         let on_device = GpuScene::with_medium(&gpu, &scene).expect("the device knows it");
-        let sound = RestirVolumeOptions::new(1);
+        let sound = RestirVolumeOptions::new(1).with_neighbours();
         let change = |change: &dyn Fn(&mut RestirVolumeOptions)| {
             let mut options = sound;
             change(&mut options);
@@ -367,6 +370,7 @@ mod tests {
         assert_eq!(change(&|_| ()), None);
         for refused in [
             change(&|options| options.scatterings = 2),
+            change(&|options| options.reservoirs = 2),
             change(&|options| options.walks = 0),
             change(&|options| options.neighbours = 4),
             change(&|options| options.radius_pixels = f32::NAN),

@@ -71,15 +71,16 @@ impl RestirVolumeOptions {
         }
     }
 
-    /// Near Lin 2022 §5.5: one reservoir, 4 walks, 3 neighbours, of which each shades, and cap 4. Neighbours are within 2.5 pixels rather than 10, for
-    /// images of a third of the size; see [`RestirVolumeOptions::of_scene`]. For few frames, and where neighbours are alike.
-    pub const fn with_neighbours(scatterings: u32) -> Self {
+    /// The same nearer Lin 2022 §5.5: one reservoir, 4 walks, the cap of motion in a still too, and 3 neighbours, which shade with the pixel. For few frames, and where
+    /// neighbours are alike.
+    #[must_use]
+    pub const fn with_neighbours(self) -> Self {
         Self {
             reservoirs: 1,
             walks: 4,
             neighbours: 3,
-            still_confidence_cap: 4.0,
-            ..Self::new(scatterings)
+            still_confidence_cap: self.confidence_cap,
+            ..self
         }
     }
 
