@@ -49,9 +49,6 @@ struct Options {
     /// Width of the race's images in pixels; a third less high. One ray a pixel and frame wants pixels smaller than what is seen.
     #[arg(long, default_value_t = 480)]
     width: u32,
-    /// Reuse with neighbours and one reservoir of four walks.
-    #[arg(long)]
-    neighbours: bool,
     /// Reservoirs of a pixel, if not as usual.
     #[arg(long)]
     reservoirs: Option<u32>,
@@ -244,11 +241,7 @@ fn lap(
         image(&tracer, size, options.reference, 1 << 20)?.0,
         image(&tracer, size, options.reference, 1 << 21)?.0,
     ];
-    let mut parameters = if options.neighbours {
-        RestirVolumeOptions::new(scatterings).with_neighbours()
-    } else {
-        RestirVolumeOptions::new(scatterings)
-    };
+    let mut parameters = RestirVolumeOptions::of_scene(&scene, Some(scatterings + 1));
     parameters.reservoirs = options.reservoirs.unwrap_or(parameters.reservoirs);
     parameters.still_confidence_cap = options.cap.unwrap_or(parameters.still_confidence_cap);
     let mut method = RestirVolume::new(&scene, parameters, CameraMotion::STILL)?;
