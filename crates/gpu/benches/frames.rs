@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "volpath",
             GpuVolumePathTracer::with_max_depth(&gpu, &on_device, None)?,
         )?;
-        let options = RestirVolumeOptions::of_scene(&single, Some(2));
+        let options = RestirVolumeOptions::of_scene(&single, Some(2)).with_neighbours();
         row(
             name,
             "restir-volume",
