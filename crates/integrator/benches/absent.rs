@@ -46,7 +46,13 @@ const FEATURES: [(&str, &[[&str; 2]]); 9] = [
     ),
     (
         "light_tree",
-        &[["path-by-power", "cornell"], ["path-by-power", "many-lights"]],
+        &[
+            ["path", "cornell"],
+            ["direct", "many-lights"],
+            ["restir-di", "many-lights"],
+            ["path-by-power", "cornell"],
+            ["path-by-power", "many-lights"],
+        ],
     ),
     ("replay", &[["restir-pt", "cornell"]]),
     (
