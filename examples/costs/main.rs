@@ -65,7 +65,17 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn page(costs: &BTreeMap<String, Cost>, limits: &Limits<'_>) -> Result<String, Box<dyn Error>> {
     let mut page = String::from(HEAD);
     let mut heading = "";
-    for (id, cost) in costs {
+    let mut sorted: Vec<(&String, &Cost)> = costs.iter().collect();
+    let function = |id: &str| {
+        id.rsplit_once('/')
+            .map_or(id.to_owned(), |(function, _)| function.to_owned())
+    };
+    sorted.sort_by(|a, b| {
+        function(a.0)
+            .cmp(&function(b.0))
+            .then(a.1.size.total_cmp(&b.1.size))
+    });
+    for (id, cost) in sorted {
         let (part, rest) = id.split_once('/').unwrap_or((id, ""));
         if part == "limits" {
             continue;
@@ -93,7 +103,8 @@ fn page(costs: &BTreeMap<String, Cost>, limits: &Limits<'_>) -> Result<String, B
 const HEAD: &str = "# Costs\n
 Made by the commands at the head of `examples/costs/main.rs`. Medians of one call, or of one element of what a call works on, in
 nanoseconds, beside the nearest limit that was measured in the same run: random numbers, reads of a working set of the same size,
-copies, or a simpler part that cannot be done without.\n";
+copies, or a simpler part that cannot be done without. Calls of less than a nanosecond's work hide in what surrounds them; where a row says less than one,
+what is read stays nearer than its size supposes.\n";
 
 /// Three digits.
 fn short(x: f64) -> String {

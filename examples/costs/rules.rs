@@ -232,8 +232,23 @@ static RULES: &[Rule] = &[
     rule("lights/grid_scatter", "a copy of 64 bytes", |l, n| {
         Some(l.copy(64.0, 64.0 * n))
     }),
-    rule("lights/grid_move_", "a read that waits", |l, n| {
-        Some(l.waiting_read(64.0 * n))
+    rule(
+        "lights/grid_move_one",
+        "a copy of all lights, 64 bytes each",
+        |l, n| Some(l.copy(64.0 * n, 64.0 * n)),
+    ),
+    rule(
+        "lights/grid_move_permille",
+        "a copy of a thousand lights",
+        |l, n| Some(l.copy(64e3, 64.0 * n)),
+    ),
+    rule(
+        "lights/grid_move_percent",
+        "a copy of a hundred lights",
+        |l, n| Some(l.copy(64e2, 64.0 * n)),
+    ),
+    rule("lights/grid_move_tenth", "a copy of ten lights", |l, n| {
+        Some(l.copy(640.0, 64.0 * n))
     }),
     rule("lights/grid_irradiance", "a read that does not wait", |l, n| {
         Some(l.read(64.0 * n))
