@@ -3,6 +3,7 @@
 use super::{Medium, MediumDensity};
 use crate::Sphere;
 use glam::Vec3;
+use lightshed_volume::DensityField;
 
 /// In place of a medium's index.
 const NONE: u32 = u32::MAX;
@@ -58,6 +59,25 @@ impl Boundaries {
     #[inline(always)]
     pub fn is_clear(&self, medium: u32) -> bool {
         self.clear.get(medium as usize).is_some_and(|&clear| clear)
+    }
+
+    /// The middle of each medium's grid in the world, where it has one.
+    pub fn grid_middles(&self) -> impl Iterator<Item = Option<Vec3>> + '_ {
+        self.media.iter().map(|medium| match medium.density() {
+            MediumDensity::Homogeneous => None,
+            MediumDensity::Grid(field) => {
+                let bounds = field.grid().bounds();
+                let middle = (bounds.min() + bounds.max()) * 0.5;
+                Some(field.to_field().inverse().transform_point3(middle))
+            }
+        })
+    }
+
+    /// Grids whose middle is not in their own medium, but in that of `around`, are not clear.
+    pub fn keep_clear_within(&mut self, around: &[Option<u32>]) {
+        for (index, (clear, &around)) in (0..).zip(self.clear.iter_mut().zip(around)) {
+            *clear &= around == Some(index);
+        }
     }
 
     /// Looks for surfaces in the media's grids.

@@ -281,6 +281,8 @@ fn a_grid_is_clear_if_no_surface_reaches_into_it() {
     assert!(clear(&scene(whole(), sphere(Vec3::new(0.5, 3.0, 0.5), 0.01), 1)));
     let thinner = Affine3A::from_scale(Vec3::new(1.0, 1.0, 0.99));
     assert!(!clear(&scene(of_unit(thinner), None, 1)));
+    let beside = Affine3A::from_translation(Vec3::X * 2.0);
+    assert!(!clear(&scene(of_unit(beside), None, 1)));
     let on_top = Affine3A::from_translation(Vec3::Z) * Affine3A::from_scale(Vec3::splat(0.5));
     assert!(clear(&scene(whole(), Some(of_unit(on_top)), 1)));
     assert!(!clear(&scene(

@@ -104,20 +104,9 @@ impl Scene {
         let camera = Camera::new(camera, settings.width, settings.height)?;
         let emitters = Emitters::new(&flat.emitters, emitters)?;
         let emitting = EmittingSurfaces::build(&flat, options);
-        let opaque = (media.media.len() == 1 && media.is_clear(0)).then(|| {
-            let is_opaque = |material: u32| !matches!(materials[material as usize], Material::Null);
-            let triangles = flat
-                .triangles
-                .iter()
-                .filter(|triangle| is_opaque(triangle.material));
-            let corners: Vec<[Vec3; 3]> = triangles.map(|triangle| triangle.corners).collect();
-            let spheres = flat.spheres.iter().filter(|sphere| is_opaque(sphere.material));
-            let spheres: Vec<Sphere> = spheres.map(|record| record.sphere).collect();
-            Accelerator::build(&corners, &spheres, options.accelerator, options.quality)
-        });
-        Ok(Self {
+        let mut scene = Self {
             accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
-            opaque,
+            opaque: None,
             emitting,
             triangles: flat.triangles,
             normals: flat.normals,
@@ -131,7 +120,31 @@ impl Scene {
             dropped_triangles: flat.dropped,
             bounds,
             media,
-        })
+        };
+        // A grid beyond its boundary is not what a ray in the medium meets first.
+        let around: Vec<Option<u32>> = scene
+            .media
+            .grid_middles()
+            .map(|middle| scene.medium_around(middle?))
+            .collect();
+        scene.media.keep_clear_within(&around);
+        if scene.media.media.len() == 1 && scene.media.is_clear(0) {
+            let is_opaque = |material: u32| !matches!(materials[material as usize], Material::Null);
+            let triangles = scene
+                .triangles
+                .iter()
+                .filter(|triangle| is_opaque(triangle.material));
+            let corners: Vec<[Vec3; 3]> = triangles.map(|triangle| triangle.corners).collect();
+            let spheres = scene.spheres.iter().filter(|sphere| is_opaque(sphere.material));
+            let spheres: Vec<Sphere> = spheres.map(|record| record.sphere).collect();
+            scene.opaque = Some(Accelerator::build(
+                &corners,
+                &spheres,
+                options.accelerator,
+                options.quality,
+            ));
+        }
+        Ok(scene)
     }
 }
 
