@@ -44,7 +44,7 @@ macro_rules! operators {
 
 operators! {
     ArrayLanes lanewise: Add add |a, b| a + b, Sub sub |a, b| a - b, Mul mul |a, b| a * b, Div div |a, b| a / b;
-    ArrayWords wordwise: Add add u32::wrapping_add, BitAnd bitand |a, b| a & b, BitXor bitxor |a, b| a ^ b;
+    ArrayWords wordwise: Add add u32::wrapping_add, Mul mul u32::wrapping_mul, BitAnd bitand |a, b| a & b, BitXor bitxor |a, b| a ^ b;
 }
 
 impl Neg for ArrayLanes {
@@ -179,6 +179,10 @@ impl Lanes for ArrayLanes {
     #[inline(always)]
     fn from_integers(words: ArrayWords) -> Self {
         Self(words.0.map(|word| word as f32))
+    }
+    #[inline(always)]
+    fn to_integers(self) -> ArrayWords {
+        ArrayWords(self.0.map(|value| value as u32))
     }
     #[inline(always)]
     fn compress(self, mask: u32, flip: u32) -> Self {

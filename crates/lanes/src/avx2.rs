@@ -69,7 +69,7 @@ macro_rules! operators {
 
 operators! {
     Avx2Lanes: Add add _mm256_add_ps, Sub sub _mm256_sub_ps, Mul mul _mm256_mul_ps, Div div _mm256_div_ps;
-    Avx2Words: Add add _mm256_add_epi32, BitAnd bitand _mm256_and_si256, BitXor bitxor _mm256_xor_si256;
+    Avx2Words: Add add _mm256_add_epi32, Mul mul _mm256_mullo_epi32, BitAnd bitand _mm256_and_si256, BitXor bitxor _mm256_xor_si256;
     Avx2Mask: BitAnd bitand _mm256_and_ps, BitOr bitor _mm256_or_ps;
 }
 
@@ -216,6 +216,10 @@ impl Lanes for Avx2Lanes {
     #[inline(always)]
     fn from_integers(words: Avx2Words) -> Self {
         Self(unsafe { _mm256_cvtepi32_ps(words.0) })
+    }
+    #[inline(always)]
+    fn to_integers(self) -> Avx2Words {
+        Avx2Words(unsafe { _mm256_cvttps_epi32(self.0) })
     }
     #[inline(always)]
     fn compress(self, mask: u32, flip: u32) -> Self {

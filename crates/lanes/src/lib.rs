@@ -62,7 +62,9 @@ pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Ou
 }
 
 /// Eight 32-bit words; arithmetic wraps.
-pub trait LaneWords: Copy + Add<Output = Self> + BitAnd<Output = Self> + BitXor<Output = Self> {
+pub trait LaneWords:
+    Copy + Add<Output = Self> + Mul<Output = Self> + BitAnd<Output = Self> + BitXor<Output = Self>
+{
     /// The same word in all lanes.
     fn splat(word: u32) -> Self;
     /// From memory.
@@ -116,6 +118,8 @@ pub trait Lanes:
     fn from_bits(bits: Self::Words) -> Self;
     /// The words as integers below 2²⁴, converted exactly; unspecified for others.
     fn from_integers(words: Self::Words) -> Self;
+    /// Values from 0 up to, but not including, 2³¹, rounded toward zero; unspecified for others.
+    fn to_integers(self) -> Self::Words;
     /// The lanes of the set bits of `mask`, moved to the front in the order of the bits; bit `i` stands for lane
     /// `i ^ flip`, `flip < 8`. What follows them is unspecified.
     fn compress(self, mask: u32, flip: u32) -> Self;

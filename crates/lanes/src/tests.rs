@@ -73,6 +73,8 @@ impl LaneKernel for Everything<'_> {
             L::splat(self.a[3]).store(),
             L::from_bits(L::Words::load(&self.a.map(f32::to_bits))).store(),
             L::from_integers(mixed.shift_right::<8>()).store(),
+            L::from_integers((mixed * words).shift_right::<8>()).store(),
+            L::from_integers((L::from_integers(mixed.shift_right::<8>()) * L::splat(0.37)).to_integers()).store(),
             L::pick(&[1.0, 2.0, 3.0, 4.0], mixed & L::Words::splat(3)).store(),
             [a.first(); LANES],
             [a.lane(self.mask as usize); LANES],
@@ -123,6 +125,11 @@ fn expected(a: [f32; LANES], b: [f32; LANES], mask: u32) -> (Vec<[f32; LANES]>, 
         [a[3]; LANES],
         a,
         each(&|x, y| (mixed(x, y) >> 8) as f32),
+        each(&|x, y| {
+            let product = mixed(x, y).wrapping_mul(x.to_bits().wrapping_add(y.to_bits()));
+            (product >> 8) as f32
+        }),
+        each(&|x, y| ((mixed(x, y) >> 8) as f32 * 0.37).floor()),
         each(&|x, y| (mixed(x, y) & 3) as f32 + 1.0),
         [a[0]; LANES],
         [a[mask as usize % LANES]; LANES],

@@ -5,8 +5,9 @@
 //! exponential in the optical depth `r ∫ ρ̄ dt`, which is used up segment by segment: a segment of majorant 0 is crossed without
 //! drawing a number, and a new segment needs none either.
 
-use crate::exponential::exponential;
-use crate::{DensityAccessor, FieldRay, Segment};
+use crate::Segment;
+use crate::exponential::{Exponentials, exponential};
+use lightshed_lanes::{LANES, Lanes};
 use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
 
@@ -21,16 +22,14 @@ pub struct TentativeCollision {
     pub minorant: f32,
 }
 
-/// Collisions of a block.
-pub(crate) const BLOCK: usize = 8;
-
-impl TentativeCollision {
-    /// Nowhere.
-    pub(crate) const NONE: Self = Self {
-        t: 0.0,
-        majorant: 0.0,
-        minorant: 0.0,
-    };
+/// Eight collisions, fewer at the end of a ray.
+#[derive(Clone, Debug)]
+pub(crate) struct CollisionBlock {
+    pub count: usize,
+    pub t: [f32; LANES],
+    /// 1 beyond the last.
+    pub majorant: [f32; LANES],
+    pub minorant: [f32; LANES],
 }
 
 /// The tentative collisions along a ray's segments.
@@ -111,9 +110,15 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
     #[inline(always)]
     pub fn next(&mut self, rng: &mut (impl Rng + ?Sized)) -> Option<TentativeCollision> {
         let mut draw = || exponential(f32_from_u32(rng.next_u32()));
-        let mut depth = if self.drawn { self.ahead } else { draw() };
+        let depth = if self.drawn { self.ahead } else { draw() };
         self.ahead = draw();
         self.drawn = true;
+        self.advance(depth)
+    }
+
+    /// The collision an optical depth of `depth` further on.
+    #[inline(always)]
+    fn advance(&mut self, mut depth: f32) -> Option<TentativeCollision> {
         loop {
             let end = self.used + depth;
             let Stretch {
@@ -147,24 +152,28 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
         }
     }
 
-    /// The next collisions, of which memory is asked for; fewer than there is room for only at the end. For methods that go on whatever the
-    /// densities are: while the walk, which waits for no density, goes ahead, they come.
+    /// The next collisions; fewer than eight only at the end. For methods that go on whatever the densities are, whose lookups are made in eights.
     #[inline(always)]
-    pub(crate) fn next_block<'b, A: DensityAccessor>(
+    pub(crate) fn next_block<L: Lanes>(
         &mut self,
-        density: &A,
-        ray: &FieldRay,
+        depths: &mut Exponentials,
         rng: &mut (impl Rng + ?Sized),
-        block: &'b mut [TentativeCollision; BLOCK],
-    ) -> &'b [TentativeCollision] {
-        let mut count = 0;
-        while count < BLOCK {
-            let Some(collision) = self.next(rng) else { break };
-            density.prefetch(ray.at(collision.t));
-            block[count] = collision;
-            count += 1;
+    ) -> CollisionBlock {
+        let mut block = CollisionBlock {
+            count: 0,
+            t: [0.0; LANES],
+            majorant: [1.0; LANES],
+            minorant: [0.0; LANES],
+        };
+        while block.count < LANES {
+            let depth = depths.next::<L>(rng);
+            let Some(collision) = self.advance(depth) else { break };
+            block.t[block.count] = collision.t;
+            block.majorant[block.count] = collision.majorant;
+            block.minorant[block.count] = collision.minorant;
+            block.count += 1;
         }
-        &block[..count]
+        block
     }
 
     /// `∫ ρ̄ dt` from the beginning to the last collision, or over all segments once [`TentativeCollisions::next`] has returned

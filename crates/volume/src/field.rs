@@ -1,7 +1,8 @@
 //! What trackers ask of a density.
 
-use crate::FieldBounds;
+use crate::{FieldBounds, FieldRay};
 use glam::Vec3;
+use lightshed_lanes::{LANES, Lanes};
 
 /// Bounds of a density over a region: `min ≤ ρ(x) ≤ max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,10 +63,20 @@ pub trait DensityAccessor {
     /// `ρ(x)` as [`DensityField::density`], whatever was looked up before.
     fn density(&mut self, position: Vec3) -> f32;
 
-    /// Asks for what a lookup at this place will read to be brought near. Changes nothing.
+    /// `ρ` at the points of `ray` where the first `count` lanes of `t` are, the same bits as one by one; the other lanes are unspecified.
+    ///
+    /// What trackers call from [lane kernels](lightshed_lanes::LaneKernel), where an own version must be `#[inline(always)]` and have plain loops.
     #[inline(always)]
-    fn prefetch(&self, position: Vec3) {
-        let _ = position;
+    fn densities<L: Lanes>(&mut self, ray: &FieldRay, t: L, count: usize) -> L
+    where
+        Self: Sized,
+    {
+        let t = t.store();
+        let mut values = [0.0; LANES];
+        for lane in 0..count.min(LANES) {
+            values[lane] = self.density(ray.at(t[lane]));
+        }
+        L::load(&values)
     }
 }
 

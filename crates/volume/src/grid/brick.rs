@@ -5,6 +5,7 @@
 
 use super::{MAX_VOXELS, MAX_VOXELS_PER_AXIS};
 use glam::Vec3;
+use lightshed_lanes::{LaneWords, Lanes};
 
 /// Cells of a brick along an axis.
 pub(super) const CELLS: usize = 8;
@@ -53,6 +54,18 @@ impl Layout {
         let [nx, ny, _] = self.counts.map(|n| n as usize);
         let brick = (z / CELLS * ny + y / CELLS) * nx + x / CELLS;
         (brick, ((z & MASK) * CORNERS + (y & MASK)) * CORNERS + (x & MASK))
+    }
+
+    /// [`Layout::locate`] of eight cells.
+    #[inline(always)]
+    pub fn locate_lanes<L: Lanes>(&self, cell: [L::Words; 3]) -> (L::Words, L::Words) {
+        const { assert!(CELLS == 8) };
+        let mask = L::Words::splat(CELLS as u32 - 1);
+        let corners = L::Words::splat(CORNERS as u32);
+        let [nx, ny, _] = self.counts.map(L::Words::splat);
+        let [x, y, z] = cell;
+        let brick = (z.shift_right::<3>() * ny + y.shift_right::<3>()) * nx + x.shift_right::<3>();
+        (brick, ((z & mask) * corners + (y & mask)) * corners + (x & mask))
     }
 
     /// Where brick number `index` is among the bricks.
@@ -107,11 +120,3 @@ pub(super) const CELL_CORNERS: [usize; 8] = {
     const Z: usize = CORNERS * CORNERS;
     [0, 1, Y, Y + 1, Z, Z + 1, Z + Y, Z + Y + 1]
 };
-
-/// Asks for the lines of a cell's corners: those of both faces along z, which may each lie in two.
-#[inline(always)]
-pub(super) fn prefetch(brick: &Brick, first: usize) {
-    for offset in [0, CELL_CORNERS[3], CELL_CORNERS[4], CELL_CORNERS[7]] {
-        lightshed_lanes::prefetch(&brick[first + offset]);
-    }
-}

@@ -22,11 +22,6 @@ impl Bricks for DenseBricks {
         brick::CELL_CORNERS.map(|offset| brick[first + offset])
     }
 
-    #[inline(always)]
-    fn prefetch(&self, brick: usize, first: usize) {
-        brick::prefetch(&self.0[brick], first);
-    }
-
     fn bytes(&self) -> usize {
         size_of_val(&*self.0)
     }

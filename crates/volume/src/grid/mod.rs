@@ -15,9 +15,10 @@ pub use quantized::QuantizedBricks;
 pub use sparse::{SparseBricks, VoxelBlock};
 pub use storage::BrickStorage;
 
-use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds, VoxelGrid};
+use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds, FieldRay, VoxelGrid};
 use brick::Layout;
 use glam::Vec3;
+use lightshed_lanes::{LaneWords, Lanes};
 use std::fmt;
 
 /// How a grid's voxels make a density.
@@ -238,13 +239,6 @@ pub struct BrickAccessor<'a, S> {
 
 impl<S: BrickStorage> DensityAccessor for BrickAccessor<'_, S> {
     #[inline(always)]
-    fn prefetch(&self, position: Vec3) {
-        let p = (position + Vec3::splat(0.5)).max(Vec3::ZERO).min(self.limit);
-        let (brick, corner) = self.grid.layout.locate([p.x as u32, p.y as u32, p.z as u32]);
-        self.grid.storage.prefetch(brick, corner);
-    }
-
-    #[inline(always)]
     fn density(&mut self, position: Vec3) -> f32 {
         let layout = &self.grid.layout;
         match self.filter {
@@ -265,11 +259,50 @@ impl<S: BrickStorage> DensityAccessor for BrickAccessor<'_, S> {
             }
         }
     }
+    #[inline(always)]
+    fn densities<L: Lanes>(&mut self, ray: &FieldRay, t: L, _: usize) -> L {
+        let layout = &self.grid.layout;
+        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
+        let limit = self.limit.to_array();
+        let trilinear = self.filter == Filter::Trilinear;
+        let (shift, last) = if trilinear { (0.5, 0.0) } else { (0.0, 1.0) };
+        let zero = L::splat(0.0);
+        let mut p = [zero; 3];
+        let mut cell = [L::Words::splat(0); 3];
+        for axis in 0..3 {
+            let mut x = L::splat(origin[axis]) + L::splat(direction[axis]) * t;
+            if trilinear {
+                x = x + L::splat(shift);
+            }
+            p[axis] = x.max(zero).min(L::splat(limit[axis] - last));
+            cell[axis] = p[axis].to_integers();
+        }
+        let (brick, corner) = layout.locate_lanes::<L>(cell);
+        if !trilinear {
+            let last = L::Words::splat(brick::LAST_CORNER as u32);
+            return self.grid.storage.corners(brick, corner + last);
+        }
+        let mut fraction = [zero; 3];
+        for axis in 0..3 {
+            fraction[axis] = p[axis] - L::from_integers(cell[axis]);
+        }
+        let c = self.grid.storage.cells::<L>(brick, corner);
+        let [fx, fy, fz] = fraction;
+        let near = lerp_lanes(lerp_lanes(c[0], c[1], fx), lerp_lanes(c[2], c[3], fx), fy);
+        let far = lerp_lanes(lerp_lanes(c[4], c[5], fx), lerp_lanes(c[6], c[7], fx), fy);
+        lerp_lanes(near, far, fz).max(zero)
+    }
 }
 
 /// `a` at 0, `b` at 1; equals both where they are equal.
 #[inline(always)]
 fn lerp(a: f32, b: f32, f: f32) -> f32 {
+    a + f * (b - a)
+}
+
+/// The same of eight.
+#[inline(always)]
+fn lerp_lanes<L: Lanes>(a: L, b: L, f: L) -> L {
     a + f * (b - a)
 }
 

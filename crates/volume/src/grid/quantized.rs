@@ -1,11 +1,10 @@
 //! Bricks of few bits a value.
 
-use super::brick::{CELL_CORNERS, LAST_CORNER, VALUES};
+use super::brick::{CELL_CORNERS, VALUES};
 use super::storage::sealed::Bricks;
 use super::{BrickGrid, BrickStorage};
 use crate::DensityRange;
 use crate::parallel::for_each_chunk;
-use lightshed_lanes::prefetch;
 
 /// Values of `BITS` bits, 8 or 4, between the least and the greatest of their brick; in `BYTES` a brick. The idea of the block-compressed
 /// textures of graphics hardware (BC4; Lin 2022 §5.5.1), with larger blocks.
@@ -81,15 +80,6 @@ impl<const BITS: u32, const BYTES: usize> Bricks for QuantizedBricks<BITS, BYTES
     fn cell(&self, brick: usize, first: usize) -> [f32; 8] {
         let brick = &self.0[brick];
         CELL_CORNERS.map(|offset| Self::decode(brick, first + offset))
-    }
-
-    #[inline(always)]
-    fn prefetch(&self, brick: usize, first: usize) {
-        let brick = &self.0[brick];
-        let byte = |corner: usize| &brick.codes[(first + corner) / Self::PACKED];
-        prefetch(&brick.low);
-        prefetch(byte(0));
-        prefetch(byte(LAST_CORNER));
     }
 
     fn bytes(&self) -> usize {

@@ -27,11 +27,6 @@ impl Bricks for SparseBricks {
         brick::CELL_CORNERS.map(|offset| brick[first + offset])
     }
 
-    #[inline(always)]
-    fn prefetch(&self, brick: usize, first: usize) {
-        brick::prefetch(&self.bricks[self.table[brick] as usize], first);
-    }
-
     fn bytes(&self) -> usize {
         size_of_val(&*self.table) + size_of_val(&*self.bricks)
     }

@@ -3,9 +3,6 @@
 use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Interval};
 
-/// How many steps ahead memory is asked for.
-const AHEAD: f32 = 6.0;
-
 /// Transmittance by ray marching with `steps` equal steps (at least 1), one lookup within each: `exp(−k Σ ρ_i Δt)`. **Biased.**
 ///
 /// At the midpoints, `offset` ½, the optical depth of a smooth density is off by the square of the step, and so is the estimate; structures
@@ -57,7 +54,6 @@ fn march<A: DensityAccessor>(
     let step = (interval.t1 - interval.t0).max(0.0) / steps as f32;
     let mut sum = 0.0f32;
     for i in 0..steps {
-        density.prefetch(ray.at(interval.t0 + (i as f32 + AHEAD) * step));
         sum += density.density(ray.at(interval.t0 + (i as f32 + offset) * step));
     }
     (sum, step)

@@ -1,8 +1,9 @@
 //! Ratio tracking.
 
 use super::{Estimates, SpectralTransmittance, TransmittanceEstimate, rate_and_shares};
-use crate::collisions::BLOCK;
-use crate::{DensityAccessor, FieldRay, Segment, TentativeCollision, TentativeCollisions};
+use crate::exponential::Exponentials;
+use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::rand::Rng;
 
 /// Transmittance by ratio tracking (Novák et al. 2014): `Π (1 − ρ/ρ̄)` over all tentative collisions. Unbiased, in [0, 1].
@@ -44,27 +45,62 @@ fn ratio<const N: usize, A: DensityAccessor>(
     extinction: [f32; N],
     rng: &mut (impl Rng + ?Sized),
 ) -> Estimates<N> {
-    let (rate, shares) = rate_and_shares(extinction);
-    let mut collisions = TentativeCollisions::new(segments, rate);
-    let mut value = [1.0f32; N];
-    let mut lookups = 0;
-    let mut block = [TentativeCollision::NONE; BLOCK];
-    loop {
-        let block = collisions.next_block(density, ray, rng, &mut block);
-        for collision in block {
-            lookups += 1;
-            let ratio = density.density(ray.at(collision.t)) / collision.majorant;
-            for (value, share) in value.iter_mut().zip(shares) {
-                *value *= (1.0 - share * ratio).max(0.0);
+    LaneChoice::best().run(Ratio {
+        density,
+        ray,
+        segments,
+        extinction,
+        rng,
+    })
+}
+
+struct Ratio<'a, const N: usize, A, S, R: ?Sized> {
+    density: &'a mut A,
+    ray: &'a FieldRay,
+    segments: S,
+    extinction: [f32; N],
+    rng: &'a mut R,
+}
+
+impl<const N: usize, A, S, R> LaneKernel for Ratio<'_, N, A, S, R>
+where
+    A: DensityAccessor,
+    S: Iterator<Item = Segment>,
+    R: Rng + ?Sized,
+{
+    type Output = Estimates<N>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Estimates<N> {
+        let (rate, shares) = rate_and_shares(self.extinction);
+        let mut collisions = TentativeCollisions::new(self.segments, rate);
+        let mut depths = Exponentials::new();
+        let mut value = [1.0f32; N];
+        let mut lookups = 0;
+        loop {
+            let block = collisions.next_block::<L>(&mut depths, self.rng);
+            if block.count > 0 {
+                let rho = self
+                    .density
+                    .densities(self.ray, L::load(&block.t), block.count);
+                let ratio = rho / L::load(&block.majorant);
+                for channel in 0..N {
+                    let factor = (L::splat(1.0) - L::splat(shares[channel]) * ratio).max(L::splat(0.0));
+                    let factor = factor.store();
+                    for lane in 0..block.count {
+                        value[channel] *= factor[lane];
+                    }
+                }
+                lookups += block.count as u32;
+            }
+            if value.iter().all(|&v| v < f32::MIN_POSITIVE) {
+                value = [0.0; N];
+                break;
+            }
+            if block.count < LANES {
+                break;
             }
         }
-        if value.iter().all(|&v| v < f32::MIN_POSITIVE) {
-            value = [0.0; N];
-            break;
-        }
-        if block.len() < BLOCK {
-            break;
-        }
+        Estimates { value, lookups }
     }
-    Estimates { value, lookups }
 }

@@ -1,8 +1,9 @@
 //! Residual ratio tracking.
 
 use super::{Estimates, SpectralTransmittance, TransmittanceEstimate, rate_and_shares};
-use crate::collisions::BLOCK;
-use crate::{DensityAccessor, FieldRay, Segment, TentativeCollision, TentativeCollisions};
+use crate::exponential::Exponentials;
+use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::rand::Rng;
 
 /// The control density `ρ_c` of [`residual_ratio_tracking`], by segment.
@@ -60,7 +61,6 @@ fn residual<const N: usize, A: DensityAccessor>(
     control: Control,
     rng: &mut (impl Rng + ?Sized),
 ) -> Estimates<N> {
-    let (rate, shares) = rate_and_shares(extinction);
     let mut control_depth = 0.0f32;
     // The residual's majorant in place of the medium's, the control density in place of the minorant.
     let residual = segments.map(|segment| {
@@ -78,31 +78,13 @@ fn residual<const N: usize, A: DensityAccessor>(
             ..segment
         }
     });
-    let mut collisions = TentativeCollisions::new(residual, rate);
-    // In f64: factors may exceed 1, many of them f32's range.
-    let mut value = [1.0f64; N];
-    let mut lookups = 0;
-    let mut block = [TentativeCollision::NONE; BLOCK];
-    loop {
-        let block = collisions.next_block(density, ray, rng, &mut block);
-        for collision in block {
-            lookups += 1;
-            let rest = density.density(ray.at(collision.t)) - collision.minorant;
-            let ratio = rest / collision.majorant;
-            for (value, share) in value.iter_mut().zip(shares) {
-                *value = (*value * f64::from(1.0 - share * ratio)).min(f64::MAX);
-            }
-        }
-        if value.iter().all(|v| v.abs() < VANISHED) {
-            return Estimates {
-                value: [0.0; N],
-                lookups,
-            };
-        }
-        if block.len() < BLOCK {
-            break;
-        }
-    }
+    let (value, lookups) = LaneChoice::best().run(Residual {
+        density,
+        ray,
+        segments: residual,
+        extinction,
+        rng,
+    });
     let value = core::array::from_fn(|c| {
         // Not NaN where an endless control depth meets a coefficient of 0.
         let depth = if extinction[c] > 0.0 {
@@ -113,4 +95,54 @@ fn residual<const N: usize, A: DensityAccessor>(
         (value[c] * (-depth).exp()).min(f64::from(f32::MAX)) as f32
     });
     Estimates { value, lookups }
+}
+
+/// `Π (1 − k_c (ρ − ρ_c)/(k̂ ρ̄_r))`, and lookups.
+struct Residual<'a, const N: usize, A, S, R: ?Sized> {
+    density: &'a mut A,
+    ray: &'a FieldRay,
+    segments: S,
+    extinction: [f32; N],
+    rng: &'a mut R,
+}
+
+impl<const N: usize, A, S, R> LaneKernel for Residual<'_, N, A, S, R>
+where
+    A: DensityAccessor,
+    S: Iterator<Item = Segment>,
+    R: Rng + ?Sized,
+{
+    type Output = ([f64; N], u32);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let (rate, shares) = rate_and_shares(self.extinction);
+        let mut collisions = TentativeCollisions::new(self.segments, rate);
+        let mut depths = Exponentials::new();
+        // In f64: factors may exceed 1, many of them f32's range.
+        let mut value = [1.0f64; N];
+        let mut lookups = 0;
+        loop {
+            let block = collisions.next_block::<L>(&mut depths, self.rng);
+            if block.count > 0 {
+                let rho = self
+                    .density
+                    .densities(self.ray, L::load(&block.t), block.count);
+                let ratio = (rho - L::load(&block.minorant)) / L::load(&block.majorant);
+                for channel in 0..N {
+                    let factor = (L::splat(1.0) - L::splat(shares[channel]) * ratio).store();
+                    for lane in 0..block.count {
+                        value[channel] = (value[channel] * f64::from(factor[lane])).min(f64::MAX);
+                    }
+                }
+                lookups += block.count as u32;
+            }
+            if value.iter().all(|v| v.abs() < VANISHED) {
+                return ([0.0; N], lookups);
+            }
+            if block.count < LANES {
+                return (value, lookups);
+            }
+        }
+    }
 }
