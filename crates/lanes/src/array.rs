@@ -135,6 +135,10 @@ impl Lanes for ArrayLanes {
         core::array::from_fn(|j| Self(core::array::from_fn(|i| rows[i][j])))
     }
     #[inline(always)]
+    fn load_pairs(pairs: [&[f32; 2]; LANES]) -> [Self; 2] {
+        core::array::from_fn(|j| Self(pairs.map(|pair| pair[j])))
+    }
+    #[inline(always)]
     fn pick(table: &[f32; 4], index: ArrayWords) -> Self {
         Self(index.0.map(|index| table[index as usize % 4]))
     }

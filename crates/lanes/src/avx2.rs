@@ -172,6 +172,18 @@ impl Lanes for Avx2Lanes {
         ]
     }
     #[inline(always)]
+    fn load_pairs(pairs: [&[f32; 2]; LANES]) -> [Self; 2] {
+        let [p0, p1, p2, p3, p4, p5, p6, p7] = pairs;
+        // Pairs 0, 1, 4, 5 and 2, 3, 6, 7: what a shuffle takes of both halves is in order.
+        let (low, high) = (four_pairs(p0, p1, p4, p5), four_pairs(p2, p3, p6, p7));
+        unsafe {
+            [
+                Self(_mm256_shuffle_ps::<0b10_00_10_00>(low, high)),
+                Self(_mm256_shuffle_ps::<0b11_01_11_01>(low, high)),
+            ]
+        }
+    }
+    #[inline(always)]
     fn pick(table: &[f32; 4], index: Avx2Words) -> Self {
         Self(unsafe {
             let row = _mm_loadu_ps(table.as_ptr());
@@ -309,6 +321,17 @@ impl Lanes for Avx2Lanes {
             let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(high, bound));
             (low.count_ones() + high.count_ones()) as usize
         }
+    }
+}
+
+/// Four pairs one after the other.
+#[inline(always)]
+fn four_pairs(p0: &[f32; 2], p1: &[f32; 2], p2: &[f32; 2], p3: &[f32; 2]) -> __m256 {
+    // SAFETY: the reads, of eight bytes each and at any alignment, are the pairs.
+    unsafe {
+        let low = _mm_loadh_pd(_mm_load_sd(p0.as_ptr().cast()), p1.as_ptr().cast());
+        let high = _mm_loadh_pd(_mm_load_sd(p2.as_ptr().cast()), p3.as_ptr().cast());
+        _mm256_castpd_ps(_mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high))
     }
 }
 

@@ -98,6 +98,8 @@ pub trait Lanes:
     fn store(self) -> [f32; LANES];
     /// The transpose of eight rows: lane `i` of value `j` is `rows[i][j]`.
     fn load_transposed(rows: [&[f32; LANES]; LANES]) -> [Self; LANES];
+    /// The transpose of eight pairs: lane `i` of value `j` is `pairs[i][j]`.
+    fn load_pairs(pairs: [&[f32; 2]; LANES]) -> [Self; 2];
     /// Lane `i` is `table[index[i]]`, indices taken modulo four.
     fn pick(table: &[f32; 4], index: Self::Words) -> Self;
     /// The lesser; `other` where `self` is NaN.

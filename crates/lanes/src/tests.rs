@@ -74,7 +74,8 @@ impl LaneKernel for Everything<'_> {
             L::from_bits(L::Words::load(&self.a.map(f32::to_bits))).store(),
             L::from_integers(mixed.shift_right::<8>()).store(),
             L::from_integers((mixed * words).shift_right::<8>()).store(),
-            L::from_integers((L::from_integers(mixed.shift_right::<8>()) * L::splat(0.37)).to_integers()).store(),
+            L::from_integers((L::from_integers(mixed.shift_right::<8>()) * L::splat(0.37)).to_integers())
+                .store(),
             L::pick(&[1.0, 2.0, 3.0, 4.0], mixed & L::Words::splat(3)).store(),
             [a.first(); LANES],
             [a.lane(self.mask as usize); LANES],
@@ -235,6 +236,30 @@ fn transposes_exchange_rows_and_columns() {
             for j in 0..LANES {
                 assert_eq!(columns[j][i], rows[i][j]);
             }
+        }
+    }
+}
+
+struct Pairs<'a>(&'a [[f32; 2]; LANES]);
+
+impl LaneKernel for Pairs<'_> {
+    type Output = [[f32; LANES]; 2];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        let [first, second] = L::load_pairs([a, b, c, d, e, f, g, h]);
+        [first.store(), second.store()]
+    }
+}
+
+#[test]
+fn pairs_are_taken_apart() {
+    let pairs: [[f32; 2]; LANES] = core::array::from_fn(|i| [i as f32, (10 + i) as f32]);
+    for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+        let columns = choice.run(Pairs(&pairs));
+        for j in 0..2 {
+            assert_eq!(columns[j], pairs.map(|pair| pair[j]));
         }
     }
 }

@@ -167,7 +167,9 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
         };
         while block.count < LANES {
             let depth = depths.next::<L>(rng);
-            let Some(collision) = self.advance(depth) else { break };
+            let Some(collision) = self.advance(depth) else {
+                break;
+            };
             block.t[block.count] = collision.t;
             block.majorant[block.count] = collision.majorant;
             block.minorant[block.count] = collision.minorant;

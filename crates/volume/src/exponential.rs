@@ -38,9 +38,8 @@ fn exponential_lanes<L: Lanes>(u: L) -> L {
     let f = m - splat(1.0);
     let s = f / (splat(2.0) + f);
     let z = s * s;
-    let p = z
-        * (splat(0.333_333_34)
-            + z * (splat(0.199_999_2) + z * (splat(0.142_908_66) + z * splat(0.113_4))));
+    let p =
+        z * (splat(0.333_333_34) + z * (splat(0.199_999_2) + z * (splat(0.142_908_66) + z * splat(0.113_4))));
     -(splat(2.0) * (s + s * p) + exponent * splat(LN_2))
 }
 

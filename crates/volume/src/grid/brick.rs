@@ -5,7 +5,7 @@
 
 use super::{MAX_VOXELS, MAX_VOXELS_PER_AXIS};
 use glam::Vec3;
-use lightshed_lanes::{LaneWords, Lanes};
+use lightshed_lanes::{LANES, LaneWords, Lanes};
 
 /// Cells of a brick along an axis.
 pub(super) const CELLS: usize = 8;
@@ -120,3 +120,31 @@ pub(super) const CELL_CORNERS: [usize; 8] = {
     const Z: usize = CORNERS * CORNERS;
     [0, 1, Y, Y + 1, Z, Z + 1, Z + Y, Z + Y + 1]
 };
+
+/// The corners of eight cells, by corner, each from a brick of its own.
+#[inline(always)]
+pub(super) fn cells_of<L: Lanes>(bricks: [&Brick; LANES], first: [u32; LANES]) -> [L; 8] {
+    // Pairs along x: near and far along y, and both again behind.
+    let (mut near, mut far) = ([&[0.0; 2]; LANES], [&[0.0; 2]; LANES]);
+    let (mut near_behind, mut far_behind) = (near, far);
+    for lane in 0..LANES {
+        // No cell begins later: this is for the compiler alone.
+        let first = (first[lane] as usize).min(VALUES - 1 - LAST_CORNER);
+        let brick = bricks[lane];
+        near[lane] = pair(brick, first);
+        far[lane] = pair(brick, first + CELL_CORNERS[2]);
+        near_behind[lane] = pair(brick, first + CELL_CORNERS[4]);
+        far_behind[lane] = pair(brick, first + CELL_CORNERS[6]);
+    }
+    let [c0, c1] = L::load_pairs(near);
+    let [c2, c3] = L::load_pairs(far);
+    let [c4, c5] = L::load_pairs(near_behind);
+    let [c6, c7] = L::load_pairs(far_behind);
+    [c0, c1, c2, c3, c4, c5, c6, c7]
+}
+
+/// The values at a place and the next.
+#[inline(always)]
+fn pair(brick: &Brick, place: usize) -> &[f32; 2] {
+    brick[place..].first_chunk().unwrap_or(&[0.0; 2])
+}

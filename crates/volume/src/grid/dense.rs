@@ -5,6 +5,7 @@ use super::storage::sealed::Bricks;
 use super::{BrickGrid, DenseGrid, Filter, GridError};
 use crate::DensityRange;
 use crate::parallel::for_each_chunk;
+use lightshed_lanes::{LANES, LaneWords, Lanes};
 
 /// The values of a [`DenseGrid`], all of them.
 #[derive(Clone, Debug)]
@@ -20,6 +21,16 @@ impl Bricks for DenseBricks {
     fn cell(&self, brick: usize, first: usize) -> [f32; 8] {
         let brick = &self.0[brick];
         brick::CELL_CORNERS.map(|offset| brick[first + offset])
+    }
+
+    #[inline(always)]
+    fn cells<L: Lanes>(&self, brick: L::Words, first: L::Words) -> [L; 8] {
+        let brick = brick.store();
+        let mut bricks = [&self.0[0]; LANES];
+        for lane in 0..LANES {
+            bricks[lane] = &self.0[brick[lane] as usize];
+        }
+        brick::cells_of(bricks, first.store())
     }
 
     fn bytes(&self) -> usize {

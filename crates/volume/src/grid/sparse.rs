@@ -5,6 +5,7 @@ use super::dense::check_values;
 use super::storage::sealed::Bricks;
 use super::{BrickGrid, Filter, GridError, SparseGrid};
 use crate::DensityRange;
+use lightshed_lanes::{LANES, LaneWords, Lanes};
 
 /// The values of a [`SparseGrid`]: of the bricks in which anything is positive, and one brick of zeros for all others.
 #[derive(Clone, Debug)]
@@ -25,6 +26,16 @@ impl Bricks for SparseBricks {
     fn cell(&self, brick: usize, first: usize) -> [f32; 8] {
         let brick = &self.bricks[self.table[brick] as usize];
         brick::CELL_CORNERS.map(|offset| brick[first + offset])
+    }
+
+    #[inline(always)]
+    fn cells<L: Lanes>(&self, brick: L::Words, first: L::Words) -> [L; 8] {
+        let brick = brick.store();
+        let mut bricks = [&self.bricks[0]; LANES];
+        for lane in 0..LANES {
+            bricks[lane] = &self.bricks[self.table[brick[lane] as usize] as usize];
+        }
+        brick::cells_of(bricks, first.store())
     }
 
     fn bytes(&self) -> usize {

@@ -80,9 +80,7 @@ where
         loop {
             let block = collisions.next_block::<L>(&mut depths, self.rng);
             if block.count > 0 {
-                let rho = self
-                    .density
-                    .densities(self.ray, L::load(&block.t), block.count);
+                let rho = self.density.densities(self.ray, L::load(&block.t), block.count);
                 let ratio = rho / L::load(&block.majorant);
                 for channel in 0..N {
                     let factor = (L::splat(1.0) - L::splat(shares[channel]) * ratio).max(L::splat(0.0));
