@@ -2,7 +2,7 @@
 
 use crate::{FieldBounds, FieldRay};
 use glam::Vec3;
-use lightshed_lanes::{LANES, Lanes};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 
 /// Bounds of a density over a region: `min ≤ ρ(x) ≤ max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +77,41 @@ pub trait DensityAccessor {
             values[lane] = self.density(ray.at(t[lane]));
         }
         L::load(&values)
+    }
+}
+
+/// `ρ` at the points of `ray` at the first `count` of `t`: [`DensityAccessor::densities`] on the machine's best lanes. The other values are
+/// unspecified.
+#[inline]
+pub fn densities_at<A: DensityAccessor>(
+    density: &mut A,
+    ray: &FieldRay,
+    t: &[f32; LANES],
+    count: usize,
+) -> [f32; LANES] {
+    LaneChoice::best().run(At {
+        density,
+        ray,
+        t,
+        count,
+    })
+}
+
+struct At<'a, A> {
+    density: &'a mut A,
+    ray: &'a FieldRay,
+    t: &'a [f32; LANES],
+    count: usize,
+}
+
+impl<A: DensityAccessor> LaneKernel for At<'_, A> {
+    type Output = [f32; LANES];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> [f32; LANES] {
+        self.density
+            .densities(self.ray, L::load(self.t), self.count)
+            .store()
     }
 }
 

@@ -1734,6 +1734,11 @@ struct package_lightshed_stream_Stream {
     block: vec4u
 }
 
+fn package_lightshed_stream__1after_eights(stream: ptr<function, package_lightshed_stream_Stream>, first: u32, used: u32) {
+    let s = *stream;
+    *stream = package_lightshed_stream__1stream_at(s.key, s.kind, first + (used + 7u) / 8u * 8u);
+}
+
 fn package_lightshed_stream__1next_number(stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
     return package_lightshed_uniform__2f32_from_u32(package_lightshed_stream__1next_word(stream));
 }
@@ -1891,10 +1896,13 @@ fn package_lightshed_tracking__1density_along(medium: package_lightshed_tracking
 }
 
 fn package_lightshed_tracking__1ratio_tracking(medium: package_lightshed_tracking_Medium, ray: package_lightshed_majorant_FieldRay, interval: vec2f, extinction: f32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_tracking_Transmittance {
+    let first = (*stream).dimension;
     var walk = package_lightshed_tracking__1walk_new(medium, ray, interval, extinction, package_lightshed_tracking__1CONTROL_NONE);
     var value = 1.0;
     var lookups = 0u;
+    var drawn = 0u;
     while (true) {
+        drawn += 1u;
         let collision = package_lightshed_tracking__1walk_next(&walk, stream);
         if !collision.found {
             break;
@@ -1905,6 +1913,7 @@ fn package_lightshed_tracking__1ratio_tracking(medium: package_lightshed_trackin
             break;
         }
     }
+    package_lightshed_stream__1after_eights(stream, first, drawn);
     return package_lightshed_tracking_Transmittance(select(value, 0.0, value < package_lightshed_tracking__2F32_MIN_POSITIVE), lookups);
 }
 

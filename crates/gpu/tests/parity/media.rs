@@ -258,7 +258,7 @@ fn segments() {
 }
 
 /// What the library's trackers give for a ray, with the coefficient in word 8.
-fn track(medium: &Medium, words: &[u32; 9]) -> [u32; 10] {
+fn track(medium: &Medium, words: &[u32; 9]) -> [u32; 12] {
     let (ray, interval) = ray_of(core::array::from_fn(|k| words[k]));
     let extinction = f32::from_bits(words[8]);
     let segments = || medium.majorants.segments(&ray, interval);
@@ -270,16 +270,13 @@ fn track(medium: &Medium, words: &[u32; 9]) -> [u32; 10] {
     let mut accessor = medium.grid.accessor();
     let mut rng = stream(0);
     let flight = delta_tracking(&mut accessor, &ray, segments(), extinction, &mut rng);
-    let ratio = ratio_tracking(&mut accessor, &ray, segments(), extinction, &mut stream(3));
+    let mut after_ratio = stream(3);
+    let ratio = ratio_tracking(&mut accessor, &ray, segments(), extinction, &mut after_ratio);
+    let mut after_residual = stream(2);
     let [minorant, middle] = [Control::Minorant, Control::Middle].map(|control| {
-        residual_ratio_tracking(
-            &mut accessor,
-            &ray,
-            segments(),
-            extinction,
-            control,
-            &mut stream(2),
-        )
+        after_residual = stream(2);
+        let rng = &mut after_residual;
+        residual_ratio_tracking(&mut accessor, &ray, segments(), extinction, control, rng)
     });
     [
         flight.distance.unwrap_or(0.0).to_bits(),
@@ -290,6 +287,8 @@ fn track(medium: &Medium, words: &[u32; 9]) -> [u32; 10] {
         ratio.lookups,
         minorant.lookups,
         middle.lookups,
+        after_ratio.dimension(),
+        after_residual.dimension(),
         minorant.value.to_bits(),
         middle.value.to_bits(),
     ]
@@ -301,11 +300,11 @@ const TRACKERS: &str = "let k = number(8u);
     put_f(0u, flight.distance); put(1u, flight.lookups); put(2u, select(0u, 1u, flight.collided)); put(3u, s0.dimension);
     var s1 = stream_of_sample(vec2u(7u, 9u), word(0u), word(4u), 3u);
     let ratio = ratio_tracking(medium, ray, interval, k, &s1);
-    put_f(4u, ratio.value); put(5u, ratio.lookups);
+    put_f(4u, ratio.value); put(5u, ratio.lookups); put(8u, s1.dimension);
     for (var c = 1u; c < 3u; c++) {
         var s2 = stream_of_sample(vec2u(7u, 9u), word(0u), word(4u), 2u);
         let residual = residual_ratio_tracking(medium, ray, interval, k, c, &s2);
-        put(5u + c, residual.lookups); put_f(7u + c, residual.value);
+        put(5u + c, residual.lookups); put_f(9u + c, residual.value); put(9u, s2.dimension);
     }";
 
 /// Tracking draws the library's random words: collisions are the same, and transmittances by ratio tracking. What residual ratio
@@ -333,13 +332,13 @@ fn trackers() {
             buffers: &[&medium.voxels, &medium.bounds],
             ..Shader::new(IMPORTS, &body)
         };
-        let found = shader.run::<9, 10>(&device, &inputs);
-        let truths: std::collections::HashMap<[u32; 9], [u32; 10]> = inputs
+        let found = shader.run::<9, 12>(&device, &inputs);
+        let truths: std::collections::HashMap<[u32; 9], [u32; 12]> = inputs
             .iter()
             .map(|words| (*words, track(medium, words)))
             .collect();
-        let split = |all: &[u32; 10]| -> ([u32; 8], [u32; 2]) {
-            (core::array::from_fn(|k| all[k]), [all[8], all[9]])
+        let split = |all: &[u32; 12]| -> ([u32; 10], [u32; 2]) {
+            (core::array::from_fn(|k| all[k]), [all[10], all[11]])
         };
         let (exact, estimates): (Vec<_>, Vec<_>) = found.iter().map(split).unzip();
         let compared = compare("trackers", Tier::Exact, &inputs, &exact, |w| split(&truths[w]).0);

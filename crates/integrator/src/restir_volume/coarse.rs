@@ -1,9 +1,11 @@
 //! Coarse copies of densities, for targets and proposals.
 
+use core::array;
+use lightshed_lanes::LANES;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{
-    DenseAccessor, DensityAccessor, DensityField, DensityRange, FieldBounds, FieldRay, Filter, Interval,
-    MajorantGrid, MipLevel, MipPyramid, ray_marching_depth, regular_depth,
+    DenseAccessor, DensityField, DensityRange, FieldBounds, FieldRay, Filter, Interval, MajorantGrid,
+    MipLevel, MipPyramid, densities_at, ray_marching_depth, regular_depth,
 };
 use lightshed_scene::{Medium, MediumDensity, Ray};
 
@@ -54,7 +56,7 @@ const OPAQUE_DEPTH: f32 = 10.0;
 const THIN_DEPTH: f32 = 0.5;
 
 /// Steps between two looks at whether that is reached.
-const STEPS_AT_ONCE: f32 = 4.0;
+const STEPS_AT_ONCE: f32 = 8.0;
 
 impl CoarseMedium {
     /// With levels up to `most`.
@@ -191,14 +193,21 @@ impl CoarseMedium {
             Some(coarse) => (trilinear(coarse), coarse.ray(&field_ray)),
         };
         let mut inside = 0.0f32;
-        for (place, bin) in bins.iter_mut().enumerate() {
-            if *bin > 0.0 {
-                let t = occupied.t0 + (place as f32 + 0.5) * step;
-                let more = *bin + (1.0 - LEAST_SHARE) * step * accessor.density(lookup_ray.at(t));
-                // What is there is not to vanish by rounding.
-                inside = (inside + more).max(inside.next_up());
+        for (chunk, bins) in bins.chunks_mut(LANES).enumerate() {
+            let t = array::from_fn(|i| occupied.t0 + ((LANES * chunk + i) as f32 + 0.5) * step);
+            let density = if bins.iter().any(|&bin| bin > 0.0) {
+                densities_at(&mut accessor, &lookup_ray, &t, bins.len())
+            } else {
+                [0.0; LANES]
+            };
+            for (bin, density) in bins.iter_mut().zip(density) {
+                if *bin > 0.0 {
+                    let more = *bin + (1.0 - LEAST_SHARE) * step * density;
+                    // What is there is not to vanish by rounding.
+                    inside = (inside + more).max(inside.next_up());
+                }
+                *bin = inside;
             }
-            *bin = inside;
         }
         Some(occupied)
     }
@@ -232,6 +241,8 @@ impl CoarseMedium {
             Some(level) => (trilinear(level), level.ray(&field_ray)),
         };
         let pace = lookup_ray.direction.length() / LOOKUP_VOXELS;
+        // Looked up in eights.
+        let mut ahead = Ahead::new();
         for segment in self.proposals[cubes as usize - 1].segments(&coarse.ray(&field_ray), interval) {
             let length = segment.t1 - segment.t0;
             let count = if segment.majorant > 0.0 {
@@ -247,22 +258,71 @@ impl CoarseMedium {
                 } else {
                     segment.t1
                 };
-                let density = if segment.majorant > 0.0 {
-                    let interpolated = accessor.density(lookup_ray.at(begin + 0.5 * step));
-                    interpolated + WALK_SHARE * (segment.majorant - interpolated)
-                } else {
-                    0.0
-                };
-                let stretch = Constant {
-                    t0: f64::from(begin),
-                    t1: f64::from(end),
-                    density,
-                };
-                if !each(stretch) {
+                ahead.add(begin, end, begin + 0.5 * step, segment.majorant);
+                if ahead.count == LANES && !ahead.pass(&mut accessor, &lookup_ray, &mut each) {
                     return;
                 }
             }
         }
+        ahead.pass(&mut accessor, &lookup_ray, &mut each);
+    }
+}
+
+/// Stretches whose density is still to be looked up.
+struct Ahead {
+    count: usize,
+    begin: [f32; LANES],
+    end: [f32; LANES],
+    middle: [f32; LANES],
+    majorant: [f32; LANES],
+}
+
+impl Ahead {
+    fn new() -> Self {
+        Self {
+            count: 0,
+            begin: [0.0; LANES],
+            end: [0.0; LANES],
+            middle: [0.0; LANES],
+            majorant: [0.0; LANES],
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, begin: f32, end: f32, middle: f32, majorant: f32) {
+        self.begin[self.count] = begin;
+        self.end[self.count] = end;
+        self.middle[self.count] = middle;
+        self.majorant[self.count] = majorant;
+        self.count += 1;
+    }
+
+    /// Hands them to `each`, until it wants no more.
+    #[inline(always)]
+    fn pass(
+        &mut self,
+        accessor: &mut DenseAccessor<'_>,
+        ray: &FieldRay,
+        each: &mut impl FnMut(Constant) -> bool,
+    ) -> bool {
+        let interpolated = densities_at(accessor, ray, &self.middle, self.count);
+        for i in 0..self.count {
+            let density = if self.majorant[i] > 0.0 {
+                interpolated[i] + WALK_SHARE * (self.majorant[i] - interpolated[i])
+            } else {
+                0.0
+            };
+            let stretch = Constant {
+                t0: f64::from(self.begin[i]),
+                t1: f64::from(self.end[i]),
+                density,
+            };
+            if !each(stretch) {
+                return false;
+            }
+        }
+        self.count = 0;
+        true
     }
 }
 

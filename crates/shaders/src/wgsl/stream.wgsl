@@ -19,6 +19,11 @@ fn stream_of_path(seed: vec2u, dimension: u32) -> Stream {
     return stream_at(vec4u(seed, 0u, 0u), 1u, dimension);
 }
 
+fn after_eights(stream: ptr<function, Stream>, first: u32, used: u32) {
+    let s = *stream;
+    *stream = stream_at(s.key, s.kind, first + (used + 7u) / 8u * 8u);
+}
+
 fn next_word(stream: ptr<function, Stream>) -> u32 {
     let dimension = (*stream).dimension;
     (*stream).dimension = dimension + 1u;

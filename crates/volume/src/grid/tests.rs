@@ -1,4 +1,5 @@
 use super::*;
+use lightshed_lanes::{LaneChoice, LaneKernel, LANES};
 use lightshed_testkit::{check_faults, rng, uniform_f64};
 
 /// Mitsuba's definition, written out: voxel `i` at `i + ½`, indices clamped.
@@ -379,4 +380,82 @@ fn extreme_values_survive_compression() {
         }
         assert!(eight.value_range().max <= f32::MAX && four.value_range().max <= f32::MAX);
     }
+}
+
+/// Lookups at eight points of a ray, on each kind of lanes.
+struct Eight<'a, A> {
+    accessor: &'a mut A,
+    ray: &'a FieldRay,
+    t: &'a [f32; LANES],
+}
+
+impl<A: DensityAccessor> LaneKernel for Eight<'_, A> {
+    type Output = [f32; LANES];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> [f32; LANES] {
+        self.accessor
+            .densities(self.ray, L::load(self.t), LANES)
+            .store()
+    }
+}
+
+#[test]
+fn eight_lookups_are_those_one_by_one() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        Neighbour,
+    }
+    fn check<S: BrickStorage>(grid: &BrickGrid<S>, fault: Option<Fault>) -> Result<(), String> {
+        let mut rng = rng(3);
+        let size = grid.size().map(|n| n as f32);
+        for i in 0..500 {
+            let mut point = || Vec3::from_array(size.map(|n| n * (uniform_f64(&mut rng) * 1.2 - 0.1) as f32));
+            let (mut from, mut to) = (point(), point());
+            if i % 3 == 0 {
+                // Along faces, edges and corners.
+                (from, to) = ((from * 2.0).round() / 2.0, (to * 2.0).round() / 2.0);
+            }
+            let ray = FieldRay::new(from, to - from);
+            let t: [f32; LANES] = core::array::from_fn(|_| (16.0 * uniform_f64(&mut rng)).round() as f32 / 16.0);
+            let mut accessor = grid.accessor();
+            for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
+                let found = choice.run(Eight {
+                    accessor: &mut accessor,
+                    ray: &ray,
+                    t: &t,
+                });
+                for lane in 0..LANES {
+                    let lane_of_truth = match fault {
+                        None => lane,
+                        Some(Fault::Neighbour) => lane ^ 1,
+                    };
+                    let truth = accessor.density(ray.at(t[lane_of_truth]));
+                    if found[lane].to_bits() != truth.to_bits() {
+                        return Err(format!("{ray:?} {}: {} for {truth}", t[lane], found[lane]));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+    check_faults(&[Fault::Neighbour], |fault| {
+        for (seed, size) in (40..).zip(SIZES.into_iter().skip(1)) {
+            for filter in [Filter::Nearest, Filter::Trilinear] {
+                let (values, dense) = random_grid(size, filter, seed);
+                check(&dense, fault)?;
+                // The first block, and no others.
+                let block = VoxelBlock {
+                    origin: [0; 3],
+                    values: core::array::from_fn(|i| values[i % values.len()]),
+                };
+                let sparse = SparseGrid::from_blocks(size, &[block], filter).unwrap();
+                check(&sparse, fault)?;
+                check(&Grid8::compress(&dense), fault)?;
+                check(&Grid4::compress(&dense), fault)?;
+            }
+        }
+        Ok::<(), String>(())
+    })
+    .unwrap();
 }

@@ -2,6 +2,7 @@
 
 use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Interval};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 
 /// Transmittance by ray marching with `steps` equal steps (at least 1), one lookup within each: `exp(−k Σ ρ_i Δt)`. **Biased.**
 ///
@@ -52,11 +53,47 @@ fn march<A: DensityAccessor>(
     offset: f32,
 ) -> (f32, f32) {
     let step = (interval.t1 - interval.t0).max(0.0) / steps as f32;
-    let mut sum = 0.0f32;
-    for i in 0..steps {
-        sum += density.density(ray.at(interval.t0 + (i as f32 + offset) * step));
-    }
+    let sum = LaneChoice::best().run(March {
+        density,
+        ray,
+        t0: interval.t0,
+        step,
+        steps,
+        offset,
+    });
     (sum, step)
+}
+
+/// `Σ ρ(t0 + (i + offset) step)` over all `i` below `steps`, in this order.
+struct March<'a, A> {
+    density: &'a mut A,
+    ray: &'a FieldRay,
+    t0: f32,
+    step: f32,
+    steps: u32,
+    offset: f32,
+}
+
+impl<A: DensityAccessor> LaneKernel for March<'_, A> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f32 {
+        const EACH: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let mut sum = 0.0f32;
+        let mut done = 0;
+        while done < self.steps {
+            let count = (self.steps - done).min(LANES as u32) as usize;
+            let index = L::splat(done as f32) + L::load(&EACH);
+            let t = L::splat(self.t0) + (index + L::splat(self.offset)) * L::splat(self.step);
+            let rho = self.density.densities(self.ray, t, count).store();
+            for lane in 0..count {
+                sum += rho[lane];
+            }
+            done += count as u32;
+        }
+        sum
+    }
 }
 
 #[cfg(test)]

@@ -14,7 +14,8 @@
 //! segments take none of them, and `X` is bounded on both sides.
 
 use super::TransmittanceEstimate;
-use crate::{DensityAccessor, FieldRay, Segment};
+use crate::{DensityAccessor, FieldRay, Segment, densities_at};
+use lightshed_lanes::LANES;
 use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
 
@@ -107,8 +108,15 @@ fn residual_share<A: DensityAccessor>(
     offset: f64,
 ) -> f64 {
     let spacing = residual / f64::from(lookups);
-    let (mut before, mut done, mut sum) = (0.0, 0, 0.0);
+    let (mut before, mut done) = (0.0, 0);
     let mut next = offset * spacing;
+    let mut sum = Sum {
+        count: 0,
+        t: [0.0; LANES],
+        minorant: [0.0; LANES],
+        spread: [1.0; LANES],
+        total: 0.0,
+    };
     for segment in segments {
         let length = f64::from(segment.t1) - f64::from(segment.t0);
         let spread = segment.majorant - segment.minorant;
@@ -116,13 +124,54 @@ fn residual_share<A: DensityAccessor>(
         // The last point may lie past the end by rounding.
         while next < before + within && done < lookups {
             let t = (f64::from(segment.t0) + (next - before) / f64::from(spread)) as f32;
-            sum += f64::from((density.density(ray.at(t.min(segment.t1))) - segment.minorant) / spread);
+            sum.add(density, ray, t.min(segment.t1), segment.minorant, spread);
             done += 1;
             next = (f64::from(done) + offset) * spacing;
         }
         before += within;
     }
-    sum / f64::from(done.max(1))
+    sum.look(density, ray);
+    sum.total / f64::from(done.max(1))
+}
+
+/// `Σ (ρ(t) − ρ̌)/(ρ̄ − ρ̌)`, looked up in eights.
+struct Sum {
+    /// Points that are not looked up yet.
+    count: usize,
+    t: [f32; LANES],
+    minorant: [f32; LANES],
+    /// `ρ̄ − ρ̌`.
+    spread: [f32; LANES],
+    total: f64,
+}
+
+impl Sum {
+    #[inline(always)]
+    fn add<A: DensityAccessor>(
+        &mut self,
+        density: &mut A,
+        ray: &FieldRay,
+        t: f32,
+        minorant: f32,
+        spread: f32,
+    ) {
+        self.t[self.count] = t;
+        self.minorant[self.count] = minorant;
+        self.spread[self.count] = spread;
+        self.count += 1;
+        if self.count == LANES {
+            self.look(density, ray);
+        }
+    }
+
+    #[inline(always)]
+    fn look<A: DensityAccessor>(&mut self, density: &mut A, ray: &FieldRay) {
+        let rho = densities_at(density, ray, &self.t, self.count);
+        for lane in 0..self.count {
+            self.total += f64::from((rho[lane] - self.minorant[lane]) / self.spread[lane]);
+        }
+        self.count = 0;
+    }
 }
 
 /// `q_n`, the chance of at least `n` corrections.
