@@ -8,8 +8,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "Column::get Column::load Column::load_words Column::set Column::splat Column::store Column::store_compressed \
          Column::store_words_compressed LaneKernel::run Lanes::abs Lanes::compress Lanes::copysign Lanes::count_at_most Lanes::delayed \
          Lanes::equal Lanes::evens_and_odds Lanes::first Lanes::from_bits Lanes::from_integers Lanes::lane Lanes::least_of Lanes::less \
-         Lanes::less_equal Lanes::load Lanes::load_transposed Lanes::max Lanes::min Lanes::pick Lanes::running_sums Lanes::select Lanes::splat Lanes::sqrt Lanes::store \
-         Lanes::to_bits Lanes::total Vec3Lanes::dot Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::select \
+         Lanes::less_equal Lanes::load Lanes::load_pairs Lanes::load_transposed Lanes::max Lanes::min Lanes::pick Lanes::running_sums Lanes::select Lanes::splat Lanes::sqrt Lanes::store \
+         Lanes::to_bits Lanes::to_integers Lanes::total Vec3Lanes::dot Vec3Lanes::max_element Vec3Lanes::new Vec3Lanes::select \
          Vec3Lanes::splat Vec3Lanes::store",
     ),
     (
@@ -103,13 +103,13 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-volume",
         "called by the rows of the same type, which measure what comes of it",
-        "EquiAngular::sample FieldRay::at KnownFlight::pdf KnownFlight::transmittance MajorantGrid::cell_size MajorantGrid::whole_segment \
+        "DensityAccessor::densities EquiAngular::sample FieldRay::at KnownFlight::pdf KnownFlight::transmittance MajorantGrid::cell_size MajorantGrid::whole_segment \
          RegularDepth::transmittance unbiased_ray_marching_lookups",
     ),
     (
         "lightshed-volume",
         "gives what it holds, or checks and stores",
-        "Blend::new DenseGrid::from_fn DenseGrid::new DensityAccessor::prefetch DensityField::bounds Draine::new EquiAngular::new FieldBounds::max \
+        "Blend::new DenseGrid::from_fn DenseGrid::new DensityField::bounds Draine::new EquiAngular::new FieldBounds::max \
          FieldBounds::min FieldBounds::new FieldRay::new MipLevel::ray ScatteringAngle::reversed HenyeyGreenstein::asymmetry HenyeyGreenstein::new Homogeneous::new MajorantGrid::new \
          Procedural::new TentativeCollisions::new VoxelGrid::corners VoxelGrid::voxel",
     ),

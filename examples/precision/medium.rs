@@ -5,7 +5,7 @@ use lightshed::sampling::CounterRng;
 use lightshed::volume::glam::{DVec3, Vec3};
 use lightshed::volume::{
     DenseGrid, DensityAccessor, DensityField, FieldBounds, FieldRay, Filter, Grid4, Grid8, Interval,
-    MajorantGrid, MipPyramid, Segment, SparseGrid, VoxelBlock, VoxelGrid,
+    MajorantGrid, MipPyramid, Segment, SparseGrid, VoxelBlock, VoxelGrid, densities_at,
 };
 
 const PART: &str = "lightshed-volume";
@@ -152,6 +152,30 @@ fn densities() -> Vec<Row> {
             "DensityField::density",
             Filter::Nearest,
             "nearest, 20 decades of voxels, faces, edges, corners, outside",
+        ),
+        worst(
+            "densities_at",
+            "eight points of a ray, through the grid and beside it, against one by one: the same bits",
+            Kind::Absolute,
+            |w| {
+                let mut rng = rng(164);
+                for filter in [Filter::Nearest, Filter::Trilinear] {
+                    let values = voxels(165, 1.0);
+                    let grid = dense(&values, filter);
+                    let mut accessor = grid.accessor();
+                    for _ in 0..5_000 {
+                        let (from, to) = (places(&mut rng), places(&mut rng));
+                        let ray = FieldRay::new(from, to - from);
+                        let t: [f32; 8] = core::array::from_fn(|_| rng.next_f32());
+                        let found = densities_at(&mut accessor, &ray, &t, 8);
+                        for (t, found) in t.into_iter().zip(found) {
+                            let truth = accessor.density(ray.at(t));
+                            w.exactly(found.to_bits() == truth.to_bits());
+                            w.add(f64::from(found), f64::from(truth));
+                        }
+                    }
+                }
+            },
         ),
         worst(
             "DensityField::range",

@@ -65,7 +65,9 @@ mod voxels;
 
 pub use bounds::{FieldBounds, FieldRay, Interval};
 pub use collisions::{TentativeCollision, TentativeCollisions};
-pub use field::{DensityAccessor, DensityField, DensityRange, Homogeneous, Procedural, ProceduralAccessor, densities_at};
+pub use field::{
+    DensityAccessor, DensityField, DensityRange, Homogeneous, Procedural, ProceduralAccessor, densities_at,
+};
 pub use flight::{
     EquiAngular, EquiAngularSample, Flight, KnownFlight, WeightedFlight, decomposition_tracking,
     delta_tracking, homogeneous_flight, ray_marching_flight, weighted_delta_tracking,

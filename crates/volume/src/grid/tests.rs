@@ -1,5 +1,5 @@
 use super::*;
-use lightshed_lanes::{LaneChoice, LaneKernel, LANES};
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel};
 use lightshed_testkit::{check_faults, rng, uniform_f64};
 
 /// Mitsuba's definition, written out: voxel `i` at `i + ½`, indices clamped.
@@ -394,9 +394,7 @@ impl<A: DensityAccessor> LaneKernel for Eight<'_, A> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> [f32; LANES] {
-        self.accessor
-            .densities(self.ray, L::load(self.t), LANES)
-            .store()
+        self.accessor.densities(self.ray, L::load(self.t), LANES).store()
     }
 }
 
@@ -417,7 +415,8 @@ fn eight_lookups_are_those_one_by_one() {
                 (from, to) = ((from * 2.0).round() / 2.0, (to * 2.0).round() / 2.0);
             }
             let ray = FieldRay::new(from, to - from);
-            let t: [f32; LANES] = core::array::from_fn(|_| (16.0 * uniform_f64(&mut rng)).round() as f32 / 16.0);
+            let t: [f32; LANES] =
+                core::array::from_fn(|_| (16.0 * uniform_f64(&mut rng)).round() as f32 / 16.0);
             let mut accessor = grid.accessor();
             for choice in [LaneChoice::ARRAY, LaneChoice::best()] {
                 let found = choice.run(Eight {
