@@ -65,8 +65,8 @@ impl Exponentials {
     pub fn next<L: Lanes>(&mut self, rng: &mut (impl Rng + ?Sized)) -> f32 {
         if self.taken >= LANES {
             let mut words = [0; LANES];
-            for lane in 0..LANES {
-                words[lane] = rng.next_u32();
+            for word in &mut words {
+                *word = rng.next_u32();
             }
             self.depths = exponential_lanes(f32_from_u32_lanes::<L>(L::Words::load(&words))).store();
             self.taken = 0;

@@ -258,7 +258,13 @@ impl CoarseMedium {
                 } else {
                     segment.t1
                 };
-                ahead.add(begin, end, begin + 0.5 * step, segment.majorant);
+                ahead.stretches[ahead.count] = Constant {
+                    t0: f64::from(begin),
+                    t1: f64::from(end),
+                    density: segment.majorant,
+                };
+                ahead.middle[ahead.count] = begin + 0.5 * step;
+                ahead.count += 1;
                 if ahead.count == LANES && !ahead.pass(&mut accessor, &lookup_ray, &mut each) {
                     return;
                 }
@@ -271,30 +277,23 @@ impl CoarseMedium {
 /// Stretches whose density is still to be looked up.
 struct Ahead {
     count: usize,
-    begin: [f32; LANES],
-    end: [f32; LANES],
+    /// With their upper bounds in place of densities.
+    stretches: [Constant; LANES],
     middle: [f32; LANES],
-    majorant: [f32; LANES],
 }
 
 impl Ahead {
     fn new() -> Self {
+        let nothing = Constant {
+            t0: 0.0,
+            t1: 0.0,
+            density: 0.0,
+        };
         Self {
             count: 0,
-            begin: [0.0; LANES],
-            end: [0.0; LANES],
+            stretches: [nothing; LANES],
             middle: [0.0; LANES],
-            majorant: [0.0; LANES],
         }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, begin: f32, end: f32, middle: f32, majorant: f32) {
-        self.begin[self.count] = begin;
-        self.end[self.count] = end;
-        self.middle[self.count] = middle;
-        self.majorant[self.count] = majorant;
-        self.count += 1;
     }
 
     /// Hands them to `each`, until it wants no more.
@@ -306,18 +305,14 @@ impl Ahead {
         each: &mut impl FnMut(Constant) -> bool,
     ) -> bool {
         let interpolated = densities_at(accessor, ray, &self.middle, self.count);
-        for i in 0..self.count {
-            let density = if self.majorant[i] > 0.0 {
-                interpolated[i] + WALK_SHARE * (self.majorant[i] - interpolated[i])
+        for (stretch, interpolated) in self.stretches[..self.count].iter().zip(interpolated) {
+            let majorant = stretch.density;
+            let density = if majorant > 0.0 {
+                interpolated + WALK_SHARE * (majorant - interpolated)
             } else {
                 0.0
             };
-            let stretch = Constant {
-                t0: f64::from(self.begin[i]),
-                t1: f64::from(self.end[i]),
-                density,
-            };
-            if !each(stretch) {
+            if !each(Constant { density, ..*stretch }) {
                 return false;
             }
         }

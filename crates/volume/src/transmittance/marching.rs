@@ -87,8 +87,8 @@ impl<A: DensityAccessor> LaneKernel for March<'_, A> {
             let index = L::splat(done as f32) + L::load(&EACH);
             let t = L::splat(self.t0) + (index + L::splat(self.offset)) * L::splat(self.step);
             let rho = self.density.densities(self.ray, t, count).store();
-            for lane in 0..count {
-                sum += rho[lane];
+            for value in &rho[..count] {
+                sum += value;
             }
             done += count as u32;
         }

@@ -85,8 +85,8 @@ where
                 for channel in 0..N {
                     let factor = (L::splat(1.0) - L::splat(shares[channel]) * ratio).max(L::splat(0.0));
                     let factor = factor.store();
-                    for lane in 0..block.count {
-                        value[channel] *= factor[lane];
+                    for factor in &factor[..block.count] {
+                        value[channel] *= factor;
                     }
                 }
                 lookups += block.count as u32;

@@ -129,8 +129,8 @@ where
                 let ratio = (rho - L::load(&block.minorant)) / L::load(&block.majorant);
                 for channel in 0..N {
                     let factor = (L::splat(1.0) - L::splat(shares[channel]) * ratio).store();
-                    for lane in 0..block.count {
-                        value[channel] = (value[channel] * f64::from(factor[lane])).min(f64::MAX);
+                    for &factor in &factor[..block.count] {
+                        value[channel] = (value[channel] * f64::from(factor)).min(f64::MAX);
                     }
                 }
                 lookups += block.count as u32;

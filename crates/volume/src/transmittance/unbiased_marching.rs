@@ -167,8 +167,9 @@ impl Sum {
     #[inline(always)]
     fn look<A: DensityAccessor>(&mut self, density: &mut A, ray: &FieldRay) {
         let rho = densities_at(density, ray, &self.t, self.count);
-        for lane in 0..self.count {
-            self.total += f64::from((rho[lane] - self.minorant[lane]) / self.spread[lane]);
+        let bounds = self.minorant.iter().zip(&self.spread);
+        for (rho, (minorant, spread)) in rho[..self.count].iter().zip(bounds) {
+            self.total += f64::from((rho - minorant) / spread);
         }
         self.count = 0;
     }
