@@ -77,6 +77,8 @@ impl Evaluation<'_> {
     /// (Lin 2022 eqs. 5.17, 5.18, A.1). After their first vertex walks go through densities of this evaluation's level, and of cubes of
     /// `cubes`.
     ///
+    /// The path has the walk's own target, of the proposals' transmittances.
+    ///
     /// `start` has the numbers of first distances and first emitter samples, each set uniform, all together more even than chance.
     ///
     /// The paths of a walk differ in length or kind, but for those into the environment, which end by an emitter sample or by flying away: these
@@ -105,6 +107,7 @@ impl Evaluation<'_> {
                 let mut offer =
                     |path: VolumePath, value: DVec3, pdf: f64, part: f64, rng: &mut CounterRng| {
                         let target = target_of(value);
+                        let path = path.held(path.connection, target);
                         if target > 0.0
                             && let Ok(weight) = ContributionWeight::<PathCoordinates, f64>::new(pdf.recip())
                         {

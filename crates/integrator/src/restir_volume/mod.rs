@@ -190,6 +190,12 @@ impl<'a> RestirVolume<'a> {
         })
     }
 
+    /// Whether no path is ever asked for in another pixel, or in another frame in which its own would see it differently: then the target of
+    /// the walk that found it will do.
+    fn stays_in_pixels(&self) -> bool {
+        self.is_still() && self.pattern.is_none()
+    }
+
     /// Of one reservoir in the image.
     fn share(&self) -> f64 {
         f64::from(self.options.reservoirs).recip()
@@ -326,10 +332,14 @@ impl<'a> RestirVolume<'a> {
                 let start = Sequence::new(shift, turn * u64::from(walks));
                 let chosen =
                     evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
-                // From here on with the target of reuse: W stays.
-                *fresh = chosen
-                    .map(|path| evaluation.settled(pixel, &path, false))
-                    .within(|path| path.target > 0.0);
+                *fresh = if self.stays_in_pixels() {
+                    chosen
+                } else {
+                    // From here on with the target of reuse: W stays.
+                    chosen
+                        .map(|path| evaluation.settled(pixel, &path, false))
+                        .within(|path| path.target > 0.0)
+                };
             }
         });
         !cancel.load(Ordering::Relaxed)

@@ -14,6 +14,8 @@ pub(crate) struct Volumes<'a> {
     /// Whether there is one medium and nothing else: coarse densities then are all that is in the way, and no ray need be traced for
     /// them. (Where the boundary cuts off part of a grid they are more than is in the way: a target may.)
     alone: bool,
+    /// Whether that medium's grid, besides, is cut off by nothing: then it is all that any ray passes.
+    clear: bool,
 }
 
 /// What light passes on a segment.
@@ -67,13 +69,15 @@ impl<'a> Volumes<'a> {
     pub fn new(scene: &'a Scene, most: u32) -> Self {
         let media = scene.media();
         let is_null = |material: &Material| matches!(material, Material::Null);
+        let alone = matches!(media, [medium] if matches!(medium.density(), MediumDensity::Grid(_)))
+            && scene.materials().iter().all(is_null);
         Self {
             coarse: media
                 .iter()
                 .map(|medium| CoarseMedium::new(medium, most))
                 .collect(),
-            alone: matches!(media, [medium] if matches!(medium.density(), MediumDensity::Grid(_)))
-                && scene.materials().iter().all(is_null),
+            alone,
+            clear: alone && scene.medium_is_clear(0),
             scene,
         }
     }
@@ -96,6 +100,11 @@ impl<'a> Volumes<'a> {
             before: 0.0,
             medium,
         };
+        if self.clear {
+            (part.t_max, part.medium) = (ray.t_max, Some(0));
+            each(&part);
+            return (None, part.medium);
+        }
         for _ in 0..MOST_CROSSINGS {
             let hit = self.scene.accelerator().intersect(&part.ray);
             part.t_max = hit.map_or(part.ray.t_max, |hit| hit.t);
