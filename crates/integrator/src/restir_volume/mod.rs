@@ -430,17 +430,21 @@ impl<'a> RestirVolume<'a> {
     }
 
     /// Adds `F(Y) W` to each pixel.
+    ///
+    /// The estimate of `F` that a path gets when it is first shown serves as long as it stays in its pixel: which paths stay does not depend
+    /// on it, so it has the mean `F(Y)` in every frame.
     fn shade(
         &self,
         view: View<'_>,
         pixels: &[VolumePixel],
-        reservoirs: &[VolumeReservoir],
+        reservoirs: &mut [VolumeReservoir],
         image: &mut [Rgb],
     ) {
         let evaluation = self.evaluation(view.frame);
+        let stays = self.stays_in_pixels();
         let results = pixels
             .par_chunks(MAX_BATCH)
-            .zip(reservoirs.par_chunks(MAX_BATCH))
+            .zip(reservoirs.par_chunks_mut(MAX_BATCH))
             .zip(image.par_chunks_mut(MAX_BATCH));
         results
             .enumerate()
@@ -448,10 +452,18 @@ impl<'a> RestirVolume<'a> {
                 for (place, ((pixel, reservoir), value)) in
                     pixels.iter().zip(reservoirs).zip(image).enumerate()
                 {
-                    if let Some((path, weight)) = reservoir.weighted_sample() {
+                    let Some((path, weight)) = reservoir.weighted_sample() else {
+                        continue;
+                    };
+                    let light = path.light.unwrap_or_else(|| {
                         let mut rng = self.rng(view, chunk * MAX_BATCH + place, Pass::Shade);
-                        let weight = weight.value() * self.share();
-                        *value += shaded(&evaluation, pixel, path, weight, &mut rng);
+                        bounded(evaluation.estimate(pixel, path, &mut rng))
+                    });
+                    let is_new = path.light.is_none();
+                    *value += bounded(light.as_dvec3() * (weight.value() * self.share()));
+                    if stays && is_new {
+                        let seen = std::mem::replace(reservoir, VolumeReservoir::empty(0.0));
+                        *reservoir = seen.map(|path| path.shown_by(light));
                     }
                 }
             });
@@ -466,7 +478,11 @@ fn shaded(
     weight: f64,
     rng: &mut CounterRng,
 ) -> Rgb {
-    let light = evaluation.estimate(pixel, path, rng) * weight;
+    bounded(evaluation.estimate(pixel, path, rng) * weight)
+}
+
+/// Within what an image can hold.
+fn bounded(light: DVec3) -> Rgb {
     let limit = DVec3::splat(f64::from(f32::MAX));
     light.clamp(-limit, limit).as_vec3()
 }
@@ -553,7 +569,7 @@ impl FrameMethod for RestirVolume<'_> {
                 // Fails for slices of other lengths only.
                 && self.reuse(view, &pixels, &mut reservoirs, &mut scratch, image).is_ok();
             if done && self.pattern.is_none() {
-                self.shade(view, &pixels, &reservoirs, image);
+                self.shade(view, &pixels, &mut reservoirs, image);
             }
             let history = &mut self.history[reservoir as usize];
             std::mem::swap(history, &mut reservoirs);

@@ -69,6 +69,8 @@ pub(crate) struct VolumePath {
     pub connection: Connection,
     /// The target in the pixel that holds it.
     pub target: f32,
+    /// An unbiased estimate of `F`, once one was made, where the path stays in its pixel.
+    pub light: Option<Rgb>,
 }
 
 impl VolumePath {
@@ -100,6 +102,7 @@ impl VolumePath {
             behind: DVec3::ONE,
         },
         target: 0.0,
+        light: None,
     };
 
     /// One more vertex.
@@ -132,6 +135,12 @@ impl VolumePath {
     /// The same path, as a pixel holds it where its connection and target are those.
     pub fn held(mut self, connection: Connection, target: f32) -> Self {
         (self.connection, self.target) = (connection, target);
+        self
+    }
+
+    /// The same path with that estimate of `F`.
+    pub fn shown_by(mut self, light: Rgb) -> Self {
+        self.light = Some(light);
         self
     }
 
