@@ -5,6 +5,7 @@
 //! cargo bench --bench volumes
 //! cargo bench --bench volumes -- --compare python3
 //! cargo bench --bench volumes -- --race
+//! cargo bench --bench volumes -- --agree
 //! ```
 //!
 //! The second form needs a Python with Mitsuba 3 in it, and the scene `blob_volume` in the folder that the environment variable
@@ -14,7 +15,13 @@
 //! The third renders the built-in cloud, and where `LIGHTSHED_SCENES` has it that of Disney at a sixteenth of its resolution, with single frames at the end of a warm-up, each of whose errors is set against that of path tracing
 //! with as many samples as take the same CPU time. Errors are measured against two long renderings at once, whose noise so has no share in
 //! them.
+//!
+//! The fourth sets means of `RestirVolume` against those of path tracing, in all scenes, until they are known well.
 
+#[path = "measure/agreement.rs"]
+mod agreement;
+
+use agreement::{Agreement, Reuse, agree};
 use clap::Parser;
 use lightshed::integrator::{
     Budget, CameraMotion, FrameMethod, RenderOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
@@ -58,6 +65,21 @@ struct Options {
     /// Samples a pixel of each of the race's two references.
     #[arg(long, default_value_t = 64)]
     reference: u32,
+    /// Means of images by reuse against path tracing instead of samples per CPU-second.
+    #[arg(long)]
+    agree: bool,
+    /// Standard error in percent at which a mean is known well enough.
+    #[arg(long, default_value_t = 0.07)]
+    precision: f64,
+    /// CPU time for all means together.
+    #[arg(long, default_value_t = 3600.0)]
+    seconds: f64,
+    /// Options of reuse whose means are compared.
+    #[arg(long, value_enum, default_value_t = Reuse::Usual)]
+    reuse: Reuse,
+    /// Where the comparison of means goes as JSON as well.
+    #[arg(long)]
+    json: Option<PathBuf>,
     /// Only cases whose name contains this.
     #[arg(long, default_value = "")]
     only: String,
@@ -68,7 +90,16 @@ struct Options {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
-    if options.race {
+    if options.agree {
+        let what = Agreement {
+            precision: options.precision,
+            seconds: options.seconds,
+            reuse: options.reuse,
+            only: &options.only,
+            json: options.json.as_deref(),
+        };
+        agree(&what, disney_cloud()?)
+    } else if options.race {
         race(&options)
     } else {
         throughput(&options)
