@@ -29,7 +29,7 @@ struct Walk<'a> {
 enum Onward {
     /// At another vertex.
     Arrived,
-    /// From its vertex, in a medium, into the environment, in a direction of that density.
+    /// From its vertex into the environment, in a direction of that density; in a medium, or by a lobe without width, of that probability.
     Away {
         direction: Vec3,
         pdf: f64,
@@ -114,11 +114,18 @@ impl Evaluation<'_> {
                             ris.candidate(path, f64::from(target), share * part, weight, rng);
                         }
                     };
-                if let Vertex::Medium { medium, position, .. } = &walk.vertex
-                    && medium.emission().is_some()
-                {
-                    let value = walk.value * emission(medium, *position);
-                    offer(walk.path, value, walk.pdf, 1.0, rng);
+                let emitters = self.volumes.scene.emitters();
+                match &walk.vertex {
+                    Vertex::Medium { medium, position, .. } if medium.emission().is_some() => {
+                        let value = walk.value * emission(medium, *position);
+                        offer(walk.path, value, walk.pdf, 1.0, rng);
+                    }
+                    // What a mirror shows no emitter sample finds.
+                    Vertex::Surface { .. } if walk.path.lobe_to(walk.path.vertices() - 1).is_some() => {
+                        let value = walk.value * walk.vertex.emitted(emitters);
+                        offer(walk.path, value, walk.pdf, 1.0, rng);
+                    }
+                    _ => (),
                 }
                 if scattered == scatterings.min(MAX_SCATTERINGS) {
                     break;
@@ -128,7 +135,6 @@ impl Evaluation<'_> {
                 } else {
                     rng.next_2d()
                 };
-                let emitters = self.volumes.scene.emitters();
                 let endpoint = emitters.sample_endpoint(walk.vertex.position(), rng.next_u64(), u);
                 if let Some(endpoint) = endpoint
                     && let Some(lit) = self.lit(&walk.vertex, &endpoint)
@@ -144,7 +150,10 @@ impl Evaluation<'_> {
                         let endpoint = EmitterEndpoint::Environment { direction };
                         if let Some(sky) = emitters.connect(walk.vertex.position(), &endpoint) {
                             let path = walk.path.with_endpoint(endpoint, sky.radiance);
-                            let part = pdf / (pdf + f64::from(sky.pdf_endpoint));
+                            let part = match walk.path.lobe_to(walk.path.vertices()) {
+                                None => pdf / (pdf + f64::from(sky.pdf_endpoint)),
+                                Some(_) => 1.0,
+                            };
                             offer(path, walk.value * sky.radiance.as_dvec3(), walk.pdf, part, rng);
                         }
                         break;
@@ -212,34 +221,51 @@ impl Evaluation<'_> {
     ) -> Onward {
         let volumes = self.volumes;
         let scene = volumes.scene;
-        let looks_out =
-            matches!(walk.vertex, Vertex::Medium { .. }) && scene.emitters().environment().is_some();
         // Behind the last vertex that scatters are only what emits and the environment.
-        if scattered == scatterings
-            && !looks_out
-            && !scene.media().iter().any(|medium| medium.emission().is_some())
+        let emits_behind = scene.media().iter().any(|medium| medium.emission().is_some());
+        let has_environment = scene.emitters().environment().is_some();
+        let is_last = scattered == scatterings && !emits_behind;
+        if is_last
+            && !(has_environment && matches!(walk.vertex, Vertex::Medium { .. }))
+            && walk.vertex.is_wide()
         {
             return Onward::Ended;
         }
         let (u_lobe, u) = (rng.next_f32(), rng.next_2d());
-        let (direction, pdf) = match &walk.vertex {
+        let (mut lobe, mut eta) = (None, 1.0);
+        let (direction, pdf, towards) = match &walk.vertex {
             Vertex::Medium { medium, incoming, .. } => {
                 let sample = medium.phase().sample(*incoming, u);
-                (sample.direction, sample.pdf_solid_angle)
+                let pdf = f64::from(sample.pdf_solid_angle);
+                (sample.direction, pdf, walk.vertex.scattered(sample.direction))
             }
             Vertex::Surface { point, bsdf, wo, .. } => match bsdf.sample(*wo, u_lobe, Vec2::from(u)) {
-                Some(sample) if !sample.is_delta => (point.shading.to_world(sample.wi), sample.pdf.value()),
+                Some(sample) if sample.is_delta => {
+                    let Some(reflected) = walk.vertex.reflected(sample.lobe) else {
+                        return Onward::Ended;
+                    };
+                    (lobe, eta) = (Some(sample.lobe), reflected.eta);
+                    (reflected.direction, reflected.probability, reflected.share)
+                }
+                Some(sample) if !is_last => {
+                    let direction = point.shading.to_world(sample.wi);
+                    let pdf = f64::from(sample.pdf.value());
+                    (direction, pdf, walk.vertex.scattered(direction))
+                }
                 _ => return Onward::Ended,
             },
         };
-        let towards = walk.vertex.scattered(direction);
         if !(pdf > 0.0 && towards.max_element() > 0.0) {
             return Onward::Ended;
         }
+        if let Some(lobe) = lobe {
+            walk.path.scatter_by(lobe);
+        }
+        let looks_out = has_environment && (lobe.is_some() || matches!(walk.vertex, Vertex::Medium { .. }));
         // The albedo that was met, as far as it is one.
-        let throughput = (towards / f64::from(pdf)).max_element();
+        let throughput = (towards * (eta * eta) / pdf).max_element();
         walk.value *= towards;
-        walk.pdf *= f64::from(pdf);
+        walk.pdf *= pdf;
         if scattered >= ROULETTE_VERTICES {
             let survival = match &walk.vertex {
                 Vertex::Medium { medium, .. } => f64::from(medium.albedo().max_element()),
@@ -265,7 +291,11 @@ impl Evaluation<'_> {
                     incoming: direction,
                 };
                 let length = position.distance(before);
-                if walk.path.connected_vertex().is_none() && length >= self.reach.of(&walk.path) {
+                // Where the direction is not free, no place can be kept.
+                if lobe.is_none()
+                    && walk.path.connected_vertex().is_none()
+                    && length >= self.reach.of(&walk.path)
+                {
                     connection = Some((position, length));
                 }
                 (Step { direction, distance }, false)
@@ -283,7 +313,6 @@ impl Evaluation<'_> {
             Landing::Away if looks_out => {
                 walk.value *= transmitted(flight.depth);
                 walk.pdf *= flight.pdf;
-                let pdf = f64::from(pdf);
                 return Onward::Away { direction, pdf };
             }
             Landing::Away => return Onward::Ended,

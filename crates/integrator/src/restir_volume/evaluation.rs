@@ -135,7 +135,11 @@ impl Evaluation<'_> {
                     distance: connection.length,
                 };
             }
-            let scattered = if place == connected.saturating_add(1) {
+            let scattered = if let Some(lobe) = path.lobe_to(place) {
+                let reflected = vertex.reflected(lobe)?;
+                step.direction = reflected.direction;
+                reflected.share
+            } else if place == connected.saturating_add(1) {
                 connection.onward = step.direction;
                 front *= vertex.phase(step.direction);
                 vertex.scattering()
@@ -173,7 +177,29 @@ impl Evaluation<'_> {
         let last = path.vertices() - 1;
         let (light, onward) = match (&path.endpoint, &vertex) {
             (None, Vertex::Medium { medium, position, .. }) => (emission(medium, *position), Vec3::ZERO),
-            (None, Vertex::Surface { .. }) => return None,
+            (None, Vertex::Surface { .. }) => {
+                path.lobe_to(last)?;
+                (vertex.emitted(self.volumes.scene.emitters()), Vec3::ZERO)
+            }
+            (Some(_), _) if let Some(lobe) = path.lobe_to(path.vertices()) => {
+                let reflected = vertex.reflected(lobe)?;
+                let sky = self
+                    .volumes
+                    .scene
+                    .emitters()
+                    .environment()?
+                    .radiance(reflected.direction);
+                let (ray, medium) = vertex.leave(self.volumes, reflected.direction);
+                self.tally.add(RayKind::Emitter, 1);
+                let through = look(&ray, medium, Segment::Emitter);
+                if through.surface.is_some() {
+                    return None;
+                }
+                (
+                    reflected.share * sky.as_dvec3() * through.transmittance,
+                    Vec3::ZERO,
+                )
+            }
             (Some(EmitterEndpoint::Environment { direction }), _) => {
                 let (ray, medium) = vertex.leave(self.volumes, *direction);
                 self.tally.add(RayKind::Emitter, 1);

@@ -23,7 +23,7 @@ use evaluation::{Evaluation, Reach};
 use lightshed_resampling::{Contribution, Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
 use lightshed_sampling::{CounterRng, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
-use lightshed_scene::{Camera, Material, Rgb, Scene};
+use lightshed_scene::{Camera, Rgb, Scene};
 use path::VolumePath;
 use pixel::{VolumePixel, VolumeReservoir};
 use rayon::prelude::*;
@@ -49,8 +49,9 @@ use through::Volumes;
 /// Under motion of the camera or of media ([`RestirVolume::animated`]) the place in the frame before is chosen by the pixel's own path
 /// (*stochastic reprojection*, §5.4.4), which is slightly biased; that vanishes a few frames after the motion does.
 ///
-/// Surfaces must scatter diffusely enough for emitter samples; camera rays end on the first surface that is not
-/// [`Material::Null`](lightshed_scene::Material::Null).
+/// Camera rays end on the first surface that is not [`Material::Null`](lightshed_scene::Material::Null). Mirrors and smooth dielectrics are
+/// vertices like others, whose direction follows from the one before in every pixel. Lobes that are narrow but not that
+/// find light by emitter samples alone: the narrower, the more noise.
 ///
 /// ```
 /// use lightshed_integrator::{Budget, CameraMotion, RenderOptions, RestirVolume, RestirVolumeOptions, render_frames};
@@ -166,9 +167,6 @@ impl<'a> RestirVolume<'a> {
             let size = |scene: &Scene| [scene.settings().width, scene.settings().height];
             if size(scene) != size(first) || scene.emitters().len() != first.emitters().len() {
                 return Err(RestirVolumeError::Scenes);
-            }
-            if let Some(index) = scene.materials().iter().position(is_sharp) {
-                return Err(RestirVolumeError::SharpMaterial(index as u32));
             }
         }
         let most = options
@@ -518,20 +516,6 @@ fn unscattered(volumes: &Volumes<'_>, pixel: &VolumePixel, rng: &mut CounterRng)
     }
     let through = volumes.estimate(&pixel.ray, pixel.medium, rng);
     (through.transmittance * emitted.as_dvec3()).as_vec3()
-}
-
-/// Whether a material has lobes that no emitter sample reaches.
-fn is_sharp(material: &Material) -> bool {
-    match material {
-        Material::Diffuse { .. } | Material::Null => false,
-        Material::Mirror { .. } | Material::ThinDielectric { .. } => true,
-        Material::Conductor { roughness, .. }
-        | Material::Dielectric { roughness, .. }
-        | Material::Plastic { roughness, .. } => roughness.is_none(),
-        Material::MetallicRoughness { .. } => true,
-        Material::Blend { first, second, .. } => is_sharp(first) || is_sharp(second),
-        Material::TwoSided { front, back } => is_sharp(front) || back.as_deref().is_some_and(is_sharp),
-    }
 }
 
 impl FrameMethod for RestirVolume<'_> {

@@ -172,7 +172,7 @@ pub enum RestirVolumeError {
     Level,
     /// Neighbours or radius out of range.
     Pattern(PatternError),
-    /// A material of that index mirrors or refracts sharply: no emitter sample finds light by it.
+    /// A material of that index mirrors or refracts sharply, which a method that finds light by emitter samples alone cannot show.
     SharpMaterial(u32),
     /// No scenes, or scenes of other image sizes or numbers of emitters than the first.
     Scenes,
@@ -199,7 +199,7 @@ impl fmt::Display for RestirVolumeError {
             ),
             Self::SharpMaterial(index) => write!(
                 f,
-                "material {index} mirrors or refracts sharply, which paths through volumes cannot reuse"
+                "material {index} mirrors or refracts sharply, and no emitter sample finds light by it"
             ),
         }
     }

@@ -12,6 +12,10 @@
 //!
 //! `s_i = σ_s(x_i) ρ(ω_{i−1} → ω_i)` in media, `f |cos θ|` on surfaces (eqs. 5.10, 5.11 with G = 1); of a path that ends in a medium that emits,
 //! `F = Π_{i=1}^{k} T s_i · T(x_k ↔ x_{k+1}) σ_a(x_{k+1}) L_e(x_{k+1})`.
+//!
+//! Mirrors and smooth dielectrics leave no direction to choose. What such a vertex has instead of `dω` is the number of a lobe, which is
+//! counted; `s_i` is the share of radiance that this lobe scatters, and the direction follows from the one before, in every pixel anew. No emitter is
+//! sampled from there: the light that is met counts, at the end of the next edge.
 
 use lightshed_resampling::Space;
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
@@ -23,6 +27,9 @@ pub const MAX_SCATTERINGS: u32 = 8;
 /// Most vertices: one more, that emits.
 const MAX_VERTICES: usize = MAX_SCATTERINGS as usize + 1;
 
+/// In place of a lobe's number: a direction is chosen.
+const WIDE: u8 = u8::MAX;
+
 /// `dz₁ dω₁ dz₂ … de`, each factor where there is one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PathCoordinates;
@@ -31,7 +38,7 @@ impl Space for PathCoordinates {}
 /// From a vertex to the next.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Step {
-    /// Unit direction; of no meaning for the first vertex, which is on the camera ray.
+    /// Unit direction; of no meaning for the first vertex, which is on the camera ray, and behind a lobe without width.
     pub direction: Vec3,
     /// Of no meaning for vertices on surfaces.
     pub distance: f32,
@@ -62,6 +69,8 @@ pub(crate) struct VolumePath {
     count: u8,
     /// Bit `i`: vertex `i` is on a surface.
     surfaces: u16,
+    /// The lobe without width by which the vertex before scatters to each vertex, or to the endpoint behind the last; or [`WIDE`].
+    lobes: [u8; MAX_VERTICES],
     /// `None` for a path whose last vertex emits.
     pub endpoint: Option<EmitterEndpoint>,
     /// Radiance from an endpoint in the environment, which is the same everywhere and dear to look up.
@@ -92,6 +101,7 @@ impl VolumePath {
         }; MAX_VERTICES],
         count: 0,
         surfaces: 0,
+        lobes: [WIDE; MAX_VERTICES],
         endpoint: None,
         sky: Rgb::ZERO,
         connection: Connection {
@@ -113,6 +123,18 @@ impl VolumePath {
             self.surfaces |= u16::from(is_surface) << place;
             self.count += 1;
         }
+    }
+
+    /// What follows, a vertex or an endpoint, is reached by that lobe of the last vertex, which has no width.
+    pub fn scatter_by(&mut self, lobe: u8) {
+        if let Some(next) = self.lobes.get_mut(usize::from(self.count)) {
+            *next = lobe;
+        }
+    }
+
+    /// The lobe without width by which vertex number `place` is reached, or the endpoint where that is the number of vertices.
+    pub fn lobe_to(&self, place: usize) -> Option<u8> {
+        self.lobes.get(place).copied().filter(|&lobe| lobe != WIDE)
     }
 
     /// Connects the edge between the last two vertices, of which the last, at `place`, is in a medium.

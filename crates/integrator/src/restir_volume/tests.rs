@@ -1,17 +1,26 @@
 //! The parts of volumetric ReSTIR: coarse densities, camera rays as proposals, the shift.
 
+#[path = "../../tests/common/mirrors.rs"]
+mod mirrors;
+
 use super::*;
 use crate::restir_volume::coarse::CoarseMedium;
 use crate::restir_volume::pixel::First;
 use lightshed_resampling::{Domain, ShiftMapping, round_trip};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{DensityField, Interval};
-use lightshed_scene::{MediumDensity, PhaseDescription, Ray, builtin};
+use lightshed_scene::{EmitterEndpoint, MediumDensity, PhaseDescription, Ray, builtin};
 use lightshed_testkit::{MeanTest, check_faults};
 
 fn small(name: &str, [width, height]: [u32; 2]) -> Scene {
     let mut description = builtin::by_name(name).unwrap();
     (description.settings.width, description.settings.height) = (width, height);
+    Scene::new(&description).unwrap()
+}
+
+fn beside_mirrors() -> Scene {
+    let mut description = mirrors::smoke_and_mirrors();
+    (description.settings.width, description.settings.height) = (24, 24);
     Scene::new(&description).unwrap()
 }
 
@@ -168,8 +177,11 @@ fn flights_along_camera_rays_have_their_density() {
 /// Candidates shifted into other pixels and back are what they were, and shifted into their own pixel have the target that they carry.
 #[test]
 fn paths_come_back_from_other_pixels() {
-    for name in ["cloud", "smoke-in-cornell", "fire"] {
-        let scene = small(name, [24, 24]);
+    for name in ["cloud", "smoke-in-cornell", "fire", "mirrors"] {
+        let scene = match name {
+            "mirrors" => beside_mirrors(),
+            _ => small(name, [24, 24]),
+        };
         let method = method(&scene, 4);
         let (evaluation, shift) = (method.evaluation(0), method.path_reuse(0));
         let mut defined = 0;
@@ -263,6 +275,12 @@ fn connections_have_their_jacobian() {
 /// 1e-6, one channel.
 #[test]
 fn walks_estimate_what_path_tracing_does() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        Brighter,
+        /// Walks that leave and emitter samples count the environment in full, both.
+        EscapesTwice,
+    }
     for (name, asymmetry, place) in [
         ("cloud", None, [12.0, 12.0]),
         ("cloud", Some(0.8), [9.0, 10.0]),
@@ -285,15 +303,24 @@ fn walks_estimate_what_path_tracing_does() {
                 let mut rng = CounterRng::new(2, 0, sample);
                 traced.push(f64::from(tracer.radiance(pixel.ray, pixel.medium, &mut rng).y));
             }
-            check_faults(&[1.3], |fault: Option<f64>| {
+            let faults: &[Fault] = if name == "cloud" {
+                &[Fault::Brighter, Fault::EscapesTwice]
+            } else {
+                &[Fault::Brighter]
+            };
+            check_faults(faults, |fault: Option<Fault>| {
                 let mut walked = MeanTest::new();
                 for sample in 0..20_000 {
                     let mut rng = CounterRng::new(1, 0, sample);
                     let reservoir =
                         evaluation.resample_walks(&pixel, 4, scatterings, 2, sequence(&mut rng), &mut rng);
                     let light = reservoir.weighted_sample().map_or(0.0, |(path, weight)| {
-                        let value = evaluation.estimate(&pixel, path, &mut rng);
-                        value.y * weight.value() * fault.unwrap_or(1.0)
+                        let factor = match (fault, &path.endpoint) {
+                            (Some(Fault::Brighter), _) => 1.3,
+                            (Some(Fault::EscapesTwice), Some(EmitterEndpoint::Environment { .. })) => 2.0,
+                            _ => 1.0,
+                        };
+                        evaluation.estimate(&pixel, path, &mut rng).y * weight.value() * factor
                     });
                     walked.push(light + f64::from(unscattered(method.volumes(0), &pixel, &mut rng).y));
                 }
@@ -303,5 +330,62 @@ fn walks_estimate_what_path_tracing_does() {
             })
             .unwrap();
         }
+    }
+}
+
+/// The same where a mirror and a glass sphere are in view, alone and through the smoke.
+#[test]
+fn walks_by_mirrors_and_glass_estimate_what_path_tracing_does() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        /// Emitters that a mirror or glass shows are not looked for, since emitter samples find them elsewhere.
+        ShownLeftOut,
+        /// They are taken to share with emitter samples, half each.
+        ShownShared,
+        /// The environment behind glass counts twice.
+        EscapesTwice,
+    }
+    let scene = beside_mirrors();
+    // Which of the faults this pixel shows.
+    let pixels: [([f32; 2], &[Fault]); 2] = [
+        ([18.0, 10.0], &[Fault::ShownLeftOut, Fault::ShownShared]),
+        ([16.0, 12.0], &[Fault::EscapesTwice]),
+    ];
+    for (place, faults) in pixels {
+        let scatterings = 4;
+        let method = method(&scene, scatterings);
+        let pixel = look(&method, place[0], place[1]);
+        let evaluation = method.evaluation(0);
+        let tracer = crate::VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
+        let mut traced = MeanTest::new();
+        for sample in 0..60_000 {
+            let mut rng = CounterRng::new(2, 0, sample);
+            traced.push(f64::from(tracer.radiance(pixel.ray, pixel.medium, &mut rng).y));
+        }
+        check_faults(faults, |fault: Option<Fault>| {
+            let mut walked = MeanTest::new();
+            for sample in 0..20_000 {
+                let mut rng = CounterRng::new(1, 0, sample);
+                let reservoir =
+                    evaluation.resample_walks(&pixel, 4, scatterings, 2, sequence(&mut rng), &mut rng);
+                let light = reservoir.weighted_sample().map_or(0.0, |(path, weight)| {
+                    let (_, on_surface) = path.step(path.vertices() - 1);
+                    let is_shown = path.endpoint.is_none() && on_surface;
+                    let escapes = path.lobe_to(path.vertices()).is_some();
+                    let factor = match fault {
+                        Some(Fault::ShownLeftOut) if is_shown => 0.0,
+                        Some(Fault::ShownShared) if is_shown => 0.5,
+                        Some(Fault::EscapesTwice) if escapes => 2.0,
+                        _ => 1.0,
+                    };
+                    evaluation.estimate(&pixel, path, &mut rng).y * weight.value() * factor
+                });
+                walked.push(light + f64::from(unscattered(method.volumes(0), &pixel, &mut rng).y));
+            }
+            walked
+                .test_equal(&traced, 1e-6)
+                .map_err(|error| format!("{place:?}: {error}"))
+        })
+        .unwrap();
     }
 }

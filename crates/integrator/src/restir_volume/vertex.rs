@@ -1,9 +1,21 @@
 //! Vertices that scatter, and what media do there.
 
 use super::through::Volumes;
-use lightshed_scene::glam::{DVec3, Vec3};
+use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::volume::{DensityField, PhaseFunction};
-use lightshed_scene::{Bsdf, EmitterConnection, Medium, MediumDensity, Ray, SurfacePoint};
+use lightshed_scene::{Bsdf, EmitterConnection, Emitters, Medium, MediumDensity, Ray, SurfacePoint};
+
+/// Light by way of a lobe without width.
+pub(crate) struct Reflected {
+    /// Unit direction towards the light.
+    pub direction: Vec3,
+    /// Of radiance from there.
+    pub share: DVec3,
+    /// Of choosing the lobe.
+    pub probability: f64,
+    /// Index of refraction where light comes from over that where it goes to.
+    pub eta: f64,
+}
 
 /// A vertex that scatters.
 // A box would be an allocation for each vertex.
@@ -44,6 +56,31 @@ impl Vertex<'_> {
         }
     }
 
+    /// Where a lobe without width sends light that comes to the viewer, and what share of it. `None` for vertices in media and other lobes.
+    pub fn reflected(&self, lobe: u8) -> Option<Reflected> {
+        let Self::Surface { point, bsdf, wo, .. } = self else {
+            return None;
+        };
+        let sample = bsdf.sample_lobe(lobe, *wo, Vec2::ZERO)?;
+        sample.is_delta.then(|| Reflected {
+            direction: point.shading.to_world(sample.wi),
+            share: sample.value.as_dvec3(),
+            probability: f64::from(sample.probability),
+            eta: f64::from(sample.eta),
+        })
+    }
+
+    /// What the surface sends to the viewer by itself; black in media.
+    pub fn emitted(&self, emitters: &Emitters) -> DVec3 {
+        match self {
+            Self::Medium { .. } => DVec3::ZERO,
+            Self::Surface { point, wo, .. } => {
+                let arriving = -point.shading.to_world(*wo);
+                emitters.radiance(point, arriving).as_dvec3()
+            }
+        }
+    }
+
     /// In media, the factor of [`Vertex::scattered`] that depends on where light came from, `ρ`.
     pub fn phase(&self, direction: Vec3) -> f64 {
         match self {
@@ -51,6 +88,16 @@ impl Vertex<'_> {
                 f64::from(medium.phase().phase_between(*incoming, direction))
             }
             Self::Surface { .. } => 1.0,
+        }
+    }
+
+    /// Whether no lobe is without width.
+    pub fn is_wide(&self) -> bool {
+        match self {
+            Self::Medium { .. } => true,
+            Self::Surface { bsdf, .. } => {
+                bsdf.is_diffuse() || !(0..bsdf.lobe_count()).any(|lobe| bsdf.is_delta(lobe))
+            }
         }
     }
 

@@ -1,13 +1,14 @@
 //! Volumetric ReSTIR against path tracing through media.
 
+#[path = "../common/mirrors.rs"]
+mod mirrors;
+
 use crate::ensemble::Ensemble;
 use lightshed_integrator::{
     CameraMotion, RestirVolume, RestirVolumeError, RestirVolumeOptions, VolumePathTracer,
 };
 use lightshed_scene::glam::{Affine3A, Vec3};
-use lightshed_scene::{
-    DensityDescription, Material, PhaseDescription, Rgb, Scene, SceneDescription, builtin,
-};
+use lightshed_scene::{DensityDescription, PhaseDescription, Scene, SceneDescription, builtin};
 
 /// A built-in scene in small, with the given asymmetry.
 fn small(mut description: SceneDescription, [width, height]: [u32; 2], g: f32) -> SceneDescription {
@@ -60,6 +61,47 @@ fn frames_agree_with_path_tracing_through_media() {
             // The control: light scattered twice as well.
             frames.compare(&truth(&scene, 2, 64, 16)).verdict().unwrap_err();
         }
+    }
+}
+
+/// A cloud that fills a third of a pixel: what most of its rays find is nothing, and that counts as much as what the others find. (Seen to fail
+/// where a frame without a candidate has no confidence: then history alone is shown, and the pixel is too bright.)
+#[test]
+fn frames_that_find_nothing_count() {
+    let mut description = small(builtin::cloud(), [3, 3], 0.0);
+    description.camera.fov_x = 1.6;
+    let scene = Scene::new(&description).unwrap();
+    for options in [
+        RestirVolumeOptions::new(1),
+        RestirVolumeOptions::new(1).with_neighbours(),
+    ] {
+        let agreement = chains(&scene, options, 8, 300).compare(&truth(&scene, 1, 256, 32));
+        println!("{agreement:?}");
+        agreement.verdict().unwrap();
+    }
+}
+
+/// The same beside a mirror and a glass sphere, which is half within the smoke; three and five edges.
+#[test]
+fn frames_agree_beside_mirrors_and_glass() {
+    for (scatterings, neighbours) in [(2, 0), (4, 3)] {
+        let mut description = mirrors::smoke_and_mirrors();
+        (description.settings.width, description.settings.height) = (16, 16);
+        let scene = Scene::new(&description).unwrap();
+        let mut options = RestirVolumeOptions::new(scatterings);
+        if neighbours > 0 {
+            options = options.with_neighbours();
+        }
+        (options.radius_pixels, options.connection_pixels) = (3.0, 2.0);
+        let frames = chains(&scene, options, 3, 60);
+        let agreement = frames.compare(&truth(&scene, scatterings, 64, 16));
+        println!("K = {scatterings}, {neighbours} neighbours: {agreement:?}");
+        agreement.verdict().unwrap();
+        // The control: the last edge left out.
+        frames
+            .compare(&truth(&scene, scatterings - 1, 64, 16))
+            .verdict()
+            .unwrap_err();
     }
 }
 
@@ -154,7 +196,7 @@ fn a_moving_density_is_a_little_biased_and_then_not() {
 
 #[test]
 fn options_and_scenes_out_of_range_are_refused() {
-    let mut description = small(builtin::cloud(), [4, 4], 0.0);
+    let description = small(builtin::cloud(), [4, 4], 0.0);
     let scene = Scene::new(&description).unwrap();
     let refused = |scene: &Scene, change: &dyn Fn(&mut RestirVolumeOptions)| {
         let mut options = RestirVolumeOptions::default();
@@ -194,10 +236,4 @@ fn options_and_scenes_out_of_range_are_refused() {
     let scene = Scene::new(&description).unwrap();
     let error = refused(&scene, &|o| (o.neighbours, o.radius_pixels) = (3, -1.0));
     assert!(error.to_string().contains("radius"), "{error}");
-    description.materials.push(Material::Mirror {
-        reflectance: Rgb::ONE.into(),
-    });
-    let error = refused(&Scene::new(&description).unwrap(), &|_| ());
-    assert_eq!(error, RestirVolumeError::SharpMaterial(1));
-    assert!(error.to_string().contains("material 1"), "{error}");
 }
