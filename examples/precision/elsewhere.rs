@@ -138,7 +138,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "the same bits as brute force, or as the function of one ray, by the crate's tests",
         "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
          EmitterLanes::shadow_rays Emitters::sample_lanes Scene::intersect_emitting_many Scene::occluded \
-         Scene::passes_grid_alone",
+         Scene::nearest Scene::passes_grid_alone Scene::settled",
     ),
     (
         "lightshed-scene",

@@ -106,7 +106,7 @@ impl<'a> Volumes<'a> {
             return (None, part.medium);
         }
         for _ in 0..MOST_CROSSINGS {
-            let hit = self.scene.accelerator().intersect(&part.ray);
+            let hit = self.scene.nearest(&part.ray);
             part.t_max = hit.map_or(part.ray.t_max, |hit| hit.t);
             if !each(&part) {
                 return (None, part.medium);

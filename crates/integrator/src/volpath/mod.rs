@@ -127,13 +127,14 @@ impl<'a> VolumePathTracer<'a> {
             depth: 1,
             radiance: Rgb::ZERO,
         };
-        let (mut known, mut crossings) = (known, 0);
+        let settled = |hit: Hit| self.scene.settled(&ray, hit);
+        let (mut known, mut crossings) = (known.map(|hit| hit.map(settled)), 0);
         while self.max_depth > 0 && crossings < MOST_CROSSINGS {
             let scene = self.scene;
             // Where no surface can come before a collision, none is looked for before.
             let mut hit = known.take();
             if hit.is_none() && !path.medium.is_some_and(|medium| scene.medium_is_clear(medium)) {
-                hit = Some(scene.accelerator().intersect(&path.ray));
+                hit = Some(scene.nearest(&path.ray));
             }
             if let Some(medium) = path.medium.map(|index| &scene.media()[index as usize]) {
                 let t_max = hit.flatten().map_or(path.ray.t_max, |hit| hit.t);
@@ -145,7 +146,7 @@ impl<'a> VolumePathTracer<'a> {
                     continue;
                 }
             }
-            let hit = hit.unwrap_or_else(|| scene.accelerator().intersect(&path.ray));
+            let hit = hit.unwrap_or_else(|| scene.nearest(&path.ray));
             if let Some(hit) = hit
                 && is_passed(scene, hit.primitive)
             {

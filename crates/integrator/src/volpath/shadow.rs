@@ -67,7 +67,7 @@ impl VolumePathTracer<'_> {
             }
         };
         for _ in 0..MOST_CROSSINGS {
-            let hit = scene.accelerator().intersect(&ray);
+            let hit = scene.nearest(&ray);
             if let Some(index) = medium {
                 if count == WAITING {
                     walk(&waiting, &mut result);

@@ -386,3 +386,47 @@ fn a_path_does_not_depend_on_its_batch() {
         }
     }
 }
+
+/// Clear air in a box on a black floor in its bottom's plane, and light from below only: nothing comes up through the floor, neither along camera rays nor
+/// to a place that looks for light. Exact.
+#[test]
+fn no_light_comes_through_a_floor_that_bounds_a_medium() {
+    let turn = Affine3A::from_rotation_z(0.3) * Affine3A::from_rotation_x(0.8);
+    let mut scene = ball(Rgb::splat(1e-3), Rgb::ONE);
+    scene.shapes[0].geometry = Geometry::Mesh(lightshed_scene::builtin::cuboid(turn));
+    let corner = |x: f32, z: f32| turn.transform_point3(Vec3::new(x, -1.0, z));
+    let far = 40.0;
+    scene.shapes.push(ShapeDescription {
+        name: "floor".to_owned(),
+        geometry: Geometry::Mesh(lightshed_scene::builtin::quad([
+            corner(-far, far),
+            corner(far, far),
+            corner(far, -far),
+            corner(-far, -far),
+        ])),
+        material: 1,
+        emission: None,
+    });
+    scene.materials.push(Material::Diffuse {
+        reflectance: Rgb::ZERO.into(),
+    });
+    // Light that comes straight up.
+    scene.emitters = vec![EmitterDescription::Directional {
+        direction: turn.transform_vector3(Vec3::Y),
+        irradiance: Rgb::ONE,
+    }];
+    let lit = Scene::new(&scene).unwrap();
+    scene.emitters = vec![EmitterDescription::Constant { radiance: Rgb::ONE }];
+    let white = Scene::new(&scene).unwrap();
+    let mut rng = CounterRng::new(5, 0, 0);
+    for sample in 0..20_000 {
+        let [x, z] = rng.next_2d();
+        let place = turn.transform_point3(Vec3::new(1.6 * x - 0.8, 0.0, 1.6 * z - 0.8));
+        let steep = turn.transform_vector3(Vec3::new(x - 0.5, -1.0, z - 0.5).normalize());
+        let ray = Ray::new(place, steep);
+        let seen = VolumePathTracer::with_depths(&white, Some(1), u32::MAX).radiance(ray, Some(0), &mut rng);
+        assert_eq!(seen, Rgb::ZERO, "camera ray {sample}");
+        let scattered = VolumePathTracer::new(&lit).radiance(Ray::new(place, -steep), Some(0), &mut rng);
+        assert_eq!(scattered, Rgb::ZERO, "path {sample}");
+    }
+}

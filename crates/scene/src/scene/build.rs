@@ -2,13 +2,14 @@
 
 use super::lanes::DiffuseRow;
 use super::primitive::{NONE, SphereRecord, TriangleRecord};
+use super::touching::{OpaqueSurfaces, touching};
 use super::{EmittingSurfaces, Scene, SceneError};
 use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, AreaShape};
 use crate::medium::build_media;
 use crate::{
-    AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Material, Rgb,
-    SceneDescription, ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
+    AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription,
+    ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
 };
 use glam::Vec3;
 use std::ops::Range;
@@ -107,6 +108,8 @@ impl Scene {
         let mut scene = Self {
             accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
             opaque: None,
+            has_clear_grid_alone: false,
+            touching: Vec::new(),
             emitting,
             triangles: flat.triangles,
             normals: flat.normals,
@@ -128,20 +131,17 @@ impl Scene {
             .map(|middle| scene.medium_around(middle?))
             .collect();
         scene.media.keep_clear_within(&around);
-        if scene.media.media.len() == 1 && scene.media.is_clear(0) {
-            let is_opaque = |material: u32| !matches!(materials[material as usize], Material::Null);
-            let triangles = scene
-                .triangles
-                .iter()
-                .filter(|triangle| is_opaque(triangle.material));
-            let corners: Vec<[Vec3; 3]> = triangles.map(|triangle| triangle.corners).collect();
-            let spheres = scene.spheres.iter().filter(|sphere| is_opaque(sphere.material));
-            let spheres: Vec<Sphere> = spheres.map(|record| record.sphere).collect();
-            scene.opaque = Some(Accelerator::build(
-                &corners,
-                &spheres,
-                options.accelerator,
-                options.quality,
+        scene.has_clear_grid_alone = scene.media.media.len() == 1 && scene.media.is_clear(0);
+        scene.touching = touching(&scene.triangles, &scene.spheres, materials);
+        if scene.has_clear_grid_alone || !scene.touching.is_empty() {
+            let build = |corners: &[[Vec3; 3]], spheres: &[Sphere]| {
+                Accelerator::build(corners, spheres, options.accelerator, options.quality)
+            };
+            scene.opaque = Some(OpaqueSurfaces::new(
+                &scene.triangles,
+                &scene.spheres,
+                materials,
+                build,
             ));
         }
         Ok(scene)

@@ -5,6 +5,7 @@ mod error;
 mod lanes;
 mod primitive;
 mod surface;
+mod touching;
 
 pub use build::BuildOptions;
 pub use error::SceneError;
@@ -22,12 +23,17 @@ use lanes::DiffuseRow;
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
 use primitive::SphereRecord;
 pub use primitive::TriangleRecord;
+use touching::OpaqueSurfaces;
 
 /// A validated scene with its acceleration structure, emitters and camera.
 pub struct Scene {
     accelerator: Accelerator,
-    /// What light does not pass, alone; where there is one medium, and no surface in it.
-    opaque: Option<Accelerator>,
+    /// Where there is one medium, and no surface in it, or boundaries that touch it.
+    opaque: Option<OpaqueSurfaces>,
+    /// Whether there is one medium, and no surface in it.
+    has_clear_grid_alone: bool,
+    /// By primitive, of a boundary that lies on a surface how far apart the two may be found; empty where none does.
+    touching: Vec<f32>,
     /// What emits, alone.
     emitting: EmittingSurfaces,
     triangles: Vec<TriangleRecord>,
@@ -278,8 +284,9 @@ impl Scene {
     /// [clear](Self::medium_is_clear); `None` where boundaries must be looked for.
     #[inline(always)]
     pub fn passes_grid_alone(&self, ray: &Ray, medium: u32) -> Option<bool> {
-        let opaque = self.opaque.as_ref()?;
-        self.medium_is_clear(medium).then(|| !opaque.occluded(ray))
+        let opaque = self.opaque.as_ref().filter(|_| self.has_clear_grid_alone)?;
+        self.medium_is_clear(medium)
+            .then(|| !opaque.accelerator.occluded(ray))
     }
 
     /// The medium in which rays of `camera` start: the one that the description names, else the one around the place where the
