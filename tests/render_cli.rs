@@ -432,6 +432,86 @@ fn bad_input_is_one_line_before_rendering_and_leaves_nothing() {
     refused(&["--method", "magic"], 2, &["magic", "path", "direct"]);
     refused(&["--define", "key"], 2, &["key=value"]);
     refused(&["--frobnicate"], 2, &["--frobnicate"]);
+    // Motion and sequences.
+    refused(&["--sequence"], 1, &["--sequence", "path"]);
+    let moving = ["--media-motion", "orbit:5"];
+    let with = |more: &[&'static str]| [&moving[..], more].concat();
+    refused(&with(&[]), 1, &["--media-motion", "path"]);
+    refused(
+        &with(&["cloud", "--method", "volpath"]),
+        1,
+        &["--frame", "volpath"],
+    );
+    let reused = ["cloud", "--method", "restir-volume"];
+    refused(
+        &with(&[&reused[..], &["--frame", "2"]].concat()),
+        1,
+        &["--frame", "restir-volume"],
+    );
+    refused(
+        &with(&[&reused[..], &["--seconds", "2"]].concat()),
+        1,
+        &["--seconds"],
+    );
+    refused(
+        &with(&[&reused[..], &["--frames", "100000"]].concat()),
+        1,
+        &["100000", "memory"],
+    );
+    refused(&with(&["cornell", "--method", "restir-volume"]), 1, &["media"]);
+    refused(&["cloud", "--frame", "2"], 2, &["--media-motion"]);
+}
+
+/// Smoke that drifts up: each frame is written, the last one is the image, and it is the light of the place where the smoke is by then.
+#[test]
+fn media_move_and_frames_are_written() {
+    let folder = Folder::new("media-motion");
+    let common = [
+        "smoke-in-cornell",
+        "--size",
+        "12x12",
+        "--max-depth",
+        "2",
+        "--media-motion",
+        "translate:0.5,-0.2,0",
+    ];
+    let run = |more: &[&str]| folder.json(&[&common[..], more].concat());
+    let report = run(&[
+        "--method",
+        "restir-volume",
+        "--frames",
+        "3",
+        "--sequence",
+        "--out",
+        "smoke.exr",
+    ]);
+    assert_eq!(report["spp"], 3);
+    assert_eq!(
+        folder.names(),
+        ["smoke-0000.exr", "smoke-0001.exr", "smoke-0002.exr", "smoke.exr"]
+    );
+    let image = |name: &str| read_exr(&folder.file(name)).unwrap();
+    assert_eq!(image("smoke.exr"), image("smoke-0002.exr"));
+    assert_ne!(image("smoke-0000.exr"), image("smoke-0001.exr"));
+    for (frame, name) in [("0", "first.exr"), ("2", "last.exr")] {
+        run(&[
+            "--method", "volpath", "--spp", "256", "--frame", frame, "--out", name,
+        ]);
+    }
+    // Of unlike pictures, that of the right frame is much the nearer, though it is one sample of each pixel.
+    let distance = |a: &str, b: &str| {
+        let (a, b) = (image(a), image(b));
+        let pixels = (0..144).map(|i| [a.get(i % 12, i / 12).unwrap(), b.get(i % 12, i / 12).unwrap()]);
+        // The light itself is left out.
+        let seen = pixels.filter(|[a, _]| a[0] < 2.0);
+        seen.map(|[a, b]| f64::from((a[1] - b[1]).abs())).sum::<f64>()
+    };
+    let (near, far) = (
+        distance("smoke.exr", "last.exr"),
+        distance("smoke.exr", "first.exr"),
+    );
+    println!("{near} to the frame's own, {far} to the first");
+    assert!(near < 0.8 * far, "{near} and {far}");
 }
 
 #[test]

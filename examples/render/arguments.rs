@@ -80,6 +80,19 @@ pub struct Arguments {
     #[arg(long, value_name = "MOTION", value_parser = motion, allow_hyphen_values = true)]
     pub motion: Option<Motion>,
 
+    /// Moves the media, and what bounds them alone, in the same way: translate:X,Y,Z or orbit:DEGREES (about the image's vertical through
+    /// their middle). The image is the last frame.
+    #[arg(long, value_name = "MOTION", value_parser = motion, allow_hyphen_values = true)]
+    pub media_motion: Option<Motion>,
+
+    /// Which frame of --media-motion to render, with methods whose samples show one and the same.
+    #[arg(long, value_name = "N", requires = "media_motion")]
+    pub frame: Option<u32>,
+
+    /// Also writes each frame as it is made, numbered: image-0000.png and so on.
+    #[arg(long)]
+    pub sequence: bool,
+
     /// Says what the method would do for the scene and what it would leave out, and renders nothing.
     #[arg(long)]
     pub explain: bool,
@@ -203,6 +216,14 @@ impl Method {
             Self::PathReuse,
         ];
         !alone.contains(&self) && !self.is_vpl()
+    }
+
+    /// Whether it makes one frame after another.
+    pub fn makes_frames(self) -> bool {
+        !matches!(
+            self,
+            Self::Path | Self::Volpath | Self::VolpathDecomposition | Self::Direct
+        )
     }
 
     /// Whether its indirect light comes from virtual point lights.

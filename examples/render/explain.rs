@@ -35,10 +35,7 @@ fn passes(
     let finite = scene.area_emitters + scene.delta_emitters;
     let samples_emitters = finite > 0 || scene.surroundings;
     let restir_pt = matches!(method, Method::RestirPt | Method::RestirPtOffline);
-    let frames = !matches!(
-        method,
-        Method::Path | Method::Direct | Method::Volpath | Method::VolpathDecomposition
-    );
+    let frames = method.makes_frames();
     let mut all = vec![
         pass(
             "places on the lens",
@@ -118,6 +115,14 @@ fn passes(
             arguments.motion.is_some(),
             "pixels look for what they saw before",
             "--motion is not given",
+        ));
+    }
+    if method == Method::RestirVolume {
+        all.push(pass(
+            "motion of media",
+            arguments.media_motion.is_some(),
+            "pixels look for where what they see was before",
+            "--media-motion is not given",
         ));
     }
     if restir_pt {

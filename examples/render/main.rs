@@ -13,6 +13,7 @@ mod explain;
 mod failure;
 mod gpu;
 mod lightcuts;
+mod motion;
 mod progress;
 mod report;
 mod session;

@@ -4,6 +4,7 @@ use crate::arguments::{Arguments, Device, Mapping, Method, Motion};
 use crate::explain::explain;
 use crate::failure::{Failure, one_line};
 use crate::gpu::on_gpu;
+use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
 use crate::report::Report;
 use crate::vpl;
@@ -11,7 +12,7 @@ use lightshed::integrator::{
     Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
     PathTracer, Progress, RenderOptions, RenderOutcome, RestirDi, RestirDiSettings, RestirGi, RestirPt,
     RestirPtOptions, RestirVolume, RestirVolumeOptions, RgbImage, SceneWorld, SelectedDirectLight,
-    SelectedPathTracer, VolumePathTracer, VolumeTracking, read_exr, render, render_frames,
+    SelectedPathTracer, VolumePathTracer, VolumeTracking, read_exr, render,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, SceneFeatures, builtin, import};
@@ -94,6 +95,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             "{path} has {w}x{h} pixels, the image would have {width}x{height}"
         )));
     }
+    let media = media_motion(arguments, &description)?;
+    if let (Some(media), Some(frame)) = (&media, arguments.frame) {
+        description = media.at(&description, frame);
+    }
     let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
     if arguments.explain {
         let roulette_depth = scene.settings().roulette_depth;
@@ -112,6 +117,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }
         Some(motion) => camera_motion(motion, &scene, &description)?,
         None => CameraMotion::STILL,
+    };
+    let moving = match (&media, arguments.frame, budget) {
+        (Some(media), None, Budget::Samples(frames)) => {
+            media.scenes(&arguments.scene, &description, frames)?
+        }
+        _ => Vec::new(),
     };
     drop(description);
     match scene.dropped_triangle_count() {
@@ -139,8 +150,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Device::Gpu => on_gpu(arguments, &scene, &options, &observer, cancel)
             .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
         Device::Cpu => {
+            let how = Frames {
+                camera: motion,
+                media: media
+                    .filter(|_| !moving.is_empty())
+                    .map(|media| (media, &moving[..])),
+                sequence: arguments.sequence.then_some(Numbered {
+                    image: &target,
+                    exposure: arguments.exposure,
+                }),
+            };
             let outcome = on_cpu(
-                arguments, &scene, selection, motion, max_depth, &options, &observer, cancel,
+                arguments, &scene, selection, how, max_depth, &options, &observer, cancel,
             )?;
             (outcome, None)
         }
@@ -165,13 +186,67 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     finish(report, &target, reference, arguments.json)
 }
 
+/// What changes from frame to frame, and where frames go.
+struct Frames<'a> {
+    camera: CameraMotion,
+    /// The motion of media, and the scene in each frame.
+    media: Option<(MediaMotion, &'a [Scene])>,
+    sequence: Option<Numbered<'a>>,
+}
+
+/// The motion of media that the command line asks for, and whether frames can be written.
+fn media_motion(
+    arguments: &Arguments,
+    description: &SceneDescription,
+) -> Result<Option<MediaMotion>, Failure> {
+    let method = arguments.method;
+    let meaningless = |option: &str| {
+        let method = method.name();
+        Failure::new(format_args!("{option} has no meaning with --method {method}"))
+    };
+    if arguments.sequence && !method.makes_frames() {
+        return Err(meaningless("--sequence"));
+    }
+    if arguments.device == Device::Gpu && (arguments.sequence || arguments.media_motion.is_some()) {
+        return Err(Failure::new(
+            "--sequence and --media-motion have no meaning with --device gpu",
+        ));
+    }
+    let Some(motion) = arguments.media_motion else {
+        return Ok(None);
+    };
+    if !method.has_media() {
+        return Err(meaningless("--media-motion"));
+    }
+    match (method.makes_frames(), arguments.frame) {
+        (true, Some(_)) => return Err(meaningless("--frame")),
+        (true, None) if arguments.seconds.is_some() => {
+            return Err(Failure::new(
+                "--media-motion wants a number of frames, not --seconds",
+            ));
+        }
+        (false, None) => {
+            let method = method.name();
+            return Err(Failure::new(format_args!(
+                "--media-motion wants --frame with --method {method}, all of whose samples are of one frame"
+            )));
+        }
+        _ => (),
+    }
+    MediaMotion::new(motion, description).map(Some)
+}
+
 /// Renders with the threads of this process.
 #[expect(clippy::too_many_arguments, reason = "they are what the command line says")]
 fn on_cpu(
     arguments: &Arguments,
     scene: &Scene,
     selection: Option<LightSelection>,
-    motion: CameraMotion,
+    Frames {
+        camera: motion,
+        media,
+        sequence,
+    }: Frames<'_>,
     max_depth: Option<u32>,
     options: &RenderOptions,
     observer: &(dyn Fn(&Progress) + Sync),
@@ -180,11 +255,11 @@ fn on_cpu(
     // Each arm is compiled for its estimator, so that its loop holds no indirect call.
     let outcome = match arguments.method {
         Method::Path => match selection {
-            None => render(&PathTracer::new(scene), options, observer, cancel),
+            None => Ok(render(&PathTracer::new(scene), options, observer, cancel)?),
             Some(selection) => {
                 let roulette_depth = scene.settings().roulette_depth;
                 let estimator = SelectedPathTracer::new(scene, selection, max_depth, roulette_depth);
-                render(&estimator, options, observer, cancel)
+                Ok(render(&estimator, options, observer, cancel)?)
             }
         },
         Method::Volpath | Method::VolpathDecomposition => {
@@ -193,26 +268,35 @@ fn on_cpu(
                 _ => VolumeTracking::Decomposition,
             };
             let tracer = VolumePathTracer::new(scene).with_tracking(tracking);
-            render(&tracer, options, observer, cancel)
+            Ok(render(&tracer, options, observer, cancel)?)
         }
         Method::RestirVolume => {
             let parameters = RestirVolumeOptions::of_scene(scene, max_depth);
-            let mut method = RestirVolume::new(scene, parameters, motion)?;
-            render_frames(&mut method, options, observer, cancel)
+            match media {
+                None => {
+                    let mut method = RestirVolume::new(scene, parameters, motion)?;
+                    render_sequence(&mut method, sequence, options, observer, cancel)
+                }
+                Some((media, scenes)) => {
+                    let flow = |_: u32, place: Vec3| media.before(place);
+                    let mut method = RestirVolume::animated(scenes, &flow, parameters, motion)?;
+                    render_sequence(&mut method, sequence, options, observer, cancel)
+                }
+            }
         }
         Method::Direct => match selection {
-            None => render(&DirectLight::new(scene), options, observer, cancel),
+            None => Ok(render(&DirectLight::new(scene), options, observer, cancel)?),
             Some(selection) => {
                 let samples = arguments.light_samples.unwrap_or(LIGHT_SAMPLES);
                 let estimator = SelectedDirectLight::new(scene, selection, samples, 1)?;
-                render(&estimator, options, observer, cancel)
+                Ok(render(&estimator, options, observer, cancel)?)
             }
         },
         Method::Lightcuts => {
             let mut method = arguments.lightcuts.method(scene)?;
-            render_frames(&mut method, options, observer, cancel)
+            render_sequence(&mut method, sequence, options, observer, cancel)
         }
-        Method::PathReuse => render_frames(&mut PathReuse::new(scene), options, observer, cancel),
+        Method::PathReuse => render_sequence(&mut PathReuse::new(scene), sequence, options, observer, cancel),
         Method::RestirDi | Method::RestirDiBiased => {
             let settings = match arguments.method {
                 Method::RestirDi => RestirDiSettings::UNBIASED,
@@ -221,17 +305,23 @@ fn on_cpu(
             match &selection {
                 None => {
                     let mut method = RestirDi::with_settings(scene, settings)?.with_motion(motion);
-                    render_frames(&mut method, options, observer, cancel)
+                    render_sequence(&mut method, sequence, options, observer, cancel)
                 }
                 Some(selection) => {
                     let method = RestirDi::with_sampler(scene, selection, settings)?;
-                    render_frames(&mut method.with_motion(motion), options, observer, cancel)
+                    render_sequence(
+                        &mut method.with_motion(motion),
+                        sequence,
+                        options,
+                        observer,
+                        cancel,
+                    )
                 }
             }
         }
         Method::RestirGi => {
             let mut method = RestirGi::new(scene).with_motion(motion);
-            render_frames(&mut method, options, observer, cancel)
+            render_sequence(&mut method, sequence, options, observer, cancel)
         }
         Method::RestirPt | Method::RestirPtOffline => {
             let mapping = match arguments.shift {
@@ -244,15 +334,15 @@ fn on_cpu(
             };
             let world = SceneWorld::new(scene);
             let mut method = RestirPt::new(&world, parameters, motion)?;
-            render_frames(&mut method, options, observer, cancel)
+            render_sequence(&mut method, sequence, options, observer, cancel)
         }
         Method::VplGrid => {
             let mut method = arguments.vpl.grid(scene, max_depth.unwrap_or_default())?;
-            render_frames(&mut method, options, observer, cancel)
+            render_sequence(&mut method, sequence, options, observer, cancel)
         }
         Method::VplBrute => {
             let mut method = arguments.vpl.brute(scene, max_depth.unwrap_or_default())?;
-            render_frames(&mut method, options, observer, cancel)
+            render_sequence(&mut method, sequence, options, observer, cancel)
         }
     }?;
     Ok(outcome)
