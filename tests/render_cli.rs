@@ -490,7 +490,7 @@ fn media_move_and_frames_are_written() {
         folder.names(),
         ["smoke-0000.exr", "smoke-0001.exr", "smoke-0002.exr", "smoke.exr"]
     );
-    let image = |name: &str| read_exr(&folder.file(name)).unwrap();
+    let image = |name: &str| read_exr(folder.file(name)).unwrap();
     assert_eq!(image("smoke.exr"), image("smoke-0002.exr"));
     assert_ne!(image("smoke-0000.exr"), image("smoke-0001.exr"));
     for (frame, name) in [("0", "first.exr"), ("2", "last.exr")] {

