@@ -23,7 +23,7 @@ pub fn on_gpu(
     use crate::session::LIGHT_SAMPLES;
     use lightshed::gpu::{
         Gpu, GpuDirectLight, GpuLightcuts, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume,
-        GpuScene, GpuVolumePathTracer,
+        GpuScene, GpuVolumePathTracer, GpuVplGrid,
     };
     use lightshed::integrator::{
         LightChoosing, PathMapping, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
@@ -94,8 +94,14 @@ pub fn on_gpu(
                 cancel,
             )
         }
+        Method::VplGrid => {
+            let max_depth = scene.settings().max_depth.unwrap_or_default();
+            let parameters = arguments.vpl.grid_options(scene, max_depth);
+            let method = GpuVplGrid::new(&gpu, scene, &on_device, parameters)?;
+            render(&gpu, method, options, observer, cancel)
+        }
         method => Err(Failure::new(format_args!(
-            "--device gpu has path, direct, lightcuts, restir-di, restir-pt, restir-volume and volpath, not {}",
+            "--device gpu has path, direct, lightcuts, restir-di, restir-pt, restir-volume, volpath and vpl-grid, not {}",
             method.name()
         ))),
     }

@@ -92,7 +92,12 @@ impl VplArguments {
 
     /// The method `vpl-grid`.
     pub fn grid<'a>(&self, scene: &'a Scene, max_depth: u32) -> Result<VplGrid<'a>, VplError> {
-        let options = VplGridOptions {
+        VplGrid::new(scene, self.grid_options(scene, max_depth))
+    }
+
+    /// What is asked of the method `vpl-grid`.
+    pub fn grid_options(&self, scene: &Scene, max_depth: u32) -> VplGridOptions {
+        VplGridOptions {
             lights: self.lights(max_depth),
             grid: GridOptions {
                 alpha: self.alpha,
@@ -110,7 +115,6 @@ impl VplArguments {
             interleaving: self.interleave,
             fixed_lights: self.vpl_fixed,
             ..VplGridOptions::new(self.vpl_clamp * scene.extent())
-        };
-        VplGrid::new(scene, options)
+        }
     }
 }

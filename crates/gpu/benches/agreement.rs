@@ -1,7 +1,7 @@
 //! Do methods on a GPU have the expectation of those of the CPU? Differences of image means, to hundredths of a per cent.
 //!
 //! ```text
-//! cargo bench -p lightshed-gpu --bench agreement -- [SCENE/METHOD…] [--seconds N] [--error PERCENT]
+//! cargo bench -p lightshed-gpu --bench agreement -- [SCENE/METHOD…] [--seconds N] [--error PERCENT] [--seed N]
 //! ```
 //!
 //! Each row is a method in a scene at 64×64. A chain is four frames of the device with a seed of its own, and as many samples of the CPU's
@@ -84,18 +84,22 @@ struct Limits {
     seconds: f64,
     /// Of each channel, relatively.
     error: f64,
+    /// Of the first chain.
+    seed: u64,
 }
 
 fn main() -> Result<(), Failure> {
     let mut limits = Limits {
         seconds: 60.0,
         error: 2.5e-4,
+        seed: 1,
     };
     let mut asked = Vec::new();
     let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--seconds" => limits.seconds = value(arguments.next())?,
+            "--seed" => limits.seed = value(arguments.next())? as u64,
             "--error" => limits.error = value(arguments.next())? / 100.0,
             _ => asked.push(argument),
         }
@@ -256,7 +260,7 @@ fn row(gpu: &Gpu, name: &str, device: &str, host: &str, limits: &Limits) -> Resu
     while chains < FEWEST
         || (seconds() - start < limits.seconds && !is_fine(&differences, &truth, limits.error))
     {
-        let seed = 1 + chains;
+        let seed = limits.seed + chains;
         let mut found = Chain::new();
         for frame in 0..FRAMES {
             let (image, _) = of_device.frame(frame, seed)?;

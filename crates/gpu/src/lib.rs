@@ -25,6 +25,7 @@ mod scene;
 #[cfg(test)]
 mod testing;
 mod volpath;
+mod vpl_grid;
 mod work;
 
 pub use device::{Access, Buffer, Gpu, Kernel};
@@ -41,4 +42,5 @@ pub use restir_pt::GpuRestirPt;
 pub use restir_volume::GpuRestirVolume;
 pub use scene::GpuScene;
 pub use volpath::GpuVolumePathTracer;
+pub use vpl_grid::GpuVplGrid;
 pub use work::{PassTime, Work};

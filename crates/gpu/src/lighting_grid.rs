@@ -67,7 +67,8 @@ pub struct GpuLightingGrid {
     boxes: Buffer,
     tiles: Buffer,
     vertices: Buffer,
-    moments: Buffer,
+    /// Of each vertex: `array<Moments>`.
+    pub(crate) moments: Buffer,
     sort: SortBuffers,
     box_count: u32,
 }

@@ -18,5 +18,9 @@ pub(crate) const RESTIR_DI: &str = include_str!("wgsl/restir_di.wgsl");
 pub(crate) const RESTIR_PT: &str = include_str!("wgsl/restir_pt.wgsl");
 /// Single scattering in a medium by reuse among pixels and frames.
 pub(crate) const RESTIR_VOLUME: &str = include_str!("wgsl/restir_volume.wgsl");
+/// The filter of shadows, and the image that follows.
+pub(crate) const SHADOW_FILTER: &str = include_str!("wgsl/shadow_filter.wgsl");
 /// Path tracing through a medium.
 pub(crate) const VOLPATH: &str = include_str!("wgsl/volpath.wgsl");
+/// Light of virtual point lights by a lighting grid.
+pub(crate) const VPL_GRID: &str = include_str!("wgsl/vpl_grid.wgsl");

@@ -5,7 +5,7 @@
 use lightshed_shaders::Linker;
 use std::path::Path;
 
-const PROGRAMS: [&str; 10] = [
+const PROGRAMS: [&str; 12] = [
     "direct",
     "light_tree_build",
     "lightcuts",
@@ -15,7 +15,9 @@ const PROGRAMS: [&str; 10] = [
     "restir_di",
     "restir_pt",
     "restir_volume",
+    "shadow_filter",
     "volpath",
+    "vpl_grid",
 ];
 
 #[test]
@@ -30,6 +32,7 @@ fn checked_in_wgsl_is_what_programs_link_to() {
             .module("package::host", source("host"))
             .module("package::selected", source("selected"))
             .module("package::medium", source("medium"))
+            .module("package::gathering", source("gathering"))
             .module("package::main", source(name))
             .link("package::main")
             .unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -67,6 +70,10 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("light_tree_build", "Settings", 144),
         ("direct", "package_lightshed__1light_tree_LightTree", 16),
         ("direct", "Direct", 48),
+        ("vpl_grid", "VplGrid", 32),
+        ("vpl_grid", "Pixel", 64),
+        ("shadow_filter", "Pixel", 64),
+        ("shadow_filter", "Taps", 16),
         ("lightcuts", "Lightcuts", 48),
         ("lightcuts", "package_lightshed_lightcut_Subtree", 16),
         ("lighting_grid_build", "Settings", 96),

@@ -2,7 +2,7 @@
 
 use lightshed_gpu::{
     Gpu, GpuDirectLight, GpuError, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene,
-    GpuVolumePathTracer,
+    GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{PathTracer, PixelEstimator};
 use lightshed_scene::{
@@ -171,6 +171,7 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(GpuRestirDi::BYTES_PER_PIXEL, 176);
     assert_eq!(GpuRestirPt::BYTES_PER_PIXEL, 208);
     assert_eq!(GpuRestirVolume::BYTES_PER_PIXEL, 176);
+    assert_eq!(GpuVplGrid::BYTES_PER_PIXEL, 88);
 }
 
 #[test]

@@ -64,7 +64,21 @@ pub const MODULES: &[Module] = &[
     module!("ggx"),
     module!("grid_light"),
     module!("grid_moments"),
+    module!(
+        "grid_shadow",
+        [
+            "grid_frame",
+            "load_grid_key",
+            "load_grid_light",
+            "load_grid_point",
+            "load_grid_vertex",
+            "load_grid_weight",
+            "load_grid_word",
+            "visit_influence"
+        ]
+    ),
     module!("importance", ["load_light_row"]),
+    module!("jump_selection"),
     module!(
         "light_tree",
         [

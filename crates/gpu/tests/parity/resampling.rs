@@ -1,7 +1,8 @@
 //! Streams, reservoirs and MIS weights.
 
-use crate::harness::{Shader, Tier, bits, check, floats, unit_numbers, words};
-use lightshed_resampling::{Mis, SelectionRecord, Technique};
+use crate::harness::{Shader, Tier, bits, check, compare, floats, gpu, unit_numbers, words};
+use lightshed_resampling::{JumpSelection, Mis, SelectionRecord, Technique};
+use lightshed_sampling::CounterRng;
 
 /// Four items in turn, hostile weights among them.
 #[test]
@@ -40,6 +41,66 @@ fn streams() {
                 accepted,
             ]
         },
+    );
+}
+
+/// Streams of 21 items, of weights that are multiples of 2⁻¹², zeros among them, so that sums have no rounding: the item that is selected and
+/// how many random words that took. Words the other way round, and thresholds that are not moved,
+/// are noticed.
+#[test]
+fn jumps() {
+    let Some(gpu) = gpu() else { return };
+    let weight = |word: u32| (word >> 20).saturating_sub(400) as f32 / 4096.0;
+    let inputs = words(32);
+    let truth = |words: &[u32; 8]| {
+        let mut rng = CounterRng::new(u64::from(words[0]), 5, 6);
+        let mut selection = JumpSelection::new();
+        for k in 0..21 {
+            selection.offer(k, f64::from(weight(words[k as usize % 7 + 1])), &mut rng);
+        }
+        [selection.into_item().unwrap_or(99), rng.dimension()]
+    };
+    let run = |number: &str, selected: &str| {
+        let body = format!(
+            "var s = no_jump_selection();
+             s.item.x = 99u;
+             var stream = stream_of_sample(vec2u(word(0u), 0u), 5u, 6u, 0u);
+             for (var k = 0u; k < 21u; k++) {{
+                 let weight = (max(f32(word(k % 7u + 1u) >> 20u), 400.0) - 400.0) / 4096.0;
+                 s = jump_added(s, weight);
+                 if jump_is_due(s, weight) {{
+                     let low = next_word(&stream);
+                     let high = next_word(&stream);
+                     let u = jump_number({number});
+                     s = {selected};
+                 }}
+             }}
+             put(0u, s.item.x); put(1u, stream.dimension);"
+        );
+        let shader = Shader::new(
+            "import package::lightshed::jump_selection::{
+                 jump_added, jump_is_due, jump_number, jump_selected, no_jump_selection,
+             };
+             import package::lightshed::stream::{next_word, stream_of_sample};",
+            &body,
+        );
+        compare(
+            "jumps",
+            Tier::Words,
+            &inputs,
+            &shader.run::<8, 2>(&gpu, &inputs),
+            truth,
+        )
+    };
+    let (number, selected) = ("vec2u(low, high)", "jump_selected(s, vec2u(k, 0u), u)");
+    assert_eq!(run(number, selected), Ok(()));
+    assert!(
+        run("vec2u(high, low)", selected).is_err(),
+        "words the other way round"
+    );
+    assert!(
+        run(number, "jump_selected(s, vec2u(k, 0u), 1.0)").is_err(),
+        "every item is taken"
     );
 }
 

@@ -101,8 +101,7 @@ impl<'a> VplBrute<'a> {
 
 /// Seed of the lights of a frame: frames of one seed, and the random numbers of pixels, have nothing in common.
 pub(super) fn light_seed(seed: u64, frame: u32, fixed: bool) -> u64 {
-    let frame = if fixed { 0 } else { u64::from(frame) };
-    (seed ^ 0x5650_4c73_0000_0000).wrapping_add(frame.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    VplSet::seed_of_frame(seed, if fixed { 0 } else { frame })
 }
 
 pub(super) fn check_distance(min_distance: f32) -> Result<(), VplError> {

@@ -115,6 +115,12 @@ impl VplSet {
         self.rays
     }
 
+    /// The seed of a frame's lights, in images of `seed`.
+    pub fn seed_of_frame(seed: u64, frame: u32) -> u64 {
+        let frame = u64::from(frame).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        (seed ^ 0x5650_4c73_0000_0000).wrapping_add(frame)
+    }
+
     /// Traces light paths from the emitters of `scene` and leaves a light at each diffuse bounce (Keller 1997; Lin 2022 §3.4).
     ///
     /// Path `i` of `n` starts with the flux `Φ/n` of an emitted ray. At a vertex with incident direction ω_i the flux is turned into
