@@ -9,3 +9,4 @@ mod published;
 mod restir_pt;
 mod restir_volume;
 mod scenes;
+mod volume_motion;
