@@ -42,6 +42,7 @@ use through::Volumes;
 /// first edge that is long enough, so that vertices move with the camera ray (direction reuse, §5.4.2); what is behind that edge stays where it
 /// is (vertex reuse, ibid.). A frame *shows* the mean of the pixel's reservoirs, with unbiased estimates of transmittance (unbiased ray
 /// marching), each, where that is asked for, merged with those of neighbours, all of which shade. Targets are coarse but positive wherever light is: they cost noise, not bias.
+/// In a still without neighbours a path never leaves its pixel: the walk's own target serves, and the first estimate of `F` as long as the pixel holds the path.
 ///
 /// Light that arrives unscattered is added by itself.
 ///
