@@ -7,6 +7,7 @@ mod options;
 mod path;
 mod pixel;
 mod reuse;
+mod still;
 #[cfg(test)]
 mod tests;
 mod through;
@@ -82,6 +83,8 @@ pub struct RestirVolume<'a> {
     pixels: [Vec<VolumePixel>; 2],
     /// What the last frame left behind, by the number of the reservoir.
     history: Vec<Vec<VolumeReservoir>>,
+    /// The same of a still whose pixels share nothing, those of a pixel together.
+    held: Vec<VolumeReservoir>,
     spare: [Vec<VolumeReservoir>; 2],
 }
 
@@ -185,12 +188,12 @@ impl<'a> RestirVolume<'a> {
             tally: RayTally::default(),
             pixels: [Vec::new(), Vec::new()],
             history: Vec::new(),
+            held: Vec::new(),
             spare: [Vec::new(), Vec::new()],
         })
     }
 
-    /// Whether no path is ever asked for in another pixel, or in another frame in which its own would see it differently: then the target of
-    /// the walk that found it will do.
+    /// Whether no path is ever asked for in another pixel, or in another frame in which its own would see it differently.
     fn stays_in_pixels(&self) -> bool {
         self.is_still() && self.pattern.is_none()
     }
@@ -263,8 +266,6 @@ impl<'a> RestirVolume<'a> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> bool {
-        let volumes = self.volumes(view.frame);
-        let width = self.extent().width as usize;
         let evaluation = self.evaluation(view.frame);
         let chunks = pixels
             .par_chunks_mut(MAX_BATCH)
@@ -275,24 +276,39 @@ impl<'a> RestirVolume<'a> {
             }
             self.tally.add(RayKind::Camera, pixels.len());
             for (place, (pixel, value)) in pixels.iter_mut().zip(image).enumerate() {
-                let index = chunk * MAX_BATCH + place;
-                let mut rng = self.rng(view, index, Pass::Camera);
-                let corner = Vec2::new((index % width) as f32, (index / width) as f32);
-                let film = Vec2::from(rng.next_2d());
-                let lens = if view.camera.has_lens() {
-                    rng.next_2d()
-                } else {
-                    [0.5; 2]
-                };
-                let level = self.options.camera_level;
-                let ray = view.camera.ray(corner + film, lens);
-                pixel.look(volumes, ray, evaluation.camera_medium, level);
-                (pixel.corner, pixel.film, pixel.lens) = (corner, film, lens);
-                pixel.odd_frame = view.frame % 2 == 1;
-                *value = unscattered(volumes, pixel, &mut self.rng(view, index, Pass::Unscattered));
+                *value = self.look_at(view, &evaluation, chunk * MAX_BATCH + place, pixel);
             }
         });
         !cancel.load(Ordering::Relaxed)
+    }
+
+    /// What pixel number `index` looks along, and unscattered light.
+    fn look_at(
+        &self,
+        view: View<'_>,
+        evaluation: &Evaluation<'_>,
+        index: usize,
+        pixel: &mut VolumePixel,
+    ) -> Rgb {
+        let width = self.extent().width as usize;
+        let mut rng = self.rng(view, index, Pass::Camera);
+        let corner = Vec2::new((index % width) as f32, (index / width) as f32);
+        let film = Vec2::from(rng.next_2d());
+        let lens = if view.camera.has_lens() {
+            rng.next_2d()
+        } else {
+            [0.5; 2]
+        };
+        let level = self.options.camera_level;
+        let ray = view.camera.ray(corner + film, lens);
+        pixel.look(evaluation.volumes, ray, evaluation.camera_medium, level);
+        (pixel.corner, pixel.film, pixel.lens) = (corner, film, lens);
+        pixel.odd_frame = view.frame % 2 == 1;
+        unscattered(
+            evaluation.volumes,
+            pixel,
+            &mut self.rng(view, index, Pass::Unscattered),
+        )
     }
 
     /// Fresh reservoirs. False if cancelled.
@@ -304,13 +320,6 @@ impl<'a> RestirVolume<'a> {
         cancel: &AtomicBool,
     ) -> bool {
         let evaluation = self.evaluation(view.frame);
-        let RestirVolumeOptions {
-            reservoirs,
-            walks,
-            scatterings,
-            candidate_level,
-            ..
-        } = self.options;
         let chunks = pixels.par_chunks(MAX_BATCH).zip(fresh.par_chunks_mut(MAX_BATCH));
         chunks.enumerate().for_each(|(chunk, (pixels, fresh))| {
             if cancel.load(Ordering::Relaxed) {
@@ -318,30 +327,48 @@ impl<'a> RestirVolume<'a> {
             }
             for (place, (pixel, fresh)) in pixels.iter().zip(fresh).enumerate() {
                 let index = chunk * MAX_BATCH + place;
-                let mut rng = self.rng(view, index, Pass::Candidates);
-                // The walks of all reservoirs and successive frames continue one sequence.
-                let first = View {
-                    frame: 0,
-                    reservoir: 0,
-                    ..view
-                };
-                let mut shift = self.rng(first, index, Pass::Sequence);
-                let shift = [shift.next_u64(), shift.next_u64(), shift.next_u64()];
-                let turn = u64::from(view.frame) * u64::from(reservoirs) + u64::from(view.reservoir);
-                let start = Sequence::new(shift, turn * u64::from(walks));
-                let chosen =
-                    evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng);
-                *fresh = if self.stays_in_pixels() {
-                    chosen
-                } else {
-                    // From here on with the target of reuse: W stays.
-                    chosen
-                        .map(|path| evaluation.settled(pixel, &path, false))
-                        .within(|path| path.target > 0.0)
-                };
+                // From here on with the target of reuse: W stays.
+                *fresh = self
+                    .walk_from(view, &evaluation, index, pixel, self.shift_of(view, index))
+                    .map(|path| evaluation.settled(pixel, &path, false))
+                    .within(|path| path.target > 0.0);
             }
         });
         !cancel.load(Ordering::Relaxed)
+    }
+
+    /// Where the sequence of the walks of pixel number `index` begins.
+    fn shift_of(&self, view: View<'_>, index: usize) -> [u64; 3] {
+        let first = View {
+            frame: 0,
+            reservoir: 0,
+            ..view
+        };
+        let mut rng = self.rng(first, index, Pass::Sequence);
+        [rng.next_u64(), rng.next_u64(), rng.next_u64()]
+    }
+
+    /// What the walks of pixel number `index` find, with their own target.
+    fn walk_from(
+        &self,
+        view: View<'_>,
+        evaluation: &Evaluation<'_>,
+        index: usize,
+        pixel: &VolumePixel,
+        shift: [u64; 3],
+    ) -> VolumeReservoir {
+        let RestirVolumeOptions {
+            reservoirs,
+            walks,
+            scatterings,
+            candidate_level,
+            ..
+        } = self.options;
+        // The walks of all reservoirs and successive frames continue one sequence.
+        let turn = u64::from(view.frame) * u64::from(reservoirs) + u64::from(view.reservoir);
+        let start = Sequence::new(shift, turn * u64::from(walks));
+        let mut rng = self.rng(view, index, Pass::Candidates);
+        evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng)
     }
 
     /// All reuse of a frame: what the pixels hold for the next is in `reservoirs`. Neighbours only shade; what they bring would
@@ -429,21 +456,17 @@ impl<'a> RestirVolume<'a> {
     }
 
     /// Adds `F(Y) W` to each pixel.
-    ///
-    /// The estimate of `F` that a path gets when it is first shown serves as long as it stays in its pixel: which paths stay does not depend
-    /// on it, so it has the mean `F(Y)` in every frame.
     fn shade(
         &self,
         view: View<'_>,
         pixels: &[VolumePixel],
-        reservoirs: &mut [VolumeReservoir],
+        reservoirs: &[VolumeReservoir],
         image: &mut [Rgb],
     ) {
         let evaluation = self.evaluation(view.frame);
-        let stays = self.stays_in_pixels();
         let results = pixels
             .par_chunks(MAX_BATCH)
-            .zip(reservoirs.par_chunks_mut(MAX_BATCH))
+            .zip(reservoirs.par_chunks(MAX_BATCH))
             .zip(image.par_chunks_mut(MAX_BATCH));
         results
             .enumerate()
@@ -451,18 +474,10 @@ impl<'a> RestirVolume<'a> {
                 for (place, ((pixel, reservoir), value)) in
                     pixels.iter().zip(reservoirs).zip(image).enumerate()
                 {
-                    let Some((path, weight)) = reservoir.weighted_sample() else {
-                        continue;
-                    };
-                    let light = path.light.unwrap_or_else(|| {
+                    if let Some((path, weight)) = reservoir.weighted_sample() {
                         let mut rng = self.rng(view, chunk * MAX_BATCH + place, Pass::Shade);
-                        bounded(evaluation.estimate(pixel, path, &mut rng))
-                    });
-                    let is_new = path.light.is_none();
-                    *value += bounded(light.as_dvec3() * (weight.value() * self.share()));
-                    if stays && is_new {
-                        let seen = std::mem::replace(reservoir, VolumeReservoir::empty(0.0));
-                        *reservoir = seen.map(|path| path.shown_by(light));
+                        let weight = weight.value() * self.share();
+                        *value += shaded(&evaluation, pixel, path, weight, &mut rng);
                     }
                 }
             });
@@ -539,6 +554,9 @@ impl FrameMethod for RestirVolume<'_> {
             seed,
             reservoir: 0,
         };
+        if self.stays_in_pixels() {
+            return self.still_frame(view, image, cancel).then(|| self.tally.take());
+        }
         let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
         pixels.resize_with(count, VolumePixel::default);
         let [mut reservoirs, mut scratch] = std::mem::take(&mut self.spare);
@@ -554,7 +572,7 @@ impl FrameMethod for RestirVolume<'_> {
                 // Fails for slices of other lengths only.
                 && self.reuse(view, &pixels, &mut reservoirs, &mut scratch, image).is_ok();
             if done && self.pattern.is_none() {
-                self.shade(view, &pixels, &mut reservoirs, image);
+                self.shade(view, &pixels, &reservoirs, image);
             }
             let history = &mut self.history[reservoir as usize];
             std::mem::swap(history, &mut reservoirs);

@@ -1,0 +1,91 @@
+//! Frames of a still whose pixels share nothing: each pixel is done with before the next, and all that is kept of it are its reservoirs.
+
+use super::evaluation::Evaluation;
+use super::pixel::{VolumePixel, VolumeReservoir};
+use super::{Pass, RestirVolume, View, bounded};
+use crate::MAX_BATCH;
+use crate::ray_tally::RayKind;
+use lightshed_resampling::{IdentityShift, Input, Mis, merge};
+use lightshed_scene::Rgb;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+impl RestirVolume<'_> {
+    /// The whole frame; false if cancelled. A path has the target of the walk that found it: nobody else is asked for one.
+    pub(super) fn still_frame(&mut self, view: View<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> bool {
+        let reservoirs = self.options.reservoirs as usize;
+        let mut held = std::mem::take(&mut self.held);
+        held.resize(self.extent().len() * reservoirs, VolumeReservoir::empty(0.0));
+        let evaluation = self.evaluation(view.frame);
+        let chunks = image
+            .par_chunks_mut(MAX_BATCH)
+            .zip(held.par_chunks_mut(MAX_BATCH * reservoirs))
+            .enumerate();
+        chunks.for_each_init(VolumePixel::default, |pixel, (chunk, (image, held))| {
+            if cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            self.tally.add(RayKind::Camera, image.len());
+            for (place, (value, held)) in image.iter_mut().zip(held.chunks_mut(reservoirs)).enumerate() {
+                let index = chunk * MAX_BATCH + place;
+                *value = self.look_at(view, &evaluation, index, pixel);
+                let shift = self.shift_of(view, index);
+                for (reservoir, held) in (0..).zip(held) {
+                    let view = View { reservoir, ..view };
+                    let fresh = self.walk_from(view, &evaluation, index, pixel, shift);
+                    self.keep(view, index, pixel, fresh, held);
+                    *value += self.shown(view, &evaluation, index, pixel, held);
+                }
+            }
+        });
+        self.held = held;
+        !cancel.load(Ordering::Relaxed)
+    }
+
+    /// Merges what a pixel held with what it has found.
+    fn keep(
+        &self,
+        view: View<'_>,
+        index: usize,
+        pixel: &VolumePixel,
+        fresh: VolumeReservoir,
+        held: &mut VolumeReservoir,
+    ) {
+        if view.frame == 0 || !self.options.temporal_reuse {
+            *held = fresh;
+            return;
+        }
+        let inputs = [Input::canonical(pixel, &fresh), Input::neighbour(pixel, held)];
+        let choose = &mut self.rng(view, index, Pass::Temporal);
+        // Every fresh reservoir has confidence, so nothing fails.
+        let merged = merge(pixel, &IdentityShift, &inputs, Mis::Balance, choose)
+            .map_or(fresh, |merged| merged.reservoir);
+        *held = merged.with_confidence_cap(self.options.still_confidence_cap);
+    }
+
+    /// `F(Y) W` of a reservoir, as its share in the pixel.
+    ///
+    /// The estimate of `F` that a path gets when it is first shown serves as long as the reservoir holds the path: which paths stay does not
+    /// depend on it, so it has the mean `F(Y)` in every frame.
+    fn shown(
+        &self,
+        view: View<'_>,
+        evaluation: &Evaluation<'_>,
+        index: usize,
+        pixel: &VolumePixel,
+        held: &mut VolumeReservoir,
+    ) -> Rgb {
+        let Some((path, weight)) = held.weighted_sample() else {
+            return Rgb::ZERO;
+        };
+        let weight = weight.value() * self.share();
+        if let Some(light) = path.light {
+            return bounded(light.as_dvec3() * weight);
+        }
+        let mut rng = self.rng(view, index, Pass::Shade);
+        let light = bounded(evaluation.estimate(pixel, path, &mut rng));
+        let path = std::mem::replace(held, VolumeReservoir::empty(0.0));
+        *held = path.map(|path| path.shown_by(light));
+        bounded(light.as_dvec3() * weight)
+    }
+}
