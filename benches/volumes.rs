@@ -59,6 +59,9 @@ struct Options {
     /// Reservoirs of a pixel, if not as usual.
     #[arg(long)]
     reservoirs: Option<u32>,
+    /// With this many reservoirs a pixel and no neighbours, whatever suits the scene.
+    #[arg(long)]
+    alone: Option<u32>,
     /// Most confidence of a pixel's history, in frames, if not as usual.
     #[arg(long)]
     cap: Option<f32>,
@@ -274,6 +277,10 @@ fn lap(
     ];
     let mut parameters = RestirVolumeOptions::of_scene(&scene, Some(scatterings + 1));
     parameters.reservoirs = options.reservoirs.unwrap_or(parameters.reservoirs);
+    if let Some(reservoirs) = options.alone {
+        parameters = RestirVolumeOptions::new(scatterings);
+        parameters.reservoirs = reservoirs;
+    }
     parameters.still_confidence_cap = options.cap.unwrap_or(parameters.still_confidence_cap);
     let mut method = RestirVolume::new(&scene, parameters, CameraMotion::STILL)?;
     let (mut error, mut seconds, mut brightness) = ([0.0; 3], 0.0, 0.0);

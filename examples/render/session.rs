@@ -271,7 +271,10 @@ fn on_cpu(
             Ok(render(&tracer, options, observer, cancel)?)
         }
         Method::RestirVolume => {
-            let parameters = RestirVolumeOptions::of_scene(scene, max_depth);
+            let mut parameters = RestirVolumeOptions::of_scene(scene, max_depth);
+            if media.is_some() || !motion.is_still() {
+                parameters = parameters.under_motion(scene);
+            }
             match media {
                 None => {
                     let mut method = RestirVolume::new(scene, parameters, motion)?;

@@ -94,26 +94,33 @@ impl RestirVolumeOptions {
     }
 
     /// [`RestirVolumeOptions::with_surfaces`] for a scene with surfaces that scatter, else [`RestirVolumeOptions::new`]; with as many
-    /// scattering vertices as paths of `max_depth` edges have; [`MAX_SCATTERINGS`] where nothing bounds them. Where a medium scatters into a lobe more than
-    /// 5 times as bright as the mean, [`RestirVolumeOptions::with_neighbours`]. Neighbours are within 10 pixels
-    /// (§5.5.3), if there are any, of an image with 1080 rows, fewer in proportion in smaller ones, at least 2.
+    /// scattering vertices as paths of `max_depth` edges have; [`MAX_SCATTERINGS`] where nothing bounds them. Should neighbours be asked for, they are
+    /// within 10 pixels (§5.5.3) of an image with 1080 rows, fewer in proportion in smaller ones, at least 2.
     pub fn of_scene(scene: &Scene, max_depth: Option<u32>) -> Self {
         let scatterings = max_depth.map_or(MAX_SCATTERINGS, |edges| edges.saturating_sub(1));
         let scatters = |material: &Material| !matches!(material, Material::Null);
-        let mut options = if scene.materials().iter().any(scatters) {
+        let options = if scene.materials().iter().any(scatters) {
             Self::with_surfaces(scatterings)
         } else {
             Self::new(scatterings)
         };
+        Self {
+            radius_pixels: (scene.settings().height as f32 * (10.0 / 1080.0)).max(2.0),
+            ..options
+        }
+    }
+
+    /// The same where the camera or media move: [`RestirVolumeOptions::with_neighbours`] where a medium scatters into a lobe more than 5 times as
+    /// bright as the mean. A still does better without: a path that never leaves its pixel costs little.
+    #[must_use]
+    pub fn under_motion(self, scene: &Scene) -> Self {
         // Measured at asymmetries of 0 and 0.8: between them this is at about 0.45.
         let has_lobe =
             |medium: &Medium| medium.phase().phase(1.0).max(medium.phase().phase(-1.0)) * 4.0 * PI > 5.0;
         if scene.media().iter().any(has_lobe) {
-            options = options.with_neighbours();
-        }
-        Self {
-            radius_pixels: (scene.settings().height as f32 * (10.0 / 1080.0)).max(2.0),
-            ..options
+            self.with_neighbours()
+        } else {
+            self
         }
     }
 
