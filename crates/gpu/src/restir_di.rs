@@ -243,43 +243,24 @@ impl GpuMethod for GpuRestirDi<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{gpu, under_the_sky};
+    use crate::testing::{Chains, gpu, mean_luminance, under_the_sky};
     use lightshed_integrator::{PathTracer, PixelEstimator};
-    use lightshed_scene::{Rgb, Scene, SceneDescription, builtin, luminance};
+    use lightshed_scene::{Scene, SceneDescription, builtin};
     use lightshed_testkit::MeanTest;
 
     const SIDE: u32 = 32;
     /// Frames of a chain, of which the last counts.
     const FRAMES: u32 = 4;
 
-    /// Means of the last frames of independent chains, in luminance, without what the camera sees emitting: a path's own camera ray has the
-    /// same random numbers, so that can be taken off exactly.
-    fn by_reuse(gpu: &Gpu, scene: &Scene, by_tree: bool, program: &str, chains: u64) -> MeanTest {
-        let on_device = GpuScene::new(gpu, scene).expect("it is flat");
+    fn method<'a>(gpu: &'a Gpu, scene: &'a GpuScene, by_tree: bool, program: &str) -> GpuRestirDi<'a> {
         let settings = RestirDiSettings::UNBIASED;
-        let mut method = GpuRestirDi::of_program(gpu, &on_device, settings, by_tree, program)
-            .expect("the program is sound");
+        let method =
+            GpuRestirDi::of_program(gpu, scene, settings, by_tree, program).expect("the program is sound");
         assert_eq!(
             method.bytes(),
             GpuRestirDi::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
         );
-        let seen = PathTracer::with_depths(scene, Some(1), u32::MAX);
-        let mut means = MeanTest::new();
-        for seed in 1000..1000 + chains {
-            let mut last = Vec::new();
-            for frame in 0..FRAMES {
-                last = method.frame(frame, seed).expect("the device answers").0;
-            }
-            means.push(mean(|x, y| {
-                Rgb::from(last[(y * SIDE + x) as usize]) - seen.sample(x, y, FRAMES - 1, seed)
-            }));
-        }
-        means
-    }
-
-    fn mean(value: impl Fn(u32, u32) -> Rgb) -> f64 {
-        let pixels = (0..SIDE * SIDE).map(|i| f64::from(luminance(value(i % SIDE, i / SIDE))));
-        pixels.sum::<f64>() / f64::from(SIDE * SIDE)
+        method
     }
 
     /// The host's reflected direct light, by paths of two edges.
@@ -287,7 +268,7 @@ mod tests {
         let [two, one] = [2, 1].map(|depth| PathTracer::with_depths(scene, Some(depth), u32::MAX));
         let mut means = MeanTest::new();
         for index in 0..images {
-            means.push(mean(|x, y| {
+            means.push(mean_luminance([SIDE; 2], |x, y| {
                 two.sample(x, y, index, 5) - one.sample(x, y, index, 5)
             }));
         }
@@ -308,16 +289,29 @@ mod tests {
         let Some(gpu) = gpu() else { return };
         let faults = [
             // A neighbour is trusted as if it could have produced everything.
-            ("* fraction;", "* 0.0;"),
+            ["* fraction;", "* 0.0;"],
             // History merges without being asked about my sample.
-            ("mine.confidence * p + confidence * q", "mine.confidence * p"),
+            ["mine.confidence * p + confidence * q", "mine.confidence * p"],
         ];
         for (name, mut description) in scenes() {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
             let scene = Scene::new(&description).expect("built-in scenes are sound");
             let truth = by_paths(&scene, 1000);
+            let on_device = GpuScene::new(&gpu, &scene).expect("it is flat");
+            // A path's own camera ray has the same random numbers: what it sees emitting is taken off exactly.
+            let seen = PathTracer::with_depths(&scene, Some(1), u32::MAX);
+            let chains = Chains {
+                counted: FRAMES - 1..FRAMES,
+                known: &|[x, y], frame, seed| seen.sample(x, y, frame, seed),
+            };
+            let is_noticed = |by_tree: bool, [from, to]: [&str; 2]| {
+                assert!(RESTIR_DI.contains(from), "{from}");
+                println!(" {to}");
+                let program = RESTIR_DI.replace(from, to);
+                chains.differ(&mut method(&gpu, &on_device, by_tree, &program), 20, &truth)
+            };
             for by_tree in [false, true] {
-                let found = by_reuse(&gpu, &scene, by_tree, RESTIR_DI, 40);
+                let found = chains.means(&mut method(&gpu, &on_device, by_tree, RESTIR_DI), 40);
                 println!(
                     "{name}, tree {by_tree}: {:.5} ({:.5}) against {:.5} ({:.5})",
                     found.mean(),
@@ -329,18 +323,14 @@ mod tests {
             }
             if name == "many-lights" {
                 // The tree's choices count as if they were made twice as often.
-                let (from, to) = ("pdf_emitter = probability /", "pdf_emitter = 2.0 * probability /");
-                assert!(RESTIR_DI.contains(from), "{from}");
-                let planted = by_reuse(&gpu, &scene, true, &RESTIR_DI.replace(from, to), 20);
-                assert!(planted.test_equal(&truth, 1e-4).is_err(), "{to} is not noticed");
+                let fault = ["pdf_emitter = probability /", "pdf_emitter = 2.0 * probability /"];
+                assert!(is_noticed(true, fault), "{fault:?}");
             }
             if name != "cornell" {
                 continue;
             }
-            for (from, to) in faults {
-                assert!(RESTIR_DI.contains(from), "{from}");
-                let planted = by_reuse(&gpu, &scene, false, &RESTIR_DI.replace(from, to), 20);
-                assert!(planted.test_equal(&truth, 1e-4).is_err(), "{to} is not noticed");
+            for fault in faults {
+                assert!(is_noticed(false, fault), "{fault:?}");
             }
         }
     }

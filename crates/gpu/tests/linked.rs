@@ -33,6 +33,9 @@ fn checked_in_wgsl_is_what_programs_link_to() {
             .module("package::selected", source("selected"))
             .module("package::medium", source("medium"))
             .module("package::gathering", source("gathering"))
+            .module("package::volume", source("volume"))
+            .module("package::through", source("through"))
+            .module("package::scattered", source("scattered"))
             .module("package::main", source(name))
             .link("package::main")
             .unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -101,9 +104,9 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("restir_di", "Frame", 48),
         ("restir_pt", "package_lightshed__1path_sample_PathReservoir", 64),
         ("restir_pt", "Frame", 48),
-        ("restir_volume", "Frame", 32),
-        ("restir_volume", "Primary", 32),
-        ("restir_volume", "Scattered", 48),
+        ("restir_volume", "package_volume_Frame", 32),
+        ("restir_volume", "package_volume_Primary", 32),
+        ("restir_volume", "package_volume_Scattered", 48),
         ("volpath", "package_host_Settings", 208),
         ("volpath", "package_lightshed_sky_Sky", 64),
         ("volpath", "package_lightshed_majorant_MajorantGrid", 48),

@@ -1,60 +1,5 @@
 // Linked from restir_volume.wesl.
 
-struct Primary {
-    hit: package_lightshed_ray_Hit,
-    reach: vec2f,
-    inside: u32,
-    padding: u32
-}
-
-struct Scattered {
-    place: vec3f,
-    emitter: u32,
-    sky: vec3f,
-    distance: f32,
-    p_hat: f32,
-    weight: f32,
-    confidence: f32,
-    padding: u32
-}
-
-struct Frame {
-    number: u32,
-    walks: u32,
-    neighbours: u32,
-    radius: f32,
-    confidence_cap: f32,
-    phase_share: f32,
-    padding0: u32,
-    padding1: u32
-}
-
-@group(0) @binding(14)
-var<storage, read_write> primaries: array<Primary>;
-
-@group(0) @binding(15)
-var<storage, read> before: array<Primary>;
-
-@group(0) @binding(16)
-var<storage, read_write> held: array<Scattered>;
-
-@group(0) @binding(17)
-var<storage, read_write> history: array<Scattered>;
-
-@group(0) @binding(18)
-var<storage, read_write> image: array<vec4f>;
-
-@group(0) @binding(19)
-var<storage, read> frame: Frame;
-
-override HAS_SURROUNDINGS: bool = true;
-
-override HAS_EMITTERS: bool = true;
-
-override HAS_SURFACES: bool = true;
-
-const CAMERA: u32 = 0u;
-
 const SEQUENCE: u32 = 16u;
 
 const TEMPORAL: u32 = 32u;
@@ -69,357 +14,9 @@ const SHADE: u32 = 33554432u;
 
 const MOST: u32 = 3u;
 
-const ON_SURFACE: f32 = -1.0;
-
-const DIAGONAL: f32 = 1.7320508;
-
-const OPAQUE_DEPTH: f32 = 10.0;
-
 const LEAST_SHARE: f32 = 0.01;
 
-const LOOKUP_DEPTH: f32 = 0.6;
-
-const THIRD_ROOT: f32 = 0.57735027;
-
-const F32_MAX: f32 = 3.4028235e38;
-
 const GOLDEN_TURN: f32 = 0.38196602;
-
-fn random(pixel: u32, number: u32, index: u32) -> vec4u {
-    let width = package_host_settings.camera.size.x;
-    return package_lightshed_rng__1random_block(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), number, index);
-}
-
-fn block(pixel: u32, index: u32) -> vec4u {
-    return random(pixel, frame.number, index);
-}
-
-fn stream_from(pixel: u32, index: u32) -> package_lightshed_stream_Stream {
-    let width = package_host_settings.camera.size.x;
-    return package_lightshed_stream__2stream_of_sample(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), frame.number, 4u * index);
-}
-
-fn nothing_held(confidence: f32) -> Scattered {
-    return Scattered(vec3f(0.0), package_lightshed_ray_NOTHING, vec3f(0.0), 0.0, 0.0, 0.0, confidence, 0u);
-}
-
-fn target_of(value: vec3f) -> f32 {
-    return min(package_lightshed_vector_length3(value) * THIRD_ROOT, F32_MAX);
-}
-
-struct View {
-    ray: package_lightshed_ray_Ray,
-    seen: Primary
-}
-
-fn camera_ray_of(pixel: u32, number: u32) -> package_lightshed_ray_Ray {
-    let width = package_host_settings.camera.size.x;
-    return package_host__1pixel_ray(vec2u(pixel % width, pixel / width), random(pixel, number, CAMERA));
-}
-
-fn view_of(pixel: u32) -> View {
-    return View(camera_ray_of(pixel, frame.number), primaries[pixel]);
-}
-
-fn earlier_view_of(pixel: u32) -> View {
-    return View(camera_ray_of(pixel, frame.number - 1u), before[pixel]);
-}
-
-struct Reach {
-    hit: package_lightshed_ray_Hit,
-    interval: vec2f,
-    inside: bool
-}
-
-fn reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> Reach {
-    var ray = whole;
-    var inside = starts_inside;
-    var done = 0.0;
-    var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
-    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
-        var hit = package_lightshed_cwbvh_intersect(ray);
-        let lost = hit.primitive == package_lightshed_ray_NOTHING;
-        let end = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
-        if inside {
-            interval = vec2f(min(interval.x, done), end);
-        }
-        hit.t = end;
-        if lost {
-            return Reach(hit, interval, inside);
-        }
-        let triangle = package_host__1load_triangle(hit.primitive);
-        if !package_medium_passes(triangle.material) {
-            return Reach(hit, interval, inside);
-        }
-        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
-        let direction = whole.direction;
-        done += package_lightshed_vector_dot3(crossing.ray.origin - ray.origin, direction) / package_lightshed_vector_dot3(direction, direction);
-        ray = crossing.ray;
-        inside = crossing.inside;
-    }
-    return Reach(package_lightshed_ray_Hit(whole.t_max, package_lightshed_ray_NOTHING, vec2f(0.0)), interval, inside);
-}
-
-struct March {
-    ray: package_lightshed_majorant_FieldRay,
-    start: f32,
-    step: f32,
-    steps: u32
-}
-
-fn march_along(ray: package_lightshed_ray_Ray, interval: vec2f) -> March {
-    let grid = package_host__1medium_settings().medium.grid;
-    let in_field = package_medium__1field_ray(ray);
-    let clipped = package_lightshed_majorant__2clip_to_box(grid.low, grid.high, in_field, interval);
-    if !(clipped.x < clipped.y) {
-        return March(in_field, 0.0, 0.0, 0u);
-    }
-    let length = clipped.y - clipped.x;
-    let steps = clamp(ceil(length * package_lightshed_vector_length3(in_field.direction) / DIAGONAL), 1.0, 65536.0);
-    return March(in_field, clipped.x, length / steps, u32(steps));
-}
-
-fn marched_density(march: March, i: u32) -> f32 {
-    let m = package_host__1medium_settings().medium;
-    return package_lightshed_density__1density_at(m.size, m.filtering, package_lightshed_majorant__1ray_at(march.ray, march.start + (f32(i) + 0.5) * march.step));
-}
-
-fn camera_depths(view: View, distances: vec4f) -> vec4f {
-    let k = package_host__1medium_settings().extinction;
-    let march = march_along(view.ray, view.seen.reach);
-    let furthest = max(max(distances.x, distances.y), max(distances.z, distances.w));
-    var depths = vec4f(0.0);
-    var total = 0.0;
-    for (var i = 0u; i < march.steps; i++) {
-        let begin = march.start + f32(i) * march.step;
-        if begin > furthest || total > OPAQUE_DEPTH {
-            break;
-        }
-        let density = k * marched_density(march, i);
-        depths += clamp(distances - begin, vec4f(0.0), vec4f(march.step)) * density;
-        total += march.step * density;
-    }
-    return depths;
-}
-
-fn coarse_depth(ray: package_lightshed_ray_Ray, interval: vec2f) -> f32 {
-    let k = package_host__1medium_settings().extinction * package_lightshed_vector_length3(ray.direction);
-    let march = march_along(ray, interval);
-    var depth = 0.0;
-    for (var i = 0u; i < march.steps && depth <= OPAQUE_DEPTH; i++) {
-        depth += k * march.step * marched_density(march, i);
-    }
-    return depth;
-}
-
-fn coarse_transmittance(segment: package_lightshed_ray_Ray, inside: bool) -> f32 {
-    var interval = vec2f(0.0, segment.t_max);
-    if HAS_SURFACES {
-        let reach = reach_along(segment, inside);
-        if reach.hit.primitive != package_lightshed_ray_NOTHING {
-            return 0.0;
-        }
-        interval = reach.interval;
-    }
-    return exp(-coarse_depth(segment, interval));
-}
-
-fn estimate_part(ray: package_lightshed_ray_Ray, interval: vec2f, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
-    let m = package_host__1medium_settings();
-    if !(interval.x < interval.y) {
-        return 1.0;
-    }
-    let in_field = package_medium__1field_ray(ray);
-    let k = m.extinction * package_lightshed_vector_length3(ray.direction);
-    let bounds = package_lightshed__1unbiased_marching__1marching_bounds(m.medium, in_field, interval);
-    let lookups = package_lightshed__1unbiased_marching__1marching_lookups(LOOKUP_DEPTH * k * (bounds.control + bounds.residual));
-    return package_lightshed__1unbiased_marching__2unbiased_ray_marching(m.medium, in_field, interval, bounds, k, lookups, stream).value;
-}
-
-struct Through {
-    transmittance: f32,
-    inside: bool
-}
-
-fn estimate_through(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> Through {
-    var ray = segment;
-    var result = Through(1.0, starts_inside);
-    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
-        let hit = package_lightshed_cwbvh_intersect(ray);
-        let lost = hit.primitive == package_lightshed_ray_NOTHING;
-        if result.inside {
-            result.transmittance *= estimate_part(ray, vec2f(0.0, select(hit.t, ray.t_max, lost)), stream);
-        }
-        if lost {
-            return result;
-        }
-        let triangle = package_host__1load_triangle(hit.primitive);
-        if !package_medium_passes(triangle.material) || result.transmittance == 0.0 {
-            break;
-        }
-        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, result.inside);
-        ray = crossing.ray;
-        result.inside = crossing.inside;
-    }
-    return Through(0.0, false);
-}
-
-fn camera_segment(view: View, distance: f32) -> package_lightshed_ray_Ray {
-    return package_lightshed_ray_Ray(view.ray.origin, distance, view.ray.direction, 0u);
-}
-
-struct Vertex {
-    some: bool,
-    in_medium: bool,
-    position: vec3f,
-    incoming: vec3f,
-    scattering: vec3f,
-    point: package_lightshed_surface_SurfacePoint,
-    primitive: u32,
-    inside: bool
-}
-
-fn vertex_in_medium(view: View, distance: f32) -> Vertex {
-    var vertex: Vertex;
-    let m = package_host__1medium_settings();
-    vertex.in_medium = true;
-    vertex.inside = true;
-    vertex.incoming = view.ray.direction;
-    vertex.position = view.ray.origin + view.ray.direction * distance;
-    let place = package_lightshed_majorant__1ray_at(package_medium__1field_ray(view.ray), distance);
-    let is_there = distance >= view.seen.reach.x && distance <= view.seen.reach.y && all(place >= m.medium.grid.low) && all(place <= m.medium.grid.high);
-    if is_there {
-        vertex.scattering = m.albedo * (m.extinction * package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, place));
-        vertex.some = package_lightshed_vector__1max_element(vertex.scattering) > 0.0;
-    }
-    return vertex;
-}
-
-fn vertex_on_surface(view: View) -> Vertex {
-    var vertex: Vertex;
-    let hit = view.seen.hit;
-    if hit.primitive != package_lightshed_ray_NOTHING {
-        vertex.some = true;
-        vertex.incoming = view.ray.direction;
-        vertex.point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
-        vertex.position = vertex.point.position;
-        vertex.primitive = hit.primitive;
-        vertex.inside = view.seen.inside == 1u;
-    }
-    return vertex;
-}
-
-fn vertex_of(view: View, distance: f32) -> Vertex {
-    if HAS_SURFACES && distance == ON_SURFACE {
-        return vertex_on_surface(view);
-    }
-    return vertex_in_medium(view, distance);
-}
-
-fn scattered_towards(vertex: Vertex, direction: vec3f) -> vec3f {
-    if !HAS_SURFACES || vertex.in_medium {
-        return vertex.scattering * package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction));
-    }
-    let wo = package_lightshed_frame__1to_local(vertex.point.shading, -vertex.incoming);
-    return package_lightshed_bsdf__1evaluate_bsdf(vertex.point.material, wo, package_lightshed_frame__1to_local(vertex.point.shading, direction)).value;
-}
-
-struct Lit {
-    value: vec3f,
-    pdf: f32,
-    shadow: package_lightshed_ray_Ray,
-    inside: bool
-}
-
-fn lit_by(vertex: Vertex, emitter: u32, place: vec3f, sky: vec3f) -> Lit {
-    let none = Lit(vec3f(0.0), 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u), false);
-    if !vertex.some || emitter == package_lightshed_ray_NOTHING {
-        return none;
-    }
-    let share = select(0.0, frame.phase_share, vertex.in_medium);
-    var light = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
-    var radiance = sky;
-    var per_endpoint = 1.0;
-    var pdf = 0.0;
-    if emitter != package_lightshed_emitter_SURROUNDINGS {
-        let triangle = package_host__1load_emitter(emitter);
-        let aim = package_lightshed_emitter__1aim_at(triangle, vertex.position, place.xy);
-        if !(aim.cos_theta > 0.0) {
-            return none;
-        }
-        light = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
-        radiance = package_lightshed_emitter__1emitter_radiance(triangle);
-        per_endpoint = aim.cos_theta / aim.distance_squared;
-        pdf = (1.0 - share) * triangle.pdf_area;
-    }
-    let value = scattered_towards(vertex, light.direction) * radiance * per_endpoint;
-    let largest = package_lightshed_vector__1max_element(value);
-    if !(largest > 0.0) || !package_lightshed_vector__1is_finite(largest) {
-        return none;
-    }
-    var shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_ray__1NO_END, light.direction, 0u);
-    var inside = true;
-    if vertex.in_medium {
-        if light.finite {
-            shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_emitter__1SEGMENT_END, light.goal - vertex.position, 0u);
-        }
-    }
-    else if HAS_SURFACES {
-        shadow = package_lightshed_emitter__1shadow_ray(vertex.point, light);
-        inside = package_medium__1medium_towards(vertex.primitive, package_lightshed_vector_dot3(shadow.direction, vertex.point.geometric_normal), vertex.inside);
-    }
-    return Lit(value, pdf, shadow, inside);
-}
-
-fn direction_pdf(vertex: Vertex, direction: vec3f) -> f32 {
-    var pdf = 0.0;
-    if HAS_SURROUNDINGS {
-        pdf = package_lightshed_emitter__1surroundings_pdf(direction);
-    }
-    if !vertex.in_medium || frame.phase_share == 0.0 {
-        return pdf;
-    }
-    return pdf + frame.phase_share * (package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction)) - pdf);
-}
-
-fn coarse_value(view: View, path: Scattered, depth: f32) -> vec3f {
-    let vertex = vertex_of(view, path.distance);
-    let lit = lit_by(vertex, path.emitter, path.place, path.sky);
-    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
-        return vec3f(0.0);
-    }
-    return lit.value * (exp(-depth) * coarse_transmittance(lit.shadow, lit.inside));
-}
-
-fn distance_of(view: View, path: Scattered) -> f32 {
-    return select(path.distance, view.seen.hit.t, path.distance == ON_SURFACE);
-}
-
-fn target_in(view: View, path: Scattered) -> f32 {
-    let depths = camera_depths(view, vec4f(distance_of(view, path)));
-    return target_of(coarse_value(view, path, depths.x));
-}
-
-fn estimated_value(view: View, path: Scattered, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
-    let vertex = vertex_of(view, path.distance);
-    let lit = lit_by(vertex, path.emitter, path.place, path.sky);
-    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
-        return vec3f(0.0);
-    }
-    let end = select(1.0, package_lightshed_emitter__1SEGMENT_END, path.distance == ON_SURFACE) * distance_of(view, path);
-    var segments = array<package_lightshed_ray_Ray, 2>(camera_segment(view, end), lit.shadow);
-    var starts = array<bool, 2>(package_host__1medium_settings().camera_inside == 1u, lit.inside);
-    var value = lit.value;
-    for (var leg = 0u; leg < 2u; leg++) {
-        let through = estimate_through(segments[leg], starts[leg], stream);
-        let is_elsewhere = leg == 0u && vertex.in_medium && !through.inside;
-        if through.transmittance == 0.0 || is_elsewhere {
-            return vec3f(0.0);
-        }
-        value *= through.transmittance;
-    }
-    return value;
-}
 
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
@@ -427,28 +24,28 @@ fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     if pixel >= package_host_settings.pixels {
         return;
     }
-    let ray = camera_ray_of(pixel, frame.number);
-    let reach = reach_along(ray, package_host__1medium_settings().camera_inside == 1u);
-    let seen = Primary(reach.hit, reach.interval, u32(reach.inside), 0u);
-    primaries[pixel] = seen;
+    let ray = package_volume__2camera_ray_of(pixel, package_volume_frame.number);
+    let reach = package_through__1reach_along(ray, package_host__1medium_settings().camera_inside == 1u);
+    let seen = package_volume_Primary(reach.hit, reach.interval, u32(reach.inside), 0u);
+    package_volume_primaries[pixel] = seen;
     var emitted = vec3f(0.0);
     if reach.hit.primitive == package_lightshed_ray_NOTHING {
-        if HAS_SURROUNDINGS {
+        if package_volume__1HAS_SURROUNDINGS {
             emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
         }
     }
-    else if HAS_EMITTERS {
+    else if package_volume__1HAS_EMITTERS {
         let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(reach.hit.primitive), reach.hit);
         if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
             emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
         }
     }
     if package_lightshed_vector__1max_element(emitted) > 0.0 && seen.reach.x < seen.reach.y {
-        var stream = stream_from(pixel, UNSCATTERED);
-        let segment = camera_segment(View(ray, seen), reach.hit.t * package_lightshed_emitter__1SEGMENT_END);
-        emitted *= estimate_through(segment, package_host__1medium_settings().camera_inside == 1u, &stream).transmittance;
+        var stream = package_volume__1stream_from(pixel, UNSCATTERED);
+        let segment = package_through__1camera_segment(package_volume_View(ray, seen), reach.hit.t * package_lightshed_emitter__1SEGMENT_END);
+        emitted *= package_through__1estimate_through(segment, package_host__1medium_settings().camera_inside == 1u, &stream).transmittance;
     }
-    image[pixel] = vec4f(emitted, 0.0);
+    package_volume_image[pixel] = vec4f(emitted, 0.0);
 }
 
 struct Landings {
@@ -457,7 +54,7 @@ struct Landings {
     depth: f32
 }
 
-fn fly(view: View, goals: vec4f) -> Landings {
+fn fly(view: package_volume_View, goals: vec4f) -> Landings {
     let m = package_host__1medium_settings();
     let ray = package_medium__1field_ray(view.ray);
     let furthest = max(max(goals.x, goals.y), max(goals.z, goals.w));
@@ -511,23 +108,23 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
     if pixel >= package_host_settings.pixels {
         return;
     }
-    let view = view_of(pixel);
-    let nothing_lit = !(HAS_EMITTERS || HAS_SURROUNDINGS);
-    let has_surface = HAS_SURFACES && view.seen.hit.primitive != package_lightshed_ray_NOTHING;
+    let view = package_volume__1view_of(pixel);
+    let nothing_lit = !(package_volume__1HAS_EMITTERS || package_volume__1HAS_SURROUNDINGS);
+    let has_surface = package_volume__1HAS_SURFACES && view.seen.hit.primitive != package_lightshed_ray_NOTHING;
     var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var kept = nothing_held(0.0);
+    var kept = package_volume__1nothing_held(0.0);
     var can_scatter = has_surface;
-    let by = random(pixel, 0u, SEQUENCE).xyz;
-    let first = package_lightshed_wide__1wide_product(frame.number, frame.walks);
-    for (var start = 0u; start < frame.walks; start += 4u) {
+    let by = package_volume_random(pixel, 0u, SEQUENCE).xyz;
+    let first = package_lightshed_wide__1wide_product(package_volume_frame.number, package_volume_frame.walks);
+    for (var start = 0u; start < package_volume_frame.walks; start += 4u) {
         var goals = vec4f(0.0);
         for (var k = 0u; k < 4u; k++) {
             let u = package_lightshed_uniform__2f32_from_u32(sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u))).x);
-            goals[k] = select(0.0, package_lightshed_exponential_exponential(u), start + k < frame.walks);
+            goals[k] = select(0.0, package_lightshed_exponential_exponential(u), start + k < package_volume_frame.walks);
         }
         let landings = fly(view, goals);
         can_scatter = can_scatter || landings.depth > 0.0;
-        for (var k = 0u; k < 4u && start + k < frame.walks && !nothing_lit; k++) {
+        for (var k = 0u; k < 4u && start + k < package_volume_frame.walks && !nothing_lit; k++) {
             var distance = landings.distances[k];
             var pdf = landings.pdfs[k];
             var transmittance = exp(-goals[k]);
@@ -535,20 +132,20 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
                 if !has_surface {
                     continue;
                 }
-                distance = ON_SURFACE;
+                distance = package_volume__1ON_SURFACE;
                 transmittance = exp(-landings.depth);
                 pdf = transmittance;
             }
-            let vertex = vertex_of(view, distance);
+            let vertex = package_scattered__1vertex_of(view, distance);
             if !vertex.some {
                 continue;
             }
             let point = sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u)));
             let u_light = package_lightshed_uniform__1unit_square(point.yz);
-            let choice = block(pixel, CANDIDATES + start + k);
+            let choice = package_volume_block(pixel, CANDIDATES + start + k);
             var emitter = package_lightshed_emitter_SURROUNDINGS;
             var place: vec3f;
-            if vertex.in_medium && package_lightshed_uniform__2f32_from_u32(choice.x) < frame.phase_share {
+            if vertex.in_medium && package_lightshed_uniform__2f32_from_u32(choice.x) < package_volume_frame.phase_share {
                 place = package_lightshed_phase__1scattered_direction(vertex.incoming, package_medium__1sample_angle(u_light.x), u_light.y);
             }
             else {
@@ -571,31 +168,31 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
             var pdf_endpoint = 0.0;
             if emitter == package_lightshed_emitter_SURROUNDINGS {
                 sky = package_lightshed_emitter__1surroundings_radiance(place);
-                pdf_endpoint = direction_pdf(vertex, place);
+                pdf_endpoint = package_scattered__1direction_pdf(vertex, place);
             }
-            let lit = lit_by(vertex, emitter, place, sky);
+            let lit = package_scattered__1lit_by(vertex, emitter, place, sky);
             if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
                 continue;
             }
             pdf_endpoint += lit.pdf;
-            let value = lit.value * (transmittance * coarse_transmittance(lit.shadow, lit.inside));
-            let weight = target_of(value) / (pdf * pdf_endpoint * f32(frame.walks));
+            let value = lit.value * (transmittance * package_through__1coarse_transmittance(lit.shadow, lit.inside));
+            let weight = package_volume__1target_of(value) / (pdf * pdf_endpoint * f32(package_volume_frame.walks));
             let offered = package_lightshed_reservoir_offer(selection, 1u, weight, package_lightshed_uniform__2f32_from_u32(choice.w));
             selection = offered.selection;
             if offered.accepted {
-                kept = Scattered(place, emitter, sky, distance, target_of(value), 0.0, 0.0, 0u);
+                kept = package_volume_Scattered(place, emitter, sky, distance, package_volume__1target_of(value), 0.0, 0.0, 0u);
             }
         }
     }
     kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
     if kept.weight > 0.0 {
-        kept.p_hat = target_in(view, kept);
+        kept.p_hat = package_scattered__1target_in(view, kept);
     }
     if !(kept.weight > 0.0 && kept.p_hat > 0.0) {
-        kept = nothing_held(0.0);
+        kept = package_volume__1nothing_held(0.0);
     }
     kept.confidence = select(0.0, 1.0, can_scatter);
-    held[pixel] = kept;
+    package_volume_held[pixel] = kept;
 }
 
 @compute @workgroup_size(64)
@@ -604,21 +201,21 @@ fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
     if pixel >= package_host_settings.pixels {
         return;
     }
-    let mine = held[pixel];
-    let theirs = history[pixel];
+    let mine = package_volume_held[pixel];
+    let theirs = package_volume_history[pixel];
     if mine.confidence == 0.0 || theirs.confidence == 0.0 {
         return;
     }
-    let words = block(pixel, TEMPORAL);
+    let words = package_volume_block(pixel, TEMPORAL);
     var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
     var kept = mine;
     if mine.weight > 0.0 {
-        let q = target_in(earlier_view_of(pixel), mine);
+        let q = package_scattered__1target_in(package_volume__2earlier_view_of(pixel), mine);
         let m = package_lightshed_mis__1balance_weight(mine.confidence, mine.p_hat, mine.confidence * mine.p_hat + theirs.confidence * q);
         selection = package_lightshed_reservoir_offer(selection, 1u, m * mine.p_hat * mine.weight, package_lightshed_uniform__2f32_from_u32(words.x)).selection;
     }
     if theirs.weight > 0.0 {
-        let p = target_in(view_of(pixel), theirs);
+        let p = package_scattered__1target_in(package_volume__1view_of(pixel), theirs);
         let q = theirs.p_hat;
         let m = package_lightshed_mis__1balance_weight(theirs.confidence, q, mine.confidence * p + theirs.confidence * q);
         let offered = package_lightshed_reservoir_offer(selection, 2u, m * p * theirs.weight, package_lightshed_uniform__2f32_from_u32(words.y));
@@ -630,10 +227,10 @@ fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
     }
     kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
     if kept.weight == 0.0 {
-        kept = nothing_held(0.0);
+        kept = package_volume__1nothing_held(0.0);
     }
-    kept.confidence = min(mine.confidence + theirs.confidence, frame.confidence_cap);
-    held[pixel] = kept;
+    kept.confidence = min(mine.confidence + theirs.confidence, package_volume_frame.confidence_cap);
+    package_volume_held[pixel] = kept;
 }
 
 @compute @workgroup_size(64)
@@ -642,8 +239,8 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     if pixel >= package_host_settings.pixels {
         return;
     }
-    let mine = held[pixel];
-    history[pixel] = mine;
+    let mine = package_volume_held[pixel];
+    package_volume_history[pixel] = mine;
     if mine.confidence == 0.0 {
         return;
     }
@@ -652,17 +249,17 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     var inputs: array<u32, 4>;
     inputs[0] = pixel;
     var count = 1u;
-    let turn = package_lightshed_uniform__2f32_from_u32(block(pixel, SPATIAL).x);
-    let wanted = min(frame.neighbours, MOST);
+    let turn = package_lightshed_uniform__2f32_from_u32(package_volume_block(pixel, SPATIAL).x);
+    let wanted = min(package_volume_frame.neighbours, MOST);
     for (var i = 0u; i < wanted; i++) {
-        let radius = frame.radius * sqrt((f32(i) + 0.5) / f32(wanted));
+        let radius = package_volume_frame.radius * sqrt((f32(i) + 0.5) / f32(wanted));
         let angle = package_lightshed_turn__2sin_cos_turns(fract(turn + f32(i) * GOLDEN_TURN));
         let place = floor(corner + radius * vec2f(angle.y, angle.x));
         if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
             continue;
         }
         let other = u32(place.y) * size.x + u32(place.x);
-        var is_new = held[other].confidence > 0.0;
+        var is_new = package_volume_held[other].confidence > 0.0;
         for (var k = 0u; k < count; k++) {
             is_new = is_new && inputs[k] != other;
         }
@@ -674,31 +271,31 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     var distances = vec4f(0.0);
     var targets: array<vec4f, 4>;
     for (var j = 0u; j < count; j++) {
-        let view = view_of(inputs[j]);
+        let view = package_volume__1view_of(inputs[j]);
         for (var i = 0u; i < count; i++) {
-            distances[i] = distance_of(view, held[inputs[i]]);
+            distances[i] = package_scattered__1distance_of(view, package_volume_held[inputs[i]]);
         }
-        let depths = camera_depths(view, distances);
+        let depths = package_through__1camera_depths(view, distances);
         for (var i = 0u; i < count; i++) {
-            let path = held[inputs[i]];
+            let path = package_volume_held[inputs[i]];
             var p = path.p_hat;
             if i != j {
                 p = 0.0;
                 if path.weight > 0.0 {
-                    p = target_of(coarse_value(view, path, depths[i]));
+                    p = package_volume__1target_of(package_scattered__1coarse_value(view, path, depths[i]));
                 }
             }
             targets[i][j] = p;
         }
     }
-    let view = view_of(pixel);
-    let words = block(pixel, SPATIAL + 1u);
+    let view = package_volume__1view_of(pixel);
+    let words = package_volume_block(pixel, SPATIAL + 1u);
     var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var kept = nothing_held(0.0);
+    var kept = package_volume__1nothing_held(0.0);
     var light = vec3f(0.0);
     var confidence = 0.0;
     for (var i = 0u; i < count; i++) {
-        let path = held[inputs[i]];
+        let path = package_volume_held[inputs[i]];
         confidence += path.confidence;
         let p = targets[i][0];
         if !(p > 0.0 && path.weight > 0.0) {
@@ -706,12 +303,12 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         }
         var total = 0.0;
         for (var j = 0u; j < count; j++) {
-            total += held[inputs[j]].confidence * targets[i][j];
+            total += package_volume_held[inputs[j]].confidence * targets[i][j];
         }
         let m = package_lightshed_mis__1balance_weight(path.confidence, targets[i][i], total);
         let weight = m * path.weight;
-        var stream = stream_from(pixel, SHADE + (i << 16u));
-        light += clamp(estimated_value(view, path, &stream) * weight, vec3f(-F32_MAX), vec3f(F32_MAX));
+        var stream = package_volume__1stream_from(pixel, SHADE + (i << 16u));
+        light += clamp(package_scattered__1estimated_value(view, path, &stream) * weight, vec3f(-package_volume__1F32_MAX), vec3f(package_volume__1F32_MAX));
         let offered = package_lightshed_reservoir_offer(selection, 1u, p * weight, package_lightshed_uniform__2f32_from_u32(words[i]));
         selection = offered.selection;
         if offered.accepted {
@@ -719,13 +316,13 @@ fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             kept.p_hat = p;
         }
     }
-    image[pixel] += vec4f(light, 0.0);
+    package_volume_image[pixel] += vec4f(light, 0.0);
     kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
     if kept.weight == 0.0 {
-        kept = nothing_held(0.0);
+        kept = package_volume__1nothing_held(0.0);
     }
-    kept.confidence = min(confidence, frame.confidence_cap);
-    history[pixel] = kept;
+    kept.confidence = min(confidence, package_volume_frame.confidence_cap);
+    package_volume_history[pixel] = kept;
 }
 
 const package_host_GROUP: u32 = 64u;
@@ -2657,4 +2254,407 @@ fn package_medium__1sample_angle(u: f32) -> package_lightshed_phase_ScatteringAn
 
 fn package_medium_passes(material: u32) -> bool {
     return package_host__1load_material(material).y == 0u;
+}
+
+struct package_scattered_Lit {
+    value: vec3f,
+    pdf: f32,
+    shadow: package_lightshed_ray_Ray,
+    inside: bool
+}
+
+struct package_scattered_Vertex {
+    some: bool,
+    in_medium: bool,
+    position: vec3f,
+    incoming: vec3f,
+    scattering: vec3f,
+    point: package_lightshed_surface_SurfacePoint,
+    primitive: u32,
+    inside: bool
+}
+
+fn package_scattered__1coarse_value(view: package_volume_View, path: package_volume_Scattered, depth: f32) -> vec3f {
+    let vertex = package_scattered__1vertex_of(view, path.distance);
+    let lit = package_scattered__1lit_by(vertex, path.emitter, path.place, path.sky);
+    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
+        return vec3f(0.0);
+    }
+    return lit.value * (exp(-depth) * package_through__1coarse_transmittance(lit.shadow, lit.inside));
+}
+
+fn package_scattered__1direction_pdf(vertex: package_scattered_Vertex, direction: vec3f) -> f32 {
+    var pdf = 0.0;
+    if package_volume__1HAS_SURROUNDINGS {
+        pdf = package_lightshed_emitter__1surroundings_pdf(direction);
+    }
+    if !vertex.in_medium || package_volume_frame.phase_share == 0.0 {
+        return pdf;
+    }
+    return pdf + package_volume_frame.phase_share * (package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction)) - pdf);
+}
+
+fn package_scattered__1distance_of(view: package_volume_View, path: package_volume_Scattered) -> f32 {
+    return select(path.distance, view.seen.hit.t, path.distance == package_volume__1ON_SURFACE);
+}
+
+fn package_scattered__1estimated_value(view: package_volume_View, path: package_volume_Scattered, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
+    let vertex = package_scattered__1vertex_of(view, path.distance);
+    let lit = package_scattered__1lit_by(vertex, path.emitter, path.place, path.sky);
+    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
+        return vec3f(0.0);
+    }
+    let end = select(1.0, package_lightshed_emitter__1SEGMENT_END, path.distance == package_volume__1ON_SURFACE) * package_scattered__1distance_of(view, path);
+    var segments = array<package_lightshed_ray_Ray, 2>(package_through__1camera_segment(view, end), lit.shadow);
+    var starts = array<bool, 2>(package_host__1medium_settings().camera_inside == 1u, lit.inside);
+    var value = lit.value;
+    for (var leg = 0u; leg < 2u; leg++) {
+        let through = package_through__1estimate_through(segments[leg], starts[leg], stream);
+        let is_elsewhere = leg == 0u && vertex.in_medium && !through.inside;
+        if through.transmittance == 0.0 || is_elsewhere {
+            return vec3f(0.0);
+        }
+        value *= through.transmittance;
+    }
+    return value;
+}
+
+fn package_scattered__1lit_by(vertex: package_scattered_Vertex, emitter: u32, place: vec3f, sky: vec3f) -> package_scattered_Lit {
+    let none = package_scattered_Lit(vec3f(0.0), 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u), false);
+    if !vertex.some || emitter == package_lightshed_ray_NOTHING {
+        return none;
+    }
+    let share = select(0.0, package_volume_frame.phase_share, vertex.in_medium);
+    var light = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
+    var radiance = sky;
+    var per_endpoint = 1.0;
+    var pdf = 0.0;
+    if emitter != package_lightshed_emitter_SURROUNDINGS {
+        let triangle = package_host__1load_emitter(emitter);
+        let aim = package_lightshed_emitter__1aim_at(triangle, vertex.position, place.xy);
+        if !(aim.cos_theta > 0.0) {
+            return none;
+        }
+        light = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
+        radiance = package_lightshed_emitter__1emitter_radiance(triangle);
+        per_endpoint = aim.cos_theta / aim.distance_squared;
+        pdf = (1.0 - share) * triangle.pdf_area;
+    }
+    let value = package_scattered__1scattered_towards(vertex, light.direction) * radiance * per_endpoint;
+    let largest = package_lightshed_vector__1max_element(value);
+    if !(largest > 0.0) || !package_lightshed_vector__1is_finite(largest) {
+        return none;
+    }
+    var shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_ray__1NO_END, light.direction, 0u);
+    var inside = true;
+    if vertex.in_medium {
+        if light.finite {
+            shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_emitter__1SEGMENT_END, light.goal - vertex.position, 0u);
+        }
+    }
+    else if package_volume__1HAS_SURFACES {
+        shadow = package_lightshed_emitter__1shadow_ray(vertex.point, light);
+        inside = package_medium__1medium_towards(vertex.primitive, package_lightshed_vector_dot3(shadow.direction, vertex.point.geometric_normal), vertex.inside);
+    }
+    return package_scattered_Lit(value, pdf, shadow, inside);
+}
+
+fn package_scattered__1scattered_towards(vertex: package_scattered_Vertex, direction: vec3f) -> vec3f {
+    if !package_volume__1HAS_SURFACES || vertex.in_medium {
+        return vertex.scattering * package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction));
+    }
+    let wo = package_lightshed_frame__1to_local(vertex.point.shading, -vertex.incoming);
+    return package_lightshed_bsdf__1evaluate_bsdf(vertex.point.material, wo, package_lightshed_frame__1to_local(vertex.point.shading, direction)).value;
+}
+
+fn package_scattered__1target_in(view: package_volume_View, path: package_volume_Scattered) -> f32 {
+    let depths = package_through__1camera_depths(view, vec4f(package_scattered__1distance_of(view, path)));
+    return package_volume__1target_of(package_scattered__1coarse_value(view, path, depths.x));
+}
+
+fn package_scattered__1vertex_of(view: package_volume_View, distance: f32) -> package_scattered_Vertex {
+    if package_volume__1HAS_SURFACES && distance == package_volume__1ON_SURFACE {
+        return package_scattered__2vertex_on_surface(view);
+    }
+    return package_scattered__2vertex_in_medium(view, distance);
+}
+
+fn package_scattered__2vertex_in_medium(view: package_volume_View, distance: f32) -> package_scattered_Vertex {
+    var vertex: package_scattered_Vertex;
+    let m = package_host__1medium_settings();
+    vertex.in_medium = true;
+    vertex.inside = true;
+    vertex.incoming = view.ray.direction;
+    vertex.position = view.ray.origin + view.ray.direction * distance;
+    let place = package_lightshed_majorant__1ray_at(package_medium__1field_ray(view.ray), distance);
+    let is_there = distance >= view.seen.reach.x && distance <= view.seen.reach.y && all(place >= m.medium.grid.low) && all(place <= m.medium.grid.high);
+    if is_there {
+        vertex.scattering = m.albedo * (m.extinction * package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, place));
+        vertex.some = package_lightshed_vector__1max_element(vertex.scattering) > 0.0;
+    }
+    return vertex;
+}
+
+fn package_scattered__2vertex_on_surface(view: package_volume_View) -> package_scattered_Vertex {
+    var vertex: package_scattered_Vertex;
+    let hit = view.seen.hit;
+    if hit.primitive != package_lightshed_ray_NOTHING {
+        vertex.some = true;
+        vertex.incoming = view.ray.direction;
+        vertex.point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
+        vertex.position = vertex.point.position;
+        vertex.primitive = hit.primitive;
+        vertex.inside = view.seen.inside == 1u;
+    }
+    return vertex;
+}
+
+const package_through_DIAGONAL: f32 = 1.7320508;
+
+struct package_through_March {
+    ray: package_lightshed_majorant_FieldRay,
+    start: f32,
+    step: f32,
+    steps: u32
+}
+
+struct package_through_Reach {
+    hit: package_lightshed_ray_Hit,
+    interval: vec2f,
+    inside: bool
+}
+
+struct package_through_Through {
+    transmittance: f32,
+    inside: bool
+}
+
+const package_through__1LOOKUP_DEPTH: f32 = 0.6;
+
+const package_through__1OPAQUE_DEPTH: f32 = 10.0;
+
+fn package_through__1camera_depths(view: package_volume_View, distances: vec4f) -> vec4f {
+    let k = package_host__1medium_settings().extinction;
+    let march = package_through__1march_along(view.ray, view.seen.reach);
+    let furthest = max(max(distances.x, distances.y), max(distances.z, distances.w));
+    var depths = vec4f(0.0);
+    var total = 0.0;
+    for (var i = 0u; i < march.steps; i++) {
+        let begin = march.start + f32(i) * march.step;
+        if begin > furthest || total > package_through__1OPAQUE_DEPTH {
+            break;
+        }
+        let density = k * package_through__1marched_density(march, i);
+        depths += clamp(distances - begin, vec4f(0.0), vec4f(march.step)) * density;
+        total += march.step * density;
+    }
+    return depths;
+}
+
+fn package_through__1camera_segment(view: package_volume_View, distance: f32) -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(view.ray.origin, distance, view.ray.direction, 0u);
+}
+
+fn package_through__1coarse_depth(ray: package_lightshed_ray_Ray, interval: vec2f) -> f32 {
+    let k = package_host__1medium_settings().extinction * package_lightshed_vector_length3(ray.direction);
+    let march = package_through__1march_along(ray, interval);
+    var depth = 0.0;
+    for (var i = 0u; i < march.steps && depth <= package_through__1OPAQUE_DEPTH; i++) {
+        depth += k * march.step * package_through__1marched_density(march, i);
+    }
+    return depth;
+}
+
+fn package_through__1coarse_transmittance(segment: package_lightshed_ray_Ray, inside: bool) -> f32 {
+    var interval = vec2f(0.0, segment.t_max);
+    if package_volume__1HAS_SURFACES {
+        let reach = package_through__1reach_along(segment, inside);
+        if reach.hit.primitive != package_lightshed_ray_NOTHING {
+            return 0.0;
+        }
+        interval = reach.interval;
+    }
+    return exp(-package_through__1coarse_depth(segment, interval));
+}
+
+fn package_through__1estimate_part(ray: package_lightshed_ray_Ray, interval: vec2f, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
+    let m = package_host__1medium_settings();
+    if !(interval.x < interval.y) {
+        return 1.0;
+    }
+    let in_field = package_medium__1field_ray(ray);
+    let k = m.extinction * package_lightshed_vector_length3(ray.direction);
+    let bounds = package_lightshed__1unbiased_marching__1marching_bounds(m.medium, in_field, interval);
+    let lookups = package_lightshed__1unbiased_marching__1marching_lookups(package_through__1LOOKUP_DEPTH * k * (bounds.control + bounds.residual));
+    return package_lightshed__1unbiased_marching__2unbiased_ray_marching(m.medium, in_field, interval, bounds, k, lookups, stream).value;
+}
+
+fn package_through__1estimate_through(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> package_through_Through {
+    var ray = segment;
+    var result = package_through_Through(1.0, starts_inside);
+    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
+        let hit = package_lightshed_cwbvh_intersect(ray);
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        if result.inside {
+            result.transmittance *= package_through__1estimate_part(ray, vec2f(0.0, select(hit.t, ray.t_max, lost)), stream);
+        }
+        if lost {
+            return result;
+        }
+        let triangle = package_host__1load_triangle(hit.primitive);
+        if !package_medium_passes(triangle.material) || result.transmittance == 0.0 {
+            break;
+        }
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, result.inside);
+        ray = crossing.ray;
+        result.inside = crossing.inside;
+    }
+    return package_through_Through(0.0, false);
+}
+
+fn package_through__1march_along(ray: package_lightshed_ray_Ray, interval: vec2f) -> package_through_March {
+    let grid = package_host__1medium_settings().medium.grid;
+    let in_field = package_medium__1field_ray(ray);
+    let clipped = package_lightshed_majorant__2clip_to_box(grid.low, grid.high, in_field, interval);
+    if !(clipped.x < clipped.y) {
+        return package_through_March(in_field, 0.0, 0.0, 0u);
+    }
+    let length = clipped.y - clipped.x;
+    let steps = clamp(ceil(length * package_lightshed_vector_length3(in_field.direction) / package_through_DIAGONAL), 1.0, 65536.0);
+    return package_through_March(in_field, clipped.x, length / steps, u32(steps));
+}
+
+fn package_through__1marched_density(march: package_through_March, i: u32) -> f32 {
+    let m = package_host__1medium_settings().medium;
+    return package_lightshed_density__1density_at(m.size, m.filtering, package_lightshed_majorant__1ray_at(march.ray, march.start + (f32(i) + 0.5) * march.step));
+}
+
+fn package_through__1reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> package_through_Reach {
+    var ray = whole;
+    var inside = starts_inside;
+    var done = 0.0;
+    var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
+    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
+        var hit = package_lightshed_cwbvh_intersect(ray);
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        let end = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
+        if inside {
+            interval = vec2f(min(interval.x, done), end);
+        }
+        hit.t = end;
+        if lost {
+            return package_through_Reach(hit, interval, inside);
+        }
+        let triangle = package_host__1load_triangle(hit.primitive);
+        if !package_medium_passes(triangle.material) {
+            return package_through_Reach(hit, interval, inside);
+        }
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
+        let direction = whole.direction;
+        done += package_lightshed_vector_dot3(crossing.ray.origin - ray.origin, direction) / package_lightshed_vector_dot3(direction, direction);
+        ray = crossing.ray;
+        inside = crossing.inside;
+    }
+    return package_through_Reach(package_lightshed_ray_Hit(whole.t_max, package_lightshed_ray_NOTHING, vec2f(0.0)), interval, inside);
+}
+
+const package_volume_CAMERA: u32 = 0u;
+
+struct package_volume_Frame {
+    number: u32,
+    walks: u32,
+    neighbours: u32,
+    radius: f32,
+    confidence_cap: f32,
+    phase_share: f32,
+    padding0: u32,
+    padding1: u32
+}
+
+struct package_volume_Primary {
+    hit: package_lightshed_ray_Hit,
+    reach: vec2f,
+    inside: u32,
+    padding: u32
+}
+
+struct package_volume_Scattered {
+    place: vec3f,
+    emitter: u32,
+    sky: vec3f,
+    distance: f32,
+    p_hat: f32,
+    weight: f32,
+    confidence: f32,
+    padding: u32
+}
+
+struct package_volume_View {
+    ray: package_lightshed_ray_Ray,
+    seen: package_volume_Primary
+}
+
+const package_volume__1F32_MAX: f32 = 3.4028235e38;
+
+override package_volume__1HAS_EMITTERS: bool = true;
+
+override package_volume__1HAS_SURFACES: bool = true;
+
+override package_volume__1HAS_SURROUNDINGS: bool = true;
+
+const package_volume__1ON_SURFACE: f32 = -1.0;
+
+const package_volume__1THIRD_ROOT: f32 = 0.57735027;
+
+fn package_volume__1nothing_held(confidence: f32) -> package_volume_Scattered {
+    return package_volume_Scattered(vec3f(0.0), package_lightshed_ray_NOTHING, vec3f(0.0), 0.0, 0.0, 0.0, confidence, 0u);
+}
+
+fn package_volume__1stream_from(pixel: u32, index: u32) -> package_lightshed_stream_Stream {
+    let width = package_host_settings.camera.size.x;
+    return package_lightshed_stream__2stream_of_sample(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), package_volume_frame.number, 4u * index);
+}
+
+fn package_volume__1target_of(value: vec3f) -> f32 {
+    return min(package_lightshed_vector_length3(value) * package_volume__1THIRD_ROOT, package_volume__1F32_MAX);
+}
+
+fn package_volume__1view_of(pixel: u32) -> package_volume_View {
+    return package_volume_View(package_volume__2camera_ray_of(pixel, package_volume_frame.number), package_volume_primaries[pixel]);
+}
+
+fn package_volume__2camera_ray_of(pixel: u32, number: u32) -> package_lightshed_ray_Ray {
+    let width = package_host_settings.camera.size.x;
+    return package_host__1pixel_ray(vec2u(pixel % width, pixel / width), package_volume_random(pixel, number, package_volume_CAMERA));
+}
+
+fn package_volume__2earlier_view_of(pixel: u32) -> package_volume_View {
+    return package_volume_View(package_volume__2camera_ray_of(pixel, package_volume_frame.number - 1u), package_volume_before[pixel]);
+}
+
+@group(0) @binding(15)
+var<storage, read> package_volume_before: array<package_volume_Primary>;
+
+fn package_volume_block(pixel: u32, index: u32) -> vec4u {
+    return package_volume_random(pixel, package_volume_frame.number, index);
+}
+
+@group(0) @binding(19)
+var<storage, read> package_volume_frame: package_volume_Frame;
+
+@group(0) @binding(16)
+var<storage, read_write> package_volume_held: array<package_volume_Scattered>;
+
+@group(0) @binding(17)
+var<storage, read_write> package_volume_history: array<package_volume_Scattered>;
+
+@group(0) @binding(18)
+var<storage, read_write> package_volume_image: array<vec4f>;
+
+@group(0) @binding(14)
+var<storage, read_write> package_volume_primaries: array<package_volume_Primary>;
+
+fn package_volume_random(pixel: u32, number: u32, index: u32) -> vec4u {
+    let width = package_host_settings.camera.size.x;
+    return package_lightshed_rng__1random_block(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), number, index);
 }
