@@ -181,5 +181,13 @@ fn row(
         tree.scratch_bytes() as f64 / 1e6,
     );
     println!("\n{differ} of {CHOICES} choices differ from the CPU's.\n");
+    if count == 100_000 {
+        println!(
+            "Beside an RTX 2080 (Lin 2022, chapter 4): build {:.2} ms for 0.43 ms; four choices for each of 1920x1080 pixels {:.1} ms, for \
+             11.5 ms with their shadow rays and shading.\n",
+            best.0,
+            1e3 * f64::from(1920 * 1080 * 4) * seconds / f64::from(CHOICES),
+        );
+    }
     Ok(())
 }

@@ -305,7 +305,7 @@ mod tests {
             // Others are trusted less than they were.
             (
                 "total += package_volume_held[inputs[j]].confidence",
-                "total += min(held[inputs[j]].confidence, 1.0)",
+                "total += min(package_volume_held[inputs[j]].confidence, 1.0)",
             ),
             // History merges without being asked about my path.
             (
