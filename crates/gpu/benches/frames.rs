@@ -1,7 +1,7 @@
 //! Whole frames on a GPU, kernel by kernel, by its own clock.
 //!
 //! ```text
-//! cargo bench -p lightshed-gpu --bench frames -- [WIDTHxHEIGHT]
+//! cargo bench -p lightshed-gpu --bench frames -- [WIDTHxHEIGHT] [SCENE…]
 //! ```
 //!
 //! At 1920x1080 `direct, tree, 4` over many lights is what Lin 2022, chapter 4, measures on an RTX 2080: 11.5 ms for four samples of lights with
@@ -26,10 +26,16 @@ const FRAMES: u32 = 5;
 const LONG: f64 = 5.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let size = std::env::args().skip(1).find_map(|argument| {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let size = arguments.iter().find_map(|argument| {
         let (width, height) = argument.split_once('x')?;
         Some((width.parse().ok()?, height.parse().ok()?))
     });
+    const SURFACES: [&str; 3] = ["cornell", "cornell-glossy", "many-lights"];
+    const MEDIA: [&str; 2] = ["smoke-in-cornell", "cloud"];
+    let is_named = |name: &&str| arguments.iter().any(|argument| argument == name);
+    let all = !SURFACES.iter().chain(&MEDIA).any(is_named);
+    let is_wanted = |name: &&str| all || is_named(name);
     let (width, height) = size.unwrap_or((1280, 720));
     let Some(gpu) = opening::clocked_gpu() else {
         return Ok(());
@@ -46,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         description.settings.max_depth = max_depth.or(description.settings.max_depth);
         Ok(Scene::new(&description)?)
     };
-    for name in ["cornell", "cornell-glossy", "many-lights"] {
+    for name in SURFACES.into_iter().filter(is_wanted) {
         let whole = scene(name, None)?;
         let on_device = GpuScene::new(&gpu, &whole)?;
         row(name, "path", GpuPathTracer::new(&gpu, &on_device)?)?;
@@ -72,7 +78,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             GpuVplGrid::new(&gpu, &whole, &on_device, lights)?,
         )?;
     }
-    for name in ["smoke-in-cornell", "cloud"] {
+    for name in MEDIA.into_iter().filter(is_wanted) {
         let single = scene(name, Some(2))?;
         let on_device = GpuScene::with_medium(&gpu, &single)?;
         row(
