@@ -2211,14 +2211,18 @@ struct package_medium_Crossing {
 
 const package_medium__1MOST_CROSSINGS: u32 = 65536u;
 
-fn package_medium__1cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool) -> package_medium_Crossing {
+fn package_medium__1cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool, end: vec3f) -> package_medium_Crossing {
     let origin = package_lightshed_surface__1origin_towards(point, ray.direction);
-    var rest = ray.t_max;
-    if rest < package_lightshed_ray__1NO_END {
-        rest -= package_lightshed_vector_dot3(origin - ray.origin, ray.direction) / package_lightshed_vector_dot3(ray.direction, ray.direction);
+    var rest = package_lightshed_ray_Ray(origin, ray.t_max, ray.direction, 0u);
+    if ray.t_max < package_lightshed_ray__1NO_END {
+        rest = package_medium__1rest_of(ray, origin, end);
     }
     let cos_theta = package_lightshed_vector_dot3(ray.direction, point.geometric_normal);
-    return package_medium_Crossing(package_lightshed_ray_Ray(origin, rest, ray.direction, 0u), package_medium__1medium_towards(primitive, cos_theta, inside));
+    return package_medium_Crossing(rest, package_medium__1medium_towards(primitive, cos_theta, inside));
+}
+
+fn package_medium__1end_of(ray: package_lightshed_ray_Ray) -> vec3f {
+    return ray.origin + ray.direction * ray.t_max;
 }
 
 fn package_medium__1field_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_majorant_FieldRay {
@@ -2242,6 +2246,18 @@ fn package_medium__1phase_at(angle: package_lightshed_phase_ScatteringAngle) -> 
         return package_lightshed_phase__1isotropic_phase();
     }
     return package_lightshed_phase__2henyey_greenstein_phase(g, angle);
+}
+
+fn package_medium__1rest_of(ray: package_lightshed_ray_Ray, origin: vec3f, end: vec3f) -> package_lightshed_ray_Ray {
+    let rest = end - origin;
+    let t_max = sqrt(package_lightshed_vector_dot3(rest, rest) / package_lightshed_vector_dot3(ray.direction, ray.direction));
+    if !package_lightshed_vector__1is_finite(t_max) {
+        return package_lightshed_ray_Ray(origin, ray.t_max, ray.direction, 0u);
+    }
+    if t_max > 0.0 && package_lightshed_vector_dot3(rest, ray.direction) > 0.0 {
+        return package_lightshed_ray_Ray(origin, t_max, rest / t_max, 0u);
+    }
+    return package_lightshed_ray_Ray(origin, 0.0, ray.direction, 0u);
 }
 
 fn package_medium__1sample_angle(u: f32) -> package_lightshed_phase_ScatteringAngle {
@@ -2490,6 +2506,7 @@ fn package_through__1estimate_part(ray: package_lightshed_ray_Ray, interval: vec
 }
 
 fn package_through__1estimate_through(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> package_through_Through {
+    let end = package_medium__1end_of(segment);
     var ray = segment;
     var result = package_through_Through(1.0, starts_inside);
     for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
@@ -2505,7 +2522,7 @@ fn package_through__1estimate_through(segment: package_lightshed_ray_Ray, starts
         if !package_medium_passes(triangle.material) || result.transmittance == 0.0 {
             break;
         }
-        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, result.inside);
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, result.inside, end);
         ray = crossing.ray;
         result.inside = crossing.inside;
     }
@@ -2532,16 +2549,16 @@ fn package_through__1marched_density(march: package_through_March, i: u32) -> f3
 fn package_through__1reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> package_through_Reach {
     var ray = whole;
     var inside = starts_inside;
+    let end = package_medium__1end_of(whole);
     var done = 0.0;
     var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
     for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
         var hit = package_lightshed_cwbvh_intersect(ray);
         let lost = hit.primitive == package_lightshed_ray_NOTHING;
-        let end = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
+        hit.t = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
         if inside {
-            interval = vec2f(min(interval.x, done), end);
+            interval = vec2f(min(interval.x, done), hit.t);
         }
-        hit.t = end;
         if lost {
             return package_through_Reach(hit, interval, inside);
         }
@@ -2549,7 +2566,7 @@ fn package_through__1reach_along(whole: package_lightshed_ray_Ray, starts_inside
         if !package_medium_passes(triangle.material) {
             return package_through_Reach(hit, interval, inside);
         }
-        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside, end);
         let direction = whole.direction;
         done += package_lightshed_vector_dot3(crossing.ray.origin - ray.origin, direction) / package_lightshed_vector_dot3(direction, direction);
         ray = crossing.ray;

@@ -28,6 +28,7 @@ const BY_DENSITY: u32 = 1u;
 const BY_DELTA: u32 = 2u;
 
 fn transmittance(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
+    let end = package_medium__1end_of(segment);
     var ray = segment;
     var inside = starts_inside;
     var result = 1.0;
@@ -65,7 +66,7 @@ fn transmittance(segment: package_lightshed_ray_Ray, starts_inside: bool, stream
         if !package_medium_passes(triangle.material) {
             return 0.0;
         }
-        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside);
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside, end);
         ray = crossing.ray;
         inside = crossing.inside;
     }
@@ -139,7 +140,7 @@ fn volpath(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
             }
             if package_medium_passes(point.material) {
                 crossings++;
-                let crossing = package_medium__1cross_surface(point, hit.primitive, ray, inside);
+                let crossing = package_medium__1cross_surface(point, hit.primitive, ray, inside, package_medium__1end_of(ray));
                 ray = crossing.ray;
                 inside = crossing.inside;
                 continue;
@@ -2215,14 +2216,18 @@ struct package_medium_Crossing {
 
 const package_medium__1MOST_CROSSINGS: u32 = 65536u;
 
-fn package_medium__1cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool) -> package_medium_Crossing {
+fn package_medium__1cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool, end: vec3f) -> package_medium_Crossing {
     let origin = package_lightshed_surface__1origin_towards(point, ray.direction);
-    var rest = ray.t_max;
-    if rest < package_lightshed_ray__1NO_END {
-        rest -= package_lightshed_vector_dot3(origin - ray.origin, ray.direction) / package_lightshed_vector_dot3(ray.direction, ray.direction);
+    var rest = package_lightshed_ray_Ray(origin, ray.t_max, ray.direction, 0u);
+    if ray.t_max < package_lightshed_ray__1NO_END {
+        rest = package_medium__1rest_of(ray, origin, end);
     }
     let cos_theta = package_lightshed_vector_dot3(ray.direction, point.geometric_normal);
-    return package_medium_Crossing(package_lightshed_ray_Ray(origin, rest, ray.direction, 0u), package_medium__1medium_towards(primitive, cos_theta, inside));
+    return package_medium_Crossing(rest, package_medium__1medium_towards(primitive, cos_theta, inside));
+}
+
+fn package_medium__1end_of(ray: package_lightshed_ray_Ray) -> vec3f {
+    return ray.origin + ray.direction * ray.t_max;
 }
 
 fn package_medium__1field_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_majorant_FieldRay {
@@ -2246,6 +2251,18 @@ fn package_medium__1phase_at(angle: package_lightshed_phase_ScatteringAngle) -> 
         return package_lightshed_phase__1isotropic_phase();
     }
     return package_lightshed_phase__2henyey_greenstein_phase(g, angle);
+}
+
+fn package_medium__1rest_of(ray: package_lightshed_ray_Ray, origin: vec3f, end: vec3f) -> package_lightshed_ray_Ray {
+    let rest = end - origin;
+    let t_max = sqrt(package_lightshed_vector_dot3(rest, rest) / package_lightshed_vector_dot3(ray.direction, ray.direction));
+    if !package_lightshed_vector__1is_finite(t_max) {
+        return package_lightshed_ray_Ray(origin, ray.t_max, ray.direction, 0u);
+    }
+    if t_max > 0.0 && package_lightshed_vector_dot3(rest, ray.direction) > 0.0 {
+        return package_lightshed_ray_Ray(origin, t_max, rest / t_max, 0u);
+    }
+    return package_lightshed_ray_Ray(origin, 0.0, ray.direction, 0u);
 }
 
 fn package_medium__1sample_angle(u: f32) -> package_lightshed_phase_ScatteringAngle {

@@ -1,7 +1,7 @@
 //! What lies along a ray: optical depths, boundaries of media, the first surface.
 
 use super::coarse::CoarseMedium;
-use crate::volpath::{Crossing, MOST_CROSSINGS};
+use crate::volpath::{Crossing, MOST_CROSSINGS, end_of};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::DVec3;
 use lightshed_scene::volume::{DensityField, Interval, unbiased_ray_marching, unbiased_ray_marching_lookups};
@@ -105,6 +105,7 @@ impl<'a> Volumes<'a> {
             each(&part);
             return (None, part.medium);
         }
+        let end = end_of(ray);
         for _ in 0..MOST_CROSSINGS {
             let hit = self.scene.nearest(&part.ray);
             part.t_max = hit.map_or(part.ray.t_max, |hit| hit.t);
@@ -117,7 +118,7 @@ impl<'a> Volumes<'a> {
             if !matches!(self.scene.materials()[point.material as usize], Material::Null) {
                 return (Some(point), part.medium);
             }
-            let crossing = Crossing::new(self.scene, &point, &part.ray, part.medium);
+            let crossing = Crossing::new(self.scene, &point, &part.ray, part.medium, end);
             part.before += f64::from((crossing.ray.origin - part.ray.origin).dot(ray.direction))
                 / f64::from(ray.direction.length_squared());
             (part.ray, part.medium) = (crossing.ray, crossing.medium);

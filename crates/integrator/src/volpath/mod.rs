@@ -7,7 +7,7 @@ mod tests;
 
 pub use flight::VolumeTracking;
 use flight::{Channels, fly};
-pub(crate) use shadow::Crossing;
+pub(crate) use shadow::{Crossing, end_of};
 
 use crate::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
 use crate::path::camera_ray;
@@ -270,7 +270,7 @@ impl State {
     /// Goes on behind a surface that lets all light pass.
     #[inline(always)]
     fn cross(&mut self, scene: &Scene, point: &SurfacePoint) {
-        let crossing = Crossing::new(scene, point, &self.ray, self.medium);
+        let crossing = Crossing::new(scene, point, &self.ray, self.medium, end_of(&self.ray));
         (self.ray, self.medium) = (crossing.ray, crossing.medium);
     }
 }
