@@ -55,6 +55,8 @@ pub(crate) struct Lit {
     pub value: DVec3,
     /// Of the endpoint, in its measure.
     pub pdf: f64,
+    /// `|dω/de|`.
+    pub per_endpoint: f64,
     /// From the endpoint.
     pub radiance: Rgb,
 }
@@ -317,6 +319,7 @@ impl Evaluation<'_> {
             arriving,
             value: scattered * arriving,
             pdf: f64::from(connection.pdf_endpoint),
+            per_endpoint,
             radiance: connection.radiance,
         })
     }

@@ -2,10 +2,9 @@
 
 use super::coarse::MAX_COARSENESS;
 use super::path::MAX_SCATTERINGS;
+use super::vertex::has_lobe;
 use lightshed_resampling::{Pattern, PatternError};
-use lightshed_scene::volume::PhaseFunction;
-use lightshed_scene::{Material, Medium, Scene};
-use std::f32::consts::PI;
+use lightshed_scene::{Material, Scene};
 use std::fmt;
 
 /// Most reservoirs of a pixel.
@@ -114,9 +113,6 @@ impl RestirVolumeOptions {
     /// bright as the mean. A still does better without: a path that never leaves its pixel costs little.
     #[must_use]
     pub fn under_motion(self, scene: &Scene) -> Self {
-        // Measured at asymmetries of 0 and 0.8: between them this is at about 0.45.
-        let has_lobe =
-            |medium: &Medium| medium.phase().phase(1.0).max(medium.phase().phase(-1.0)) * 4.0 * PI > 5.0;
         if scene.media().iter().any(has_lobe) {
             self.with_neighbours()
         } else {

@@ -1,7 +1,7 @@
 //! A pixel of one frame as a domain of paths through volumes.
 
 use super::path::{PathCoordinates, VolumePath};
-use super::through::{Volumes, optical_depth, proposal_extinction};
+use super::through::{Met, Volumes, optical_depth, proposal_extinction};
 use super::vertex::Vertex;
 use lightshed_resampling::{Domain, DomainReservoir};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
@@ -127,7 +127,7 @@ impl VolumePixel {
             }
             true
         });
-        self.surface = surface.map(|point| PrimarySurface {
+        self.surface = surface.map(|Met { point, .. }| PrimarySurface {
             bsdf: volumes.scene.bsdf(&point),
             wo: point.shading.to_local(-ray.direction),
             point,

@@ -1,11 +1,12 @@
 //! What lies along a ray: optical depths, boundaries of media, the first surface.
 
 use super::coarse::CoarseMedium;
+use super::vertex::has_lobe;
 use crate::volpath::{Crossing, MOST_CROSSINGS, end_of};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::DVec3;
 use lightshed_scene::volume::{DensityField, Interval, unbiased_ray_marching, unbiased_ray_marching_lookups};
-use lightshed_scene::{Material, Medium, MediumDensity, Ray, Scene, SurfacePoint};
+use lightshed_scene::{EmitterEndpoint, Material, Medium, MediumDensity, Ray, Scene, SurfacePoint};
 
 /// A scene's media and their coarse copies.
 pub(crate) struct Volumes<'a> {
@@ -16,6 +17,10 @@ pub(crate) struct Volumes<'a> {
     alone: bool,
     /// Whether that medium's grid, besides, is cut off by nothing: then it is all that any ray passes.
     clear: bool,
+    /// By medium, whether it scatters into a lobe.
+    pub has_lobe: Vec<bool>,
+    /// Whether there are emitters that have an area, and rays meet them all.
+    pub shows_lamps: bool,
 }
 
 /// What light passes on a segment.
@@ -33,9 +38,16 @@ pub(crate) enum Landing {
     /// Into a collision in a medium, at that distance from the start.
     Collision { distance: f64, medium: u32 },
     /// To a surface.
-    Surface(SurfacePoint),
+    Surface(Met),
     /// Out of the scene.
     Away,
+}
+
+/// A surface that a ray has met.
+pub(crate) struct Met {
+    pub point: SurfacePoint,
+    /// The place on an emitter, where it is one.
+    pub endpoint: Option<EmitterEndpoint>,
 }
 
 /// A free flight by a coarse density and what it is made of.
@@ -78,6 +90,8 @@ impl<'a> Volumes<'a> {
                 .collect(),
             alone,
             clear: alone && scene.medium_is_clear(0),
+            has_lobe: media.iter().map(has_lobe).collect(),
+            shows_lamps: shows_lamps(scene),
             scene,
         }
     }
@@ -93,7 +107,7 @@ impl<'a> Volumes<'a> {
         ray: &Ray,
         medium: Option<u32>,
         mut each: impl FnMut(&Part) -> bool,
-    ) -> (Option<SurfacePoint>, Option<u32>) {
+    ) -> (Option<Met>, Option<u32>) {
         let mut part = Part {
             ray: *ray,
             t_max: 0.0,
@@ -112,11 +126,17 @@ impl<'a> Volumes<'a> {
             if !each(&part) {
                 return (None, part.medium);
             }
-            let Some(point) = hit.map(|hit| self.scene.surface(&part.ray, &hit)) else {
+            let Some(hit) = hit else {
                 return (None, part.medium);
             };
+            let point = self.scene.surface(&part.ray, &hit);
             if !matches!(self.scene.materials()[point.material as usize], Material::Null) {
-                return (Some(point), part.medium);
+                let endpoint =
+                    (point.emitter != SurfacePoint::NO_EMITTER).then(|| EmitterEndpoint::Surface {
+                        emitter: point.emitter,
+                        coordinates: self.scene.coordinates(&part.ray, &hit),
+                    });
+                return (Some(Met { point, endpoint }), part.medium);
             }
             let crossing = Crossing::new(self.scene, &point, &part.ray, part.medium, end);
             part.before += f64::from((crossing.ray.origin - part.ray.origin).dot(ray.direction))
@@ -161,7 +181,7 @@ impl<'a> Volumes<'a> {
         Through {
             transmittance: transmitted(depth),
             medium,
-            surface,
+            surface: surface.map(|met| met.point),
         }
     }
 
@@ -177,7 +197,7 @@ impl<'a> Volumes<'a> {
         Through {
             transmittance,
             medium,
-            surface,
+            surface: surface.map(|met| met.point),
         }
     }
 
@@ -262,7 +282,7 @@ impl<'a> Volumes<'a> {
         };
         let landing = match (collision, surface) {
             (Some((distance, medium)), _) => Landing::Collision { distance, medium },
-            (None, Some(point)) => Landing::Surface(point),
+            (None, Some(met)) => Landing::Surface(met),
             (None, None) => Landing::Away,
         };
         CoarseFlight {
@@ -272,6 +292,16 @@ impl<'a> Volumes<'a> {
             medium,
         }
     }
+}
+
+/// Whether there are emitters that have an area, none of a shape that all light passes.
+fn shows_lamps(scene: &Scene) -> bool {
+    let lamps = scene.emitters().area_count() as u32;
+    let is_passed = |primitive| {
+        let material = scene.primitive_material(primitive) as usize;
+        matches!(scene.materials()[material], Material::Null)
+    };
+    lamps > 0 && !(0..lamps).any(|lamp| scene.emitter_primitive(lamp).is_some_and(is_passed))
 }
 
 /// Part of the majorants' depth that sets the number of lookups.
