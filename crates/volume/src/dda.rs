@@ -18,6 +18,8 @@ pub(crate) struct Lattice {
     pub min: DVec3,
     /// Edge length of a cell.
     pub cell: f64,
+    /// One over it.
+    pub scale: f64,
     /// Cells along each axis, at least 1.
     pub counts: [u32; 3],
 }
@@ -73,14 +75,14 @@ impl Dda {
         let [nx, ny, _] = lattice.counts;
         // Where this wraps, no index is asked for.
         let strides = [1, nx, nx.wrapping_mul(ny)];
-        let scale = lattice.cell.recip();
         // In units of cells.
-        let origin = (ray.origin.as_dvec3() - lattice.min) * scale;
-        let direction = ray.direction.as_dvec3() * scale;
+        let origin = (ray.origin.as_dvec3() - lattice.min) * lattice.scale;
+        let direction = ray.direction.as_dvec3() * lattice.scale;
         let start = (origin + direction * t0).to_array();
-        let (origin, inverse) = (origin.to_array(), direction.recip().to_array());
-        // 0 for an endless interval, which no plane cuts.
-        let counts = WHOLE as f64 / (t1 - t0);
+        let (origin, [dx, dy, dz]) = (origin.to_array(), direction.to_array());
+        // The counts are 0 for an endless interval, which no plane cuts.
+        let [x, y, z, counts] = quotients([1.0, 1.0, 1.0, WHOLE as f64], [dx, dy, dz, t1 - t0]);
+        let inverse = [x, y, z];
         let mut dda = Self {
             now: if t0 < t1 { 0 } else { WHOLE },
             last: WHOLE,
@@ -121,6 +123,12 @@ impl Dda {
         }
         dda
     }
+}
+
+/// `aᵢ/bᵢ`, for the compiler to divide two at a time: a ray through few cells waits for little else.
+#[inline(always)]
+fn quotients(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    core::array::from_fn(|i| a[i] / b[i])
 }
 
 impl Iterator for Dda {
@@ -168,6 +176,17 @@ impl Iterator for Dda {
 }
 
 impl Lattice {
+    /// Cells of edge `cell` from the corner `min` on.
+    #[inline(always)]
+    pub fn new(min: DVec3, cell: f64, counts: [u32; 3]) -> Self {
+        Self {
+            min,
+            cell,
+            scale: cell.recip(),
+            counts,
+        }
+    }
+
     /// The least and greatest corner of a cell.
     pub fn cell_bounds(&self, cell: [u32; 3]) -> (Vec3, Vec3) {
         let low = self.min + DVec3::from_array(cell.map(f64::from)) * self.cell;

@@ -90,7 +90,7 @@ impl MajorantGrid {
             return Err(MajorantError::TooMany);
         }
         let counts = counts.to_array().map(|n| n as u32);
-        let lattice = Lattice { min, cell, counts };
+        let lattice = Lattice::new(min, cell, counts);
         let [nx, ny, nz] = counts.map(|n| n as usize);
         let mut ranges = vec![DensityRange::EMPTY; nx * ny * nz];
         // Points are computed in f32 and may be off by rounding.

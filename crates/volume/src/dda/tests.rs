@@ -6,11 +6,7 @@ use lightshed_testkit::{check_faults, rng, uniform_f64};
 const COUNTS: [u32; 3] = [5, 3, 7];
 
 fn lattice() -> Lattice {
-    Lattice {
-        min: DVec3::new(-1.0, 0.0, 2.0),
-        cell: 2.0,
-        counts: COUNTS,
-    }
+    Lattice::new(DVec3::new(-1.0, 0.0, 2.0), 2.0, COUNTS)
 }
 
 fn bounds() -> FieldBounds {

@@ -126,22 +126,14 @@ pub fn regular_flight<G: VoxelGrid>(
 /// The voxels along a ray.
 #[inline(always)]
 fn voxels<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval) -> Dda {
-    let lattice = Lattice {
-        min: DVec3::ZERO,
-        cell: 1.0,
-        counts: grid.size(),
-    };
+    let lattice = Lattice::new(DVec3::ZERO, 1.0, grid.size());
     Dda::new(&lattice, ray, grid.bounds().clip(ray, interval))
 }
 
 /// The cells between voxel centres along a ray: one more than voxels along each axis, the outermost cut in half by the bounds.
 #[inline(always)]
 fn cells<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval) -> Dda {
-    let lattice = Lattice {
-        min: DVec3::splat(-0.5),
-        cell: 1.0,
-        counts: grid.size().map(|n| n + 1),
-    };
+    let lattice = Lattice::new(DVec3::splat(-0.5), 1.0, grid.size().map(|n| n + 1));
     Dda::new(&lattice, ray, grid.bounds().clip(ray, interval))
 }
 

@@ -4,6 +4,7 @@ mod delta;
 mod marching;
 mod next_flight;
 mod power_series;
+mod product;
 mod ratio;
 mod residual;
 #[cfg(test)]
@@ -61,11 +62,4 @@ impl From<Estimates<3>> for SpectralTransmittance {
             lookups: estimates.lookups,
         }
     }
-}
-
-/// The greatest of the coefficients, the rate at which a walk serves all, and their shares of it.
-#[inline(always)]
-fn rate_and_shares<const N: usize>(extinction: [f32; N]) -> (f32, [f32; N]) {
-    let greatest = extinction.iter().fold(0.0f32, |a, &k| a.max(k));
-    (greatest, extinction.map(|k| k / greatest))
 }

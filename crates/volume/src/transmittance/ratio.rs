@@ -1,9 +1,10 @@
 //! Ratio tracking.
 
-use super::{Estimates, SpectralTransmittance, TransmittanceEstimate, rate_and_shares};
-use crate::exponential::Exponentials;
-use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
+use super::product::{Product, product};
+use super::{Estimates, SpectralTransmittance, TransmittanceEstimate};
+use crate::collisions::CollisionBlock;
+use crate::{DensityAccessor, FieldRay, Segment};
+use lightshed_lanes::Lanes;
 use lightshed_sampling::rand::Rng;
 
 /// Transmittance by ratio tracking (Novák et al. 2014): `Π (1 − ρ/ρ̄)` over all tentative collisions. Unbiased, in [0, 1].
@@ -45,60 +46,39 @@ fn ratio<const N: usize, A: DensityAccessor>(
     extinction: [f32; N],
     rng: &mut (impl Rng + ?Sized),
 ) -> Estimates<N> {
-    LaneChoice::best().run(Ratio {
-        density,
-        ray,
-        segments,
-        extinction,
-        rng,
-    })
+    let (value, lookups) = product::<N, Ratios, A>(density, ray, segments, extinction, rng);
+    Estimates {
+        value: value.map(|Ratios(value)| value),
+        lookups,
+    }
 }
 
-struct Ratio<'a, const N: usize, A, S, R: ?Sized> {
-    density: &'a mut A,
-    ray: &'a FieldRay,
-    segments: S,
-    extinction: [f32; N],
-    rng: &'a mut R,
-}
+/// `Π (1 − k_c ρ / (k̂ ρ̄))`.
+#[derive(Clone, Copy)]
+struct Ratios(f32);
 
-impl<const N: usize, A, S, R> LaneKernel for Ratio<'_, N, A, S, R>
-where
-    A: DensityAccessor,
-    S: Iterator<Item = Segment>,
-    R: Rng + ?Sized,
-{
-    type Output = Estimates<N>;
+impl Product for Ratios {
+    const ONE: Self = Self(1.0);
+    const ZERO: Self = Self(0.0);
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Estimates<N> {
-        let (rate, shares) = rate_and_shares(self.extinction);
-        let mut collisions = TentativeCollisions::new(self.segments, rate);
-        let mut depths = Exponentials::new();
-        let mut value = [1.0f32; N];
-        let mut lookups = 0;
-        loop {
-            let block = collisions.next_block::<L>(&mut depths, self.rng);
-            if block.count > 0 {
-                let rho = self.density.densities(self.ray, L::load(&block.t), block.count);
-                let ratio = rho / L::load(&block.majorant);
-                for channel in 0..N {
-                    let factor = (L::splat(1.0) - L::splat(shares[channel]) * ratio).max(L::splat(0.0));
-                    let factor = factor.store();
-                    for factor in &factor[..block.count] {
-                        value[channel] *= factor;
-                    }
-                }
-                lookups += block.count as u32;
-            }
-            if value.iter().all(|&v| v < f32::MIN_POSITIVE) {
-                value = [0.0; N];
-                break;
-            }
-            if block.count < LANES {
-                break;
-            }
-        }
-        Estimates { value, lookups }
+    fn ratio<L: Lanes>(rho: L, block: &CollisionBlock) -> L {
+        rho / L::load(&block.majorant)
+    }
+
+    #[inline(always)]
+    fn factor<L: Lanes>(share: L, ratio: L) -> L {
+        // Not below 0 where the density is, by rounding, above its bound.
+        (L::splat(1.0) - share * ratio).max(L::splat(0.0))
+    }
+
+    #[inline(always)]
+    fn times(self, factor: f32) -> Self {
+        Self(self.0 * factor)
+    }
+
+    #[inline(always)]
+    fn has_vanished(self) -> bool {
+        self.0 < f32::MIN_POSITIVE
     }
 }

@@ -1,9 +1,10 @@
 //! Residual ratio tracking.
 
-use super::{Estimates, SpectralTransmittance, TransmittanceEstimate, rate_and_shares};
-use crate::exponential::Exponentials;
-use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
+use super::product::{Product, product};
+use super::{Estimates, SpectralTransmittance, TransmittanceEstimate};
+use crate::collisions::CollisionBlock;
+use crate::{DensityAccessor, FieldRay, Segment};
+use lightshed_lanes::Lanes;
 use lightshed_sampling::rand::Rng;
 
 /// The control density `ρ_c` of [`residual_ratio_tracking`], by segment.
@@ -49,9 +50,6 @@ pub fn spectral_residual_ratio_tracking<A: DensityAccessor>(
     residual(density, ray, segments, extinction, control, rng).into()
 }
 
-/// Estimates below this are taken for 0.
-const VANISHED: f64 = f32::MIN_POSITIVE as f64;
-
 #[inline(always)]
 fn residual<const N: usize, A: DensityAccessor>(
     density: &mut A,
@@ -78,13 +76,7 @@ fn residual<const N: usize, A: DensityAccessor>(
             ..segment
         }
     });
-    let (value, lookups) = LaneChoice::best().run(Residual {
-        density,
-        ray,
-        segments: residual,
-        extinction,
-        rng,
-    });
+    let (value, lookups) = product::<N, Residuals, A>(density, ray, residual, extinction, rng);
     let value = core::array::from_fn(|c| {
         // Not NaN where an endless control depth meets a coefficient of 0.
         let depth = if extinction[c] > 0.0 {
@@ -92,55 +84,36 @@ fn residual<const N: usize, A: DensityAccessor>(
         } else {
             0.0
         };
-        (value[c] * (-depth).exp()).min(f64::from(f32::MAX)) as f32
+        (value[c].0 * (-depth).exp()).min(f64::from(f32::MAX)) as f32
     });
     Estimates { value, lookups }
 }
 
-/// `Π (1 − k_c (ρ − ρ_c)/(k̂ ρ̄_r))`, and lookups.
-struct Residual<'a, const N: usize, A, S, R: ?Sized> {
-    density: &'a mut A,
-    ray: &'a FieldRay,
-    segments: S,
-    extinction: [f32; N],
-    rng: &'a mut R,
-}
+/// `Π (1 − k_c (ρ − ρ_c)/(k̂ ρ̄_r))`. In `f64`: factors may exceed 1, many of them `f32`'s range.
+#[derive(Clone, Copy)]
+struct Residuals(f64);
 
-impl<const N: usize, A, S, R> LaneKernel for Residual<'_, N, A, S, R>
-where
-    A: DensityAccessor,
-    S: Iterator<Item = Segment>,
-    R: Rng + ?Sized,
-{
-    type Output = ([f64; N], u32);
+impl Product for Residuals {
+    const ONE: Self = Self(1.0);
+    const ZERO: Self = Self(0.0);
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
-        let (rate, shares) = rate_and_shares(self.extinction);
-        let mut collisions = TentativeCollisions::new(self.segments, rate);
-        let mut depths = Exponentials::new();
-        // In f64: factors may exceed 1, many of them f32's range.
-        let mut value = [1.0f64; N];
-        let mut lookups = 0;
-        loop {
-            let block = collisions.next_block::<L>(&mut depths, self.rng);
-            if block.count > 0 {
-                let rho = self.density.densities(self.ray, L::load(&block.t), block.count);
-                let ratio = (rho - L::load(&block.minorant)) / L::load(&block.majorant);
-                for channel in 0..N {
-                    let factor = (L::splat(1.0) - L::splat(shares[channel]) * ratio).store();
-                    for &factor in &factor[..block.count] {
-                        value[channel] = (value[channel] * f64::from(factor)).min(f64::MAX);
-                    }
-                }
-                lookups += block.count as u32;
-            }
-            if value.iter().all(|v| v.abs() < VANISHED) {
-                return ([0.0; N], lookups);
-            }
-            if block.count < LANES {
-                return (value, lookups);
-            }
-        }
+    fn ratio<L: Lanes>(rho: L, block: &CollisionBlock) -> L {
+        (rho - L::load(&block.minorant)) / L::load(&block.majorant)
+    }
+
+    #[inline(always)]
+    fn factor<L: Lanes>(share: L, ratio: L) -> L {
+        L::splat(1.0) - share * ratio
+    }
+
+    #[inline(always)]
+    fn times(self, factor: f32) -> Self {
+        Self((self.0 * f64::from(factor)).min(f64::MAX))
+    }
+
+    #[inline(always)]
+    fn has_vanished(self) -> bool {
+        self.0.abs() < f64::from(f32::MIN_POSITIVE)
     }
 }
