@@ -10,29 +10,20 @@
 //! not there are left out. The two renderers take turns, with different seeds and the same number of threads, and what
 //! counts is CPU-seconds of the process while it renders: loading, building and compiling are left out on both sides.
 
+#[path = "measure/turns.rs"]
+mod turns;
+
 use clap::Parser;
-use lightshed::integrator::{Budget, PathTracer, RenderOptions, render};
+use lightshed::integrator::PathTracer;
 use lightshed::scene::{AcceleratorKind, BuildOptions, Scene, SceneDescription, builtin, import};
 use std::error::Error;
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::atomic::AtomicBool;
+use turns::{Spread, Turns, summary};
 
 #[derive(Parser)]
 struct Options {
-    /// Python interpreter with Mitsuba 3 to compare with.
-    #[arg(long)]
-    compare: Option<PathBuf>,
-    /// Mitsuba's variant.
-    #[arg(long, default_value = "llvm_ad_rgb")]
-    variant: String,
-    /// Turns of each renderer.
-    #[arg(long, default_value_t = 5)]
-    repeats: u32,
-    /// Samples a pixel in each turn.
-    #[arg(long, default_value_t = 64)]
-    spp: u32,
+    #[command(flatten)]
+    turns: Turns,
     /// Tree to trace rays through: wide, bvh2 or cwbvh.
     #[arg(long, default_value = "wide")]
     tree: String,
@@ -57,13 +48,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         other => return Err(format!("no tree is called '{other}'").into()),
     };
     let folder = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from);
-    let mut mitsuba = match &options.compare {
-        Some(python) => Some(Mitsuba::start(python, &options.variant)?),
-        None => None,
-    };
+    let mut mitsuba = options.turns.start_mitsuba()?;
     println!(
-        "M paths per CPU-second, median (least - greatest) of {} turns",
-        options.repeats
+        "M paths per CPU-second, median (least - greatest) of {} turns; mean; variance of a path",
+        options.turns.repeats
     );
     for (name, width, height, max_depth) in CASES {
         let file = folder
@@ -82,28 +70,15 @@ fn main() -> Result<(), Box<dyn Error>> {
                 ..BuildOptions::default()
             },
         )?;
-        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-        for turn in 0..options.repeats {
-            ours.push(our_turn(&scene, max_depth, options.spp, u64::from(turn))?);
-            if let (Some(mitsuba), Some(file)) = (&mut mitsuba, &file) {
-                let size = (width, height);
-                theirs.push(mitsuba.turn(file, size, max_depth, options.spp, turn + 1_000)?);
-            }
-        }
-        let mut line = format!("{name:<14} lightshed {}", Spread::of(&ours));
+        let tracer = PathTracer::with_depths(&scene, Some(max_depth), u32::MAX);
+        let other = mitsuba.as_mut().zip(file.as_deref());
+        let turns = options.turns.take(&tracer, scene.settings(), max_depth, other)?;
+        let [ours, theirs] = &turns;
+        println!("{name:<14} lightshed {}", summary(ours));
         if !theirs.is_empty() {
-            let ratios: Vec<f64> = ours
-                .iter()
-                .zip(&theirs)
-                .map(|(ours, theirs)| ours / theirs)
-                .collect();
-            line += &format!(
-                "   mitsuba {}   ratio {}",
-                Spread::of(&theirs),
-                Spread::of(&ratios)
-            );
+            println!("{:<14} mitsuba   {}", "", summary(theirs));
+            println!("{:<14} ratio     {}", "", Spread::of_ratios(&turns));
         }
-        println!("{line}");
     }
     Ok(())
 }
@@ -114,99 +89,4 @@ fn describe(name: &str, file: Option<&Path>) -> Result<Option<SceneDescription>,
         Some(file) => Some(import::load(file, &[])?.description),
         None => builtin::by_name(name),
     })
-}
-
-/// Millions of paths per CPU-second.
-fn our_turn(scene: &Scene, max_depth: u32, spp: u32, seed: u64) -> Result<f64, Box<dyn Error>> {
-    let settings = scene.settings();
-    let tracer = PathTracer::with_depths(scene, Some(max_depth), u32::MAX);
-    let options = RenderOptions {
-        seed,
-        ..RenderOptions::new(settings.width, settings.height, Budget::Samples(spp))
-    };
-    let outcome = render(&tracer, &options, &|_| (), &AtomicBool::new(false))?;
-    let seconds = outcome
-        .cpu_seconds
-        .ok_or("this platform does not tell a process its CPU time")?;
-    Ok(outcome.film.samples() as f64 / seconds / 1e6)
-}
-
-/// Mitsuba in a process of its own, which renders when asked.
-struct Mitsuba {
-    process: Child,
-    requests: ChildStdin,
-    answers: BufReader<ChildStdout>,
-}
-
-impl Mitsuba {
-    fn start(python: &Path, variant: &str) -> Result<Self, Box<dyn Error>> {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/mitsuba_throughput.py");
-        let mut process = Command::new(python)
-            .arg(script)
-            .arg(variant)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|error| format!("cannot start {}: {error}", python.display()))?;
-        let requests = process.stdin.take().ok_or("no pipe to Python")?;
-        let answers = BufReader::new(process.stdout.take().ok_or("no pipe from Python")?);
-        Ok(Self {
-            process,
-            requests,
-            answers,
-        })
-    }
-
-    /// Millions of paths per CPU-second.
-    fn turn(
-        &mut self,
-        scene: &Path,
-        (width, height): (u32, u32),
-        max_depth: u32,
-        spp: u32,
-        seed: u32,
-    ) -> Result<f64, Box<dyn Error>> {
-        writeln!(
-            self.requests,
-            "{} {width} {height} {max_depth} {spp} {seed}",
-            scene.display()
-        )?;
-        self.requests.flush()?;
-        let mut answer = String::new();
-        self.answers.read_line(&mut answer)?;
-        let figures: Vec<f64> = answer
-            .split_whitespace()
-            .map(str::parse)
-            .collect::<Result<_, _>>()?;
-        match figures[..] {
-            [samples, seconds, ..] if seconds > 0.0 => Ok(samples / seconds / 1e6),
-            _ => Err(format!("Mitsuba did not answer for {}", scene.display()).into()),
-        }
-    }
-}
-
-impl Drop for Mitsuba {
-    fn drop(&mut self) {
-        // It also ends by itself when its input does; nothing is lost if it has already.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-/// Median and extremes.
-struct Spread([f64; 3]);
-
-impl Spread {
-    fn of(values: &[f64]) -> Self {
-        let mut sorted = values.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        Self([sorted[sorted.len() / 2], sorted[0], sorted[sorted.len() - 1]])
-    }
-}
-
-impl std::fmt::Display for Spread {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [median, least, greatest] = self.0;
-        write!(f, "{median:.3} ({least:.3} - {greatest:.3})")
-    }
 }

@@ -20,6 +20,8 @@
 
 #[path = "measure/agreement.rs"]
 mod agreement;
+#[path = "measure/turns.rs"]
+mod turns;
 
 use agreement::{Agreement, Reuse, agree};
 use clap::Parser;
@@ -31,25 +33,14 @@ use lightshed::scene::{
     DensityDescription, PhaseDescription, Rgb, Scene, SceneDescription, builtin, import, luminance,
 };
 use std::error::Error;
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::AtomicBool;
+use turns::{Spread, Turns, summary};
 
 #[derive(Parser)]
 struct Options {
-    /// Python interpreter with Mitsuba 3 to compare with.
-    #[arg(long)]
-    compare: Option<PathBuf>,
-    /// Mitsuba's variant.
-    #[arg(long, default_value = "llvm_ad_rgb")]
-    variant: String,
-    /// Turns of each renderer, or frames whose error is measured.
-    #[arg(long, default_value_t = 5)]
-    repeats: u32,
-    /// Samples a pixel in each turn.
-    #[arg(long, default_value_t = 64)]
-    spp: u32,
+    #[command(flatten)]
+    turns: Turns,
     /// Error at equal time instead of samples per CPU-second.
     #[arg(long)]
     race: bool,
@@ -109,22 +100,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Millions of samples per CPU-second, the mean, and the variance of a sample averaged over pixels and channels.
-struct Turn {
-    rate: f64,
-    mean: f64,
-    variance: f64,
-}
-
 fn throughput(options: &Options) -> Result<(), Box<dyn Error>> {
     let folder = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from);
-    let mut mitsuba = match &options.compare {
-        Some(python) => Some(Mitsuba::start(python, &options.variant)?),
-        None => None,
-    };
+    let mut mitsuba = options.turns.start_mitsuba()?;
     println!(
         "M samples per CPU-second, median of {} turns; mean; variance of a sample",
-        options.repeats
+        options.turns.repeats
     );
     for max_depth in [2, 64] {
         let file = folder.as_ref().map(|folder| folder.join("blob_volume/scene.xml"));
@@ -134,72 +115,17 @@ fn throughput(options: &Options) -> Result<(), Box<dyn Error>> {
         };
         let description = import::load(&file, &[])?.description;
         let scene = Scene::new(&description)?;
-        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-        for turn in 0..options.repeats {
-            ours.push(our_turn(&scene, max_depth, options.spp, u64::from(turn))?);
-            if let Some(mitsuba) = &mut mitsuba {
-                let size = (description.settings.width, description.settings.height);
-                theirs.push(mitsuba.turn(&file, size, max_depth, options.spp, turn + 1_000)?);
-            }
-        }
-        println!(
-            "blob_volume to depth {max_depth:<2}  lightshed {}",
-            summary(&ours)
-        );
+        let tracer = VolumePathTracer::with_depths(&scene, Some(max_depth), u32::MAX);
+        let other = mitsuba.as_mut().map(|mitsuba| (mitsuba, &*file));
+        let turns = options.turns.take(&tracer, scene.settings(), max_depth, other)?;
+        let [ours, theirs] = &turns;
+        println!("blob_volume to depth {max_depth:<2}  lightshed {}", summary(ours));
         if !theirs.is_empty() {
-            println!("                         mitsuba   {}", summary(&theirs));
-            let ratios: Vec<f64> = ours.iter().zip(&theirs).map(|(a, b)| a.rate / b.rate).collect();
-            let (median, least, greatest) = spread(&ratios);
-            println!("                         ratio     {median:.2} ({least:.2} - {greatest:.2})");
+            println!("                         mitsuba   {}", summary(theirs));
+            println!("                         ratio     {}", Spread::of_ratios(&turns));
         }
     }
     Ok(())
-}
-
-fn summary(turns: &[Turn]) -> String {
-    let rates: Vec<f64> = turns.iter().map(|turn| turn.rate).collect();
-    let (median, least, greatest) = spread(&rates);
-    let mean = turns.iter().map(|turn| turn.mean).sum::<f64>() / turns.len() as f64;
-    // Mitsuba's last holds all of its turns; ours are means of independent ones.
-    let variances: Vec<f64> = turns
-        .iter()
-        .map(|turn| turn.variance)
-        .filter(|v| v.is_finite())
-        .collect();
-    let variance = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
-    format!("{median:.3} ({least:.3} - {greatest:.3}); {mean:.6}; {variance:.6}")
-}
-
-fn spread(values: &[f64]) -> (f64, f64, f64) {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    (sorted[sorted.len() / 2], sorted[0], sorted[sorted.len() - 1])
-}
-
-fn our_turn(scene: &Scene, max_depth: u32, spp: u32, seed: u64) -> Result<Turn, Box<dyn Error>> {
-    let settings = scene.settings();
-    let tracer = VolumePathTracer::with_depths(scene, Some(max_depth), u32::MAX);
-    let options = RenderOptions {
-        seed,
-        ..RenderOptions::new(settings.width, settings.height, Budget::Samples(spp))
-    };
-    let outcome = render(&tracer, &options, &|_| (), &AtomicBool::new(false))?;
-    let seconds = outcome
-        .cpu_seconds
-        .ok_or("this platform does not tell a process its CPU time")?;
-    let (mut variance, mut count) = (0.0, 0u32);
-    for y in 0..settings.height {
-        for x in 0..settings.width {
-            let of_mean = outcome.film.get(x, y).and_then(|pixel| pixel.variance_of_mean());
-            variance += of_mean.unwrap_or_default().iter().sum::<f64>() * f64::from(spp);
-            count += 3;
-        }
-    }
-    Ok(Turn {
-        rate: outcome.film.samples() as f64 / seconds / 1e6,
-        mean: outcome.film.mean_image().mean().iter().sum::<f64>() / 3.0,
-        variance: variance / f64::from(count),
-    })
 }
 
 /// Density, asymmetry and scattering vertices of the race.
@@ -285,7 +211,7 @@ fn lap(
     let mut method = RestirVolume::new(&scene, parameters, CameraMotion::STILL)?;
     let (mut error, mut seconds, mut brightness) = ([0.0; 3], 0.0, 0.0);
     let mut frame_image = vec![Rgb::ZERO; pixels];
-    for frame in 0..WARM_UP + options.repeats {
+    for frame in 0..WARM_UP + options.turns.repeats {
         let before = process_cpu_seconds().ok_or("no CPU time")?;
         method
             .render_frame(frame, 7, &mut frame_image, &AtomicBool::new(false))
@@ -298,7 +224,7 @@ fn lap(
             }
         }
     }
-    let frames = f64::from(options.repeats);
+    let frames = f64::from(options.turns.repeats);
     let (error, seconds) = (error.map(|sum| sum / frames), seconds / frames);
     let truth = 0.5 * (mean_of(&reference[0]) + mean_of(&reference[1]));
     let mut line = format!(
@@ -395,69 +321,4 @@ fn blocks(image: &[Rgb], [width, height]: [u32; 2]) -> Vec<Rgb> {
         }
     }
     means
-}
-
-/// Mitsuba in a process of its own, which renders when asked.
-struct Mitsuba {
-    process: Child,
-    requests: ChildStdin,
-    answers: BufReader<ChildStdout>,
-}
-
-impl Mitsuba {
-    fn start(python: &Path, variant: &str) -> Result<Self, Box<dyn Error>> {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/mitsuba_volumes.py");
-        let mut process = Command::new(python)
-            .arg(script)
-            .arg(variant)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|error| format!("cannot start {}: {error}", python.display()))?;
-        let requests = process.stdin.take().ok_or("no pipe to Python")?;
-        let answers = BufReader::new(process.stdout.take().ok_or("no pipe from Python")?);
-        Ok(Self {
-            process,
-            requests,
-            answers,
-        })
-    }
-
-    fn turn(
-        &mut self,
-        scene: &Path,
-        (width, height): (u32, u32),
-        max_depth: u32,
-        spp: u32,
-        seed: u32,
-    ) -> Result<Turn, Box<dyn Error>> {
-        writeln!(
-            self.requests,
-            "{} {width} {height} {max_depth} {spp} {seed}",
-            scene.display()
-        )?;
-        self.requests.flush()?;
-        let mut answer = String::new();
-        self.answers.read_line(&mut answer)?;
-        let figures: Vec<f64> = answer
-            .split_whitespace()
-            .map(str::parse)
-            .collect::<Result<_, _>>()?;
-        match figures[..] {
-            [samples, seconds, mean, variance] if seconds > 0.0 => Ok(Turn {
-                rate: samples / seconds / 1e6,
-                mean,
-                variance,
-            }),
-            _ => Err(format!("Mitsuba did not answer for {}", scene.display()).into()),
-        }
-    }
-}
-
-impl Drop for Mitsuba {
-    fn drop(&mut self) {
-        // It also ends by itself when its input does; nothing is lost if it has already.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
 }

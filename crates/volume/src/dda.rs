@@ -79,10 +79,9 @@ impl Dda {
         let origin = (ray.origin.as_dvec3() - lattice.min) * lattice.scale;
         let direction = ray.direction.as_dvec3() * lattice.scale;
         let start = (origin + direction * t0).to_array();
-        let (origin, [dx, dy, dz]) = (origin.to_array(), direction.to_array());
-        // The counts are 0 for an endless interval, which no plane cuts.
-        let [x, y, z, counts] = quotients([1.0, 1.0, 1.0, WHOLE as f64], [dx, dy, dz, t1 - t0]);
-        let inverse = [x, y, z];
+        let (origin, inverse) = (origin.to_array(), direction.recip().to_array());
+        // 0 for an endless interval, which no plane cuts.
+        let counts = WHOLE as f64 / (t1 - t0);
         let mut dda = Self {
             now: if t0 < t1 { 0 } else { WHOLE },
             last: WHOLE,
@@ -123,12 +122,6 @@ impl Dda {
         }
         dda
     }
-}
-
-/// `aᵢ/bᵢ`, for the compiler to divide two at a time: a ray through few cells waits for little else.
-#[inline(always)]
-fn quotients(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    core::array::from_fn(|i| a[i] / b[i])
 }
 
 impl Iterator for Dda {

@@ -1,13 +1,12 @@
 //! Coarse copies of densities, for targets and proposals.
 
-use core::array;
 use lightshed_lanes::LANES;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{
     DenseAccessor, DensityField, DensityRange, FieldBounds, FieldRay, Filter, Interval, MajorantGrid,
     MipLevel, MipPyramid, densities_at, ray_marching_depth, regular_depth,
 };
-use lightshed_scene::{Medium, MediumDensity, Ray};
+use lightshed_scene::{GridField, Medium, MediumDensity, Ray};
 
 /// Greatest level of a coarse density.
 pub const MAX_COARSENESS: u32 = 4;
@@ -102,6 +101,19 @@ impl CoarseMedium {
             .level(level.min(self.proposals.len() as u32))
     }
 
+    /// What looks a level up, interpolated, and the ray in its space.
+    fn lookups<'a>(
+        &'a self,
+        field: &'a GridField,
+        level: u32,
+        ray: &FieldRay,
+    ) -> (DenseAccessor<'a>, FieldRay) {
+        match self.level(level) {
+            None => (field.grid().accessor(), *ray),
+            Some(level) => (trilinear(level), level.ray(ray)),
+        }
+    }
+
     /// `∫ ρ dt` along `ray` within `interval` by ray marching at a level, or what of it suffices that next to nothing comes through.
     pub fn depth(&self, medium: &Medium, ray: &Ray, interval: Interval, level: u32) -> f64 {
         let MediumDensity::Grid(field) = medium.density() else {
@@ -112,12 +124,9 @@ impl CoarseMedium {
             return 0.0;
         };
         let k = medium.extinction().min_element() * ray.direction.length();
-        let (mut density, ray) = match self.level(self.thinned(level, ray, &field_ray)) {
-            None => (field.grid().accessor(), field_ray),
-            Some(level) => (trilinear(level), level.ray(&field_ray)),
-        };
+        let (mut density, lookup_ray) = self.lookups(field, self.thinned(level, ray, &field_ray), &field_ray);
         let length = interval.t1 - interval.t0;
-        let steps = (length * ray.direction.length() / DIAGONAL)
+        let steps = (length * lookup_ray.direction.length() / DIAGONAL)
             .ceil()
             .clamp(1.0, 65536.0);
         let step = length / steps;
@@ -129,7 +138,7 @@ impl CoarseMedium {
                 t0: interval.t0 + done * step,
                 t1: interval.t0 + (done + count) * step,
             };
-            depth += ray_marching_depth(&mut density, &ray, part, count as u32, 0.5);
+            depth += ray_marching_depth(&mut density, &lookup_ray, part, count as u32, 0.5);
             done += count;
         }
         f64::from(depth)
@@ -188,13 +197,10 @@ impl CoarseMedium {
                 *bin += LEAST_SHARE * segment.majorant * overlap.max(LEAST_SHARE * step);
             }
         }
-        let (mut accessor, lookup_ray) = match self.level(level) {
-            None => (field.grid().accessor(), field_ray),
-            Some(coarse) => (trilinear(coarse), coarse.ray(&field_ray)),
-        };
+        let (mut accessor, lookup_ray) = self.lookups(field, level, &field_ray);
         let mut inside = 0.0f32;
         for (chunk, bins) in bins.chunks_mut(LANES).enumerate() {
-            let t = array::from_fn(|i| occupied.t0 + ((LANES * chunk + i) as f32 + 0.5) * step);
+            let t = core::array::from_fn(|i| occupied.t0 + ((LANES * chunk + i) as f32 + 0.5) * step);
             let density = if bins.iter().any(|&bin| bin > 0.0) {
                 densities_at(&mut accessor, &lookup_ray, &t, bins.len())
             } else {
@@ -236,10 +242,8 @@ impl CoarseMedium {
         let cubes = cubes.clamp(1, self.proposals.len() as u32);
         let Some(coarse) = self.level(cubes) else { return };
         let field_ray = field.field_ray(ray);
-        let (mut accessor, lookup_ray) = match self.level(self.thinned(level, ray, &field_ray)) {
-            None => (field.grid().accessor(), field_ray),
-            Some(level) => (trilinear(level), level.ray(&field_ray)),
-        };
+        let (mut accessor, lookup_ray) =
+            self.lookups(field, self.thinned(level, ray, &field_ray), &field_ray);
         let pace = lookup_ray.direction.length() / LOOKUP_VOXELS;
         // Looked up in eights.
         let mut ahead = Ahead::new();

@@ -203,6 +203,12 @@ impl<'a> RestirVolume<'a> {
         f64::from(self.options.reservoirs).recip()
     }
 
+    /// A reservoir's path and `W`, of its share in the pixel.
+    fn shared<'r>(&self, reservoir: &'r VolumeReservoir) -> Option<(&'r VolumePath, f64)> {
+        let (path, weight) = reservoir.weighted_sample()?;
+        Some((path, weight.value() * self.share()))
+    }
+
     /// What is there in a frame.
     fn volumes(&self, frame: u32) -> &Volumes<'a> {
         // There is at least one.
@@ -474,9 +480,8 @@ impl<'a> RestirVolume<'a> {
                 for (place, ((pixel, reservoir), value)) in
                     pixels.iter().zip(reservoirs).zip(image).enumerate()
                 {
-                    if let Some((path, weight)) = reservoir.weighted_sample() {
+                    if let Some((path, weight)) = self.shared(reservoir) {
                         let mut rng = self.rng(view, chunk * MAX_BATCH + place, Pass::Shade);
-                        let weight = weight.value() * self.share();
                         *value += shaded(&evaluation, pixel, path, weight, &mut rng);
                     }
                 }

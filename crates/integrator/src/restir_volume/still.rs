@@ -75,10 +75,9 @@ impl RestirVolume<'_> {
         pixel: &VolumePixel,
         held: &mut VolumeReservoir,
     ) -> Rgb {
-        let Some((path, weight)) = held.weighted_sample() else {
+        let Some((path, weight)) = self.shared(held) else {
             return Rgb::ZERO;
         };
-        let weight = weight.value() * self.share();
         if let Some(light) = path.light {
             return bounded(light.as_dvec3() * weight);
         }

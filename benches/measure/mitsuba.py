@@ -1,4 +1,4 @@
-"""Samples per CPU-second and variance of Mitsuba 3's volumetric path tracer, for `cargo bench --bench volumes -- --compare PYTHON`.
+"""Samples per CPU-second and variance of Mitsuba 3, for `cargo bench --bench throughput -- --compare PYTHON` and `--bench volumes`.
 
 Reads lines `SCENE.xml WIDTH HEIGHT MAX_DEPTH SPP SEED` from standard input and answers each with
 `SAMPLES CPU_SECONDS MEAN VARIANCE` on one line: the mean of the image, and the variance of one sample, averaged over pixels and
@@ -22,7 +22,7 @@ def cpu_seconds():
 
 def render(scene, spp, seed):
     # Asking for the values waits for the kernels to finish.
-    return mi.TensorXf(mi.render(scene, spp=spp, seed=seed)).numpy().astype("float64")
+    return mi.TensorXf(mi.render(scene, spp=spp, seed=seed)).numpy()
 
 
 for line in sys.stdin:
@@ -31,13 +31,14 @@ for line in sys.stdin:
     key = (path, width, height, max_depth)
     if key not in scenes:
         scene = mi.load_file(path, resx=width, resy=height, max_depth=int(max_depth))
-        first = render(scene, spp, seed + 1_000_003)
-        scenes[key] = [scene, 0, 0.0 * first, 0.0 * first]
+        render(scene, spp, seed + 1_000_003)
+        scenes[key] = [scene, 0, 0.0, 0.0]
     state = scenes[key]
     before = cpu_seconds()
     image = render(state[0], spp, seed)
     seconds = cpu_seconds() - before
     # Welford's update.
+    image = image.astype("float64")
     state[1] += 1
     delta = image - state[2]
     state[2] += delta / state[1]
