@@ -21,6 +21,7 @@ use lightshed_scene::{
 };
 use lightshed_testkit::{TileOptions, check_faults, compare_tiles};
 use rendered::Rendered;
+use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
 /// False-positive rate of a comparison.
@@ -97,6 +98,18 @@ impl Mask {
     }
 }
 
+/// What all tests of [`mixed_lights`] leave out.
+static MIXED_MASK: LazyLock<Mask> =
+    LazyLock::new(|| Mask::new(&Scene::new(&mixed_lights()).unwrap(), [32, 32]));
+
+/// Their direct light, chosen by power.
+static MIXED_DIRECT_LIGHT: LazyLock<Rendered> = LazyLock::new(|| {
+    let scene = Scene::new(&mixed_lights()).unwrap();
+    let mut image = Rendered::new(&DirectLight::new(&scene), [32, 32], 4096, 1);
+    MIXED_MASK.apply(&mut image);
+    image
+});
+
 fn selected(scene: &Scene, choosing: LightChoosing, each: u32) -> SelectedDirectLight<'_> {
     let selection = LightSelection::new(scene, choosing).unwrap();
     SelectedDirectLight::new(scene, selection, each, 1).unwrap()
@@ -111,12 +124,8 @@ fn every_selection_gives_the_same_direct_light() {
         /// The spot is missing from the selection.
         NoSpot,
     }
-    let description = mixed_lights();
-    let scene = Scene::new(&description).unwrap();
-    let size = [32, 32];
-    let mask = Mask::new(&scene, size);
-    let mut expected = Rendered::new(&DirectLight::new(&scene), size, 4096, 1);
-    mask.apply(&mut expected);
+    let (description, size) = (mixed_lights(), [32, 32]);
+    let (mask, expected) = (&*MIXED_MASK, &*MIXED_DIRECT_LIGHT);
     for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
         let faults = match choosing {
             LightChoosing::OpenBvh => &[Fault::Brighter, Fault::NoSpot][..],
@@ -134,7 +143,7 @@ fn every_selection_gives_the_same_direct_light() {
                 found.mean.iter_mut().for_each(|value| *value *= 1.04);
             }
             mask.apply(&mut found);
-            compare(&found, &expected, tile_size(choosing, size))
+            compare(&found, expected, tile_size(choosing, size))
         })
         .unwrap_or_else(|error| panic!("{}: {error:?}", choosing.name()));
     }
@@ -150,12 +159,8 @@ fn lightcuts_give_the_same_direct_light() {
         /// Only every other frame of the interleaving is seen.
         HalfTheFrames,
     }
-    let description = mixed_lights();
-    let scene = Scene::new(&description).unwrap();
-    let size = [32, 32];
-    let mask = Mask::new(&scene, size);
-    let mut expected = Rendered::new(&DirectLight::new(&scene), size, 4096, 1);
-    mask.apply(&mut expected);
+    let (description, size) = (mixed_lights(), [32, 32]);
+    let (mask, expected) = (&*MIXED_MASK, &*MIXED_DIRECT_LIGHT);
     let usual = LightcutOptions::default();
     let all = [Fault::Brighter, Fault::NoSpot];
     let cases = [
@@ -205,7 +210,7 @@ fn lightcuts_give_the_same_direct_light() {
                 found.mean.iter_mut().for_each(|value| *value *= 1.04);
             }
             mask.apply(&mut found);
-            compare(&found, &expected, 16)
+            compare(&found, expected, 16)
         })
         .unwrap_or_else(|error| panic!("{options:?}: {error:?}"));
     }
@@ -218,8 +223,8 @@ fn every_selection_gives_the_same_paths() {
     let description = mixed_lights();
     let scene = Scene::new(&description).unwrap();
     let size = [32, 32];
-    let mask = Mask::new(&scene, size);
-    let mut expected = Rendered::new(&PathTracer::with_depths(&scene, Some(4), 3), size, 4096, 1);
+    let mask = &*MIXED_MASK;
+    let mut expected = Rendered::new(&PathTracer::with_depths(&scene, Some(4), 3), size, 1024, 1);
     mask.apply(&mut expected);
     for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
         let faults: &[bool] = if choosing == LightChoosing::Bvh {

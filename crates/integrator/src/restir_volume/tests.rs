@@ -271,8 +271,70 @@ fn connections_have_their_jacobian() {
     .unwrap();
 }
 
-/// RIS over the walks of one frame without reuse, shaded as frames are, against path tracing through the same pixel: for each K. Z-tests of
-/// 1e-6, one channel.
+/// What a pixel shows of the walks of one frame without reuse, shaded as frames are.
+struct Shown {
+    /// Scattered light.
+    light: f64,
+    /// Its path ends where a walk left the scene or an emitter sample did.
+    of_environment: bool,
+    /// The same by way of a mirror or glass.
+    by_lobe: bool,
+    /// Its last vertex is on an emitter.
+    of_emitter: bool,
+    /// What was not scattered.
+    unscattered: f64,
+}
+
+/// One channel of RIS over walks, many times, and of path tracing through the same pixel.
+fn walked_and_traced(
+    method: &RestirVolume<'_>,
+    pixel: &VolumePixel,
+    scatterings: u32,
+) -> (Vec<Shown>, MeanTest) {
+    let scene = method.volumes(0).scene;
+    let tracer = crate::VolumePathTracer::with_depths(scene, Some(scatterings + 1), u32::MAX);
+    let mut traced = MeanTest::new();
+    for sample in 0..60_000 {
+        let mut rng = CounterRng::new(2, 0, sample);
+        traced.push(f64::from(tracer.radiance(pixel.ray, pixel.medium, &mut rng).y));
+    }
+    let evaluation = method.evaluation(0);
+    let walked = |sample| {
+        let mut rng = CounterRng::new(1, 0, sample);
+        let start = sequence(&mut rng);
+        let reservoir = evaluation.resample_walks(pixel, 4, scatterings, 2, start, &mut rng);
+        let mut shown = Shown {
+            light: 0.0,
+            of_environment: false,
+            by_lobe: false,
+            of_emitter: false,
+            unscattered: 0.0,
+        };
+        if let Some((path, weight)) = reservoir.weighted_sample() {
+            let (_, on_surface) = path.step(path.vertices() - 1);
+            shown.light = evaluation.estimate(pixel, path, &mut rng).y * weight.value();
+            shown.of_environment = matches!(path.endpoint, Some(EmitterEndpoint::Environment { .. }));
+            shown.by_lobe = path.lobe_to(path.vertices()).is_some();
+            shown.of_emitter = path.endpoint.is_none() && on_surface;
+        }
+        shown.unscattered = f64::from(unscattered(method.volumes(0), pixel, &mut rng).y);
+        shown
+    };
+    ((0..20_000).map(walked).collect(), traced)
+}
+
+/// Whether both have the same mean when scattered light counts by `factor`. A z-test at 1e-6.
+fn agree(walked: &[Shown], traced: &MeanTest, factor: impl Fn(&Shown) -> f64) -> Result<(), String> {
+    let mut mean = MeanTest::new();
+    for shown in walked {
+        mean.push(shown.light * factor(shown) + shown.unscattered);
+    }
+    mean.test_equal(traced, 1e-6)
+        .map(|_| ())
+        .map_err(|error| error.to_string())
+}
+
+/// RIS over the walks of one frame against path tracing: for each K.
 #[test]
 fn walks_estimate_what_path_tracing_does() {
     #[derive(Clone, Copy, Debug)]
@@ -293,40 +355,22 @@ fn walks_estimate_what_path_tracing_does() {
             description.media[0].phase = PhaseDescription::HenyeyGreenstein { g };
         }
         let scene = Scene::new(&description).unwrap();
+        let faults: &[Fault] = if name == "cloud" {
+            &[Fault::Brighter, Fault::EscapesTwice]
+        } else {
+            &[Fault::Brighter]
+        };
         for scatterings in [1, 2, 5] {
             let method = method(&scene, scatterings);
             let pixel = look(&method, place[0], place[1]);
-            let evaluation = method.evaluation(0);
-            let tracer = crate::VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
-            let mut traced = MeanTest::new();
-            for sample in 0..60_000 {
-                let mut rng = CounterRng::new(2, 0, sample);
-                traced.push(f64::from(tracer.radiance(pixel.ray, pixel.medium, &mut rng).y));
-            }
-            let faults: &[Fault] = if name == "cloud" {
-                &[Fault::Brighter, Fault::EscapesTwice]
-            } else {
-                &[Fault::Brighter]
-            };
+            let (walked, traced) = walked_and_traced(&method, &pixel, scatterings);
             check_faults(faults, |fault: Option<Fault>| {
-                let mut walked = MeanTest::new();
-                for sample in 0..20_000 {
-                    let mut rng = CounterRng::new(1, 0, sample);
-                    let reservoir =
-                        evaluation.resample_walks(&pixel, 4, scatterings, 2, sequence(&mut rng), &mut rng);
-                    let light = reservoir.weighted_sample().map_or(0.0, |(path, weight)| {
-                        let factor = match (fault, &path.endpoint) {
-                            (Some(Fault::Brighter), _) => 1.3,
-                            (Some(Fault::EscapesTwice), Some(EmitterEndpoint::Environment { .. })) => 2.0,
-                            _ => 1.0,
-                        };
-                        evaluation.estimate(&pixel, path, &mut rng).y * weight.value() * factor
-                    });
-                    walked.push(light + f64::from(unscattered(method.volumes(0), &pixel, &mut rng).y));
-                }
-                walked
-                    .test_equal(&traced, 1e-6)
-                    .map_err(|error| format!("{name}, K = {scatterings}: {error}"))
+                agree(&walked, &traced, |shown| match fault {
+                    Some(Fault::Brighter) => 1.3,
+                    Some(Fault::EscapesTwice) if shown.of_environment => 2.0,
+                    _ => 1.0,
+                })
+                .map_err(|error| format!("{name}, K = {scatterings}: {error}"))
             })
             .unwrap();
         }
@@ -355,36 +399,15 @@ fn walks_by_mirrors_and_glass_estimate_what_path_tracing_does() {
         let scatterings = 4;
         let method = method(&scene, scatterings);
         let pixel = look(&method, place[0], place[1]);
-        let evaluation = method.evaluation(0);
-        let tracer = crate::VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
-        let mut traced = MeanTest::new();
-        for sample in 0..60_000 {
-            let mut rng = CounterRng::new(2, 0, sample);
-            traced.push(f64::from(tracer.radiance(pixel.ray, pixel.medium, &mut rng).y));
-        }
+        let (walked, traced) = walked_and_traced(&method, &pixel, scatterings);
         check_faults(faults, |fault: Option<Fault>| {
-            let mut walked = MeanTest::new();
-            for sample in 0..20_000 {
-                let mut rng = CounterRng::new(1, 0, sample);
-                let reservoir =
-                    evaluation.resample_walks(&pixel, 4, scatterings, 2, sequence(&mut rng), &mut rng);
-                let light = reservoir.weighted_sample().map_or(0.0, |(path, weight)| {
-                    let (_, on_surface) = path.step(path.vertices() - 1);
-                    let is_shown = path.endpoint.is_none() && on_surface;
-                    let escapes = path.lobe_to(path.vertices()).is_some();
-                    let factor = match fault {
-                        Some(Fault::ShownLeftOut) if is_shown => 0.0,
-                        Some(Fault::ShownShared) if is_shown => 0.5,
-                        Some(Fault::EscapesTwice) if escapes => 2.0,
-                        _ => 1.0,
-                    };
-                    evaluation.estimate(&pixel, path, &mut rng).y * weight.value() * factor
-                });
-                walked.push(light + f64::from(unscattered(method.volumes(0), &pixel, &mut rng).y));
-            }
-            walked
-                .test_equal(&traced, 1e-6)
-                .map_err(|error| format!("{place:?}: {error}"))
+            agree(&walked, &traced, |shown| match fault {
+                Some(Fault::ShownLeftOut) if shown.of_emitter => 0.0,
+                Some(Fault::ShownShared) if shown.of_emitter => 0.5,
+                Some(Fault::EscapesTwice) if shown.by_lobe => 2.0,
+                _ => 1.0,
+            })
+            .map_err(|error| format!("{place:?}: {error}"))
         })
         .unwrap();
     }

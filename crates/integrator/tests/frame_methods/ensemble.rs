@@ -38,10 +38,11 @@ pub struct Agreement {
 }
 
 impl Ensemble {
-    /// Frame `frames − 1` of `chains` chains, seeds from `seed` on.
+    /// The mean of the frames `counted` of `chains` chains, seeds from `seed` on. Frames of a chain are alike, but not quite: those whose
+    /// expectation is asked for count together.
     pub fn of_chains<M: FrameMethod>(
         make: impl Fn() -> M + Sync,
-        frames: u32,
+        counted: Range<u32>,
         chains: u64,
         seed: u64,
     ) -> Self {
@@ -51,12 +52,18 @@ impl Ensemble {
             .into_par_iter()
             .map(|chain| {
                 let (mut method, mut image) = (make(), vec![Rgb::ZERO; pixels]);
-                for frame in 0..frames {
+                let mut sum = vec![Rgb::ZERO; pixels];
+                for frame in 0..counted.end {
                     let counts =
                         method.render_frame(frame, seed + chain, &mut image, &AtomicBool::new(false));
                     assert_eq!(counts.map(|rays| rays.camera > 0), Some(true), "frame {frame}");
+                    if counted.contains(&frame) {
+                        sum.iter_mut().zip(&image).for_each(|(sum, value)| *sum += value);
+                    }
                 }
-                image
+                let count = counted.len() as f32;
+                sum.iter_mut().for_each(|value| *value /= count);
+                sum
             })
             .collect();
         Self::of_images(size, &images)

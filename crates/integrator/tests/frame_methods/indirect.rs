@@ -66,7 +66,7 @@ fn open_corner(side: u32) -> Scene {
 fn an_open_corner_has_no_bias() {
     let scene = open_corner(24);
     let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 100);
-    let frames = Ensemble::of_chains(|| RestirGi::new(&scene), 3, 500, 1);
+    let frames = Ensemble::of_chains(|| RestirGi::new(&scene), 1..3, 300, 1);
     let agreement = frames.compare(&truth);
     println!("{agreement:?}");
     agreement.verdict().unwrap();

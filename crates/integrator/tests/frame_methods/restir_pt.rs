@@ -126,15 +126,15 @@ fn truth(scene: &Scene, images: u32) -> Ensemble {
     Ensemble::of_estimator(&PathTracer::new(scene), size, 16, images)
 }
 
-/// Chains of four frames in real time, and single frames offline, with both shifts, in scenes with every kind of emitter and
+/// Chains of four frames in real time, those with reuse in time, and single frames offline, with both shifts, in scenes with every kind of emitter and
 /// lobe.
 #[test]
 fn frames_agree_with_path_tracing() {
     for (name, scene) in scenes() {
-        let truth = truth(&scene, 150);
+        let truth = truth(&scene, 75);
         let world = SceneWorld::new(&scene);
         for mapping in [PathMapping::Hybrid, PathMapping::Reconnection] {
-            for (options, frames, chains) in [(real_time(mapping), 4, 250), (offline(mapping), 1, 150)] {
+            for (options, frames, chains) in [(real_time(mapping), 1..4, 100), (offline(mapping), 0..1, 90)] {
                 let make = || RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
                 let agreement = Ensemble::of_chains(make, frames, chains, 1).compare(&truth);
                 println!("{name}, {options:?}: {agreement:?}");
@@ -157,7 +157,7 @@ fn faults_are_detected_in_images() {
         ..real_time(PathMapping::Hybrid)
     };
     let scene = lit_by_the_ceiling(24);
-    let truth = truth(&scene, 200);
+    let truth = truth(&scene, 120);
     let world = SceneWorld::new(&scene);
     check_faults(&[Fault::JacobianDropped, Fault::ShareLost], |fault| {
         let shift = Faulty { world: &world, fault };
@@ -166,7 +166,7 @@ fn faults_are_detected_in_images() {
                 .unwrap()
                 .with_shift(shift)
         };
-        let agreement = Ensemble::of_chains(make, 4, 250, 1).compare(&truth);
+        let agreement = Ensemble::of_chains(make, 1..4, 130, 1).compare(&truth);
         println!("{fault:?}: {agreement:?}");
         agreement.verdict()
     })
@@ -265,7 +265,7 @@ fn frames_of_a_moving_camera_agree_with_path_tracing() {
     let motion = CameraMotion::translation(per_frame).unwrap();
     let world = SceneWorld::new(&scene);
     let make = || RestirPt::new(&world, real_time(PathMapping::Hybrid), motion).unwrap();
-    let agreement = Ensemble::of_chains(make, 4, 250, 1).compare(&truth(&there, 150));
+    let agreement = Ensemble::of_chains(make, 3..4, 160, 1).compare(&truth(&there, 80));
     println!("{agreement:?}");
     agreement.verdict().unwrap();
 }
