@@ -30,6 +30,13 @@ pub enum GpuError {
     },
     /// The scene has something that the device's methods do not know.
     Scene(FlatError),
+    /// The scene has something that this method does not know, though others do.
+    Unknown {
+        /// The method.
+        method: &'static str,
+        /// What it does not know.
+        what: &'static str,
+    },
     /// The scene's medium is none that the device's methods know, or it has none or several.
     Medium(&'static str),
     /// The tree over the scene's triangles has so many levels, more than the traversal's stack.
@@ -53,6 +60,7 @@ impl fmt::Display for GpuError {
                 )
             }
             Self::Scene(error) => write!(f, "the scene cannot be rendered on a GPU: {error}"),
+            Self::Unknown { method, what } => write!(f, "on a GPU {method} knows no {what}"),
             Self::Medium(reason) => write!(f, "the scene's medium cannot be rendered on a GPU: {reason}"),
             Self::TooDeep(levels) => write!(f, "the tree has {levels} levels, too many for a GPU's stack"),
             Self::Settings(reason) => write!(f, "settings are refused: {reason}"),

@@ -82,6 +82,8 @@ impl<'a> GpuLightcuts<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_deltas("lightcuts")?;
+        scene.refuse_dielectrics("lightcuts")?;
         check(&options)?;
         let emitters = EmitterTree::new(gpu, scene)?;
         let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
@@ -92,7 +94,7 @@ impl<'a> GpuLightcuts<'a> {
             Access::Write,
             Access::Write,
         ]);
-        let constants = scene.constants();
+        let constants = scene.constants(program);
         let kernel =
             |entry: &str| gpu.kernel(&format!("lightcuts {entry}"), program, entry, &access, &constants);
         let size = scene.size();

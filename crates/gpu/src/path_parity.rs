@@ -192,8 +192,7 @@ fn run<T: bytemuck::Pod>(
         access[SCENE_BINDINGS] = Access::Read;
     }
     let kernel = gpu
-        // The host module knows of the sky alone.
-        .kernel("parity", &wgsl, "main", &access, &on_device.constants()[..1])
+        .kernel("parity", &wgsl, "main", &access, &on_device.constants(&wgsl))
         .unwrap_or_else(|error| panic!("{error}"));
     let settings: Settings = on_device.kernel_settings(1, LENGTH, 3);
     let buffers = [

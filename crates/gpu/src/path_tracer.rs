@@ -294,7 +294,7 @@ impl Kernels {
         let mut access = vec![Access::Read; SCENE_BINDINGS];
         access.extend([Access::Write; 6]);
         access.push(Access::Read);
-        let constants = scene.constants();
+        let constants = scene.constants(PATH);
         let kernel = |entry: &str| gpu.kernel(&format!("path {entry}"), PATH, entry, &access, &constants);
         Ok(Self {
             start: kernel("start")?,

@@ -104,6 +104,8 @@ impl<'a> GpuRestirDi<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_deltas("restir-di")?;
+        scene.refuse_dielectrics("restir-di")?;
         if settings.biased || settings.spatial_rounds != 1 {
             return Err(GpuError::Settings(
                 "only one unbiased round of spatial reuse is known".into(),
@@ -139,7 +141,7 @@ impl<'a> GpuRestirDi<'a> {
         } else {
             EmitterTree::unused(gpu)?
         };
-        let mut constants = scene.constants().to_vec();
+        let mut constants = scene.constants(program);
         constants.push(("BY_TREE", f64::from(u8::from(by_tree && emitters.shines))));
         let kernel =
             |entry: &str| gpu.kernel(&format!("restir-di {entry}"), program, entry, &access, &constants);

@@ -126,6 +126,8 @@ impl<'a> GpuRestirPt<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         scene.refuse_media()?;
+        scene.refuse_deltas("restir-pt")?;
+        scene.refuse_dielectrics("restir-pt")?;
         let rules = options
             .thresholds(scene.extent(), scene.is_diffuse())
             .map_err(|error| GpuError::Settings(error.to_string().into()))?;
@@ -154,7 +156,7 @@ impl<'a> GpuRestirPt<'a> {
             Access::Write,
             Access::Read,
         ]);
-        let constants = scene.constants();
+        let constants = scene.constants(program);
         let kernel =
             |entry: &str| gpu.kernel(&format!("restir-pt {entry}"), program, entry, &access, &constants);
         let [width, height] = scene.size();

@@ -82,6 +82,8 @@ impl<'a> GpuRestirVolume<'a> {
     ) -> Result<Self, GpuError> {
         let medium = scene.medium().ok_or(GpuError::Medium("there is none"))?;
         check(&options)?;
+        scene.refuse_deltas("restir-volume")?;
+        scene.refuse_dielectrics("restir-volume")?;
         if let Some(index) = scene.sharp_material() {
             let error = RestirVolumeError::SharpMaterial(index);
             return Err(GpuError::Settings(error.to_string().into()));
@@ -95,15 +97,7 @@ impl<'a> GpuRestirVolume<'a> {
             Access::Write,
             Access::Read,
         ]);
-        // The program's own are declared in its module `volume`.
-        let mut constants = scene
-            .constants()
-            .map(|(name, value)| match name {
-                "HAS_SURROUNDINGS" => ("package_volume__1HAS_SURROUNDINGS", value),
-                "HAS_EMITTERS" => ("package_volume__1HAS_EMITTERS", value),
-                other => (other, value),
-            })
-            .to_vec();
+        let mut constants = scene.constants(program);
         let has_surfaces = f64::from(u8::from(scene.has_surfaces()));
         constants.push(("package_volume__1HAS_SURFACES", has_surfaces));
         let kernel = |entry: &str| {

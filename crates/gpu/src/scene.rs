@@ -6,10 +6,13 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::scene_lights;
 use lightshed_lights::LightRecord;
 use lightshed_scene::glam::{Vec3, Vec3A};
-use lightshed_scene::{ComponentRow, FlatCamera, FlatError, FlatScene, FlatSky, RenderSettings, Scene};
+use lightshed_scene::{
+    ComponentRow, FlatCamera, FlatError, FlatScene, FlatSky, FlatTexture, RenderSettings, Scene,
+};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// A scene in buffers, with a compressed eight-wide tree over its triangles.
@@ -17,6 +20,8 @@ pub struct GpuScene {
     /// In the order of bindings 1 to 9.
     pub(crate) buffers: [Buffer; SCENE_BINDINGS - 1],
     flat: FlatScene,
+    /// First words of what lies in the tables after the choice of emitters.
+    places: TablePlaces,
     render: RenderSettings,
     extent: f32,
     lights: Vec<LightRecord>,
@@ -36,7 +41,13 @@ pub(crate) struct Settings {
     pub emitters: u32,
     pub pixels: u32,
     pub sky_words: u32,
-    pub padding: u32,
+    pub finite_emitters: u32,
+    pub first_direction: u32,
+    pub directions: u32,
+    pub uv_words: u32,
+    pub texture_words: u32,
+    pub coat_words: u32,
+    pub padding: [u32; 3],
     pub sky: SkyRow,
 }
 
@@ -55,7 +66,7 @@ pub(crate) struct SkyRow {
 }
 
 // As in the shaders; held to it by a test.
-const _: () = assert!(size_of::<Settings>() == 208 && size_of::<SkyRow>() == 64);
+const _: () = assert!(size_of::<Settings>() == 240 && size_of::<SkyRow>() == 64);
 
 impl From<&FlatSky> for SkyRow {
     fn from(sky: &FlatSky) -> Self {
@@ -113,20 +124,22 @@ impl GpuScene {
         if depth > DEEPEST {
             return Err(GpuError::TooDeep(depth));
         }
+        let (tables, places) = tables(&flat);
         let buffers = [
             gpu.buffer("nodes", &nodes)?,
             gpu.buffer("slots", &slots)?,
             gpu.buffer("triangles", &flat.triangles)?,
             gpu.buffer("corner normals", &flat.normals)?,
-            gpu.buffer("materials", &flat.materials)?,
-            gpu.buffer("components", &flat.components)?,
-            gpu.buffer("emitters", &flat.emitters)?,
-            gpu.buffer("tables", &tables(&flat))?,
+            gpu.buffer("materials", &flat.materials.ranges)?,
+            gpu.buffer("components", &flat.materials.components)?,
+            gpu.buffer("emitters", &emitter_rows(&flat))?,
+            gpu.buffer("tables", &tables)?,
             gpu.buffer("emitter triangles", &emitter_triangles(&flat))?,
         ];
         Ok(Self {
             buffers,
             flat,
+            places,
             render: *scene.settings(),
             extent: scene.extent(),
             lights: scene_lights(scene.emitters())
@@ -177,26 +190,63 @@ impl GpuScene {
 
     /// Whether all materials scatter by diffuse lobes alone.
     pub(crate) fn is_diffuse(&self) -> bool {
-        self.flat
-            .components
+        self.components()
             .iter()
             .all(|row| row.kind == ComponentRow::DIFFUSE)
     }
 
     /// Whether any material scatters.
     pub(crate) fn has_surfaces(&self) -> bool {
-        self.flat.materials.iter().any(|&[_, rows]| rows > 0)
+        self.flat.materials.ranges.iter().any(|&[_, rows]| rows > 0)
     }
 
     /// The first material with a lobe that no emitter sample finds light by.
     pub(crate) fn sharp_material(&self) -> Option<u32> {
-        let is_sharp =
-            |row: &ComponentRow| [ComponentRow::MIRROR, ComponentRow::SMOOTH_CONDUCTOR].contains(&row.kind);
-        let place = self.flat.materials.iter().position(|&[first, rows]| {
+        let is_sharp = |row: &ComponentRow| row.is_delta() || row.kind == ComponentRow::PLASTIC;
+        let place = self.flat.materials.ranges.iter().position(|&[first, rows]| {
             let rows = first as usize..(first + rows) as usize;
-            self.flat.components[rows].iter().any(is_sharp)
+            self.components()[rows].iter().any(is_sharp)
         });
         place.map(|index| index as u32)
+    }
+
+    fn components(&self) -> &[ComponentRow] {
+        &self.flat.materials.components
+    }
+
+    fn has_kinds(&self, kinds: RangeInclusive<u32>) -> bool {
+        self.components().iter().any(|row| kinds.contains(&row.kind))
+    }
+
+    fn has_dielectrics(&self) -> bool {
+        self.has_kinds(ComponentRow::SMOOTH_DIELECTRIC..=ComponentRow::THIN_DIELECTRIC)
+    }
+
+    fn has_plastics(&self) -> bool {
+        self.has_kinds(ComponentRow::PLASTIC..=ComponentRow::GGX_PLASTIC)
+    }
+
+    /// How many directions shine.
+    pub(crate) fn directions(&self) -> u32 {
+        self.flat.deltas.len() as u32 - self.flat.points
+    }
+
+    /// For `method`, which knows no points, spots and directions that shine.
+    pub(crate) fn refuse_deltas(&self, method: &'static str) -> Result<(), GpuError> {
+        if self.flat.deltas.is_empty() {
+            return Ok(());
+        }
+        let what = "points, spots and directions that shine";
+        Err(GpuError::Unknown { method, what })
+    }
+
+    /// For `method`, which knows no materials with two lobes to a component.
+    pub(crate) fn refuse_dielectrics(&self, method: &'static str) -> Result<(), GpuError> {
+        if !(self.has_dielectrics() || self.has_plastics()) {
+            return Ok(());
+        }
+        let what = "dielectrics and plastics";
+        Err(GpuError::Unknown { method, what })
     }
 
     /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh` asks for.
@@ -211,14 +261,28 @@ impl GpuScene {
         self.buffers.iter().map(Buffer::bytes).sum::<u64>() + medium
     }
 
-    /// What shaders are told at their making of what the scene lacks.
-    pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
-        let flag = |has: bool| f64::from(u8::from(has));
-        [
-            ("package_host__1HAS_SKY", flag(self.flat.sky.is_some())),
-            ("HAS_SURROUNDINGS", flag(self.has_surroundings())),
-            ("HAS_EMITTERS", flag(!self.flat.emitters.is_empty())),
-        ]
+    /// What a program is told at its making of what the scene lacks, by the names that it has for that.
+    pub(crate) fn constants(&self, program: &str) -> Vec<(&'static str, f64)> {
+        let has_emitters = !(self.flat.emitters.is_empty() && self.flat.deltas.is_empty());
+        let flags = [
+            ("package_host__1HAS_SKY", self.flat.sky.is_some()),
+            ("package_host__1HAS_DELTA_EMITTERS", !self.flat.deltas.is_empty()),
+            ("package_host__1HAS_DIELECTRICS", self.has_dielectrics()),
+            ("package_host__1HAS_PLASTICS", self.has_plastics()),
+            (
+                "package_host__1HAS_TEXTURES",
+                !self.flat.materials.textures.is_empty(),
+            ),
+            ("HAS_SURROUNDINGS", self.has_surroundings()),
+            ("package_volume__1HAS_SURROUNDINGS", self.has_surroundings()),
+            ("HAS_EMITTERS", has_emitters),
+            ("package_volume__1HAS_EMITTERS", has_emitters),
+        ];
+        flags
+            .into_iter()
+            .filter(|(name, _)| program.contains(&format!("override {name}:")))
+            .map(|(name, has)| (name, f64::from(u8::from(has))))
+            .collect()
     }
 
     pub(crate) fn kernel_settings(&self, seed: u64, max_depth: u32, roulette_depth: u32) -> Settings {
@@ -232,19 +296,72 @@ impl GpuScene {
             roulette_depth,
             emitters: self.flat.emitters.len() as u32,
             pixels: width * height,
-            sky_words: 2 * self.flat.emitter_table.len() as u32,
-            padding: 0,
+            sky_words: self.places.sky,
+            finite_emitters: self.flat.emitter_table.len() as u32,
+            first_direction: self.flat.emitters.len() as u32 + self.flat.points,
+            directions: self.directions(),
+            uv_words: self.places.uvs,
+            texture_words: self.places.textures,
+            coat_words: self.places.coats,
+            padding: [0; 3],
             sky: self.flat.sky.as_ref().map(SkyRow::from).unwrap_or_default(),
         }
     }
 }
 
-/// Entries for the choice of a triangle, then the sky's words.
-fn tables(flat: &FlatScene) -> Vec<u32> {
+/// First words of parts of the tables.
+#[derive(Clone, Copy, Debug)]
+struct TablePlaces {
+    sky: u32,
+    uvs: u32,
+    textures: u32,
+    coats: u32,
+}
+
+/// Entries for the choice of an emitter, then the sky's words, texels, textures, texture coordinates and rough coats.
+fn tables(flat: &FlatScene) -> (Vec<u32>, TablePlaces) {
     let entries = flat.emitter_table.iter();
     let mut words: Vec<u32> = entries.flat_map(|entry| [entry.threshold, entry.alias]).collect();
+    let sky = words.len() as u32;
     words.extend(flat.sky.iter().flat_map(|sky| &sky.words));
-    words
+    let texels = words.len() as u32;
+    words.extend(&flat.materials.texels);
+    let textures = words.len() as u32;
+    for texture in &flat.materials.textures {
+        // Shaders have the tables alone to look in.
+        let texture = FlatTexture {
+            first: texels + texture.first,
+            table: match texture.table {
+                FlatTexture::NO_TABLE => FlatTexture::NO_TABLE,
+                table => texels + table,
+            },
+            ..*texture
+        };
+        words.extend(bytemuck::cast::<FlatTexture, [u32; 16]>(texture));
+    }
+    let uvs = words.len() as u32;
+    if !flat.materials.textures.is_empty() {
+        words.extend(flat.uvs.as_flattened().as_flattened().iter().map(|v| v.to_bits()));
+    }
+    let coats = words.len() as u32;
+    words.extend(flat.materials.coats.iter().map(|v| v.to_bits()));
+    (
+        words,
+        TablePlaces {
+            sky,
+            uvs,
+            textures,
+            coats,
+        },
+    )
+}
+
+/// Emitting triangles, then what shines from a point or out of a direction.
+fn emitter_rows(flat: &FlatScene) -> Vec<[f32; 16]> {
+    let triangles = flat.emitters.iter().map(|&row| bytemuck::cast(row));
+    triangles
+        .chain(flat.deltas.iter().map(|&row| bytemuck::cast(row)))
+        .collect()
 }
 
 /// The triangle that each emitter is.

@@ -63,7 +63,7 @@ impl<'a> GpuVolumePathTracer<'a> {
             gpu,
             scene,
             medium: &medium.buffers,
-            kernel: gpu.kernel("volpath", program, "volpath", &access, &scene.constants())?,
+            kernel: gpu.kernel("volpath", program, "volpath", &access, &scene.constants(program))?,
             max_depth: max_depth.unwrap_or(u32::MAX),
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,

@@ -98,6 +98,7 @@ impl<'a> GpuVplGrid<'a> {
     ) -> Result<Self, GpuError> {
         use Access::{Read, Write};
         on_device.refuse_media()?;
+        on_device.refuse_dielectrics("vpl-grid")?;
         // The library's own checks.
         if let Err(error) = VplGrid::new(scene, options) {
             return Err(GpuError::Settings(error.to_string().into()));
@@ -133,7 +134,7 @@ impl<'a> GpuVplGrid<'a> {
                 gathering,
                 "gather",
                 &access,
-                &on_device.constants(),
+                &on_device.constants(gathering),
             )?,
             filter: kernel("filter_shadows")?,
             combine: kernel("combine")?,

@@ -107,7 +107,7 @@ fn check_sizes(program: &str, module: &naga::Module) {
         ("restir_volume", "package_volume_Frame", 32),
         ("restir_volume", "package_volume_Primary", 32),
         ("restir_volume", "package_volume_Scattered", 48),
-        ("volpath", "package_host_Settings", 208),
+        ("volpath", "package_host_Settings", 240),
         ("volpath", "package_lightshed_sky_Sky", 64),
         ("volpath", "package_lightshed_majorant_MajorantGrid", 48),
         ("volpath", "package_lightshed_tracking_Medium", 64),

@@ -6,10 +6,12 @@ use lightshed_gpu::{
 };
 use lightshed_integrator::{PathTracer, PixelEstimator};
 use lightshed_scene::{
-    ConductorIor, EmitterDescription, FlatError, Geometry, Material, Projection, Rgb, Scene,
-    SceneDescription, ShapeDescription, builtin,
+    Checkerboard, ColorTexture, ConductorIor, EmitterDescription, Filter, FlatError, Geometry, Image,
+    ImageTexture, Material, Microfacet, Projection, Rgb, Roughness, Scene, SceneDescription,
+    ShapeDescription, Wrap, builtin,
 };
 use lightshed_testkit::found_or_skipped;
+use std::sync::Arc;
 
 /// The device, or `None` with a word about it where there is none; with `LIGHTSHED_REQUIRE_GPU=1` there must be one.
 fn gpu() -> Option<Gpu> {
@@ -66,6 +68,9 @@ fn paths_are_those_of_the_cpu() {
         ("doorway", builtin::doorway()),
         ("surrounded", surrounded()),
         ("under a sky", under_a_sky()),
+        ("points", lit_by_points()),
+        ("glass", glass()),
+        ("images", images()),
     ] {
         let scene = sized(description, 96);
         let found = different(&gpu, &scene, 3, (Some(6), 3));
@@ -120,6 +125,114 @@ fn surrounded() -> SceneDescription {
         aperture_radius: 0.05,
         focus_distance: 3.5,
     };
+    scene
+}
+
+/// A Cornell box lit by points and directions, too.
+fn lit_by_points() -> SceneDescription {
+    let mut scene = builtin::cornell();
+    scene.emitters = vec![
+        EmitterDescription::Point {
+            position: glam::Vec3::new(0.3, 0.1, 0.6),
+            intensity: Rgb::new(0.3, 0.2, 0.1),
+        },
+        EmitterDescription::Directional {
+            direction: glam::Vec3::new(0.3, -0.4, -1.0),
+            irradiance: Rgb::new(1.0, 2.0, 0.5),
+        },
+        EmitterDescription::Point {
+            position: glam::Vec3::new(-0.5, -0.4, 0.8),
+            intensity: Rgb::new(0.0, 0.2, 0.5),
+        },
+        EmitterDescription::Directional {
+            direction: glam::Vec3::new(-0.2, 0.1, -1.0),
+            irradiance: Rgb::new(0.5, 0.0, 0.0),
+        },
+    ];
+    scene
+}
+
+/// A ball of rough glass in a ball of glass, a pane, and plastic walls.
+fn glass() -> SceneDescription {
+    let mut scene = builtin::cornell();
+    let dielectric = |eta, alpha: Option<f32>| Material::Dielectric {
+        eta,
+        roughness: alpha.map(|alpha| Roughness {
+            distribution: Microfacet::Ggx,
+            alpha_u: alpha.into(),
+            alpha_v: alpha.into(),
+        }),
+        specular_reflectance: Rgb::ONE.into(),
+        specular_transmittance: Rgb::new(0.9, 1.0, 0.95).into(),
+    };
+    let first = scene.materials.len() as u32;
+    scene.materials.extend([
+        dielectric(1.5, None),
+        dielectric(0.8, Some(0.2)),
+        Material::ThinDielectric {
+            eta: 1.5,
+            specular_reflectance: Rgb::ONE.into(),
+            specular_transmittance: Rgb::splat(0.9).into(),
+        },
+        Material::Plastic {
+            eta: 1.5,
+            diffuse_reflectance: Rgb::new(0.2, 0.3, 0.7).into(),
+            specular_reflectance: Rgb::ONE.into(),
+            nonlinear: true,
+            roughness: None,
+        },
+    ]);
+    let ball = |center, radius, material| ShapeDescription {
+        name: "ball".to_owned(),
+        geometry: Geometry::Mesh(builtin::icosphere(center, radius, 3)),
+        material,
+        emission: None,
+    };
+    let center = glam::Vec3::new(-0.3, -0.3, 0.4);
+    scene.shapes.push(ball(center, 0.35, first));
+    scene.shapes.push(ball(center, 0.2, first + 1));
+    scene
+        .shapes
+        .push(ball(glam::Vec3::new(0.4, 0.2, 0.5), 0.3, first + 2));
+    scene.shapes[1].material = first + 3;
+    scene
+}
+
+/// Walls with an image and a checkerboard.
+fn images() -> SceneDescription {
+    let mut scene = builtin::cornell();
+    let codes = (0..64u32)
+        .map(|i| [(4 * i) as u8, (255 - 3 * i) as u8, (50 + i) as u8])
+        .collect();
+    let image = ImageTexture {
+        image: Arc::new(Image::from_srgb8(8, 8, codes).expect("it has 64 texels")),
+        to_uv: glam::Affine2::from_scale(glam::Vec2::new(2.0, 1.5)),
+        filter: Filter::Bilinear,
+        wrap: Wrap::Repeat,
+        scale: Rgb::ONE,
+    };
+    let two_sided = |reflectance| Material::TwoSided {
+        front: Box::new(Material::Diffuse { reflectance }),
+        back: None,
+    };
+    let first = scene.materials.len() as u32;
+    scene.materials.extend([
+        two_sided(ColorTexture::Image(image)),
+        two_sided(ColorTexture::Checkerboard(Checkerboard {
+            color0: Rgb::new(0.8, 0.3, 0.1),
+            color1: Rgb::new(0.1, 0.3, 0.8),
+            to_uv: glam::Affine2::from_scale(glam::Vec2::splat(4.0)),
+        })),
+    ]);
+    scene.shapes[0].material = first;
+    scene.shapes[1].material = first + 1;
+    if let Geometry::Mesh(mesh) = &mut scene.shapes[0].geometry {
+        mesh.uvs = mesh
+            .positions
+            .iter()
+            .map(|p| glam::Vec2::new(p.x - 0.3 * p.z, p.z + p.y))
+            .collect();
+    }
     scene
 }
 

@@ -31,7 +31,10 @@ pub use emitter::{
     EmitterSample, Emitters, Environment,
 };
 pub use features::SceneFeatures;
-pub use flat::{FlatCamera, FlatEmitter, FlatError, FlatScene, FlatSky, FlatTriangle};
+pub use flat::{
+    FlatCamera, FlatDelta, FlatEmitter, FlatError, FlatMaterials, FlatScene, FlatSky, FlatTexture,
+    FlatTriangle,
+};
 pub use glam;
 pub use lightshed_volume as volume;
 pub use material::{

@@ -36,8 +36,21 @@ macro_rules! module {
 /// All modules, by name.
 pub const MODULES: &[Module] = &[
     module!("alias", ["load_alias_entry"]),
-    module!("bsdf", ["load_component", "load_material"]),
+    module!(
+        "bsdf",
+        [
+            "has_dielectrics",
+            "has_plastics",
+            "has_textures",
+            "load_coat",
+            "load_component",
+            "load_material",
+            "load_texel_word",
+            "load_texture"
+        ]
+    ),
     module!("camera"),
+    module!("coat", ["load_coat"]),
     module!("connectability"),
     module!("curve"),
     module!(
@@ -45,14 +58,19 @@ pub const MODULES: &[Module] = &[
         ["load_cwbvh_node", "load_cwbvh_primitive", "load_triangle_corners"]
     ),
     module!("density", ["load_density"]),
+    module!("dielectric"),
     module!("double"),
     module!(
         "emitter",
         [
             "emitter_groups",
+            "has_delta_emitters",
             "has_sky",
+            "has_textures",
             "load_alias_entry",
             "load_corner_normals",
+            "load_corner_uvs",
+            "load_delta_emitter",
             "load_emitter",
             "load_sky_word",
             "sky"
@@ -111,6 +129,7 @@ pub const MODULES: &[Module] = &[
         ]
     ),
     module!("majorant", ["load_majorant"]),
+    module!("material"),
     module!("measure"),
     module!("mis"),
     module!("morton"),
@@ -121,14 +140,23 @@ pub const MODULES: &[Module] = &[
         "path_sample",
         [
             "emitter_groups",
+            "has_delta_emitters",
+            "has_dielectrics",
+            "has_plastics",
             "has_sky",
+            "has_textures",
             "load_alias_entry",
+            "load_coat",
             "load_component",
             "load_corner_normals",
+            "load_corner_uvs",
+            "load_delta_emitter",
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
             "load_sky_word",
+            "load_texel_word",
+            "load_texture",
             "load_triangle",
             "sky"
         ]
@@ -137,16 +165,25 @@ pub const MODULES: &[Module] = &[
         "path_shift",
         [
             "emitter_groups",
+            "has_delta_emitters",
+            "has_dielectrics",
+            "has_plastics",
             "has_sky",
+            "has_textures",
             "load_alias_entry",
+            "load_coat",
             "load_component",
             "load_corner_normals",
+            "load_corner_uvs",
             "load_cwbvh_node",
             "load_cwbvh_primitive",
+            "load_delta_emitter",
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
             "load_sky_word",
+            "load_texel_word",
+            "load_texture",
             "load_triangle",
             "load_triangle_corners",
             "sky"
@@ -156,14 +193,23 @@ pub const MODULES: &[Module] = &[
         "path_vertex",
         [
             "emitter_groups",
+            "has_delta_emitters",
+            "has_dielectrics",
+            "has_plastics",
             "has_sky",
+            "has_textures",
             "load_alias_entry",
+            "load_coat",
             "load_component",
             "load_corner_normals",
+            "load_corner_uvs",
+            "load_delta_emitter",
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
             "load_sky_word",
+            "load_texel_word",
+            "load_texture",
             "load_triangle",
             "sky"
         ]
@@ -172,16 +218,25 @@ pub const MODULES: &[Module] = &[
         "path_walk",
         [
             "emitter_groups",
+            "has_delta_emitters",
+            "has_dielectrics",
+            "has_plastics",
             "has_sky",
+            "has_textures",
             "load_alias_entry",
+            "load_coat",
             "load_component",
             "load_corner_normals",
+            "load_corner_uvs",
             "load_cwbvh_node",
             "load_cwbvh_primitive",
+            "load_delta_emitter",
             "load_emitter",
             "load_emitter_triangle",
             "load_material",
             "load_sky_word",
+            "load_texel_word",
+            "load_texture",
             "load_triangle",
             "load_triangle_corners",
             "sky"
@@ -193,7 +248,11 @@ pub const MODULES: &[Module] = &[
     module!("rng"),
     module!("sky", ["load_sky_word", "sky"]),
     module!("stream"),
-    module!("surface", ["load_corner_normals"]),
+    module!(
+        "surface",
+        ["has_textures", "load_corner_normals", "load_corner_uvs"]
+    ),
+    module!("texture", ["load_texel_word", "load_texture"]),
     module!("tracking", ["load_density", "load_majorant"]),
     module!("triangle"),
     module!("turn"),

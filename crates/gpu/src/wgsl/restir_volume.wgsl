@@ -351,18 +351,48 @@ struct package_host_Settings {
     emitters: u32,
     pixels: u32,
     sky_words: u32,
-    padding: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
     sky: package_lightshed_sky_Sky
 }
 
+override package_host__1HAS_DIELECTRICS: bool = true;
+
+override package_host__1HAS_PLASTICS: bool = true;
+
 override package_host__1HAS_SKY: bool = true;
 
+override package_host__1HAS_TEXTURES: bool = true;
+
 fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
-    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters);
+    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters, package_host_settings.finite_emitters, package_host_settings.first_direction, package_host_settings.directions);
+}
+
+fn package_host__1has_dielectrics() -> bool {
+    return package_host__1HAS_DIELECTRICS;
+}
+
+fn package_host__1has_plastics() -> bool {
+    return package_host__1HAS_PLASTICS;
 }
 
 fn package_host__1has_sky() -> bool {
     return package_host__1HAS_SKY;
+}
+
+fn package_host__1has_textures() -> bool {
+    return package_host__1HAS_TEXTURES;
+}
+
+fn package_host__1load_coat(place: u32) -> f32 {
+    return package_host__2number_in_tables(package_host_settings.coat_words + place);
 }
 
 fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
@@ -383,6 +413,11 @@ fn package_host__1load_majorant(cell: u32) -> vec2f {
 
 fn package_host__1load_material(index: u32) -> vec2u {
     return package_host_materials[index];
+}
+
+fn package_host__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_host_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u), vec2u(package_host_tables[word + 6u], package_host_tables[word + 7u]), vec3f(package_host__2pair_in_tables(word + 8u), package_host__2number_in_tables(word + 10u)), package_host_tables[word + 11u], package_host_tables[word + 12u], package_host_tables[word + 13u], package_host_tables[word + 14u], 0u);
 }
 
 fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
@@ -408,12 +443,23 @@ fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
     return id.x + id.y * groups.x * package_host_GROUP;
 }
 
+override package_host__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_host__2has_delta_emitters() -> bool {
+    return package_host__2HAS_DELTA_EMITTERS;
+}
+
 fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
     return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
 }
 
 fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
     return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
+}
+
+fn package_host__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_host_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u));
 }
 
 fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
@@ -432,9 +478,21 @@ fn package_host__2load_sky_word(index: u32) -> u32 {
     return package_host_tables[package_host_settings.sky_words + index];
 }
 
+fn package_host__2load_texel_word(index: u32) -> u32 {
+    return package_host_tables[index];
+}
+
 fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
     let triangle = package_host_triangles[index];
     return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_host__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_host_tables[word]);
+}
+
+fn package_host__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_host__2number_in_tables(word), package_host__2number_in_tables(word + 1u));
 }
 
 @group(0) @binding(12)
@@ -631,20 +689,45 @@ struct package_lightshed_bsdf_Component {
     eta: vec3f,
     alpha_v: f32,
     k: vec3f,
-    padding: u32
+    texture: u32
 }
 
 const package_lightshed_bsdf_DIFFUSE: u32 = 0u;
 
 const package_lightshed_bsdf_MIRROR: u32 = 1u;
 
+const package_lightshed_bsdf_PLASTIC: u32 = 7u;
+
+const package_lightshed_bsdf__1GGX_DIELECTRIC: u32 = 5u;
+
+const package_lightshed_bsdf__1GGX_PLASTIC: u32 = 8u;
+
 const package_lightshed_bsdf__1INVERSE_PI: f32 = 0.31830987;
 
 const package_lightshed_bsdf__1SMOOTH_CONDUCTOR: u32 = 2u;
 
-fn package_lightshed_bsdf__1evaluate_bsdf(material: u32, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    let rows = package_host__1load_material(material);
-    let first = package_host__1load_component(rows.x);
+const package_lightshed_bsdf__1SMOOTH_DIELECTRIC: u32 = 4u;
+
+const package_lightshed_bsdf__1THIN_DIELECTRIC: u32 = 6u;
+
+fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component) -> package_lightshed_coat_RoughCoat {
+    return package_lightshed_coat_RoughCoat(vec2f(component.alpha_u, component.alpha_v), component.eta.x, u32(component.eta.z));
+}
+
+fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
+    var component = package_host__1load_component(rows.x + i);
+    if package_host__1has_textures() && component.texture != 0u {
+        component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
+        if rows.y > 1u {
+            component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
+        }
+    }
+    return component;
+}
+
+fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+    let rows = package_host__1load_material(material.index);
+    let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
         if mirror == 0.0 {
@@ -653,22 +736,59 @@ fn package_lightshed_bsdf__1evaluate_bsdf(material: u32, wo: vec3f, wi: vec3f) -
         let density = max(wi.z * mirror, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(first.color * density, density);
     }
-    let total = package_lightshed_bsdf__1total_importance(rows, wo);
+    let total = package_lightshed_bsdf__1total_importance(material, wo);
     var sum = package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
     for (var i = 0u; i < rows.y; i++) {
-        let component = package_host__1load_component(rows.x + i);
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
         let mirror = package_lightshed_bsdf__1mirror_of(component.side, wo);
         if mirror == 0.0 || package_lightshed_bsdf__1is_delta(component) {
             continue;
         }
-        let found = package_lightshed_bsdf__1evaluate_component(component, package_lightshed_bsdf_mirrored(wo, mirror), package_lightshed_bsdf_mirrored(wi, mirror));
-        sum.value += found.value * component.weight;
-        sum.pdf += found.pdf * package_lightshed_bsdf__1share_of(component.importance, total);
+        let above = package_lightshed_bsdf_mirrored(wo, mirror);
+        let share = package_lightshed_bsdf__1share_of(component.importance, total);
+        let probabilities = package_lightshed_bsdf__1lobe_probabilities(component, above, mirror < 0.0);
+        let lobes = package_lightshed_bsdf__1lobe_count(component);
+        for (var lobe = 0u; lobe < lobes; lobe++) {
+            let found = package_lightshed_bsdf__1evaluate_component(component, lobe, above, package_lightshed_bsdf_mirrored(wi, mirror), mirror < 0.0);
+            sum.value += found.value * component.weight;
+            sum.pdf += found.pdf * share * select(probabilities.x, probabilities.y, lobe == 1u);
+        }
     }
     return sum;
 }
 
-fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
+fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf_Component, lobe: u32, wo: vec3f, wi: vec3f, inside: bool) -> package_lightshed_bsdf_BsdfValue {
+    let alpha = vec2f(component.alpha_u, component.alpha_v);
+    if package_lightshed_bsdf__1is_dielectric(component) {
+        let eta = package_lightshed_dielectric__1relative_eta(component.eta.x, inside);
+        if lobe == 0u {
+            let found = package_lightshed_dielectric__1boundary_reflection(alpha, wo, wi, eta);
+            return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
+        }
+        let found = package_lightshed_dielectric__1boundary_refraction(alpha, wo, wi, eta);
+        return package_lightshed_bsdf_BsdfValue(component.k * found.x, found.y);
+    }
+    if package_lightshed_bsdf__1is_plastic(component) {
+        if wi.z <= 0.0 {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        if lobe == 1u {
+            let pdf = wi.z * package_lightshed_bsdf__1INVERSE_PI;
+            var passed: f32;
+            if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
+                passed = package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z) * package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wi.z);
+            }
+            else {
+                passed = (1.0 - package_lightshed_bsdf__1smooth_reflectance(component, wo, false)) * (1.0 - package_lightshed_bsdf__1smooth_reflectance(component, wi, false));
+            }
+            return package_lightshed_bsdf_BsdfValue(component.k * (passed * pdf), pdf);
+        }
+        if component.kind == package_lightshed_bsdf_PLASTIC {
+            return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
+        }
+        let found = package_lightshed_coat__1coat_reflection(package_lightshed_bsdf__1coat_of(component), wo, wi);
+        return package_lightshed_bsdf_BsdfValue(component.color * found.x, found.y);
+    }
     if component.kind == package_lightshed_bsdf_DIFFUSE {
         let pdf = max(wi.z, 0.0) * package_lightshed_bsdf__1INVERSE_PI;
         return package_lightshed_bsdf_BsdfValue(component.color * pdf, pdf);
@@ -676,7 +796,6 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
     if wi.z <= 0.0 {
         return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
     }
-    let alpha = vec2f(component.alpha_u, component.alpha_v);
     let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
     let facing = package_lightshed_vector_dot3(wo, half);
     var pdf = 0.0;
@@ -688,7 +807,38 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
-    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR;
+    return component.kind == package_lightshed_bsdf_MIRROR || component.kind == package_lightshed_bsdf__1SMOOTH_CONDUCTOR || component.kind == package_lightshed_bsdf__1SMOOTH_DIELECTRIC || component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC;
+}
+
+fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
+    return package_host__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+}
+
+fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
+    return package_host__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+}
+
+fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
+    return select(1u, 2u, package_lightshed_bsdf__1is_dielectric(component) || package_lightshed_bsdf__1is_plastic(component));
+}
+
+fn package_lightshed_bsdf__1lobe_probabilities(component: package_lightshed_bsdf_Component, wo: vec3f, inside: bool) -> vec2f {
+    if package_lightshed_bsdf__1is_dielectric(component) {
+        var reflectance = package_lightshed_bsdf__1smooth_reflectance(component, wo, inside);
+        if component.kind == package_lightshed_bsdf__1GGX_DIELECTRIC {
+            reflectance = clamp(reflectance, 0.1, 0.9);
+        }
+        return package_lightshed_dielectric__1two_way(reflectance * package_lightshed_vector__1max_element(component.color), (1.0 - reflectance) * package_lightshed_vector__1max_element(component.k));
+    }
+    if package_lightshed_bsdf__1is_plastic(component) {
+        if component.kind == package_lightshed_bsdf__1GGX_PLASTIC {
+            let transmitted = clamp(package_lightshed_coat__1coat_transmittance(package_lightshed_bsdf__1coat_of(component), wo.z), 0.05, 0.95);
+            return package_lightshed_dielectric__1two_way((1.0 - transmitted) * package_lightshed_vector__1max_element(component.color), transmitted * component.eta.y);
+        }
+        let reflectance = package_lightshed_bsdf__1smooth_reflectance(component, wo, inside);
+        return package_lightshed_dielectric__1two_way(reflectance * package_lightshed_vector__1max_element(component.color), (1.0 - reflectance) * component.eta.y);
+    }
+    return vec2f(1.0, 0.0);
 }
 
 fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
@@ -708,10 +858,20 @@ fn package_lightshed_bsdf__1share_of(importance: f32, total: f32) -> f32 {
     return 0.0;
 }
 
-fn package_lightshed_bsdf__1total_importance(rows: vec2u, wo: vec3f) -> f32 {
+fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf_Component, wo: vec3f, inside: bool) -> f32 {
+    let eta = select(component.eta.x, package_lightshed_dielectric__1relative_eta(component.eta.x, inside), component.kind <= package_lightshed_bsdf__1GGX_DIELECTRIC);
+    let face = package_lightshed_fresnel__1fresnel_dielectric(min(wo.z, 1.0), eta).x;
+    if component.kind == package_lightshed_bsdf__1THIN_DIELECTRIC {
+        return 2.0 * face / (1.0 + face);
+    }
+    return face;
+}
+
+fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
+    let rows = package_host__1load_material(material.index);
     var total = 0.0;
     for (var i = 0u; i < rows.y; i++) {
-        let component = package_host__1load_component(rows.x + i);
+        let component = package_lightshed_bsdf__1component_at(material, rows, i);
         if package_lightshed_bsdf__1mirror_of(component.side, wo) != 0.0 {
             total += component.importance;
         }
@@ -759,6 +919,26 @@ fn package_lightshed_camera__1camera_ray(camera: package_lightshed_camera_Camera
 
 fn package_lightshed_camera_turned(camera: package_lightshed_camera_Camera, v: vec3f) -> vec3f {
     return camera.x_axis * v.x + camera.y_axis * v.y + camera.z_axis * v.z;
+}
+
+struct package_lightshed_coat_RoughCoat {
+    alpha: vec2f,
+    eta: f32,
+    table: u32
+}
+
+const package_lightshed_coat__1COAT_STEPS: u32 = 138u;
+
+fn package_lightshed_coat__1coat_reflection(coat: package_lightshed_coat_RoughCoat, wo: vec3f, wi: vec3f) -> vec2f {
+    return package_lightshed_dielectric__1boundary_reflection(coat.alpha, wo, wi, coat.eta);
+}
+
+fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_RoughCoat, cos_theta: f32) -> f32 {
+    let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
+    let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
+    let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
+    let low = package_host__1load_coat(place);
+    return clamp(low + (package_host__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
 struct package_lightshed_cwbvh_BoxRay {
@@ -922,6 +1102,52 @@ fn package_lightshed_density__1density_trilinear(size: vec3u, position: vec3f) -
 
 fn package_lightshed_density_linear(a: f32, b: f32, f: f32) -> f32 {
     return a + f * (b - a);
+}
+
+fn package_lightshed_dielectric__1boundary_reflection(alpha: vec2f, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+    if wi.z <= 0.0 {
+        return vec2f(0.0);
+    }
+    let half = package_lightshed_vector__1normalized_or(wo + wi, vec3f(0.0));
+    let facing = package_lightshed_vector_dot3(wo, half);
+    let reflectance = package_lightshed_fresnel__1fresnel_dielectric(clamp(facing, 0.0, 1.0), eta).x;
+    var pdf = 0.0;
+    if facing > 0.0 {
+        pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) / (4.0 * facing);
+    }
+    return vec2f(reflectance * pdf * package_lightshed_ggx__1ggx_masking(alpha, wi), pdf);
+}
+
+fn package_lightshed_dielectric__1boundary_refraction(alpha: vec2f, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+    if wi.z >= 0.0 {
+        return vec2f(0.0);
+    }
+    let unnormalised = wo + eta * wi;
+    var half = package_lightshed_vector__1normalized_or(unnormalised, vec3f(0.0));
+    half = select(half, -half, half.z < 0.0);
+    let cos_o = package_lightshed_vector_dot3(wo, half);
+    let cos_i = package_lightshed_vector_dot3(wi, half);
+    if !(cos_o > 0.0 && cos_i < 0.0) {
+        return vec2f(0.0);
+    }
+    let reflectance = package_lightshed_fresnel__1fresnel_dielectric(min(cos_o, 1.0), eta).x;
+    let jacobian = eta * eta * -cos_i / package_lightshed_vector_dot3(unnormalised, unnormalised);
+    let pdf = package_lightshed_ggx__3ggx_visible_normal_density(alpha, wo, half) * jacobian;
+    let transmitted = (1.0 - reflectance) / (eta * eta);
+    return vec2f(transmitted * pdf * package_lightshed_ggx__1ggx_masking(alpha, wi), pdf);
+}
+
+fn package_lightshed_dielectric__1relative_eta(eta: f32, inside: bool) -> f32 {
+    return select(eta, 1.0 / eta, inside);
+}
+
+fn package_lightshed_dielectric__1two_way(a: f32, b: f32) -> vec2f {
+    let sum = a + b;
+    if sum > 0.0 {
+        let first = a / sum;
+        return vec2f(first, 1.0 - first);
+    }
+    return vec2f(0.0);
 }
 
 const package_lightshed_double_INFINITE: u32 = 2146435072u;
@@ -1180,7 +1406,10 @@ struct package_lightshed_emitter_Emitter {
 struct package_lightshed_emitter_EmitterGroups {
     surroundings: vec3f,
     groups: u32,
-    triangles: u32
+    triangles: u32,
+    finite: u32,
+    first_direction: u32,
+    directions: u32
 }
 
 struct package_lightshed_emitter_EmitterSample {
@@ -1219,8 +1448,14 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
     let middle = high.x + low.y;
     let group = high.y + select(0u, 1u, middle < low.y);
-    if about.triangles > 0u && group == 0u {
-        return package_lightshed_alias__1alias_sample(0u, about.triangles, vec2u(low.x, middle));
+    if about.finite > 0u && group == 0u {
+        return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
+    }
+    if package_host__2has_delta_emitters() {
+        let direction = group - select(0u, 1u, about.finite > 0u);
+        if direction < about.directions {
+            return about.first_direction + direction;
+        }
     }
     return select(package_lightshed_emitter_SURROUNDINGS, package_lightshed_ray_NOTHING, about.groups == 0u);
 }
@@ -1321,6 +1556,26 @@ fn package_lightshed_fresnel__1fresnel_conductor(cos_incident: f32, eta: vec3f, 
     let above = a * cos_incident + s2;
     let ratio = (below * below + b2 * c2) / max(above * above + b2 * c2, vec3f(package_lightshed_fresnel__1LEAST_NORMAL));
     return 0.5 * senkrecht * (1.0 + ratio);
+}
+
+fn package_lightshed_fresnel__1fresnel_dielectric(cos_incident: f32, eta: f32) -> vec2f {
+    if eta == 1.0 {
+        return vec2f(0.0, cos_incident);
+    }
+    var radicand: f32;
+    if eta > 0.5 {
+        radicand = (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident;
+    }
+    else {
+        radicand = eta * eta - (1.0 - cos_incident) * (1.0 + cos_incident);
+    }
+    if radicand <= 0.0 {
+        return vec2f(1.0, 0.0);
+    }
+    let cos_transmitted = min(sqrt(radicand) / eta, 1.0);
+    let senkrecht = (cos_incident - eta * cos_transmitted) / (cos_incident + eta * cos_transmitted);
+    let parallel = (eta * cos_incident - cos_transmitted) / (eta * cos_incident + cos_transmitted);
+    return vec2f(0.5 * (senkrecht * senkrecht + parallel * parallel), cos_transmitted);
 }
 
 const package_lightshed_ggx__1INVERSE_PI: f32 = 0.31830987;
@@ -1552,6 +1807,11 @@ fn package_lightshed_majorant__2clip_to_box(low: vec3f, high: vec3f, ray: packag
         }
     }
     return t;
+}
+
+struct package_lightshed_material_MaterialAt {
+    index: u32,
+    uv: vec2f
 }
 
 const package_lightshed_mis__1F32_MAX: f32 = 3.4028235e38;
@@ -1906,11 +2166,17 @@ struct package_lightshed_surface_CornerNormals {
     c: vec3f
 }
 
+struct package_lightshed_surface_CornerUvs {
+    a: vec2f,
+    b: vec2f,
+    c: vec2f
+}
+
 struct package_lightshed_surface_SurfacePoint {
     position: vec3f,
     offset: f32,
     geometric_normal: vec3f,
-    material: u32,
+    material: package_lightshed_material_MaterialAt,
     shading: package_lightshed_frame_Frame,
     emitter: u32
 }
@@ -1960,7 +2226,114 @@ fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface
         let normals = package_host__2load_corner_normals(triangle.normals);
         shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
     }
-    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, triangle.material, package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+    var uv = vec2f(v, w);
+    if package_host__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_host__2load_corner_uvs(triangle.uvs);
+        uv = uvs.a * u + uvs.b * v + uvs.c * w;
+    }
+    return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
+}
+
+const package_lightshed_texture_CHECKERBOARD: u32 = 2u;
+
+const package_lightshed_texture_MIRRORED: u32 = 1u;
+
+const package_lightshed_texture_NEAREST: u32 = 1u;
+
+struct package_lightshed_texture_Neighbours {
+    first: u32,
+    second: u32,
+    share: f32
+}
+
+const package_lightshed_texture_REPEAT: u32 = 0u;
+
+struct package_lightshed_texture_Texture {
+    x_axis: vec2f,
+    y_axis: vec2f,
+    translation: vec2f,
+    size: vec2u,
+    scale: vec3f,
+    first: u32,
+    filtering: u32,
+    wrap: u32,
+    table: u32,
+    padding: u32
+}
+
+const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
+
+fn package_lightshed_texture__1number_at(word: u32) -> f32 {
+    return bitcast<f32>(package_host__2load_texel_word(word));
+}
+
+fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
+    let texture = package_host__1load_texture(index);
+    let x = uv.x;
+    let y = 1.0 - uv.y;
+    var s = texture.x_axis.x * x + texture.y_axis.x * y + texture.translation.x;
+    var t = texture.x_axis.y * x + texture.y_axis.y * y + texture.translation.y;
+    if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
+        s = 0.0;
+        t = 0.0;
+    }
+    if texture.filtering == package_lightshed_texture_CHECKERBOARD {
+        let other = (s - floor(s) > 0.5) != (t - floor(t) > 0.5);
+        return package_lightshed_texture_texel(texture, select(0u, 1u, other), 0u);
+    }
+    s = package_lightshed_texture_folded(s, texture.wrap);
+    t = package_lightshed_texture_folded(t, texture.wrap);
+    if texture.filtering == package_lightshed_texture_NEAREST {
+        return package_lightshed_texture_texel(texture, u32(s * f32(texture.size.x)), u32(t * f32(texture.size.y))) * texture.scale;
+    }
+    let across = package_lightshed_texture_neighbours(s, texture.size.x, texture.wrap);
+    let down = package_lightshed_texture_neighbours(t, texture.size.y, texture.wrap);
+    let upper = package_lightshed_texture_between(package_lightshed_texture_texel(texture, across.first, down.first), package_lightshed_texture_texel(texture, across.second, down.first), across.share);
+    let lower = package_lightshed_texture_between(package_lightshed_texture_texel(texture, across.first, down.second), package_lightshed_texture_texel(texture, across.second, down.second), across.share);
+    return package_lightshed_texture_between(upper, lower, down.share) * texture.scale;
+}
+
+fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
+    return a * (1.0 - share) + b * share;
+}
+
+fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
+    if wrap == package_lightshed_texture_REPEAT {
+        return s - floor(s);
+    }
+    if wrap == package_lightshed_texture_MIRRORED {
+        let period = s - 2.0 * floor(0.5 * s);
+        return select(period, 2.0 - period, period > 1.0);
+    }
+    return clamp(s, 0.0, 1.0);
+}
+
+fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
+    let position = s * f32(count) - 0.5;
+    let below = floor(position);
+    let last = i32(count) - 1;
+    let index = i32(below);
+    return package_lightshed_texture_Neighbours(package_lightshed_texture_wrapped(index, last, wrap), package_lightshed_texture_wrapped(index + 1, last, wrap), position - below);
+}
+
+fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x: u32, y: u32) -> vec3f {
+    let place = min(y, texture.size.y - 1u) * texture.size.x + min(x, texture.size.x - 1u);
+    if texture.table == package_lightshed_texture__1NO_TABLE {
+        let word = texture.first + 3u * place;
+        return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
+    }
+    let codes = package_host__2load_texel_word(texture.first + place);
+    return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
+}
+
+fn package_lightshed_texture_wrapped(index: i32, last: i32, wrap: u32) -> u32 {
+    if wrap == package_lightshed_texture_REPEAT && index < 0 {
+        return u32(last);
+    }
+    if wrap == package_lightshed_texture_REPEAT && index > last {
+        return 0u;
+    }
+    return u32(clamp(index, 0, last));
 }
 
 struct package_lightshed_tracking_Medium {

@@ -21,7 +21,7 @@ pub use lanes::EmitterLanes;
 pub use selection::{EmitterExtent, EmitterOrientation};
 
 use crate::scene::{SceneError, offset_along};
-use crate::{EmitterDescription, FlatEmitter, Ray, Rgb, SurfacePoint, luminance};
+use crate::{EmitterDescription, FlatDelta, FlatEmitter, Ray, Rgb, SurfacePoint, luminance};
 use area::AreaRecord;
 use glam::Vec3;
 use infinite::Directional;
@@ -215,6 +215,27 @@ impl Emitters {
         }
     }
 
+    /// Emitters at a point, then those of a single direction, as shaders read them.
+    pub(crate) fn flat_deltas(&self) -> Vec<FlatDelta> {
+        let first = self.areas.len() as u32;
+        let points = (first..).zip(&self.points).map(|(index, point)| FlatDelta {
+            probability: self.selection_probability(index),
+            ..point.flat()
+        });
+        let directions = self.directionals.iter().map(|light| FlatDelta {
+            place: light.towards,
+            probability: self.group_probability,
+            intensity: light.irradiance,
+            ..FlatDelta::default()
+        });
+        points.chain(directions).collect()
+    }
+
+    /// How many of [`Emitters::flat_deltas`] are emitters at a point.
+    pub(crate) fn point_count(&self) -> usize {
+        self.points.len()
+    }
+
     /// The table by which one of the finite emitters is chosen; empty if there are none.
     pub(crate) fn finite_table(&self) -> &[AliasEntry] {
         self.finite.as_ref().map_or(&[], AliasTable::entries)
@@ -348,6 +369,20 @@ impl PointEmitter {
         match self {
             Self::Point(point) => (point.position, point.intensity),
             Self::Spot(spot) => (spot.position, spot.intensity_towards(from)),
+        }
+    }
+
+    fn flat(&self) -> FlatDelta {
+        match self {
+            Self::Point(point) => FlatDelta {
+                place: point.position,
+                intensity: point.intensity,
+                // All directions are within the beam.
+                cos_beam: -2.0,
+                cos_cutoff: -2.0,
+                ..FlatDelta::default()
+            },
+            Self::Spot(spot) => spot.flat(),
         }
     }
 

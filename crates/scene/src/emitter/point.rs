@@ -1,7 +1,7 @@
 //! Emitters at a point.
 
 use super::{check_rgb, luminance_f64};
-use crate::Rgb;
+use crate::{FlatDelta, Rgb};
 use glam::Vec3;
 use std::f64::consts::{PI, TAU};
 
@@ -77,6 +77,20 @@ impl Spot {
     /// Its unit axis and the angle from it beyond which there is nothing, in radians.
     pub fn cone(&self) -> (Vec3, f32) {
         (self.direction, self.cutoff_angle)
+    }
+
+    /// As a shader reads it, but for the probability of being chosen.
+    pub fn flat(&self) -> FlatDelta {
+        FlatDelta {
+            place: self.position,
+            intensity: self.intensity,
+            axis: self.direction,
+            cos_beam: self.cos_beam,
+            cos_cutoff: self.cos_cutoff,
+            cutoff_angle: self.cutoff_angle,
+            inverse_transition: self.inverse_transition,
+            ..FlatDelta::default()
+        }
     }
 
     /// Radiant intensity inside the beam.

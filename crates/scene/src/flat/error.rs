@@ -10,10 +10,9 @@ pub enum FlatError {
     Spheres,
     /// It has participating media.
     Media,
-    /// The material of this index lets light pass, has textures, or components other than diffuse, mirrors and conductors with GGX microfacets.
+    /// The material of this index lets light pass, has textures of something else than the reflectance of diffuse surfaces, mirrors and
+    /// conductors, has Beckmann's microfacets, or is glTF's.
     Material(usize),
-    /// It has emitters that are points, spots or directions.
-    PointEmitters,
 }
 
 impl fmt::Display for FlatError {
@@ -23,10 +22,9 @@ impl fmt::Display for FlatError {
             Self::Media => write!(f, "participating media have no flat form"),
             Self::Material(index) => write!(
                 f,
-                "material {index} has no flat form: only diffuse surfaces, mirrors, conductors (smooth or GGX) and blends of them \
-                 without textures have"
+                "material {index} has no flat form: only diffuse surfaces, mirrors, and conductors, dielectrics and plastics (smooth or \
+                 GGX) and blends of them have, with textures of the reflectance of the first three"
             ),
-            Self::PointEmitters => write!(f, "point, spot and directional emitters have no flat form"),
         }
     }
 }

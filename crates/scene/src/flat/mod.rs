@@ -1,12 +1,14 @@
 //! A scene as flat arrays, for shaders.
 
 mod error;
+mod materials;
 
 pub use error::FlatError;
+pub use materials::{FlatMaterials, FlatTexture};
 
 use crate::emitter::Environment;
 use crate::scene::TriangleRecord;
-use crate::{ComponentRow, Material, Scene};
+use crate::{Material, Rgb, Scene};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use lightshed_sampling::AliasEntry;
@@ -20,13 +22,17 @@ pub struct FlatScene {
     pub triangles: Vec<FlatTriangle>,
     /// Normals at the corners of triangles that have them, as three times four numbers of which the last means nothing.
     pub normals: Vec<[[f32; 4]; 3]>,
-    /// First row and number of rows of each material.
-    pub materials: Vec<[u32; 2]>,
-    /// Components of all materials.
-    pub components: Vec<ComponentRow>,
+    /// Texture coordinates at the corners of triangles that have them.
+    pub uvs: Vec<[[f32; 2]; 3]>,
+    /// Materials with their textures.
+    pub materials: FlatMaterials,
     /// Emitting triangles.
     pub emitters: Vec<FlatEmitter>,
-    /// Choice among them, by power.
+    /// Points and spots, then directions; as emitters they are counted on from the triangles.
+    pub deltas: Vec<FlatDelta>,
+    /// How many of them are points and spots.
+    pub points: u32,
+    /// Choice among triangles, points and spots, by power; empty where none of them shines.
     pub emitter_table: Vec<AliasEntry>,
     /// The camera.
     pub camera: FlatCamera,
@@ -34,7 +40,8 @@ pub struct FlatScene {
     pub surroundings: Vec3,
     /// An image from all around.
     pub sky: Option<FlatSky>,
-    /// Kinds of emitters to choose from: emitting triangles together count as one, the surroundings as another.
+    /// Kinds of emitters to choose from: all that shine from somewhere count as one, each direction as another, and the surroundings as one
+    /// more.
     pub groups: u32,
 }
 
@@ -61,6 +68,30 @@ pub struct FlatEmitter {
     pub normal: Vec3,
     /// Blue radiance.
     pub radiance_b: f32,
+}
+
+/// A point, a spot or a direction that shines. 64 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FlatDelta {
+    /// Where it is; of a direction the unit vector towards the light.
+    pub place: Vec3,
+    /// With which it is chosen, `p_sel`.
+    pub probability: f32,
+    /// Radiant intensity within the beam; of a direction the irradiance on a plane that faces it.
+    pub intensity: Rgb,
+    /// Cosine of the angle from the axis up to which that is so.
+    pub cos_beam: f32,
+    /// Unit axis of a spot.
+    pub axis: Vec3,
+    /// Cosine of the angle from the axis beyond which there is nothing.
+    pub cos_cutoff: f32,
+    /// That angle, in radians.
+    pub cutoff_angle: f32,
+    /// One over the width of the fall-off in radians, or 0 if it has none.
+    pub inverse_transition: f32,
+    /// Nothing.
+    pub padding: [u32; 2],
 }
 
 /// An equirectangular image from all around, with a distribution over the cells between texel centres: `width` columns, `max(height, 2) − 1`
@@ -111,6 +142,7 @@ pub struct FlatCamera {
 }
 
 const _: () = assert!(size_of::<FlatTriangle>() == 64 && size_of::<FlatEmitter>() == 64);
+const _: () = assert!(size_of::<FlatDelta>() == 64);
 const _: () = assert!(size_of::<FlatCamera>() == 96);
 
 impl FlatScene {
@@ -136,22 +168,15 @@ impl FlatScene {
         if scene.sphere_count() > 0 {
             return Err(FlatError::Spheres);
         }
-        let (mut materials, mut components) = (Vec::new(), Vec::new());
+        let mut materials = FlatMaterials::default();
         for (index, material) in scene.materials().iter().enumerate() {
-            if matches!(material, Material::Null) {
-                materials.push([components.len() as u32, 0]);
-                continue;
+            if !materials.push(material) {
+                return Err(FlatError::Material(index));
             }
-            let rows = material.component_rows().ok_or(FlatError::Material(index))?;
-            materials.push([components.len() as u32, rows.len() as u32]);
-            components.extend(rows);
         }
         let emitters = scene.emitters();
         let environment = emitters.environment();
         let constant = environment.and_then(Environment::constant_radiance);
-        if emitters.len() != emitters.area_count() + usize::from(emitters.environment().is_some()) {
-            return Err(FlatError::PointEmitters);
-        }
         let rows = (0..emitters.area_count() as u32)
             .map(|index| emitters.flat_triangle(index).ok_or(FlatError::Spheres))
             .collect::<Result<_, _>>()?;
@@ -162,9 +187,15 @@ impl FlatScene {
                 .iter()
                 .map(|normals| normals.map(|n| [n.x, n.y, n.z, 0.0]))
                 .collect(),
+            uvs: scene
+                .corner_uvs()
+                .iter()
+                .map(|uvs| uvs.map(|uv| uv.to_array()))
+                .collect(),
             materials,
-            components,
             emitters: rows,
+            deltas: emitters.flat_deltas(),
+            points: emitters.point_count() as u32,
             emitter_table: emitters.finite_table().to_vec(),
             camera: scene
                 .camera()

@@ -70,6 +70,13 @@ pub(super) fn transmittance(distribution: &Distribution, eta: f32, cos: f32) -> 
     .clamp(0.0, 1.0)
 }
 
+/// `T(cos θ; α, η)` at equal steps of `√cos θ` from 0 to 1, between which it is linear.
+pub(super) fn transmittances(distribution: &Distribution, eta: f32) -> Vec<f32> {
+    let table = &tables(distribution).transmittance;
+    let node = |node| interpolate(distribution, eta, |row| table[row * MU_NODES + node]);
+    (0..MU_NODES).map(node).collect()
+}
+
 /// `R_int(α, η)`.
 pub(super) fn internal_reflectance(distribution: &Distribution, eta: f32) -> f32 {
     let table = &tables(distribution).internal_reflectance;

@@ -1,9 +1,10 @@
 //! Components as rows of numbers, for shaders.
 
-use super::Material;
 use super::bsdf::{Entry, Side};
-use super::component::Component;
+use super::component::{Component, SmoothDielectric};
 use super::microfacet::Distribution;
+use super::{Material, rough_coat};
+use crate::flat::FlatMaterials;
 use crate::{ColorTexture, FloatTexture, Rgb};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
@@ -12,7 +13,7 @@ use glam::Vec2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ComponentRow {
-    /// One of [`ComponentRow::DIFFUSE`], [`ComponentRow::MIRROR`], [`ComponentRow::SMOOTH_CONDUCTOR`], [`ComponentRow::GGX_CONDUCTOR`].
+    /// One of the constants of this type.
     pub kind: u32,
     /// From where it is seen: 0 the side of the normal, 1 the other, 2 both.
     pub side: u32,
@@ -20,18 +21,19 @@ pub struct ComponentRow {
     pub weight: f32,
     /// Unnormalised probability of being chosen.
     pub importance: f32,
-    /// Albedo, or what multiplies the reflection.
+    /// Albedo, or what multiplies the reflection; of no meaning where there is a texture.
     pub color: Rgb,
     /// Roughness `α` along the tangent.
     pub alpha_u: f32,
-    /// Real part of the index of refraction.
+    /// Real part of the index of refraction. Of dielectrics and plastics: interior over exterior index, of plastics then the largest channel of
+    /// the base's albedo and, under rough coats, the number of the coat's table.
     pub eta: Rgb,
     /// Roughness `α` along the bitangent.
     pub alpha_v: f32,
-    /// Imaginary part.
+    /// Imaginary part. Of dielectrics: what multiplies the transmission; of plastics: `ρ/(1 − ρ R_int)/η²` of the base.
     pub k: Rgb,
-    /// Nothing.
-    pub padding: u32,
+    /// In place of `color`: one more than the number of a texture, or 0.
+    pub texture: u32,
 }
 
 const _: () = assert!(size_of::<ComponentRow>() == 64);
@@ -45,8 +47,29 @@ impl ComponentRow {
     pub const SMOOTH_CONDUCTOR: u32 = 2;
     /// A conductor with GGX microfacets.
     pub const GGX_CONDUCTOR: u32 = 3;
+    /// A smooth dielectric boundary, which reflects and transmits.
+    pub const SMOOTH_DIELECTRIC: u32 = 4;
+    /// One with GGX microfacets.
+    pub const GGX_DIELECTRIC: u32 = 5;
+    /// A thin slab of a dielectric.
+    pub const THIN_DIELECTRIC: u32 = 6;
+    /// A smooth dielectric coat over a diffuse base.
+    pub const PLASTIC: u32 = 7;
+    /// A coat with GGX microfacets over a diffuse base.
+    pub const GGX_PLASTIC: u32 = 8;
 
-    fn of(entry: &Entry) -> Option<Self> {
+    /// Whether it reflects like a mirror or lets light pass unscattered, and does nothing else.
+    pub fn is_delta(&self) -> bool {
+        [
+            Self::MIRROR,
+            Self::SMOOTH_CONDUCTOR,
+            Self::SMOOTH_DIELECTRIC,
+            Self::THIN_DIELECTRIC,
+        ]
+        .contains(&self.kind)
+    }
+
+    fn of(entry: &Entry, flat: &mut FlatMaterials) -> Option<Self> {
         let row = Self {
             side: match entry.side {
                 Side::Front => 0,
@@ -90,20 +113,124 @@ impl ComponentRow {
                     ..row
                 })
             }
-            _ => None,
+            Component::SmoothDielectric(smooth) => Some(Self {
+                kind: Self::SMOOTH_DIELECTRIC,
+                ..row.dielectric(smooth)
+            }),
+            Component::RoughDielectric(rough) => {
+                let Distribution::Ggx(ggx) = rough.distribution else {
+                    return None;
+                };
+                let (alpha_u, alpha_v) = ggx.alpha();
+                Some(Self {
+                    kind: Self::GGX_DIELECTRIC,
+                    alpha_u,
+                    alpha_v,
+                    ..row.dielectric(&rough.smooth)
+                })
+            }
+            Component::ThinDielectric(thin) => Some(Self {
+                kind: Self::THIN_DIELECTRIC,
+                color: thin.reflection_tint,
+                eta: Rgb::splat(thin.eta),
+                k: thin.transmission_tint,
+                ..row
+            }),
+            Component::Plastic(plastic) => Some(Self {
+                kind: Self::PLASTIC,
+                color: plastic.reflection_tint,
+                eta: Rgb::new(plastic.eta, plastic.base.importance, 0.0),
+                k: plastic.base.radiosity,
+                ..row
+            }),
+            Component::RoughPlastic(plastic) => {
+                let Distribution::Ggx(ggx) = plastic.distribution else {
+                    return None;
+                };
+                let (alpha_u, alpha_v) = ggx.alpha();
+                let table = flat.coat(rough_coat::transmittances(&plastic.distribution, plastic.eta));
+                Some(Self {
+                    kind: Self::GGX_PLASTIC,
+                    color: plastic.reflection_tint,
+                    eta: Rgb::new(plastic.eta, plastic.base.importance, table as f32),
+                    k: plastic.base.radiosity,
+                    alpha_u,
+                    alpha_v,
+                    ..row
+                })
+            }
+            Component::MetallicRoughness(_) => None,
+        }
+    }
+
+    fn dielectric(self, smooth: &SmoothDielectric) -> Self {
+        Self {
+            color: smooth.reflection_tint,
+            eta: Rgb::splat(smooth.eta),
+            k: smooth.transmission_tint,
+            ..self
         }
     }
 }
 
 impl Material {
-    /// The components of a material that is the same everywhere, in the order in which [`Bsdf`](crate::Bsdf) chooses among them;
-    /// `None` for one with textures, and for one with components for which there is no row.
-    pub fn component_rows(&self) -> Option<Vec<ComponentRow>> {
-        if !self.is_constant() {
-            return None;
-        }
+    /// The components of a material, in the order in which [`Bsdf`](crate::Bsdf) chooses among them, with the textures of what multiplies their
+    /// reflection added to `flat`; `None` for one with other textures, and for one with components for which there is no row.
+    pub(crate) fn rows(&self, flat: &mut FlatMaterials) -> Option<Vec<ComponentRow>> {
+        let mut textures = Vec::new();
+        self.leaf_textures(1.0, &mut textures)?;
         let (entries, count) = self.at(Vec2::ZERO).leaves();
-        entries[..count].iter().map(ComponentRow::of).collect()
+        // One that is black all over has a component, but no leaf.
+        textures.resize(count, None);
+        let rows = entries[..count].iter().zip(textures);
+        rows.map(|(entry, texture)| {
+            let row = ComponentRow::of(entry, flat)?;
+            let texture = texture.map_or(0, |texture| 1 + flat.texture(texture));
+            Some(ComponentRow { texture, ..row })
+        })
+        .collect()
+    }
+
+    /// What varies over each leaf that [`Material::at`] finds, if anything; `None` if more does than what multiplies reflections.
+    fn leaf_textures<'a>(&'a self, weight: f32, leaves: &mut Vec<Option<&'a ColorTexture>>) -> Option<()> {
+        match self {
+            Self::Blend {
+                weight: second_share,
+                first,
+                second,
+            } => {
+                let FloatTexture::Constant(share) = second_share else {
+                    return None;
+                };
+                let share = share.clamp(0.0, 1.0);
+                first.leaf_textures(weight * (1.0 - share), leaves)?;
+                second.leaf_textures(weight * share, leaves)
+            }
+            Self::TwoSided { front, back } => {
+                front.leaf_textures(weight, leaves)?;
+                match back {
+                    Some(back) => back.leaf_textures(weight, leaves),
+                    None => Some(()),
+                }
+            }
+            _ => {
+                let texture = match self {
+                    Self::Diffuse { reflectance } | Self::Mirror { reflectance } => reflectance,
+                    Self::Conductor {
+                        roughness,
+                        specular_reflectance,
+                        ..
+                    } if roughness.as_ref().is_none_or(super::Roughness::is_constant) => specular_reflectance,
+                    _ => &ColorTexture::Constant(Rgb::ONE),
+                };
+                let varies = texture.as_constant().is_none();
+                // Leaves without a share are left out.
+                if weight > 0.0 {
+                    leaves.push(varies.then_some(texture));
+                }
+                (varies || self.is_constant()).then_some(())
+            }
+        }
     }
 
     /// Whether nothing of it depends on texture coordinates.
@@ -111,9 +238,7 @@ impl Material {
         let color = |texture: &ColorTexture| matches!(texture, ColorTexture::Constant(_));
         let float = |texture: &FloatTexture| matches!(texture, FloatTexture::Constant(_));
         let rough = |roughness: &Option<super::Roughness>| {
-            roughness
-                .as_ref()
-                .is_none_or(|roughness| float(&roughness.alpha_u) && float(&roughness.alpha_v))
+            roughness.as_ref().is_none_or(super::Roughness::is_constant)
         };
         match self {
             Self::Diffuse { reflectance } | Self::Mirror { reflectance } => color(reflectance),
@@ -156,5 +281,12 @@ impl Material {
                 front.is_constant() && back.as_ref().is_none_or(|back| back.is_constant())
             }
         }
+    }
+}
+
+impl super::Roughness {
+    fn is_constant(&self) -> bool {
+        let constant = |texture: &FloatTexture| matches!(texture, FloatTexture::Constant(_));
+        constant(&self.alpha_u) && constant(&self.alpha_v)
     }
 }

@@ -248,6 +248,11 @@ impl Scene {
         &self.normals
     }
 
+    /// Texture coordinates at the corners of the triangles that have them.
+    pub(crate) fn corner_uvs(&self) -> &[[Vec2; 3]] {
+        &self.uvs
+    }
+
     /// The materials.
     pub fn materials(&self) -> &[Material] {
         &self.materials

@@ -128,6 +128,18 @@ impl Image {
         self.mean
     }
 
+    /// The texels as words, row by row: codes of eight bits a channel, red in the lowest, with the table that they lead into; or the bits
+    /// of three numbers each.
+    pub(crate) fn words(&self) -> (Vec<u32>, Option<&'static [f32; 256]>) {
+        match &self.texels {
+            Texels::Linear(pixels) => (pixels.iter().flatten().map(|v| v.to_bits()).collect(), None),
+            Texels::Coded { codes, table } => {
+                let word = |&[r, g, b]: &[u8; 3]| u32::from_le_bytes([r, g, b, 0]);
+                (codes.iter().map(word).collect(), Some(*table))
+            }
+        }
+    }
+
     /// Bytes that the texels take.
     pub fn texel_bytes(&self) -> usize {
         match &self.texels {

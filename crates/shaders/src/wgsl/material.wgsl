@@ -1,0 +1,6 @@
+// Linked from material.wesl.
+
+struct MaterialAt {
+    index: u32,
+    uv: vec2f
+}
