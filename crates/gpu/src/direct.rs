@@ -154,10 +154,38 @@ mod tests {
     use super::*;
     use crate::testing::{gpu, under_the_sky};
     use lightshed_integrator::{LightChoosing, LightSelection, PixelEstimator, SelectedDirectLight};
-    use lightshed_scene::{Rgb, Scene, builtin, luminance};
+    use lightshed_scene::glam::Vec3;
+    use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
 
     const SIDE: u32 = 40;
+
+    /// A Cornell box with points, a spot and two directions besides its lamp.
+    fn with_points() -> SceneDescription {
+        let mut scene = builtin::cornell();
+        let direction = |x, irradiance| EmitterDescription::Directional {
+            direction: Vec3::new(x, 0.3, -1.0),
+            irradiance,
+        };
+        let point = |x| EmitterDescription::Point {
+            position: Vec3::new(x, 0.1, 0.6),
+            intensity: Rgb::new(0.3, 0.2, 0.1),
+        };
+        scene.emitters = vec![
+            point(0.3),
+            point(-0.6),
+            EmitterDescription::Spot {
+                position: Vec3::new(0.0, 0.0, 0.5),
+                direction: Vec3::new(0.2, 0.5, -1.0),
+                intensity: Rgb::ONE,
+                beam_width: 0.5,
+                cutoff_angle: 1.0,
+            },
+            direction(0.4, Rgb::new(2.0, 0.0, 0.0)),
+            direction(-0.4, Rgb::new(0.0, 0.0, 1.0)),
+        ];
+        scene
+    }
 
     /// The share of the pixels whose sample is the host's within 10⁻⁴, over some samples, and the mean difference of the others.
     fn like_the_host(gpu: &Gpu, scene: &Scene, samples: u32, program: &str) -> (f64, MeanTest) {
@@ -194,6 +222,7 @@ mod tests {
         let scenes = [
             ("cornell-glossy", under_the_sky(builtin::cornell_glossy()), 3, 0.4),
             ("many-lights", builtin::many_lights(), 4, 0.97),
+            ("points", with_points(), 4, 0.4),
         ];
         let faults = [
             // Strata are left out: every sample asks the same part of the tree.
@@ -203,6 +232,8 @@ mod tests {
                 "* finite_probability();\n                pdf",
                 "* 0.0;\n                pdf",
             ),
+            // The first direction is taken for all of them.
+            ("settings.first_direction + direction", "settings.first_direction"),
         ];
         for (name, mut description, samples, least) in scenes {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
@@ -216,13 +247,15 @@ mod tests {
             let expected = if gpu.is_exact() { least } else { 0.9 * least };
             assert!(alike >= expected, "{name}");
             assert!(differences.test_against(0.0, 1e-4).is_ok(), "{name}");
-            if name != "cornell-glossy" {
-                continue;
-            }
+            let faults = match name {
+                "cornell-glossy" => &faults[..2],
+                "points" => &faults[2..],
+                _ => &[],
+            };
             for (right, planted) in faults {
-                assert!(DIRECT.contains(right), "{right}");
+                assert!(DIRECT.contains(*right), "{right}");
                 let (fewer, differences) =
-                    like_the_host(&gpu, &scene, samples, &DIRECT.replace(right, planted));
+                    like_the_host(&gpu, &scene, samples, &DIRECT.replace(*right, planted));
                 println!("  {planted}: {fewer:.4} alike, {:.2e}", differences.mean());
                 assert!(
                     fewer < alike - 0.01 || differences.test_against(0.0, 1e-4).is_err(),

@@ -287,6 +287,24 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(GpuVplGrid::BYTES_PER_PIXEL, 88);
 }
 
+/// What some methods know and others do not is refused by name.
+#[test]
+fn what_a_method_does_not_know_is_refused() {
+    let Some(gpu) = gpu() else { return };
+    let unknown = |method, what| Some(GpuError::Unknown { method, what });
+    let scene = sized(lit_by_points(), 8);
+    let flat = GpuScene::new(&gpu, &scene).expect("the scene is flat");
+    let what = "points, spots and directions that shine";
+    assert_eq!(GpuRestirDi::new(&gpu, &flat).err(), unknown("restir-di", what));
+    assert_eq!(GpuRestirPt::new(&gpu, &flat).err(), unknown("restir-pt", what));
+    assert!(GpuDirectLight::new(&gpu, &flat, 1, 1).is_ok());
+    let scene = sized(glass(), 8);
+    let flat = GpuScene::new(&gpu, &scene).expect("the scene is flat");
+    let what = "dielectrics and plastics";
+    assert_eq!(GpuRestirDi::new(&gpu, &flat).err(), unknown("restir-di", what));
+    assert_eq!(GpuRestirPt::new(&gpu, &flat).err(), unknown("restir-pt", what));
+}
+
 #[test]
 fn scenes_without_a_flat_form_are_refused() {
     let Some(gpu) = gpu() else { return };

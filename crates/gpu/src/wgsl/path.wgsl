@@ -1659,6 +1659,8 @@ struct package_lightshed_texture_Texture {
     padding: u32
 }
 
+const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
+
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
@@ -1668,9 +1670,9 @@ fn package_lightshed_texture__1number_at(word: u32) -> f32 {
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
     let texture = package_host__1load_texture(index);
     let x = uv.x;
-    let y = 1.0 - uv.y;
-    var s = texture.x_axis.x * x + texture.y_axis.x * y + texture.translation.x;
-    var t = texture.x_axis.y * x + texture.y_axis.y * y + texture.translation.y;
+    let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
+    var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
+    var t = min(texture.x_axis.y * x + texture.y_axis.y * y, package_lightshed_texture__1F32_MAX) + texture.translation.y;
     if !(package_lightshed_vector__1is_finite(s) && package_lightshed_vector__1is_finite(t)) {
         s = 0.0;
         t = 0.0;
@@ -1692,7 +1694,8 @@ fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
 }
 
 fn package_lightshed_texture_between(a: vec3f, b: vec3f, share: f32) -> vec3f {
-    return a * (1.0 - share) + b * share;
+    let rest = min(1.0 - share, package_lightshed_texture__1F32_MAX);
+    return min(a * rest, vec3f(package_lightshed_texture__1F32_MAX)) + b * share;
 }
 
 fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
@@ -1707,7 +1710,7 @@ fn package_lightshed_texture_folded(s: f32, wrap: u32) -> f32 {
 }
 
 fn package_lightshed_texture_neighbours(s: f32, count: u32, wrap: u32) -> package_lightshed_texture_Neighbours {
-    let position = s * f32(count) - 0.5;
+    let position = min(s * f32(count) - 0.5, package_lightshed_texture__1F32_MAX);
     let below = floor(position);
     let last = i32(count) - 1;
     let index = i32(below);

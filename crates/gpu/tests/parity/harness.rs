@@ -31,6 +31,8 @@ pub struct Shader<'a> {
     pub buffers: &'a [&'a Buffer],
     /// Buffers that they write, after those.
     pub written: &'a [&'a Buffer],
+    /// A fault: a part of the linked text, and what stands in its place.
+    pub planted: Option<[&'a str; 2]>,
 }
 
 impl<'a> Shader<'a> {
@@ -41,6 +43,7 @@ impl<'a> Shader<'a> {
             body,
             buffers: &[],
             written: &[],
+            planted: None,
         }
     }
 
@@ -67,11 +70,15 @@ impl<'a> Shader<'a> {
             body = self.body,
             count = inputs.len(),
         );
-        let wgsl = Linker::new()
+        let mut wgsl = Linker::new()
             .module("package::main", main)
             .module("package::host", self.host)
             .link("package::main")
             .expect("the shader links");
+        if let Some([right, wrong]) = self.planted {
+            assert!(wgsl.contains(right), "{right}");
+            wgsl = wgsl.replace(right, wrong);
+        }
         let mut access = vec![Access::Read, Access::Write];
         access.resize(2 + self.buffers.len(), Access::Read);
         access.resize(access.len() + self.written.len(), Access::Write);

@@ -6,6 +6,7 @@
 
 mod doubles;
 mod harness;
+mod lamps;
 mod light_tree;
 mod light_tree_build;
 mod lightcut;

@@ -7,9 +7,9 @@ use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_scene::{Ray, Scene, builtin, intersect_triangle};
 
 /// The nearest hit by testing all triangles; of those at the same distance, that of the lowest number.
-fn nearest(corners: &[[Vec3; 3]], ray: &Ray) -> Option<(f32, u32, [f32; 2])> {
+fn nearest(corners: &[[Vec3; 3]], ray: &Ray, step: usize) -> Option<(f32, u32, [f32; 2])> {
     let mut best: Option<(f32, u32, [f32; 2])> = None;
-    for (primitive, corners) in (0..).zip(corners) {
+    for (primitive, corners) in (0..).zip(corners).step_by(step) {
         let t_max = best.map_or(ray.t_max, |hit| hit.0);
         if let Some(hit) = intersect_triangle(ray, corners, primitive, t_max) {
             best = Some((hit.t, primitive, hit.barycentric));

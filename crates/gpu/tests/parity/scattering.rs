@@ -1,10 +1,10 @@
 //! Materials.
 
-use crate::harness::{Shader, Tier, check, directions, gpu, unit_numbers};
+use crate::harness::{Shader, Tier, compare, directions, gpu, unit_numbers};
 use glam::{Affine2, Vec2, Vec3};
 use lightshed_scene::{
-    Checkerboard, ColorTexture, ConductorIor, Filter, FlatMaterials, Image, ImageTexture, Material,
-    Microfacet, Rgb, Roughness, Wrap,
+    Checkerboard, ColorTexture, ComponentRow, ConductorIor, Filter, FlatMaterials, Image, ImageTexture,
+    Material, Microfacet, Rgb, Roughness, Wrap,
 };
 use std::sync::Arc;
 
@@ -184,7 +184,8 @@ const HOST: &str = "
     @group(0) @binding(4) var<storage, read> texels: array<u32>;
     @group(0) @binding(5) var<storage, read> coats: array<f32>;
     fn load_component(row: u32) -> Component { return components[row]; }
-    fn load_material(index: u32) -> vec2u { return vec2u(0u, ROWS); }
+    @group(0) @binding(6) var<storage, read> materials: array<vec2u>;
+    fn load_material(index: u32) -> vec2u { return materials[index]; }
     fn load_texture(index: u32) -> Texture { return textures[index]; }
     fn load_texel_word(index: u32) -> u32 { return texels[index]; }
     fn load_coat(place: u32) -> f32 { return coats[place]; }
@@ -194,7 +195,7 @@ const HOST: &str = "
 
 const PUT: &str = "
     let wo = vec3f(number(0u), number(1u), number(2u));
-    let at = MaterialAt(0u, vec2f(number(9u), number(10u)));
+    let at = MaterialAt(word(11u), vec2f(number(9u), number(10u)));
     let e = evaluate_bsdf(at, wo, vec3f(number(3u), number(4u), number(5u)));
     put_3(0u, e.value); put_f(3u, e.pdf);
     let s = sample_bsdf(at, wo, number(6u), vec2f(number(7u), number(8u)));
@@ -206,79 +207,145 @@ const PUT: &str = "
         put_3(15u, l.value); put_f(18u, l.pdf); put_f(19u, lobe_roughness(at, s.lobe));
     }";
 
-/// Values of all lobes and of one, samples, and which lobe they are of.
+type Inputs = [u32; 12];
+type Outputs = [u32; 20];
+
+/// Directions and numbers for each material, its number the last word.
+fn inputs(materials: usize) -> Vec<Inputs> {
+    let all: Vec<[u32; 11]> = directions(50)
+        .into_iter()
+        .zip(directions(51).into_iter().rev())
+        .zip(unit_numbers::<5>(52))
+        .map(|(([a, b, c], [d, e, f]), [g, h, i, u, v])| {
+            // Coordinates outside of the unit square, too.
+            let [u, v] = [u, v].map(|x| (3.0 * f32::from_bits(x) - 1.0).to_bits());
+            [a, b, c, d, e, f, g, h, i, u, v]
+        })
+        .collect();
+    // A third of them for each, all ends among them.
+    let kept = |i: usize, material: usize| i < 512 || i % 3 == material % 3;
+    let of_material = |material: usize| {
+        let kept = all.iter().enumerate().filter(move |(i, _)| kept(*i, material));
+        kept.map(move |(_, input)| std::array::from_fn(|k| input.get(k).copied().unwrap_or(material as u32)))
+    };
+    (0..materials).flat_map(of_material).collect()
+}
+
+fn expected(material: &Material, words: &Inputs) -> Outputs {
+    let [a, b, c, d, e, f, u_lobe, u, v, s, t, _] = words.map(f32::from_bits);
+    let bsdf = material.at(Vec2::new(s, t));
+    let wo = Vec3::new(a, b, c);
+    let value = bsdf.evaluate(wo, Vec3::new(d, e, f));
+    let mut all = [0; 20];
+    let put = |all: &mut Outputs, k: usize, v: Vec3| {
+        all[k..k + 3].copy_from_slice(&v.to_array().map(f32::to_bits));
+    };
+    put(&mut all, 0, value.value);
+    all[3] = value.pdf.value().to_bits();
+    if let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::new(u, v)) {
+        all[4] = 1;
+        all[5] = u32::from(sample.is_delta);
+        put(&mut all, 6, sample.wi);
+        put(&mut all, 9, sample.weight);
+        all[12] = if sample.is_delta {
+            0
+        } else {
+            sample.pdf.value().to_bits()
+        };
+        all[13] = u32::from(sample.lobe);
+        all[14] = sample.eta.to_bits();
+        let lobe = bsdf.evaluate_lobe(sample.lobe, wo, sample.wi);
+        put(&mut all, 15, lobe.value);
+        all[18] = lobe.pdf.value().to_bits();
+        all[19] = bsdf.lobe_roughness(sample.lobe).to_bits();
+    }
+    all
+}
+
+/// Values of all lobes and of one, samples, and which lobe they are of; and that faults in them are noticed.
 #[test]
 fn materials_scatter_alike() {
-    for (name, material) in materials() {
-        let mut flat = FlatMaterials::default();
-        assert!(flat.push(&material), "{name} has rows");
-        let Some(device) = gpu() else { return };
-        let buffers = [
-            device.buffer("components", &flat.components),
-            device.buffer("textures", &flat.textures),
-            device.buffer("texels", &flat.texels),
-            device.buffer("coats", &flat.coats),
-        ]
-        .map(|buffer| buffer.expect("they are few"));
-        drop(device);
+    let Some(device) = gpu() else { return };
+    let materials = materials();
+    let mut flat = FlatMaterials::default();
+    for (name, material) in &materials {
+        assert!(flat.push(material), "{name} has rows");
+    }
+    let buffers = [
+        device.buffer("components", &flat.components),
+        device.buffer("textures", &flat.textures),
+        device.buffer("texels", &flat.texels),
+        device.buffer("coats", &flat.coats),
+        device.buffer("materials", &flat.ranges),
+    ]
+    .map(|buffer| buffer.expect("they are few"));
+    let run = |planted, inputs: &[Inputs]| -> Vec<Outputs> {
         let shader = Shader {
-            host: &HOST.replace("ROWS", &format!("{}u", flat.components.len())),
+            host: HOST,
             buffers: &buffers.each_ref(),
+            planted,
             ..Shader::new(
                 "import package::lightshed::bsdf::{evaluate_bsdf, evaluate_bsdf_lobe, lobe_roughness, sample_bsdf};
                  import package::lightshed::material::MaterialAt;",
                 PUT,
             )
         };
-        let inputs: Vec<[u32; 11]> = directions(50)
-            .into_iter()
-            .zip(directions(51).into_iter().rev())
-            .zip(unit_numbers::<5>(52))
-            .map(|(([a, b, c], [d, e, f]), [g, h, i, u, v])| {
-                // Coordinates outside of the unit square, too.
-                let [u, v] = [u, v].map(|x| (3.0 * f32::from_bits(x) - 1.0).to_bits());
-                [a, b, c, d, e, f, g, h, i, u, v]
-            })
-            .collect();
-        // Under rough coats: a table's cubics are summed before they are drawn a line between.
-        let tier = if flat.coats.is_empty() {
-            Tier::Exact
-        } else {
+        shader.run(&device, inputs)
+    };
+    let is_of = |input: &Inputs, index: usize| input[11] as usize == index;
+    let differs = |index: usize, inputs: &[Inputs], found: &[Outputs]| {
+        let (name, material) = &materials[index];
+        let [first, rows] = flat.ranges[index].map(|word| word as usize);
+        let coated = |row: &ComponentRow| row.kind == ComponentRow::GGX_PLASTIC;
+        let tier = if flat.components[first..first + rows].iter().any(coated) {
+            // A coat's cubics are summed before a line is drawn between them.
             Tier::Bounded {
                 absolute: 1e-6,
                 relative: 4e-6,
             }
+        } else {
+            Tier::Exact
         };
-        let truth = |words: &[u32; 11]| {
-            let [a, b, c, d, e, f, u_lobe, u, v, s, t] = words.map(f32::from_bits);
-            let bsdf = material.at(Vec2::new(s, t));
-            let wo = Vec3::new(a, b, c);
-            let value = bsdf.evaluate(wo, Vec3::new(d, e, f));
-            let mut all = [0; 20];
-            let put = |all: &mut [u32; 20], k: usize, v: Vec3| {
-                all[k..k + 3].copy_from_slice(&v.to_array().map(f32::to_bits));
-            };
-            put(&mut all, 0, value.value);
-            all[3] = value.pdf.value().to_bits();
-            if let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::new(u, v)) {
-                all[4] = 1;
-                all[5] = u32::from(sample.is_delta);
-                put(&mut all, 6, sample.wi);
-                put(&mut all, 9, sample.weight);
-                all[12] = if sample.is_delta {
-                    0
-                } else {
-                    sample.pdf.value().to_bits()
-                };
-                all[13] = u32::from(sample.lobe);
-                all[14] = sample.eta.to_bits();
-                let lobe = bsdf.evaluate_lobe(sample.lobe, wo, sample.wi);
-                put(&mut all, 15, lobe.value);
-                all[18] = lobe.pdf.value().to_bits();
-                all[19] = bsdf.lobe_roughness(sample.lobe).to_bits();
-            }
-            all
-        };
-        check::<11, 20>(name, tier, &shader, &inputs, truth);
+        let pairs = inputs.iter().zip(found).filter(|(input, _)| is_of(input, index));
+        let (inputs, found): (Vec<_>, Vec<_>) = pairs.unzip();
+        compare(name, tier, &inputs, &found, |words| expected(material, words))
+    };
+    let all = inputs(materials.len());
+    let found = run(None, &all);
+    for index in 0..materials.len() {
+        if let Err(difference) = differs(index, &all, &found) {
+            panic!("{difference}");
+        }
+    }
+    let few: Vec<Inputs> = all.into_iter().step_by(20).collect();
+    for (right, wrong, name) in [
+        (
+            "(1.0 - reflectance) / (eta * eta)",
+            "(1.0 - reflectance)",
+            "rough glass",
+        ),
+        (
+            "let count = package_lightshed_bsdf__1lobe_count(",
+            "let count = 1u + 0u * package_lightshed_bsdf__1lobe_count(",
+            "blend of all",
+        ),
+        ("floor(0.5 * s)", "floor(0.25 * s)", "mirrored image"),
+        (
+            "component.weight * package_lightshed_vector__1max_element(component.color)",
+            "component.importance",
+            "blend of images",
+        ),
+        (
+            "sqrt(clamp(cos_theta, 0.0, 1.0))",
+            "clamp(cos_theta, 0.0, 1.0)",
+            "rough plastic",
+        ),
+    ] {
+        let index = materials
+            .iter()
+            .position(|(other, _)| *other == name)
+            .expect("there is one");
+        let found = run(Some([right, wrong]), &few);
+        assert!(differs(index, &few, &found).is_err(), "{wrong} is not noticed");
     }
 }
