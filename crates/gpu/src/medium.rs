@@ -13,6 +13,8 @@ pub(crate) struct SceneMedium {
     /// The chance that a path reused through the medium takes a direction towards the surroundings from the phase function rather than from
     /// the surroundings.
     pub phase_share: f32,
+    /// Whether a boundary lies on a surface that light does not pass.
+    pub touches: bool,
 }
 
 /// The struct of the shader module `majorant`.
@@ -63,7 +65,8 @@ const BELOW: u32 = 2;
 const BOUNDARY: u32 = 4;
 
 impl SceneMedium {
-    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
+    /// The scene's medium, and how far apart a boundary and a surface that it lies on may be found, by triangle or nothing.
+    pub fn new(gpu: &Gpu, scene: &Scene, touching: &[f32]) -> Result<Self, GpuError> {
         let [medium] = scene.media() else {
             return Err(GpuError::Medium("there has to be one, and only one"));
         };
@@ -88,8 +91,11 @@ impl SceneMedium {
             .iter()
             .map(|range| [range.min, range.max])
             .collect();
-        let sides: Vec<u32> = (0..scene.triangle_count() as u32)
-            .map(|primitive| sides_of(scene, primitive))
+        let sides: Vec<[u32; 2]> = (0..scene.triangle_count() as u32)
+            .map(|primitive| {
+                let slack = touching.get(primitive as usize).copied().unwrap_or(0.0);
+                [sides_of(scene, primitive), slack.to_bits()]
+            })
             .collect();
         Ok(Self {
             buffers: [
@@ -99,6 +105,7 @@ impl SceneMedium {
                 gpu.buffer("medium sides", &sides)?,
             ],
             phase_share: phase_share(medium),
+            touches: touching.iter().any(|&slack| slack > 0.0),
         })
     }
 

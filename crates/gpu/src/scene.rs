@@ -108,8 +108,8 @@ impl GpuScene {
     ///
     /// [`GpuError::Medium`] for no medium, several, or others; else as [`GpuScene::new`].
     pub fn with_medium(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
-        let medium = SceneMedium::new(gpu, scene)?;
         let flat = FlatScene::without_media(scene).map_err(GpuError::Scene)?;
+        let medium = SceneMedium::new(gpu, scene, &flat.touching)?;
         Self::of_flat(gpu, scene, flat, Some(medium))
     }
 
@@ -272,6 +272,10 @@ impl GpuScene {
             (
                 "package_host__1HAS_TEXTURES",
                 !self.flat.materials.textures.is_empty(),
+            ),
+            (
+                "package_medium__1HAS_TOUCHING",
+                self.medium.as_ref().is_some_and(|medium| medium.touches),
             ),
             ("HAS_SURROUNDINGS", self.has_surroundings()),
             ("package_volume__1HAS_SURROUNDINGS", self.has_surroundings()),

@@ -109,7 +109,11 @@ mod tests {
     use super::*;
     use crate::testing::gpu;
     use lightshed_integrator::{PixelEstimator, VolumePathTracer};
-    use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin};
+    use lightshed_scene::glam::Vec3;
+    use lightshed_scene::{
+        EmitterDescription, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, TriangleMesh,
+        builtin,
+    };
 
     const SIDE: u32 = 40;
 
@@ -146,6 +150,34 @@ mod tests {
         Scene::new(&description).expect("built-in scenes are sound")
     }
 
+    /// A cloud down to the floor, in whose plane its lower boundary is, under constant light.
+    fn on_a_floor() -> SceneDescription {
+        let mut scene = builtin::cloud();
+        scene.emitters = vec![EmitterDescription::Constant {
+            radiance: Rgb::new(0.3, 0.4, 0.6),
+        }];
+        let corner = |x: f32, z: f32| Vec3::new(x, -1.0, z);
+        scene.shapes.push(ShapeDescription {
+            name: "floor".to_owned(),
+            geometry: Geometry::Mesh(TriangleMesh {
+                positions: vec![
+                    corner(-2.0, 3.0),
+                    corner(4.0, 3.0),
+                    corner(4.0, -2.5),
+                    corner(-2.0, -2.5),
+                ],
+                indices: vec![[0, 1, 2], [0, 2, 3]],
+                ..TriangleMesh::default()
+            }),
+            material: scene.materials.len() as u32,
+            emission: None,
+        });
+        scene.materials.push(Material::Diffuse {
+            reflectance: Rgb::new(0.7, 0.5, 0.3).into(),
+        });
+        scene
+    }
+
     /// Paths through smoke and a cloud are the host's: collisions are exact, and so is all else but what the order of a product rounds.
     #[test]
     fn paths_are_those_of_the_host() {
@@ -159,6 +191,7 @@ mod tests {
             ("smoke", sized(builtin::smoke_in_cornell()), 5, 0.0),
             ("overcast", sized(overcast), 8, 0.0),
             ("cloud", sized(builtin::cloud()), 8, 0.01),
+            ("on a floor", sized(on_a_floor()), 6, 0.0),
         ];
         for (name, scene, max_depth, most) in &scenes {
             let differing = unlike(&gpu, scene, *max_depth, VOLPATH);
@@ -166,14 +199,21 @@ mod tests {
             assert!(differing <= if gpu.is_exact() { *most } else { 0.1 }, "{name}");
         }
         // Light that is met counts as if it could not have been sampled.
-        let (right, planted) = (
+        let weight = (
             "weight = package_lightshed_measure__1power_heuristic(pdf, other);",
             "weight = 1.0;",
         );
-        assert!(VOLPATH.contains(right), "{right}");
-        let differing = unlike(&gpu, &scenes[0].1, 5, &VOLPATH.replace(right, planted));
-        println!("{planted}: {differing:.5} differ");
-        assert!(differing > 0.005, "a weight left out is not noticed");
+        // A boundary on a floor is met before the floor.
+        let touching = (
+            "override package_medium__1HAS_TOUCHING: bool = true",
+            "const package_medium__1HAS_TOUCHING: bool = false",
+        );
+        for ((right, planted), (_, scene, max_depth, _)) in [(weight, &scenes[0]), (touching, &scenes[3])] {
+            assert!(VOLPATH.contains(right), "{right}");
+            let differing = unlike(&gpu, scene, *max_depth, &VOLPATH.replace(right, planted));
+            println!("{planted}: {differing:.5} differ");
+            assert!(differing > 0.005, "{planted} is not noticed");
+        }
     }
 
     #[test]

@@ -5,12 +5,14 @@ use lightshed_gpu::{
     GpuVolumePathTracer, GpuVplGrid,
 };
 use lightshed_integrator::{PathTracer, PixelEstimator};
+use lightshed_scene::import::load;
 use lightshed_scene::{
     Checkerboard, ColorTexture, ConductorIor, EmitterDescription, Filter, FlatError, Geometry, Image,
     ImageTexture, Material, Microfacet, Projection, Rgb, Roughness, Scene, SceneDescription,
     ShapeDescription, Wrap, builtin,
 };
 use lightshed_testkit::found_or_skipped;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The device, or `None` with a word about it where there is none; with `LIGHTSHED_REQUIRE_GPU=1` there must be one.
@@ -241,6 +243,27 @@ fn under_a_sky() -> SceneDescription {
     let mut scene = surrounded();
     scene.emitters = builtin::cloud().emitters;
     scene
+}
+
+/// Published rooms, lit by the sun, points and lamps, with images and panes: paths are the host's, but for a few in a thousand that meet two
+/// surfaces at once, and those lit by a spot, whose light falls off to rounding.
+#[test]
+fn paths_in_published_rooms_are_those_of_the_cpu() {
+    let Some(folder) = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from) else {
+        println!("SKIPPED: LIGHTSHED_SCENES is not set");
+        return;
+    };
+    let Some(gpu) = gpu() else { return };
+    for name in ["sponza_crytek", "oacmpdm9", "oacmpctf3", "classroom"] {
+        let loaded = load(folder.join(name).join("scene.xml"), &[]).expect("it is sound");
+        let scene = sized(loaded.description, 48);
+        let found = different(&gpu, &scene, 3, (Some(6), 3));
+        println!("{name}: {found}");
+        let allowed = if gpu.is_exact() { 0.01 } else { 0.05 };
+        assert!(found <= allowed, "{name}: {found} of all paths differ");
+        let planted = different(&gpu, &scene, 3, (Some(6), 2));
+        assert!(planted > 0.01, "{name}: roulette is not noticed: {planted}");
+    }
 }
 
 /// Sums of many samples, on their way in several waves, against the host's.

@@ -55,7 +55,12 @@ pub const MODULES: &[Module] = &[
     module!("curve"),
     module!(
         "cwbvh",
-        ["load_cwbvh_node", "load_cwbvh_primitive", "load_triangle_corners"]
+        [
+            "lets_pass",
+            "load_cwbvh_node",
+            "load_cwbvh_primitive",
+            "load_triangle_corners"
+        ]
     ),
     module!("density", ["load_density"]),
     module!("dielectric"),
@@ -170,6 +175,7 @@ pub const MODULES: &[Module] = &[
             "has_plastics",
             "has_sky",
             "has_textures",
+            "lets_pass",
             "load_alias_entry",
             "load_coat",
             "load_component",
@@ -223,6 +229,7 @@ pub const MODULES: &[Module] = &[
             "has_plastics",
             "has_sky",
             "has_textures",
+            "lets_pass",
             "load_alias_entry",
             "load_coat",
             "load_component",

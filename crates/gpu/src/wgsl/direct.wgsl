@@ -218,6 +218,10 @@ fn package_host__1has_textures() -> bool {
 @group(0) @binding(13)
 var<storage, read> package_host__1leaf_of: array<u32>;
 
+fn package_host__1lets_pass(primitive: u32) -> bool {
+    return package_host_materials[package_host_triangles[primitive].material].y == 0u;
+}
+
 @group(0) @binding(12)
 var<storage, read> package_host__1light_at: array<u32>;
 
@@ -994,11 +998,11 @@ fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNod
 }
 
 fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
-    return package_lightshed_cwbvh_traverse(ray, false);
+    return package_lightshed_cwbvh_traverse(ray, false, false);
 }
 
 fn package_lightshed_cwbvh_occluded(ray: package_lightshed_ray_Ray) -> bool {
-    return package_lightshed_cwbvh_traverse(ray, true).primitive != package_lightshed_ray_NOTHING;
+    return package_lightshed_cwbvh_traverse(ray, true, false).primitive != package_lightshed_ray_NOTHING;
 }
 
 fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
@@ -1011,7 +1015,7 @@ fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, 
     return (planes - origin) * inverse;
 }
 
-fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -> package_lightshed_ray_Hit {
+fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, opaque: bool) -> package_lightshed_ray_Hit {
     let boxes = package_lightshed_cwbvh__1box_ray(ray);
     let triangles = package_lightshed_triangle__1triangle_ray(ray);
     var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
@@ -1036,6 +1040,9 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -
                 let offset = firstTrailingBit(primitives);
                 primitives &= primitives - 1u;
                 let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_host__1lets_pass(primitive) {
+                    continue;
+                }
                 let corners = package_host__2load_triangle_corners(primitive);
                 let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
                 if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {

@@ -391,6 +391,10 @@ fn package_host__1has_textures() -> bool {
     return package_host__1HAS_TEXTURES;
 }
 
+fn package_host__1lets_pass(primitive: u32) -> bool {
+    return package_host_materials[package_host_triangles[primitive].material].y == 0u;
+}
+
 fn package_host__1load_coat(place: u32) -> f32 {
     return package_host__2number_in_tables(package_host_settings.coat_words + place);
 }
@@ -420,6 +424,10 @@ fn package_host__1load_texture(index: u32) -> package_lightshed_texture_Texture 
     return package_lightshed_texture_Texture(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u), vec2u(package_host_tables[word + 6u], package_host_tables[word + 7u]), vec3f(package_host__2pair_in_tables(word + 8u), package_host__2number_in_tables(word + 10u)), package_host_tables[word + 11u], package_host_tables[word + 12u], package_host_tables[word + 13u], package_host_tables[word + 14u], 0u);
 }
 
+fn package_host__1load_touching(primitive: u32) -> f32 {
+    return bitcast<f32>(package_host__1medium_sides[primitive].y);
+}
+
 fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
     return package_host_triangles[index];
 }
@@ -429,7 +437,7 @@ fn package_host__1medium_settings() -> package_host_MediumSettings {
 }
 
 @group(0) @binding(13)
-var<storage, read> package_host__1medium_sides: array<u32>;
+var<storage, read> package_host__1medium_sides: array<vec2u>;
 
 fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
     var u_lens = vec2f(0.5);
@@ -471,7 +479,7 @@ fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
 }
 
 fn package_host__2load_medium_sides(primitive: u32) -> u32 {
-    return package_host__1medium_sides[primitive];
+    return package_host__1medium_sides[primitive].x;
 }
 
 fn package_host__2load_sky_word(index: u32) -> u32 {
@@ -1011,8 +1019,12 @@ fn package_lightshed_cwbvh__1hit_children(node: package_lightshed_cwbvh_CwbvhNod
     return hits;
 }
 
+fn package_lightshed_cwbvh__1intersect_opaque(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
+    return package_lightshed_cwbvh_traverse(ray, false, true);
+}
+
 fn package_lightshed_cwbvh_intersect(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
-    return package_lightshed_cwbvh_traverse(ray, false);
+    return package_lightshed_cwbvh_traverse(ray, false, false);
 }
 
 fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, backwards: bool) -> vec2f {
@@ -1025,7 +1037,7 @@ fn package_lightshed_cwbvh_slab(low: f32, high: f32, origin: f32, inverse: f32, 
     return (planes - origin) * inverse;
 }
 
-fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -> package_lightshed_ray_Hit {
+fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, opaque: bool) -> package_lightshed_ray_Hit {
     let boxes = package_lightshed_cwbvh__1box_ray(ray);
     let triangles = package_lightshed_triangle__1triangle_ray(ray);
     var best = package_lightshed_ray_Hit(ray.t_max, package_lightshed_ray_NOTHING, vec2f(0.0));
@@ -1050,6 +1062,9 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool) -
                 let offset = firstTrailingBit(primitives);
                 primitives &= primitives - 1u;
                 let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_host__1lets_pass(primitive) {
+                    continue;
+                }
                 let corners = package_host__2load_triangle_corners(primitive);
                 let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
                 if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
@@ -2585,6 +2600,8 @@ struct package_medium_Crossing {
     inside: bool
 }
 
+override package_medium__1HAS_TOUCHING: bool = true;
+
 const package_medium__1MOST_CROSSINGS: u32 = 65536u;
 
 fn package_medium__1cross_surface(point: package_lightshed_surface_SurfacePoint, primitive: u32, ray: package_lightshed_ray_Ray, inside: bool, end: vec3f) -> package_medium_Crossing {
@@ -2642,6 +2659,24 @@ fn package_medium__1sample_angle(u: f32) -> package_lightshed_phase_ScatteringAn
         return package_lightshed_phase__1isotropic_angle(u);
     }
     return package_lightshed_phase__2henyey_greenstein_angle(g, u);
+}
+
+fn package_medium_nearest(ray: package_lightshed_ray_Ray) -> package_lightshed_ray_Hit {
+    let hit = package_lightshed_cwbvh_intersect(ray);
+    if !package_medium__1HAS_TOUCHING || hit.primitive == package_lightshed_ray_NOTHING {
+        return hit;
+    }
+    let slack = package_host__1load_touching(hit.primitive);
+    if !(slack > 0.0) {
+        return hit;
+    }
+    let triangle = package_host__1load_triangle(hit.primitive);
+    let across = abs(package_lightshed_vector_dot3(vec3f(triangle.normal_x, triangle.normal_yz), ray.direction));
+    let below = package_lightshed_cwbvh__1intersect_opaque(package_lightshed_ray_Ray(ray.origin, min(ray.t_max, hit.t + slack / across), ray.direction, 0u));
+    if below.primitive == package_lightshed_ray_NOTHING {
+        return hit;
+    }
+    return below;
 }
 
 fn package_medium_passes(material: u32) -> bool {
@@ -2886,7 +2921,7 @@ fn package_through__1estimate_through(segment: package_lightshed_ray_Ray, starts
     var ray = segment;
     var result = package_through_Through(1.0, starts_inside);
     for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
-        let hit = package_lightshed_cwbvh_intersect(ray);
+        let hit = package_medium_nearest(ray);
         let lost = hit.primitive == package_lightshed_ray_NOTHING;
         if result.inside {
             result.transmittance *= package_through__1estimate_part(ray, vec2f(0.0, select(hit.t, ray.t_max, lost)), stream);
@@ -2929,7 +2964,7 @@ fn package_through__1reach_along(whole: package_lightshed_ray_Ray, starts_inside
     var done = 0.0;
     var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
     for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
-        var hit = package_lightshed_cwbvh_intersect(ray);
+        var hit = package_medium_nearest(ray);
         let lost = hit.primitive == package_lightshed_ray_NOTHING;
         hit.t = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
         if inside {

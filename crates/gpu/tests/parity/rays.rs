@@ -73,6 +73,7 @@ fn hits_are_those_of_a_test_of_all_triangles() {
                    @group(0) @binding(2) var<storage, read> nodes: array<CwbvhNode>;
                    @group(0) @binding(3) var<storage, read> slots: array<u32>;
                    @group(0) @binding(4) var<storage, read> triangles: array<Triangle>;
+                   fn lets_pass(primitive: u32) -> bool { return (primitive & 1u) == 1u; }
                    fn load_cwbvh_node(index: u32) -> CwbvhNode { return nodes[index]; }
                    fn load_cwbvh_primitive(slot: u32) -> u32 { return slots[slot]; }
                    fn load_triangle_corners(index: u32) -> TriangleCorners {
@@ -81,24 +82,29 @@ fn hits_are_those_of_a_test_of_all_triangles() {
                    }",
             buffers: &[nodes, slots, triangles],
             ..Shader::new(
-                "import package::lightshed::cwbvh::{intersect, occluded};
+                "import package::lightshed::cwbvh::{intersect, intersect_opaque, occluded};
                  import package::lightshed::ray::{NOTHING, Ray};",
                 "let ray = Ray(vec3f(number(0u), number(1u), number(2u)), number(6u),
                                vec3f(number(3u), number(4u), number(5u)), 0u);
                  let hit = intersect(ray);
                  put(0u, select(0u, 1u, hit.primitive != NOTHING));
                  put_f(1u, hit.t); put_2(2u, hit.barycentric); put(4u, hit.primitive);
-                 put(5u, select(0u, 1u, occluded(ray)));",
+                 put(5u, select(0u, 1u, occluded(ray)));
+                 // As if light passed every other triangle.
+                 put(6u, intersect_opaque(ray).primitive);",
             )
         };
         // Many triangles are many tests for the host.
         let count = if corners.len() < 100 { 1 << 16 } else { 1 << 12 };
-        check::<7, 6>(name, Tier::Exact, &shader, &rays(&corners, count), |words| {
+        check::<7, 7>(name, Tier::Exact, &shader, &rays(&corners, count), |words| {
             let [ox, oy, oz, dx, dy, dz, t_max] = words.map(f32::from_bits);
             let ray = Ray::segment(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz), t_max);
-            match nearest(&corners, &ray) {
-                Some((t, primitive, [v, w])) => [1, t.to_bits(), v.to_bits(), w.to_bits(), primitive, 1],
-                None => [0, t_max.to_bits(), 0, 0, u32::MAX, 0],
+            let even = nearest(&corners, &ray, 2).map_or(u32::MAX, |(_, primitive, _)| primitive);
+            match nearest(&corners, &ray, 1) {
+                Some((t, primitive, [v, w])) => {
+                    [1, t.to_bits(), v.to_bits(), w.to_bits(), primitive, 1, even]
+                }
+                None => [0, t_max.to_bits(), 0, 0, u32::MAX, 0, u32::MAX],
             }
         });
     }

@@ -24,6 +24,9 @@ pub struct FlatScene {
     pub normals: Vec<[[f32; 4]; 3]>,
     /// Texture coordinates at the corners of triangles that have them.
     pub uvs: Vec<[[f32; 2]; 3]>,
+    /// Of each triangle, if it bounds a medium and lies on a surface which light does not pass, how far apart the two may be found; else 0. Empty
+    /// where none does.
+    pub touching: Vec<f32>,
     /// Materials with their textures.
     pub materials: FlatMaterials,
     /// Emitting triangles.
@@ -192,6 +195,7 @@ impl FlatScene {
                 .iter()
                 .map(|uvs| uvs.map(|uv| uv.to_array()))
                 .collect(),
+            touching: scene.slack_of_touching().to_vec(),
             materials,
             emitters: rows,
             deltas: emitters.flat_deltas(),

@@ -134,6 +134,11 @@ impl Scene {
         Some(self.settled(ray, hit))
     }
 
+    /// By primitive, of a boundary that lies on a surface how far apart the two may be found; empty where none does.
+    pub(crate) fn slack_of_touching(&self) -> &[f32] {
+        &self.touching
+    }
+
     /// [`Scene::nearest`] of a ray whose nearest hit is known.
     #[inline(always)]
     pub fn settled(&self, ray: &Ray, hit: Hit) -> Hit {
