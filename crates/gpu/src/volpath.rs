@@ -156,7 +156,15 @@ mod tests {
         scene.emitters = vec![EmitterDescription::Constant {
             radiance: Rgb::new(0.3, 0.4, 0.6),
         }];
-        let corner = |x: f32, z: f32| Vec3::new(x, -1.0, z);
+        let Geometry::Mesh(boundary) = &scene.shapes[0].geometry else {
+            panic!("a cuboid is a mesh")
+        };
+        let lowest = boundary
+            .positions
+            .iter()
+            .map(|p| p.y)
+            .fold(f32::INFINITY, f32::min);
+        let corner = |x: f32, z: f32| Vec3::new(x, lowest, z);
         scene.shapes.push(ShapeDescription {
             name: "floor".to_owned(),
             geometry: Geometry::Mesh(TriangleMesh {
