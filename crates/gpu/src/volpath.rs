@@ -150,6 +150,34 @@ mod tests {
         Scene::new(&description).expect("built-in scenes are sound")
     }
 
+    /// Smoke around a ball of glass, lit by a point and a direction, too.
+    fn with_glass_and_points() -> SceneDescription {
+        let mut scene = builtin::smoke_in_cornell();
+        scene.shapes.push(ShapeDescription {
+            name: "ball".to_owned(),
+            geometry: Geometry::Mesh(builtin::icosphere(Vec3::new(0.2, -0.1, 0.4), 0.3, 2)),
+            material: scene.materials.len() as u32,
+            emission: None,
+        });
+        scene.materials.push(Material::Dielectric {
+            eta: 1.5,
+            roughness: None,
+            specular_reflectance: Rgb::ONE.into(),
+            specular_transmittance: Rgb::ONE.into(),
+        });
+        scene.emitters.extend([
+            EmitterDescription::Point {
+                position: Vec3::new(-0.4, 0.3, 0.2),
+                intensity: Rgb::splat(0.3),
+            },
+            EmitterDescription::Directional {
+                direction: Vec3::new(0.2, -0.3, -1.0),
+                irradiance: Rgb::ONE,
+            },
+        ]);
+        scene
+    }
+
     /// A cloud down to the floor, in whose plane its lower boundary is, under constant light.
     fn on_a_floor() -> SceneDescription {
         let mut scene = builtin::cloud();
@@ -200,6 +228,7 @@ mod tests {
             ("overcast", sized(overcast), 8, 0.0),
             ("cloud", sized(builtin::cloud()), 8, 0.01),
             ("on a floor", sized(on_a_floor()), 6, 0.0),
+            ("glass and points", sized(with_glass_and_points()), 5, 0.0),
         ];
         for (name, scene, max_depth, most) in &scenes {
             let differing = unlike(&gpu, scene, *max_depth, VOLPATH);

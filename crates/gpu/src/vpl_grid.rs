@@ -98,6 +98,7 @@ impl<'a> GpuVplGrid<'a> {
     ) -> Result<Self, GpuError> {
         use Access::{Read, Write};
         on_device.refuse_media()?;
+        on_device.refuse_deltas("vpl-grid")?;
         on_device.refuse_dielectrics("vpl-grid")?;
         // The library's own checks.
         if let Err(error) = VplGrid::new(scene, options) {

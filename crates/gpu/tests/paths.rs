@@ -245,25 +245,23 @@ fn under_a_sky() -> SceneDescription {
     scene
 }
 
-/// Published rooms, lit by the sun, points and lamps, with images and panes: paths are the host's, but for a few in a thousand that meet two
-/// surfaces at once, and those lit by a spot, whose light falls off to rounding.
+/// A published hall under the sun and a bright sky, of a quarter of a million triangles: paths are the host's, but for a few in a thousand that
+/// meet two surfaces at once.
 #[test]
-fn paths_in_published_rooms_are_those_of_the_cpu() {
+fn paths_in_a_published_hall_are_those_of_the_cpu() {
     let Some(folder) = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from) else {
         println!("SKIPPED: LIGHTSHED_SCENES is not set");
         return;
     };
     let Some(gpu) = gpu() else { return };
-    for name in ["sponza_crytek", "oacmpdm9", "oacmpctf3", "classroom"] {
-        let loaded = load(folder.join(name).join("scene.xml"), &[]).expect("it is sound");
-        let scene = sized(loaded.description, 48);
-        let found = different(&gpu, &scene, 3, (Some(6), 3));
-        println!("{name}: {found}");
-        let allowed = if gpu.is_exact() { 0.01 } else { 0.05 };
-        assert!(found <= allowed, "{name}: {found} of all paths differ");
-        let planted = different(&gpu, &scene, 3, (Some(6), 2));
-        assert!(planted > 0.01, "{name}: roulette is not noticed: {planted}");
-    }
+    let loaded = load(folder.join("sponza_crytek/scene.xml"), &[]).expect("it is sound");
+    let scene = sized(loaded.description, 48);
+    let found = different(&gpu, &scene, 3, (Some(6), 3));
+    println!("{found}");
+    let allowed = if gpu.is_exact() { 0.005 } else { 0.05 };
+    assert!(found <= allowed, "{found} of all paths differ");
+    let planted = different(&gpu, &scene, 3, (Some(6), 2));
+    assert!(planted > 0.01, "roulette is not noticed: {planted}");
 }
 
 /// Sums of many samples, on their way in several waves, against the host's.
