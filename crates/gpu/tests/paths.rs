@@ -53,7 +53,7 @@ fn different(gpu: &Gpu, scene: &Scene, index: u32, depths: (Option<u32>, u32)) -
         };
         differing += usize::from((0..3).any(differs));
     }
-    assert!(lit > found.len() / 200, "the scene is dark");
+    assert!(lit > found.len() / 400, "the scene is dark");
     differing as f64 / found.len() as f64
 }
 
@@ -245,8 +245,8 @@ fn under_a_sky() -> SceneDescription {
     scene
 }
 
-/// A published hall under the sun and a bright sky, of a quarter of a million triangles: paths are the host's, but for a few in a thousand that
-/// meet two surfaces at once.
+/// A published hall under the sun and a bright sky, of a quarter of a million triangles: paths are the host's, but for one in a thousand that
+/// meets two surfaces at once.
 #[test]
 fn paths_in_a_published_hall_are_those_of_the_cpu() {
     let Some(folder) = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from) else {
@@ -258,10 +258,11 @@ fn paths_in_a_published_hall_are_those_of_the_cpu() {
     let scene = sized(loaded.description, 48);
     let found = different(&gpu, &scene, 3, (Some(6), 3));
     println!("{found}");
-    let allowed = if gpu.is_exact() { 0.005 } else { 0.05 };
+    let allowed = if gpu.is_exact() { 0.001 } else { 0.05 };
     assert!(found <= allowed, "{found} of all paths differ");
-    let planted = different(&gpu, &scene, 3, (Some(6), 2));
-    assert!(planted > 0.01, "roulette is not noticed: {planted}");
+    let planted = different(&gpu, &scene, 3, (Some(3), 3));
+    println!("planted: {planted}");
+    assert!(planted > 0.002, "a shorter path is not noticed: {planted}");
 }
 
 /// Sums of many samples, on their way in several waves, against the host's.
@@ -306,6 +307,26 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(GpuRestirPt::BYTES_PER_PIXEL, 208);
     assert_eq!(GpuRestirVolume::BYTES_PER_PIXEL, 176);
     assert_eq!(GpuVplGrid::BYTES_PER_PIXEL, 88);
+}
+
+/// Published rooms with points, directions and panes of glass are taken; one with Beckmann's microfacets is refused by the material.
+#[test]
+fn published_rooms_are_taken_or_refused_by_name() {
+    let Some(folder) = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from) else {
+        println!("SKIPPED: LIGHTSHED_SCENES is not set");
+        return;
+    };
+    let Some(gpu) = gpu() else { return };
+    let taken = |name: &str| {
+        let loaded = load(folder.join(name).join("scene.xml"), &[]).expect("it is sound");
+        GpuScene::new(&gpu, &sized(loaded.description, 8)).err()
+    };
+    assert_eq!(taken("classroom"), None);
+    assert_eq!(taken("oacmpdm9"), None);
+    assert!(matches!(
+        taken("veach_ajar"),
+        Some(GpuError::Scene(FlatError::Material(_)))
+    ));
 }
 
 /// What some methods know and others do not is refused by name.
