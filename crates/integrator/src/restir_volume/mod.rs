@@ -36,7 +36,7 @@ use through::Volumes;
 ///
 /// Each frame, each pixel looks along one camera ray, for each of its reservoirs. *Candidates* come from random walks: free flights through a coarse
 /// copy of the density, constant along short stretches of the ray, whose density `p` is known in closed form; every vertex is connected to a sampled
-/// emitter, one that emits is the end of a path itself, and so is the environment where a walk leaves the scene. First distances and emitter samples of a pixel's walks, over the frames, are
+/// emitter, one that emits is the end of a path itself, and so are the environment and lamps that a walk comes upon. First distances and emitter samples of a pixel's walks, over the frames, are
 /// points of one sequence that fills their domain evenly. RIS keeps one of them, by `|F|` over the channels with coarse transmittances
 /// (eqs. 5.17–5.20, A.1). It is *merged* with what the pixel held in the frame before, under balance MIS. The place in the pixel is part of
 /// a path: in a still that is the same path with the same target. In another pixel distances and directions stay up to the
@@ -52,8 +52,7 @@ use through::Volumes;
 /// (*stochastic reprojection*, §5.4.4), which is slightly biased; that vanishes a few frames after the motion does.
 ///
 /// Camera rays end on the first surface that is not [`Material::Null`](lightshed_scene::Material::Null). Mirrors and smooth dielectrics are
-/// vertices like others, whose direction follows from the one before in every pixel. Lobes that are narrow but not that
-/// find light by emitter samples alone: the narrower, the more noise.
+/// vertices like others, whose direction follows from the one before in every pixel.
 ///
 /// ```
 /// use lightshed_integrator::{Budget, CameraMotion, RenderOptions, RestirVolume, RestirVolumeOptions, render_frames};
