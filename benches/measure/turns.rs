@@ -114,7 +114,7 @@ pub struct Mitsuba {
 
 impl Mitsuba {
     fn start(python: &Path, variant: &str) -> Result<Self, Box<dyn Error>> {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/measure/mitsuba.py");
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/measure/mitsuba_renders.py");
         let mut process = Command::new(python)
             .arg(script)
             .arg(variant)
