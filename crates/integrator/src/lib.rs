@@ -26,42 +26,35 @@
 mod camera_motion;
 mod cpu_time;
 mod direct;
-mod direct_selected;
 mod film;
 mod frames;
 mod image;
 mod light_selection;
-mod lightcuts;
 mod metrics;
-mod next_event;
 mod output;
 mod path;
-mod path_reuse;
-mod path_selected;
 mod ray_counts;
 mod ray_tally;
 mod render;
 mod restir;
-mod restir_pt;
-mod restir_volume;
 mod scene_world;
-mod shadow_batch;
 mod statistics;
-mod volpath;
+mod volume;
 mod vpl;
-mod walk;
 
 pub use camera_motion::{CameraMotion, CameraMotionError};
 pub use cpu_time::process_cpu_seconds;
-pub use direct::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
-pub use direct_selected::SelectedDirectLight;
+pub use direct::lightcuts::{
+    CutTree, LightcutError, LightcutOptions, Lightcuts, MAX_CUT_BLOCK, MAX_SUBTREES,
+};
+pub use direct::plain::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
+pub use direct::selected::SelectedDirectLight;
 pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
 pub use frames::{FrameMethod, render_frames};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};
 pub use light_selection::{
     ChosenLight, LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point,
 };
-pub use lightcuts::{CutTree, LightcutError, LightcutOptions, Lightcuts, MAX_CUT_BLOCK, MAX_SUBTREES};
 #[cfg(feature = "flip")]
 pub use metrics::flip;
 pub use metrics::{
@@ -72,21 +65,21 @@ pub use output::{
     ExrError, ImageFormat, OutputError, OutputTarget, linear_to_srgb, read_exr, write_exr, write_png,
 };
 pub use path::PathTracer;
-pub use path_reuse::PathReuse;
-pub use path_selected::SelectedPathTracer;
+pub use path::reuse::PathReuse;
+pub use path::selected::SelectedPathTracer;
 pub use ray_counts::RayCounts;
 pub use render::{
     Budget, MAX_BATCH, MAX_THREADS, PixelEstimator, Progress, RenderError, RenderOptions, RenderOutcome,
     SampleId, render,
 };
-pub use restir::{EndpointSampler, LitPoint, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
-pub use restir_pt::{
+pub use restir::pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };
-pub use restir_volume::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
+pub use restir::{EndpointSampler, LitPoint, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use statistics::PixelStatistics;
-pub use volpath::{VolumePathTracer, VolumeTracking};
+pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
+pub use volume::volpath::{VolumePathTracer, VolumeTracking};
 pub use vpl::{
     MAX_FILTER_ITERATIONS, MAX_LIGHT_PATHS, MAX_VPL_BOUNCES, ShadowTargets, VplBrute, VplError, VplGrid,
     VplGridOptions, VplOptions, VplSet,

@@ -3,7 +3,7 @@
 use super::purpose::{Pixels, Purpose};
 use super::start::Start;
 use super::{PathState, PathTracer};
-use crate::next_event::{Bounce, SampleCounts, Shadow};
+use crate::path::next_event::{Bounce, SampleCounts, Shadow};
 use crate::{MAX_BATCH, SampleId};
 use lightshed_lanes::{Column, LANES};
 use lightshed_sampling::Density;

@@ -1,13 +1,17 @@
 //! Unidirectional path tracing with emitter sampling.
 
 mod batch;
+pub(crate) mod next_event;
 mod numbers;
 mod purpose;
+pub(crate) mod reuse;
+pub(crate) mod selected;
 mod shade;
 mod start;
 mod suffix;
+pub(crate) mod walk;
 
-use crate::next_event::{Bounce, SampleCounts, Shadow, emission_sample, met_emission};
+use crate::path::next_event::{Bounce, SampleCounts, Shadow, emission_sample, met_emission};
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lanes::LaneChoice;
 use lightshed_sampling::CounterRng;

@@ -5,9 +5,9 @@ use super::light::{DirectPixel, DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::primary::{FrameView, Primary, trace_primaries};
 use super::{Pass, pass_rng, pattern_key};
 use crate::camera_motion::pixel_seeing;
-use crate::next_event::met_emission;
+use crate::path::next_event::met_emission;
+use crate::path::walk::NOWHERE;
 use crate::ray_tally::{RayKind, RayTally};
-use crate::walk::NOWHERE;
 use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_resampling::{
     Contribution, Extent, Mis, Pattern, PatternError, Reuse, ReuseError, TemporalDomains,

@@ -6,6 +6,7 @@ mod gi;
 mod indirect;
 mod light;
 mod primary;
+pub(crate) mod pt;
 
 pub use candidates::{EndpointSampler, LitPoint};
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};

@@ -2,7 +2,7 @@
 
 use super::{Pass, pass_rng};
 use crate::MAX_BATCH;
-use crate::next_event::met_emission;
+use crate::path::next_event::met_emission;
 use crate::ray_tally::{RayKind, RayTally};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, Camera, Ray, Rgb, Scene, SurfacePoint};

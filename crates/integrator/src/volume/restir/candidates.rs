@@ -390,7 +390,7 @@ impl Evaluation<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::restir_volume::unscattered;
+    use crate::volume::restir::unscattered;
     use crate::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};
     use lightshed_sampling::UniformSphere;
     use lightshed_scene::glam::Vec3;

@@ -1,9 +1,9 @@
 //! Direct light by stochastic lightcuts.
 
-use crate::direct_selected::seen_emission;
+use crate::direct::selected::seen_emission;
+use crate::direct::shadow_batch::ShadowBatch;
 use crate::light_selection::{scene_lights, shading_point};
 use crate::path::camera_ray;
-use crate::shadow_batch::ShadowBatch;
 use crate::{FrameMethod, RayCounts};
 use lightshed_lights::{
     BvhBuild, LightBvh, LightChoice, LightError, LightSubtrees, Lightcut, PerfectTree, ShadingPoint,

@@ -1,11 +1,11 @@
 //! The parts of volumetric ReSTIR: coarse densities, camera rays as proposals, the shift.
 
-#[path = "../../tests/common/mirrors.rs"]
+#[path = "../../../tests/common/mirrors.rs"]
 mod mirrors;
 
 use super::*;
-use crate::restir_volume::coarse::CoarseMedium;
-use crate::restir_volume::pixel::First;
+use crate::volume::restir::coarse::CoarseMedium;
+use crate::volume::restir::pixel::First;
 use lightshed_resampling::{Domain, ShiftMapping, round_trip};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{DensityField, Interval};

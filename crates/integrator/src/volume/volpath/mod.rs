@@ -9,8 +9,8 @@ pub use flight::VolumeTracking;
 use flight::{Channels, fly};
 pub(crate) use shadow::{Crossing, end_of};
 
-use crate::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
 use crate::path::camera_ray;
+use crate::path::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
 use crate::{MAX_BATCH, PathTracer, PixelEstimator, SampleId};
 use lightshed_sampling::{CounterRng, Density, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};

@@ -2,7 +2,7 @@
 
 use super::coarse::CoarseMedium;
 use super::vertex::has_lobe;
-use crate::volpath::{Crossing, MOST_CROSSINGS, end_of};
+use crate::volume::volpath::{Crossing, MOST_CROSSINGS, end_of};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::DVec3;
 use lightshed_scene::volume::{DensityField, Interval, unbiased_ray_marching, unbiased_ray_marching_lookups};

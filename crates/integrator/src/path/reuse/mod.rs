@@ -3,8 +3,8 @@
 mod share;
 mod tree;
 
+use crate::path::walk::Lengths;
 use crate::ray_tally::RayTally;
-use crate::walk::Lengths;
 use crate::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_scene::{Rgb, Scene};

@@ -1,8 +1,8 @@
 //! Direct light with emitters chosen for the point that they light.
 
-use crate::direct::{DirectLightError, MAX_DIRECT_SAMPLES};
+use crate::direct::plain::{DirectLightError, MAX_DIRECT_SAMPLES};
+use crate::direct::shadow_batch::ShadowBatch;
 use crate::light_selection::{ChosenLight, LightSelection};
-use crate::shadow_batch::ShadowBatch;
 use crate::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{CounterRng, power_heuristic};

@@ -1,8 +1,8 @@
 //! Direct light only.
 
 use crate::PixelEstimator;
-use crate::next_event::{Bounce, SampleCounts, met_emission, sample_emission};
 use crate::path::camera_ray;
+use crate::path::next_event::{Bounce, SampleCounts, met_emission, sample_emission};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Ray, Rgb, Scene};

@@ -1,0 +1,4 @@
+//! Paths through participating media.
+
+pub(crate) mod restir;
+pub(crate) mod volpath;
