@@ -13,10 +13,13 @@
 //! samples as long as noise is all the error there is: the less, the better the method.
 
 use clap::Parser;
+use lightshed::film::{
+    Budget, PixelEstimator, RenderOptions, RgbImage, process_cpu_seconds, read_exr, render, render_frames,
+    structural_similarity,
+};
 use lightshed::integrator::{
-    Budget, CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathTracer,
-    PixelEstimator, RenderOptions, RgbImage, SelectedDirectLight, process_cpu_seconds, read_exr, render,
-    render_frames, structural_similarity,
+    CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathTracer,
+    SelectedDirectLight,
 };
 use lightshed::sampling::CounterRng;
 use lightshed::scene::glam::Vec2;

@@ -25,9 +25,9 @@ mod turns;
 
 use agreement::{Agreement, Reuse, agree};
 use clap::Parser;
+use lightshed::film::{Budget, FrameMethod, RenderOptions, process_cpu_seconds, render};
 use lightshed::integrator::{
-    Budget, CameraMotion, FrameMethod, RenderOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
-    VolumeTracking, process_cpu_seconds, render,
+    CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking,
 };
 use lightshed::scene::{
     DensityDescription, PhaseDescription, Rgb, Scene, SceneDescription, builtin, import, luminance,

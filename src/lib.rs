@@ -11,7 +11,8 @@
 //! | [`shift`] | `lightshed-shift` | paths, shift mappings and their Jacobians for ReSTIR path tracing |
 //! | [`volume`] | `lightshed-volume` | density grids, majorants, free flight, transmittance, phase functions |
 //! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
-//! | [`integrator`] | `lightshed-integrator` | reference path tracer, render loop, film, image files and metrics |
+//! | [`film`] | `lightshed-film` | film with variances, render loops, image files and metrics; knows no scene |
+//! | [`integrator`] | `lightshed-integrator` | rendering methods: path tracing, direct light, reuse, volumes |
 //! | `evaluate` | `lightshed-evaluate` | run time against error: races, intervals, reports; with the feature `evaluate` |
 //! | `gpu` | `lightshed-gpu` | methods on a GPU by wgpu; with the feature `gpu` |
 //! | `shaders` | `lightshed-shaders` | the libraries as WESL and WGSL; with the feature `gpu` |
@@ -22,7 +23,8 @@
 //!
 //! ```
 //! # #[cfg(feature = "integrator")] {
-//! use lightshed::integrator::{Budget, PathTracer, RenderOptions, render};
+//! use lightshed::film::{Budget, RenderOptions, render};
+//! use lightshed::integrator::PathTracer;
 //! use lightshed::scene::{Scene, builtin};
 //! use std::sync::atomic::AtomicBool;
 //!
@@ -39,6 +41,8 @@
 //! ```
 #[cfg(feature = "evaluate")]
 pub use lightshed_evaluate as evaluate;
+#[cfg(feature = "film")]
+pub use lightshed_film as film;
 #[cfg(feature = "gpu")]
 pub use lightshed_gpu as gpu;
 #[cfg(feature = "integrator")]

@@ -1,6 +1,6 @@
 //! The example `render` as a user meets it: as a program with arguments, streams, files and an exit status.
 
-use lightshed::integrator::{RgbImage, read_exr, write_exr};
+use lightshed::film::{RgbImage, read_exr, write_exr};
 use serde_json::Value;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};

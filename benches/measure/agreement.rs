@@ -6,10 +6,8 @@
 //! second lessens the variance of the difference most.
 
 use clap::ValueEnum;
-use lightshed::integrator::{
-    Budget, CameraMotion, FrameMethod, RenderOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer,
-    process_cpu_seconds, render,
-};
+use lightshed::film::{Budget, FrameMethod, RenderOptions, process_cpu_seconds, render};
+use lightshed::integrator::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};
 use lightshed::scene::{PhaseDescription, Rgb, Scene, SceneDescription, builtin, luminance};
 use lightshed_testkit::MeanTest;
 use serde_json::{Value, json};

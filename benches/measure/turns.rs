@@ -1,7 +1,7 @@
 //! Samples per CPU-second of two renderers that take turns: this library, and Mitsuba 3 in a process of its own.
 
 use clap::Args;
-use lightshed::integrator::{Budget, PixelEstimator, RenderOptions, render};
+use lightshed::film::{Budget, PixelEstimator, RenderOptions, render};
 use lightshed::scene::RenderSettings;
 use std::error::Error;
 use std::fmt;

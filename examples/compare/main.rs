@@ -15,7 +15,8 @@ mod show;
 use arguments::Arguments;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use lightshed::integrator::{VolumePathTracer, read_exr, write_exr};
+use lightshed::film::{read_exr, write_exr};
+use lightshed::integrator::VolumePathTracer;
 use lightshed::scene::Scene;
 use lightshed_evaluate::{
     ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Method, Record, Reference,
@@ -163,7 +164,7 @@ fn reference(
         return Ok(Reference::stored(read_exr(path)?)?);
     }
     let bar = bar(&format!("{}: reference", subject.name));
-    let observer = |progress: &lightshed::integrator::Progress| {
+    let observer = |progress: &lightshed::film::Progress| {
         bar.set_length(progress.samples_total.unwrap_or(1));
         bar.set_position(progress.samples_done);
     };

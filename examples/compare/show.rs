@@ -1,6 +1,6 @@
 //! Results as text.
 
-use lightshed::integrator::RgbImage;
+use lightshed::film::RgbImage;
 use lightshed_evaluate::{Interval, Metric, Record, Reference, ReportChain, ReportScene};
 use serde_json::{Value, json};
 use std::fmt::Write;

@@ -262,21 +262,19 @@ static RULES: &[Rule] = &[
         "eight words at each of five vertices",
         |l, _| Some(l.words(40.0)),
     ),
-    rule("integrator/film_add", "a copy of 48 bytes, near", |l, _| {
+    rule("film/film_add", "a copy of 48 bytes, near", |l, _| {
         Some(l.copy(48.0, NEAR))
     }),
-    rule(
-        "integrator/render_loop",
-        "the sum of a sample in the film",
-        |l, _| l.part("integrator/film_add/1024"),
-    ),
-    rule("integrator/film_merge", "a copy of 48 bytes", |l, n| {
+    rule("film/render_loop", "the sum of a sample in the film", |l, _| {
+        l.part("film/film_add/1024")
+    }),
+    rule("film/film_merge", "a copy of 48 bytes", |l, n| {
         Some(l.copy(48.0, 96.0 * n))
     }),
-    rule("integrator/ssim", "a copy of 24 bytes", |l, n| {
+    rule("film/ssim", "a copy of 24 bytes", |l, n| {
         Some(l.copy(24.0, 24.0 * n))
     }),
-    rule("integrator/comparison", "a copy of 24 bytes", |l, n| {
+    rule("film/comparison", "a copy of 24 bytes", |l, n| {
         Some(l.copy(24.0, 24.0 * n))
     }),
     rule("shift/trees_", "a path in company in `cornell`", |l, _| {

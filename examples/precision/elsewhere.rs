@@ -156,32 +156,43 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "icosphere quad signed_volume tetrahedron",
     ),
     (
-        "lightshed-integrator",
+        "lightshed-film",
         "called by the rows of the same type, which measure what comes of it",
         "Film::add PixelStatistics::add PixelStatistics::count PixelStatistics::merge PixelStatistics::non_finite",
     ),
     (
-        "lightshed-integrator",
+        "lightshed-film",
         "gives what it holds, or checks and stores",
-        "CameraMotion::orbit CameraMotion::translation Film::get FilmTile::pixels_mut OutputTarget::with_exposure RestirPtOptions::thresholds RgbImage::from_fn RgbImage::get \
-         RgbImage::height RgbImage::new RgbImage::pixels RgbImage::width SceneVertex::point VplBrute::new VplGridOptions::new process_cpu_seconds scene_lights shading_point",
+        "Film::get FilmTile::pixels_mut OutputTarget::with_exposure RgbImage::from_fn RgbImage::get RgbImage::height RgbImage::new \
+         RgbImage::pixels RgbImage::width process_cpu_seconds",
     ),
     (
-        "lightshed-integrator",
-        "estimators: held to closed forms, to each other and to another renderer's images",
-        "DirectLight::radiance EndpointSampler::probability EndpointSampler::propose FrameMethod::render_frame LightSelection::direction \
-         LightSelection::endpoint_probability LightSelection::pdf LightSelection::pdf_environment LightSelection::sample \
-         LightSelection::sample_endpoint PathTracer::radiance PixelEstimator::sample PixelEstimator::sample_many RestirVolume::animated SceneWorld::arrive \
-         SelectedPathTracer::radiance VolumePathTracer::radiance",
+        "lightshed-film",
+        "a trait's function, written by a user",
+        "FrameMethod::render_frame PixelEstimator::sample PixelEstimator::sample_many",
     ),
     (
-        "lightshed-integrator",
+        "lightshed-film",
         "reads or writes a file; values are read back by the crate's tests",
         "OutputTarget::write read_exr write_exr write_png",
     ),
     (
-        "lightshed-integrator",
+        "lightshed-film",
         "another's implementation behind a feature, compared with published values by the crate's tests",
         "flip",
+    ),
+    (
+        "lightshed-integrator",
+        "gives what it holds, or checks and stores",
+        "CameraMotion::orbit CameraMotion::translation RestirPtOptions::thresholds SceneVertex::point VplBrute::new VplGridOptions::new \
+         scene_lights shading_point",
+    ),
+    (
+        "lightshed-integrator",
+        "estimators: held to closed forms, to each other and to another renderer's images",
+        "DirectLight::radiance EndpointSampler::probability EndpointSampler::propose LightSelection::direction \
+         LightSelection::endpoint_probability LightSelection::pdf LightSelection::pdf_environment LightSelection::sample \
+         LightSelection::sample_endpoint PathTracer::radiance RestirVolume::animated SceneWorld::arrive \
+         SelectedPathTracer::radiance VolumePathTracer::radiance",
     ),
 ];

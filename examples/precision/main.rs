@@ -11,9 +11,9 @@
 mod distributions;
 mod elsewhere;
 mod emitters;
+mod film;
 mod flights;
 mod grid;
-mod integrator;
 mod inverses;
 mod lights;
 mod materials;
@@ -64,7 +64,7 @@ fn rows() -> Vec<Row> {
         scene::rows(),
         materials::rows(),
         emitters::rows(),
-        integrator::rows(),
+        film::rows(),
     ]
     .concat()
 }

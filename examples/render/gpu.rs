@@ -2,7 +2,7 @@
 
 use crate::arguments::Arguments;
 use crate::failure::Failure;
-use lightshed::integrator::{Progress, RenderOptions, RenderOutcome};
+use lightshed::film::{Progress, RenderOptions, RenderOutcome};
 use lightshed::scene::Scene;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -116,7 +116,7 @@ fn render<M: lightshed::gpu::GpuMethod + Send>(
     cancel: &AtomicBool,
 ) -> Result<OnGpu, Failure> {
     let mut frames = lightshed::gpu::GpuFrames::new(method);
-    let outcome = lightshed::integrator::render_frames(&mut frames, options, observer, cancel)?;
+    let outcome = lightshed::film::render_frames(&mut frames, options, observer, cancel)?;
     match frames.failure() {
         Some(failure) => Err(Failure::new(failure)),
         None => Ok((outcome, gpu.name().to_owned(), frames.pass_seconds().clone())),

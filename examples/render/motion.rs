@@ -2,7 +2,7 @@
 
 use crate::arguments::Motion;
 use crate::failure::Failure;
-use lightshed::integrator::{
+use lightshed::film::{
     FrameMethod, OutputTarget, Progress, RayCounts, RenderOptions, RenderOutcome, RgbImage, render_frames,
 };
 use lightshed::scene::glam::{Affine3A, Mat3A, Quat, Vec3};

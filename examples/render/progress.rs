@@ -1,7 +1,7 @@
 //! The progress bar, on a terminal only.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use lightshed::integrator::{Budget, Progress};
+use lightshed::film::{Budget, Progress};
 use std::io::IsTerminal;
 
 /// Steps of the bar.

@@ -1,6 +1,6 @@
 //! What a rendering gave, as text or as one JSON object.
 
-use lightshed::integrator::{ImageComparison, RenderOutcome};
+use lightshed::film::{ImageComparison, RenderOutcome};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;

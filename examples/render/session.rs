@@ -8,11 +8,13 @@ use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
 use crate::report::Report;
 use crate::vpl;
+use lightshed::film::{
+    Budget, ImageComparison, OutputTarget, Progress, RenderOptions, RenderOutcome, RgbImage, read_exr, render,
+};
 use lightshed::integrator::{
-    Budget, CameraMotion, DirectLight, ImageComparison, LightSelection, OutputTarget, PathMapping, PathReuse,
-    PathTracer, Progress, RenderOptions, RenderOutcome, RestirDi, RestirDiSettings, RestirGi, RestirPt,
-    RestirPtOptions, RestirVolume, RestirVolumeOptions, RgbImage, SceneWorld, SelectedDirectLight,
-    SelectedPathTracer, VolumePathTracer, VolumeTracking, read_exr, render,
+    CameraMotion, DirectLight, LightSelection, PathMapping, PathReuse, PathTracer, RestirDi,
+    RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld,
+    SelectedDirectLight, SelectedPathTracer, VolumePathTracer, VolumeTracking,
 };
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, SceneFeatures, builtin, import};

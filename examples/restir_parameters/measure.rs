@@ -1,9 +1,7 @@
 //! Errors of settings that have had the same time.
 
-use lightshed::integrator::{
-    CameraMotion, FrameMethod, Neighbourhood, PathTracer, RestirPt, RestirPtOptions, RgbImage, SceneWorld,
-    process_cpu_seconds,
-};
+use lightshed::film::{FrameMethod, RgbImage, process_cpu_seconds};
+use lightshed::integrator::{CameraMotion, Neighbourhood, PathTracer, RestirPt, RestirPtOptions, SceneWorld};
 use lightshed::scene::{Rgb, Scene};
 use lightshed_evaluate::{Reference, SampledFrames};
 use serde_json::{Value, json};

@@ -9,9 +9,9 @@
 //! time of one.
 
 use clap::Parser;
+use lightshed::film::{FrameMethod, read_exr};
 use lightshed::integrator::{
-    CameraMotion, FrameMethod, Neighbourhood, PathMapping, PathReuse, PathTracer, RestirPt, RestirPtOptions,
-    SceneWorld, read_exr,
+    CameraMotion, Neighbourhood, PathMapping, PathReuse, PathTracer, RestirPt, RestirPtOptions, SceneWorld,
 };
 use lightshed::scene::{Scene, builtin, import};
 use lightshed_evaluate::{

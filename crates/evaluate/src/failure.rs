@@ -1,6 +1,6 @@
 //! Why something cannot be evaluated.
 
-use lightshed_integrator::{ImageError, RenderError};
+use lightshed_film::{ImageError, RenderError};
 use std::fmt;
 
 /// Why something cannot be evaluated.

@@ -1,11 +1,12 @@
 //! Methods by name.
 
 use crate::{EvaluateError, SampledFrames};
+use lightshed_film::FrameMethod;
 use lightshed_integrator::{
-    CameraMotion, CutTree, DirectLight, FrameMethod, LightChoosing, LightSelection, LightcutOptions,
-    Lightcuts, PathMapping, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt,
-    RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld, SelectedDirectLight, SelectedPathTracer,
-    VolumePathTracer, VolumeTracking,
+    CameraMotion, CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts,
+    PathMapping, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions,
+    RestirVolume, RestirVolumeOptions, SceneWorld, SelectedDirectLight, SelectedPathTracer, VolumePathTracer,
+    VolumeTracking,
 };
 use lightshed_scene::Scene;
 use std::fmt;

@@ -1,7 +1,8 @@
 //! What methods are measured against.
 
 use crate::{Errors, EvaluateError};
-use lightshed_integrator::{Budget, PathTracer, PixelEstimator, Progress, RenderOptions, RgbImage, render};
+use lightshed_film::{Budget, PixelEstimator, Progress, RenderOptions, RgbImage, render};
+use lightshed_integrator::PathTracer;
 use lightshed_scene::{Rgb, Scene, luminance};
 use std::sync::atomic::AtomicBool;
 
@@ -158,7 +159,7 @@ impl Reference {
                 .map(|pixel| pixel.map(|value| scale * value));
             RgbImage::new(image.width(), image.height(), pixels.collect())
         };
-        lightshed_integrator::flip(&shown(image)?, &shown(&self.image)?)
+        lightshed_film::flip(&shown(image)?, &shown(&self.image)?)
             .map_err(|error| EvaluateError::Contest(error.to_string()))
     }
 

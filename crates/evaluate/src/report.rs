@@ -6,7 +6,7 @@ mod page;
 mod picture;
 
 use crate::{Autocorrelation, EvaluateError, Interval, Metric, Record, Reference, SingleFrames, Standing};
-use lightshed_integrator::RgbImage;
+use lightshed_film::RgbImage;
 use page::{escape, figure};
 pub(crate) use picture::exposure_of;
 use picture::{error_colours, png_data};

@@ -1,7 +1,7 @@
 //! Single frames of a chain, as an interactive program shows them.
 
 use crate::{Errors, EvaluateError, Reference};
-use lightshed_integrator::{FrameMethod, RgbImage, process_cpu_seconds};
+use lightshed_film::{FrameMethod, RgbImage, process_cpu_seconds};
 use lightshed_scene::Rgb;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};

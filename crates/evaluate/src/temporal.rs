@@ -1,7 +1,7 @@
 //! How frames of a chain hang together.
 
 use crate::EvaluateError;
-use lightshed_integrator::{FrameMethod, RgbImage};
+use lightshed_film::{FrameMethod, RgbImage};
 use lightshed_scene::{Rgb, luminance};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -112,7 +112,7 @@ impl TemporalStudy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightshed_integrator::RayCounts;
+    use lightshed_film::RayCounts;
 
     /// Pixels that keep a share of what they were: `ρ_k = share^k`.
     struct Memory {

@@ -14,14 +14,15 @@
 //!
 //! Fails if a channel or a tile is off by more than chance allows (10⁻⁴ a row). Says SKIPPED without an adapter.
 
+use lightshed_film::{FrameMethod, PixelEstimator, process_cpu_seconds};
 use lightshed_gpu::{
     Gpu, GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt,
     GpuRestirVolume, GpuScene, GpuVolumePathTracer,
 };
 use lightshed_integrator::{
-    CameraMotion, DirectLight, FrameMethod, LightChoosing, LightSelection, LightcutOptions, Lightcuts,
-    PathMapping, PathTracer, PixelEstimator, RestirDiSettings, RestirPtOptions, RestirVolume,
-    RestirVolumeOptions, SceneWorld, SelectedDirectLight, VolumePathTracer, process_cpu_seconds,
+    CameraMotion, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathMapping,
+    PathTracer, RestirDiSettings, RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld,
+    SelectedDirectLight, VolumePathTracer,
 };
 use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::Vec2;

@@ -9,8 +9,8 @@
 
 mod opening;
 
+use lightshed_film::process_cpu_seconds;
 use lightshed_gpu::{Access, Gpu, GpuLightTree, Kernel, LightTreeBuilder};
-use lightshed_integrator::process_cpu_seconds;
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
     Bounds, Curve, Light, LightRecord, LightSampler, OrientationCone, PerfectTree, ShadingPoint,

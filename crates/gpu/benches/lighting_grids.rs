@@ -10,8 +10,8 @@
 
 mod opening;
 
+use lightshed_film::process_cpu_seconds;
 use lightshed_gpu::{Gpu, GpuError, GpuLightingGrid, LightingGridBuilder};
-use lightshed_integrator::process_cpu_seconds;
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{GridOptions, Levels, LightingGrid, PointLight};
 use lightshed_sampling::CounterRng;

@@ -7,7 +7,8 @@ use crate::programs::DIRECT;
 use crate::scene::{SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
-use lightshed_integrator::{MAX_DIRECT_SAMPLES, RayCounts};
+use lightshed_film::RayCounts;
+use lightshed_integrator::MAX_DIRECT_SAMPLES;
 
 /// Emission and light that is scattered once, with emitters chosen by a perfect light tree that the device builds: the estimator of
 /// `lightshed_integrator::SelectedDirectLight` with `LightChoosing::Tree`.
@@ -153,7 +154,8 @@ impl GpuMethod for GpuDirectLight<'_> {
 mod tests {
     use super::*;
     use crate::testing::{gpu, under_the_sky};
-    use lightshed_integrator::{LightChoosing, LightSelection, PixelEstimator, SelectedDirectLight};
+    use lightshed_film::PixelEstimator;
+    use lightshed_integrator::{LightChoosing, LightSelection, SelectedDirectLight};
     use lightshed_scene::glam::Vec3;
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;

@@ -1,7 +1,7 @@
 //! Methods on the device in the render loop of the others.
 
 use crate::{Buffer, Gpu, GpuError, PassTime};
-use lightshed_integrator::{FrameMethod, RayCounts};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_scene::Rgb;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -7,8 +7,9 @@ use crate::programs::LIGHTCUTS;
 use crate::scene::{SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
+use lightshed_film::RayCounts;
 use lightshed_integrator::{
-    CutTree, LightcutError, LightcutOptions, MAX_CUT_BLOCK, MAX_DIRECT_SAMPLES, MAX_SUBTREES, RayCounts,
+    CutTree, LightcutError, LightcutOptions, MAX_CUT_BLOCK, MAX_DIRECT_SAMPLES, MAX_SUBTREES,
 };
 
 /// Emission and light that is scattered once, with cuts through a light tree that blocks of pixels share (Lin 2022 §4.3.3): the estimator
@@ -211,7 +212,8 @@ impl GpuMethod for GpuLightcuts<'_> {
 mod tests {
     use super::*;
     use crate::testing::gpu;
-    use lightshed_integrator::{FrameMethod, Lightcuts};
+    use lightshed_film::FrameMethod;
+    use lightshed_integrator::Lightcuts;
     use lightshed_scene::{EmitterDescription, Rgb, Scene, builtin, luminance};
     use lightshed_testkit::MeanTest;
     use std::sync::atomic::AtomicBool;

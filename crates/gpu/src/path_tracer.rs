@@ -4,7 +4,7 @@ use crate::programs::PATH;
 use crate::scene::{GpuScene, SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
-use lightshed_integrator::RayCounts;
+use lightshed_film::RayCounts;
 
 /// Unidirectional path tracing with emitter sampling, by wavefronts: the estimator of
 /// `lightshed_integrator::PathTracer`, with the same random numbers for each path, so that images differ by rounding alone.

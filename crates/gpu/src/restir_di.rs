@@ -7,7 +7,8 @@ use crate::programs::RESTIR_DI;
 use crate::scene::{SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
-use lightshed_integrator::{RayCounts, RestirDiSettings};
+use lightshed_film::RayCounts;
+use lightshed_integrator::RestirDiSettings;
 
 /// Direct light by reservoirs that pixels and frames share: the estimator of `lightshed_integrator::RestirDi`, unbiased, with one round of
 /// spatial reuse and a camera at rest.
@@ -246,7 +247,8 @@ impl GpuMethod for GpuRestirDi<'_> {
 mod tests {
     use super::*;
     use crate::testing::{Chains, gpu, mean_luminance, under_the_sky};
-    use lightshed_integrator::{PathTracer, PixelEstimator};
+    use lightshed_film::PixelEstimator;
+    use lightshed_integrator::PathTracer;
     use lightshed_scene::{Scene, SceneDescription, builtin};
     use lightshed_testkit::MeanTest;
 

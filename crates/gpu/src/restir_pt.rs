@@ -6,7 +6,8 @@ use crate::programs::RESTIR_PT;
 use crate::scene::{SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
-use lightshed_integrator::{Neighbourhood, PathMapping, RayCounts, RestirPtOptions};
+use lightshed_film::RayCounts;
+use lightshed_integrator::{Neighbourhood, PathMapping, RestirPtOptions};
 use lightshed_shift::Connectability;
 
 /// ReSTIR path tracing: the estimator of `lightshed_integrator::RestirPt` for a camera at rest, with the same walks, shifts and MIS
@@ -280,7 +281,8 @@ impl GpuMethod for GpuRestirPt<'_> {
 mod tests {
     use super::*;
     use crate::testing::{Chains, gpu, mean_luminance, under_the_sky};
-    use lightshed_integrator::{PathTracer, PixelEstimator};
+    use lightshed_film::PixelEstimator;
+    use lightshed_integrator::PathTracer;
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
 

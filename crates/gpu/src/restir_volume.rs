@@ -6,7 +6,8 @@ use crate::programs::RESTIR_VOLUME;
 use crate::scene::{SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
-use lightshed_integrator::{RayCounts, RestirVolumeError, RestirVolumeOptions};
+use lightshed_film::RayCounts;
+use lightshed_integrator::{RestirVolumeError, RestirVolumeOptions};
 
 /// Light that a medium and surfaces scatter once, by reservoirs that pixels and frames share: the estimator of
 /// `lightshed_integrator::RestirVolume` with one scattering vertex, for a camera at rest.
@@ -245,7 +246,8 @@ impl GpuMethod for GpuRestirVolume<'_> {
 mod tests {
     use super::*;
     use crate::testing::{Chains, gpu, mean_luminance};
-    use lightshed_integrator::{PixelEstimator, VolumePathTracer};
+    use lightshed_film::PixelEstimator;
+    use lightshed_integrator::VolumePathTracer;
     use lightshed_scene::{Rgb, Scene, SceneDescription, builtin};
     use lightshed_testkit::MeanTest;
 

@@ -5,7 +5,7 @@ use crate::path_tracer::groups_of;
 use crate::programs::VOLPATH;
 use crate::scene::{SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
-use lightshed_integrator::RayCounts;
+use lightshed_film::RayCounts;
 
 /// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of `lightshed_integrator::VolumePathTracer`, with
 /// the same random numbers for each path, so that images differ by rounding alone.
@@ -108,7 +108,8 @@ impl GpuMethod for GpuVolumePathTracer<'_> {
 mod tests {
     use super::*;
     use crate::testing::gpu;
-    use lightshed_integrator::{PixelEstimator, VolumePathTracer};
+    use lightshed_film::PixelEstimator;
+    use lightshed_integrator::VolumePathTracer;
     use lightshed_scene::glam::Vec3;
     use lightshed_scene::{
         EmitterDescription, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, TriangleMesh,

@@ -9,7 +9,8 @@ use crate::{
     PassTime,
 };
 use bytemuck::{Pod, Zeroable};
-use lightshed_integrator::{RayCounts, ShadowTargets, VplGrid, VplGridOptions, VplSet};
+use lightshed_film::RayCounts;
+use lightshed_integrator::{ShadowTargets, VplGrid, VplGridOptions, VplSet};
 use lightshed_lights::{GridOptions, Levels, LightingGrid};
 use lightshed_scene::Scene;
 
@@ -269,7 +270,8 @@ impl GpuMethod for GpuVplGrid<'_> {
 mod tests {
     use super::*;
     use crate::testing::{gpu, under_the_sky};
-    use lightshed_integrator::{FrameMethod, VplOptions};
+    use lightshed_film::FrameMethod;
+    use lightshed_integrator::VplOptions;
     use lightshed_scene::glam::Vec3;
     use lightshed_scene::{Material, Rgb, SceneDescription, builtin, luminance};
     use lightshed_testkit::{ImageMoments, StatisticsError, TileOptions, check_faults, compare_tiles};

@@ -1,10 +1,11 @@
 //! Paths on the device are the CPU's paths.
 
+use lightshed_film::PixelEstimator;
 use lightshed_gpu::{
     Gpu, GpuDirectLight, GpuError, GpuPathTracer, GpuRestirDi, GpuRestirPt, GpuRestirVolume, GpuScene,
     GpuVolumePathTracer, GpuVplGrid,
 };
-use lightshed_integrator::{PathTracer, PixelEstimator};
+use lightshed_integrator::PathTracer;
 use lightshed_scene::import::load;
 use lightshed_scene::{
     Checkerboard, ColorTexture, ConductorIor, EmitterDescription, Filter, FlatError, Geometry, Image,

@@ -9,7 +9,8 @@ mod cpu_time;
 
 use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use lightshed_integrator::{MAX_BATCH, PathTracer, PixelEstimator, SampleId, SceneWorld};
+use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
+use lightshed_integrator::{PathTracer, SceneWorld};
 use lightshed_resampling::ShiftMapping;
 use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::Vec2;

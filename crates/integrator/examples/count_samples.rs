@@ -2,10 +2,10 @@
 //! instructions of, as by `valgrind --tool=callgrind`. Arguments: the method, the scene (or a file), the edge of the image in pixels,
 //! samples in each pixel (frames, of methods that make frames).
 
+use lightshed_film::{FrameMethod, MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{
-    CameraMotion, DirectLight, FrameMethod, LightChoosing, LightSelection, MAX_BATCH, PathMapping,
-    PathTracer, PixelEstimator, RestirDi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
-    SampleId, SceneWorld, SelectedPathTracer, VolumePathTracer,
+    CameraMotion, DirectLight, LightChoosing, LightSelection, PathMapping, PathTracer, RestirDi, RestirPt,
+    RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld, SelectedPathTracer, VolumePathTracer,
 };
 use lightshed_scene::{Rgb, Scene, builtin, import};
 use std::error::Error;

@@ -1,7 +1,8 @@
 //! What a guest writes: an estimator of his own beside the library's, on one film, and noise that falls.
 //!
 //! `cargo run --release -p lightshed-integrator --example integrator_guest`
-use lightshed_integrator::{Budget, DirectLight, PixelEstimator, RenderOptions, RgbImage, render};
+use lightshed_film::{Budget, PixelEstimator, RenderOptions, RgbImage, render};
+use lightshed_integrator::DirectLight;
 use lightshed_sampling::{CosineHemisphere, CounterRng};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Rgb, Scene, SurfacePoint, builtin, luminance};

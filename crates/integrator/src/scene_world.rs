@@ -1,6 +1,6 @@
 //! A scene as shift mappings see it.
 
-use crate::RayCounts;
+use lightshed_film::RayCounts;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, Camera, EmitterEndpoint, Hit, Ray, Scene, SurfacePoint};

@@ -5,7 +5,8 @@
 #[path = "common/rendered.rs"]
 mod rendered;
 
-use lightshed_integrator::{Budget, DirectLight, PathTracer, PixelEstimator, RenderOptions, render};
+use lightshed_film::{Budget, PixelEstimator, RenderOptions, render};
+use lightshed_integrator::{DirectLight, PathTracer};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{
     ColorTexture, ConductorIor, EmitterDescription, FloatTexture, Geometry, Material, Microfacet, Projection,

@@ -4,14 +4,16 @@
 //! with probability 1e-5; there are about twenty without data, and as many in the scenes of `LIGHTSHED_SCENES`.
 
 #[expect(dead_code, reason = "the other tests compare with reference images")]
+#[path = "../../film/tests/common/mod.rs"]
 mod common;
 #[path = "common/rendered.rs"]
 mod rendered;
 
 use common::data_folder;
+use lightshed_film::{Film, FrameMethod, MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{
-    CutTree, DirectLight, Film, FrameMethod, LightChoosing, LightSelection, LightcutOptions, Lightcuts,
-    MAX_BATCH, PathTracer, PixelEstimator, SampleId, SelectedDirectLight, SelectedPathTracer,
+    CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathTracer,
+    SelectedDirectLight, SelectedPathTracer,
 };
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::import::load;

@@ -14,12 +14,14 @@
 //! 1 % under the thousand lights, 1.3…2.4 % in the game level. Where reference or rendering are noisier than 0.3 % (the door ajar,
 //! the atrium, the classroom), so is the test.
 
+#[path = "../../film/tests/common/mod.rs"]
 mod common;
 #[path = "common/rendered.rs"]
 mod rendered;
 
 use common::{ReferenceMoments, data_folder};
-use lightshed_integrator::{PathTracer, VolumePathTracer, read_exr};
+use lightshed_film::read_exr;
+use lightshed_integrator::{PathTracer, VolumePathTracer};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::import::{load, parse_mitsuba};
 use lightshed_scene::{

@@ -3,9 +3,9 @@
 //! Seeds are fixed. Frames of different lights are independent, pixels of a frame are not, so means over the image are tested, frame
 //! by frame: at 1e-6 each.
 
+use lightshed_film::{Budget, FrameMethod, PixelEstimator, RenderOptions, RgbImage, render_frames};
 use lightshed_integrator::{
-    Budget, FrameMethod, PathTracer, PixelEstimator, RenderOptions, RgbImage, ShadowTargets, VplBrute,
-    VplError, VplGrid, VplGridOptions, VplOptions, render_frames,
+    PathTracer, ShadowTargets, VplBrute, VplError, VplGrid, VplGridOptions, VplOptions,
 };
 use lightshed_lights::GridOptions;
 use lightshed_scene::glam::{Affine3A, Vec3};

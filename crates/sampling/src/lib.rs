@@ -12,6 +12,7 @@
 //! | frames | [`Frame`] | orthonormal to 5·10⁻⁷ |
 //! | directions in a square, in 32 or 16 bits | [`octahedral_encode`], [`octahedral_pack32`], … | `snorm` packing bit for bit as WGSL's |
 //! | codes that keep neighbours near | [`MortonGrid`], [`morton63_encode`], … | integers; quantised in `f64` |
+//! | linear RGB and its luminance | [`Rgb`], [`luminance`] | |
 //! | sums that keep their small terms | [`CompensatedSum`], [`pairwise_sum`] | |
 //!
 //! # What a guest writes
@@ -53,6 +54,7 @@
 #![forbid(unsafe_code)]
 
 mod alias;
+mod color;
 mod frame;
 mod measure;
 mod morton;
@@ -67,6 +69,7 @@ mod warp;
 mod weights;
 
 pub use alias::{AliasEntry, AliasTable};
+pub use color::{Rgb, luminance};
 pub use frame::{Frame, FrameLanes};
 pub use glam;
 pub use measure::{

@@ -6,7 +6,6 @@
 mod accel;
 pub mod builtin;
 mod camera;
-mod color;
 mod description;
 mod emitter;
 mod features;
@@ -21,7 +20,6 @@ pub use accel::{
     Accelerator, AcceleratorKind, BuildQuality, Hit, HitBatch, Ray, RayBatch, Sphere, intersect_triangle,
 };
 pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE};
-pub use color::{Rgb, luminance};
 pub use description::{
     CameraDescription, EmitterDescription, EnvironmentMap, FovAxis, Geometry, Projection, RenderSettings,
     SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
@@ -36,6 +34,7 @@ pub use flat::{
     FlatTriangle,
 };
 pub use glam;
+pub use lightshed_sampling::{Rgb, luminance};
 pub use lightshed_volume as volume;
 pub use material::{
     Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, LobeSample, Material, MaterialError, Microfacet,

@@ -4,7 +4,7 @@ use crate::EvaluateError;
 use crate::reference::luminances;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use lightshed_integrator::{RgbImage, write_png};
+use lightshed_film::{RgbImage, write_png};
 
 /// Stops that bring the 90th percentile of an image's luminance to 0.6.
 pub fn exposure_of(image: &RgbImage) -> f32 {

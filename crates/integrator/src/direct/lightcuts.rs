@@ -4,7 +4,7 @@ use crate::direct::selected::seen_emission;
 use crate::direct::shadow_batch::ShadowBatch;
 use crate::light_selection::{scene_lights, shading_point};
 use crate::path::camera_ray;
-use crate::{FrameMethod, RayCounts};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_lights::{
     BvhBuild, LightBvh, LightChoice, LightError, LightSubtrees, Lightcut, PerfectTree, ShadingPoint,
 };

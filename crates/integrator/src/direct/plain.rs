@@ -1,8 +1,8 @@
 //! Direct light only.
 
-use crate::PixelEstimator;
 use crate::path::camera_ray;
 use crate::path::next_event::{Bounce, SampleCounts, met_emission, sample_emission};
+use lightshed_film::PixelEstimator;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Ray, Rgb, Scene};
@@ -19,7 +19,8 @@ use std::fmt;
 /// nothing; everything else is still unbiased.
 ///
 /// ```
-/// use lightshed_integrator::{DirectLight, PixelEstimator};
+/// use lightshed_integrator::DirectLight;
+/// use lightshed_film::PixelEstimator;
 /// use lightshed_scene::{Scene, builtin};
 ///
 /// let scene = Scene::new(&builtin::furnace())?;

@@ -3,7 +3,7 @@
 use crate::direct::plain::{DirectLightError, MAX_DIRECT_SAMPLES};
 use crate::direct::shadow_batch::ShadowBatch;
 use crate::light_selection::{ChosenLight, LightSelection};
-use crate::{MAX_BATCH, PixelEstimator, SampleId};
+use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{CounterRng, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};

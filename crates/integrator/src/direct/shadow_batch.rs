@@ -1,6 +1,6 @@
 //! Shadow rays that wait for company.
 
-use crate::MAX_BATCH;
+use lightshed_film::MAX_BATCH;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Ray, Rgb, Scene};
 

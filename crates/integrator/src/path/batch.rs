@@ -4,7 +4,7 @@ use super::purpose::{Pixels, Purpose};
 use super::start::Start;
 use super::{PathState, PathTracer};
 use crate::path::next_event::{Bounce, SampleCounts, Shadow};
-use crate::{MAX_BATCH, SampleId};
+use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::{Column, LANES};
 use lightshed_sampling::Density;
 use lightshed_scene::glam::Vec3;

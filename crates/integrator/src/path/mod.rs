@@ -12,7 +12,7 @@ mod suffix;
 pub(crate) mod walk;
 
 use crate::path::next_event::{Bounce, SampleCounts, Shadow, emission_sample, met_emission};
-use crate::{MAX_BATCH, PixelEstimator, SampleId};
+use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lanes::LaneChoice;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;

@@ -1,7 +1,7 @@
 //! What paths are traced for.
 
 use super::PathState;
-use crate::MAX_BATCH;
+use lightshed_film::MAX_BATCH;
 use lightshed_lanes::Lanes;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};

@@ -1,8 +1,8 @@
 //! Path tracing with emitters chosen for the point that they light.
 
-use crate::PixelEstimator;
 use crate::light_selection::LightSelection;
 use crate::path::camera_ray;
+use lightshed_film::PixelEstimator;
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{CounterRng, Density, SolidAngle, power_heuristic};
 use lightshed_scene::glam::Vec2;

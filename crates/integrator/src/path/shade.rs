@@ -7,7 +7,7 @@ use super::batch::{Paths, Shadows, lanes_within};
 use super::numbers::VertexLanes;
 use super::purpose::Purpose;
 use super::{PathTracer, SURVIVAL_CAP};
-use crate::MAX_BATCH;
+use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
 use lightshed_scene::{DiffuseLanes, HitBatch};

@@ -2,7 +2,7 @@
 
 use super::batch::Paths;
 use super::numbers::camera_lanes;
-use crate::{MAX_BATCH, SampleId};
+use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::{LANES, LaneKernel, LaneWords, Lanes};
 use lightshed_sampling::f32_from_u32_lanes;
 use lightshed_scene::Camera;

@@ -3,8 +3,8 @@
 use super::batch::{Paths, follow};
 use super::purpose::Purpose;
 use super::{PathState, PathTracer};
-use crate::MAX_BATCH;
 use crate::path::next_event::{Bounce, SampleCounts, emitted_radiance};
+use lightshed_film::MAX_BATCH;
 use lightshed_lanes::Lanes;
 use lightshed_sampling::PathSeed;
 use lightshed_scene::glam::Vec3;

@@ -1,8 +1,8 @@
 //! Ordinary path tracing from some vertex on, many walks at the same depth.
 
-use crate::MAX_BATCH;
 use crate::path::next_event::{Bounce, SampleCounts, Shadow, met_emission, sample_emission};
-use crate::ray_tally::{RayKind, RayTally};
+use lightshed_film::MAX_BATCH;
+use lightshed_film::{RayKind, RayTally};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, Hit, Ray, Rgb, Scene, SurfacePoint};

@@ -4,11 +4,12 @@ use super::candidates::{EndpointSampler, KINDS, Survivors, resample_candidates};
 use super::light::{DirectPixel, DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::primary::{FrameView, Primary, trace_primaries};
 use super::{Pass, pass_rng, pattern_key};
+use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::path::next_event::met_emission;
 use crate::path::walk::NOWHERE;
-use crate::ray_tally::{RayKind, RayTally};
-use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
     Contribution, Extent, Mis, Pattern, PatternError, Reuse, ReuseError, TemporalDomains,
 };
@@ -113,7 +114,8 @@ impl std::error::Error for RestirDiError {
 /// what they reuse.
 ///
 /// ```
-/// use lightshed_integrator::{Budget, RenderOptions, RestirDi, render_frames};
+/// use lightshed_integrator::RestirDi;
+/// use lightshed_film::{Budget, RenderOptions, render_frames};
 /// use lightshed_scene::{Scene, builtin};
 /// use std::sync::atomic::AtomicBool;
 ///

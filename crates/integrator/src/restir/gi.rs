@@ -4,11 +4,12 @@ use super::di::RestirDi;
 use super::indirect::{IndirectPixel, IndirectReservoir, Sender, ToSender};
 use super::light::DirectPixel;
 use super::{Pass, pass_rng, pattern_key};
+use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::path::next_event::{Bounce, SampleCounts, Shadow};
 use crate::path::walk::{Lengths, NOWHERE, Walk, add_unhidden, trace_walks};
-use crate::ray_tally::{RayKind, RayTally};
-use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{Extent, Mis, Pattern, Reuse, ReuseError, Ris, TemporalDomains, Tractable};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Rgb, Scene};
@@ -40,7 +41,8 @@ const RADIUS: f32 = 0.1;
 /// What is shaded does not feed the next frame: history holds temporal reuse alone.
 ///
 /// ```
-/// use lightshed_integrator::{Budget, RenderOptions, RestirGi, render_frames};
+/// use lightshed_integrator::RestirGi;
+/// use lightshed_film::{Budget, RenderOptions, render_frames};
 /// use lightshed_scene::{Scene, builtin};
 /// use std::sync::atomic::AtomicBool;
 ///

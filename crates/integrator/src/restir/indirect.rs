@@ -9,7 +9,7 @@
 //! `φ` and `d` the angle at `x₂` and the distance to `x₁`, primed those of the pixel shifted to.
 
 use super::primary::{Outlook, Primary};
-use crate::ray_tally::{RayKind, RayTally};
+use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{Domain, DomainReservoir, Jacobian, ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::SolidAngle;
 use lightshed_scene::glam::Vec3;

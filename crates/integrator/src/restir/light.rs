@@ -9,7 +9,7 @@
 //! the target.
 
 use super::primary::Primary;
-use crate::ray_tally::{RayKind, RayTally};
+use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
     Domain, DomainReservoir, Jacobian, Pulled, ShiftMapping, Shifted, Space, Undefined,
 };

@@ -1,9 +1,9 @@
 //! What a pixel sees: the surface points that light arrives at.
 
 use super::{Pass, pass_rng};
-use crate::MAX_BATCH;
 use crate::path::next_event::met_emission;
-use crate::ray_tally::{RayKind, RayTally};
+use lightshed_film::MAX_BATCH;
+use lightshed_film::{RayKind, RayTally};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, Camera, Ray, Rgb, Scene, SurfacePoint};
 use rayon::prelude::*;

@@ -3,7 +3,7 @@
 use super::camera::camera_sample;
 use super::trace::{VplError, VplOptions, VplSet};
 use crate::path::camera_ray;
-use crate::{FrameMethod, RayCounts};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::{Rgb, Scene};
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! What the camera sees: the diffuse point that VPLs shine on, and everything that does not come from VPLs.
 
-use crate::RayCounts;
 use crate::path::next_event::{Bounce, SampleCounts, met_emission, sample_emission};
+use lightshed_film::RayCounts;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, Ray, Rgb, Scene, SurfacePoint};

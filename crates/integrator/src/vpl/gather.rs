@@ -1,7 +1,7 @@
 //! What one virtual point light gives to a receiver, and whether it is seen.
 
 use super::camera::Receiver;
-use crate::RayCounts;
+use lightshed_film::RayCounts;
 use lightshed_lights::PointLight;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Ray, Rgb, Scene};

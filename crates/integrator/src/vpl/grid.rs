@@ -5,7 +5,7 @@ use super::brute::{check_distance, light_seed};
 use super::camera::{Receiver, camera_sample};
 use super::trace::{VplError, VplOptions, VplSet};
 use crate::path::camera_ray;
-use crate::{FrameMethod, RayCounts};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_lights::{GridOptions, GridQuery, LightingGrid, MAX_SHADOW_SAMPLES};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec3;

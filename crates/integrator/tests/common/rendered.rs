@@ -1,6 +1,6 @@
 //! A rendering as the image comparisons of the testkit want it.
 
-use lightshed_integrator::{Budget, Film, PixelEstimator, RenderOptions, render};
+use lightshed_film::{Budget, Film, PixelEstimator, RenderOptions, render};
 use lightshed_testkit::ImageMoments;
 use std::sync::atomic::AtomicBool;
 

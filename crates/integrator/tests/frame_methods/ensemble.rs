@@ -3,7 +3,7 @@
 //! Pixels of a frame with reuse are correlated, so their variances do not add up to that of a tile. Each chain therefore counts
 //! as *one* sample of each tile's mean and of the image's; chains of different seeds are independent.
 
-use lightshed_integrator::{FrameMethod, PixelEstimator, SampleId};
+use lightshed_film::{FrameMethod, PixelEstimator, SampleId};
 use lightshed_scene::Rgb;
 use lightshed_testkit::{ImageMoments, MeanTest, TileOptions, compare_tiles};
 use rayon::prelude::*;

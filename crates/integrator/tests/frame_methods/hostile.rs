@@ -1,9 +1,9 @@
 //! Scenes that are hard on numbers: images stay finite, and the same for any number of threads.
 
 use crate::scenes::{every_emitter, small_description};
+use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
-    Budget, CameraMotion, FrameMethod, PathMapping, PathReuse, RenderOptions, RestirDi, RestirGi, RestirPt,
-    RestirPtOptions, SceneWorld, render_frames,
+    CameraMotion, PathMapping, PathReuse, RestirDi, RestirGi, RestirPt, RestirPtOptions, SceneWorld,
 };
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{

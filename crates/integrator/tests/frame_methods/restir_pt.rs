@@ -2,9 +2,10 @@
 
 use crate::ensemble::Ensemble;
 use crate::scenes::{cornell_without_light, every_emitter, small, small_description};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_integrator::{
-    CameraMotion, FrameMethod, Neighbourhood, PathMapping, PathTracer, RayCounts, RestirPt, RestirPtError,
-    RestirPtOptions, SceneWorld,
+    CameraMotion, Neighbourhood, PathMapping, PathTracer, RestirPt, RestirPtError, RestirPtOptions,
+    SceneWorld,
 };
 use lightshed_resampling::{
     ContributionWeight, Domain as _, DomainReservoir, Input, Jacobian, Mis, MixtureRis, Pulled, ShiftMapping,

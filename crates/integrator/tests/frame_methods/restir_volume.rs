@@ -4,9 +4,9 @@
 mod mirrors;
 
 use crate::ensemble::Ensemble;
+use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::{
-    CameraMotion, FrameMethod, PixelEstimator, RestirVolume, RestirVolumeError, RestirVolumeOptions,
-    VolumePathTracer,
+    CameraMotion, RestirVolume, RestirVolumeError, RestirVolumeOptions, VolumePathTracer,
 };
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{

@@ -2,9 +2,8 @@
 //!
 //! `cargo test -p lightshed-integrator --test frame_methods volume_motion -- --nocapture` prints the figures of `docs/performance.md`.
 
-use lightshed_integrator::{
-    CameraMotion, FrameMethod, PixelEstimator, RestirVolume, RestirVolumeOptions, VolumePathTracer,
-};
+use lightshed_film::{FrameMethod, PixelEstimator};
+use lightshed_integrator::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{Scene, SceneDescription, builtin, luminance};
 use lightshed_testkit::{MeanTest, check_faults};

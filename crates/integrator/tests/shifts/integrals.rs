@@ -1,7 +1,8 @@
 //! What the domains integrate to: the radiance that the path tracer finds.
 
 use crate::zoo::{domain, mappings, scene};
-use lightshed_integrator::{PathTracer, PixelEstimator, SceneWorld};
+use lightshed_film::PixelEstimator;
+use lightshed_integrator::{PathTracer, SceneWorld};
 use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_shift::{Finding, TreeTracer};

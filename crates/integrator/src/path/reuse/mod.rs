@@ -4,8 +4,8 @@ mod share;
 mod tree;
 
 use crate::path::walk::Lengths;
-use crate::ray_tally::RayTally;
-use crate::{FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_film::RayTally;
+use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_scene::{Rgb, Scene};
 use rayon::prelude::*;
@@ -28,7 +28,8 @@ use tree::Ground;
 /// The estimate is unbiased and frames are independent; within a frame the pixels of a tile are correlated, which shows.
 ///
 /// ```
-/// use lightshed_integrator::{Budget, PathReuse, RenderOptions, render_frames};
+/// use lightshed_integrator::PathReuse;
+/// use lightshed_film::{Budget, RenderOptions, render_frames};
 /// use lightshed_scene::{Scene, builtin};
 /// use std::sync::atomic::AtomicBool;
 ///

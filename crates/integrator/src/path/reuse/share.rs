@@ -1,7 +1,7 @@
 //! Sharing the trees of a tile: every pixel connects to every `x₂`.
 
 use super::tree::{Shared, SharedEmitter, Tree, Vertex};
-use crate::ray_tally::{RayKind, RayTally};
+use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::balance_over_techniques;
 use lightshed_sampling::{Density, SolidAngle, power_heuristic};
 use lightshed_scene::glam::Vec3;

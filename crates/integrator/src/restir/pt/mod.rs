@@ -5,7 +5,8 @@ mod options;
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
 
 use crate::camera_motion::pixel_seeing;
-use crate::{CameraMotion, FrameMethod, PixelSensor, RayCounts, SceneWorld};
+use crate::{CameraMotion, PixelSensor, SceneWorld};
+use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
     ContributionWeight, DomainReservoir, Extent, Input, Mis, MixtureRis, Pattern, Reservoir, ShiftMapping,
     merge, merge_and_integrate,

@@ -5,7 +5,7 @@ use super::path::{MAX_SCATTERINGS, PathCoordinates, Step, VolumePath};
 use super::pixel::{First, VolumePixel, VolumeReservoir};
 use super::through::{Landing, Met, transmitted};
 use super::vertex::{Vertex, emission, surface_vertex};
-use crate::ray_tally::RayKind;
+use lightshed_film::RayKind;
 use lightshed_resampling::{ContributionWeight, MixtureRis};
 use lightshed_sampling::{CounterRng, f32_from_u32, f64_from_u64};
 use lightshed_scene::EmitterEndpoint;

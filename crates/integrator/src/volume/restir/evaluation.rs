@@ -4,7 +4,7 @@ use super::path::{Connection, Step, VolumePath};
 use super::pixel::VolumePixel;
 use super::through::{Through, Volumes};
 use super::vertex::{Vertex, emission, surface_vertex};
-use crate::ray_tally::{RayKind, RayTally};
+use lightshed_film::{RayKind, RayTally};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{DVec3, Vec3};
 use lightshed_scene::{Camera, EmitterEndpoint, Ray, Rgb};

@@ -16,11 +16,12 @@ mod vertex;
 pub use options::{RestirVolumeError, RestirVolumeOptions};
 pub use path::MAX_SCATTERINGS;
 
+use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
-use crate::ray_tally::{RayKind, RayTally};
-use crate::{CameraMotion, FrameMethod, MAX_BATCH, RayCounts};
 use candidates::Sequence;
 use evaluation::{Evaluation, Reach};
+use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
+use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{Contribution, Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
 use lightshed_sampling::{CounterRng, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
@@ -55,7 +56,8 @@ use through::Volumes;
 /// vertices like others, whose direction follows from the one before in every pixel.
 ///
 /// ```
-/// use lightshed_integrator::{Budget, CameraMotion, RenderOptions, RestirVolume, RestirVolumeOptions, render_frames};
+/// use lightshed_integrator::{CameraMotion, RestirVolume, RestirVolumeOptions};
+/// use lightshed_film::{Budget, RenderOptions, render_frames};
 /// use lightshed_scene::{Scene, builtin};
 /// use std::sync::atomic::AtomicBool;
 ///

@@ -3,8 +3,8 @@
 use super::evaluation::Evaluation;
 use super::pixel::{VolumePixel, VolumeReservoir};
 use super::{Pass, RestirVolume, View, bounded};
-use crate::MAX_BATCH;
-use crate::ray_tally::RayKind;
+use lightshed_film::MAX_BATCH;
+use lightshed_film::RayKind;
 use lightshed_resampling::{IdentityShift, Input, Mis, merge};
 use lightshed_scene::Rgb;
 use rayon::prelude::*;

@@ -9,9 +9,10 @@ pub use flight::VolumeTracking;
 use flight::{Channels, fly};
 pub(crate) use shadow::{Crossing, end_of};
 
+use crate::PathTracer;
 use crate::path::camera_ray;
 use crate::path::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
-use crate::{MAX_BATCH, PathTracer, PixelEstimator, SampleId};
+use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_sampling::{CounterRng, Density, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::volume::PhaseFunction;

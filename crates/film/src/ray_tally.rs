@@ -5,18 +5,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What a ray is for, see [`RayCounts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RayKind {
+pub enum RayKind {
+    /// From the camera.
     Camera,
+    /// That continues a path by a sampled direction.
     Path,
+    /// From a path to an emitter.
     Emitter,
+    /// From an offset path to the base path's reconnection vertex.
     Reconnection,
 }
 
 /// Threads that count without disturbing each other; more share places.
 const SHARDS: usize = 64;
 
-/// Counters that many threads add to. Sums of integers: the same in any order.
-pub(crate) struct RayTally {
+/// Counters that many threads add to: sums of integers, the same in any order of work.
+pub struct RayTally {
     shards: Box<[Shard]>,
 }
 

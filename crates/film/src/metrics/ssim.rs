@@ -3,7 +3,7 @@
 use super::MetricError;
 use super::error::paired;
 use crate::{RgbImage, linear_to_srgb};
-use lightshed_scene::{Rgb, luminance};
+use lightshed_sampling::{Rgb, luminance};
 
 /// Side of the window of [`structural_similarity`] in pixels.
 pub const SSIM_WINDOW: u32 = 11;

@@ -2,7 +2,7 @@
 
 use crate::image::pixel_count;
 use crate::{ImageError, PixelStatistics, RgbImage};
-use lightshed_scene::Rgb;
+use lightshed_sampling::Rgb;
 use std::fmt;
 
 /// Side of a film's tiles in pixels; those at the right and bottom edge may be smaller.

@@ -1,14 +1,14 @@
-//! `lightshed-integrator`: films and metrics.
+//! `lightshed-film`: films and metrics.
 
 use crate::worst::{Kind, Row, Worst, log_uniform, rng, units};
-use lightshed::integrator::{
+use lightshed::film::{
     Film, ImageComparison, PixelStatistics, RELATIVE_MSE_EPSILON, RgbImage, linear_to_srgb,
     mean_absolute_percentage_error, mean_squared_error, relative_mean, relative_mean_squared_error,
     structural_similarity,
 };
-use lightshed::scene::Rgb;
+use lightshed::sampling::Rgb;
 
-const PART: &str = "lightshed-integrator";
+const PART: &str = "lightshed-film";
 
 fn worst(function: &'static str, inputs: &'static str, kind: Kind, fill: impl FnOnce(&mut Worst)) -> Row {
     Worst::row(PART, function, inputs, kind, fill)

@@ -4,7 +4,7 @@ use crate::{
     Budget, Film, ImageError, Progress, RayCounts, RenderError, RenderOptions, RenderOutcome,
     process_cpu_seconds,
 };
-use lightshed_scene::Rgb;
+use lightshed_sampling::Rgb;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 

@@ -3,7 +3,7 @@
 use super::MetricError;
 use super::error::{paired, same_size};
 use crate::RgbImage;
-use lightshed_scene::{Rgb, luminance};
+use lightshed_sampling::{Rgb, luminance};
 
 /// The `ε` of [`relative_mean_squared_error`]: it keeps black pixels of the reference from deciding alone.
 pub const RELATIVE_MSE_EPSILON: f64 = 0.01;

@@ -5,11 +5,11 @@ mod cpu_time;
 
 use cpu_time::{CpuTime, by_cpu_time};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use lightshed_integrator::{
+use lightshed_film::{
     Budget, Film, ImageComparison, PixelEstimator, PixelStatistics, RenderOptions, RgbImage, render,
     structural_similarity,
 };
-use lightshed_scene::Rgb;
+use lightshed_sampling::Rgb;
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
 
@@ -24,7 +24,7 @@ impl PixelEstimator for Constant {
 }
 
 fn film(c: &mut Criterion<CpuTime>) {
-    let mut group = c.benchmark_group("integrator");
+    let mut group = c.benchmark_group("film");
     let samples: Vec<Rgb> = (0..1024)
         .map(|i| Rgb::new(i as f32, 1.0 / (i + 1) as f32, 0.5))
         .collect();
@@ -69,7 +69,7 @@ fn metrics(c: &mut Criterion<CpuTime>) {
         RgbImage::from_fn(256, 256, value).expect("the size is sound")
     };
     let (image, reference) = (image(0.1), image(0.0));
-    let mut group = c.benchmark_group("integrator");
+    let mut group = c.benchmark_group("film");
     group.throughput(Throughput::Elements(256 * 256));
     group.bench_function(BenchmarkId::new("ssim", 256 * 256), |b| {
         b.iter(|| structural_similarity(black_box(&image), &reference))

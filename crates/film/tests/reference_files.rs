@@ -3,7 +3,7 @@
 mod common;
 
 use common::{ReferenceMoments, data_folder};
-use lightshed_integrator::{ImageComparison, RgbImage, read_exr};
+use lightshed_film::{ImageComparison, RgbImage, read_exr};
 use std::path::{Path, PathBuf};
 
 fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {

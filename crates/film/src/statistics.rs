@@ -1,6 +1,6 @@
 //! Running mean and variance of one pixel.
 
-use lightshed_scene::Rgb;
+use lightshed_sampling::Rgb;
 
 /// Count, mean and sum of squared deviations of a pixel's samples, for each of the three colour channels.
 ///

@@ -1,211 +1,14 @@
 //! The render loop: samples of every pixel, spread over threads, until a budget is spent.
 
-use crate::film::FilmTile;
-use crate::image::pixel_count;
-use crate::{Film, ImageError, RayCounts, process_cpu_seconds};
-use lightshed_scene::Rgb;
+use crate::estimator::{MAX_BATCH, PixelEstimator, SampleId};
+use crate::film::{Film, FilmTile};
+use crate::options::{Budget, RenderError, RenderOptions};
+use crate::outcome::{Progress, RenderOutcome};
+use crate::process_cpu_seconds;
+use lightshed_sampling::Rgb;
 use rayon::prelude::*;
-use std::fmt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
-
-/// Something that estimates the value of a pixel by independent samples.
-///
-/// With box reconstruction the value of pixel `(x, y)` is `I = ∫ L(u) du` over the pixel's unit square, and
-/// `E[sample(x, y, s, seed)] = I` for every `s`. The result is a function of the four arguments alone: that is what makes
-/// an image independent of the number of threads, and any sample repeatable by itself.
-pub trait PixelEstimator: Sync {
-    /// Sample number `sample_index` of the pixel in column `x` of row `y` (row 0 at the top).
-    fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb;
-
-    /// Many samples at once: `values[i]` becomes what [`PixelEstimator::sample`] gives for `ids[i]`, bit for bit. The shorter
-    /// slice's length counts. An estimator that gains from company, as ray tracing does, takes its own way.
-    #[inline]
-    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
-        for (id, value) in ids.iter().zip(values) {
-            *value = self.sample(id.x, id.y, id.index, seed);
-        }
-    }
-}
-
-/// Names one sample of one pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SampleId {
-    /// Column of the pixel.
-    pub x: u32,
-    /// Row of the pixel, 0 at the top.
-    pub y: u32,
-    /// Number of the sample within the pixel.
-    pub index: u32,
-}
-
-/// Samples that [`render`] asks an estimator for at once, at most.
-pub const MAX_BATCH: usize = 64;
-
-impl<E: PixelEstimator + ?Sized> PixelEstimator for &E {
-    #[inline]
-    fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
-        (**self).sample(x, y, sample_index, seed)
-    }
-
-    #[inline]
-    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
-        (**self).sample_many(ids, seed, values);
-    }
-}
-
-impl<E: PixelEstimator + ?Sized> PixelEstimator for Box<E> {
-    #[inline]
-    fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
-        (**self).sample(x, y, sample_index, seed)
-    }
-
-    #[inline]
-    fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
-        (**self).sample_many(ids, seed, values);
-    }
-}
-
-/// When a rendering is done.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Budget {
-    /// After this many samples in every pixel (at least one).
-    Samples(u32),
-    /// After about this many seconds of wall time: whole passes only, at least one, ending as near to the budget as a
-    /// pass of one sample in every pixel allows.
-    Seconds(f64),
-}
-
-/// Size, budget, seed and threads of a rendering.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RenderOptions {
-    /// Image width in pixels.
-    pub width: u32,
-    /// Image height in pixels.
-    pub height: u32,
-    /// When the rendering is done.
-    pub budget: Budget,
-    /// Handed to the estimator. Images of different seeds are independent.
-    pub seed: u64,
-    /// Number of threads; 0 is one for every processor. It does not change the image.
-    pub threads: usize,
-}
-
-impl RenderOptions {
-    /// Options with seed 0 and a thread for every processor.
-    pub fn new(width: u32, height: u32, budget: Budget) -> Self {
-        let (seed, threads) = (0, 0);
-        Self {
-            width,
-            height,
-            budget,
-            seed,
-            threads,
-        }
-    }
-
-    /// Tells what [`render`] would refuse, without allocating a film or starting a thread.
-    ///
-    /// # Errors
-    ///
-    /// An impossible size, budget or number of threads.
-    pub fn check(&self) -> Result<(), RenderError> {
-        pixel_count(self.width, self.height).map_err(RenderError::Size)?;
-        match self.budget {
-            Budget::Samples(samples) if samples > 0 => (),
-            Budget::Seconds(seconds) if seconds > 0.0 && seconds.is_finite() => (),
-            budget => return Err(RenderError::Budget(budget)),
-        }
-        if self.threads > MAX_THREADS {
-            return Err(RenderError::Threads(self.threads));
-        }
-        Ok(())
-    }
-}
-
-/// Most threads that a rendering may ask for.
-pub const MAX_THREADS: usize = 1024;
-
-/// Why a rendering could not start.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum RenderError {
-    /// The image cannot have this size.
-    Size(ImageError),
-    /// A budget of no samples, or of a time that is not positive and finite.
-    Budget(Budget),
-    /// More than [`MAX_THREADS`] threads.
-    Threads(usize),
-    /// A method made for frames of another size than the options ask for; width and height of both.
-    OtherSize {
-        /// What the method was made for.
-        method: [u32; 2],
-        /// What is asked for.
-        options: [u32; 2],
-    },
-    /// The threads could not be started.
-    ThreadPool(rayon::ThreadPoolBuildError),
-}
-
-impl fmt::Display for RenderError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Size(error) => write!(f, "{error}"),
-            Self::Budget(Budget::Samples(samples)) => {
-                write!(f, "a budget of {samples} samples a pixel is no budget")
-            }
-            Self::Budget(Budget::Seconds(seconds)) => {
-                write!(f, "a budget of {seconds} seconds is not a positive time")
-            }
-            Self::Threads(threads) => write!(f, "{threads} threads are more than the {MAX_THREADS} allowed"),
-            Self::OtherSize {
-                method: [w, h],
-                options: [other_w, other_h],
-            } => write!(
-                f,
-                "a method made for {w}x{h} pixels cannot render {other_w}x{other_h}"
-            ),
-            Self::ThreadPool(_) => write!(f, "cannot start the threads"),
-        }
-    }
-}
-
-impl std::error::Error for RenderError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::ThreadPool(error) => Some(error),
-            _ => None,
-        }
-    }
-}
-
-/// How far a rendering is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Samples taken so far, over all pixels.
-    pub samples_done: u64,
-    /// Samples to take in all; `None` if the budget is a time.
-    pub samples_total: Option<u64>,
-    /// Wall time since the start, seconds.
-    pub seconds: f64,
-}
-
-/// What a rendering gave.
-#[derive(Clone, Debug)]
-pub struct RenderOutcome {
-    /// Statistics of every pixel; each has had [`samples_per_pixel`](Self::samples_per_pixel) samples.
-    pub film: Film,
-    /// Samples in every pixel; less than asked for if interrupted, even zero.
-    pub samples_per_pixel: u32,
-    /// Wall time, seconds.
-    pub seconds: f64,
-    /// Processor time of the process during the rendering, seconds, where the platform tells.
-    pub cpu_seconds: Option<f64>,
-    /// Whether `cancel` ended it before the budget was spent.
-    pub interrupted: bool,
-    /// Rays traced, where the method counts them.
-    pub rays: Option<RayCounts>,
-}
 
 /// Length of a pass that is aimed at, seconds: what an interruption loses at most, and how often threads meet.
 const PASS_SECONDS: f64 = 0.25;
@@ -226,8 +29,7 @@ const PASS_SECONDS: f64 = 0.25;
 /// # Example
 ///
 /// ```
-/// use lightshed_integrator::{Budget, PixelEstimator, RenderOptions, render};
-/// use lightshed_scene::Rgb;
+/// use lightshed_film::{Budget, PixelEstimator, RenderOptions, Rgb, render};
 /// use std::sync::atomic::AtomicBool;
 ///
 /// struct Ramp;
@@ -240,7 +42,7 @@ const PASS_SECONDS: f64 = 0.25;
 /// let options = RenderOptions::new(16, 9, Budget::Samples(4));
 /// let outcome = render(&Ramp, &options, &|_| (), &AtomicBool::new(false))?;
 /// assert_eq!(outcome.film.mean_image().get(15, 8), Some([15.0, 8.0, 1.0]));
-/// # Ok::<(), lightshed_integrator::RenderError>(())
+/// # Ok::<(), lightshed_film::RenderError>(())
 /// ```
 pub fn render<E: PixelEstimator>(
     estimator: &E,

@@ -1,0 +1,117 @@
+//! What a rendering is asked for, and why it cannot be had.
+
+use crate::image::{ImageError, pixel_count};
+use std::fmt;
+
+/// When a rendering is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// After this many samples in every pixel (at least one).
+    Samples(u32),
+    /// After about this many seconds of wall time: whole passes only, at least one, ending as near to the budget as a
+    /// pass of one sample in every pixel allows.
+    Seconds(f64),
+}
+
+/// Size, budget, seed and threads of a rendering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// When the rendering is done.
+    pub budget: Budget,
+    /// Handed to the estimator. Images of different seeds are independent.
+    pub seed: u64,
+    /// Number of threads; 0 is one for every processor. It does not change the image.
+    pub threads: usize,
+}
+
+impl RenderOptions {
+    /// Options with seed 0 and a thread for every processor.
+    pub fn new(width: u32, height: u32, budget: Budget) -> Self {
+        let (seed, threads) = (0, 0);
+        Self {
+            width,
+            height,
+            budget,
+            seed,
+            threads,
+        }
+    }
+
+    /// Tells what [`render`] would refuse, without allocating a film or starting a thread.
+    ///
+    /// # Errors
+    ///
+    /// An impossible size, budget or number of threads.
+    pub fn check(&self) -> Result<(), RenderError> {
+        pixel_count(self.width, self.height).map_err(RenderError::Size)?;
+        match self.budget {
+            Budget::Samples(samples) if samples > 0 => (),
+            Budget::Seconds(seconds) if seconds > 0.0 && seconds.is_finite() => (),
+            budget => return Err(RenderError::Budget(budget)),
+        }
+        if self.threads > MAX_THREADS {
+            return Err(RenderError::Threads(self.threads));
+        }
+        Ok(())
+    }
+}
+
+/// Most threads that a rendering may ask for.
+pub const MAX_THREADS: usize = 1024;
+
+/// Why a rendering could not start.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The image cannot have this size.
+    Size(ImageError),
+    /// A budget of no samples, or of a time that is not positive and finite.
+    Budget(Budget),
+    /// More than [`MAX_THREADS`] threads.
+    Threads(usize),
+    /// A method made for frames of another size than the options ask for; width and height of both.
+    OtherSize {
+        /// What the method was made for.
+        method: [u32; 2],
+        /// What is asked for.
+        options: [u32; 2],
+    },
+    /// The threads could not be started.
+    ThreadPool(rayon::ThreadPoolBuildError),
+}
+
+impl fmt::Display for RenderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size(error) => write!(f, "{error}"),
+            Self::Budget(Budget::Samples(samples)) => {
+                write!(f, "a budget of {samples} samples a pixel is no budget")
+            }
+            Self::Budget(Budget::Seconds(seconds)) => {
+                write!(f, "a budget of {seconds} seconds is not a positive time")
+            }
+            Self::Threads(threads) => write!(f, "{threads} threads are more than the {MAX_THREADS} allowed"),
+            Self::OtherSize {
+                method: [w, h],
+                options: [other_w, other_h],
+            } => write!(
+                f,
+                "a method made for {w}x{h} pixels cannot render {other_w}x{other_h}"
+            ),
+            Self::ThreadPool(_) => write!(f, "cannot start the threads"),
+        }
+    }
+}
+
+impl std::error::Error for RenderError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::ThreadPool(error) => Some(error),
+            _ => None,
+        }
+    }
+}
