@@ -1,26 +1,26 @@
-//! The programs, linked.
+//! The programs as plain WGSL: linked from `src/wesl` into the folder `generated`, and compared with a new link by a test.
 
 /// Direct light with emitters chosen by a light tree.
-pub(crate) const DIRECT: &str = include_str!("wgsl/direct.wgsl");
+pub(crate) const DIRECT: &str = include_str!("../generated/direct.wgsl");
 /// Building light trees.
-pub(crate) const LIGHT_TREE_BUILD: &str = include_str!("wgsl/light_tree_build.wgsl");
+pub(crate) const LIGHT_TREE_BUILD: &str = include_str!("../generated/light_tree_build.wgsl");
 /// Direct light by cuts through a light tree that pixels share.
-pub(crate) const LIGHTCUTS: &str = include_str!("wgsl/lightcuts.wgsl");
+pub(crate) const LIGHTCUTS: &str = include_str!("../generated/lightcuts.wgsl");
 /// Building lighting grids.
-pub(crate) const LIGHTING_GRID_BUILD: &str = include_str!("wgsl/lighting_grid_build.wgsl");
+pub(crate) const LIGHTING_GRID_BUILD: &str = include_str!("../generated/lighting_grid_build.wgsl");
 /// Path tracing by wavefronts.
-pub(crate) const PATH: &str = include_str!("wgsl/path.wgsl");
+pub(crate) const PATH: &str = include_str!("../generated/path.wgsl");
 /// Sorting by codes.
-pub(crate) const RADIX_SORT: &str = include_str!("wgsl/radix_sort.wgsl");
+pub(crate) const RADIX_SORT: &str = include_str!("../generated/radix_sort.wgsl");
 /// Direct light by reuse among pixels and frames.
-pub(crate) const RESTIR_DI: &str = include_str!("wgsl/restir_di.wgsl");
+pub(crate) const RESTIR_DI: &str = include_str!("../generated/restir_di.wgsl");
 /// Paths by reuse among pixels and frames.
-pub(crate) const RESTIR_PT: &str = include_str!("wgsl/restir_pt.wgsl");
+pub(crate) const RESTIR_PT: &str = include_str!("../generated/restir_pt.wgsl");
 /// Single scattering in a medium by reuse among pixels and frames.
-pub(crate) const RESTIR_VOLUME: &str = include_str!("wgsl/restir_volume.wgsl");
+pub(crate) const RESTIR_VOLUME: &str = include_str!("../generated/restir_volume.wgsl");
 /// The filter of shadows, and the image that follows.
-pub(crate) const SHADOW_FILTER: &str = include_str!("wgsl/shadow_filter.wgsl");
+pub(crate) const SHADOW_FILTER: &str = include_str!("../generated/shadow_filter.wgsl");
 /// Path tracing through a medium.
-pub(crate) const VOLPATH: &str = include_str!("wgsl/volpath.wgsl");
+pub(crate) const VOLPATH: &str = include_str!("../generated/volpath.wgsl");
 /// Light of virtual point lights by a lighting grid.
-pub(crate) const VPL_GRID: &str = include_str!("wgsl/vpl_grid.wgsl");
+pub(crate) const VPL_GRID: &str = include_str!("../generated/vpl_grid.wgsl");

@@ -22,7 +22,8 @@ const PROGRAMS: [&str; 12] = [
 
 #[test]
 fn checked_in_wgsl_is_what_programs_link_to() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (folder, generated) = (package.join("src"), package.join("generated"));
     let source = |name: &str| {
         let path = folder.join("wesl").join(name).with_extension("wesl");
         std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
@@ -50,7 +51,7 @@ fn checked_in_wgsl_is_what_programs_link_to() {
             panic!("{name}: {}", error.emit_to_string(&wgsl));
         }
         check_sizes(name, &module);
-        let path = folder.join("wgsl").join(name).with_extension("wgsl");
+        let path = generated.join(name).with_extension("wgsl");
         if std::env::var_os("LIGHTSHED_RELINK").is_some() {
             std::fs::write(&path, &wgsl).expect("the folder can be written to");
         } else {

@@ -19,7 +19,7 @@ macro_rules! module {
         Module {
             name: $name,
             wesl: include_str!(concat!("wesl/", $name, ".wesl")),
-            wgsl: Some(include_str!(concat!("wgsl/", $name, ".wgsl"))),
+            wgsl: Some(include_str!(concat!("../generated/", $name, ".wgsl"))),
             host: &[],
         }
     };

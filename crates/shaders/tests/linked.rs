@@ -33,7 +33,7 @@ fn checked_in_wgsl_is_what_modules_link_to() {
     for module in MODULES.iter().filter(|module| module.host.is_empty()) {
         let wgsl = linked(module.name);
         if std::env::var_os("LIGHTSHED_RELINK").is_some() {
-            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/wgsl/{}.wgsl", module.name));
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("generated/{}.wgsl", module.name));
             std::fs::write(path, &wgsl).expect("the folder can be written to");
         } else {
             assert_eq!(Some(&*wgsl), module.wgsl, "{}: link it again", module.name);
