@@ -71,10 +71,14 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ),
     (
         "lightshed-shift",
-        "a trait's function, written by a guest",
-        "World::connect World::emitted World::emitter_pdf World::environment World::environment_pdf World::evaluate World::evaluate_lobe \
-         World::geometric_normal World::lobe_roughness World::max_roughness World::occluded World::occluded_many World::position World::ray \
-         World::sample_emitter World::sample_lobe World::segment World::sensor_ray World::trace World::trace_many World::trace_suffixes",
+        "a trait's function, written by a user",
+        "WorldGeometry::geometric_normal WorldGeometry::occluded WorldGeometry::occluded_many \
+         WorldGeometry::position WorldGeometry::ray WorldGeometry::segment WorldGeometry::sensor_ray \
+         WorldGeometry::trace WorldGeometry::trace_many WorldLighting::connect WorldLighting::connect_delta \
+         WorldLighting::emitted WorldLighting::emitter_pdf WorldLighting::environment \
+         WorldLighting::environment_pdf WorldLighting::sample_emitter WorldLighting::trace_suffixes \
+         WorldScattering::evaluate WorldScattering::evaluate_lobe WorldScattering::lobe_roughness \
+         WorldScattering::sample_lobe",
     ),
     (
         "lightshed-shift",

@@ -492,7 +492,7 @@ impl<'a> Walks<'a> {
             &[(&domain, PathSeed::draw(&mut rng))],
             |_, finding| match finding {
                 Finding::Seen(radiance) => sum += radiance,
-                Finding::Path(sample, weight) => sum += sample.contribution() * weight as f32,
+                Finding::Path(sample, weight) => sum += sample.contribution() * weight.value() as f32,
             },
         );
         sum

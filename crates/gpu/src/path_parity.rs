@@ -12,7 +12,9 @@ use lightshed_scene::{
     ConductorIor, EmitterDescription, Material, Microfacet, Rgb, Roughness, Scene, SceneDescription, builtin,
 };
 use lightshed_shaders::Linker;
-use lightshed_shift::{Connectability, Finding, PathDomain, PathSample, PathShift, Place, TreeTracer, World};
+use lightshed_shift::{
+    Connectability, Finding, PathDomain, PathSample, PathShift, Place, TreeTracer, WorldGeometry,
+};
 
 const SIDE: u32 = 64;
 const LENGTH: u32 = 7;

@@ -5,12 +5,13 @@ use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, Camera, EmitterEndpoint, Hit, Ray, Scene, SurfacePoint};
 use lightshed_shift::{
-    Connection, Endpoint, LobeDirection, Place, RayKind, Scattering, Suffix, SuffixLight, SuffixLimits, World,
+    Connection, Endpoint, EndpointDensity, LobeDirection, Place, RayKind, Scattering, Suffix, SuffixLight,
+    SuffixLimits, WorldGeometry, WorldLighting, WorldScattering,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A [`Scene`] as a [`World`]: what the crate `lightshed-shift` asks of a renderer, with rays counted by kind.
+/// A [`Scene`] as a [`World`](lightshed_shift::World): what the crate `lightshed-shift` asks of a renderer, with rays counted by kind.
 pub struct SceneWorld<'a> {
     scene: &'a Scene,
     counters: Vec<Counters>,
@@ -142,11 +143,10 @@ impl<'a> SceneWorld<'a> {
     }
 }
 
-impl World for SceneWorld<'_> {
+impl WorldGeometry for SceneWorld<'_> {
     type Vertex = SceneVertex;
-    type Sensor = PixelSensor;
-    type Site = Vec3;
     type Ray = Ray;
+    type Sensor = PixelSensor;
 
     #[inline]
     fn vertex(&self, place: &Place) -> SceneVertex {
@@ -167,11 +167,6 @@ impl World for SceneWorld<'_> {
     }
 
     #[inline(always)]
-    fn site(&self, vertex: &SceneVertex) -> Vec3 {
-        vertex.point.position
-    }
-
-    #[inline(always)]
     fn position(&self, vertex: &SceneVertex) -> Vec3 {
         vertex.point.position
     }
@@ -182,10 +177,14 @@ impl World for SceneWorld<'_> {
     }
 
     #[inline]
-    fn sensor_ray(&self, PixelSensor { camera, pixel }: &PixelSensor, [x, y, v, w]: [f32; 4]) -> (Ray, Vec3) {
+    fn sensor_ray(
+        &self,
+        PixelSensor { camera, pixel }: &PixelSensor,
+        [x, y, v, w]: [f32; 4],
+    ) -> Option<(Ray, Vec3)> {
         let film = Vec2::new(pixel[0] as f32 + x, pixel[1] as f32 + y);
         let ray = camera.ray(film, [v, w]);
-        (ray, ray.direction)
+        Some((ray, ray.direction))
     }
 
     #[inline(always)]
@@ -231,19 +230,9 @@ impl World for SceneWorld<'_> {
         self.count(kind, rays.len().min(occluded.len()));
         self.scene.accelerator().occluded_many(rays, occluded);
     }
+}
 
-    /// By the path tracer's batches.
-    fn trace_suffixes(
-        &self,
-        suffixes: &[Suffix<Ray, Vec3>],
-        limits: SuffixLimits,
-        visit: &mut dyn FnMut(usize, SuffixLight),
-    ) {
-        let [path, emitter] = crate::path::trace_suffixes(self.scene, suffixes, limits, visit);
-        self.count(RayKind::Path, path);
-        self.count(RayKind::Emitter, emitter);
-    }
-
+impl WorldScattering for SceneWorld<'_> {
     fn sample_lobe(
         &self,
         vertex: &SceneVertex,
@@ -278,16 +267,22 @@ impl World for SceneWorld<'_> {
     }
 
     #[inline]
-    fn lobe_roughness(&self, vertex: &SceneVertex, lobe: u8) -> f32 {
-        vertex.bsdf.lobe_roughness(lobe)
+    fn lobe_count(&self, vertex: &SceneVertex) -> u8 {
+        vertex.bsdf.lobe_count()
     }
 
     #[inline]
-    fn max_roughness(&self, vertex: &SceneVertex) -> f32 {
-        let lobes = 0..vertex.bsdf.lobe_count();
-        lobes
-            .map(|lobe| vertex.bsdf.lobe_roughness(lobe))
-            .fold(0.0, f32::max)
+    fn lobe_roughness(&self, vertex: &SceneVertex, lobe: u8) -> f32 {
+        vertex.bsdf.lobe_roughness(lobe)
+    }
+}
+
+impl WorldLighting for SceneWorld<'_> {
+    type Site = Vec3;
+
+    #[inline(always)]
+    fn site(&self, vertex: &SceneVertex) -> Vec3 {
+        vertex.point.position
     }
 
     #[inline(always)]
@@ -338,8 +333,25 @@ impl World for SceneWorld<'_> {
             } else {
                 connection.pdf
             },
-            own_density: connection.pdf_endpoint,
+            own_density: match endpoint {
+                Endpoint::Surface(_) => EndpointDensity::Area(Density::new(connection.pdf_endpoint)),
+                Endpoint::Direction(_) => EndpointDensity::SolidAngle(Density::new(connection.pdf_endpoint)),
+                Endpoint::Delta(_) => EndpointDensity::Probability(connection.pdf_endpoint),
+            },
             ray: connection.shadow_ray(&from.point),
         })
+    }
+
+    /// By the path tracer's batches.
+    fn trace_suffixes(
+        &self,
+        suffixes: &[Suffix<Ray, Vec3>],
+        limits: SuffixLimits,
+        visit: &mut dyn FnMut(usize, SuffixLight),
+    ) -> bool {
+        let [path, emitter] = crate::path::trace_suffixes(self.scene, suffixes, limits, visit);
+        self.count(RayKind::Path, path);
+        self.count(RayKind::Emitter, emitter);
+        true
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::connectability::Connectability;
 use crate::sample::{MAX_PATH_LENGTH, PathSample};
-use crate::world::World;
+use crate::world::{Endpoint, World};
 use lightshed_resampling::Domain;
 use lightshed_sampling::PrimarySample;
 use lightshed_sampling::glam::Vec3;
@@ -93,6 +93,18 @@ impl<'w, W: World> PathDomain<'w, W> {
     /// rest.
     pub fn can_leave(&self, sample: &PathSample) -> bool {
         self.connectability.replays() || sample.anatomy().reconnection.is_some()
+    }
+
+    /// Whether an endpoint is far enough from a vertex to be copied.
+    pub(crate) fn far_enough(&self, vertex: &W::Vertex, endpoint: &Endpoint) -> bool {
+        match endpoint {
+            Endpoint::Surface(place) => {
+                let emitter = self.world.position(&self.world.vertex(place));
+                let offset = emitter - self.world.position(vertex);
+                self.connectability.far(emitter, offset)
+            }
+            Endpoint::Direction(_) | Endpoint::Delta(_) => true,
+        }
     }
 
     /// The point that all paths start at and the unit direction from there to the viewer, where they are given.

@@ -2,7 +2,7 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | what a renderer brings: rays, lobes, emitters | [`World`], [`Place`], [`Endpoint`] |
+//! | what a renderer brings | [`World`]: [`WorldGeometry`], [`WorldScattering`], [`WorldLighting`] |
 //! | the paths behind a surface point, with their integrand and measure | [`PathDomain`] |
 //! | a path in 64 bytes | [`PathSample`] |
 //! | candidates: trees of paths from the camera | [`TreeTracer`] |
@@ -21,8 +21,10 @@ mod connectability;
 mod domain;
 mod jacobian;
 mod local;
+mod mis;
 mod numbers;
 mod path_shift;
+mod roulette;
 mod sample;
 mod suffix;
 mod tracer;
@@ -35,9 +37,12 @@ pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use local::{DirectionCopy, HalfVectorCopy, LocalShift, LocalVertex, VertexCopy};
 pub use path_shift::PathShift;
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
-pub use suffix::{Suffix, SuffixLight, SuffixLimits, trace_suffix};
+pub use suffix::trace_suffix;
 pub use tracer::{Finding, TreeTracer};
-pub use world::{Connection, Endpoint, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, World};
+pub use world::{
+    Connection, Endpoint, EndpointDensity, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, Suffix,
+    SuffixLight, SuffixLimits, World, WorldGeometry, WorldLighting, WorldScattering,
+};
 
 /// The guide's code is a test.
 #[cfg(doctest)]

@@ -2,10 +2,10 @@
 
 use crate::domain::{PathDomain, Start};
 use crate::jacobian::MeasuredJacobian;
+use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
 use crate::sample::{ALL_LOBES, AnchorKind, PathSample, Shape, Technique, luminance};
-use crate::walk::{emitter_weight, far_enough, scattering_weight};
-use crate::world::{Endpoint, RayKind, World};
+use crate::world::{End, Endpoint, RayKind, Sight, World, max_roughness};
 use lightshed_resampling::{Pulled, ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PrimarySample};
@@ -156,7 +156,7 @@ impl<V> Offset<'_, V> {
 /// Width of a lobe, or of the widest.
 fn roughness<W: World>(world: &W, vertex: &W::Vertex, lobe: u8) -> f32 {
     if lobe == ALL_LOBES {
-        world.max_roughness(vertex)
+        max_roughness(world, vertex)
     } else {
         world.lobe_roughness(vertex, lobe)
     }
@@ -189,7 +189,9 @@ pub(crate) fn evaluate<W: World>(
     let mut numbers = (replays || from_sensor).then(|| PathNumbers::new(x.seed));
     let (vertex, wo) = match (&to.start, &mut numbers) {
         (Start::Sensor(sensor), Some(numbers)) => {
-            let (ray, direction) = world.sensor_ray(sensor, numbers.sensor());
+            let (ray, direction) = world
+                .sensor_ray(sensor, numbers.sensor())
+                .ok_or(Undefined::OutsideDomain)?;
             let seen = world
                 .trace(&ray, RayKind::Sensor)
                 .ok_or(Undefined::OutsideDomain)?;
@@ -281,7 +283,7 @@ fn replayed_emitter<W: World>(
     numbers: &mut PathNumbers,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex());
-    let widest = world.max_roughness(vertex);
+    let widest = max_roughness(world, vertex);
     if offset.connectable(to, shape.length - 1, widest) {
         return Err(Undefined::NotInvertible);
     }
@@ -289,7 +291,7 @@ fn replayed_emitter<W: World>(
     let endpoint = world
         .sample_emitter(vertex, u_select, u)
         .ok_or(Undefined::OutsideDomain)?;
-    if rules.reaches(shape.length) && rules.rough(widest) && far_enough(to, vertex, &endpoint) {
+    if rules.reaches(shape.length) && rules.rough(widest) && to.far_enough(vertex, &endpoint) {
         return Err(Undefined::NotInvertible);
     }
     let (contribution, _, ray) = sampled_emitter(to, offset, &endpoint)?;
@@ -313,7 +315,7 @@ fn sampled_emitter<W: World>(
     let omega = emitter_weight(connection.pdf, scattering.pdf, is_delta);
     let incident = connection.radiance / connection.pdf.value();
     let contribution = offset.throughput * (scattering.value * incident * omega);
-    Ok((contribution, connection.own_density, connection.ray))
+    Ok((contribution, connection.own_density.value(), connection.ray))
 }
 
 /// A path of all replay that meets an emitter.
@@ -327,23 +329,21 @@ fn replayed_scattering<W: World>(
     let site = world.site(offset.vertex());
     let ((ray, direction), left) = replay(to, &mut offset, shape.length - 1, numbers)?;
     let met = world.trace(&ray, RayKind::Replay);
-    let (radiance, emitter_pdf, far) = match &met {
-        Some(met) => {
-            let before = offset.before.map_or(Vec3::ZERO, |(position, _)| position);
-            let position = world.position(met);
-            let pdf = world.emitter_pdf(&site, met);
-            let far = rules.far(position, position - before);
-            (world.emitted(met, -direction), pdf, far)
-        }
-        None => {
-            let pdf = world.environment_pdf(&site, direction);
-            (world.environment(direction), pdf, true)
-        }
-    };
+    let far = met.as_ref().is_none_or(|met| {
+        let before = offset.before.map_or(Vec3::ZERO, |(position, _)| position);
+        let position = world.position(met);
+        rules.far(position, position - before)
+    });
     if rules.reaches(shape.length) && rules.rough(left.roughness) && far {
         return Err(Undefined::NotInvertible);
     }
-    let emitter_pdf = if left.is_delta { Density::ZERO } else { emitter_pdf };
+    let end = End::of(met.as_ref());
+    let radiance = end.radiance(world, direction);
+    let emitter_pdf = if left.is_delta {
+        Density::ZERO
+    } else {
+        end.emitter_pdf(world, &site, direction, radiance)
+    };
     let omega = scattering_weight(left.total_pdf, emitter_pdf);
     Ok(Evaluated {
         contribution: offset.throughput * radiance * omega,
@@ -361,16 +361,13 @@ fn to_vertex<W: World>(
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, rules, vertex) = (to.world, &to.connectability, offset.vertex());
     let kept = world.vertex(&x.place());
-    let position = world.position(&kept);
-    let d = position - world.position(vertex);
-    let squared = d.length_squared();
-    if !rules.far(position, d) || !rules.rough(roughness(world, &kept, shape.lobe_at)) {
+    let sight = Sight::of(world, world.position(vertex), &kept);
+    if !rules.far(sight.position, sight.offset) || !rules.rough(roughness(world, &kept, shape.lobe_at)) {
         return Err(Undefined::NotConnectable);
     }
-    let direction = d / squared.sqrt();
+    let direction = sight.direction;
     let towards = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
-    let cos_theta = world.geometric_normal(&kept).dot(d) / squared.sqrt();
-    let area = towards.pdf.to_area(squared, cos_theta).value();
+    let area = sight.to_area(towards.pdf).value();
     let (incident, arriving) = (x.incident(), Vec3::from_array(x.radiance));
     let emitter_pdf = Density::new(x.emitter_pdf);
     let (here, density) = if shape.lobe_at == ALL_LOBES {
@@ -402,7 +399,7 @@ fn to_sampled_emitter<W: World>(
     offset: &Offset<'_, W::Vertex>,
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let endpoint = x.endpoint();
-    if !far_enough(to, offset.vertex(), &endpoint) {
+    if !to.far_enough(offset.vertex(), &endpoint) {
         return Err(Undefined::NotConnectable);
     }
     let (contribution, density, ray) = sampled_emitter(to, offset, &endpoint)?;
@@ -422,38 +419,27 @@ fn to_met_emitter<W: World>(
 ) -> Result<Evaluated<W::Ray>, Undefined> {
     let (world, vertex) = (to.world, offset.vertex());
     let site = world.site(vertex);
-    let (direction, radiance, emitter_pdf, geometry, ray) = match x.endpoint() {
-        Endpoint::Direction(direction) => (
-            direction,
-            world.environment(direction),
-            world.environment_pdf(&site, direction),
-            None,
-            world.ray(vertex, direction),
-        ),
+    let (met, sight);
+    let (direction, end, sight, ray) = match x.endpoint() {
+        Endpoint::Direction(direction) => (direction, End::Environment, None, world.ray(vertex, direction)),
         Endpoint::Surface(place) => {
-            let met = world.vertex(&place);
-            let position = world.position(&met);
-            let d = position - world.position(vertex);
-            let squared = d.length_squared();
-            if !to.connectability.far(position, d) {
+            met = world.vertex(&place);
+            sight = Sight::of(world, world.position(vertex), &met);
+            if !to.connectability.far(sight.position, sight.offset) {
                 return Err(Undefined::NotConnectable);
             }
-            let direction = d / squared.sqrt();
-            (
-                direction,
-                world.emitted(&met, -direction),
-                world.emitter_pdf(&site, &met),
-                Some((squared, world.geometric_normal(&met).dot(d) / squared.sqrt())),
-                world.segment(vertex, &met),
-            )
+            let ray = world.segment(vertex, &met);
+            (sight.direction, End::Surface(&met), Some(&sight), ray)
         }
         Endpoint::Delta(_) => return Err(Undefined::OutsideDomain),
     };
+    let radiance = end.radiance(world, direction);
+    let emitter_pdf = end.emitter_pdf(world, &site, direction, radiance);
     let scattering = world.evaluate_lobe(vertex, offset.wo, direction, shape.lobe_before);
     let total_pdf = world.evaluate(vertex, offset.wo, direction).pdf;
     let omega = scattering_weight(total_pdf, emitter_pdf);
-    let density = match geometry {
-        Some((squared, cos_theta)) => scattering.pdf.to_area(squared, cos_theta).value(),
+    let density = match sight {
+        Some(sight) => sight.to_area(scattering.pdf).value(),
         None => scattering.pdf.value(),
     };
     Ok(Evaluated {

@@ -1,77 +1,14 @@
-//! What follows a reconnection vertex: light that no shift follows any further.
+//! Follows what lies behind reconnection vertices, path by path.
 
+use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
-use crate::sample::Technique;
-use crate::walk::{SURVIVAL_CAP, emitter_weight, scattering_weight};
-use crate::world::{Endpoint, RayKind, World};
+use crate::roulette::survival;
+use crate::world::{End, Endpoint, RayKind, Suffix, SuffixLight, SuffixLimits, World};
+use lightshed_sampling::Density;
 use lightshed_sampling::glam::Vec3;
-use lightshed_sampling::{Density, PathSeed, SolidAngle};
 
-/// The rest of a path from the ray that leaves its reconnection vertex on. Shifts copy the radiance that it brings, and never
-/// ask how.
-#[derive(Clone, Copy, Debug)]
-pub struct Suffix<R, S> {
-    /// The ray.
-    pub ray: R,
-    /// Its unit direction.
-    pub direction: Vec3,
-    /// The vertex that it leaves, as the choice among emitters knows it.
-    pub site: S,
-    /// Density of the direction over all lobes of that vertex but delta lobes, of which it is none.
-    pub total_pdf: Density<SolidAngle>,
-    /// Source of the random numbers.
-    pub seed: PathSeed,
-    /// What radiance along the ray is worth, for roulette: its colour's largest component.
-    pub importance: f32,
-}
-
-/// How far suffixes go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SuffixLimits {
-    /// Number of the vertices that the rays lead to.
-    pub first: u32,
-    /// Longest path, in edges.
-    pub max_length: u32,
-    /// Roulette may end a path at vertices of this number or a higher one.
-    pub roulette_from: u32,
-}
-
-/// Light that arrives along a suffix's ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SuffixLight {
-    /// From what the ray itself leads to.
-    Met {
-        /// Radiance.
-        radiance: Vec3,
-        /// Density with which emitter sampling at the reconnection vertex finds the direction.
-        emitter_pdf: Density<SolidAngle>,
-    },
-    /// By way of other vertices.
-    Scattered {
-        /// Edges of the whole path.
-        length: u32,
-        /// Whether its end was found by sampling an emitter; else it was met.
-        is_sampled_emitter: bool,
-        /// One sample of the radiance: over the densities of everything behind the ray, weighted between the two
-        /// techniques, and over the probability of having survived roulette.
-        radiance: Vec3,
-    },
-}
-
-impl SuffixLight {
-    pub(crate) fn technique(&self) -> Technique {
-        match self {
-            Self::Scattered {
-                is_sampled_emitter: true,
-                ..
-            } => Technique::Emitter,
-            _ => Technique::Scattering,
-        }
-    }
-}
-
-/// Traces one suffix by a world's other functions: what [`World::trace_suffixes`] does where it is not overridden, and what to
-/// hold one's own against.
+/// Traces one suffix by a world's other functions: what [`TreeTracer`](crate::TreeTracer) does where
+/// [`WorldLighting::trace_suffixes`](crate::WorldLighting::trace_suffixes) is not overridden, and what to hold one's own against.
 pub fn trace_suffix<W: World + ?Sized>(
     world: &W,
     suffix: &Suffix<W::Ray, W::Site>,
@@ -84,15 +21,13 @@ pub fn trace_suffix<W: World + ?Sized>(
     let mut throughput = Vec3::ONE;
     for index in limits.first..=limits.max_length {
         let vertex = world.trace(&ray, RayKind::Path);
-        let met = match &vertex {
-            Some(vertex) => world.emitted(vertex, -direction),
-            None => world.environment(direction),
-        };
+        let end = End::of(vertex.as_ref());
+        let met = end.radiance(world, direction);
         if met != Vec3::ZERO {
-            let emitter_pdf = match &vertex {
-                _ if is_delta => Density::ZERO,
-                Some(vertex) => world.emitter_pdf(&site, vertex),
-                None => world.environment_pdf(&site, direction),
+            let emitter_pdf = if is_delta {
+                Density::ZERO
+            } else {
+                end.emitter_pdf(world, &site, direction, met)
             };
             visit(if index == limits.first {
                 SuffixLight::Met {
@@ -128,7 +63,7 @@ pub fn trace_suffix<W: World + ?Sized>(
             return;
         }
         if index >= limits.roulette_from {
-            let survival = (throughput.max_element() * suffix.importance).min(SURVIVAL_CAP);
+            let survival = survival(throughput.max_element() * suffix.importance);
             if !(numbers.roulette(index) < survival) {
                 return;
             }

@@ -2,11 +2,12 @@
 
 use crate::domain::{PathDomain, Start};
 use crate::sample::PathSample;
-use crate::suffix::{Suffix, SuffixLimits};
+use crate::suffix::trace_suffix;
 use crate::walk::{Candidate, Onward, Pending, Walk};
-use crate::world::{RayKind, World};
-use lightshed_sampling::PathSeed;
+use crate::world::{RayKind, Suffix, SuffixLight, SuffixLimits, World};
+use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
+use lightshed_sampling::{PathSeed, PrimarySample};
 
 /// Traces trees of paths: one walk by scattering from the domain's first vertex, and at every vertex of it a path to a sampled
 /// emitter and, where it meets one, a path to that emitter. Each is a candidate for a reservoir of the domain.
@@ -39,7 +40,7 @@ pub struct TreeTracer<W: World> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding<'a> {
     /// A candidate of positive target, with its contribution weight.
-    Path(&'a PathSample, f64),
+    Path(&'a PathSample, ContributionWeight<PrimarySample, f64>),
     /// Radiance that the sensor sees directly: no path of the domain, but part of what the sensor measures.
     Seen(Vec3),
 }
@@ -92,7 +93,7 @@ impl<W: World> TreeTracer<W> {
                     visit(*tree, Finding::Path(sample, *weight));
                 }
             }
-            world.trace_suffixes(&self.suffixes, limits, &mut |number, light| {
+            let mut take_in = |number: usize, light: SuffixLight| {
                 let tree = self.suffix_trees[number];
                 match self.walks[tree].take_in(&light) {
                     Some((sample, weight)) if sample.shape().length <= trees[tree].0.max_length => {
@@ -100,7 +101,12 @@ impl<W: World> TreeTracer<W> {
                     }
                     _ => (),
                 }
-            });
+            };
+            if !world.trace_suffixes(&self.suffixes, limits, &mut take_in) {
+                for (number, suffix) in self.suffixes.iter().enumerate() {
+                    trace_suffix(world, suffix, limits, &mut |light| take_in(number, light));
+                }
+            }
             std::mem::swap(&mut self.places, &mut self.next_places);
             std::mem::swap(&mut self.vertices, &mut self.before);
             self.follow(world, RayKind::Path);
@@ -131,8 +137,10 @@ impl<W: World> TreeTracer<W> {
         self.rays.clear();
         for (tree, (domain, _)) in trees.iter().enumerate() {
             if let Start::Sensor(sensor) = &domain.start {
-                self.rays.push(self.walks[tree].leave_sensor(domain, sensor));
-                self.places.push(tree);
+                if let Some(ray) = self.walks[tree].leave_sensor(domain, sensor) {
+                    self.rays.push(ray);
+                    self.places.push(tree);
+                }
             }
         }
         self.follow(world, RayKind::Sensor);

@@ -1,12 +1,14 @@
 //! One path of a tree on its way: where it is, what it has gathered, what it could reconnect to.
 
 use crate::domain::PathDomain;
+use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
+use crate::roulette::survival;
 use crate::sample::{ALL_LOBES, Anchor, PathSample, Technique, pack_direction, unpack_direction};
-use crate::suffix::{Suffix, SuffixLight};
-use crate::world::{Endpoint, LobeDirection, Place, World};
+use crate::world::{End, Endpoint, LobeDirection, Place, Sight, Suffix, SuffixLight, World, max_roughness};
+use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
-use lightshed_sampling::{Density, PathSeed, SolidAngle, power_heuristic};
+use lightshed_sampling::{Density, PathSeed, PrimarySample, SolidAngle};
 
 /// How the path left the vertex before the current one.
 struct Departure<S> {
@@ -75,16 +77,13 @@ pub(crate) struct Walk<W: World> {
 }
 
 /// A path that ends at an emitter, and the weight it has as a candidate.
-pub(crate) type Candidate = (PathSample, f64);
+pub(crate) type Candidate = (PathSample, ContributionWeight<PrimarySample, f64>);
 
 /// A candidate that counts if its last edge is free.
 pub(crate) struct Pending<R> {
     pub candidate: Candidate,
     pub ray: R,
 }
-
-/// Longest survival probability of roulette, so that paths between mirrors end.
-pub(crate) const SURVIVAL_CAP: f32 = 0.95;
 
 impl<W: World> Walk<W> {
     pub fn new(seed: PathSeed) -> Self {
@@ -102,10 +101,10 @@ impl<W: World> Walk<W> {
     }
 
     /// The ray to the first vertex from a sensor.
-    pub fn leave_sensor(&mut self, domain: &PathDomain<'_, W>, sensor: &W::Sensor) -> W::Ray {
-        let (ray, direction) = domain.world.sensor_ray(sensor, self.numbers.sensor());
+    pub fn leave_sensor(&mut self, domain: &PathDomain<'_, W>, sensor: &W::Sensor) -> Option<W::Ray> {
+        let (ray, direction) = domain.world.sensor_ray(sensor, self.numbers.sensor())?;
         self.wo = -direction;
-        ray
+        Some(ray)
     }
 
     /// Takes a first vertex as given.
@@ -115,10 +114,7 @@ impl<W: World> Walk<W> {
 
     /// What is emitted against the ray from a sensor.
     pub fn seen(&self, domain: &PathDomain<'_, W>, vertex: Option<&W::Vertex>) -> Vec3 {
-        match vertex {
-            Some(vertex) => domain.world.emitted(vertex, self.wo),
-            None => domain.world.environment(-self.wo),
-        }
+        End::of(vertex).radiance(domain.world, -self.wo)
     }
 
     /// Takes in that the path has come from `before` to `vertex`: whether they may be reconnected, as far as the former's lobe
@@ -138,20 +134,15 @@ impl<W: World> Walk<W> {
             .departure
             .as_ref()
             .filter(|departure| rules.reaches(self.index) && rules.rough(departure.roughness))?;
-        let vertex = vertex?;
-        let position = world.position(vertex);
-        let d = position - departure.position;
-        if !rules.far(position, d) {
+        let sight = Sight::of(world, departure.position, vertex?);
+        if !rules.far(sight.position, sight.offset) {
             return None;
         }
-        let squared = d.length_squared();
-        let direction = d / squared.sqrt();
-        let scattering = world.evaluate_lobe(before, departure.wo, direction, departure.lobe);
-        let cos_theta = world.geometric_normal(vertex).dot(d) / squared.sqrt();
+        let scattering = world.evaluate_lobe(before, departure.wo, sight.direction, departure.lobe);
         Some(Pair {
-            direction,
+            direction: sight.direction,
             lobe_before: departure.lobe,
-            density_area: scattering.pdf.to_area(squared, cos_theta).value(),
+            density_area: sight.to_area(scattering.pdf).value(),
             throughput: departure.throughput * scattering.weight(),
         })
     }
@@ -182,7 +173,7 @@ impl<W: World> Walk<W> {
         let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
         let rules = &domain.connectability;
         let length = self.index + 1;
-        let sample = if let Some(pair) = self.pair.filter(|_| rules.rough(world.max_roughness(vertex))) {
+        let sample = if let Some(pair) = self.pair.filter(|_| rules.rough(max_roughness(world, vertex))) {
             let anchor = Anchor::Vertex {
                 place: world.place(vertex),
                 incident: pack_direction(connection.direction),
@@ -199,13 +190,13 @@ impl<W: World> Walk<W> {
             let here = scattering.value * incident * emitter_weight(other, scattering.pdf, is_delta);
             return self.pending(sample, pair.throughput * here, connection.ray);
         } else if rules.reaches(length)
-            && rules.rough(world.max_roughness(vertex))
-            && far_enough(domain, vertex, &endpoint)
+            && rules.rough(max_roughness(world, vertex))
+            && domain.far_enough(vertex, &endpoint)
         {
             let anchor = Anchor::Emitter(endpoint);
             let lobes = [ALL_LOBES, 0];
             let mut sample = PathSample::new(self.seed, length, Technique::Emitter, (length, anchor), lobes);
-            sample.density = connection.own_density;
+            sample.density = connection.own_density.value();
             sample
         } else {
             self.replayed(length, Technique::Emitter)
@@ -219,7 +210,8 @@ impl<W: World> Walk<W> {
             return None;
         }
         sample.contribution = contribution.to_array();
-        Some((sample, self.weight))
+        let weight = ContributionWeight::new(self.weight).ok()?;
+        Some((sample, weight))
     }
 
     fn pending(&self, sample: PathSample, contribution: Vec3, ray: W::Ray) -> Option<Pending<W::Ray>> {
@@ -271,7 +263,7 @@ impl<W: World> Walk<W> {
         }
         if self.index >= roulette_from {
             // The weight of a candidate carries what the integrand does not: the throughput is never divided.
-            let survival = (self.throughput.max_element() * self.weight as f32).min(SURVIVAL_CAP);
+            let survival = survival(self.throughput.max_element() * self.weight as f32);
             if !(self.numbers.roulette(self.index) < survival) {
                 return None;
             }
@@ -306,27 +298,38 @@ impl<W: World> Walk<W> {
     /// The path by which light arrives behind the reconnection vertex.
     pub fn take_in(&self, light: &SuffixLight) -> Option<Candidate> {
         let found = self.found.as_ref()?;
-        let (length, arriving, omega, emitter_pdf) = match *light {
+        let (length, technique, arriving, omega, emitter_pdf) = match *light {
             SuffixLight::Met {
                 radiance,
                 emitter_pdf,
             } => {
                 let omega = scattering_weight(found.total_pdf, emitter_pdf);
-                (found.index + 1, radiance, omega, emitter_pdf)
+                (
+                    found.index + 1,
+                    Technique::Scattering,
+                    radiance,
+                    omega,
+                    emitter_pdf,
+                )
             }
-            SuffixLight::Scattered { length, radiance, .. } => (length, radiance, 1.0, Density::ZERO),
+            SuffixLight::Scattered {
+                length,
+                is_sampled_emitter,
+                radiance,
+            } => {
+                let technique = if is_sampled_emitter {
+                    Technique::Emitter
+                } else {
+                    Technique::Scattering
+                };
+                (length, technique, radiance, 1.0, Density::ZERO)
+            }
         };
         let anchor = Anchor::Vertex {
             place: found.place,
             incident: found.incident,
         };
-        let mut sample = PathSample::new(
-            self.seed,
-            length,
-            light.technique(),
-            (found.index, anchor),
-            found.lobes,
-        );
+        let mut sample = PathSample::new(self.seed, length, technique, (found.index, anchor), found.lobes);
         sample.density = found.density;
         sample.radiance = arriving.to_array();
         sample.emitter_pdf = emitter_pdf.value();
@@ -343,17 +346,15 @@ impl<W: World> Walk<W> {
     ) -> Option<Candidate> {
         let world = domain.world;
         let departure = self.departure.as_ref()?;
-        let radiance = match vertex {
-            Some(vertex) => world.emitted(vertex, -departure.direction),
-            None => world.environment(departure.direction),
-        };
+        let end = End::of(vertex);
+        let radiance = end.radiance(world, departure.direction);
         if radiance == Vec3::ZERO {
             return None;
         }
-        let emitter_pdf = match vertex {
-            _ if departure.is_delta => Density::ZERO,
-            Some(vertex) => world.emitter_pdf(&departure.site, vertex),
-            None => world.environment_pdf(&departure.site, departure.direction),
+        let emitter_pdf = if departure.is_delta {
+            Density::ZERO
+        } else {
+            end.emitter_pdf(world, &departure.site, departure.direction, radiance)
         };
         let omega = scattering_weight(departure.total_pdf, emitter_pdf);
         let rules = &domain.connectability;
@@ -398,47 +399,5 @@ impl<W: World> Walk<W> {
     /// Number of the current vertex.
     pub fn index(&self) -> u32 {
         self.index
-    }
-}
-
-/// MIS weight of having sampled an emitter.
-#[inline(always)]
-pub(crate) fn emitter_weight(
-    emitter: Density<SolidAngle>,
-    scattering: Density<SolidAngle>,
-    is_delta: bool,
-) -> f32 {
-    if is_delta {
-        1.0
-    } else {
-        power_heuristic(emitter, scattering)
-    }
-}
-
-/// MIS weight of having met an emitter that emitter sampling finds with density `emitter` (0 if it cannot).
-#[inline(always)]
-pub(crate) fn scattering_weight(scattering: Density<SolidAngle>, emitter: Density<SolidAngle>) -> f32 {
-    if emitter.is_positive() {
-        power_heuristic(scattering, emitter)
-    } else {
-        1.0
-    }
-}
-
-/// Whether an endpoint is far enough from a vertex to be copied.
-pub(crate) fn far_enough<W: World>(
-    domain: &PathDomain<'_, W>,
-    vertex: &W::Vertex,
-    endpoint: &Endpoint,
-) -> bool {
-    let world = domain.world;
-    match endpoint {
-        Endpoint::Surface(place) => {
-            let emitter = world.position(&world.vertex(place));
-            domain
-                .connectability
-                .far(emitter, emitter - world.position(vertex))
-        }
-        Endpoint::Direction(_) | Endpoint::Delta(_) => true,
     }
 }

@@ -11,7 +11,7 @@ use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
 use lightshed_shift::{Suffix, SuffixLight, SuffixLimits};
 
-/// Traces suffixes as [`World::trace_suffixes`](lightshed_shift::World::trace_suffixes) asks for; returns how many rays went on
+/// Traces suffixes as [`WorldLighting::trace_suffixes`](lightshed_shift::WorldLighting::trace_suffixes) asks for; returns how many rays went on
 /// and how many to emitters.
 pub(crate) fn trace_suffixes(
     scene: &Scene,

@@ -8,13 +8,16 @@ use lightshed_integrator::{
     SceneWorld,
 };
 use lightshed_resampling::{
-    ContributionWeight, Domain as _, DomainReservoir, Input, Jacobian, Mis, MixtureRis, Pulled, ShiftMapping,
-    Shifted, Undefined, merge,
+    Domain as _, DomainReservoir, Input, Jacobian, Mis, MixtureRis, Pulled, ShiftMapping, Shifted, Undefined,
+    merge,
 };
 use lightshed_sampling::{CounterRng, Density, PathSeed, SolidAngle, power_heuristic};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{Geometry, Ray, Rgb, Scene, ShapeDescription, builtin};
-use lightshed_shift::{Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, World};
+use lightshed_shift::{
+    Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldGeometry, WorldLighting,
+    WorldScattering,
+};
 use lightshed_testkit::{MeanTest, check_faults};
 use std::sync::atomic::AtomicBool;
 
@@ -184,7 +187,6 @@ fn tree<'w>(
     let (mut ris, seed) = (MixtureRis::new(), PathSeed::draw(rng));
     tracer.trace(&[(domain, seed)], |_, finding| {
         if let Finding::Path(sample, weight) = finding {
-            let weight = ContributionWeight::<_, f64>::new(weight).unwrap();
             ris.candidate(*sample, sample.target(), 1.0, weight, rng);
         }
     });

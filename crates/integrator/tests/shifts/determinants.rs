@@ -4,7 +4,7 @@ use crate::zoo::{Domain, mappings, random_paths, scene};
 use lightshed_integrator::SceneWorld;
 use lightshed_resampling::ShiftMapping;
 use lightshed_scene::glam::{DVec3, Vec3};
-use lightshed_shift::{PathSample, PathShift, World};
+use lightshed_shift::{PathSample, PathShift, WorldGeometry, WorldScattering};
 use lightshed_testkit::{check_faults, jacobian_determinant};
 
 /// A factor of the determinant that is left out.

@@ -42,7 +42,7 @@ fn trees_find_the_light_of_the_path_tracer() {
                 if let Some(domain) = domain(&world, film, connectability) {
                     trees.trace(&[(&domain, PathSeed::draw(&mut rng))], |_, finding| {
                         if let Finding::Path(sample, weight) = finding {
-                            sum += sample.contribution() * weight as f32;
+                            sum += sample.contribution() * weight.value() as f32;
                         }
                     });
                 }
@@ -76,7 +76,7 @@ fn roulette_takes_no_light() {
             for (tracer, (sum, count)) in [&mut early, &mut never].into_iter().zip(&mut found) {
                 tracer.trace(&[(&domain, seed)], |_, finding| {
                     if let Finding::Path(sample, weight) = finding {
-                        *sum += f64::from(sample.contribution().element_sum()) * weight;
+                        *sum += f64::from(sample.contribution().element_sum()) * weight.value();
                         *count += 1;
                     }
                 });

@@ -6,7 +6,9 @@ use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{CounterRng, Density, PathSeed};
 use lightshed_scene::Ray;
 use lightshed_scene::glam::Vec2;
-use lightshed_shift::{Suffix, SuffixLight, SuffixLimits, World, trace_suffix};
+use lightshed_shift::{
+    Suffix, SuffixLight, SuffixLimits, WorldGeometry, WorldLighting, WorldScattering, trace_suffix,
+};
 use lightshed_testkit::{MeanTest, check_faults};
 
 const LIMITS: SuffixLimits = SuffixLimits {
@@ -40,9 +42,10 @@ fn found(name: &str, count: u32) -> Vec<[Vec<SuffixLight>; 2]> {
     // Batches of several sizes, of which the tracer makes its own.
     for start in (0..suffixes.len()).step_by(150) {
         let chunk = &suffixes[start..suffixes.len().min(start + 150)];
-        world.trace_suffixes(chunk, LIMITS, &mut |number, light| {
+        let is_traced = world.trace_suffixes(chunk, LIMITS, &mut |number, light| {
             found[start + number][0].push(light);
         });
+        assert!(is_traced);
     }
     for (suffix, [_, alone]) in suffixes.iter().zip(&mut found) {
         trace_suffix(&world, suffix, LIMITS, &mut |light| alone.push(light));

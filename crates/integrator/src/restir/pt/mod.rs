@@ -8,13 +8,15 @@ use crate::camera_motion::pixel_seeing;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
-    ContributionWeight, DomainReservoir, Extent, Input, Mis, MixtureRis, Pattern, Reservoir, ShiftMapping,
-    merge, merge_and_integrate,
+    DomainReservoir, Extent, Input, Mis, MixtureRis, Pattern, Reservoir, ShiftMapping, merge,
+    merge_and_integrate,
 };
 use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb};
-use lightshed_shift::{Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, World};
+use lightshed_shift::{
+    Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldLighting,
+};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -241,11 +243,10 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
                             Finding::Path(sample, weight)
                                 if !domains[place].as_ref().is_some_and(|d| d.can_leave(sample)) =>
                             {
-                                image[place] += sample.contribution() * (weight * share) as f32;
+                                image[place] += sample.contribution() * (weight.value() * share) as f32;
                             }
                             Finding::Path(sample, weight) => {
                                 let (rng, ris) = &mut streams[place];
-                                let weight = ContributionWeight::<_, f64>::new(weight).unwrap_or_default();
                                 ris.candidate(*sample, sample.target(), share, weight, rng);
                             }
                         }

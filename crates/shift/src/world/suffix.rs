@@ -1,0 +1,55 @@
+//! What follows a reconnection vertex: light that no shift follows any further.
+
+use lightshed_sampling::glam::Vec3;
+use lightshed_sampling::{Density, PathSeed, SolidAngle};
+
+/// The rest of a path from the ray that leaves its reconnection vertex on. Shifts copy the radiance that it brings, and never
+/// ask how.
+#[derive(Clone, Copy, Debug)]
+pub struct Suffix<R, S> {
+    /// The ray.
+    pub ray: R,
+    /// Its unit direction.
+    pub direction: Vec3,
+    /// The vertex that it leaves, as the choice among emitters knows it.
+    pub site: S,
+    /// Density of the direction over all lobes of that vertex but delta lobes, of which it is none.
+    pub total_pdf: Density<SolidAngle>,
+    /// Source of the random numbers.
+    pub seed: PathSeed,
+    /// What radiance along the ray is worth, for roulette: its colour's largest component.
+    pub importance: f32,
+}
+
+/// How far suffixes go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SuffixLimits {
+    /// Number of the vertices that the rays lead to.
+    pub first: u32,
+    /// Longest path, in edges.
+    pub max_length: u32,
+    /// Roulette may end a path at vertices of this number or a higher one.
+    pub roulette_from: u32,
+}
+
+/// Light that arrives along a suffix's ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SuffixLight {
+    /// From what the ray itself leads to.
+    Met {
+        /// Radiance.
+        radiance: Vec3,
+        /// Density with which emitter sampling at the reconnection vertex finds the direction.
+        emitter_pdf: Density<SolidAngle>,
+    },
+    /// By way of other vertices.
+    Scattered {
+        /// Edges of the whole path.
+        length: u32,
+        /// Whether its end was found by sampling an emitter; else it was met.
+        is_sampled_emitter: bool,
+        /// One sample of the radiance: over the densities of everything behind the ray, weighted between the two
+        /// techniques, and over the probability of having survived roulette.
+        radiance: Vec3,
+    },
+}
