@@ -36,6 +36,7 @@
 //! - `flip`: the image metric FLIP in reports.
 #![forbid(unsafe_code)]
 
+mod brightness;
 mod contest;
 mod errors;
 mod failure;

@@ -1,9 +1,10 @@
 //! What methods are measured against.
 
+use crate::brightness::luminances;
 use crate::{Errors, EvaluateError};
 use lightshed_film::{Budget, PixelEstimator, Progress, RenderOptions, RgbImage, render};
 use lightshed_integrator::PathTracer;
-use lightshed_scene::{Rgb, Scene, luminance};
+use lightshed_scene::Scene;
 use std::sync::atomic::AtomicBool;
 
 /// The true image, as far as it is known.
@@ -151,7 +152,7 @@ impl Reference {
     #[cfg(feature = "flip")]
     pub fn flip(&self, image: &RgbImage) -> Result<f64, EvaluateError> {
         self.luminances(image)?;
-        let scale = crate::report::exposure_of(&self.image).exp2();
+        let scale = crate::brightness::exposure_of(&self.image).exp2();
         let shown = |image: &RgbImage| {
             let pixels = image
                 .pixels()
@@ -184,12 +185,6 @@ impl Reference {
         }
         Ok(luminances(image))
     }
-}
-
-/// Luminances of an image's pixels.
-pub(crate) fn luminances(image: &RgbImage) -> Vec<f64> {
-    let of_pixel = |&pixel: &[f32; 3]| f64::from(luminance(Rgb::from(pixel)));
-    image.pixels().iter().map(of_pixel).collect()
 }
 
 fn size(image: &RgbImage) -> [u32; 2] {

@@ -5,10 +5,10 @@ mod browser;
 mod page;
 mod picture;
 
+use crate::brightness::exposure_of;
 use crate::{Autocorrelation, EvaluateError, Interval, Metric, Record, Reference, SingleFrames, Standing};
 use lightshed_film::RgbImage;
 use page::{escape, figure};
-pub(crate) use picture::exposure_of;
 use picture::{error_colours, png_data};
 use std::fmt::Write;
 

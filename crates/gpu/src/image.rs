@@ -1,6 +1,18 @@
 //! What comes back from the device.
 
-use crate::path_tracer::PixelSums;
+use bytemuck::{Pod, Zeroable};
+
+/// Sums over the samples of a pixel.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct PixelSums {
+    pub sum: [f32; 3],
+    pub count: u32,
+    pub sum_low: [f32; 3],
+    pub padding0: u32,
+    pub squares: [f32; 3],
+    pub padding1: u32,
+}
 
 /// An image, with the uncertainty of its pixels.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Path tracing on the device.
 
+use crate::image::PixelSums;
 use crate::programs::PATH;
 use crate::scene::{GpuScene, SCENE_BINDINGS, Settings};
 use crate::{Access, Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
@@ -46,18 +47,6 @@ struct Step {
     sample: u32,
     samples: u32,
     padding: u32,
-}
-
-/// Sums over the samples of a pixel.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct PixelSums {
-    pub sum: [f32; 3],
-    pub count: u32,
-    pub sum_low: [f32; 3],
-    pub padding0: u32,
-    pub squares: [f32; 3],
-    pub padding1: u32,
 }
 
 /// Bytes of a path on its way: itself, its hit, its shadow ray, and its places in two queues.

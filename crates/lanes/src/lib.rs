@@ -34,8 +34,10 @@ mod array;
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod avx2;
+mod choice;
 mod column;
 mod kernel;
+mod prefetch;
 mod tables;
 mod vector;
 
@@ -43,8 +45,10 @@ mod vector;
 mod tests;
 
 pub use array::{ArrayLanes, ArrayMask, ArrayWords};
+pub use choice::LaneChoice;
 pub use column::Column;
-pub use kernel::{LaneChoice, LaneKernel, prefetch, prefetch_line};
+pub use kernel::LaneKernel;
+pub use prefetch::{prefetch, prefetch_line};
 pub use tables::flip_mask;
 pub use vector::Vec3Lanes;
 

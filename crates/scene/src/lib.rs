@@ -8,12 +8,15 @@ pub mod builtin;
 mod camera;
 mod description;
 mod emitter;
+mod error;
 mod features;
 mod flat;
+mod flat_scene;
 pub mod import;
 mod material;
 mod medium;
 mod scene;
+mod surface;
 mod texture;
 
 pub use accel::{
@@ -21,30 +24,28 @@ pub use accel::{
 };
 pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE};
 pub use description::{
-    CameraDescription, EmitterDescription, EnvironmentMap, FovAxis, Geometry, Projection, RenderSettings,
-    SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
+    CameraDescription, DensityDescription, EmissionDescription, EmitterDescription, EnvironmentMap, FovAxis,
+    Geometry, GridDescription, GridFilter, MediumBoundary, MediumDescription, PhaseDescription, Projection,
+    RenderSettings, SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
 };
 pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
     EmitterSample, Emitters, Environment,
 };
+pub use error::SceneError;
 pub use features::SceneFeatures;
-pub use flat::{
-    FlatCamera, FlatDelta, FlatEmitter, FlatError, FlatMaterials, FlatScene, FlatSky, FlatTexture,
-    FlatTriangle,
-};
+pub use flat::{FlatCamera, FlatDelta, FlatEmitter, FlatSky};
+pub use flat_scene::{FlatError, FlatScene, FlatTriangle};
 pub use glam;
 pub use lightshed_sampling::{Rgb, luminance};
 pub use lightshed_volume as volume;
 pub use material::{
-    Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, LobeSample, Material, MaterialError, Microfacet,
-    Roughness,
+    Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, FlatMaterials, FlatTexture, LobeSample,
+    Material, MaterialError, Microfacet, Roughness,
 };
-pub use medium::{
-    DensityDescription, EmissionDescription, GridDescription, GridField, GridFilter, Medium, MediumBoundary,
-    MediumDensity, MediumDescription, MediumEmission, MediumPhase, MediumSides, PhaseDescription, PhaseLobe,
-};
-pub use scene::{BuildOptions, DiffuseLanes, Scene, SceneError, SurfacePoint};
+pub use medium::{GridField, Medium, MediumDensity, MediumEmission, MediumPhase, MediumSides, PhaseLobe};
+pub use scene::{BuildOptions, Scene};
+pub use surface::{DiffuseLanes, SurfacePoint};
 pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};
 
 /// The guide's code is a test.

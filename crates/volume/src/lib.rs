@@ -50,6 +50,7 @@ mod collisions;
 mod dda;
 mod exponential;
 mod field;
+mod filter;
 mod flight;
 mod grid;
 mod majorant;
@@ -68,15 +69,15 @@ pub use collisions::{TentativeCollision, TentativeCollisions};
 pub use field::{
     DensityAccessor, DensityField, DensityRange, Homogeneous, Procedural, ProceduralAccessor, densities_at,
 };
+pub use filter::Filter;
 pub use flight::{
     EquiAngular, EquiAngularSample, Flight, KnownFlight, WeightedFlight, decomposition_tracking,
     delta_tracking, homogeneous_flight, ray_marching_flight, weighted_delta_tracking,
 };
 pub use glam;
 pub use grid::{
-    BrickAccessor, BrickGrid, BrickStorage, DenseAccessor, DenseBricks, DenseGrid, Filter, FilteredGrid,
-    Grid4, Grid8, GridError, MAX_VOXELS, MAX_VOXELS_PER_AXIS, QuantizedBricks, SparseBricks, SparseGrid,
-    VoxelBlock,
+    BrickAccessor, BrickGrid, BrickStorage, DenseAccessor, DenseBricks, DenseGrid, FilteredGrid, Grid4,
+    Grid8, GridError, MAX_VOXELS, MAX_VOXELS_PER_AXIS, QuantizedBricks, SparseBricks, SparseGrid, VoxelBlock,
 };
 pub use majorant::{MAX_MAJORANTS, MajorantError, MajorantGrid, Segment, Segments};
 pub use mip::{MAX_MIP_LEVELS, MipError, MipLevel, MipPyramid};

@@ -2,7 +2,7 @@
 
 use super::area::{AreaRecord, TriangleEmitter};
 use super::{EmitterSample, Emitters, SEGMENT_END};
-use crate::scene::{DiffuseLanes, offset_along_lanes, offset_for_lanes};
+use crate::surface::{DiffuseLanes, offset_along_lanes, offset_for_lanes};
 use glam::Vec3;
 use lightshed_lanes::{LANES, LaneMask, LaneWords, Lanes, Vec3Lanes};
 use lightshed_sampling::UniformTriangle;

@@ -20,8 +20,8 @@ pub use environment::Environment;
 pub use lanes::EmitterLanes;
 pub use selection::{EmitterExtent, EmitterOrientation};
 
-use crate::scene::{SceneError, offset_along};
-use crate::{EmitterDescription, FlatDelta, FlatEmitter, Ray, Rgb, SurfacePoint, luminance};
+use crate::surface::offset_along;
+use crate::{EmitterDescription, FlatDelta, FlatEmitter, Ray, Rgb, SceneError, SurfacePoint, luminance};
 use area::AreaRecord;
 use glam::Vec3;
 use infinite::Directional;

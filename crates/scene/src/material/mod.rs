@@ -2,7 +2,9 @@
 
 mod bsdf;
 mod component;
+mod component_row;
 mod error;
+mod flat;
 mod fresnel;
 mod microfacet;
 mod resolve;
@@ -11,8 +13,9 @@ mod rows;
 mod validate;
 
 pub use bsdf::{Bsdf, BsdfSample, BsdfValue, LobeSample};
+pub use component_row::ComponentRow;
 pub use error::MaterialError;
-pub use rows::ComponentRow;
+pub use flat::{FlatMaterials, FlatTexture};
 
 use crate::{ColorTexture, FloatTexture, Rgb};
 

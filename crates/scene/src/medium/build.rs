@@ -2,12 +2,11 @@
 
 use super::density::super_voxel;
 use super::sides::{Boundaries, MediumSides};
-use super::{
-    DensityDescription, EmissionDescription, GridDescription, GridField, GridFilter, Medium, MediumDensity,
-    MediumDescription, MediumEmission, MediumPhase,
+use super::{GridField, Medium, MediumDensity, MediumEmission, MediumPhase};
+use crate::{
+    DensityDescription, EmissionDescription, GridDescription, GridFilter, MediumBoundary, MediumDescription,
+    Rgb, SceneDescription, SceneError,
 };
-use crate::scene::SceneError;
-use crate::{MediumBoundary, Rgb, SceneDescription};
 use glam::{Affine3A, Vec3};
 use lightshed_volume::{DenseGrid, Filter, MajorantGrid};
 use std::ops::Range;

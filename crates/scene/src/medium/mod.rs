@@ -2,7 +2,6 @@
 
 mod build;
 mod density;
-mod description;
 mod phase;
 mod sides;
 
@@ -11,10 +10,6 @@ mod tests;
 
 pub(crate) use build::build_media;
 pub use density::{GridField, MediumDensity, MediumEmission};
-pub use description::{
-    DensityDescription, EmissionDescription, GridDescription, GridFilter, MediumBoundary, MediumDescription,
-    PhaseDescription,
-};
 pub use phase::{MediumPhase, PhaseLobe};
 pub(crate) use sides::Boundaries;
 pub use sides::MediumSides;

@@ -1,6 +1,6 @@
 //! Phase functions of media: one of a few kinds, or two of them blended.
 
-use super::PhaseDescription;
+use crate::PhaseDescription;
 use lightshed_volume::{
     Blend, Draine, HenyeyGreenstein, Isotropic, PhaseError, PhaseFunction, ScatteringAngle,
 };

@@ -3,7 +3,8 @@
 use super::lanes::DiffuseRow;
 use super::primitive::{NONE, SphereRecord, TriangleRecord};
 use super::touching::{OpaqueSurfaces, touching};
-use super::{EmittingSurfaces, Scene, SceneError};
+use super::{EmittingSurfaces, Scene};
+use crate::SceneError;
 use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, AreaShape};
 use crate::medium::build_media;

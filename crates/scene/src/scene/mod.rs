@@ -1,23 +1,16 @@
 //! A scene that rays can be traced against.
 
 mod build;
-mod error;
 mod lanes;
 mod primitive;
-mod surface;
 mod touching;
 
 pub use build::BuildOptions;
-pub use error::SceneError;
-pub use lanes::DiffuseLanes;
-pub(crate) use lanes::{offset_along_lanes, offset_for_lanes};
-pub use surface::SurfacePoint;
-pub(crate) use surface::offset_along;
 
 use crate::accel::Accelerator;
 use crate::emitter::{EmittedRay, Surroundings};
 use crate::medium::{Boundaries, Medium, MediumSides};
-use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings};
+use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, SurfacePoint};
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
 use lightshed_sampling::{octahedral_decode, octahedral_encode};

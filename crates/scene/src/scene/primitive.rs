@@ -1,7 +1,6 @@
 //! Triangles and spheres as shading reads them: one record, one cache line.
 
-use super::surface::SurfacePoint;
-use crate::{Hit, Ray, Sphere};
+use crate::{Hit, Ray, Sphere, SurfacePoint};
 use glam::{Vec2, Vec3};
 use lightshed_sampling::Frame;
 

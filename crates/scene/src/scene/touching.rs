@@ -4,10 +4,10 @@
 //! that passes the boundary first goes on behind it by an offset that is larger than that rounding: behind the floor. Such boundaries are
 //! found when a scene is built, and looked at twice; all others cost nothing.
 
+use super::Scene;
 use super::primitive::{SphereRecord, TriangleRecord};
-use super::{Scene, SurfacePoint};
 use crate::accel::Accelerator;
-use crate::{Hit, Material, Ray};
+use crate::{Hit, Material, Ray, SurfacePoint};
 use glam::Vec3;
 
 /// What light does not pass, alone.

@@ -2,8 +2,9 @@
 
 use super::brick::{self, Brick, Layout, VALUES};
 use super::storage::sealed::Bricks;
-use super::{BrickGrid, DenseGrid, Filter, GridError};
+use super::{BrickGrid, DenseGrid, GridError};
 use crate::DensityRange;
+use crate::Filter;
 use crate::parallel::for_each_chunk;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
 

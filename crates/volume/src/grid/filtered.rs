@@ -1,6 +1,7 @@
 //! A grid through another filter.
 
-use super::{BrickAccessor, BrickGrid, BrickStorage, Filter};
+use super::{BrickAccessor, BrickGrid, BrickStorage};
+use crate::Filter;
 use crate::{DensityField, DensityRange, FieldBounds, VoxelGrid};
 use glam::Vec3;
 

@@ -15,21 +15,11 @@ pub use quantized::QuantizedBricks;
 pub use sparse::{SparseBricks, VoxelBlock};
 pub use storage::BrickStorage;
 
-use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds, FieldRay, VoxelGrid};
+use crate::{DensityAccessor, DensityField, DensityRange, FieldBounds, FieldRay, Filter, VoxelGrid};
 use brick::Layout;
 use glam::Vec3;
 use lightshed_lanes::{LaneWords, Lanes};
 use std::fmt;
-
-/// How a grid's voxels make a density.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Filter {
-    /// Voxel `i` fills `[i, i+1)`: piecewise constant.
-    Nearest,
-    /// Voxel `i` stands at `i + ½`; between centres linear along each axis, beyond the outermost centres that of the nearest.
-    #[default]
-    Trilinear,
-}
 
 /// Most voxels along an axis.
 pub const MAX_VOXELS_PER_AXIS: u32 = 1 << 14;

@@ -24,7 +24,7 @@ mod node;
 use super::error::{ImportError, Location, read_file};
 use super::fit;
 use super::image::Encoding;
-use super::load::{Loaded, Warning};
+use super::loaded::{Loaded, Warning};
 use crate::{Image, Rgb, SceneDescription};
 use accessor::Buffers;
 use glam::DAffine3;

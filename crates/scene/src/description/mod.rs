@@ -1,6 +1,13 @@
 //! A scene as data: what importers write and guests can write by hand.
 
-use crate::{Image, Material, MediumBoundary, MediumDescription, Rgb};
+mod medium;
+
+pub use medium::{
+    DensityDescription, EmissionDescription, GridDescription, GridFilter, MediumBoundary, MediumDescription,
+    PhaseDescription,
+};
+
+use crate::{Image, Material, Rgb};
 use glam::{Affine3A, Vec2, Vec3};
 use std::sync::Arc;
 

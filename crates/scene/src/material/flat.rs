@@ -1,6 +1,7 @@
 //! Materials and their textures as flat arrays.
 
-use crate::{ColorTexture, ComponentRow, Filter, Image, ImageTexture, Material, Wrap};
+use super::component_row::ComponentRow;
+use crate::{ColorTexture, Filter, Image, ImageTexture, Wrap};
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine2, Vec3};
 use std::sync::Arc;
@@ -74,19 +75,6 @@ impl FlatTexture {
 }
 
 impl FlatMaterials {
-    /// Adds a material; `false` for one that has no rows.
-    pub fn push(&mut self, material: &Material) -> bool {
-        let rows = match material {
-            Material::Null => Some(Vec::new()),
-            _ => material.rows(self),
-        };
-        let Some(rows) = rows else { return false };
-        self.ranges
-            .push([self.components.len() as u32, rows.len() as u32]);
-        self.components.extend(rows);
-        true
-    }
-
     /// Adds a texture; its number.
     pub(crate) fn texture(&mut self, texture: &ColorTexture) -> u32 {
         let flat = match texture {
@@ -167,7 +155,7 @@ impl FlatMaterials {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Checkerboard, FloatTexture, Rgb};
+    use crate::{Checkerboard, FloatTexture, Material, Rgb};
     use glam::Vec2;
 
     fn texture(image: &Arc<Image>) -> ColorTexture {

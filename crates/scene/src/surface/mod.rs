@@ -1,5 +1,10 @@
 //! A point on a surface, and rays that leave it.
 
+mod lanes;
+
+pub use lanes::DiffuseLanes;
+pub(crate) use lanes::{offset_along_lanes, offset_for_lanes};
+
 use crate::Ray;
 use glam::{Vec2, Vec3};
 use lightshed_sampling::Frame;
@@ -11,7 +16,7 @@ use lightshed_sampling::Frame;
 /// as much again each. That is an error of coordinates, which vanishes where they do: on the plane `y = 0`, say. The next
 /// ray's test against the same triangle has another one, of the triangle's *extent*: it forms the edges' cross products
 /// from differences of coordinates, some 15 roundings of that size deep. Both, rounded up.
-pub(super) const POSITION_ERROR: f32 = 16.0 * f32::EPSILON;
+const POSITION_ERROR: f32 = 16.0 * f32::EPSILON;
 
 /// A point on a surface as shading sees it.
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,41 @@
+//! Which lanes a CPU has, and running code on them.
+
+use crate::{ArrayLanes, LaneKernel};
+
+#[cfg(target_arch = "x86_64")]
+use crate::avx2::Avx2;
+
+/// Which lanes to run on, found out once.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneChoice(Choice);
+
+#[derive(Clone, Copy, Debug)]
+enum Choice {
+    Array,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+}
+
+impl LaneChoice {
+    /// Plain arrays: the specification, for tests to hold the others to.
+    pub const ARRAY: Self = Self(Choice::Array);
+
+    /// The fastest lanes of this CPU.
+    pub fn best() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = Avx2::detect() {
+            return Self(Choice::Avx2(avx2));
+        }
+        Self::ARRAY
+    }
+
+    /// Runs `kernel` on these lanes.
+    #[inline(always)]
+    pub fn run<K: LaneKernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Choice::Array => kernel.run::<ArrayLanes>(),
+            #[cfg(target_arch = "x86_64")]
+            Choice::Avx2(avx2) => avx2.run(kernel),
+        }
+    }
+}

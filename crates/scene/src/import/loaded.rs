@@ -1,0 +1,32 @@
+//! What an importer takes and gives.
+
+use super::error::Location;
+use crate::SceneDescription;
+use std::fmt;
+
+/// Definitions `(name, value)` that replace a Mitsuba scene's `<default>`s, like Mitsuba's `-D name=value`.
+pub type Defines = [(String, String)];
+
+/// An imported scene and what was done differently from what the file asks.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub description: SceneDescription,
+    /// Differences that do not make the import wrong, such as another pixel filter.
+    pub warnings: Vec<Warning>,
+}
+
+/// Something in a file that is imported differently from what it says, or filled in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Where.
+    pub location: Location,
+    /// What.
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.location, self.message)
+    }
+}

@@ -1,0 +1,11 @@
+//! Interpolation of voxels.
+
+/// How a grid's voxels make a density.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Filter {
+    /// Voxel `i` fills `[i, i+1)`: piecewise constant.
+    Nearest,
+    /// Voxel `i` stands at `i + ½`; between centres linear along each axis, beyond the outermost centres that of the nearest.
+    #[default]
+    Trilinear,
+}
