@@ -27,6 +27,8 @@ mod path_shift;
 mod roulette;
 mod sample;
 mod suffix;
+#[cfg(test)]
+mod testing;
 mod tracer;
 mod walk;
 mod world;

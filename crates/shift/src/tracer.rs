@@ -136,11 +136,11 @@ impl<W: World> TreeTracer<W> {
         self.places.clear();
         self.rays.clear();
         for (tree, (domain, _)) in trees.iter().enumerate() {
-            if let Start::Sensor(sensor) = &domain.start {
-                if let Some(ray) = self.walks[tree].leave_sensor(domain, sensor) {
-                    self.rays.push(ray);
-                    self.places.push(tree);
-                }
+            if let Start::Sensor(sensor) = &domain.start
+                && let Some(ray) = self.walks[tree].leave_sensor(domain, sensor)
+            {
+                self.rays.push(ray);
+                self.places.push(tree);
             }
         }
         self.follow(world, RayKind::Sensor);

@@ -54,39 +54,3 @@ fn trees_find_the_light_of_the_path_tracer() {
         }
     }
 }
-
-/// Roulette ends walks and makes up for it: with the same random numbers, what trees find differs by nothing on average.
-/// False-positive rate 10⁻⁴ for each mapping.
-#[test]
-fn roulette_takes_no_light() {
-    let scene = scene("zoo");
-    let world = SceneWorld::new(&scene);
-    for (label, connectability) in mappings() {
-        let (mut early, mut never) = (TreeTracer::new(2), TreeTracer::new(u32::MAX));
-        let mut difference = MeanTest::new();
-        let mut ended = 0;
-        for sample in 0..40_000u32 {
-            let mut rng = CounterRng::new(6, sample, 0);
-            let film = Vec2::from(rng.next_2d()) * 32.0;
-            let Some(domain) = domain(&world, film, connectability) else {
-                continue;
-            };
-            let seed = PathSeed::draw(&mut rng);
-            let mut found = [(0.0, 0); 2];
-            for (tracer, (sum, count)) in [&mut early, &mut never].into_iter().zip(&mut found) {
-                tracer.trace(&[(&domain, seed)], |_, finding| {
-                    if let Finding::Path(sample, weight) = finding {
-                        *sum += f64::from(sample.contribution().element_sum()) * weight.value();
-                        *count += 1;
-                    }
-                });
-            }
-            ended += u32::from(found[0].1 < found[1].1);
-            difference.push(found[0].0 - found[1].0);
-        }
-        let report = difference.test_against(0.0, 1e-4);
-        let report = report.unwrap_or_else(|error| panic!("{label}: {error}"));
-        println!("{label}: {ended} ended, {report:?}");
-        assert!(ended > 1000, "{label}: {ended}");
-    }
-}

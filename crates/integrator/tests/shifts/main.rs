@@ -1,7 +1,6 @@
-//! The path shifts in scenes with every kind of vertex: round trips, determinants against finite differences, the
-//! domain's integral against the path tracer, and what follows reconnection vertices.
+//! Scenes with every kind of vertex as worlds of path shifts: round trips, the domain's integral against the path tracer, and what
+//! follows reconnection vertices. The shifts themselves are tested where they stand, in `lightshed-shift`.
 
-mod determinants;
 mod integrals;
 mod round_trips;
 mod suffixes;

@@ -1,9 +1,9 @@
-//! There and back.
+//! There and back: all functions of a scene's world give the same for the same arguments.
 
 use crate::zoo::{Domain, mappings, random_paths, scene};
 use lightshed_integrator::SceneWorld;
 use lightshed_resampling::{ShiftMapping, Undefined};
-use lightshed_shift::{Finding, PathSample, PathShift, TreeTracer};
+use lightshed_shift::{PathSample, PathShift};
 use lightshed_testkit::{ShiftConformance, ShiftTally};
 
 /// Bound on `|J J⁻¹ − 1|`: rounding.
@@ -11,7 +11,7 @@ const RECIPROCITY: f64 = 1e-4;
 
 /// Paths for each scene and mapping; `LIGHTSHED_SHIFT_PATHS` asks for more.
 fn paths() -> usize {
-    std::env::var("LIGHTSHED_SHIFT_PATHS").map_or(60_000, |count| count.parse().unwrap())
+    std::env::var("LIGHTSHED_SHIFT_PATHS").map_or(20_000, |count| count.parse().unwrap())
 }
 
 fn shifted<'w>(x: &PathSample, from: &Domain<'w>, to: &Domain<'w>) -> Option<(PathSample, f64)> {
@@ -66,36 +66,4 @@ fn every_mapping_returns_in_every_scene() {
             );
         }
     }
-}
-
-/// An image must be a path that its own domain would reconnect where the image is: were an earlier pair connectable there, the path
-/// would count twice. What the domain's own walk with the image's seed scatters on to tells where it reconnects.
-#[test]
-fn images_reconnect_where_their_domain_would() {
-    let scene = scene("zoo");
-    let world = SceneWorld::new(&scene);
-    let (_, hybrid) = mappings()[0];
-    let mut tracer = TreeTracer::new(u32::MAX);
-    let (mut late, mut asked) = (0, 0);
-    random_paths(&world, hybrid, 12, paths(), |x, from, to| {
-        let Some(reconnection) = x.anatomy().reconnection.filter(|&r| r > 2) else {
-            return;
-        };
-        let Some((image, _)) = shifted(x, from, to) else {
-            return;
-        };
-        let (mut longer, mut earlier) = (false, false);
-        tracer.trace(&[(to, image.seed())], |_, finding| {
-            if let Finding::Path(own, _) = finding {
-                let own = own.anatomy();
-                // Past the image's reconnection vertex: its pairs before have been left by lobes.
-                longer |= own.length > reconnection;
-                earlier |= own.length > reconnection && own.reconnection.is_some_and(|r| r < reconnection);
-            }
-        });
-        late += u32::from(longer);
-        asked += u32::from(earlier);
-    });
-    println!("{asked} of {late} images have an earlier pair");
-    assert!(late > 100 && asked == 0, "{asked} of {late}");
 }

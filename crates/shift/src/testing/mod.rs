@@ -1,0 +1,11 @@
+//! Tests of whole paths over a small analytic world. The checks are generic over [`World`](crate::World).
+
+mod alcove;
+mod determinants;
+mod evaluation;
+mod integrals;
+mod naive;
+mod pairs;
+mod round_trips;
+mod shapes;
+mod suffixes;
