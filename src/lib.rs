@@ -6,6 +6,7 @@
 //! | module | crate | what is in it |
 //! |---|---|---|
 //! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
+//! | [`spatial`] | `lightshed-spatial` | curve orders, sparse grids, neighbour search, indices of surface sites |
 //! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
 //! | [`lights`] | `lightshed-lights` | choosing among many lights: trees, cuts, light BVH, lighting grid |
 //! | [`shift`] | `lightshed-shift` | paths, shift mappings and their Jacobians for ReSTIR path tracing |
@@ -59,5 +60,7 @@ pub use lightshed_scene as scene;
 pub use lightshed_shaders as shaders;
 #[cfg(feature = "shift")]
 pub use lightshed_shift as shift;
+#[cfg(feature = "spatial")]
+pub use lightshed_spatial as spatial;
 #[cfg(feature = "volume")]
 pub use lightshed_volume as volume;

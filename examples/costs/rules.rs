@@ -90,9 +90,6 @@ static RULES: &[Rule] = &[
         "a copy of 48 bytes, near",
         |l, _| Some(l.copy(48.0, NEAR)),
     ),
-    rule("sampling/morton_", "a copy of 20 bytes, near", |l, _| {
-        Some(l.copy(20.0, NEAR))
-    }),
     rule("sampling/plain_sum", "a copy of 4 bytes", |l, n| {
         Some(l.copy(4.0, 4.0 * n))
     }),

@@ -16,7 +16,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-sampling",
         "gives what it holds, or checks and stores",
         "AliasTable::new AliasTable::pmfs Beckmann::alpha Beckmann::new CompensatedSum::new Density::is_positive Density::new Density::value \
-         FreeFlight::new Ggx::alpha Ggx::new MortonGrid::new PiecewiseConstant1d::new PiecewiseConstant2d::new SphericalRectangle::new \
+         FreeFlight::new Ggx::alpha Ggx::new PiecewiseConstant1d::new PiecewiseConstant2d::new SphericalRectangle::new \
          SphericalTriangle::new VonMisesFisher::concentration VonMisesFisher::mean VonMisesFisher::new",
     ),
     (
@@ -34,7 +34,24 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-sampling",
         "exact integers, or those words as numbers; held to by known answers",
-        "CounterRng::next_2d CounterRng::next_f32 MortonGrid::encode30 MortonGrid::encode63 SobolSampler::next_2d SobolSampler::next_f32",
+        "CounterRng::next_2d CounterRng::next_f32 SobolSampler::next_2d SobolSampler::next_f32",
+    ),
+    (
+        "lightshed-spatial",
+        "called by the rows of the same type, which measure what comes of it",
+        "Bounds::contains Bounds::is_valid Bounds::union",
+    ),
+    (
+        "lightshed-spatial",
+        "gives what it holds, or checks and stores",
+        "Bounds::new Bounds::of_point CubicGrid::cell CubicGrid::new CurveCube::around PointGrid::cell_side PointGrid::new PointGrid::rebuild \
+         SurfaceSite::new SurfaceSite::with_eye_distance",
+    ),
+    (
+        "lightshed-spatial",
+        "cells and what lies within a radius, held to exact quotients and to a look at every point by the crate's tests",
+        "CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode PointGrid::for_each_within \
+         SpatialIndex::locate for_each_row_within",
     ),
     (
         "lightshed-resampling",
@@ -88,13 +105,13 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-lights",
         "called by the rows of the same type, which measure what comes of it",
-        "Bounds::contains Bounds::is_valid Bounds::union LightSampler::sample_each LightSampler::sample_many LightSubtrees::sample_subtrees \
+        "LightSampler::sample_each LightSampler::sample_many LightSubtrees::sample_subtrees \
          OrientationCone::is_valid",
     ),
     (
         "lightshed-lights",
         "gives what it holds, or checks and stores",
-        "Bounds::new Bounds::of_point Light::check Light::cone_or_all LightBvh::new LightBvh::rebuild LightBvh::with_build LightRecord::new \
+        "Light::check Light::cone_or_all LightBvh::new LightBvh::rebuild LightBvh::with_build LightRecord::new \
          LightingGrid::bounds LightingGrid::cell_size PerfectTree::new PerfectTree::rebuild PerfectTree::with_options PointLight::isotropic \
          PointLight::lambertian PowerLights::new RaySegment::direction RaySegment::length RaySegment::new RaySegment::start ShadingPoint::new \
          ShadingPoint::without_normal TwoLevelTree::new check_lights",

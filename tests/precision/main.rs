@@ -49,9 +49,10 @@ fn errors_are_those_of_the_table() {
 }
 
 /// The crates that the tables are about.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "lanes",
     "sampling",
+    "spatial",
     "resampling",
     "shift",
     "lights",

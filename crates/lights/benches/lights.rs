@@ -20,7 +20,8 @@ use lightshed_lights::{
     Bounds, BvhBuild, Light, LightBvh, LightSampler, OrientationCone, PerfectTree, PerfectTreeOptions,
     PowerLights, ShadingPoint, Stride, UniformLights, Weighting,
 };
-use lightshed_sampling::{CounterRng, MortonGrid, UniformSphere};
+use lightshed_sampling::{CounterRng, UniformSphere};
+use lightshed_spatial::{Curve, CurveCube};
 use rdst::{RadixKey, RadixSort};
 use std::hint::black_box;
 use std::time::Duration;
@@ -64,9 +65,9 @@ impl RadixKey for Keyed {
 /// Morton codes of the lights' centres.
 fn keys(lights: &[Light]) -> Vec<Keyed> {
     let all = Bounds::of_points(lights.iter().map(|light| light.bounds.center()));
-    let grid = MortonGrid::new(all.min, all.max).expect("the lights are finite");
+    let cube = CurveCube::around(&all);
     let key = |(index, light): (u32, &Light)| Keyed {
-        code: grid.encode63(light.bounds.center()),
+        code: Curve::Morton.code(cube.cell(&light.bounds)),
         index,
     };
     (0..).zip(lights).map(key).collect()

@@ -13,10 +13,8 @@
 #![forbid(unsafe_code)]
 
 mod block;
-mod bounds;
 mod bvh;
 mod cone;
-mod curve;
 mod descent;
 mod flat;
 mod grid;
@@ -25,8 +23,6 @@ mod light;
 mod lightcut;
 mod normals;
 mod opened;
-mod order;
-mod parallel;
 mod perfect;
 #[cfg(test)]
 mod properties;
@@ -37,10 +33,8 @@ mod sampler;
 mod testing;
 mod two_level;
 
-pub use bounds::Bounds;
 pub use bvh::{BvhBuild, LightBvh};
 pub use cone::OrientationCone;
-pub use curve::Curve;
 pub use flat::{PowerLights, UniformLights};
 pub use glam;
 pub use grid::{
@@ -51,6 +45,7 @@ pub use grid::{
 pub use importance::Weighting;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use lightcut::{LightSubtrees, Lightcut};
+pub use lightshed_spatial::{Bounds, Curve};
 pub use opened::OpenedTree;
 pub use perfect::{LightRecord, PerfectTree, PerfectTreeOptions, Stride, TreeLayout, TreeUpdate};
 pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};

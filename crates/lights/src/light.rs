@@ -1,6 +1,7 @@
 //! What is known of a light.
 
 use crate::{Bounds, OrientationCone};
+use lightshed_sampling::parallel::reduce;
 use std::fmt;
 
 /// A light, or a group of lights: where it is, how much it emits, and where to.
@@ -100,8 +101,7 @@ pub fn check_lights(lights: &[Light]) -> Result<(), LightError> {
         _ => (),
     }
     let (sound, total) =
-        crate::parallel::reduce(lights, CHUNK, sound_and_total, |a, b| (a.0 & b.0, a.1 + b.1))
-            .unwrap_or((true, 0.0));
+        reduce(lights, CHUNK, sound_and_total, |a, b| (a.0 & b.0, a.1 + b.1)).unwrap_or((true, 0.0));
     if !sound {
         // Which one is found by looking again.
         lights

@@ -9,9 +9,9 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use lightshed_sampling::glam::{Vec2, Vec3};
 use lightshed_sampling::{
-    AliasTable, CompensatedSum, CounterRng, Frame, MortonGrid, PathSeed, PiecewiseConstant1d,
-    PiecewiseConstant2d, SobolSampler, choose, octahedral_decode, octahedral_encode, octahedral_pack32,
-    octahedral_unpack32, pairwise_sum,
+    AliasTable, CompensatedSum, CounterRng, Frame, PathSeed, PiecewiseConstant1d, PiecewiseConstant2d,
+    SobolSampler, choose, octahedral_decode, octahedral_encode, octahedral_pack32, octahedral_unpack32,
+    pairwise_sum,
 };
 use rand::{Rng, SeedableRng};
 use rand_pcg::{Pcg32, Pcg64Mcg};
@@ -150,7 +150,6 @@ fn geometry(c: &mut Criterion<CpuTime>) {
         .collect();
     let points: Vec<Vec2> = directions.iter().map(|&d| octahedral_encode(d)).collect();
     let packed: Vec<u32> = directions.iter().map(|&d| octahedral_pack32(d)).collect();
-    let grid = MortonGrid::new(Vec3::NEG_ONE, Vec3::ONE).unwrap();
     let mut group = c.benchmark_group("sampling");
     macro_rules! over {
         ($name:literal, $items:expr, $f:expr) => {
@@ -169,8 +168,6 @@ fn geometry(c: &mut Criterion<CpuTime>) {
     over!("octahedral_pack32", directions, octahedral_pack32);
     over!("octahedral_unpack32", packed, octahedral_unpack32);
     over!("frame_from_normal", directions, Frame::from_normal);
-    over!("morton_encode30", directions, |d| grid.encode30(d));
-    over!("morton_encode63", directions, |d| grid.encode63(d));
     group.finish();
 }
 

@@ -11,8 +11,8 @@
 //! | points on disks, spheres, triangles; lobes; distances | [`CosineHemisphere`], [`UniformCone`], [`SphericalTriangle`], [`Ggx`], [`VonMisesFisher`], [`FreeFlight`], … | a sample's density is the inverse's Jacobian |
 //! | frames | [`Frame`] | orthonormal to 5·10⁻⁷ |
 //! | directions in a square, in 32 or 16 bits | [`octahedral_encode`], [`octahedral_pack32`], … | `snorm` packing bit for bit as WGSL's |
-//! | codes that keep neighbours near | [`MortonGrid`], [`morton63_encode`], … | integers; quantised in `f64` |
 //! | linear RGB and its luminance | [`Rgb`], [`luminance`] | |
+//! | passes over slices, on any number of threads | [`parallel`] | the same bits |
 //! | sums that keep their small terms | [`CompensatedSum`], [`pairwise_sum`] | |
 //!
 //! # What a guest writes
@@ -57,8 +57,8 @@ mod alias;
 mod color;
 mod frame;
 mod measure;
-mod morton;
 mod octahedral;
+pub mod parallel;
 mod piecewise;
 mod piecewise2d;
 mod rng;
@@ -75,9 +75,6 @@ pub use glam;
 pub use measure::{
     Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic,
     power_heuristic_lanes,
-};
-pub use morton::{
-    BoundsError, MortonGrid, morton30_decode, morton30_encode, morton63_decode, morton63_encode,
 };
 pub use octahedral::{
     octahedral_decode, octahedral_encode, octahedral_from_solid_angle, octahedral_pack16, octahedral_pack32,

@@ -55,7 +55,6 @@ mod flight;
 mod grid;
 mod majorant;
 mod mip;
-mod parallel;
 mod phase;
 mod regular;
 mod spectral;

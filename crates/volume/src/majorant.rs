@@ -5,9 +5,9 @@
 //! [`DensityField::range`], which for interpolated grids counts the apron of voxels beyond the cube that interpolation reads.
 
 use crate::dda::{Dda, Lattice};
-use crate::parallel::for_each_chunk;
 use crate::{DensityField, DensityRange, FieldBounds, FieldRay, Interval};
 use glam::Vec3;
+use lightshed_sampling::parallel::for_each_chunk;
 use std::fmt;
 
 /// A part of a ray and bounds of the density on it.

@@ -2,10 +2,10 @@
 
 use crate::harness::{Shader, Tier, bits, check, floats, gpu, unit_numbers, words};
 use lightshed_sampling::{
-    AliasTable, CounterRng, f32_from_u32, morton30_decode, morton30_encode, morton63_decode, morton63_encode,
-    octahedral_decode, octahedral_encode, octahedral_pack16, octahedral_pack32, octahedral_unpack16,
-    octahedral_unpack32, remap, sin_cos_turns,
+    AliasTable, CounterRng, f32_from_u32, octahedral_decode, octahedral_encode, octahedral_pack16,
+    octahedral_pack32, octahedral_unpack16, octahedral_unpack32, remap, sin_cos_turns,
 };
+use lightshed_spatial::{morton30_decode, morton30_encode, morton63_decode, morton63_encode};
 
 #[test]
 fn random_words() {

@@ -6,7 +6,7 @@
 
 use super::build::{Group, Source};
 use super::extent::{Extent, Item};
-use crate::parallel::for_each_chunk;
+use lightshed_sampling::parallel::for_each_chunk;
 
 /// Each group of a level is of so many of the level below.
 const STEP: usize = 8;
@@ -221,16 +221,15 @@ impl Source for AlongCurve<'_> {
 mod tests {
     use super::*;
     use crate::bvh::build::gather;
-    use crate::curve::Curve;
-    use crate::order::Order;
     use crate::testing::{LAYOUTS, Layout, lights_of};
     use lightshed_sampling::CounterRng;
+    use lightshed_spatial::{Curve, CurveOrder};
     use lightshed_testkit::check_faults;
 
     fn items_and_pyramid(layout: Layout, count: usize) -> (Vec<Item>, Pyramid) {
         let lights = lights_of(layout, count, 9);
-        let (mut order, mut items, mut pyramid) = (Order::default(), Vec::new(), Pyramid::default());
-        order.encode(&lights, Curve::Hilbert);
+        let (mut order, mut items, mut pyramid) = (CurveOrder::default(), Vec::new(), Pyramid::default());
+        order.encode(&lights, |light| light.bounds, Curve::Hilbert);
         gather(&lights, Some(order.sort()), &mut items);
         pyramid.build(&items);
         (items, pyramid)

@@ -5,9 +5,9 @@ use super::{LEAF, WideNode};
 use crate::Light;
 use crate::block::{NodeBlock, WIDTH};
 use crate::normals::{BallLanes, CENTER_STEPS};
-use crate::order::Sorted;
-use crate::parallel::{for_each_chunk, join};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
+use lightshed_sampling::parallel::{for_each_chunk, join};
+use lightshed_spatial::SortedIndices;
 
 /// Depth from which groups are halved by number, so that no way is longer than [`crate::descent::MAX_DEPTH`].
 const HALVE_FROM: usize = 36;
@@ -227,7 +227,7 @@ fn divide(source: &mut impl Source, group: &Group, by_half: bool) -> Groups {
 }
 
 /// Items of all lights that are on, in the order given, or else in their own.
-pub(super) fn gather(lights: &[Light], order: Option<Sorted>, items: &mut Vec<Item>) {
+pub(super) fn gather(lights: &[Light], order: Option<SortedIndices>, items: &mut Vec<Item>) {
     items.resize(lights.len(), Item::default());
     for_each_chunk(items, CHUNK, |first, items| {
         LaneChoice::best().run(Gather {
@@ -242,7 +242,7 @@ pub(super) fn gather(lights: &[Light], order: Option<Sorted>, items: &mut Vec<It
 
 struct Gather<'a> {
     lights: &'a [Light],
-    order: Option<Sorted<'a>>,
+    order: Option<SortedIndices<'a>>,
     first: usize,
     items: &'a mut [Item],
 }

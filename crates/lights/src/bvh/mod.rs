@@ -11,18 +11,17 @@ mod build;
 mod extent;
 
 use crate::block::{NodeBlock, WIDTH};
-use crate::curve::Curve;
 use crate::descent::{Step, Tree, Way};
-use crate::order::Order;
 use crate::receiver::Receiver;
 use crate::route::Shares;
-use crate::{Light, LightError, Weighting};
+use crate::{Curve, Light, LightError, Weighting};
 use agglomerative::{Joined, Joining};
 use along_curve::{AlongCurve, Pyramid};
 use binned::Binned;
 use build::{Spares, gather};
 use extent::Item;
 use lightshed_lanes::{Lanes, prefetch};
+use lightshed_spatial::CurveOrder;
 
 /// A bounding volume hierarchy over lights: slower to build than a [`PerfectTree`](crate::PerfectTree), with better
 /// probabilities.
@@ -73,7 +72,7 @@ pub enum BvhBuild {
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     items: Vec<Item>,
-    order: Order,
+    order: CurveOrder,
     pyramid: Pyramid,
     joining: Joining,
     spares: Spares,
@@ -142,7 +141,7 @@ impl LightBvh {
                 build::build(Binned { items, first: 0 }, 0, count, &mut self.blocks, spares);
             }
             BvhBuild::AlongCurve => {
-                order.encode(lights, Curve::Hilbert);
+                order.encode(lights, |light| light.bounds, Curve::Hilbert);
                 gather(lights, Some(order.sort()), items);
                 pyramid.build(items);
                 let source = AlongCurve { items, pyramid };
@@ -150,7 +149,7 @@ impl LightBvh {
             }
             BvhBuild::Agglomerative => {
                 // In the order of the curve, so that boxes over neighbours are small.
-                order.encode(lights, Curve::Hilbert);
+                order.encode(lights, |light| light.bounds, Curve::Hilbert);
                 gather(lights, Some(order.sort()), items);
                 joining.join(items);
                 let source = Joined { items, joining };

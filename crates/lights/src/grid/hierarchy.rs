@@ -1,14 +1,13 @@
 //! The hierarchy and its construction.
 
 use super::blend::BlendingFunctions;
-use super::cells::{Cells, Frame, KEY_BITS, finest_bits_below, key};
 use super::grid_light::GridLight;
 use super::level::Level;
-use super::parallel::{fill, reduce};
-use super::sort::{index_of, pack, sort_by_key};
 use super::{Construction, GridError, GridOptions, Levels, PointLight};
 use crate::{Bounds, MAX_LIGHTS};
 use glam::DVec3;
+use lightshed_sampling::parallel::{fill, reduce};
+use lightshed_spatial::{CellRanges, CubicGrid, KEY_BITS, KeyedIndex, finest_bits_below, sort_by_key};
 
 /// Names a light of the hierarchy: of level 0, the lights themselves in the grid's own order, or of a level of grid lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,11 +65,11 @@ pub struct LightingGrid {
     /// Lights in the order given.
     pub(super) lights: Vec<PointLight>,
     /// Key and index of each light, sorted.
-    pub(super) pairs: Vec<u64>,
-    pub(super) scratch: Vec<u64>,
+    pub(super) pairs: Vec<KeyedIndex>,
+    pub(super) scratch: Vec<KeyedIndex>,
     /// Lights in the order of `pairs`: S₀.
     pub(super) sorted: Vec<PointLight>,
-    pub(super) cells: Cells,
+    pub(super) cells: CellRanges,
     /// S₁, S₂, … up to `level_count`; more are kept for their memory.
     pub(super) levels: Vec<Level>,
     pub(super) level_count: u32,
@@ -93,7 +92,7 @@ impl LightingGrid {
             pairs: Vec::new(),
             scratch: Vec::new(),
             sorted: Vec::new(),
-            cells: Cells::default(),
+            cells: CellRanges::default(),
             levels: Vec::new(),
             level_count: 0,
             update: super::update::Scratch::default(),
@@ -154,11 +153,13 @@ impl LightingGrid {
             sorted,
             ..
         } = self;
-        pairs.resize(lights.len(), 0);
-        fill(pairs, &|i| pack(key(lights[i].position, &finest), i as u32));
+        pairs.resize(lights.len(), KeyedIndex::default());
+        fill(pairs, |i| {
+            KeyedIndex::new(finest.key(lights[i].position), i as u32)
+        });
         sort_by_key(pairs, scratch);
         sorted.resize(lights.len(), PointLight::default());
-        fill(sorted, &|place| lights[index_of(pairs[place]) as usize]);
+        fill(sorted, |place| lights[pairs[place].index() as usize]);
     }
 
     /// Settles the number of levels, and collects the cells and vertices of the finest one.
@@ -215,16 +216,16 @@ impl LightingGrid {
 
     /// The grid of level ℓ ≥ 1.
     #[inline(always)]
-    pub(super) fn frame(&self, level: u32) -> Frame {
-        Frame::new(
+    pub(super) fn frame(&self, level: u32) -> CubicGrid {
+        CubicGrid::new(
             self.origin,
             self.size / f64::from(1u32 << (self.level_count - level)),
         )
     }
 
     /// The grid of the keys that lights are sorted by.
-    pub(super) fn key_frame(&self) -> Frame {
-        Frame::new(self.origin, self.size / f64::from(1u32 << KEY_BITS))
+    pub(super) fn key_frame(&self) -> CubicGrid {
+        CubicGrid::new(self.origin, self.size / f64::from(1u32 << KEY_BITS))
     }
 
     /// The options it was built with.
@@ -288,6 +289,9 @@ impl LightingGrid {
     }
 }
 
+/// Lights that one thread checks at once.
+const CHUNK: usize = 4096;
+
 /// Bounds of lights that are all right.
 fn check_lights(lights: &[PointLight]) -> Result<Bounds, GridError> {
     match lights.len() {
@@ -295,11 +299,21 @@ fn check_lights(lights: &[PointLight]) -> Result<Bounds, GridError> {
         count if count > MAX_LIGHTS => return Err(GridError::TooMany(count)),
         _ => (),
     }
-    let check = |i: usize| lights[i].check(i).map(|()| Bounds::of_point(lights[i].position));
-    // The first error, whatever the threads.
-    let join = |a: Result<Bounds, GridError>, b: Result<Bounds, GridError>| match (a, b) {
-        (Ok(a), Ok(b)) => Ok(a.union(&b)),
-        (Err(error), _) | (_, Err(error)) => Err(error),
+    let check = |lights: &[PointLight]| {
+        lights.iter().try_fold(Bounds::EMPTY, |all, light| {
+            light.check(0).ok()?;
+            Some(all.union(&Bounds::of_point(light.position)))
+        })
     };
-    reduce(0..lights.len(), &check, &join).unwrap_or(Err(GridError::Empty))
+    let both = |a: Option<Bounds>, b: Option<Bounds>| Some(a?.union(&b?));
+    if let Some(bounds) = reduce(lights, CHUNK, check, both).flatten() {
+        return Ok(bounds);
+    }
+    // Which one is refused is found by looking again.
+    let refused = |(index, light): (usize, &PointLight)| light.check(index).err();
+    Err(lights
+        .iter()
+        .enumerate()
+        .find_map(refused)
+        .unwrap_or(GridError::Empty))
 }

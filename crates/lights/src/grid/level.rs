@@ -1,17 +1,16 @@
 //! One level of the hierarchy: its occupied vertices and their lights.
 
-use super::cells::{Cells, Frame};
 use super::grid_light::GridLight;
 use super::moments::{Accumulator, Moments};
-use super::parallel::for_each_slab;
-use super::rows::{RowBits, Rows};
 use super::{LightId, PointLight};
 use glam::DVec3;
+use lightshed_sampling::parallel::for_each_slab;
+use lightshed_spatial::{CellRanges, CubicGrid, SparseGrid, SparseRow, ensure_capacity};
 
 /// A level of grid lights.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Level {
-    pub rows: Rows,
+    pub rows: SparseGrid,
     pub moments: Vec<Moments>,
     pub lights: Vec<GridLight>,
 }
@@ -30,10 +29,10 @@ fn around(i: u32) -> [(u32, i32); 3] {
 
 impl Level {
     /// The corners of the occupied cells.
-    pub fn collect_from_cells(&mut self, cells: &Cells) {
-        let side = cells.rows.side() + 1;
-        let mark_row = |y, z, row: &mut RowBits| {
-            for &x in &cells.rows.x()[cells.rows.row(y, z)] {
+    pub fn collect_from_cells(&mut self, cells: &CellRanges) {
+        let side = cells.grid().side() + 1;
+        let mark_row = |y, z, row: &mut SparseRow| {
+            for &x in &cells.grid().x()[cells.grid().row(y, z)] {
                 row.set(u32::from(x));
                 row.set(u32::from(x) + 1);
             }
@@ -48,7 +47,7 @@ impl Level {
     }
 
     /// The vertices within a cell of those of the next finer level.
-    pub fn collect_from_finer(&mut self, finer: &Rows) {
+    pub fn collect_from_finer(&mut self, finer: &SparseGrid) {
         let side = finer.side() / 2 + 1;
         self.rows.collect(side, |y, z, row| {
             for (z, _) in around(z) {
@@ -64,7 +63,7 @@ impl Level {
     }
 
     /// Sums over the lights around each vertex, in one order whatever the threads.
-    pub fn sum_lights(&mut self, cells: &Cells, lights: &[PointLight], frame: &Frame) {
+    pub fn sum_lights(&mut self, cells: &CellRanges, lights: &[PointLight], frame: &CubicGrid) {
         self.fill_moments(|vertex| moments_of_lights(vertex, cells, lights, frame));
     }
 
@@ -74,7 +73,7 @@ impl Level {
     }
 
     /// Adds every light to the eight vertices around it.
-    pub fn scatter_lights(&mut self, lights: &[PointLight], frame: &Frame) {
+    pub fn scatter_lights(&mut self, lights: &[PointLight], frame: &CubicGrid) {
         let mut sums = vec![Accumulator::default(); self.rows.len()];
         let last = f64::from(self.rows.side() - 2);
         for light in lights {
@@ -113,7 +112,7 @@ impl Level {
     }
 
     /// Turns sums into lights. `frame` is that of this level.
-    pub fn finish(&mut self, frame: &Frame) {
+    pub fn finish(&mut self, frame: &CubicGrid) {
         let Self {
             rows,
             moments,
@@ -122,7 +121,7 @@ impl Level {
         lights.resize(rows.len(), GridLight::default());
         let at = |z: u32, place: usize, y: u32| {
             let vertex = [u32::from(rows.x()[place]), y, z];
-            moments[place].finish(frame.vertex(vertex), frame.cell)
+            moments[place].finish(frame.vertex(vertex), frame.cell())
         };
         for_each_slab(lights, 0..rows.side(), &|z| rows.slab_start(z), &|z, part| {
             let first = rows.slab_start(z);
@@ -135,9 +134,9 @@ impl Level {
     }
 
     /// The sums of one vertex and the light that follows from them.
-    pub fn set(&mut self, place: usize, vertex: [u32; 3], moments: Moments, frame: &Frame) {
+    pub fn set(&mut self, place: usize, vertex: [u32; 3], moments: Moments, frame: &CubicGrid) {
         self.moments[place] = moments;
-        self.lights[place] = moments.finish(frame.vertex(vertex), frame.cell);
+        self.lights[place] = moments.finish(frame.vertex(vertex), frame.cell());
     }
 
     /// Copies the vertices that there are in `other` too; the rest is left to be set.
@@ -175,8 +174,8 @@ impl Level {
     /// Makes room for a few more vertices than there are now.
     pub fn reserve(&mut self) {
         let count = self.rows.reserve();
-        ensure(&mut self.moments, count);
-        ensure(&mut self.lights, count);
+        ensure_capacity(&mut self.moments, count);
+        ensure_capacity(&mut self.lights, count);
     }
 
     /// Which vertex a light belongs to.
@@ -187,23 +186,18 @@ impl Level {
     }
 }
 
-/// Makes `vec` hold `needed` elements without another allocation; if it must allocate, then a quarter more, so that frames with about as
-/// many need none.
-pub(super) fn ensure<T>(vec: &mut Vec<T>, needed: usize) {
-    if vec.capacity() < needed {
-        vec.reserve(needed + needed / 4 + 64 - vec.len());
-    }
-}
-
 /// The cells around `vertex` of the finest level, in a fixed order.
-pub(super) fn cells_around(vertex: [u32; 3], cells: &Cells) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn cells_around(vertex: [u32; 3], cells: &CellRanges) -> impl Iterator<Item = usize> + '_ {
     let [x, y, z] = vertex;
     let rows = before(z).into_iter().flat_map(move |z| before(y).map(|y| (y, z)));
-    rows.flat_map(move |(y, z)| cells.rows.range(x.saturating_sub(1), x, y, z))
+    rows.flat_map(move |(y, z)| cells.grid().range(x.saturating_sub(1), x, y, z))
 }
 
 /// The vertices of the finer level around `vertex` and how many of its cells they are away, in a fixed order.
-pub(super) fn finer_around(vertex: [u32; 3], finer: &Rows) -> impl Iterator<Item = (usize, [i32; 3])> + '_ {
+pub(super) fn finer_around(
+    vertex: [u32; 3],
+    finer: &SparseGrid,
+) -> impl Iterator<Item = (usize, [i32; 3])> + '_ {
     let [x, y, z] = vertex;
     let rows = around(z).into_iter().flat_map(move |z| around(y).map(|y| (y, z)));
     rows.flat_map(move |((y, dy), (z, dz))| {
@@ -215,14 +209,14 @@ pub(super) fn finer_around(vertex: [u32; 3], finer: &Rows) -> impl Iterator<Item
 
 pub(super) fn moments_of_lights(
     vertex: [u32; 3],
-    cells: &Cells,
+    cells: &CellRanges,
     lights: &[PointLight],
-    frame: &Frame,
+    frame: &CubicGrid,
 ) -> Moments {
     let mut sum = Accumulator::default();
     let at = DVec3::from(vertex.map(f64::from));
     for cell in cells_around(vertex, cells) {
-        for light in &lights[cells.lights(cell)] {
+        for light in &lights[cells.items(cell)] {
             sum.add_light(light, frame.in_cells(light.position) - at);
         }
     }

@@ -1,7 +1,6 @@
 //! The lighting grid hierarchy: many point lights at several resolutions (Lin 2022 ch. 3).
 
 mod blend;
-mod cells;
 mod error;
 mod grid_light;
 mod hierarchy;
@@ -9,11 +8,8 @@ mod level;
 mod light;
 mod moments;
 mod options;
-mod parallel;
 mod query;
-mod rows;
 mod shadow;
-mod sort;
 mod update;
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 
 use super::grid_light::REACH_FACTOR;
 use super::hierarchy::{LightId, LightingGrid};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
+use lightshed_spatial::for_each_row_within;
 
 /// Which of the lights near a point are to be visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,12 +106,12 @@ impl LightingGrid {
     #[inline(always)]
     fn for_each_cell_within(&self, point: Vec3, radius: f32, mut visit: impl FnMut(std::ops::Range<usize>)) {
         let frame = self.frame(1);
-        let (center, radius) = (frame.in_cells(point), f64::from(radius) / frame.cell);
-        let rows = &self.cells.rows;
+        let (center, radius) = (frame.in_cells(point), f64::from(radius) / frame.cell());
+        let rows = self.cells.grid();
         // A cell reaches from its own corner to the next; half a cell to each side of its middle.
-        for_each_row(center - 0.5, radius, 0.5, rows.side(), |y, z, first, last| {
+        for_each_row_within(center - 0.5, radius, 0.5, rows.side(), |y, z, first, last| {
             for cell in rows.range(first, last, y, z) {
-                visit(self.cells.lights(cell));
+                visit(self.cells.items(cell));
             }
         });
     }
@@ -125,53 +126,12 @@ impl LightingGrid {
         mut visit: impl FnMut(std::ops::Range<usize>),
     ) {
         let frame = self.frame(level);
-        let (center, radius) = (frame.in_cells(point), f64::from(radius) / frame.cell);
+        let (center, radius) = (frame.in_cells(point), f64::from(radius) / frame.cell());
         let rows = &self.levels[level as usize - 1].rows;
         // An illumination centre is less than a cell off its vertex, along each axis.
-        for_each_row(center, radius, 1.0, rows.side(), |y, z, first, last| {
+        for_each_row_within(center, radius, 1.0, rows.side(), |y, z, first, last| {
             visit(rows.range(first, last, y, z));
         });
-    }
-}
-
-/// Calls `row(y, z, first, last)` for the rows of places in a cube of `side`³ at which something may lie within `radius` of
-/// `center`, where what belongs to a place is off it by up to `slack` along each axis.
-#[inline(always)]
-fn for_each_row(center: DVec3, radius: f64, slack: f64, side: u32, mut row: impl FnMut(u32, u32, u32, u32)) {
-    // Rounding of positions must not lose a light at the rim.
-    let slack = slack + 1e-3;
-    let last = f64::from(side - 1);
-    // Inclusive; empty where first > last. The casts saturate.
-    let span = |center: f64, reach: f64| {
-        let (first, end) = (
-            (center - reach).ceil().max(0.0),
-            (center + reach).floor().min(last),
-        );
-        (first as u32, if end < first { None } else { Some(end as u32) })
-    };
-    let (first_z, Some(last_z)) = span(center.z, radius + slack) else {
-        return;
-    };
-    for z in first_z..=last_z {
-        let dz = ((center.z - f64::from(z)).abs() - slack).max(0.0);
-        let left = radius * radius - dz * dz;
-        if left < 0.0 {
-            continue;
-        }
-        let (first_y, Some(last_y)) = span(center.y, left.sqrt() + slack) else {
-            continue;
-        };
-        for y in first_y..=last_y {
-            let dy = ((center.y - f64::from(y)).abs() - slack).max(0.0);
-            let left = left - dy * dy;
-            if left < 0.0 {
-                continue;
-            }
-            let (first_x, Some(last_x)) = span(center.x, left.sqrt() + slack) else {
-                continue;
-            };
-            row(y, z, first_x, last_x);
-        }
     }
 }
 

@@ -3,7 +3,6 @@
 use super::level::{cells_around, finer_around};
 use super::light::luminance;
 use super::query::{GridQuery, Influence};
-use super::sort::index_of;
 use super::{LightId, LightingGrid};
 use glam::Vec3;
 use lightshed_resampling::JumpSelection;
@@ -96,10 +95,7 @@ impl LightingGrid {
         const LEAST: f64 = 1e-6;
         let towards = |position: Vec3| (point - position).normalize_or_zero();
         if id.level == 0 || id.level > self.level_count {
-            return self
-                .pairs
-                .get(id.index as usize)
-                .map_or(0, |&pair| index_of(pair));
+            return self.pairs.get(id.index as usize).map_or(0, |pair| pair.index());
         }
         let mut level = id.level;
         let mut vertex = self.levels[level as usize - 1].vertex_of(id);
@@ -126,7 +122,7 @@ impl LightingGrid {
         let mut chosen = JumpSelection::new();
         let at = glam::DVec3::from(vertex.map(f64::from));
         for cell in cells_around(vertex, &self.cells) {
-            for place in self.cells.lights(cell) {
+            for place in self.cells.items(cell) {
                 let light = &self.sorted[place];
                 let share = (1.0 - (frame.in_cells(light.position) - at).abs()).max(glam::DVec3::ZERO);
                 let emission = f64::from(light.emission(towards(light.position)));
@@ -135,6 +131,6 @@ impl LightingGrid {
             }
         }
         let place = chosen.into_item().unwrap_or(0);
-        self.pairs.get(place).map_or(0, |&pair| index_of(pair))
+        self.pairs.get(place).map_or(0, |pair| pair.index())
     }
 }

@@ -1,11 +1,9 @@
 //! Changing a few lights of a hierarchy.
 
-use super::cells::{KEY_BITS, key};
 use super::hierarchy::LightingGrid;
-use super::level::{Level, ensure, moments_of_finer, moments_of_lights};
-use super::sort::{index_of, pack};
+use super::level::{Level, moments_of_finer, moments_of_lights};
 use super::{GridError, PointLight};
-use lightshed_sampling::morton30_decode;
+use lightshed_spatial::{KEY_BITS, KeyedIndex, ensure_capacity, morton30_decode};
 
 /// A light that is to become another: moved, brighter, off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +35,7 @@ pub(super) struct Scratch {
     /// Numbers of vertices whose sums change, in order; those of the next level.
     dirty: Vec<u32>,
     next: Vec<u32>,
-    pairs: Vec<u64>,
+    pairs: Vec<KeyedIndex>,
     changed: Vec<u64>,
     sorted: Vec<PointLight>,
     levels: Vec<Level>,
@@ -129,12 +127,12 @@ impl LightingGrid {
         let (frame, shift) = (self.key_frame(), self.cell_shift());
         let Scratch { indices, cells, .. } = scratch;
         indices.clear();
-        ensure(indices, changes.len());
+        ensure_capacity(indices, changes.len());
         indices.extend(changes.iter().map(|change| change.index));
         sort_unique(indices);
         cells.clear();
-        ensure(cells, 2 * indices.len());
-        let cell_of = |light: &PointLight| key(light.position, &frame) >> shift;
+        ensure_capacity(cells, 2 * indices.len());
+        let cell_of = |light: &PointLight| frame.key(light.position) >> shift;
         cells.extend(indices.iter().map(|&index| cell_of(&self.lights[index as usize])));
         for change in changes {
             self.lights[change.index as usize] = change.light;
@@ -160,18 +158,18 @@ impl LightingGrid {
     fn resort_cells(&mut self, scratch: &Scratch) {
         let frame = self.key_frame();
         for &cell in &scratch.cells {
-            let Some(cell) = self.cells.rows.find(morton30_decode(cell)) else {
+            let Some(cell) = self.cells.grid().find(morton30_decode(cell)) else {
                 continue;
             };
-            let range = self.cells.lights(cell);
+            let range = self.cells.items(cell);
             let pairs = &mut self.pairs[range.clone()];
             for pair in pairs.iter_mut() {
-                let index = index_of(*pair);
-                *pair = pack(key(self.lights[index as usize].position, &frame), index);
+                let index = pair.index();
+                *pair = KeyedIndex::new(frame.key(self.lights[index as usize].position), index);
             }
             pairs.sort_unstable();
-            for (light, &pair) in self.sorted[range].iter_mut().zip(pairs.iter()) {
-                *light = self.lights[index_of(pair) as usize];
+            for (light, pair) in self.sorted[range].iter_mut().zip(pairs.iter()) {
+                *light = self.lights[pair.index() as usize];
             }
         }
     }
@@ -189,10 +187,13 @@ impl LightingGrid {
         changed.clear();
         changed.resize(self.lights.len().div_ceil(64), 0);
         incoming.clear();
-        ensure(incoming, indices.len());
+        ensure_capacity(incoming, indices.len());
         for &index in indices.iter() {
             changed[index as usize / 64] |= 1 << (index % 64);
-            incoming.push(pack(key(self.lights[index as usize].position, &frame), index));
+            incoming.push(KeyedIndex::new(
+                frame.key(self.lights[index as usize].position),
+                index,
+            ));
         }
         incoming.sort_unstable();
         let merged = &mut self.scratch;
@@ -200,20 +201,20 @@ impl LightingGrid {
         merged_lights.clear();
         let mut incoming = incoming.iter().peekable();
         for (&pair, light) in self.pairs.iter().zip(&self.sorted) {
-            let index = index_of(pair) as usize;
+            let index = pair.index() as usize;
             if changed[index / 64] >> (index % 64) & 1 == 1 {
                 continue;
             }
             while let Some(&new) = incoming.next_if(|&&new| new < pair) {
                 merged.push(new);
-                merged_lights.push(self.lights[index_of(new) as usize]);
+                merged_lights.push(self.lights[new.index() as usize]);
             }
             merged.push(pair);
             merged_lights.push(*light);
         }
         for &new in incoming {
             merged.push(new);
-            merged_lights.push(self.lights[index_of(new) as usize]);
+            merged_lights.push(self.lights[new.index() as usize]);
         }
         std::mem::swap(&mut self.pairs, merged);
         std::mem::swap(&mut self.sorted, merged_lights);
@@ -268,7 +269,7 @@ impl Scratch {
     /// Lists the corners of the changed cells, as numbers of vertices of level 1.
     fn list_corners(&mut self, side: u32) {
         self.dirty.clear();
-        ensure(&mut self.dirty, 8 * self.cells.len());
+        ensure_capacity(&mut self.dirty, 8 * self.cells.len());
         for &cell in &self.cells {
             let [x, y, z] = morton30_decode(cell);
             for corner in 0..8 {
@@ -285,8 +286,8 @@ impl Scratch {
         self.next.clear();
         // The two change places, so both get the room.
         let count = 8 * self.dirty.len();
-        ensure(&mut self.next, count);
-        ensure(&mut self.dirty, count);
+        ensure_capacity(&mut self.next, count);
+        ensure_capacity(&mut self.dirty, count);
         for &finer in &self.dirty {
             let [x, y, z] = vertex(finer, side);
             for z in z / 2..=z.div_ceil(2) {

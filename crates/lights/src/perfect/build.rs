@@ -3,15 +3,15 @@
 use super::PerfectTree;
 use crate::block::{NodeBlock, WIDTH};
 use crate::light::check_lights;
-use crate::order::{Order, Sorted};
-use crate::parallel::join;
 use crate::{Light, LightError};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
+use lightshed_sampling::parallel::join;
+use lightshed_spatial::{CurveOrder, SortedIndices};
 
 /// What is kept from one build to the next, so that the next allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    order: Order,
+    order: CurveOrder,
 }
 
 /// Levels that are built of a part of the leaves while it is in cache, that of the leaves among them.
@@ -33,7 +33,9 @@ impl PerfectTree {
     pub fn rebuild(&mut self, lights: &[Light]) -> Result<(), LightError> {
         check_lights(lights)?;
         self.lay_out(lights.len());
-        self.scratch.order.encode(lights, self.options.curve);
+        self.scratch
+            .order
+            .encode(lights, |light| light.bounds, self.options.curve);
         let Self {
             blocks,
             levels,
@@ -79,7 +81,7 @@ pub(super) fn build_levels(
     levels: &[u32],
     light_at: &mut [u32],
     lights: &[Light],
-    sorted: Option<Sorted>,
+    sorted: Option<SortedIndices>,
 ) {
     // The lowest levels, that of the leaves first; those that are not there are empty.
     let mut low: [&mut [NodeBlock]; LOW_LEVELS] = Default::default();
@@ -103,7 +105,7 @@ pub(super) fn build_levels(
 
 struct Leaves<'a> {
     lights: &'a [Light],
-    sorted: Option<Sorted<'a>>,
+    sorted: Option<SortedIndices<'a>>,
 }
 
 /// Builds the lowest levels above the leaves from place `first` on; each part while it is in cache.

@@ -14,11 +14,10 @@ pub use layout::{LightRecord, TreeLayout};
 pub use refit::TreeUpdate;
 
 use crate::block::{Node, NodeBlock, WIDTH};
-use crate::curve::Curve;
 use crate::descent::{Step, Tree, Way};
 use crate::receiver::Receiver;
 use crate::route::Shares;
-use crate::{Light, LightError, Weighting};
+use crate::{Curve, Light, LightError, Weighting};
 use lightshed_lanes::{Lanes, prefetch};
 
 /// A perfect binary light tree (Lin 2022, ch. 4): built in a few milliseconds a million lights, and again every frame.

@@ -3,10 +3,9 @@
 use super::PerfectTree;
 use super::build::{self, LIGHTS_OF_PART};
 use crate::block::{Node, WIDTH};
-use crate::curve::{Cells, Cube};
 use crate::light::check_lights;
 use crate::{Bounds, Light, LightError};
-use lightshed_lanes::LANES;
+use lightshed_spatial::CurveCube;
 
 /// What [`PerfectTree::update`] had to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +22,7 @@ pub enum TreeUpdate {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Drift {
     costs: Vec<Cost>,
+    codes: Vec<u64>,
     keys: Vec<(u64, u32)>,
 }
 
@@ -124,19 +124,13 @@ impl PerfectTree {
         let first = part * LIGHTS_OF_PART;
         let end = self.light_at.len().min(first + LIGHTS_OF_PART);
         let own = &mut self.light_at[first..end];
-        let center = |light: u32| lights[light as usize].bounds.center();
-        let cube = Cube::around(&Bounds::of_points(own.iter().map(|&light| center(light))));
-        let keys = &mut self.drift.keys;
+        let bounds = |&light: &u32| lights[light as usize].bounds;
+        let cube = CurveCube::around(&Bounds::of_points(own.iter().map(|light| bounds(light).center())));
+        let Drift { codes, keys, .. } = &mut self.drift;
+        codes.resize(own.len(), 0);
+        self.options.curve.encode(&cube, own, bounds, codes);
         keys.clear();
-        for eight in own.chunks(LANES) {
-            let mut cells: Cells = [[0; LANES]; 3];
-            for (lane, &light) in eight.iter().enumerate() {
-                let cell = cube.cell(&lights[light as usize].bounds);
-                cells.iter_mut().zip(cell).for_each(|(row, c)| row[lane] = c);
-            }
-            let codes = self.options.curve.codes(cells);
-            keys.extend(codes.into_iter().zip(eight.iter().copied()));
-        }
+        keys.extend(codes.iter().copied().zip(own.iter().copied()));
         keys.sort_unstable();
         for ((leaf, slot), &(_, light)) in (first as u32..).zip(own).zip(keys.iter()) {
             *slot = light;

@@ -6,7 +6,6 @@ mod choose;
 mod frame;
 mod lanes;
 mod measure;
-mod morton;
 mod octahedral;
 mod piecewise;
 mod rng;

@@ -5,8 +5,8 @@ use super::storage::sealed::Bricks;
 use super::{BrickGrid, DenseGrid, GridError};
 use crate::DensityRange;
 use crate::Filter;
-use crate::parallel::for_each_chunk;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
+use lightshed_sampling::parallel::for_each_chunk;
 
 /// The values of a [`DenseGrid`], all of them.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use super::brick::{CELL_CORNERS, VALUES};
 use super::storage::sealed::Bricks;
 use super::{BrickGrid, BrickStorage};
 use crate::DensityRange;
-use crate::parallel::for_each_chunk;
+use lightshed_sampling::parallel::for_each_chunk;
 
 /// Values of `BITS` bits, 8 or 4, between the least and the greatest of their brick; in `BYTES` a brick. The idea of the block-compressed
 /// textures of graphics hardware (BC4; Lin 2022 §5.5.1), with larger blocks.

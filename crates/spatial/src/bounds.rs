@@ -1,4 +1,4 @@
-//! Axis-aligned boxes around lights.
+//! Axis-aligned boxes.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;

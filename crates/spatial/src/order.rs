@@ -1,48 +1,66 @@
 //! Sorting by 63-bit codes, ties by index: a total order, which does not depend on how it was found.
 //!
-//! What is moved is one word for each light: as many of the code's upper bits as the index leaves room for, then the index. Words
-//! are thrown into buckets by their upper bits, a chunk of them at a time; buckets are small enough to be sorted in cache. Only runs
-//! that agree in all these bits look at the whole codes.
+//! The sort moves one word for each item: as many of the code's upper bits as the index leaves room for, then the index.
+//! Words go into buckets by their upper bits, a chunk of them at a time; buckets are small enough to be sorted in cache.
+//! Only runs that agree in all these bits look at the whole codes.
 
-use crate::curve::{Cells, Cube, Curve};
-use crate::parallel::{for_each_chunk, join, reduce};
-use crate::{Bounds, Light};
-use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
+use crate::{Bounds, Curve, CurveCube};
+use lightshed_sampling::parallel::{for_each_chunk, join, reduce};
 
-/// A chunk is thrown into at most so many buckets.
+/// Most buckets of one pass.
 const BUCKETS: usize = 1 << DIGIT_BITS;
 const DIGIT_BITS: u32 = 9;
-/// Words that are sorted by comparisons, in cache.
+/// So few words are sorted by comparisons, in cache.
 const SMALL: usize = 1 << 11;
-/// Words that a thread takes at once.
+/// Words that one thread takes at once.
 const APART: usize = 1 << 15;
 
-/// Lights whose codes a thread finds at once.
+/// Items whose codes one thread finds at once.
 const CHUNK: usize = 1 << 13;
 
-/// What is kept from one sort to the next.
+/// Sorts items along a curve, and keeps the memory for the next sort.
+///
+/// ```
+/// use lightshed_spatial::glam::Vec3;
+/// use lightshed_spatial::{Bounds, Curve, CurveOrder};
+///
+/// let points = [3.0, 1.0, 2.0].map(Vec3::splat);
+/// let mut order = CurveOrder::default();
+/// order.encode(&points, |&point| Bounds::of_point(point), Curve::Hilbert);
+/// let sorted: Vec<usize> = order.sort().iter().collect();
+/// assert!(sorted == [1, 2, 0] || sorted == [0, 2, 1]);
+/// ```
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Order {
-    /// The lights' codes.
-    pub codes: Vec<u64>,
+pub struct CurveOrder {
+    codes: Vec<u64>,
     words: Vec<u64>,
     spare: Vec<u64>,
 }
 
-impl Order {
-    /// Codes of the lights' centres along the curve, in a cube around all of them.
-    pub fn encode(&mut self, lights: &[Light], curve: Curve) {
-        self.resize(lights.len());
-        let all = reduce(lights, CHUNK, box_of_centers, |a, b| a.union(&b)).unwrap_or_default();
-        let cube = Cube::around(&all);
+impl CurveOrder {
+    /// Finds the codes of the centres of all items' boxes along `curve`, in a cube around all centres.
+    pub fn encode<T: Sync>(
+        &mut self,
+        items: &[T],
+        bounds: impl Fn(&T) -> Bounds + Sync + Send,
+        curve: Curve,
+    ) {
+        self.resize(items.len());
+        let box_of_centers = |items: &[T]| {
+            items.iter().fold(Bounds::EMPTY, |all, item| {
+                all.union(&Bounds::of_point(bounds(item).center()))
+            })
+        };
+        let all = reduce(items, CHUNK, box_of_centers, |a, b| a.union(&b)).unwrap_or_default();
+        let cube = CurveCube::around(&all);
         for_each_chunk(&mut self.codes, CHUNK, |start, codes| {
-            LaneChoice::best().run(Encode {
-                lights: &lights[start..start + codes.len()],
-                codes,
-                cube: &cube,
-                curve,
-            });
+            curve.encode(&cube, &items[start..start + codes.len()], &bounds, codes);
         });
+    }
+
+    /// The codes of all items.
+    pub fn codes(&self) -> &[u64] {
+        &self.codes
     }
 
     /// Room for `count` codes.
@@ -52,8 +70,8 @@ impl Order {
         self.spare.resize(count, 0);
     }
 
-    /// The indices of all codes, sorted.
-    pub fn sort(&mut self) -> Sorted<'_> {
+    /// The indices of all items in the order of their codes, those of equal codes in the order of the items.
+    pub fn sort(&mut self) -> SortedIndices<'_> {
         let index_bits = self.codes.len().max(2).next_power_of_two().trailing_zeros();
         let codes = &self.codes;
         for_each_chunk(&mut self.words, APART, |start, words| {
@@ -65,7 +83,7 @@ impl Order {
         });
         let job = Job { index_bits, codes };
         job.sort(&mut self.words, &mut self.spare, 64, false);
-        Sorted {
+        SortedIndices {
             words: &self.words,
             mask: (1 << index_bits) - 1,
         }
@@ -74,51 +92,25 @@ impl Order {
 
 /// Indices in order.
 #[derive(Clone, Copy)]
-pub(crate) struct Sorted<'a> {
+pub struct SortedIndices<'a> {
     words: &'a [u64],
     mask: u64,
 }
 
-impl Sorted<'_> {
+impl SortedIndices<'_> {
     /// The index at `place`; `None` beyond the last.
     #[inline(always)]
     pub fn get(&self, place: usize) -> Option<usize> {
         Some((self.words.get(place)? & self.mask) as usize)
     }
-}
 
-fn box_of_centers(lights: &[Light]) -> Bounds {
-    lights.iter().fold(Bounds::EMPTY, |all, light| {
-        all.union(&Bounds::of_point(light.bounds.center()))
-    })
-}
-
-struct Encode<'a> {
-    lights: &'a [Light],
-    codes: &'a mut [u64],
-    cube: &'a Cube,
-    curve: Curve,
-}
-
-impl LaneKernel for Encode<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for (lights, codes) in self.lights.chunks(LANES).zip(self.codes.chunks_mut(LANES)) {
-            let mut cells: Cells = [[0; LANES]; 3];
-            for (lane, light) in lights.iter().enumerate() {
-                let cell = self.cube.cell(&light.bounds);
-                for axis in 0..3 {
-                    cells[axis][lane] = cell[axis];
-                }
-            }
-            codes.copy_from_slice(&self.curve.codes(cells)[..codes.len()]);
-        }
+    /// All indices, in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.words.iter().map(|word| (word & self.mask) as usize)
     }
 }
 
-/// What a sort needs to know.
+/// What each step of a sort reads.
 #[derive(Clone, Copy)]
 struct Job<'a> {
     index_bits: u32,
@@ -145,7 +137,7 @@ impl Job<'_> {
         if counts[digit(words[0], shift)] as usize == words.len() {
             return self.sort(words, other, shift, moved);
         }
-        throw(words, other, &counts, shift, 0);
+        scatter(words, other, &counts, shift, 0);
         self.sort_buckets(other, words, &counts, shift, !moved);
     }
 
@@ -204,15 +196,15 @@ fn digit(word: u64, shift: u32) -> usize {
 }
 
 /// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on that go into `to`. Many words are
-/// thrown by two threads, each of which reads all of them and fills half of the buckets.
-fn throw(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize) {
+/// moved by two threads, each of which reads all of them and fills half of the buckets.
+fn scatter(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize) {
     if words.len() > APART && counts.len() == BUCKETS {
         let (low, high) = counts.split_at(BUCKETS / 2);
         let middle: u32 = low.iter().sum();
         let (to_low, to_high) = to.split_at_mut(middle as usize);
         join(
-            || throw(words, to_low, low, shift, 0),
-            || throw(words, to_high, high, shift, BUCKETS / 2),
+            || scatter(words, to_low, low, shift, 0),
+            || scatter(words, to_high, high, shift, BUCKETS / 2),
         );
         return;
     }
@@ -248,7 +240,7 @@ mod tests {
             Ties,
         }
         check_faults(&[Fault::LowBit, Fault::HighBit, Fault::Ties], |fault| {
-            let mut order = Order::default();
+            let mut order = CurveOrder::default();
             for count in [1usize, 2, 100, 5000, 200_000] {
                 for mask in [u64::MAX >> 1, 0xffff, 0x7 << 40, 0, 0x7fff_0000_0000_0001] {
                     let mut rng = CounterRng::new(2, count as u32, 0);
@@ -265,7 +257,7 @@ mod tests {
                         None => (order.codes[index], index),
                     });
                     let sorted = order.sort();
-                    let found: Vec<usize> = (0..count).filter_map(|place| sorted.get(place)).collect();
+                    let found: Vec<usize> = sorted.iter().collect();
                     if found != expected || sorted.get(count).is_some() {
                         return Err(format!("{count} codes within {mask:#x}"));
                     }

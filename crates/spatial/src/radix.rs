@@ -1,37 +1,45 @@
-//! Sorting lights by the cell that they are in.
+//! A stable radix sort by 30-bit keys.
 
 /// Bits of a digit.
 const DIGIT: u32 = 10;
 const BUCKETS: usize = 1 << DIGIT;
 
-/// A light's key and index in one number, ordered by key, then index.
-#[inline(always)]
-pub(super) fn pack(key: u32, index: u32) -> u64 {
-    u64::from(key) << 32 | u64::from(index)
+/// A key and the index of the item that it belongs to, in one word: ordered by key, then index.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(transparent)]
+pub struct KeyedIndex(u64);
+
+impl KeyedIndex {
+    /// The pair of `key` and `index`.
+    #[inline(always)]
+    pub const fn new(key: u32, index: u32) -> Self {
+        Self((key as u64) << 32 | index as u64)
+    }
+
+    /// The key.
+    #[inline(always)]
+    pub const fn key(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// The index.
+    #[inline(always)]
+    pub const fn index(self) -> u32 {
+        self.0 as u32
+    }
 }
 
-#[inline(always)]
-pub(super) fn key_of(pair: u64) -> u32 {
-    (pair >> 32) as u32
-}
-
-#[inline(always)]
-pub(super) fn index_of(pair: u64) -> u32 {
-    pair as u32
-}
-
-/// Sorts pairs that come in the order of their indices by their 30-bit keys, stably, in three passes at most. `scratch` is
-/// used as the other buffer.
-pub(super) fn sort_by_key(pairs: &mut Vec<u64>, scratch: &mut Vec<u64>) {
+/// Sorts pairs that come in the order of their indices by their 30-bit keys, stably, in three passes at most; bits of a
+/// key above 30 do not count. `scratch` is used as the other buffer.
+pub fn sort_by_key(pairs: &mut Vec<KeyedIndex>, scratch: &mut Vec<KeyedIndex>) {
     let mut counts = [[0u32; BUCKETS]; 3];
-    for &pair in pairs.iter() {
-        let key = key_of(pair);
+    for pair in pairs.iter() {
         for (digit, counts) in counts.iter_mut().enumerate() {
-            counts[digit_of(key, digit as u32)] += 1;
+            counts[digit_of(pair.key(), digit as u32)] += 1;
         }
     }
     scratch.clear();
-    scratch.resize(pairs.len(), 0);
+    scratch.resize(pairs.len(), KeyedIndex::default());
     for (digit, counts) in counts.iter_mut().enumerate() {
         // Where all keys share the digit the pass would change nothing.
         if counts.iter().any(|&count| count as usize == pairs.len()) {
@@ -42,7 +50,7 @@ pub(super) fn sort_by_key(pairs: &mut Vec<u64>, scratch: &mut Vec<u64>) {
             start += std::mem::replace(count, start);
         }
         for &pair in pairs.iter() {
-            let place = &mut counts[digit_of(key_of(pair), digit as u32)];
+            let place = &mut counts[digit_of(pair.key(), digit as u32)];
             scratch[*place as usize] = pair;
             *place += 1;
         }
@@ -71,7 +79,9 @@ mod tests {
             (300, 0),
         ] {
             let mut rng = CounterRng::new(1, count, mask);
-            let mut pairs: Vec<u64> = (0..count).map(|i| pack(rng.next_u32() >> 2 & mask, i)).collect();
+            let mut pairs: Vec<KeyedIndex> = (0..count)
+                .map(|i| KeyedIndex::new(rng.next_u32() >> 2 & mask, i))
+                .collect();
             let mut expected = pairs.clone();
             expected.sort_unstable();
             sort_by_key(&mut pairs, &mut Vec::new());

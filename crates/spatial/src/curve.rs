@@ -1,19 +1,18 @@
-//! Places along a curve that fills a cube: what is next to each other on it is next to each other in space.
+//! Places along a curve that fills a cube: neighbours on the curve are neighbours in space.
 //!
-//! A Morton curve jumps: at every power of two, to the far end of a box. A node that holds lights from both sides of a jump has
-//! a box that says nothing. A Hilbert curve does not jump: consecutive cells share a face.
+//! A Morton curve jumps: at every power of two, to the far end of a box. A group with items from both sides of a jump has
+//! a large box. A Hilbert curve does not jump: consecutive cells share a face.
 
-use crate::Bounds;
+use crate::{Bounds, morton63_encode};
 use glam::DVec3;
-use lightshed_lanes::LANES;
-use lightshed_sampling::morton63_encode;
+use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 
-/// The curve along which a tree sorts its lights.
+/// A curve through the cells of a [`CurveCube`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curve {
-    /// Bits of the coordinates in turn, as in the thesis.
+    /// Bits of the coordinates in turn (Lin 2022 §4.3.1).
     Morton,
-    /// Hilbert's: codes cost a few nanoseconds more, and the boxes are smaller.
+    /// Hilbert's: codes cost a few nanoseconds more, and boxes of consecutive items are smaller.
     #[default]
     Hilbert,
 }
@@ -21,20 +20,23 @@ pub enum Curve {
 /// Bits of a coordinate.
 const BITS: u32 = 21;
 
-/// Eight cells, coordinate by coordinate.
-pub(crate) type Cells = [[u32; LANES]; 3];
+/// Coordinates of eight cells, axis by axis.
+pub type CellLanes = [[u32; LANES]; 3];
 
 /// A cube of 2²¹ cells along each side, around a box.
+///
+/// Cells are found in `f64`: far from the origin, differences of `f32`s have fewer bits.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cube {
+pub struct CurveCube {
     /// The least corner, doubled.
     min: DVec3,
-    /// Cells per doubled length.
+    /// CellLanes per doubled length.
     scale: f64,
 }
 
-impl Cube {
-    /// The cube around a box of centres.
+impl CurveCube {
+    /// The cube around a box of centres. A box that is a point, or not finite, makes a cube in which all points are in
+    /// cell 0.
     pub fn around(centers: &Bounds) -> Self {
         let (min, max) = (centers.min.as_dvec3() * 2.0, centers.max.as_dvec3() * 2.0);
         let side = (max - min).max_element();
@@ -48,7 +50,8 @@ impl Cube {
         }
     }
 
-    /// The cell of a box's doubled centre, in `f64`: far from the origin differences of `f32`s have fewer bits.
+    /// The cell of a box's centre, which is taken doubled and so is exact in `f64`. Centres outside the cube count to
+    /// the nearest cell, NaN to cell 0.
     #[inline(always)]
     pub fn cell(&self, bounds: &Bounds) -> [u32; 3] {
         let doubled = bounds.min.as_dvec3() + bounds.max.as_dvec3();
@@ -59,9 +62,26 @@ impl Cube {
 }
 
 impl Curve {
+    /// The 63-bit code of one cell; coordinates have 21 bits.
+    pub fn code(self, cell: [u32; 3]) -> u64 {
+        self.codes(cell.map(|c| [c; LANES]))[0]
+    }
+
+    /// `codes[i]` becomes the code of the centre of `bounds(items[i])` within `cube`. Both slices have the same length;
+    /// what one has more is left out.
+    pub fn encode<T>(self, cube: &CurveCube, items: &[T], bounds: impl Fn(&T) -> Bounds, codes: &mut [u64]) {
+        LaneChoice::best().run(Encode {
+            items,
+            bounds,
+            codes,
+            cube,
+            curve: self,
+        });
+    }
+
     /// 63-bit codes of eight cells.
     #[inline(always)]
-    pub fn codes(self, mut cells: Cells) -> [u64; LANES] {
+    pub fn codes(self, mut cells: CellLanes) -> [u64; LANES] {
         if self == Self::Hilbert {
             transpose(&mut cells);
             // The first coordinate has the highest bit of each three.
@@ -71,9 +91,35 @@ impl Curve {
     }
 }
 
+struct Encode<'a, T, F> {
+    items: &'a [T],
+    bounds: F,
+    codes: &'a mut [u64],
+    cube: &'a CurveCube,
+    curve: Curve,
+}
+
+impl<T, F: Fn(&T) -> Bounds> LaneKernel for Encode<'_, T, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (items, codes) in self.items.chunks(LANES).zip(self.codes.chunks_mut(LANES)) {
+            let mut cells: CellLanes = [[0; LANES]; 3];
+            for (lane, item) in items.iter().enumerate().take(LANES) {
+                let cell = self.cube.cell(&(self.bounds)(item));
+                for axis in 0..3 {
+                    cells[axis][lane] = cell[axis];
+                }
+            }
+            codes.copy_from_slice(&self.curve.codes(cells)[..codes.len()]);
+        }
+    }
+}
+
 /// From coordinates to Hilbert's, whose bits in turn are the place on the curve (Skilling 2004, `AxestoTranspose`).
 #[inline(always)]
-fn transpose(cells: &mut Cells) {
+fn transpose(cells: &mut CellLanes) {
     let [x, y, z] = cells;
     for bit in (1..BITS).rev() {
         let low = (1u32 << bit) - 1;
@@ -116,7 +162,7 @@ mod tests {
         cells.chunks(LANES).flat_map(eight).collect()
     }
 
-    /// Cells of a cube of 16 along each side, in the order of their codes: with Hilbert's curve consecutive ones share a face, with
+    /// CellLanes of a cube of 16 along each side, in the order of their codes: with Hilbert's curve consecutive ones share a face, with
     /// Morton's they do not.
     #[test]
     fn hilbert_curve_does_not_jump() {
@@ -156,12 +202,12 @@ mod tests {
     #[test]
     fn points_far_from_the_origin_are_told_apart() {
         let corner = Vec3::splat(1e6);
-        let cube = Cube::around(&Bounds::new(corner, corner + 1.0));
+        let cube = CurveCube::around(&Bounds::new(corner, corner + 1.0));
         let cells: Vec<[u32; 3]> = (0..16)
             .map(|i| cube.cell(&Bounds::of_point(corner + Vec3::X * (i as f32 / 16.0))))
             .collect();
         assert!(cells.windows(2).all(|w| w[0][0] < w[1][0]));
-        let flat = Cube::around(&Bounds::of_point(corner));
+        let flat = CurveCube::around(&Bounds::of_point(corner));
         assert_eq!(flat.cell(&Bounds::of_point(corner)), [0; 3]);
     }
 }

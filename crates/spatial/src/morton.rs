@@ -4,10 +4,6 @@
 //! 21. With 30 bits a million points in a hundredth of the extent share a thousand cells; 63 are the default
 //! for building trees, ties broken by index.
 
-use core::fmt;
-
-use glam::Vec3;
-
 /// Largest coordinate of a 30-bit code.
 const MAX_10: u32 = (1 << 10) - 1;
 /// Largest coordinate of a 63-bit code.
@@ -77,83 +73,4 @@ pub const fn morton63_encode(cell: [u32; 3]) -> u64 {
 #[inline]
 pub const fn morton63_decode(code: u64) -> [u32; 3] {
     [gather_21(code), gather_21(code >> 1), gather_21(code >> 2)]
-}
-
-/// Why points cannot be quantised inside given bounds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum BoundsError {
-    /// A bound is NaN or infinite.
-    NotFinite,
-    /// A minimum is above its maximum.
-    Inverted {
-        /// The axis, 0 for x.
-        axis: usize,
-    },
-}
-
-impl fmt::Display for BoundsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::NotFinite => write!(f, "bounds are not finite"),
-            Self::Inverted { axis } => write!(f, "bounds are inverted along axis {axis}"),
-        }
-    }
-}
-
-impl core::error::Error for BoundsError {}
-
-/// Morton codes of points inside a box, quantised in `f64`: with `f32` the differences of coordinates far
-/// from the origin have fewer than 21 bits.
-///
-/// Cell `⌊(p − min) / (max − min) · 2^b⌋` along each axis, the last one for `p = max`. Along an axis without
-/// extent all points are in cell 0. Points outside count to the nearest cell, NaN to cell 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MortonGrid {
-    min: [f64; 3],
-    /// 1 / extent; 0 along an axis without extent.
-    inverse_extent: [f64; 3],
-}
-
-impl MortonGrid {
-    /// The grid of a box with corners `min` and `max`; it may be flat.
-    ///
-    /// # Errors
-    ///
-    /// See [`BoundsError`].
-    pub fn new(min: Vec3, max: Vec3) -> Result<Self, BoundsError> {
-        if !(min.is_finite() && max.is_finite()) {
-            return Err(BoundsError::NotFinite);
-        }
-        if let Some(axis) = (0..3).find(|&axis| min[axis] > max[axis]) {
-            return Err(BoundsError::Inverted { axis });
-        }
-        let extent = (max.as_dvec3() - min.as_dvec3()).to_array();
-        Ok(Self {
-            min: min.as_dvec3().to_array(),
-            inverse_extent: extent.map(|extent| if extent > 0.0 { 1.0 / extent } else { 0.0 }),
-        })
-    }
-
-    #[inline(always)]
-    fn cell(&self, point: Vec3, max: u32) -> [u32; 3] {
-        let point = point.as_dvec3().to_array();
-        core::array::from_fn(|axis| {
-            let position = (point[axis] - self.min[axis]) * self.inverse_extent[axis];
-            // The cast saturates, NaN to 0.
-            ((position * (f64::from(max) + 1.0)) as u32).min(max)
-        })
-    }
-
-    /// The 30-bit code of `point`: 1024 cells an axis.
-    #[inline]
-    pub fn encode30(&self, point: Vec3) -> u32 {
-        morton30_encode(self.cell(point, MAX_10))
-    }
-
-    /// The 63-bit code of `point`: 2 097 152 cells an axis.
-    #[inline]
-    pub fn encode63(&self, point: Vec3) -> u64 {
-        morton63_encode(self.cell(point, MAX_21))
-    }
 }

@@ -1,0 +1,50 @@
+//! Where things are in space: orders along curves, sorts, sparse grids, neighbour search, indices of surface sites.
+//!
+//! Knows points and boxes, and nothing of what lies there: lights, cached radiance and reservoirs are stored by the
+//! crates above. Positions are in any unit of length, the same for all.
+//!
+//! | you want | take | exactness |
+//! |---|---|---|
+//! | boxes | [`Bounds`] | `f32` |
+//! | an order in which neighbours stay near | [`CurveOrder`], [`Curve`], [`CurveCube`] | integers; cells found in `f64` |
+//! | Morton codes | [`morton63_encode`], [`morton30_encode`], … | integers |
+//! | a stable sort by 30-bit keys | [`sort_by_key`], [`KeyedIndex`] | integers |
+//! | a grid of cubic cells | [`CubicGrid`] | `f64` |
+//! | the occupied places of a grid, and who is in them | [`SparseGrid`], [`CellRanges`] | integers |
+//! | points near a point | [`PointGrid`] | none is missed |
+//! | the cell of a surface point | [`SpatialIndex`], [`SurfaceSite`] | |
+//!
+//! # Features
+//!
+//! - `parallel`: encodes and sorts over a rayon pool. Same result, bit for bit.
+#![forbid(unsafe_code)]
+
+mod bounds;
+mod capacity;
+mod cells;
+mod cubic_grid;
+mod curve;
+mod index;
+mod morton;
+mod order;
+mod point_grid;
+mod radix;
+mod sparse_grid;
+
+pub use bounds::Bounds;
+pub use capacity::ensure_capacity;
+pub use cells::{CellRanges, finest_bits_below};
+pub use cubic_grid::{CubicGrid, KEY_BITS};
+pub use curve::{CellLanes, Curve, CurveCube};
+pub use glam;
+pub use index::{SpatialIndex, SurfaceSite};
+pub use morton::{morton30_decode, morton30_encode, morton63_decode, morton63_encode};
+pub use order::{CurveOrder, SortedIndices};
+pub use point_grid::{PointGrid, PointGridError};
+pub use radix::{KeyedIndex, sort_by_key};
+pub use sparse_grid::{SparseGrid, SparseRow, for_each_row_within};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/spatial.md")]
+struct Guide;
