@@ -169,3 +169,11 @@ pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, ImportError> {
         source,
     })
 }
+
+/// Extension in lower case, empty if there is none.
+pub(crate) fn extension(path: &Path) -> String {
+    path.extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+        .to_ascii_lowercase()
+}

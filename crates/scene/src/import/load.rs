@@ -1,14 +1,26 @@
 //! One entry point for all formats.
 
-use super::error::{ImportError, Location};
-use super::image::extension;
+use super::error::{ImportError, Location, extension};
+#[cfg(feature = "gltf")]
+use super::gltf;
+#[cfg(feature = "mitsuba")]
+use super::mitsuba;
 use super::loaded::{Defines, Loaded, Warning};
 use super::normals::angle_weighted_normals;
-use super::{fit, gltf, mitsuba, obj, ply};
+use super::{fit, obj, ply};
 use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
 use std::path::Path;
 
-/// Imports a scene by its file name's extension: `xml` (Mitsuba 3), `gltf`, `glb`, or a lone mesh, `ply` or `obj`.
+/// Extensions that [`load`] knows.
+const EXTENSIONS: &str = match (cfg!(feature = "mitsuba"), cfg!(feature = "gltf")) {
+    (true, true) => "xml, gltf, glb, ply, obj",
+    (true, false) => "xml, ply, obj (gltf, glb with the feature `gltf`)",
+    (false, true) => "gltf, glb, ply, obj (xml with the feature `mitsuba`)",
+    (false, false) => "ply, obj (xml with the feature `mitsuba`, gltf, glb with the feature `gltf`)",
+};
+
+/// Imports a scene by its file name's extension: `xml` (Mitsuba 3; with the feature `mitsuba`), `gltf` or `glb` (with the
+/// feature `gltf`), or a lone mesh, `ply` or `obj`.
 ///
 /// A lone mesh becomes a Lambertian surface of albedo one half, seen from both sides, with the file's normals or smooth
 /// ones, under constant radiance 1, with a camera that sees all of it.
@@ -27,13 +39,15 @@ pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportE
         });
     }
     match extension.as_str() {
+        #[cfg(feature = "mitsuba")]
         "xml" => mitsuba::load(path, defines),
+        #[cfg(feature = "gltf")]
         "gltf" | "glb" => gltf::load(path),
         "ply" => Ok(lone_mesh(ply::read_ply(path)?, path)),
         "obj" => Ok(lone_mesh(obj::read_obj(path)?, path)),
         _ => Err(ImportError::UnknownFormat {
             path: path.to_path_buf(),
-            expected: "xml, gltf, glb, ply, obj",
+            expected: EXTENSIONS,
         }),
     }
 }

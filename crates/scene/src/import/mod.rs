@@ -1,24 +1,35 @@
 //! Importers: scene, mesh and image files to [`SceneDescription`](crate::SceneDescription)s.
+//!
+//! PLY, OBJ and Mitsuba's volume grids are always read. The rest are features, off by default, since their decoders take longer
+//! to compile than all other code here: `mitsuba` (Mitsuba 3 XML), `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR,
+//! OpenEXR; both need it), and `importers` for all three.
 
 mod error;
 mod fit;
+#[cfg(feature = "gltf")]
 mod gltf;
+#[cfg(feature = "images")]
 mod image;
 mod load;
 mod loaded;
+#[cfg(feature = "mitsuba")]
 mod mitsuba;
 mod normals;
 mod obj;
 mod ply;
 mod transform;
 mod vol;
+#[cfg(feature = "mitsuba")]
 mod xml;
 
+#[cfg(feature = "gltf")]
 pub use self::gltf::parse_gltf;
+#[cfg(feature = "images")]
 pub use self::image::{Encoding, parse_image, read_image};
 pub use error::{ImportError, Location, Position};
 pub use load::load;
 pub use loaded::{Defines, Loaded, Warning};
+#[cfg(feature = "mitsuba")]
 pub use mitsuba::parse_mitsuba;
 pub use obj::{parse_obj, read_obj};
 pub use ply::{parse_ply, read_ply};

@@ -23,7 +23,7 @@ pub(super) fn open(bytes: &[u8], path: &Path) -> Result<(Document, Option<Vec<u8
     } else {
         (bytes, None)
     };
-    let root: json::Root = json::deserialize::from_slice(text).map_err(|source| ImportError::Decode {
+    let root: json::Root = json::Root::from_slice(text).map_err(|source| ImportError::Decode {
         path: path.to_path_buf(),
         source: Box::new(source),
     })?;

@@ -27,6 +27,9 @@ use super::image::Encoding;
 use super::loaded::{Loaded, Warning};
 use crate::{Image, Rgb, SceneDescription};
 use accessor::Buffers;
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use glam::DAffine3;
 use gltf::Document;
 use std::collections::HashMap;
@@ -193,13 +196,22 @@ enum Resource {
     File(PathBuf),
 }
 
+/// Base64 with or without padding.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+
 /// Follows a relative or `data:` URI; nothing is ever fetched from a network.
 fn resolve_uri(uri: &str, document: &Path) -> Result<Resource, String> {
-    if uri.starts_with("data:") {
-        let source = gltf::buffer::Source::Uri(uri);
-        let data =
-            gltf::buffer::Data::from_source(source, None).map_err(|error| format!("a data URI: {error}"))?;
-        return Ok(Resource::Data(data.0));
+    if let Some(rest) = uri.strip_prefix("data:") {
+        let (_, text) = rest
+            .split_once(";base64,")
+            .ok_or("a data URI that is not in base64")?;
+        let bytes = BASE64.decode(text);
+        return Ok(Resource::Data(
+            bytes.map_err(|error| format!("a data URI: {error}"))?,
+        ));
     }
     if uri.contains("://") {
         return Err(format!("`{uri}` is not a file beside the scene"));

@@ -219,6 +219,55 @@ fn images_are_decoded_to_linear() {
     );
 }
 
+/// Eight and sixteen bits, grey, colours, alpha, JPEG and HDR have the bits that the crate `image` decodes.
+#[test]
+fn images_have_the_bits_of_another_decoder() {
+    let noise = |x: u32, y: u32| {
+        let hash = (x * 7919 + y * 104_729 + 1).wrapping_mul(2_654_435_761);
+        image::Rgba(hash.to_le_bytes())
+    };
+    let rgba = image::DynamicImage::ImageRgba8(image::RgbaImage::from_fn(37, 23, noise));
+    // Sixteen bits whose low bytes are not a copy of the high ones.
+    let mut wide = rgba.to_rgba16();
+    wide.iter_mut()
+        .enumerate()
+        .for_each(|(i, word)| *word ^= i as u16 & 0xff);
+    let wide = image::DynamicImage::ImageRgba16(wide);
+    let (rgb, alpha) = (rgba.to_rgb8(), rgba.to_luma_alpha8());
+    use image::DynamicImage as Any;
+    let all = [
+        ("rgba8.png", rgba.clone()),
+        ("rgb8.png", Any::ImageRgb8(rgb.clone())),
+        ("grey8.png", Any::ImageLuma8(rgba.to_luma8())),
+        ("grey-alpha8.png", Any::ImageLumaA8(alpha)),
+        ("rgba16.png", wide.clone()),
+        ("rgb16.png", Any::ImageRgb16(wide.to_rgb16())),
+        ("grey16.png", Any::ImageLuma16(wide.to_luma16())),
+        ("grey-alpha16.png", Any::ImageLumaA16(wide.to_luma_alpha16())),
+        ("rgb.jpg", Any::ImageRgb8(rgb.clone())),
+        ("grey.jpg", Any::ImageLuma8(rgba.to_luma8())),
+        ("rgb.hdr", Any::ImageRgb32F(Any::ImageRgb8(rgb).to_rgb32f())),
+    ];
+    for (name, picture) in all {
+        let format = image::ImageFormat::from_path(name).unwrap();
+        let bytes = encode(&picture, format);
+        let ours = parse_image(&bytes, name, Encoding::Linear).unwrap();
+        let theirs = image::load_from_memory_with_format(&bytes, format).unwrap();
+        let (codes, words, floats) = (theirs.to_rgb8(), theirs.to_rgb16(), theirs.to_rgb32f());
+        for (x, y) in (0..23).flat_map(|y| (0..37).map(move |x| (x, y))) {
+            let expected = if name.ends_with("hdr") {
+                floats.get_pixel(x, y).0
+            } else if name.contains("16") {
+                words.get_pixel(x, y).0.map(|word| f32::from(word) / 65535.0)
+            } else {
+                codes.get_pixel(x, y).0.map(|code| f32::from(code) / 255.0)
+            };
+            let found = ours.texel(x, y).to_array();
+            assert_eq!(found, expected, "{name}: {x}, {y}");
+        }
+    }
+}
+
 /// Truncated and overwritten images give an error or an image, never a panic.
 #[test]
 fn damaged_images_never_panic() {
