@@ -69,6 +69,16 @@ pub fn render_frames<M: FrameMethod>(
     observer: &(dyn Fn(&Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<RenderOutcome, RenderError> {
+    render_frames_dyn(method, options, observer, cancel)
+}
+
+/// [`render_frames`], compiled once and not for every method.
+fn render_frames_dyn(
+    method: &mut dyn FrameMethod,
+    options: &RenderOptions,
+    observer: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<RenderOutcome, RenderError> {
     options.check()?;
     let (width, height) = (options.width, options.height);
     if method.size() != [width, height] {

@@ -50,6 +50,16 @@ pub fn render<E: PixelEstimator>(
     observer: &(dyn Fn(&Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<RenderOutcome, RenderError> {
+    render_dyn(estimator, options, observer, cancel)
+}
+
+/// [`render()`], compiled once and not for every estimator. A virtual call is small beside the batch of samples that it asks for.
+fn render_dyn(
+    estimator: &dyn PixelEstimator,
+    options: &RenderOptions,
+    observer: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<RenderOutcome, RenderError> {
     options.check()?;
     let mut film = Film::new(options.width, options.height).map_err(RenderError::Size)?;
     let mut next = Film::new(options.width, options.height).map_err(RenderError::Size)?;
@@ -155,8 +165,8 @@ fn next_batch(budget: Budget, done: u32, elapsed: f64, per_sample: f64) -> Optio
 }
 
 /// Adds the samples of one pass to one tile; false if `cancel` was set before the end.
-fn sample_tile<E: PixelEstimator>(
-    estimator: &E,
+fn sample_tile(
+    estimator: &dyn PixelEstimator,
     tile: &mut FilmTile<'_>,
     samples: std::ops::Range<u32>,
     seed: u64,
