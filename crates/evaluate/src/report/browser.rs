@@ -1,7 +1,7 @@
 //! The page in a real browser: its slider moves, its plots and pictures are there, and nothing is asked of the network.
 //!
-//! Needs Chromium, as `chromium` on the path or where `LIGHTSHED_BROWSER` says; without one the test says SKIPPED, or fails if
-//! `LIGHTSHED_REQUIRE_BROWSER=1`.
+//! Needs Chromium, and starts it only if asked: `LIGHTSHED_BROWSER` says where one is, `LIGHTSHED_REQUIRE_BROWSER=1` demands the test and
+//! looks for `chromium` on the path. Without either the test says SKIPPED.
 
 use super::tests::example_page;
 use lightshed_testkit::found_or_skipped;
@@ -23,16 +23,23 @@ const VISIT: &str = "<script>window.addEventListener('load',function(){\
         shown:images.filter(function(i){return i.complete&&i.naturalWidth>0;}).length,plots:plots.length,asked:asked});\
     });</script></body>";
 
+/// Demands a browser.
+const REQUIRED: &str = "LIGHTSHED_REQUIRE_BROWSER";
+
 fn browser() -> Option<PathBuf> {
     let found = match std::env::var_os("LIGHTSHED_BROWSER") {
         Some(path) => Some(PathBuf::from(path)),
+        None if std::env::var_os(REQUIRED).is_none() => None,
         None => std::env::var_os("PATH").and_then(|paths| {
             std::env::split_paths(&paths)
                 .map(|folder| folder.join("chromium"))
                 .find(|path| path.is_file())
         }),
     };
-    found_or_skipped(found.ok_or("there is no chromium"), "LIGHTSHED_REQUIRE_BROWSER")
+    found_or_skipped(
+        found.ok_or("no chromium asked for by LIGHTSHED_BROWSER or LIGHTSHED_REQUIRE_BROWSER"),
+        REQUIRED,
+    )
 }
 
 /// Opens the page and says what the visitor saw.

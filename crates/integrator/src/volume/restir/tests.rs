@@ -1,6 +1,6 @@
 //! The parts of volumetric ReSTIR: coarse densities, camera rays as proposals, the shift.
 
-#[path = "../../../tests/common/mirrors.rs"]
+#[path = "../../../tests/it/mirrors.rs"]
 mod mirrors;
 
 use super::*;

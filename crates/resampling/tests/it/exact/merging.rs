@@ -1,6 +1,6 @@
 //! The merge: all MIS families, shifts, chains, caps, empties.
 
-use crate::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
+use super::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
 use lightshed_resampling::{
     Carried, IdentityShift, Input, Mis, Pairwise, PairwiseStream, Reservoir, ShiftMapping, Undefined,
     integrate, merge, merge_and_integrate,

@@ -1,6 +1,6 @@
 //! Scenes that are hard on numbers: images stay finite, and the same for any number of threads.
 
-use crate::scenes::{every_emitter, small_description};
+use super::scenes::{every_emitter, small_description};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
     CameraMotion, PathMapping, PathReuse, RestirDi, RestirGi, RestirPt, RestirPtOptions, SceneWorld,

@@ -1,6 +1,6 @@
 //! Suffixes traced in batches against the naive tracer of `lightshed-shift`.
 
-use crate::zoo::scene;
+use super::zoo::scene;
 use lightshed_integrator::SceneWorld;
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{CounterRng, Density, PathSeed};

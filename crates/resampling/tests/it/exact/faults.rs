@@ -5,7 +5,7 @@
 //! naive merge of a few lines, which without a fault has the same outcomes with the same probabilities as the
 //! shipped one.
 
-use crate::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
+use super::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
 use lightshed_resampling::{
     Choose, ContributionWeight, Counting, Domain, Input, Jacobian, Mis, Reservoir, Ris, ShiftMapping,
     Shifted, Technique, Tractable, Undefined, merge,

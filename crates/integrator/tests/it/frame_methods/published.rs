@@ -1,7 +1,7 @@
 //! Published scenes, which are no part of this repository: `LIGHTSHED_SCENES` names their folder, in Mitsuba 3's format.
 //! `LIGHTSHED_CHAINS` multiplies the number of chains, and with it the work.
 
-use crate::ensemble::Ensemble;
+use super::ensemble::Ensemble;
 use lightshed_integrator::{DirectLight, PathReuse, PathTracer, RestirDi};
 use lightshed_scene::Scene;
 use lightshed_scene::import::load;

@@ -1,7 +1,7 @@
 //! ReSTIR DI against direct light.
 
-use crate::ensemble::Ensemble;
-use crate::scenes::{cornell_without_light, every_emitter, small};
+use super::ensemble::Ensemble;
+use super::scenes::{cornell_without_light, every_emitter, small};
 use lightshed_integrator::{
     CameraMotion, DirectLight, EndpointSampler, LightChoosing, LightSelection, LitPoint, RestirDi,
     RestirDiError, RestirDiSettings,

@@ -1,6 +1,6 @@
 //! What motion costs volumetric reuse: noise, and a bias that ends with the motion (Lin 2022 §5.4.4, fig. 5.9).
 //!
-//! `cargo test -p lightshed-integrator --test frame_methods volume_motion -- --nocapture` prints the figures of `docs/performance.md`.
+//! `cargo test -p lightshed-integrator --test it volume_motion -- --nocapture` prints the figures of `docs/performance.md`.
 
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};

@@ -3,13 +3,8 @@
 //! Images are compared by tiles, each channel apart, with seeds of their own. A sound implementation fails a comparison
 //! with probability 1e-5; there are about twenty without data, and as many in the scenes of `LIGHTSHED_SCENES`.
 
-#[expect(dead_code, reason = "the other tests compare with reference images")]
-#[path = "../../film/tests/common/mod.rs"]
-mod common;
-#[path = "common/rendered.rs"]
-mod rendered;
-
-use common::data_folder;
+use crate::common::data_folder;
+use crate::rendered::Rendered;
 use lightshed_film::{Film, FrameMethod, MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{
     CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathTracer,
@@ -22,7 +17,6 @@ use lightshed_scene::{
     builtin,
 };
 use lightshed_testkit::{TileOptions, check_faults, compare_tiles};
-use rendered::Rendered;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 

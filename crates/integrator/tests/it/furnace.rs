@@ -2,9 +2,7 @@
 //!
 //! Seeds are fixed. Statistical tests reject a right renderer with probability 1e-4 each, or what they say.
 
-#[path = "common/rendered.rs"]
-mod rendered;
-
+use crate::rendered::Rendered;
 use lightshed_film::{Budget, PixelEstimator, RenderOptions, render};
 use lightshed_integrator::{DirectLight, PathTracer};
 use lightshed_scene::glam::{Affine3A, Vec3};
@@ -13,7 +11,6 @@ use lightshed_scene::{
     Rgb, Roughness, Scene, SceneDescription, ShapeDescription, SphereGeometry, builtin,
 };
 use lightshed_testkit::{ImageMoments, StatisticsError, TileOptions, check_faults, compare_tiles};
-use rendered::Rendered;
 use std::sync::atomic::AtomicBool;
 
 const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);

@@ -1,6 +1,6 @@
 //! What the domains integrate to: the radiance that the path tracer finds.
 
-use crate::zoo::{domain, mappings, scene};
+use super::zoo::{domain, mappings, scene};
 use lightshed_film::PixelEstimator;
 use lightshed_integrator::{PathTracer, SceneWorld};
 use lightshed_sampling::{CounterRng, PathSeed};

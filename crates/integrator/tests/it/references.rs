@@ -14,12 +14,8 @@
 //! 1 % under the thousand lights, 1.3…2.4 % in the game level. Where reference or rendering are noisier than 0.3 % (the door ajar,
 //! the atrium, the classroom), so is the test.
 
-#[path = "../../film/tests/common/mod.rs"]
-mod common;
-#[path = "common/rendered.rs"]
-mod rendered;
-
-use common::{ReferenceMoments, data_folder};
+use crate::common::{ReferenceMoments, data_folder};
+use crate::rendered::Rendered;
 use lightshed_film::read_exr;
 use lightshed_integrator::{PathTracer, VolumePathTracer};
 use lightshed_scene::glam::{Affine3A, Vec3};
@@ -29,7 +25,6 @@ use lightshed_scene::{
     builtin,
 };
 use lightshed_testkit::{ImageMoments, TileOptions, TileReport, check_faults, compare_tiles};
-use rendered::Rendered;
 use std::path::Path;
 
 /// False-positive rate of a case.

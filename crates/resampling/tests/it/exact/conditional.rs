@@ -1,6 +1,6 @@
 //! Conditional and joint contribution weights: suffix spaces behind prefixes (Kettunen 2023 §§4–7).
 
-use crate::finite::Enumerate;
+use super::finite::Enumerate;
 use lightshed_resampling::{
     ConditionallyIndependent, ContributionWeight, Counting, Domain, DomainReservoir, Given, Input, Jacobian,
     Joint, Mis, Reservoir, Ris, ShiftMapping, Shifted, Tractable, Undefined, integrate, merge,

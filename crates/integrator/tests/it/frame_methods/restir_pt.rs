@@ -1,7 +1,7 @@
 //! ReSTIR path tracing against path tracing.
 
-use crate::ensemble::Ensemble;
-use crate::scenes::{cornell_without_light, every_emitter, small, small_description};
+use super::ensemble::Ensemble;
+use super::scenes::{cornell_without_light, every_emitter, small, small_description};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_integrator::{
     CameraMotion, Neighbourhood, PathMapping, PathTracer, RestirPt, RestirPtError, RestirPtOptions,

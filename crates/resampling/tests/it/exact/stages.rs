@@ -1,6 +1,6 @@
 //! RIS, its stages, several techniques, several outputs, and merged streams.
 
-use crate::finite::{ByLabel, Enumerate, Finite, HERE, Pixel, deviation};
+use super::finite::{ByLabel, Enumerate, Finite, HERE, Pixel, deviation};
 use lightshed_resampling::{
     Counting, Input, Mis, MixtureRis, Ris, RisMany, Tractable, balance_over_techniques, merge,
 };

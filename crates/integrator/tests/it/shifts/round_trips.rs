@@ -1,6 +1,6 @@
 //! There and back: all functions of a scene's world give the same for the same arguments.
 
-use crate::zoo::{Domain, mappings, random_paths, scene};
+use super::zoo::{Domain, mappings, random_paths, scene};
 use lightshed_integrator::SceneWorld;
 use lightshed_resampling::{ShiftMapping, Undefined};
 use lightshed_shift::{PathSample, PathShift};

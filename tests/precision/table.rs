@@ -1,32 +1,8 @@
-//! Worst errors of numeric functions over hostile and random input, against `f64` or closed forms.
-//!
-//! ```text
-//! cargo run --release --example precision -- --out docs/precision.md
-//! cargo run --release --example precision -- --check docs/precision.md
-//! ```
-//!
-//! `--check` fails if a function is missing from the file, if the file names another one, or if an error is more than twice what it says
-//! (functions of the platform's own, `exp` and the like, differ by a little).
+//! The table of worst errors, and how it differs from a file.
 
-mod distributions;
-mod elsewhere;
-mod emitters;
-mod film;
-mod flights;
-mod grid;
-mod inverses;
-mod lights;
-mod materials;
-mod medium;
-mod resampling;
-mod sampling;
-mod scene;
-mod shift;
-mod volume;
-mod worst;
-
-use std::process::ExitCode;
-use worst::Row;
+use crate::worst::Row;
+use crate::{distributions, elsewhere, emitters, film, flights, grid, inverses, lights, materials, medium};
+use crate::{resampling, sampling, scene, shift, volume};
 
 const HEAD: &str = "# Precision
 
@@ -34,7 +10,7 @@ Worst errors met, over hostile inputs (zeros, subnormals, the neighbours of one,
 parameter) and some hundred thousand random ones, against `f64` or a closed form of the same inputs. Made by
 
 ```sh
-cargo run --release --example precision -- --out docs/precision.md
+LIGHTSHED_PRECISION=docs/precision.md cargo test --release --test precision
 ```
 
 and held to it by a test, which allows twice these errors. *Relative* errors are `|found − truth| / |truth|`, *absolute* ones `|found − truth|`.
@@ -49,7 +25,8 @@ All other public functions that take or return real numbers, and where they are 
 sources; it fails if one of them is neither in a table nor here.
 ";
 
-fn rows() -> Vec<Row> {
+/// Measures all functions.
+pub fn rows() -> Vec<Row> {
     [
         sampling::rows(),
         inverses::rows(),
@@ -69,7 +46,8 @@ fn rows() -> Vec<Row> {
     .concat()
 }
 
-fn table(rows: &[Row]) -> String {
+/// The file's text.
+pub fn table(rows: &[Row]) -> String {
     let mut text = HEAD.to_owned();
     let mut part = "";
     for row in rows {
@@ -100,8 +78,9 @@ fn without_a_row() -> String {
     text
 }
 
-/// Differences between what was found and what a file says.
-fn compare(rows: &[Row], text: &str) -> Vec<String> {
+/// Missing and left-over functions, and errors more than twice what the file says (functions of the platform's own, `exp` and the like,
+/// differ by a little).
+pub fn compare(rows: &[Row], text: &str) -> Vec<String> {
     let stated: Vec<(String, f64)> = text
         .lines()
         .filter_map(|line| {
@@ -136,43 +115,4 @@ fn compare(rows: &[Row], text: &str) -> Vec<String> {
         differences.push("the functions without a row are others".to_owned());
     }
     differences
-}
-
-fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let rows = rows();
-    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => {
-            print!("{}", table(&rows));
-            ExitCode::SUCCESS
-        }
-        ["--out", path] => match std::fs::write(path, table(&rows)) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                eprintln!("error: {path}: {error}");
-                ExitCode::FAILURE
-            }
-        },
-        ["--check", path] => match std::fs::read_to_string(path) {
-            Ok(text) => {
-                let differences = compare(&rows, &text);
-                differences
-                    .iter()
-                    .for_each(|difference| eprintln!("{difference}"));
-                if differences.is_empty() {
-                    ExitCode::SUCCESS
-                } else {
-                    ExitCode::FAILURE
-                }
-            }
-            Err(error) => {
-                eprintln!("error: {path}: {error}");
-                ExitCode::FAILURE
-            }
-        },
-        _ => {
-            eprintln!("error: precision [--out FILE | --check FILE]");
-            ExitCode::from(2)
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! Path reuse against path tracing.
 
-use crate::ensemble::Ensemble;
-use crate::scenes::{cornell_without_light, every_emitter};
+use super::ensemble::Ensemble;
+use super::scenes::{cornell_without_light, every_emitter};
 use lightshed_integrator::{PathReuse, PathTracer};
 use lightshed_scene::{Scene, builtin};
 

@@ -1,9 +1,7 @@
 //! Volumetric ReSTIR against path tracing through media.
 
-#[path = "../common/mirrors.rs"]
-mod mirrors;
-
-use crate::ensemble::Ensemble;
+use super::ensemble::Ensemble;
+use crate::mirrors;
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::{
     CameraMotion, RestirVolume, RestirVolumeError, RestirVolumeOptions, VolumePathTracer,

@@ -1,6 +1,6 @@
 //! ReSTIR GI where its premises hold, so that it has no bias.
 
-use crate::ensemble::Ensemble;
+use super::ensemble::Ensemble;
 use lightshed_integrator::{DirectLight, PathTracer, RestirGi};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{

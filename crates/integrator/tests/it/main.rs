@@ -1,0 +1,12 @@
+//! The integrator as a renderer uses it. One program: it links once what all of these tests call.
+
+#[path = "../../../film/tests/common/mod.rs"]
+mod common;
+mod frame_methods;
+mod furnace;
+mod lights;
+mod mirrors;
+mod references;
+mod rendered;
+mod shifts;
+mod vpl;
