@@ -3,9 +3,9 @@
 use super::error::{ImportError, Location, extension};
 #[cfg(feature = "gltf")]
 use super::gltf;
+use super::loaded::{Defines, Loaded, Warning};
 #[cfg(feature = "mitsuba")]
 use super::mitsuba;
-use super::loaded::{Defines, Loaded, Warning};
 use super::normals::angle_weighted_normals;
 use super::{fit, obj, ply};
 use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescription, TriangleMesh};
