@@ -1,12 +1,11 @@
 //! The command line.
 
 use crate::failure::one_line;
-use crate::lightcuts::LightcutArguments;
-use crate::vpl::VplArguments;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
-use clap::{Parser, ValueEnum};
+use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory, FromArgMatches, Parser, ValueEnum};
 use lightshed::film::MAX_THREADS;
-use lightshed::integrator::{LightChoosing, MAX_DIRECT_SAMPLES};
+use lightshed::integrator::{METHODS, Method, MethodOption};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,25 +18,13 @@ pub struct Arguments {
     #[arg(default_value = "cornell")]
     pub scene: String,
 
-    /// How light is found.
-    #[arg(long, value_enum, default_value_t = Method::Path)]
+    /// How light is found. Of methods that make whole frames, samples are frames.
+    #[arg(long, value_parser = method_names(), default_value = METHODS[0].name)]
     pub method: Method,
 
     /// Where to render; a GPU needs the feature `gpu`.
     #[arg(long, value_enum, default_value_t = Device::Cpu)]
     pub device: Device,
-
-    /// How ReSTIR path tracing carries paths between pixels.
-    #[arg(long, value_enum, default_value_t = Mapping::Hybrid)]
-    pub shift: Mapping,
-
-    /// How an emitter is chosen; by power and without regard to the point if not given.
-    #[arg(long, value_name = "HOW", value_parser = lights)]
-    pub lights: Option<LightChoosing>,
-
-    /// Samples of emitters at the point that a camera ray meets, with --method direct and --lights.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DIRECT_SAMPLES)), requires = "lights")]
-    pub light_samples: Option<u32>,
 
     /// Samples in every pixel, or frames of methods that make whole frames; the scene's own number if neither this nor
     /// --seconds is given.
@@ -105,12 +92,6 @@ pub struct Arguments {
     /// Sets a parameter ($key) of a Mitsuba scene.
     #[arg(long = "define", value_name = "KEY=VALUE", value_parser = definition)]
     pub defines: Vec<(String, String)>,
-
-    #[command(flatten)]
-    pub lightcuts: LightcutArguments,
-
-    #[command(flatten)]
-    pub vpl: VplArguments,
 }
 
 /// Where an image is rendered.
@@ -122,117 +103,6 @@ pub enum Device {
     Gpu,
 }
 
-/// How light is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Method {
-    /// Path tracing with next-event estimation and multiple importance sampling.
-    Path,
-    /// The same through participating media, by null collisions.
-    Volpath,
-    /// The same by decomposition tracking and residual ratio tracking.
-    VolpathDecomposition,
-    /// Paths through participating media by reuse among pixels and frames: --spp counts frames.
-    RestirVolume,
-    /// Direct light only.
-    Direct,
-    /// Direct light by cuts through a light tree that blocks of pixels share; samples are frames.
-    Lightcuts,
-    /// Path tracing by tiles of 16 pixels that share their paths; samples are frames.
-    PathReuse,
-    /// Direct light by reuse among pixels and frames; samples are frames.
-    RestirDi,
-    /// The same, cheaper and biased.
-    RestirDiBiased,
-    /// Indirect light by reuse of the points that send it, biased; direct light as restir-di.
-    RestirGi,
-    /// ReSTIR path tracing, one tree a frame, with reuse from the frame before: --spp counts frames.
-    RestirPt,
-    /// ReSTIR path tracing in independent frames of 32 trees.
-    RestirPtOffline,
-    /// Indirect light by a lighting grid hierarchy over virtual point lights: --spp counts frames.
-    VplGrid,
-    /// Indirect light by a sum over virtual point lights.
-    VplBrute,
-}
-
-/// How paths are carried between pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Mapping {
-    /// Random replay up to the first vertices that can be reconnected.
-    Hybrid,
-    /// Reconnection to the second surface.
-    Reconnection,
-}
-
-impl Method {
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => "path",
-            Self::Volpath => "volpath",
-            Self::VolpathDecomposition => "volpath-decomposition",
-            Self::RestirVolume => "restir-volume",
-            Self::Direct => "direct",
-            Self::Lightcuts => "lightcuts",
-            Self::PathReuse => "path-reuse",
-            Self::RestirDi => "restir-di",
-            Self::RestirDiBiased => "restir-di-biased",
-            Self::RestirGi => "restir-gi",
-            Self::RestirPt => "restir-pt",
-            Self::RestirPtOffline => "restir-pt-offline",
-            Self::VplGrid => "vpl-grid",
-            Self::VplBrute => "vpl-brute",
-        }
-    }
-
-    /// Whether it shows paths of one and two edges only.
-    pub fn is_direct(self) -> bool {
-        matches!(
-            self,
-            Self::Direct | Self::Lightcuts | Self::RestirDi | Self::RestirDiBiased
-        )
-    }
-
-    /// Whether its emitters may be chosen by any of the light samplers.
-    pub fn chooses_lights(self) -> bool {
-        (self.is_direct() && self != Self::Lightcuts) || self == Self::Path
-    }
-
-    /// Whether it knows participating media.
-    pub fn has_media(self) -> bool {
-        matches!(
-            self,
-            Self::Volpath | Self::VolpathDecomposition | Self::RestirVolume
-        )
-    }
-
-    /// Whether it makes frames with a camera that may move.
-    pub fn has_motion(self) -> bool {
-        let alone = [
-            Self::Path,
-            Self::Volpath,
-            Self::VolpathDecomposition,
-            Self::Direct,
-            Self::Lightcuts,
-            Self::PathReuse,
-        ];
-        !alone.contains(&self) && !self.is_vpl()
-    }
-
-    /// Whether it makes one frame after another.
-    pub fn makes_frames(self) -> bool {
-        !matches!(
-            self,
-            Self::Path | Self::Volpath | Self::VolpathDecomposition | Self::Direct
-        )
-    }
-
-    /// Whether its indirect light comes from virtual point lights.
-    pub fn is_vpl(self) -> bool {
-        matches!(self, Self::VplGrid | Self::VplBrute)
-    }
-}
-
 /// A camera's motion from each frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
@@ -242,32 +112,90 @@ pub enum Motion {
     Orbit(f32),
 }
 
-/// Parses the command line. In the other case what there is to say has been said and the program ends.
-pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments, ExitCode> {
-    Arguments::try_parse_from(arguments).map_err(|error| match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // A closed pipe is nothing to complain about.
-            error.print().ok();
-            ExitCode::SUCCESS
-        }
-        _ => {
-            // The message ends where the usage begins.
-            let text = error.to_string();
-            let message = text.split("\n\nUsage:").next().unwrap_or_default();
-            eprintln!(
-                "{}",
-                one_line(message.split("\n\nFor more").next().unwrap_or_default())
-            );
-            ExitCode::from(2)
-        }
-    })
+/// All methods, with what they do.
+fn method_names() -> impl TypedValueParser<Value = Method> {
+    let names = METHODS
+        .iter()
+        .map(|entry| PossibleValue::new(entry.name).help(entry.help));
+    PossibleValuesParser::new(names).try_map(|name| Method::named(&name))
 }
 
-fn lights(text: &str) -> Result<LightChoosing, String> {
-    text.parse().map_err(|_| {
-        let names = LightChoosing::ALL.map(LightChoosing::name).join(", ");
-        format!("not one of {names}")
-    })
+/// Options that some methods take, each once.
+fn method_options() -> Vec<&'static MethodOption> {
+    let mut options: Vec<&MethodOption> = Vec::new();
+    for option in METHODS.iter().flat_map(|entry| entry.options) {
+        if options.iter().all(|other| other.name != option.name) {
+            options.push(option);
+        }
+    }
+    options
+}
+
+/// The command with the options of all methods.
+fn command() -> Command {
+    method_options()
+        .into_iter()
+        .fold(Arguments::command(), |command, option| {
+            let takers = METHODS.iter().filter(|entry| entry.option(option.name).is_some());
+            let takers: Vec<&str> = takers.map(|entry| entry.name).collect();
+            let default = match (option.value, option.default) {
+                (Some(_), default) if !default.is_empty() => format!(" [default: {default}]"),
+                _ => String::new(),
+            };
+            let help = format!("{}{default} ({})", option.help, takers.join(", "));
+            let argument = Arg::new(option.name)
+                .long(option.name)
+                .help(help)
+                .help_heading("Options of some methods");
+            command.arg(match option.value {
+                None => argument.action(ArgAction::SetTrue),
+                Some(value) => argument
+                    .value_name(value)
+                    .value_parser(|text: &str| (option.check)(text).map(|()| text.to_owned())),
+            })
+        })
+}
+
+/// The arguments, with the options of the method set.
+fn from_matches(matches: &ArgMatches) -> Result<Arguments, clap::Error> {
+    let mut arguments = Arguments::from_arg_matches(matches)?;
+    for option in method_options() {
+        let given = match option.value {
+            None => matches.get_flag(option.name).then_some("true"),
+            Some(_) => matches.get_one::<String>(option.name).map(String::as_str),
+        };
+        let Some(value) = given else { continue };
+        let name = arguments.method.name();
+        if arguments.method.set(option.name, value).is_err() {
+            let message = format!("--{} has no meaning with --method {name}\n", option.name);
+            return Err(clap::Error::raw(ErrorKind::ArgumentConflict, message));
+        }
+    }
+    Ok(arguments)
+}
+
+/// Parses the command line. In the other case what there is to say has been said and the program ends.
+pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments, ExitCode> {
+    let matches = command().try_get_matches_from(arguments);
+    matches
+        .and_then(|matches| from_matches(&matches))
+        .map_err(|error| match error.kind() {
+            ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+                // A closed pipe is nothing to complain about.
+                error.print().ok();
+                ExitCode::SUCCESS
+            }
+            _ => {
+                // The message ends where the usage begins.
+                let text = error.to_string();
+                let message = text.split("\n\nUsage:").next().unwrap_or_default();
+                eprintln!(
+                    "{}",
+                    one_line(message.split("\n\nFor more").next().unwrap_or_default())
+                );
+                ExitCode::from(2)
+            }
+        })
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {

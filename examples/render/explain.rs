@@ -1,6 +1,7 @@
 //! `--explain`: what a method does for a scene, and what it leaves out because the scene has no need of it.
 
-use crate::arguments::{Arguments, Mapping, Method};
+use crate::arguments::Arguments;
+use lightshed::integrator::{PathDepth, PathMapping};
 use lightshed::scene::SceneFeatures;
 use serde_json::{Value, json};
 
@@ -30,12 +31,12 @@ fn passes(
     max_depth: Option<u32>,
     roulette_depth: u32,
 ) -> Vec<Pass> {
-    let method = arguments.method;
-    let bounces = !method.is_direct() && max_depth.is_none_or(|depth| depth > 2);
+    let (method, values) = (&arguments.method, arguments.method.values());
+    let capabilities = method.capabilities();
+    let bounces = capabilities.depth != PathDepth::Direct && max_depth.is_none_or(|depth| depth > 2);
     let finite = scene.area_emitters + scene.delta_emitters;
     let samples_emitters = finite > 0 || scene.surroundings;
-    let restir_pt = matches!(method, Method::RestirPt | Method::RestirPtOffline);
-    let frames = method.makes_frames();
+    let shifts = method.entry().option("shift").is_some();
     let mut all = vec![
         pass(
             "places on the lens",
@@ -73,7 +74,7 @@ fn passes(
         ),
         pass(
             "light trees",
-            arguments.lights.is_some() && finite > 0,
+            values.light_choosing().is_some() && finite > 0,
             "--lights chooses emitters for the point",
             "emitters are chosen by power; --lights chooses them for the point",
         ),
@@ -96,7 +97,7 @@ fn passes(
             "the longest path is not longer than what roulette spares",
         ),
     ];
-    let knows = method.has_media();
+    let knows = capabilities.media;
     all.push(pass(
         "media",
         knows && scene.media > 0,
@@ -109,7 +110,7 @@ fn passes(
         count(scene.emitting_media, "medium"),
         "no medium emits",
     ));
-    if frames {
+    if capabilities.frames {
         all.push(pass(
             "camera motion",
             arguments.motion.is_some(),
@@ -117,7 +118,7 @@ fn passes(
             "--motion is not given",
         ));
     }
-    if method == Method::RestirVolume {
+    if capabilities.media_motion {
         all.push(pass(
             "motion of media",
             arguments.media_motion.is_some(),
@@ -125,8 +126,8 @@ fn passes(
             "--media-motion is not given",
         ));
     }
-    if restir_pt {
-        let hybrid = arguments.shift == Mapping::Hybrid;
+    if shifts {
+        let hybrid = values.path_mapping() == PathMapping::Hybrid;
         all.push(pass(
             "random replay",
             hybrid && !scene.is_diffuse(),
@@ -139,9 +140,9 @@ fn passes(
         ));
         all.push(pass(
             "reuse from the frame before",
-            method == Method::RestirPt,
+            capabilities.chain,
             "reservoirs of the frame before",
-            "frames of restir-pt-offline are independent",
+            "frames of this method are independent",
         ));
     }
     all

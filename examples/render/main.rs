@@ -12,12 +12,10 @@ mod arguments;
 mod explain;
 mod failure;
 mod gpu;
-mod lightcuts;
 mod motion;
 mod progress;
 mod report;
 mod session;
-mod vpl;
 
 use std::process::ExitCode;
 

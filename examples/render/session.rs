@@ -1,21 +1,16 @@
 //! From arguments to a written image: everything that can be checked is, then the rendering, then the figures.
 
-use crate::arguments::{Arguments, Device, Mapping, Method, Motion};
+use crate::arguments::{Arguments, Device, Motion};
 use crate::explain::explain;
 use crate::failure::{Failure, one_line};
 use crate::gpu::on_gpu;
 use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
 use crate::report::Report;
-use crate::vpl;
 use lightshed::film::{
     Budget, ImageComparison, OutputTarget, Progress, RenderOptions, RenderOutcome, RgbImage, read_exr, render,
 };
-use lightshed::integrator::{
-    CameraMotion, DirectLight, LightSelection, PathMapping, PathReuse, PathTracer, RestirDi,
-    RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld,
-    SelectedDirectLight, SelectedPathTracer, VolumePathTracer, VolumeTracking,
-};
+use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, SceneFeatures, builtin, import};
 use std::path::{Path, PathBuf};
@@ -27,12 +22,6 @@ use std::time::Instant;
 /// Exit status after an interruption, as shells report a process ended by SIGINT.
 const INTERRUPTED: u8 = 130;
 
-/// Longest path, in edges, of direct light: camera, surface, emitter.
-const DIRECT_DEPTH: u32 = 2;
-
-/// Samples of emitters at a point unless told otherwise.
-pub const LIGHT_SAMPLES: u32 = 8;
-
 /// Does what the command line asks.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     // The cheap checks come before a large scene is read.
@@ -43,28 +32,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let (mut description, mut warnings) = describe(arguments)?;
     let settings = &mut description.settings;
     [settings.width, settings.height] = arguments.size.unwrap_or([settings.width, settings.height]);
-    settings.max_depth = match arguments.max_depth {
-        None if arguments.method.is_direct() => Some(DIRECT_DEPTH),
-        Some(_) if arguments.method.is_direct() => {
-            let method = arguments.method.name();
-            return Err(Failure::new(format_args!(
-                "--max-depth has no meaning with --method {method}"
-            )));
-        }
-        max_depth if arguments.method.is_vpl() => Some(vpl::depth(max_depth)?),
-        max_depth => max_depth.or(settings.max_depth),
-    };
-    if arguments.lights.is_some() && !arguments.method.chooses_lights() {
-        let method = arguments.method.name();
-        return Err(Failure::new(format_args!(
-            "--lights has no meaning with --method {method}"
-        )));
-    }
-    if !description.media.is_empty() && !arguments.method.has_media() {
-        let method = arguments.method.name();
-        return Err(Failure::new(format_args!(
-            "the scene has participating media, of which --method {method} knows nothing; use --method volpath"
-        )));
+    let capabilities = arguments.method.capabilities();
+    settings.max_depth = arguments
+        .method
+        .max_depth(arguments.max_depth, settings.max_depth)
+        .map_err(|error| Failure::because("--max-depth", &error))?;
+    if !description.media.is_empty() && !capabilities.media {
+        return Err(MethodError::Media(arguments.method.name()).into());
     }
     let RenderSettings {
         width,
@@ -111,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     let motion = match arguments.motion {
-        Some(_) if !arguments.method.has_motion() => {
+        Some(_) if !capabilities.camera_motion => {
             let method = arguments.method.name();
             return Err(Failure::new(format_args!(
                 "--motion has no meaning with --method {method}"
@@ -136,10 +110,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         None => default_target(&arguments.scene)?,
     }
     .with_exposure(arguments.exposure);
-    let selection = arguments
-        .lights
-        .map(|choosing| LightSelection::new(&scene, choosing))
-        .transpose()?;
+    let before = |_: u32, place: Vec3| media.map_or(place, |media| media.before(place));
+    let moves = integrator::Motion {
+        camera: motion,
+        media: (!moving.is_empty()).then_some(MovingMedia {
+            scenes: &moving,
+            before: &before,
+        }),
+    };
+    let stage = Stage::new(&scene);
+    let started = match arguments.device {
+        Device::Cpu => Some(arguments.method.start(&stage, moves)?),
+        Device::Gpu => None,
+    };
     let setup_seconds = setup.elapsed().as_secs_f64();
     for warning in &warnings {
         eprintln!("warning: {}", one_line(warning));
@@ -148,23 +131,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let interruption = Interruption::catch()?;
     let bar = Bar::new(budget);
     let (observer, cancel) = (|progress: &_| bar.show(progress), &interruption.cancel);
-    let (outcome, device) = match arguments.device {
-        Device::Gpu => on_gpu(arguments, &scene, &options, &observer, cancel)
+    let sequence = arguments.sequence.then_some(Numbered {
+        image: &target,
+        exposure: arguments.exposure,
+    });
+    let (outcome, device) = match started {
+        None => on_gpu(arguments, &scene, &options, &observer, cancel)
             .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
-        Device::Cpu => {
-            let how = Frames {
-                camera: motion,
-                media: media
-                    .filter(|_| !moving.is_empty())
-                    .map(|media| (media, &moving[..])),
-                sequence: arguments.sequence.then_some(Numbered {
-                    image: &target,
-                    exposure: arguments.exposure,
-                }),
-            };
-            let outcome = on_cpu(
-                arguments, &scene, selection, how, max_depth, &options, &observer, cancel,
-            )?;
+        Some(Started::Samples(estimator)) => (render(&estimator, &options, &observer, cancel)?, None),
+        Some(Started::Frames(mut method)) => {
+            let outcome = render_sequence(&mut method, sequence, &options, &observer, cancel)?;
             (outcome, None)
         }
     };
@@ -188,25 +164,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     finish(report, &target, reference, arguments.json)
 }
 
-/// What changes from frame to frame, and where frames go.
-struct Frames<'a> {
-    camera: CameraMotion,
-    /// The motion of media, and the scene in each frame.
-    media: Option<(MediaMotion, &'a [Scene])>,
-    sequence: Option<Numbered<'a>>,
-}
-
 /// The motion of media that the command line asks for, and whether frames can be written.
 fn media_motion(
     arguments: &Arguments,
     description: &SceneDescription,
 ) -> Result<Option<MediaMotion>, Failure> {
-    let method = arguments.method;
+    let method = &arguments.method;
+    let capabilities = method.capabilities();
     let meaningless = |option: &str| {
         let method = method.name();
         Failure::new(format_args!("{option} has no meaning with --method {method}"))
     };
-    if arguments.sequence && !method.makes_frames() {
+    if arguments.sequence && !capabilities.frames {
         return Err(meaningless("--sequence"));
     }
     if arguments.device == Device::Gpu && (arguments.sequence || arguments.media_motion.is_some()) {
@@ -217,10 +186,10 @@ fn media_motion(
     let Some(motion) = arguments.media_motion else {
         return Ok(None);
     };
-    if !method.has_media() {
+    if !capabilities.media {
         return Err(meaningless("--media-motion"));
     }
-    match (method.makes_frames(), arguments.frame) {
+    match (capabilities.frames, arguments.frame) {
         (true, Some(_)) => return Err(meaningless("--frame")),
         (true, None) if arguments.seconds.is_some() => {
             return Err(Failure::new(
@@ -236,121 +205,6 @@ fn media_motion(
         _ => (),
     }
     MediaMotion::new(motion, description).map(Some)
-}
-
-/// Renders with the threads of this process.
-#[expect(clippy::too_many_arguments, reason = "they are what the command line says")]
-fn on_cpu(
-    arguments: &Arguments,
-    scene: &Scene,
-    selection: Option<LightSelection>,
-    Frames {
-        camera: motion,
-        media,
-        sequence,
-    }: Frames<'_>,
-    max_depth: Option<u32>,
-    options: &RenderOptions,
-    observer: &(dyn Fn(&Progress) + Sync),
-    cancel: &AtomicBool,
-) -> Result<RenderOutcome, Failure> {
-    // Each arm is compiled for its estimator, so that its loop holds no indirect call.
-    let outcome = match arguments.method {
-        Method::Path => match selection {
-            None => Ok(render(&PathTracer::new(scene), options, observer, cancel)?),
-            Some(selection) => {
-                let roulette_depth = scene.settings().roulette_depth;
-                let estimator = SelectedPathTracer::new(scene, selection, max_depth, roulette_depth);
-                Ok(render(&estimator, options, observer, cancel)?)
-            }
-        },
-        Method::Volpath | Method::VolpathDecomposition => {
-            let tracking = match arguments.method {
-                Method::Volpath => VolumeTracking::Delta,
-                _ => VolumeTracking::Decomposition,
-            };
-            let tracer = VolumePathTracer::new(scene).with_tracking(tracking);
-            Ok(render(&tracer, options, observer, cancel)?)
-        }
-        Method::RestirVolume => {
-            let mut parameters = RestirVolumeOptions::of_scene(scene, max_depth);
-            if media.is_some() || !motion.is_still() {
-                parameters = parameters.under_motion(scene);
-            }
-            match media {
-                None => {
-                    let mut method = RestirVolume::new(scene, parameters, motion)?;
-                    render_sequence(&mut method, sequence, options, observer, cancel)
-                }
-                Some((media, scenes)) => {
-                    let flow = |_: u32, place: Vec3| media.before(place);
-                    let mut method = RestirVolume::animated(scenes, &flow, parameters, motion)?;
-                    render_sequence(&mut method, sequence, options, observer, cancel)
-                }
-            }
-        }
-        Method::Direct => match selection {
-            None => Ok(render(&DirectLight::new(scene), options, observer, cancel)?),
-            Some(selection) => {
-                let samples = arguments.light_samples.unwrap_or(LIGHT_SAMPLES);
-                let estimator = SelectedDirectLight::new(scene, selection, samples, 1)?;
-                Ok(render(&estimator, options, observer, cancel)?)
-            }
-        },
-        Method::Lightcuts => {
-            let mut method = arguments.lightcuts.method(scene)?;
-            render_sequence(&mut method, sequence, options, observer, cancel)
-        }
-        Method::PathReuse => render_sequence(&mut PathReuse::new(scene), sequence, options, observer, cancel),
-        Method::RestirDi | Method::RestirDiBiased => {
-            let settings = match arguments.method {
-                Method::RestirDi => RestirDiSettings::UNBIASED,
-                _ => RestirDiSettings::BIASED,
-            };
-            match &selection {
-                None => {
-                    let mut method = RestirDi::with_settings(scene, settings)?.with_motion(motion);
-                    render_sequence(&mut method, sequence, options, observer, cancel)
-                }
-                Some(selection) => {
-                    let method = RestirDi::with_sampler(scene, selection, settings)?;
-                    render_sequence(
-                        &mut method.with_motion(motion),
-                        sequence,
-                        options,
-                        observer,
-                        cancel,
-                    )
-                }
-            }
-        }
-        Method::RestirGi => {
-            let mut method = RestirGi::new(scene).with_motion(motion);
-            render_sequence(&mut method, sequence, options, observer, cancel)
-        }
-        Method::RestirPt | Method::RestirPtOffline => {
-            let mapping = match arguments.shift {
-                Mapping::Hybrid => PathMapping::Hybrid,
-                Mapping::Reconnection => PathMapping::Reconnection,
-            };
-            let parameters = match arguments.method {
-                Method::RestirPt => RestirPtOptions::real_time(mapping),
-                _ => RestirPtOptions::offline(mapping),
-            };
-            let world = SceneWorld::new(scene);
-            let mut method = RestirPt::new(&world, parameters, motion)?;
-            render_sequence(&mut method, sequence, options, observer, cancel)
-        }
-        Method::VplGrid => {
-            let mut method = arguments.vpl.grid(scene, max_depth.unwrap_or_default())?;
-            render_sequence(&mut method, sequence, options, observer, cancel)
-        }
-        Method::VplBrute => {
-            let mut method = arguments.vpl.brute(scene, max_depth.unwrap_or_default())?;
-            render_sequence(&mut method, sequence, options, observer, cancel)
-        }
-    }?;
-    Ok(outcome)
 }
 
 /// The motion that the command line asks for: orbits go around what the middle of the image shows, along the image's vertical.

@@ -1,9 +1,8 @@
 //! What a guest writes: two estimators of direct light race each other, and the page that shows it.
 //!
 //! `cargo run --release -p lightshed-evaluate --example evaluate_guest`
-use lightshed_evaluate::{
-    ContestOptions, Contestant, Metric, Reference, ReportScene, SampledFrames, html_report, run,
-};
+use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, ReportScene, html_report, run};
+use lightshed_film::SampledFrames;
 use lightshed_integrator::{DirectLight, PathTracer};
 use lightshed_scene::{Scene, builtin};
 use std::error::Error;
@@ -16,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     description.settings.max_depth = Some(2);
     let scene = Scene::new(&description)?;
     let never = AtomicBool::new(false);
-    let reference = Reference::path_traced(&scene, 2048, &|_| (), &never)?;
+    let reference = Reference::rendered(&PathTracer::new(&scene), size, 2048, &|_| (), &never)?;
 
     // Any `Method` or `PixelEstimator`; the first is the baseline.
     let path = || Ok(Box::new(SampledFrames::new(PathTracer::new(&scene), size, 1)) as Box<_>);

@@ -1,7 +1,7 @@
 //! Luminances of images, and the exposure that shows one well.
 
 use lightshed_film::RgbImage;
-use lightshed_scene::{Rgb, luminance};
+use lightshed_sampling::{Rgb, luminance};
 
 /// Luminances of an image's pixels.
 pub(crate) fn luminances(image: &RgbImage) -> Vec<f64> {

@@ -2,7 +2,7 @@
 
 use crate::{Errors, EvaluateError, Reference};
 use lightshed_film::{FrameMethod, RgbImage, process_cpu_seconds};
-use lightshed_scene::Rgb;
+use lightshed_sampling::Rgb;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

@@ -18,18 +18,8 @@ pub enum EvaluateError {
     Black,
     /// A reference was interrupted before it was complete.
     Interrupted,
-    /// No method has this name; the names there are.
-    UnknownMethod {
-        /// What was asked for.
-        name: String,
-    },
-    /// A method that cannot be had in this scene, and why.
-    Method {
-        /// Its name.
-        name: String,
-        /// In words.
-        reason: String,
-    },
+    /// A method that cannot be started.
+    Method(Box<dyn std::error::Error + Send + Sync>),
     /// Options of a contest that make none.
     Contest(String),
     /// An image cannot be made.
@@ -50,8 +40,7 @@ impl fmt::Display for EvaluateError {
             ),
             Self::Black => f.write_str("the reference's mean is not positive and finite"),
             Self::Interrupted => f.write_str("the reference was interrupted"),
-            Self::UnknownMethod { name } => write!(f, "no method is called {name:?}"),
-            Self::Method { name, reason } => write!(f, "{name}: {reason}"),
+            Self::Method(error) => error.fmt(f),
             Self::Contest(reason) => f.write_str(reason),
             Self::Image(error) => error.fmt(f),
             Self::Render(error) => error.fmt(f),
@@ -65,8 +54,16 @@ impl std::error::Error for EvaluateError {
         match self {
             Self::Image(error) => Some(error),
             Self::Render(error) => Some(error),
+            Self::Method(error) => error.source(),
             _ => None,
         }
+    }
+}
+
+impl EvaluateError {
+    /// Why a method cannot be started, by whatever error it has.
+    pub fn method(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self::Method(Box::new(error))
     }
 }
 

@@ -8,7 +8,8 @@
 //! together, [`html_report`] shows all of it on a page.
 //!
 //! ```
-//! use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, SampledFrames, run};
+//! use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, run};
+//! use lightshed_film::SampledFrames;
 //! use lightshed_integrator::{DirectLight, PathTracer};
 //! use lightshed_scene::{Scene, builtin};
 //! use std::sync::atomic::AtomicBool;
@@ -18,7 +19,7 @@
 //! description.settings.max_depth = Some(2);
 //! let scene = Scene::new(&description)?;
 //! let never = AtomicBool::new(false);
-//! let reference = Reference::path_traced(&scene, 64, &|_| (), &never)?;
+//! let reference = Reference::rendered(&PathTracer::new(&scene), [16, 16], 64, &|_| (), &never)?;
 //!
 //! // Two estimators of direct light.
 //! let path = || Ok(Box::new(SampledFrames::new(PathTracer::new(&scene), [16, 16], 1)) as Box<_>);
@@ -40,9 +41,7 @@ mod brightness;
 mod contest;
 mod errors;
 mod failure;
-mod frames;
 mod interval;
-mod method;
 mod plot;
 mod reference;
 mod report;
@@ -53,9 +52,7 @@ mod temporal;
 pub use contest::{ContestOptions, ContestProgress, Contestant, Contested, CurvePoint, Record, Run, run};
 pub use errors::{Errors, Metric};
 pub use failure::EvaluateError;
-pub use frames::SampledFrames;
 pub use interval::Interval;
-pub use method::{Method, Stage};
 pub use plot::Plot;
 pub use reference::Reference;
 pub use report::{ReportChain, ReportScene, html_report};

@@ -3,8 +3,6 @@
 use crate::brightness::luminances;
 use crate::{Errors, EvaluateError};
 use lightshed_film::{Budget, PixelEstimator, Progress, RenderOptions, RgbImage, render};
-use lightshed_integrator::PathTracer;
-use lightshed_scene::Scene;
 use std::sync::atomic::AtomicBool;
 
 /// The true image, as far as it is known.
@@ -59,37 +57,24 @@ impl Reference {
         Self::assembled(image, truth, Uncertainty::Halves([a, b]))
     }
 
-    /// Renders two independent halves with `samples / 2` path-traced samples a pixel each, at the size that the scene's settings
-    /// ask for.
+    /// Renders two independent halves of `size` pixels with `samples / 2` samples of an unbiased estimator in each.
     ///
     /// # Errors
     /// [`EvaluateError::Interrupted`] if `cancel` was set meanwhile, [`EvaluateError::Black`], and those of rendering.
-    pub fn path_traced(
-        scene: &Scene,
-        samples: u32,
-        observer: &(dyn Fn(&Progress) + Sync),
-        cancel: &AtomicBool,
-    ) -> Result<Self, EvaluateError> {
-        Self::rendered(&PathTracer::new(scene), scene, samples, observer, cancel)
-    }
-
-    /// As [`Reference::path_traced`], by another unbiased estimator.
-    ///
-    /// # Errors
-    /// As there.
     pub fn rendered(
         estimator: &impl PixelEstimator,
-        scene: &Scene,
+        [width, height]: [u32; 2],
         samples: u32,
         observer: &(dyn Fn(&Progress) + Sync),
         cancel: &AtomicBool,
     ) -> Result<Self, EvaluateError> {
-        let settings = scene.settings();
         let samples = samples.div_ceil(2).max(1);
         let half = |seed| -> Result<RgbImage, EvaluateError> {
             let budget = Budget::Samples(samples);
-            let mut options = RenderOptions::new(settings.width, settings.height, budget);
-            options.seed = seed;
+            let options = RenderOptions {
+                seed,
+                ..RenderOptions::new(width, height, budget)
+            };
             let outcome = render(estimator, &options, observer, cancel)?;
             if outcome.samples_per_pixel < samples {
                 return Err(EvaluateError::Interrupted);
@@ -194,7 +179,8 @@ fn size(image: &RgbImage) -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightshed_scene::builtin;
+    use lightshed_film::Rgb;
+    use lightshed_sampling::CounterRng;
     use lightshed_testkit::check_faults;
 
     fn image(values: &[f32]) -> RgbImage {
@@ -285,12 +271,18 @@ mod tests {
 
     #[test]
     fn a_reference_that_was_interrupted_is_none() {
-        let mut description = builtin::cornell();
-        (description.settings.width, description.settings.height) = (8, 8);
-        let scene = Scene::new(&description).unwrap();
-        let cancel = AtomicBool::new(true);
-        assert!(Reference::path_traced(&scene, 4, &|_| (), &cancel).is_err());
-        let reference = Reference::path_traced(&scene, 4, &|_| (), &AtomicBool::new(false)).unwrap();
-        assert_eq!(reference.size(), [8, 8]);
+        /// Noise about 1.
+        struct Noise;
+        impl PixelEstimator for Noise {
+            fn sample(&self, x: u32, y: u32, sample: u32, seed: u64) -> Rgb {
+                Rgb::splat(2.0 * CounterRng::new(seed, y << 16 | x, sample).next_f32())
+            }
+        }
+        let rendered = |cancel| Reference::rendered(&Noise, [8, 6], 4, &|_| (), &AtomicBool::new(cancel));
+        assert!(matches!(rendered(true), Err(EvaluateError::Interrupted)));
+        let reference = rendered(false).unwrap();
+        assert_eq!(reference.size(), [8, 6]);
+        // Its halves are independent.
+        assert!(reference.errors(reference.image()).unwrap().mse < 0.0);
     }
 }

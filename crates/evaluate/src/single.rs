@@ -2,7 +2,7 @@
 
 use crate::{Errors, EvaluateError, Reference};
 use lightshed_film::{FrameMethod, RgbImage, process_cpu_seconds};
-use lightshed_scene::Rgb;
+use lightshed_sampling::Rgb;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -96,7 +96,7 @@ fn mean(errors: &[Errors]) -> Errors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Method, Stage};
+    use lightshed_integrator::{Method, Motion, PathTracer, Stage};
     use lightshed_scene::{Scene, builtin};
 
     #[test]
@@ -106,11 +106,15 @@ mod tests {
         description.settings.max_depth = Some(2);
         let scene = Scene::new(&description).unwrap();
         let methods: [Method; 2] = ["direct", "restir-di"].map(|name| name.parse().unwrap());
-        let stage = Stage::new(&scene, &methods).unwrap();
+        let (stage, size) = (Stage::new(&scene), [24, 24]);
         let never = AtomicBool::new(false);
-        let reference = Reference::path_traced(&scene, 512, &|_| (), &never).unwrap();
-        let plain = |samples| stage.start_with(methods[0], samples);
-        let mut chain = stage.start(methods[1]).unwrap();
+        let reference = Reference::rendered(&PathTracer::new(&scene), size, 512, &|_| (), &never).unwrap();
+        let started = |method: &Method, samples| match method.start(&stage, Motion::STILL) {
+            Ok(started) => Ok(started.into_frames(size, samples)),
+            Err(error) => Err(EvaluateError::method(error)),
+        };
+        let plain = |samples| started(&methods[0], samples);
+        let mut chain = started(&methods[1], 1).unwrap();
         let single = SingleFrames::run(chain.as_mut(), &plain, &reference, 1, &never).unwrap();
         assert!(single.seconds > 0.0 && single.plain_samples >= 1);
         // It is that of a single image, not of a mean over many.

@@ -2,7 +2,7 @@
 
 use crate::EvaluateError;
 use lightshed_film::{FrameMethod, RgbImage};
-use lightshed_scene::{Rgb, luminance};
+use lightshed_sampling::{Rgb, luminance};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 

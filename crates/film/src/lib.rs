@@ -5,6 +5,7 @@
 //! | what the render loop asks of a method with independent pixels | [`PixelEstimator`], [`SampleId`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
 //! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`] |
+//! | frames of independent samples | [`SampledFrames`] |
 //! | rays by kind, counted from many threads | [`RayCounts`], [`RayTally`] |
 //! | processor time of the process | [`process_cpu_seconds`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
@@ -28,6 +29,7 @@ mod output;
 mod ray_counts;
 mod ray_tally;
 mod render;
+mod sampled_frames;
 mod statistics;
 
 pub use cpu_time::process_cpu_seconds;
@@ -50,6 +52,7 @@ pub use output::{
 pub use ray_counts::RayCounts;
 pub use ray_tally::{RayKind, RayTally};
 pub use render::render;
+pub use sampled_frames::SampledFrames;
 pub use statistics::PixelStatistics;
 
 /// The guide's code is a test.

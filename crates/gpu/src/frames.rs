@@ -22,6 +22,20 @@ pub trait GpuMethod {
     fn times(&self) -> &[PassTime];
 }
 
+impl<M: GpuMethod + ?Sized> GpuMethod for Box<M> {
+    fn size(&self) -> [u32; 2] {
+        (**self).size()
+    }
+
+    fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
+        (**self).frame(frame, seed)
+    }
+
+    fn times(&self) -> &[PassTime] {
+        (**self).times()
+    }
+}
+
 /// What a frame has left in `image`, for methods that trace a camera ray for each pixel and count no others.
 pub(crate) fn finished_frame(
     gpu: &Gpu,

@@ -13,6 +13,7 @@ mod light_tree;
 mod lightcuts;
 mod lighting_grid;
 mod medium;
+mod methods;
 #[cfg(test)]
 mod path_parity;
 mod path_tracer;
@@ -36,6 +37,7 @@ pub use image::GpuImage;
 pub use light_tree::{GpuLightTree, LightTreeBuilder};
 pub use lightcuts::GpuLightcuts;
 pub use lighting_grid::{GpuLightingGrid, LightingGridBuilder};
+pub use methods::GpuStage;
 pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
 pub use restir_pt::GpuRestirPt;

@@ -6,6 +6,7 @@
 //! | paths through participating media | [`VolumePathTracer`] |
 //! | emitters chosen for the point that they light | [`LightSelection`], [`SelectedDirectLight`], [`SelectedPathTracer`] |
 //! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
+//! | all methods by name, with what they can do and their options | [`METHODS`], [`Method`], [`Stage`] |
 //! | a camera that moves from frame to frame | [`CameraMotion`] |
 //! | path tracing by tiles that share what is behind their first vertices | [`PathReuse`] |
 //! | direct light by reuse among pixels and frames | [`RestirDi`], [`EndpointSampler`] |
@@ -20,6 +21,7 @@ mod camera_motion;
 mod direct;
 mod light_selection;
 mod path;
+mod registry;
 mod restir;
 mod scene_world;
 mod volume;
@@ -38,6 +40,10 @@ pub use lightshed_film as film;
 pub use path::PathTracer;
 pub use path::reuse::PathReuse;
 pub use path::selected::SelectedPathTracer;
+pub use registry::{
+    METHODS, Method, MethodCapabilities, MethodEntry, MethodError, MethodOption, MethodValues, Motion,
+    MovingMedia, PathDepth, Stage, StartMethod, Started,
+};
 pub use restir::pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };

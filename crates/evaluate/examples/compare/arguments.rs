@@ -1,7 +1,7 @@
 //! What can be asked for.
 
 use clap::Parser;
-use lightshed_evaluate::Method;
+use lightshed::integrator::{Method, MethodError};
 use std::path::PathBuf;
 
 #[derive(Parser, Debug)]
@@ -46,6 +46,5 @@ pub struct Arguments {
 }
 
 fn method(text: &str) -> Result<Method, String> {
-    text.parse()
-        .map_err(|error: lightshed_evaluate::EvaluateError| error.to_string())
+    text.parse().map_err(|error: MethodError| error.to_string())
 }

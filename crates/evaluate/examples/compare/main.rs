@@ -15,12 +15,12 @@ mod show;
 use arguments::Arguments;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use lightshed::film::{read_exr, write_exr};
-use lightshed::integrator::VolumePathTracer;
+use lightshed::film::{FrameMethod, read_exr, write_exr};
+use lightshed::integrator::{Method, Motion, Stage, VolumePathTracer};
 use lightshed::scene::Scene;
 use lightshed_evaluate::{
-    ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Method, Record, Reference,
-    ReportChain, ReportScene, SingleFrames, Stage, TemporalStudy, html_report, run,
+    ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Record, Reference, ReportChain,
+    ReportScene, SingleFrames, TemporalStudy, html_report, run,
 };
 use scenes::Subject;
 use std::error::Error;
@@ -106,14 +106,17 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
 
 fn one(arguments: &Arguments, subject: Subject, cancel: &AtomicBool) -> Result<Compared, Box<dyn Error>> {
     let scene = Scene::new(&subject.description)?;
-    let stage = &Stage::new(&scene, &subject.methods)?;
+    let stage = &Stage::new(&scene);
     let folder = arguments.out.join(&subject.name);
     fs::create_dir_all(&folder)?;
     let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
     let contestants: Vec<Contestant<'_>> = subject
         .methods
         .iter()
-        .map(|&method| Contestant::new(method.to_string(), move || stage.start(method)))
+        .map(|method| {
+            let started = method.clone();
+            Contestant::new(method.to_string(), move || start(stage, &started, SAMPLES))
+        })
         .collect();
     let options = ContestOptions {
         seconds: arguments.seconds,
@@ -169,11 +172,9 @@ fn reference(
         bar.set_position(progress.samples_done);
     };
     let samples = arguments.reference_spp;
-    let reference = if scene.media().is_empty() {
-        Reference::path_traced(scene, samples, &observer, cancel)?
-    } else {
-        Reference::rendered(&VolumePathTracer::new(scene), scene, samples, &observer, cancel)?
-    };
+    let size = [scene.settings().width, scene.settings().height];
+    // Without media it is the path tracer.
+    let reference = Reference::rendered(&VolumePathTracer::new(scene), size, samples, &observer, cancel)?;
     bar.finish_and_clear();
     write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
     Ok(reference)
@@ -206,6 +207,22 @@ fn keep_images(methods: &[Method], folder: &Path, contested: &mut Contested) -> 
 /// Frames that a chain is looked at for, after as many that fill its history.
 const CHAIN_FRAMES: u32 = 40;
 
+/// Samples in a pixel of a frame of methods that take samples: enough for full batches of neighbours.
+const SAMPLES: u32 = 4;
+
+/// The method as frames, at its first one.
+fn start<'b>(
+    stage: &'b Stage<'_>,
+    method: &Method,
+    samples: u32,
+) -> Result<Box<dyn FrameMethod + 'b>, EvaluateError> {
+    let settings = stage.scene().settings();
+    let started = method
+        .start(stage, Motion::STILL)
+        .map_err(EvaluateError::method)?;
+    Ok(started.into_frames([settings.width, settings.height], samples))
+}
+
 fn chains(
     stage: &Stage<'_>,
     methods: &[Method],
@@ -213,11 +230,11 @@ fn chains(
     cancel: &AtomicBool,
 ) -> Result<Vec<ReportChain>, EvaluateError> {
     let mut chains = Vec::new();
-    for method in methods.iter().filter(|method| method.is_chain()) {
-        let mut started = stage.start(*method)?;
-        let plain = |samples| stage.start_with(methods[0], samples);
+    for method in methods.iter().filter(|method| method.capabilities().chain) {
+        let mut started = start(stage, method, SAMPLES)?;
+        let plain = |samples| start(stage, &methods[0], samples);
         let single = SingleFrames::run(started.as_mut(), &plain, reference, 1, cancel)?;
-        let mut started = stage.start(*method)?;
+        let mut started = start(stage, method, SAMPLES)?;
         let study = TemporalStudy::run(started.as_mut(), CHAIN_FRAMES / 2, CHAIN_FRAMES, 0, cancel)?;
         chains.push(ReportChain {
             name: method.to_string(),

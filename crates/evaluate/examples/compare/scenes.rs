@@ -1,8 +1,8 @@
 //! What is compared if nothing else is asked for.
 
 use crate::arguments::Arguments;
+use lightshed::integrator::{Method, PathDepth};
 use lightshed::scene::{SceneDescription, builtin, import};
-use lightshed_evaluate::Method;
 use std::error::Error;
 use std::path::Path;
 
@@ -31,7 +31,7 @@ const DEFAULT: [(&str, &str, &[&str], Option<u32>); 3] = [
     (
         "cloud",
         "A cloud under a sky: path tracing through media against paths that pixels and frames share.",
-        &["volpath", "volpath:decomposition", "restir-volume"],
+        &["volpath", "volpath-decomposition", "restir-volume"],
         Some(4),
     ),
 ];
@@ -82,7 +82,7 @@ fn asked_for(scene: &str, arguments: &Arguments) -> Result<Subject, Box<dyn Erro
     };
     let direct = methods
         .iter()
-        .filter(|method: &&Method| method.is_direct())
+        .filter(|method: &&Method| method.capabilities().depth == PathDepth::Direct)
         .count();
     if direct != 0 && direct != methods.len() {
         return Err("methods of direct light can only be compared with each other".into());

@@ -10,7 +10,7 @@
 mod measure;
 
 use clap::Parser;
-use lightshed::integrator::{Neighbourhood, PathMapping, RestirPtOptions};
+use lightshed::integrator::{Neighbourhood, PathMapping, PathTracer, RestirPtOptions};
 use lightshed::scene::{Scene, builtin, import};
 use lightshed_evaluate::{Plot, Reference};
 use measure::{Measured, race};
@@ -75,7 +75,13 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     (description.settings.width, description.settings.height) = (arguments.size, arguments.size);
     let scene = Scene::new(&description)?;
     let never = AtomicBool::new(false);
-    let reference = Reference::path_traced(&scene, arguments.reference, &|_| (), &never)?;
+    let reference = Reference::rendered(
+        &PathTracer::new(&scene),
+        [arguments.size; 2],
+        arguments.reference,
+        &|_| (),
+        &never,
+    )?;
     let base = RestirPtOptions::offline(PathMapping::Hybrid);
     let dense: Vec<RestirPtOptions> = CANDIDATES
         .iter()

@@ -1,9 +1,9 @@
 //! Errors of settings that have had the same time.
 
-use lightshed::film::{FrameMethod, RgbImage, process_cpu_seconds};
+use lightshed::film::{FrameMethod, RgbImage, SampledFrames, process_cpu_seconds};
 use lightshed::integrator::{CameraMotion, Neighbourhood, PathTracer, RestirPt, RestirPtOptions, SceneWorld};
 use lightshed::scene::{Rgb, Scene};
-use lightshed_evaluate::{Reference, SampledFrames};
+use lightshed_evaluate::Reference;
 use serde_json::{Value, json};
 use std::error::Error;
 use std::sync::atomic::AtomicBool;

@@ -9,13 +9,13 @@
 //! time of one.
 
 use clap::Parser;
-use lightshed::film::{FrameMethod, read_exr};
+use lightshed::film::{FrameMethod, SampledFrames, read_exr};
 use lightshed::integrator::{
     CameraMotion, Neighbourhood, PathMapping, PathReuse, PathTracer, RestirPt, RestirPtOptions, SceneWorld,
 };
 use lightshed::scene::{Scene, builtin, import};
 use lightshed_evaluate::{
-    ContestOptions, Contestant, EvaluateError, Metric, Reference, SampledFrames, SingleFrames, run as contest,
+    ContestOptions, Contestant, EvaluateError, Metric, Reference, SingleFrames, run as contest,
 };
 use serde_json::{Value, json};
 use std::error::Error;
@@ -134,7 +134,16 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let scene = Scene::new(&description)?;
     let never = AtomicBool::new(false);
     let reference = match &arguments.reference[..] {
-        [] => Reference::path_traced(&scene, arguments.reference_spp, &|_| (), &never)?,
+        [] => {
+            let size = [arguments.size[0], arguments.size[1]];
+            Reference::rendered(
+                &PathTracer::new(&scene),
+                size,
+                arguments.reference_spp,
+                &|_| (),
+                &never,
+            )?
+        }
         [one] => Reference::stored(read_exr(one)?)?,
         [one, other] => Reference::of_halves([read_exr(one)?, read_exr(other)?])?,
         _ => return Err("a reference is one image, or two independent ones".into()),

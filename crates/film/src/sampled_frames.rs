@@ -1,13 +1,13 @@
-//! Estimators of samples as methods of frames, so that all methods are raced alike.
+//! Estimators of samples as methods of frames.
 
-use lightshed_film::{FrameMethod, MAX_BATCH, PixelEstimator, RayCounts, SampleId};
-use lightshed_scene::Rgb;
+use crate::{FrameMethod, MAX_BATCH, PixelEstimator, RayCounts, SampleId};
+use lightshed_sampling::Rgb;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A frame is the mean of some samples in every pixel.
 ///
-/// Batches hold the samples of one pixel after the other, as [`render`](lightshed_film::render)'s do, so that the
+/// Batches hold the samples of one pixel after the other, as [`render`](crate::render)'s do, so that the
 /// estimator is as fast as it is there.
 pub struct SampledFrames<E> {
     estimator: E,

@@ -1,0 +1,167 @@
+//! The registry's methods on the device.
+
+use crate::{
+    Gpu, GpuDirectLight, GpuError, GpuLightcuts, GpuMethod, GpuPathTracer, GpuRestirDi, GpuRestirPt,
+    GpuRestirVolume, GpuScene, GpuVolumePathTracer, GpuVplGrid,
+};
+use lightshed_integrator::{
+    LightChoosing, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
+};
+use lightshed_scene::Scene;
+
+/// A scene on the device, for one method of the registry.
+pub struct GpuStage<'a> {
+    gpu: &'a Gpu,
+    scene: &'a Scene,
+    on_device: GpuScene,
+    start: StartOnDevice,
+    values: MethodValues,
+}
+
+/// A method that is ready to render.
+type Started<'b> = Result<Box<dyn GpuMethod + Send + 'b>, GpuError>;
+type StartOnDevice = for<'a, 'b> fn(&'b GpuStage<'a>, by_tree: bool) -> Started<'b>;
+
+/// What the registry says the device has.
+const ON_DEVICE: [(&str, StartOnDevice); 8] = [
+    ("path", |stage, _| {
+        Ok(Box::new(GpuPathTracer::new(stage.gpu, &stage.on_device)?))
+    }),
+    ("volpath", |stage, _| {
+        Ok(Box::new(GpuVolumePathTracer::new(stage.gpu, &stage.on_device)?))
+    }),
+    ("restir-volume", |stage, _| {
+        let options = RestirVolumeOptions::of_scene(stage.scene, stage.scene.settings().max_depth);
+        Ok(Box::new(GpuRestirVolume::new(
+            stage.gpu,
+            &stage.on_device,
+            options.with_neighbours(),
+        )?))
+    }),
+    ("direct", |stage, by_tree| match by_tree {
+        true => {
+            let samples = stage.values.light_samples();
+            Ok(Box::new(GpuDirectLight::new(
+                stage.gpu,
+                &stage.on_device,
+                samples,
+                1,
+            )?))
+        }
+        false => Ok(Box::new(GpuPathTracer::new(stage.gpu, &stage.on_device)?)),
+    }),
+    ("lightcuts", |stage, _| {
+        let options = stage.values.lightcut_options();
+        Ok(Box::new(GpuLightcuts::new(stage.gpu, &stage.on_device, options)?))
+    }),
+    ("restir-di", |stage, by_tree| {
+        let settings = RestirDiSettings::UNBIASED;
+        Ok(Box::new(match by_tree {
+            true => GpuRestirDi::with_tree(stage.gpu, &stage.on_device, settings)?,
+            false => GpuRestirDi::with_settings(stage.gpu, &stage.on_device, settings)?,
+        }))
+    }),
+    ("restir-pt", |stage, _| {
+        let options = RestirPtOptions::real_time(stage.values.path_mapping());
+        Ok(Box::new(GpuRestirPt::with_options(
+            stage.gpu,
+            &stage.on_device,
+            options,
+        )?))
+    }),
+    ("vpl-grid", |stage, _| {
+        let options = stage.values.vpl_grid_options(stage.scene);
+        Ok(Box::new(GpuVplGrid::new(
+            stage.gpu,
+            stage.scene,
+            &stage.on_device,
+            options,
+        )?))
+    }),
+];
+
+/// The way to start a method, or which there are instead.
+fn on_device(name: &str) -> Result<StartOnDevice, GpuError> {
+    match ON_DEVICE.iter().find(|(other, _)| *other == name) {
+        Some(&(_, start)) => Ok(start),
+        None => {
+            let names = METHODS
+                .iter()
+                .filter(|entry| entry.capabilities.device)
+                .map(|entry| entry.name);
+            let names = names.collect::<Vec<_>>().join(", ");
+            Err(GpuError::Settings(
+                format!("the device has {names}, not {name}").into(),
+            ))
+        }
+    }
+}
+
+impl<'a> GpuStage<'a> {
+    /// Puts a scene on the device as `method` needs it.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Settings`] for a method or options that the device does not have; others for scenes that it cannot render.
+    pub fn new(gpu: &'a Gpu, scene: &'a Scene, method: &Method) -> Result<Self, GpuError> {
+        let start = on_device(method.name())?;
+        let takes_trees = ["direct", "restir-di"].contains(&method.name());
+        match method.values().light_choosing() {
+            None => (),
+            Some(LightChoosing::Tree) if takes_trees => (),
+            Some(_) => {
+                let message =
+                    "lights have to be chosen by tree, and the method has to be direct or restir-di";
+                return Err(GpuError::Settings(message.into()));
+            }
+        }
+        let on_device = if method.capabilities().media {
+            GpuScene::with_medium(gpu, scene)?
+        } else {
+            GpuScene::new(gpu, scene)?
+        };
+        let values = method.values().clone();
+        Ok(Self {
+            gpu,
+            scene,
+            on_device,
+            start,
+            values,
+        })
+    }
+
+    /// The method, at its first frame.
+    ///
+    /// # Errors
+    ///
+    /// Those of its constructor.
+    pub fn start(&self) -> Started<'_> {
+        (self.start)(self, self.values.light_choosing().is_some())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The registry says of these methods, and of no others, that the device has them.
+    #[test]
+    fn the_device_has_what_the_registry_says() {
+        for entry in METHODS {
+            assert_eq!(
+                on_device(entry.name).is_ok(),
+                entry.capabilities.device,
+                "{}",
+                entry.name
+            );
+        }
+        for (name, _) in ON_DEVICE {
+            assert!(Method::named(name).is_ok(), "{name} is not in the registry");
+        }
+        let message = on_device("restir-gi").map(|_| ()).unwrap_err().to_string();
+        assert!(
+            message.contains("vpl-grid") && message.contains("not restir-gi"),
+            "{message}"
+        );
+    }
+}

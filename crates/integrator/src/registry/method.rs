@@ -1,0 +1,179 @@
+//! A method with values of its options.
+
+use super::capabilities::{MethodCapabilities, PathDepth};
+use super::entry::MethodEntry;
+use super::error::MethodError;
+use super::methods::METHODS;
+use super::option::{MethodOption, MethodValues};
+use super::stage::{Motion, Stage, Started};
+use std::fmt;
+use std::str::FromStr;
+
+/// A method of the registry with values of its options, by the text `name[:option=value]…`.
+///
+/// A value without a name is for the first option that accepts it, and a switch's name alone turns it on. MethodValues are
+/// checked when they are set.
+///
+/// ```
+/// use lightshed_integrator::Method;
+/// let method: Method = "direct:bvh:light-samples=2".parse()?;
+/// assert_eq!(method.to_string(), "direct:bvh:2");
+/// assert!("direct:hybrid".parse::<Method>().is_err());
+/// # Ok::<(), lightshed_integrator::MethodError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Method {
+    entry: &'static MethodEntry,
+    values: MethodValues,
+}
+
+impl Method {
+    /// The method of this name, with no option given.
+    ///
+    /// # Errors
+    /// [`MethodError::Unknown`].
+    pub fn named(name: &str) -> Result<Self, MethodError> {
+        let entry = METHODS.iter().find(|entry| entry.name == name);
+        let entry = entry.ok_or_else(|| MethodError::Unknown(name.to_owned()))?;
+        let values = MethodValues::default();
+        Ok(Self { entry, values })
+    }
+
+    /// Sets an option; to its default is as if it was not given.
+    ///
+    /// # Errors
+    /// [`MethodError::Option`] if the method has no such option, or the option does not accept the value.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), MethodError> {
+        let refused = |reason: String| MethodError::Option {
+            method: self.entry.name,
+            given: name.to_owned(),
+            reason,
+        };
+        let option = self
+            .entry
+            .option(name)
+            .ok_or_else(|| refused("there is no such option".to_owned()))?;
+        (option.check)(value).map_err(refused)?;
+        self.values.set(option, value);
+        Ok(())
+    }
+
+    /// The name.
+    pub fn name(&self) -> &'static str {
+        self.entry.name
+    }
+
+    /// Its entry in the registry.
+    pub fn entry(&self) -> &'static MethodEntry {
+        self.entry
+    }
+
+    /// What it can do.
+    pub fn capabilities(&self) -> MethodCapabilities {
+        self.entry.capabilities
+    }
+
+    /// MethodValues of its options.
+    pub fn values(&self) -> &MethodValues {
+        &self.values
+    }
+
+    /// The longest path in edges, where `asked` is asked for and `of_scene` is the scene's own; `None` without end.
+    ///
+    /// # Errors
+    /// [`MethodError::Depth`] if paths of the method cannot be as long or short as is asked.
+    pub fn max_depth(&self, asked: Option<u32>, of_scene: Option<u32>) -> Result<Option<u32>, MethodError> {
+        let refused = |reason| MethodError::Depth {
+            method: self.entry.name,
+            reason,
+        };
+        match (self.entry.capabilities.depth, asked) {
+            (PathDepth::Any, _) => Ok(asked.or(of_scene)),
+            (PathDepth::Direct, None | Some(2)) => Ok(Some(2)),
+            (PathDepth::Direct, Some(_)) => Err(refused("its paths have two edges".to_owned())),
+            (PathDepth::Bounded { default, .. }, None) => Ok(Some(default)),
+            (PathDepth::Bounded { least, .. }, Some(depth)) if depth < least => Err(refused(format!(
+                "its paths need a longest one of {least} edges at least, not {depth}"
+            ))),
+            (PathDepth::Bounded { .. }, depth) => Ok(depth),
+        }
+    }
+
+    /// Makes the method ready, at its first frame.
+    ///
+    /// # Errors
+    /// [`MethodError::Media`] or [`MethodError::Refused`] where scene or options do not allow it.
+    pub fn start<'b>(&self, stage: &'b Stage<'_>, motion: Motion<'b>) -> Result<Started<'b>, MethodError> {
+        let method = self.entry.name;
+        if !stage.scene().media().is_empty() && !self.entry.capabilities.media {
+            return Err(MethodError::Media(method));
+        }
+        (self.entry.start)(stage, &self.values, motion)
+            .map_err(|reason| MethodError::Refused { method, reason })
+    }
+
+    /// The option that a value without a name is for.
+    fn taker(&self, value: &str) -> Option<&'static MethodOption> {
+        let mut options = self.entry.options.iter();
+        options.find(|option| option.value.is_some() && (option.check)(value).is_ok())
+    }
+}
+
+impl PartialEq for Method {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
+}
+
+impl Eq for Method {}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.entry.name)?;
+        // In the entry's order, so that one method has one text.
+        for option in self.entry.options {
+            let given = self.values.given().find(|(given, _)| given.name == option.name);
+            let Some((_, value)) = given.filter(|(_, value)| *value != option.default) else {
+                continue;
+            };
+            match option.value {
+                None => write!(f, ":{}", option.name)?,
+                Some(_) if self.taker(value).is_some_and(|taker| taker.name == option.name) => {
+                    write!(f, ":{value}")?
+                }
+                Some(_) => write!(f, ":{}={value}", option.name)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl FromStr for Method {
+    type Err = MethodError;
+
+    fn from_str(text: &str) -> Result<Self, MethodError> {
+        let mut parts = text.split(':');
+        let mut method = Self::named(parts.next().unwrap_or_default())?;
+        for part in parts {
+            match part.split_once('=') {
+                Some((name, value)) => method.set(name, value)?,
+                None if method
+                    .entry
+                    .option(part)
+                    .is_some_and(|option| option.value.is_none()) =>
+                {
+                    method.set(part, "true")?;
+                }
+                None => {
+                    let option = method.taker(part).ok_or_else(|| MethodError::Option {
+                        method: method.entry.name,
+                        given: part.to_owned(),
+                        reason: "no option accepts it".to_owned(),
+                    })?;
+                    method.set(option.name, part)?;
+                }
+            }
+        }
+        Ok(method)
+    }
+}

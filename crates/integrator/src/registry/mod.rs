@@ -1,0 +1,20 @@
+//! All methods by name, with what they can do, their options, and how they are made.
+
+mod capabilities;
+mod entry;
+mod error;
+mod method;
+mod methods;
+mod option;
+mod options;
+mod stage;
+#[cfg(test)]
+mod tests;
+
+pub use capabilities::{MethodCapabilities, PathDepth};
+pub use entry::{MethodEntry, StartMethod};
+pub use error::MethodError;
+pub use method::Method;
+pub use methods::METHODS;
+pub use option::{MethodOption, MethodValues};
+pub use stage::{Motion, MovingMedia, Stage, Started};

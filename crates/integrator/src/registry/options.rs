@@ -1,0 +1,246 @@
+//! The options that methods take, and the parameters that they become.
+
+use super::option::{MethodOption, MethodValues, any, one_of, within};
+use crate::{
+    CutTree, LightChoosing, LightcutOptions, MAX_DIRECT_SAMPLES, PathMapping, ShadowTargets, VplGridOptions,
+    VplOptions,
+};
+use lightshed_lights::{GridOptions, Levels};
+use lightshed_scene::Scene;
+
+/// How emitters are chosen.
+pub const LIGHTS: MethodOption = MethodOption::new(
+    "lights",
+    "HOW",
+    "",
+    |text| one_of(text, &LightChoosing::ALL.map(LightChoosing::name)),
+    "How an emitter is chosen; by power and without regard to the point if not given",
+);
+
+/// Samples of emitters at a point.
+pub const LIGHT_SAMPLES: MethodOption = MethodOption::new(
+    "light-samples",
+    "N",
+    "8",
+    |text| within(text, 1..=MAX_DIRECT_SAMPLES),
+    "Samples of emitters, chosen as --lights says, at the point that a camera ray meets",
+);
+
+/// The shift mapping.
+pub const SHIFT: MethodOption = MethodOption::new(
+    "shift",
+    "SHIFT",
+    "hybrid",
+    |text| one_of(text, &["hybrid", "reconnection"]),
+    "How paths are carried between pixels: hybrid, by random replay up to the first vertices that can be reconnected, or \
+     reconnection, to the second surface",
+);
+
+/// Most scattering vertices.
+pub const SCATTERINGS: MethodOption = MethodOption::new(
+    "scatterings",
+    "N",
+    "",
+    |text| within(text, 1..=crate::MAX_SCATTERINGS),
+    "Most scattering vertices of a path; as many as the longest path allows if not given",
+);
+
+/// Subtrees of a cut.
+pub const CUT_SUBTREES: MethodOption = MethodOption::new(
+    "cut-subtrees",
+    "N",
+    "8",
+    any::<u32>,
+    "Subtrees of a cut: emitter samples of a pixel and frame",
+);
+
+/// Pixels that share a cut.
+pub const CUT_BLOCK: MethodOption = MethodOption::new(
+    "cut-block",
+    "K",
+    "8",
+    any::<u32>,
+    "Side of the pixel blocks that share a cut",
+);
+
+/// Pixels that divide a cut.
+pub const CUT_INTERLEAVING: MethodOption = MethodOption::new(
+    "cut-interleaving",
+    "M",
+    "1",
+    any::<u32>,
+    "Side of the pixel blocks that divide a cut among themselves",
+);
+
+/// The tree that is cut.
+pub const CUT_TREE: MethodOption = MethodOption::new(
+    "cut-tree",
+    "TREE",
+    "perfect",
+    |text| one_of(text, &CUT_TREES.map(|(name, _)| name)),
+    "The tree that is cut: perfect, bvh, curve-bvh or agglomerative-bvh",
+);
+
+/// Names of the trees that can be cut.
+const CUT_TREES: [(&str, CutTree); 4] = [
+    ("perfect", CutTree::Perfect),
+    ("bvh", CutTree::Bvh),
+    ("curve-bvh", CutTree::CurveBvh),
+    ("agglomerative-bvh", CutTree::AgglomerativeBvh),
+];
+
+/// Building the tree again.
+pub const CUT_REBUILD: MethodOption =
+    MethodOption::switch("cut-rebuild", "Build the tree that is cut again for every frame");
+
+/// Light paths.
+pub const VPL_PATHS: MethodOption =
+    MethodOption::new("vpl-paths", "N", "10000", any::<u32>, "Light paths of a frame");
+
+/// Clamping of near lights.
+pub const VPL_CLAMP: MethodOption = MethodOption::new(
+    "vpl-clamp",
+    "SHARE",
+    "0.01",
+    any::<f32>,
+    "Lights nearer than this share of the scene's extent count as if they were that far: clamping bias",
+);
+
+/// Lights that stay.
+pub const VPL_FIXED: MethodOption = MethodOption::switch("vpl-fixed", "Every frame has the same lights");
+
+/// Some lights instead of all.
+pub const VPL_SUBSET: MethodOption = MethodOption::new(
+    "vpl-subset",
+    "N",
+    "",
+    any::<u32>,
+    "Lights that a point looks at instead of all",
+);
+
+/// Accuracy of the hierarchy.
+pub const ALPHA: MethodOption = MethodOption::new("alpha", "A", "1", any::<f32>, "Accuracy of the hierarchy");
+
+/// Levels of the hierarchy.
+pub const LEVELS: MethodOption = MethodOption::new(
+    "levels",
+    "N",
+    "",
+    any::<u32>,
+    "Levels of the hierarchy; as many as the lights ask for if not given",
+);
+
+/// The level at a point.
+pub const FIRST_LEVEL: MethodOption = MethodOption::new(
+    "first-level",
+    "LEVEL",
+    "1",
+    any::<u32>,
+    "Use the lights themselves near a point (0) or start from the first grid (1)",
+);
+
+/// Shadow rays.
+pub const SHADOW_SAMPLES: MethodOption = MethodOption::new(
+    "shadow-samples",
+    "N",
+    "4",
+    any::<u32>,
+    "Shadow rays a pixel; 0 for no indirect shadows",
+);
+
+/// Ends of shadow rays.
+pub const SHADOW_SPREAD: MethodOption = MethodOption::switch(
+    "shadow-spread",
+    "End shadow rays in the spread of a grid light instead of at a light that it stands for",
+);
+
+/// The shadow filter.
+pub const SHADOW_FILTER: MethodOption = MethodOption::new(
+    "shadow-filter",
+    "N",
+    "4",
+    any::<u32>,
+    "Iterations of the shadow filter",
+);
+
+/// Pixels that share the lights.
+pub const INTERLEAVE: MethodOption = MethodOption::new(
+    "interleave",
+    "N",
+    "1",
+    any::<u32>,
+    "Side of the pixel blocks that share the lights: 1, 2 or 4",
+);
+
+impl MethodValues {
+    /// How emitters are chosen, if not by power.
+    pub fn light_choosing(&self) -> Option<LightChoosing> {
+        self.get(&LIGHTS)
+    }
+
+    /// Samples of emitters at a point.
+    pub fn light_samples(&self) -> u32 {
+        self.get(&LIGHT_SAMPLES).unwrap_or(1)
+    }
+
+    /// The shift mapping of ReSTIR path tracing.
+    pub fn path_mapping(&self) -> PathMapping {
+        match self.get::<String>(&SHIFT).as_deref() {
+            Some("reconnection") => PathMapping::Reconnection,
+            _ => PathMapping::Hybrid,
+        }
+    }
+
+    /// Parameters of stochastic lightcuts.
+    pub fn lightcut_options(&self) -> LightcutOptions {
+        let default = LightcutOptions::default();
+        let tree = self.get::<String>(&CUT_TREE);
+        let tree = CUT_TREES.iter().find(|(name, _)| Some(*name) == tree.as_deref());
+        LightcutOptions {
+            subtrees: self.get(&CUT_SUBTREES).unwrap_or(default.subtrees),
+            block: self.get(&CUT_BLOCK).unwrap_or(default.block),
+            interleaving: self.get(&CUT_INTERLEAVING).unwrap_or(default.interleaving),
+            rebuild: self.is_on(&CUT_REBUILD),
+            tree: tree.map_or(default.tree, |&(_, tree)| tree),
+            ..default
+        }
+    }
+
+    /// Virtual point lights of a scene: as many bounces as its longest path has room for.
+    pub fn vpl_options(&self, scene: &Scene) -> VplOptions {
+        let default = VplOptions::default();
+        VplOptions {
+            paths: self.get(&VPL_PATHS).unwrap_or(default.paths),
+            bounces: scene.settings().max_depth.unwrap_or_default().saturating_sub(2),
+        }
+    }
+
+    /// Least distance that a virtual point light of a scene counts with, in the scene's units.
+    pub fn vpl_min_distance(&self, scene: &Scene) -> f32 {
+        self.get(&VPL_CLAMP).unwrap_or(0.01) * scene.extent()
+    }
+
+    /// Parameters of indirect light by a lighting grid hierarchy.
+    pub fn vpl_grid_options(&self, scene: &Scene) -> VplGridOptions {
+        let default = VplGridOptions::new(self.vpl_min_distance(scene));
+        VplGridOptions {
+            lights: self.vpl_options(scene),
+            grid: GridOptions {
+                alpha: self.get(&ALPHA).unwrap_or(1.0),
+                levels: self.get(&LEVELS).map_or(Levels::Auto, Levels::Count),
+                ..GridOptions::default()
+            },
+            first_level: self.get(&FIRST_LEVEL).unwrap_or(default.first_level),
+            shadow_samples: self.get(&SHADOW_SAMPLES).unwrap_or(default.shadow_samples),
+            shadow_targets: if self.is_on(&SHADOW_SPREAD) {
+                ShadowTargets::Spread
+            } else {
+                ShadowTargets::Represented
+            },
+            filter_iterations: self.get(&SHADOW_FILTER).unwrap_or(default.filter_iterations),
+            interleaving: self.get(&INTERLEAVE).unwrap_or(default.interleaving),
+            fixed_lights: self.is_on(&VPL_FIXED),
+            ..default
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! The table is consistent, and what it says of methods is so.
+
+use super::{METHODS, Method, MethodCapabilities, MethodError, Motion, PathDepth, Stage, Started};
+use lightshed_scene::{Rgb, Scene, builtin};
+use std::sync::atomic::AtomicBool;
+
+/// A small scene with the longest path that the method asks for.
+fn scene_for(method: &Method) -> Scene {
+    let mut description = builtin::many_lights();
+    (description.settings.width, description.settings.height) = (16, 16);
+    description.settings.max_depth = method.max_depth(None, Some(4)).unwrap();
+    Scene::new(&description).unwrap()
+}
+
+/// Every method, plain and with each of its options, is found by its text and renders; it makes samples or frames as it says.
+#[test]
+fn every_method_is_found_by_its_name_and_renders() {
+    let variants = [
+        "path:tree",
+        "direct:open-bvh",
+        "direct:bvh:2",
+        "lightcuts:bvh",
+        "lightcuts:curve-bvh:cut-rebuild",
+        "restir-di:bvh",
+        "restir-di-biased:uniform",
+        "restir-pt:reconnection",
+        "restir-pt-offline:reconnection",
+        "restir-volume:2",
+        "vpl-grid:200:vpl-fixed:shadow-samples=1",
+        "vpl-brute:200:vpl-subset=3",
+    ];
+    let plain = METHODS
+        .iter()
+        .map(|entry| entry.name)
+        .filter(|name| !name.starts_with("vpl"));
+    for name in plain.chain(variants) {
+        let method: Method = name.parse().unwrap();
+        assert_eq!(method.to_string(), name);
+        let scene = scene_for(&method);
+        let stage = Stage::new(&scene);
+        let started = method.start(&stage, Motion::STILL).unwrap();
+        assert_eq!(
+            matches!(started, Started::Frames(_)),
+            method.capabilities().frames,
+            "{name}"
+        );
+        let mut image = vec![Rgb::ZERO; 256];
+        let frame = started
+            .into_frames([16, 16], 1)
+            .render_frame(0, 1, &mut image, &AtomicBool::new(false));
+        assert!(
+            frame.is_some() && image.iter().any(|value| *value != Rgb::ZERO),
+            "{name} is black"
+        );
+    }
+}
+
+#[test]
+fn entries_are_consistent() {
+    for (place, entry) in METHODS.iter().enumerate() {
+        let MethodCapabilities {
+            media,
+            frames,
+            chain,
+            camera_motion,
+            media_motion,
+            ..
+        } = entry.capabilities;
+        assert!(
+            METHODS[..place].iter().all(|other| other.name != entry.name),
+            "{} stands twice",
+            entry.name
+        );
+        assert!(
+            !entry.help.is_empty() && !entry.help.ends_with('.'),
+            "{}",
+            entry.name
+        );
+        assert!(
+            frames || !(chain || camera_motion || media_motion),
+            "{}: motion without frames",
+            entry.name
+        );
+        assert!(
+            media || !media_motion,
+            "{}: motion of media without media",
+            entry.name
+        );
+        for option in entry.options {
+            let accepted = option.default.is_empty() || (option.check)(option.default).is_ok();
+            assert!(accepted, "{}: the default of {}", entry.name, option.name);
+            // What one option is called and accepts is the same for all methods.
+            for other in METHODS.iter().filter_map(|other| other.option(option.name)) {
+                assert_eq!(
+                    (other.default, other.help),
+                    (option.default, option.help),
+                    "{}",
+                    option.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn other_names_and_values_are_refused() {
+    for text in [
+        "",
+        "paths",
+        "path:hybrid",
+        "path-reuse:bvh",
+        "restir-pt:tree",
+        "restir-pt:shift=tree",
+        "restir-volume:many",
+        "restir-volume:9",
+        "restir-gi:",
+        "path:",
+        "direct:light-samples=0",
+        "lightcuts:cut-rebuild=2",
+    ] {
+        assert!(text.parse::<Method>().is_err(), "{text}");
+    }
+    // A default is as if it was not given.
+    let method: Method = "restir-pt:hybrid".parse().unwrap();
+    assert_eq!(method, Method::named("restir-pt").unwrap());
+}
+
+#[test]
+fn depths_and_media_are_checked() {
+    for entry in METHODS {
+        let method = Method::named(entry.name).unwrap();
+        let expected = match entry.capabilities.depth {
+            PathDepth::Any => Some(7),
+            PathDepth::Direct => Some(2),
+            PathDepth::Bounded { default, .. } => Some(default),
+        };
+        assert_eq!(method.max_depth(None, Some(7)), Ok(expected), "{}", entry.name);
+        let short = method.max_depth(Some(1), None);
+        assert_eq!(
+            short.is_ok(),
+            entry.capabilities.depth == PathDepth::Any,
+            "{}",
+            entry.name
+        );
+        let fire = Scene::new(&builtin::fire()).unwrap();
+        let started = method.start(&Stage::new(&fire), Motion::STILL).map(|_| ());
+        let expected = if entry.capabilities.media {
+            Ok(())
+        } else {
+            Err(MethodError::Media(entry.name))
+        };
+        assert_eq!(started, expected);
+    }
+}
