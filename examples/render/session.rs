@@ -7,9 +7,7 @@ use crate::gpu::on_gpu;
 use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
 use crate::report::Report;
-use lightshed::film::{
-    Budget, ImageComparison, OutputTarget, Progress, RenderOptions, RenderOutcome, RgbImage, read_exr, render,
-};
+use lightshed::film::{Budget, ImageComparison, OutputTarget, RenderOptions, RgbImage, read_exr, render};
 use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, SceneFeatures, builtin, import};
