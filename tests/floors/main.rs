@@ -23,12 +23,12 @@ const FLOORS: [&[&str]; 9] = [
     &["lanes", "testkit", "shaders"],
     &["sampling"],
     &["film", "resampling", "spatial", "volume"],
-    &["bvh", "shift"],
+    &["bvh", "evaluate", "shift"],
     &["caching", "lights"],
     &["guiding", "scene"],
     &[],
     &["integrator"],
-    &["evaluate", "gpu"],
+    &["gpu"],
 ];
 
 /// Crates that still have a circle. A crate that has lost its last one is to be taken off.
