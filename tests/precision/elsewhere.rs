@@ -65,12 +65,12 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "gives what it holds, or checks and stores",
         "Carried::pulled Carried::shifted ContributionWeight::new ContributionWeight::value Input::canonical Input::neighbour Pairwise::new \
          Pattern::disk Pulled::density Reservoir::is_empty Reservoir::map Reservoir::new Reservoir::sample Reservoir::weight Reservoir::weighted_sample \
-         Reuse::new Storage::from_f64 Storage::to_f64 Moments::count Moments::new Reservoir::within",
+         MergeRule::new MergeRule::with_confidence_cap Reuse::new Storage::from_f64 Storage::to_f64 Moments::count Moments::new Reservoir::within",
     ),
     (
         "lightshed-resampling",
         "held to exact enumeration of all outcomes, to 10⁻¹², by the crate's tests",
-        "Choose::accept MergeReport::effective_count PairwiseStream::exchanged PairwiseStream::finish PairwiseStream::neighbour PairwiseStream::new \
+        "Choose::accept MergeRule::merge MergeRule::merge_and_integrate MergeReport::effective_count PairwiseStream::exchanged PairwiseStream::finish PairwiseStream::neighbour PairwiseStream::new \
          Reuse::paired Reuse::spatial Reuse::spatial_integrated Reuse::spatial_rounds Reuse::temporal Ris::reservoir integrate merge \
          merge_and_integrate round_trip Carried::new",
     ),

@@ -1,4 +1,4 @@
-//! What a guest writes: one place on a strip light out of many candidates, and what that does to the noise.
+//! One place on a strip light out of many candidates, and what that does to the noise.
 //!
 //! `cargo run --release -p lightshed-resampling --example resampling_guest`
 use lightshed_resampling::{Moments, Ris, Tractable};

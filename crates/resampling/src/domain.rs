@@ -2,6 +2,7 @@
 
 use crate::space::Space;
 use crate::storage::sanitised;
+use std::sync::Arc;
 
 /// An integration domain `Ω` with its target function `p̂`: a pixel of this or the previous frame, a cell of
 /// a world-space grid, the suffix space behind a prefix.
@@ -212,6 +213,26 @@ pub trait ShiftMapping<D: Domain + ?Sized> {
         })
     }
 }
+
+/// A shift behind a pointer is that shift.
+macro_rules! delegate_shift {
+    ($pointer:ty) => {
+        impl<D: Domain + ?Sized, T: ShiftMapping<D> + ?Sized> ShiftMapping<D> for $pointer {
+            #[inline(always)]
+            fn shift(&self, x: &D::Sample, from: &D, to: &D) -> Result<Shifted<D::Sample>, Undefined> {
+                (**self).shift(x, from, to)
+            }
+
+            #[inline(always)]
+            fn pull(&self, y: &D::Sample, to: &D, from: &D) -> Result<Pulled, Undefined> {
+                (**self).pull(y, to, from)
+            }
+        }
+    };
+}
+
+delegate_shift!(&T);
+delegate_shift!(Arc<T>);
 
 /// `T(x) = x`: domains over one set, told apart by their targets only (lights as seen from different
 /// surfaces).

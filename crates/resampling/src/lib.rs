@@ -34,7 +34,10 @@ pub use merge::{
 pub use mis::{Mis, MisError, Pairwise, Technique};
 pub use record::{ReservoirRecord, SelectionRecord, TAG_EMPTY, TAG_SAMPLE};
 pub use reservoir::Reservoir;
-pub use reuse::{Extent, PairedPattern, Pattern, PatternError, Reuse, ReuseError, TemporalDomains};
+pub use reuse::{
+    CellGrid, Domains, Extent, Filtered, History, MergeRule, NeighbourLists, PairedPattern, Pattern,
+    PatternError, PixelNeighbours, PixelPairs, Reuse, ReuseError, Sums, Topology, TopologyError,
+};
 pub use ris::{MixtureRis, Ris, RisMany, balance_over_techniques};
 pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplacement};
 pub use space::{Counting, Given, Joint, Space};

@@ -1,7 +1,7 @@
 //! ReSTIR DI: direct light from many emitters by reuse among pixels and frames.
 
 use super::candidates::{EndpointSampler, KINDS, Survivors, resample_candidates};
-use super::light::{DirectPixel, DirectReservoir, LightSample, SeenFrom, lit_by};
+use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::primary::{FrameView, Primary, trace_primaries};
 use super::{Pass, pass_rng, pattern_key};
 use crate::CameraMotion;
@@ -11,7 +11,7 @@ use crate::path::walk::NOWHERE;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
-    Contribution, Extent, Mis, Pattern, PatternError, Reuse, ReuseError, TemporalDomains,
+    Contribution, Extent, History, MergeRule, Mis, Pattern, PatternError, Reuse, ReuseError, Sums, Topology,
 };
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmitterEndpoint, Emitters, Hit, Ray, Rgb, Scene};
@@ -136,7 +136,7 @@ pub struct RestirDi<'a, S: EndpointSampler + ?Sized = Emitters> {
     motion: CameraMotion,
     tally: RayTally,
     /// What the pixels of this frame and of the one before see, by the order of frames: even, odd.
-    pixels: [Vec<DirectPixel>; 2],
+    pixels: [Vec<Option<Primary>>; 2],
     /// What the last frame left behind.
     history: Vec<DirectReservoir>,
     /// Room for the next frame's.
@@ -225,7 +225,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
     }
 
     /// What the pixels of frame `frame`, rendered last, see.
-    pub(super) fn pixels(&self, frame: u32) -> &[DirectPixel] {
+    pub(super) fn pixels(&self, frame: u32) -> &[Option<Primary>] {
         &self.pixels[frame as usize % 2]
     }
 
@@ -268,7 +268,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         &self,
         view: FrameView<'_>,
         first: usize,
-        pixels: &[DirectPixel],
+        pixels: &[Option<Primary>],
         by_bsdf: &mut [Option<EmitterEndpoint>; MAX_BATCH],
         image: &mut [Rgb],
     ) {
@@ -337,7 +337,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         &self,
         view: FrameView<'_>,
         first: usize,
-        pixels: &[DirectPixel],
+        pixels: &[Option<Primary>],
         by_bsdf: &[Option<EmitterEndpoint>; MAX_BATCH],
         reservoirs: &mut [DirectReservoir],
     ) {
@@ -415,48 +415,40 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         };
         let reuse = |mis: Mis| {
             let mis = if biased { Mis::ConstantBiased } else { mis };
-            let resembles: &(dyn Fn(&DirectPixel, &DirectPixel) -> bool + Sync) = &DirectPixel::resembles;
-            Reuse::new(extent, pixels, &shift, mis, confidence_cap)
-                .map(|reuse| reuse.with_similarity(resembles))
+            let rule = MergeRule::new(&shift).with_mis(mis);
+            Reuse::new(pixels, rule.with_confidence_cap(confidence_cap))
         };
         let rng = |pass, round| move |pixel| pass_rng(view.seed, view.width, pixel, view.frame, pass, round);
         if self.settings.temporal_reuse && view.frame > 0 {
             let previous = self.pixels(view.frame - 1);
             let camera = self.motion.camera(self.scene, view.frame - 1);
             let seen_at = |pixel: usize| {
-                let primary = pixels[pixel].0.as_ref()?;
-                pixel_seeing(&camera, [extent.width, extent.height], primary.point.position)
+                let primary = pixels[pixel].as_ref()?;
+                let size = [extent.width, extent.height];
+                let source = pixel_seeing(&camera, size, primary.point.position)?;
+                alike(&pixels[pixel], &previous[source]).then_some(source)
             };
-            reuse(Mis::Balance)?.temporal(
-                reservoirs,
-                &TemporalDomains::Previous(previous),
-                &self.history,
-                seen_at,
-                scratch,
-                rng(Pass::Temporal, 0),
-                &|_, _| (),
-            )?;
+            let history = History::new(previous, &self.history);
+            reuse(Mis::Balance).temporal(reservoirs, history, seen_at, scratch, rng(Pass::Temporal, 0))?;
             std::mem::swap(reservoirs, scratch);
         }
-        let spatial = reuse(Mis::PAIRWISE_DEFENSIVE)?;
-        for round in 0..spatial_rounds {
+        let spatial = reuse(Mis::PAIRWISE_DEFENSIVE);
+        let neighbours = |round| {
             let key = pattern_key(view.seed, view.frame, round);
-            let (choose, observe) = (rng(Pass::Spatial, round), |_: usize, _: &_| ());
+            self.pattern
+                .over(extent, key)
+                .filtered(|own, other| alike(&pixels[own], &pixels[other]))
+        };
+        for round in 0..spatial_rounds {
+            let choose = rng(Pass::Spatial, round);
             if round + 1 == spatial_rounds && !biased {
-                spatial.spatial_integrated(
-                    &self.pattern,
-                    key,
-                    reservoirs,
-                    scratch,
-                    image,
-                    choose,
-                    |_, contribution: Contribution<'_, LightSample>, sum: &mut Rgb| {
-                        *sum += weighted(contribution.sample.value, contribution.weight);
-                    },
-                    &observe,
-                )?;
+                let shade = |_, contribution: Contribution<'_, LightSample>, sum: &mut Rgb| {
+                    *sum += weighted(contribution.sample.value, contribution.weight);
+                };
+                let sums = Sums::new(image, shade);
+                spatial.spatial_integrated(neighbours(round), reservoirs, scratch, sums, choose)?;
             } else {
-                spatial.spatial(&self.pattern, key, reservoirs, scratch, choose, &observe)?;
+                spatial.spatial(neighbours(round), reservoirs, scratch, choose)?;
             }
             std::mem::swap(reservoirs, scratch);
         }
@@ -505,9 +497,14 @@ struct Met {
 }
 
 /// The pixels that see a surface, with their place.
-fn surfaces(pixels: &[DirectPixel]) -> impl Iterator<Item = (usize, &Primary)> {
+fn surfaces(pixels: &[Option<Primary>]) -> impl Iterator<Item = (usize, &Primary)> {
     let numbered = pixels.iter().enumerate();
-    numbered.filter_map(|(place, pixel)| pixel.0.as_ref().map(|primary| (place, primary)))
+    numbered.filter_map(|(place, pixel)| pixel.as_ref().map(|primary| (place, primary)))
+}
+
+/// Whether both see surfaces between which reuse promises anything.
+fn alike(own: &Option<Primary>, other: &Option<Primary>) -> bool {
+    matches!((own, other), (Some(own), Some(other)) if own.resembles(other))
 }
 
 /// `f W`: the factors may be of any size.
@@ -537,7 +534,7 @@ impl<S: EndpointSampler + ?Sized> FrameMethod for RestirDi<'_, S> {
             seed,
         };
         let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
-        pixels.resize_with(count, || DirectPixel(None));
+        pixels.resize(count, None);
         let traced = trace_primaries(view, &self.tally, &mut pixels, image, cancel);
         self.pixels[frame as usize % 2] = pixels;
 

@@ -2,7 +2,7 @@
 
 use super::di::RestirDi;
 use super::indirect::{IndirectPixel, IndirectReservoir, Sender, ToSender};
-use super::light::DirectPixel;
+use super::primary::Primary;
 use super::{Pass, pass_rng, pattern_key};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
@@ -10,7 +10,9 @@ use crate::path::next_event::{Bounce, SampleCounts, Shadow};
 use crate::path::walk::{Lengths, NOWHERE, Walk, add_unhidden, trace_walks};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
-use lightshed_resampling::{Extent, Mis, Pattern, Reuse, ReuseError, Ris, TemporalDomains, Tractable};
+use lightshed_resampling::{
+    Extent, History, MergeRule, Mis, Pattern, Reuse, ReuseError, Ris, Topology, Tractable,
+};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Rgb, Scene};
 use rayon::prelude::*;
@@ -62,7 +64,7 @@ pub struct RestirGi<'a> {
     pattern: Pattern,
     tally: RayTally,
     /// This frame's pixels and those of the one before, by the order of frames: even, odd.
-    pixels: [Vec<IndirectPixel>; 2],
+    pixels: [Vec<Option<IndirectPixel>>; 2],
     /// Fresh samples, temporal reuse, spatial reuse: between frames the second is what the last one left behind.
     fresh: Vec<IndirectReservoir>,
     history: Vec<IndirectReservoir>,
@@ -110,7 +112,7 @@ impl<'a> RestirGi<'a> {
         &self,
         (frame, seed): (u32, u64),
         first: usize,
-        pixels: &[DirectPixel],
+        pixels: &[Option<Primary>],
         reservoirs: &mut [IndirectReservoir],
         image: &mut [Rgb],
     ) {
@@ -119,7 +121,7 @@ impl<'a> RestirGi<'a> {
         let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
         let mut walks: Vec<Walk> = Vec::with_capacity(MAX_BATCH);
         for (place, pixel) in pixels.iter().enumerate() {
-            let Some(primary) = &pixel.0 else { continue };
+            let Some(primary) = pixel else { continue };
             let width = self.extent().width;
             let mut rng = pass_rng(seed, width, first + place, frame, Pass::Indirect, 0);
             // Its technique can find senders, whether it does or not.
@@ -220,42 +222,39 @@ impl<'a> RestirGi<'a> {
         let rng = |pass| move |pixel| pass_rng(seed, extent.width, pixel, frame, pass, 0);
         if frame > 0 {
             let camera = self.motion.camera(self.scene, frame - 1);
+            let before = &self.pixels[1 - current];
             let seen_at = |pixel: usize| {
-                let (point, _) = pixels[pixel].0.as_ref()?;
-                pixel_seeing(&camera, [extent.width, extent.height], point.position)
+                let own = pixels[pixel].as_ref()?;
+                let source = pixel_seeing(&camera, [extent.width, extent.height], own.point.position)?;
+                alike(&pixels[pixel], &before[source]).then_some(source)
             };
-            Reuse::new(extent, pixels, &in_time, Mis::ConstantBiased, CONFIDENCE_CAP)?
-                .with_similarity(&IndirectPixel::resembles)
-                .temporal(
-                    &self.fresh,
-                    &TemporalDomains::Previous(&self.pixels[1 - current]),
-                    &self.history,
-                    seen_at,
-                    &mut self.scratch,
-                    rng(Pass::IndirectTemporal),
-                    &|_, _| (),
-                )?;
+            let history = History::new(before, &self.history);
+            let rng = rng(Pass::IndirectTemporal);
+            Reuse::new(pixels, rule(&in_time)).temporal(
+                &self.fresh,
+                history,
+                seen_at,
+                &mut self.scratch,
+                rng,
+            )?;
             std::mem::swap(&mut self.history, &mut self.scratch);
         } else {
             self.history.clone_from(&self.fresh);
         }
-        Reuse::new(extent, pixels, &in_space, Mis::ConstantBiased, CONFIDENCE_CAP)?
-            .with_similarity(&IndirectPixel::resembles)
-            .spatial(
-                &self.pattern,
-                pattern_key(seed, frame, u32::MAX),
-                &self.history,
-                &mut self.scratch,
-                rng(Pass::IndirectSpatial),
-                &|_, _| (),
-            )
+        let key = pattern_key(seed, frame, u32::MAX);
+        let neighbours = self
+            .pattern
+            .over(extent, key)
+            .filtered(|own, other| alike(&pixels[own], &pixels[other]));
+        let rng = rng(Pass::IndirectSpatial);
+        Reuse::new(pixels, rule(&in_space)).spatial(neighbours, &self.history, &mut self.scratch, rng)
     }
 
     /// Adds `f(x₁) |cos θ| L̂ W` to each pixel.
     fn shade(&self, frame: u32, image: &mut [Rgb]) {
         let pixels = self.direct.pixels(frame).par_iter().zip(&self.scratch);
         pixels.zip(image).for_each(|((pixel, reservoir), value)| {
-            let (Some(primary), Some((sender, weight))) = (&pixel.0, reservoir.weighted_sample()) else {
+            let (Some(primary), Some((sender, weight))) = (pixel, reservoir.weighted_sample()) else {
                 return;
             };
             let between = sender.point.position - primary.point.position;
@@ -268,6 +267,18 @@ impl<'a> RestirGi<'a> {
             *value += light.as_vec3();
         });
     }
+}
+
+/// By constant weights: as published, biased.
+fn rule<'s, 'a>(shift: &'s ToSender<'a>) -> MergeRule<&'s ToSender<'a>> {
+    MergeRule::new(shift)
+        .with_mis(Mis::ConstantBiased)
+        .with_confidence_cap(CONFIDENCE_CAP)
+}
+
+/// Whether both see surfaces between which reuse promises anything.
+fn alike(own: &Option<IndirectPixel>, other: &Option<IndirectPixel>) -> bool {
+    matches!((own, other), (Some(own), Some(other)) if own.resembles(other))
 }
 
 impl FrameMethod for RestirGi<'_> {
@@ -290,7 +301,7 @@ impl FrameMethod for RestirGi<'_> {
         let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
         pixels.clear();
         let seen = self.direct.pixels(frame);
-        pixels.extend(seen.iter().map(|pixel| IndirectPixel::new(pixel.0.as_ref())));
+        pixels.extend(seen.iter().map(|pixel| pixel.as_ref().map(IndirectPixel::new)));
         self.pixels[frame as usize % 2] = pixels;
 
         let count = self.extent().len();

@@ -36,18 +36,24 @@ impl Sender {
     }
 }
 
-/// A pixel of one frame as indirect light sees it; `None` where it sees no surface.
+/// A pixel of one frame that sees a surface, as indirect light sees it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct IndirectPixel(pub Option<(SurfacePoint, Outlook)>);
+pub(crate) struct IndirectPixel {
+    pub point: SurfacePoint,
+    pub outlook: Outlook,
+}
 
 impl IndirectPixel {
-    pub fn new(primary: Option<&Primary>) -> Self {
-        Self(primary.map(|primary| (primary.point, primary.outlook())))
+    pub fn new(primary: &Primary) -> Self {
+        Self {
+            point: primary.point,
+            outlook: primary.outlook(),
+        }
     }
 
     /// Whether reuse between the two promises anything.
     pub fn resembles(&self, other: &Self) -> bool {
-        matches!((&self.0, &other.0), (Some((_, a)), Some((_, b))) if a.resembles(b))
+        self.outlook.resembles(&other.outlook)
     }
 }
 
@@ -78,15 +84,12 @@ impl ShiftMapping<IndirectPixel> for ToSender<'_> {
         from: &IndirectPixel,
         to: &IndirectPixel,
     ) -> Result<Shifted<Sender>, Undefined> {
-        let (Some((from, _)), Some((to, _))) = (&from.0, &to.0) else {
-            return Err(Undefined::OutsideDomain);
-        };
-        let [here, there] = [to, from].map(|point| x.solid_angle_per_area(point.position));
+        let [here, there] = [to, from].map(|pixel| x.solid_angle_per_area(pixel.point.position));
         let jacobian = Jacobian::new(here / there)?;
         let mut target = x.target();
         if self.visibility && target > 0.0 {
             self.tally.add(RayKind::Reconnection, 1);
-            if self.scene.occluded(&to.segment_to(&x.point)) {
+            if self.scene.occluded(&to.point.segment_to(&x.point)) {
                 target = 0.0;
             }
         }
@@ -114,7 +117,7 @@ mod tests {
             normal: point.shading.normal,
             distance: 1.0,
         };
-        IndirectPixel(Some((point, outlook)))
+        IndirectPixel { point, outlook }
     }
 
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,9 +142,9 @@ mod tests {
             for _ in 0..200 {
                 let film = |rng: &mut CounterRng| Vec2::from(rng.next_2d()) * 156.0 + 50.0;
                 let [from, to] = [0, 1].map(|_| pixel(&scene, film(&mut rng)));
-                let [a, b] = [&from, &to].map(|pixel| pixel.0.unwrap().0.position.as_dvec3());
+                let [a, b] = [&from, &to].map(|pixel| pixel.point.position.as_dvec3());
                 let ray = Ray::new(a.as_vec3(), UniformSphere::sample(rng.next_2d()));
-                let ray = from.0.unwrap().0.spawn(ray.direction);
+                let ray = from.point.spawn(ray.direction);
                 let Some(point) = scene.intersect(&ray) else {
                     continue;
                 };

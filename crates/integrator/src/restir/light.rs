@@ -34,24 +34,8 @@ impl LightSample {
     }
 }
 
-/// A pixel of one frame, as direct light sees it; `None` where it sees no surface.
-#[derive(Clone, Debug)]
-pub(crate) struct DirectPixel(pub Option<Primary>);
-
-impl From<Option<Primary>> for DirectPixel {
-    fn from(primary: Option<Primary>) -> Self {
-        Self(primary)
-    }
-}
-
-impl DirectPixel {
-    /// Whether reuse between the two promises anything.
-    pub fn resembles(&self, other: &Self) -> bool {
-        matches!((&self.0, &other.0), (Some(a), Some(b)) if a.outlook().resembles(&b.outlook()))
-    }
-}
-
-impl Domain for DirectPixel {
+/// A pixel of one frame that sees a surface, as direct light sees it.
+impl Domain for Primary {
     type Sample = LightSample;
     type Space = EndpointSpace;
 
@@ -62,7 +46,7 @@ impl Domain for DirectPixel {
 }
 
 /// A pixel's endpoint with its weight.
-pub(crate) type DirectReservoir = DomainReservoir<DirectPixel>;
+pub(crate) type DirectReservoir = DomainReservoir<Primary>;
 
 /// Light from an endpoint at a surface, occlusion apart.
 pub(crate) struct Lit {
@@ -105,10 +89,7 @@ pub(crate) struct SeenFrom<'a> {
 
 impl SeenFrom<'_> {
     /// What `endpoint` gives the pixel; a shadow ray is traced only where there is something to be blocked.
-    pub fn value(&self, pixel: &DirectPixel, endpoint: &EmitterEndpoint) -> Rgb {
-        let Some(primary) = &pixel.0 else {
-            return Rgb::ZERO;
-        };
+    pub fn value(&self, primary: &Primary, endpoint: &EmitterEndpoint) -> Rgb {
         let Some(lit) = lit_by(self.scene, primary, endpoint) else {
             return Rgb::ZERO;
         };
@@ -122,12 +103,12 @@ impl SeenFrom<'_> {
     }
 }
 
-impl ShiftMapping<DirectPixel> for SeenFrom<'_> {
+impl ShiftMapping<Primary> for SeenFrom<'_> {
     fn shift(
         &self,
         x: &LightSample,
-        _from: &DirectPixel,
-        to: &DirectPixel,
+        _from: &Primary,
+        to: &Primary,
     ) -> Result<Shifted<LightSample>, Undefined> {
         let sample = LightSample {
             endpoint: x.endpoint,
@@ -140,7 +121,7 @@ impl ShiftMapping<DirectPixel> for SeenFrom<'_> {
         })
     }
 
-    fn pull(&self, y: &LightSample, _to: &DirectPixel, from: &DirectPixel) -> Result<Pulled, Undefined> {
+    fn pull(&self, y: &LightSample, _to: &Primary, from: &Primary) -> Result<Pulled, Undefined> {
         Ok(Pulled {
             jacobian: Jacobian::IDENTITY,
             proxy: f64::from(luminance(self.value(from, &y.endpoint))),

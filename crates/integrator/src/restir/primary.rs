@@ -36,6 +36,11 @@ pub(crate) struct Outlook {
 }
 
 impl Primary {
+    /// Whether reuse between the two promises anything.
+    pub fn resembles(&self, other: &Self) -> bool {
+        self.outlook().resembles(&other.outlook())
+    }
+
     pub fn outlook(&self) -> Outlook {
         Outlook {
             position: self.point.position,
@@ -66,10 +71,10 @@ pub(crate) struct FrameView<'a> {
 
 /// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet, `image` what is emitted from
 /// there towards the camera (or from infinity). False if `cancel` was set meanwhile.
-pub(crate) fn trace_primaries<P: From<Option<Primary>> + Send>(
+pub(crate) fn trace_primaries(
     view: FrameView<'_>,
     tally: &RayTally,
-    pixels: &mut [P],
+    pixels: &mut [Option<Primary>],
     image: &mut [Rgb],
     cancel: &AtomicBool,
 ) -> bool {
@@ -85,12 +90,7 @@ pub(crate) fn trace_primaries<P: From<Option<Primary>> + Send>(
     !cancel.load(Ordering::Relaxed)
 }
 
-fn trace_chunk<P: From<Option<Primary>>>(
-    view: FrameView<'_>,
-    first: usize,
-    pixels: &mut [P],
-    image: &mut [Rgb],
-) {
+fn trace_chunk(view: FrameView<'_>, first: usize, pixels: &mut [Option<Primary>], image: &mut [Rgb]) {
     let FrameView {
         scene, camera, width, ..
     } = view;
@@ -114,11 +114,11 @@ fn trace_chunk<P: From<Option<Primary>>>(
     for ((ray, hit), (pixel, value)) in rays.iter().zip(&hits).zip(pixels.iter_mut().zip(image)) {
         let point = hit.map(|hit| scene.surface(ray, &hit));
         *value = met_emission(scene, ray, point.as_ref(), None);
-        *pixel = P::from(point.zip(*hit).map(|(point, hit)| Primary {
+        *pixel = point.zip(*hit).map(|(point, hit)| Primary {
             bsdf: scene.bsdf(&point),
             wo: point.shading.to_local(-ray.direction),
             distance: hit.t,
             point,
-        }));
+        });
     }
 }

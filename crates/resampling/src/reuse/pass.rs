@@ -1,22 +1,25 @@
-//! Passes of reuse over a grid.
+//! Passes of reuse.
 
-use super::pattern::{Extent, PairedPattern, Pattern};
+use super::domains::Domains;
+use super::each::{each, each_pair};
+use super::rule::MergeRule;
+use super::topology::Topology;
 use crate::choose::Choose;
 use crate::domain::{Domain, ShiftMapping};
 use crate::merge::{
-    Carried, Contribution, DomainReservoir, Input, MergeError, MergeReport, Merged, PairwiseStream, merge,
-    merge_and_integrate,
+    Carried, Contribution, DomainReservoir, Input, MergeError, MergeReport, Merged, PairwiseStream,
 };
 use crate::mis::{Mis, Pairwise};
+use crate::reservoir::Reservoir;
 use crate::storage::Storage;
 
 /// Why a pass cannot run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ReuseError {
-    /// A slice does not have one entry for each domain of the grid.
+    /// A slice does not have one entry for each domain.
     Length,
-    /// Some pixel could not be merged.
+    /// The inputs of some domain could not be merged.
     Merge(MergeError),
     /// Paired reuse knows pairwise families only.
     NotPairwise,
@@ -25,7 +28,7 @@ pub enum ReuseError {
 impl core::fmt::Display for ReuseError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Length => f.write_str("slices must have one entry for each domain of the grid"),
+            Self::Length => f.write_str("slices must have one entry for each domain"),
             Self::Merge(error) => error.fmt(f),
             Self::NotPairwise => f.write_str("paired reuse needs a pairwise MIS family"),
         }
@@ -41,21 +44,45 @@ impl core::error::Error for ReuseError {
     }
 }
 
-/// The domains that the previous frame's reservoirs live in.
-#[derive(Debug)]
-pub enum TemporalDomains<'a, D> {
-    /// The previous frame's, with its surfaces, lights and visibility. Unbiased.
-    Previous(&'a [D]),
-    /// Those of this frame, at the corresponding pixel: saves keeping and re-evaluating the old ones.
-    /// **Biased** where anything moved: MIS weights then ask the wrong domain what it could have produced.
-    BiasedCurrent,
+/// What the previous frame left behind.
+///
+/// The reservoirs' samples live in the domains of *their* frame, with its surfaces, lights and visibility. To give this
+/// frame's domains instead saves keeping the old ones, and is **biased** where anything moved: MIS weights then ask the
+/// wrong domain what it could have produced.
+pub struct History<'a, Ds: Domains + ?Sized, R: Storage = f32> {
+    domains: &'a Ds,
+    reservoirs: &'a [DomainReservoir<Ds::Domain, R>],
 }
 
-/// Reuse over a grid of domains: what all passes of a frame share.
+impl<'a, Ds: Domains + ?Sized, R: Storage> History<'a, Ds, R> {
+    /// The previous frame's domains and their reservoirs, one each; a pass refuses slices of other lengths.
+    pub fn new(domains: &'a Ds, reservoirs: &'a [DomainReservoir<Ds::Domain, R>]) -> Self {
+        Self { domains, reservoirs }
+    }
+}
+
+/// Where a round that integrates adds up: an element for each domain, and what is done with each [`Contribution`] to it.
+pub struct Sums<'a, A, V> {
+    sums: &'a mut [A],
+    visit: V,
+}
+
+impl<'a, A, V> Sums<'a, A, V> {
+    /// `visit(index, contribution, sum)` adds a contribution to the integral of the domain at `index` to its element of
+    /// `sums`.
+    pub fn new<X>(sums: &'a mut [A], visit: V) -> Self
+    where
+        V: Fn(usize, Contribution<'_, X>, &mut A) + Sync,
+    {
+        Self { sums, visit }
+    }
+}
+
+/// Reuse among domains: what all passes of a frame share.
 ///
 /// ```
 /// use lightshed_resampling::{
-///     Counting, Domain, DomainReservoir, Extent, IdentityShift, Mis, Pattern, Reuse, Ris, TemporalDomains, Tractable,
+///     Counting, Domain, DomainReservoir, Extent, History, IdentityShift, MergeRule, Pattern, Reuse, Ris, Tractable,
 /// };
 /// use lightshed_sampling::CounterRng;
 ///
@@ -70,12 +97,15 @@ pub enum TemporalDomains<'a, D> {
 /// }
 ///
 /// let extent = Extent { width: 16, height: 8 };
-/// let pixels: Vec<Pixel> = (0..extent.len()).map(|i| Pixel(i as u32 % 16 / 2)).collect();
-/// let reuse = Reuse::new(extent, &pixels, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 20.0)?;
+/// // The lowest row sees no surface.
+/// let sees = |i: &usize| *i < 7 * 16;
+/// let pixels: Vec<Option<Pixel>> =
+///     (0..extent.len()).map(|i| sees(&i).then_some(Pixel(i as u32 % 16 / 2))).collect();
+/// let reuse = Reuse::new(&pixels, MergeRule::new(IdentityShift));
 /// let neighbours = Pattern::disk(3.0, 4)?;
 /// let uniform = Tractable::<Counting>::from_density(1.0 / 8.0)?.weight();
-/// let mut history = vec![DomainReservoir::<Pixel>::empty(0.0); extent.len()];
-/// let mut merged = history.clone();
+/// let mut held = vec![DomainReservoir::<Pixel>::empty(0.0); extent.len()];
+/// let mut merged = held.clone();
 /// for frame in 0..4 {
 ///     // One stream of random numbers for each pass of each pixel.
 ///     let rng = |pass| move |pixel: usize| CounterRng::new(pass, pixel as u32, frame);
@@ -83,163 +113,145 @@ pub enum TemporalDomains<'a, D> {
 ///         .map(|i| {
 ///             let (mut ris, mut rng) = (Ris::new(), rng(0)(i));
 ///             let light = rng.next_u32() % 8;
-///             ris.candidate(light, pixels[i].target(&light), uniform, &mut rng);
+///             let target = pixels[i].as_ref().map_or(0.0, |pixel| pixel.target(&light));
+///             ris.candidate(light, target, uniform, &mut rng);
 ///             ris.finish(1.0)
 ///         })
 ///         .collect();
 ///     // A still scene: the previous frame's domains are this one's, and so is each pixel's place.
-///     let previous = TemporalDomains::Previous(&pixels);
-///     reuse.temporal(&fresh, &previous, &history, Some, &mut merged, rng(1), &|_, _| ())?;
-///     reuse.spatial(&neighbours, frame, &merged, &mut history, rng(2), &|_, _| ())?;
+///     let history = History::new(&pixels, &held);
+///     reuse.temporal(&fresh, history, Some, &mut merged, rng(1))?;
+///     reuse.spatial(neighbours.over(extent, frame), &merged, &mut held, rng(2))?;
 /// }
-/// assert!(history.iter().all(|reservoir| reservoir.confidence() == 20.0));
+/// assert!(held.iter().enumerate().all(|(i, reservoir)| sees(&i) == (reservoir.confidence() == 20.0)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// A pixel whose own reservoir has no confidence (background) takes no part: its reservoir passes through,
-/// and others give it no weight.
-pub struct Reuse<'a, D: Domain, T> {
-    extent: Extent,
-    domains: &'a [D],
-    shift: &'a T,
-    mis: Mis,
-    confidence_cap: f32,
-    similar: Option<Similar<'a, D>>,
+/// A domain that is absent (see [`Domains`]), or whose own reservoir has no confidence, takes no part: others give it no
+/// weight. The reservoir of the former becomes empty, that of the latter passes through.
+///
+/// Each pass makes the source of each domain's decisions by a `choose` of the domain's index.
+pub struct Reuse<'a, Ds, T> {
+    domains: Ds,
+    rule: MergeRule<T>,
+    observer: Option<Observer<'a>>,
 }
 
-/// Whether two domains may reuse from each other.
-type Similar<'a, D> = &'a (dyn Fn(&D, &D) -> bool + Sync);
+/// Hears of each merge.
+type Observer<'a> = &'a (dyn Fn(usize, &MergeReport) + Sync);
 
-/// One observed merge: the pixel and its report.
-type Observe<'a> = &'a (dyn Fn(usize, &MergeReport) + Sync);
+/// A reservoir of one of the domains.
+type Held<Ds, R> = DomainReservoir<<Ds as Domains>::Domain, R>;
 
-impl<'a, D, T> Reuse<'a, D, T>
+/// What is sampled in the domains.
+type Sample<Ds> = <<Ds as Domains>::Domain as Domain>::Sample;
+
+impl<'a, Ds, T> Reuse<'a, Ds, T>
 where
-    D: Domain + Sync,
-    D::Sample: Send + Sync,
-    T: ShiftMapping<D> + Sync,
+    Ds: Domains,
+    Sample<Ds>: Send + Sync,
+    T: ShiftMapping<Ds::Domain> + Sync,
 {
-    /// Reuse among `domains` with the MIS family `mis`. `confidence_cap` is `M_c` (Lin 2022 §6.5.4): the
-    /// output of every pass is trusted by at most it; `f32::INFINITY` for none.
-    ///
-    /// # Errors
-    /// [`ReuseError::Length`] if there is not one domain for each place.
-    pub fn new(
-        extent: Extent,
-        domains: &'a [D],
-        shift: &'a T,
-        mis: Mis,
-        confidence_cap: f32,
-    ) -> Result<Self, ReuseError> {
-        if domains.len() == extent.len() {
-            Ok(Self {
-                extent,
-                domains,
-                shift,
-                mis,
-                confidence_cap,
-                similar: None,
-            })
-        } else {
-            Err(ReuseError::Length)
+    /// Reuse among `domains`, owned, shared or borrowed, that merge by `rule`.
+    pub fn new(domains: Ds, rule: MergeRule<T>) -> Self {
+        Self {
+            domains,
+            rule,
+            observer: None,
         }
     }
 
-    /// Leaves out neighbours whose domain is not `similar(own, other)`: other surfaces, say. No bias, because
-    /// it judges domains and not samples; keep it so.
+    /// `observer(index, report)` hears of each domain's merge, from any thread.
     #[must_use]
-    pub fn with_similarity(self, similar: Similar<'a, D>) -> Self {
+    pub fn with_observer(self, observer: &'a (dyn Fn(usize, &MergeReport) + Sync)) -> Self {
         Self {
-            similar: Some(similar),
+            observer: Some(observer),
             ..self
         }
     }
 
-    /// Whether `own` may reuse from `other`.
-    fn admits(&self, own: &D, other: &D) -> bool {
-        self.similar.is_none_or(|similar| similar(own, other))
+    /// The domains.
+    pub fn domains(&self) -> &Ds {
+        &self.domains
     }
 
-    /// Temporal reuse: merges each pixel's fresh reservoir (canonical) with that of the previous frame at
-    /// `correspondence(pixel)` (an index into the previous grid; `None` or out of range where there is none,
-    /// and the fresh reservoir passes through).
+    /// Temporal reuse: merges each domain's fresh reservoir (canonical) with that of `history` at `correspondence(index)`.
+    /// Where that is `None`, out of range or absent, the fresh reservoir passes through.
     ///
-    /// `choose` makes the decisions' source of each pixel; `observe` sees each merge's report.
+    /// A correspondence may depend on domains and random bits. One that depends on the fresh sample is biased (Lin 2022
+    /// §5.4.4), and so is one that depends on samples of the history.
     ///
     /// # Errors
-    /// [`ReuseError::Length`], or the error of some pixel's merge.
-    #[allow(clippy::too_many_arguments)]
-    pub fn temporal<R: Storage, C: Choose>(
+    /// [`ReuseError::Length`], or the error of some domain's merge.
+    pub fn temporal<H, R: Storage, C: Choose>(
         &self,
-        fresh: &[DomainReservoir<D, R>],
-        previous: &TemporalDomains<'_, D>,
-        history: &[DomainReservoir<D, R>],
+        fresh: &[Held<Ds, R>],
+        history: History<'_, H, R>,
         correspondence: impl Fn(usize) -> Option<usize> + Sync,
-        output: &mut [DomainReservoir<D, R>],
+        output: &mut [Held<Ds, R>],
         choose: impl Fn(usize) -> C + Sync,
-        observe: Observe<'_>,
-    ) -> Result<(), ReuseError> {
-        let count = self.extent.len();
-        let lengths_agree = match previous {
-            TemporalDomains::Previous(domains) => domains.len() == history.len(),
-            TemporalDomains::BiasedCurrent => history.len() == count,
-        };
-        if fresh.len() != count || output.len() != count || !lengths_agree {
+    ) -> Result<(), ReuseError>
+    where
+        H: Domains<Domain = Ds::Domain> + ?Sized,
+    {
+        self.check([fresh.len(), output.len()])?;
+        if history.domains.count() != history.reservoirs.len() {
             return Err(ReuseError::Length);
         }
-        each(
-            output,
-            || (),
-            |(), pixel, output| {
-                let own = Input::canonical(&self.domains[pixel], &fresh[pixel]);
-                let source = correspondence(pixel).filter(|&index| index < history.len());
-                let source = source.map(|index| match previous {
-                    TemporalDomains::Previous(domains) => (index, &domains[index]),
-                    TemporalDomains::BiasedCurrent => (index, &self.domains[index]),
-                });
-                let admitted = source.filter(|(_, domain)| self.admits(&self.domains[pixel], domain));
-                let Some((source, domain)) = admitted else {
-                    *output = fresh[pixel].clone().with_confidence_cap(self.confidence_cap);
-                    return Ok(());
-                };
-                let inputs = [own, Input::neighbour(domain, &history[source])];
-                self.merge(pixel, &inputs, output, &choose, observe)
-            },
-        )
+        let run = |(): &mut (), index: usize, output: &mut Held<Ds, R>| {
+            let Some(own) = self.domains.domain(index) else {
+                *output = Reservoir::empty(0.0);
+                return Ok(());
+            };
+            let source = correspondence(index);
+            let source = source.and_then(|source| Some((history.domains.domain(source)?, source)));
+            let Some((domain, source)) = source else {
+                *output = self.rule.passed(&fresh[index]);
+                return Ok(());
+            };
+            let inputs = [
+                Input::canonical(own, &fresh[index]),
+                Input::neighbour(domain, &history.reservoirs[source]),
+            ];
+            self.finish(index, &inputs, output, || {
+                self.rule.merge(own, &inputs, &mut choose(index))
+            })
+        };
+        each(output, || (), run)
     }
 
-    /// One round of spatial reuse: each pixel merges its own reservoir (canonical) with those of its
-    /// neighbours. `key` holds random bits for the pattern, new for each round. Run it again on the output
-    /// for more rounds.
+    /// One round of spatial reuse: each domain merges its own reservoir (canonical) with those of its neighbours. Run it
+    /// again on the output, over a topology with other random bits, for more rounds.
     ///
     /// # Errors
     /// As [`Reuse::temporal`].
     pub fn spatial<R: Storage, C: Choose>(
         &self,
-        pattern: &Pattern,
-        key: u32,
-        input: &[DomainReservoir<D, R>],
-        output: &mut [DomainReservoir<D, R>],
+        topology: impl Topology,
+        input: &[Held<Ds, R>],
+        output: &mut [Held<Ds, R>],
         choose: impl Fn(usize) -> C + Sync,
-        observe: Observe<'_>,
     ) -> Result<(), ReuseError> {
-        let count = self.extent.len();
-        if input.len() != count || output.len() != count {
-            return Err(ReuseError::Length);
-        }
-        let inputs = || Vec::with_capacity(pattern.max_neighbours() + 1);
-        each(output, inputs, |inputs, pixel, output| {
-            self.gather(pattern, key, pixel, input, inputs);
-            self.merge(pixel, inputs, output, &choose, observe)
+        self.check([input.len(), output.len()])?;
+        let inputs = || Vec::with_capacity(topology.max_neighbours() + 1);
+        each(output, inputs, |inputs, index, output| {
+            let Some(own) = self.gather(&topology, index, input, inputs) else {
+                *output = Reservoir::empty(0.0);
+                return Ok(());
+            };
+            self.finish(index, inputs, output, || {
+                self.rule.merge(own, inputs, &mut choose(index))
+            })
         })
     }
 
-    /// As [`Reuse::spatial`], with the same reservoirs as a result, and the sum form of each pixel's integral besides: `visit`
-    /// is handed each [`Contribution`] to a pixel with that pixel's element of `sums`, which it adds to. A last round that
-    /// shades so has no colour noise (Lin 2022 eq. 6.47).
+    /// As [`Reuse::spatial`], with the same reservoirs as a result, and the sum form of each domain's integral besides: `sums`
+    /// is handed each [`Contribution`]. A last round that shades so has no colour noise (Lin 2022 eq. 6.47).
     ///
     /// ```
-    /// # use lightshed_resampling::{Counting, Domain, DomainReservoir, Extent, IdentityShift, Mis, Pattern, Reuse};
+    /// # use lightshed_resampling::{
+    /// #     Contribution, Counting, Domain, DomainReservoir, Extent, IdentityShift, MergeRule, Pattern, Reuse, Sums,
+    /// # };
     /// # use lightshed_sampling::CounterRng;
     /// # struct Pixel;
     /// # impl Domain for Pixel {
@@ -251,261 +263,193 @@ where
     /// # }
     /// # let extent = Extent { width: 2, height: 2 };
     /// # let pixels = [Pixel, Pixel, Pixel, Pixel];
-    /// # let reuse = Reuse::new(extent, &pixels, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 20.0)?;
+    /// # let reuse = Reuse::new(&pixels, MergeRule::new(IdentityShift));
     /// # let input = vec![DomainReservoir::<Pixel>::from_density(3, 0.5, 1.0)?; 4];
     /// # let mut output = input.clone();
     /// # let rng = |pixel| CounterRng::new(7, pixel as u32, 0);
     /// // Each pixel's light: what its sample (here a number) carries in three channels, times its weight.
     /// let mut image = vec![[0.0; 3]; extent.len()];
-    /// let shade = |_pixel: usize, contribution: lightshed_resampling::Contribution<'_, u32>, sum: &mut [f64; 3]| {
+    /// let shade = |_pixel: usize, contribution: Contribution<'_, u32>, sum: &mut [f64; 3]| {
     ///     let light = f64::from(*contribution.sample) * contribution.weight;
     ///     *sum = sum.map(|channel| channel + light);
     /// };
-    /// let window = Pattern::window(1)?;
-    /// reuse.spatial_integrated(&window, 0, &input, &mut output, &mut image, rng, shade, &|_, _| ())?;
+    /// let window = Pattern::window(1)?.over(extent, 0);
+    /// reuse.spatial_integrated(window, &input, &mut output, Sums::new(&mut image, shade), rng)?;
     /// assert!(image.iter().all(|[red, ..]| (red - 6.0).abs() < 1e-6));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
     /// As [`Reuse::temporal`].
-    #[allow(clippy::too_many_arguments)]
-    pub fn spatial_integrated<R: Storage, C: Choose, A: Send>(
+    pub fn spatial_integrated<R: Storage, C: Choose, A: Send, V>(
         &self,
-        pattern: &Pattern,
-        key: u32,
-        input: &[DomainReservoir<D, R>],
-        output: &mut [DomainReservoir<D, R>],
-        sums: &mut [A],
+        topology: impl Topology,
+        input: &[Held<Ds, R>],
+        output: &mut [Held<Ds, R>],
+        Sums { sums, visit }: Sums<'_, A, V>,
         choose: impl Fn(usize) -> C + Sync,
-        visit: impl Fn(usize, Contribution<'_, D::Sample>, &mut A) + Sync,
-        observe: Observe<'_>,
-    ) -> Result<(), ReuseError> {
-        let count = self.extent.len();
-        if input.len() != count || output.len() != count || sums.len() != count {
-            return Err(ReuseError::Length);
-        }
-        let inputs = || Vec::with_capacity(pattern.max_neighbours() + 1);
-        each_pair(output, sums, inputs, |inputs, pixel, output, sum| {
-            self.gather(pattern, key, pixel, input, inputs);
-            self.finish(pixel, inputs, output, &choose, observe, |to, inputs, choose| {
-                merge_and_integrate(to, self.shift, inputs, self.mis, choose, |contribution| {
-                    visit(pixel, contribution, sum);
-                })
+    ) -> Result<(), ReuseError>
+    where
+        V: Fn(usize, Contribution<'_, Sample<Ds>>, &mut A) + Sync,
+    {
+        self.check([input.len(), output.len()])?;
+        self.check([sums.len(), output.len()])?;
+        let inputs = || Vec::with_capacity(topology.max_neighbours() + 1);
+        each_pair(output, sums, inputs, |inputs, index, output, sum| {
+            let Some(own) = self.gather(&topology, index, input, inputs) else {
+                *output = Reservoir::empty(0.0);
+                return Ok(());
+            };
+            self.finish(index, inputs, output, || {
+                let visit = |contribution: Contribution<'_, Sample<Ds>>| visit(index, contribution, sum);
+                self.rule
+                    .merge_and_integrate(own, inputs, &mut choose(index), visit)
             })
         })
     }
 
-    /// A pixel's own reservoir and those of its neighbours.
-    fn gather<'b, R: Storage>(
-        &'b self,
-        pattern: &Pattern,
-        key: u32,
-        pixel: usize,
-        input: &'b [DomainReservoir<D, R>],
-        inputs: &mut Vec<Input<'b, D, R>>,
-    ) {
-        inputs.clear();
-        inputs.push(Input::canonical(&self.domains[pixel], &input[pixel]));
-        pattern.for_each(self.extent, pixel, key, |index| {
-            if self.admits(&self.domains[pixel], &self.domains[index]) {
-                inputs.push(Input::neighbour(&self.domains[index], &input[index]));
-            }
-        });
-    }
-
-    /// `rounds` rounds of [`Reuse::spatial`], between two buffers: the result is in `reservoirs`, `scratch`
-    /// holds rubbish. `key` and `choose` are asked for each round.
+    /// Rounds of [`Reuse::spatial`] between two buffers: the result is in `reservoirs`, `scratch` holds rubbish. `rounds`
+    /// gives their numbers (`0..3`); `topology` and `choose` are asked for each.
     ///
     /// # Errors
     /// As [`Reuse::spatial`].
-    #[allow(clippy::too_many_arguments)]
-    pub fn spatial_rounds<R: Storage, C: Choose>(
+    pub fn spatial_rounds<R: Storage, C: Choose, P: Topology>(
         &self,
-        pattern: &Pattern,
-        rounds: u32,
-        key: impl Fn(u32) -> u32,
-        reservoirs: &mut Vec<DomainReservoir<D, R>>,
-        scratch: &mut Vec<DomainReservoir<D, R>>,
+        rounds: impl IntoIterator<Item = u32>,
+        topology: impl Fn(u32) -> P,
+        reservoirs: &mut Vec<Held<Ds, R>>,
+        scratch: &mut Vec<Held<Ds, R>>,
         choose: impl Fn(u32, usize) -> C + Sync,
-        observe: Observe<'_>,
     ) -> Result<(), ReuseError> {
-        for round in 0..rounds {
-            let choose = |pixel| choose(round, pixel);
-            self.spatial(pattern, key(round), reservoirs, scratch, choose, observe)?;
+        for round in rounds {
+            self.spatial(topology(round), reservoirs, scratch, |index| choose(round, index))?;
             core::mem::swap(reservoirs, scratch);
         }
         Ok(())
     }
 
-    /// One round of reuse in pairs: `N` shifts serve `N` pixels, where [`Reuse::spatial`] with one neighbour
-    /// takes `2N`. Pixels without a partner keep their reservoir.
+    /// One round of reuse in pairs: `N` shifts serve `N` domains, where [`Reuse::spatial`] with one neighbour takes `2N`.
+    ///
+    /// `pairs` is a topology of which the first neighbour of each domain counts, its partner, where that one's partner is
+    /// the domain. Domains without a partner keep their reservoir.
     ///
     /// # Errors
     /// As [`Reuse::temporal`], and [`ReuseError::NotPairwise`].
     pub fn paired<R: Storage, C: Choose>(
         &self,
-        pattern: &PairedPattern,
-        key: u32,
-        input: &[DomainReservoir<D, R>],
-        output: &mut [DomainReservoir<D, R>],
+        pairs: impl Topology,
+        input: &[Held<Ds, R>],
+        output: &mut [Held<Ds, R>],
         choose: impl Fn(usize) -> C + Sync,
-        observe: Observe<'_>,
     ) -> Result<(), ReuseError> {
-        let count = self.extent.len();
-        if input.len() != count || output.len() != count {
-            return Err(ReuseError::Length);
-        }
-        let Mis::Pairwise(pairwise) = self.mis else {
+        self.check([input.len(), output.len()])?;
+        let Mis::Pairwise(pairwise) = self.rule.mis else {
             return Err(ReuseError::NotPairwise);
         };
-        // All shifts of the round, one a pixel; merges only read them.
-        let mut carried = vec![None; count];
-        each(
-            &mut carried,
-            || (),
-            |(), pixel, carried| {
-                let partner = pattern.partner(self.extent, pixel, key);
-                let both = |a: usize, b: usize| self.admits(&self.domains[a], &self.domains[b]);
-                let partner = partner.filter(|&partner| both(pixel, partner) && both(partner, pixel));
-                *carried = partner.map(|partner| {
-                    let (from, to) = (&self.domains[pixel], &self.domains[partner]);
-                    (partner, Carried::new(self.shift, input[pixel].sample(), from, to))
-                });
-                Ok(())
-            },
-        )?;
-        each(
-            output,
-            || (),
-            |(), pixel, output| {
-                let exchange = carried[pixel].as_ref().and_then(|(partner, outgoing)| {
-                    carried[*partner]
-                        .as_ref()
-                        .map(|(_, incoming)| (*partner, outgoing, incoming))
-                });
-                let exchange = exchange.filter(|_| input[pixel].confidence() > 0.0);
-                let Some((partner, outgoing, incoming)) = exchange else {
-                    *output = input[pixel].clone().with_confidence_cap(self.confidence_cap);
-                    return Ok(());
-                };
-                let merged = self.pair(
-                    pairwise,
-                    pixel,
-                    partner,
-                    input,
-                    (incoming, outgoing),
-                    &mut choose(pixel),
-                );
-                let (reservoir, report) = merged.map_err(ReuseError::Merge)?;
-                observe(pixel, &report);
-                *output = reservoir.with_confidence_cap(self.confidence_cap);
-                Ok(())
-            },
-        )
+        let first = |index| {
+            let mut first = None;
+            pairs.for_each(index, |neighbour| first = first.or(Some(neighbour)));
+            first
+        };
+        // All shifts of the round, one a domain; merges only read them.
+        let mut carried = vec![None; input.len()];
+        let carry = |(): &mut (), index: usize, carried: &mut Option<_>| {
+            let partner = first(index).filter(|&partner| partner != index && first(partner) == Some(index));
+            *carried = partner.and_then(|partner| {
+                let (from, to) = (self.domains.domain(index)?, self.domains.domain(partner)?);
+                let outgoing = Carried::new(&self.rule.shift, input[index].sample(), from, to);
+                Some((partner, outgoing))
+            });
+            Ok(())
+        };
+        each(&mut carried, || (), carry)?;
+        let run = |(): &mut (), index: usize, output: &mut Held<Ds, R>| {
+            let Some(own) = self.domains.domain(index) else {
+                *output = Reservoir::empty(0.0);
+                return Ok(());
+            };
+            let exchange = carried[index].as_ref().and_then(|(partner, outgoing)| {
+                let (_, incoming) = carried[*partner].as_ref()?;
+                Some((*partner, self.domains.domain(*partner)?, [incoming, outgoing]))
+            });
+            let exchange = exchange.filter(|_| input[index].confidence() > 0.0);
+            let Some((partner, other, shifts)) = exchange else {
+                *output = self.rule.passed(&input[index]);
+                return Ok(());
+            };
+            let reservoirs = [&input[index], &input[partner]];
+            let merged = pair(pairwise, [own, other], reservoirs, shifts, &mut choose(index));
+            let merged = self.rule.capped(merged.map_err(ReuseError::Merge)?);
+            self.keep(index, merged, output);
+            Ok(())
+        };
+        each(output, || (), run)
     }
 
-    /// The merge of one side of a pair.
-    fn pair<R: Storage>(
-        &self,
-        pairwise: Pairwise,
-        pixel: usize,
-        partner: usize,
-        input: &[DomainReservoir<D, R>],
-        (incoming, outgoing): (&Carried<D::Sample>, &Carried<D::Sample>),
-        choose: &mut impl Choose,
-    ) -> Result<(DomainReservoir<D, R>, MergeReport), MergeError> {
-        let (own, other) = (&self.domains[pixel], &self.domains[partner]);
-        let confidence = f64::from(input[partner].confidence());
-        let mut stream = PairwiseStream::new(own, own, &input[pixel], pairwise, confidence)?;
-        stream.exchanged(other, &input[partner], incoming, outgoing, choose)?;
-        let merged = stream.finish(choose);
-        Ok((merged.reservoir, merged.report))
+    fn check(&self, lengths: [usize; 2]) -> Result<(), ReuseError> {
+        let agree = lengths.iter().all(|&length| length == self.domains.count());
+        agree.then_some(()).ok_or(ReuseError::Length)
     }
 
-    /// The merge of one pixel.
-    fn merge<R: Storage, C: Choose>(
+    /// A domain's own reservoir and those of its neighbours; `None` if it is absent.
+    #[inline]
+    fn gather<'b, R: Storage>(
+        &'b self,
+        topology: &impl Topology,
+        index: usize,
+        input: &'b [Held<Ds, R>],
+        inputs: &mut Vec<Input<'b, Ds::Domain, R>>,
+    ) -> Option<&'b Ds::Domain> {
+        let own = self.domains.domain(index)?;
+        inputs.clear();
+        inputs.push(Input::canonical(own, &input[index]));
+        topology.for_each(index, |neighbour| {
+            if neighbour != index
+                && let Some(domain) = self.domains.domain(neighbour)
+            {
+                inputs.push(Input::neighbour(domain, &input[neighbour]));
+            }
+        });
+        Some(own)
+    }
+
+    /// One domain, its inputs merged by `merge`.
+    #[inline]
+    fn finish<R: Storage>(
         &self,
-        pixel: usize,
-        inputs: &[Input<'_, D, R>],
-        output: &mut DomainReservoir<D, R>,
-        choose: &impl Fn(usize) -> C,
-        observe: Observe<'_>,
+        index: usize,
+        inputs: &[Input<'_, Ds::Domain, R>],
+        output: &mut Held<Ds, R>,
+        merge: impl FnOnce() -> Result<Merged<Ds::Domain, R>, MergeError>,
     ) -> Result<(), ReuseError> {
-        self.finish(pixel, inputs, output, choose, observe, |to, inputs, choose| {
-            merge(to, self.shift, inputs, self.mis, choose)
-        })
-    }
-
-    /// One pixel, its inputs merged by `merge`.
-    fn finish<R: Storage, C: Choose>(
-        &self,
-        pixel: usize,
-        inputs: &[Input<'_, D, R>],
-        output: &mut DomainReservoir<D, R>,
-        choose: &impl Fn(usize) -> C,
-        observe: Observe<'_>,
-        merge: impl FnOnce(&D, &[Input<'_, D, R>], &mut C) -> Result<Merged<D, R>, MergeError>,
-    ) -> Result<(), ReuseError> {
-        // No confidence of its own: the pixel takes no part (background, say).
+        // No confidence of its own: the domain takes no part.
         if inputs[0].confidence() == 0.0 {
             *output = inputs[0].reservoir.clone();
-            return Ok(());
+        } else {
+            self.keep(index, merge().map_err(ReuseError::Merge)?, output);
         }
-        let merged = merge(&self.domains[pixel], inputs, &mut choose(pixel));
-        let merged = merged.map_err(ReuseError::Merge)?;
-        observe(pixel, &merged.report);
-        *output = merged.reservoir.with_confidence_cap(self.confidence_cap);
         Ok(())
+    }
+
+    #[inline]
+    fn keep<R: Storage>(&self, index: usize, merged: Merged<Ds::Domain, R>, output: &mut Held<Ds, R>) {
+        if let Some(observer) = self.observer {
+            observer(index, &merged.report);
+        }
+        *output = merged.reservoir;
     }
 }
 
-/// [`each_pair`] for one slice.
-fn each<X: Send, S>(
-    elements: &mut [X],
-    scratch: impl Fn() -> S + Sync + Send,
-    run: impl Fn(&mut S, usize, &mut X) -> Result<(), ReuseError> + Sync + Send,
-) -> Result<(), ReuseError> {
-    // Units take no room: this allocates nothing.
-    let mut units = vec![(); elements.len()];
-    each_pair(elements, &mut units, scratch, |scratch, index, element, ()| {
-        run(scratch, index, element)
-    })
-}
-
-/// Runs `run` for each pair of elements of two slices of one length, with per-thread scratch made by `scratch`. Pairs are
-/// independent of each other.
-#[cfg(feature = "parallel")]
-fn each_pair<X: Send, A: Send, S>(
-    elements: &mut [X],
-    others: &mut [A],
-    scratch: impl Fn() -> S + Sync + Send,
-    run: impl Fn(&mut S, usize, &mut X, &mut A) -> Result<(), ReuseError> + Sync + Send,
-) -> Result<(), ReuseError> {
-    use rayon::prelude::*;
-    elements
-        .par_iter_mut()
-        .zip(others)
-        .enumerate()
-        .with_min_len(64)
-        .try_for_each_init(scratch, |scratch, (index, (element, other))| {
-            run(scratch, index, element, other)
-        })
-}
-
-/// Runs `run` for each pair of elements of two slices of one length, with scratch made by `scratch`. Pairs are independent of
-/// each other.
-#[cfg(not(feature = "parallel"))]
-fn each_pair<X, A, S>(
-    elements: &mut [X],
-    others: &mut [A],
-    scratch: impl Fn() -> S,
-    run: impl Fn(&mut S, usize, &mut X, &mut A) -> Result<(), ReuseError>,
-) -> Result<(), ReuseError> {
-    let mut scratch = scratch();
-    elements
-        .iter_mut()
-        .zip(others)
-        .enumerate()
-        .try_for_each(|(index, (element, other))| run(&mut scratch, index, element, other))
+/// The merge of one side of a pair, itself first.
+fn pair<D: Domain, R: Storage>(
+    pairwise: Pairwise,
+    [own, other]: [&D; 2],
+    [canonical, neighbour]: [&DomainReservoir<D, R>; 2],
+    [incoming, outgoing]: [&Carried<D::Sample>; 2],
+    choose: &mut impl Choose,
+) -> Result<Merged<D, R>, MergeError> {
+    let confidence = f64::from(neighbour.confidence());
+    let mut stream = PairwiseStream::new(own, own, canonical, pairwise, confidence)?;
+    stream.exchanged(other, neighbour, incoming, outgoing, choose)?;
+    Ok(stream.finish(choose))
 }

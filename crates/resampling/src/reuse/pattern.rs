@@ -1,7 +1,6 @@
-//! Which pixels reuse from which.
-//!
-//! Patterns depend on the place and on random bits, never on samples: choosing neighbours by what they hold
-//! would be bias.
+//! Which pixels reuse from which: topologies of an image.
+
+use super::topology::{Topology, for_each_within};
 
 /// A grid of domains, stored row by row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,6 +128,16 @@ impl Pattern {
         Ok(Self(Kind::Rooks { side, stride }))
     }
 
+    /// The neighbours of the pixels of an image, in the round with random bits `key`.
+    #[inline]
+    pub fn over(self, extent: Extent, key: u32) -> PixelNeighbours {
+        PixelNeighbours {
+            pattern: self,
+            extent,
+            key,
+        }
+    }
+
     /// An upper bound on the number of neighbours.
     pub fn max_neighbours(&self) -> usize {
         match self.0 {
@@ -145,14 +154,7 @@ impl Pattern {
         let [x, y] = extent.place(pixel);
         match self.0 {
             Kind::Window { radius } => {
-                let radius = i64::from(radius);
-                for dy in -radius..=radius {
-                    for dx in -radius..=radius {
-                        if let Some(index) = extent.index(x + dx, y + dy).filter(|&index| index != pixel) {
-                            visit(index);
-                        }
-                    }
-                }
+                for_each_within([extent.width, extent.height, 1], pixel, radius, visit);
             }
             Kind::Disk { radius, count } => {
                 // In f64: where platforms' sines differ in the last place, rounding to pixels still agrees.
@@ -191,6 +193,26 @@ impl Pattern {
     }
 }
 
+/// A [`Pattern`] on an image, for one round.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelNeighbours {
+    pattern: Pattern,
+    extent: Extent,
+    key: u32,
+}
+
+impl Topology for PixelNeighbours {
+    #[inline]
+    fn max_neighbours(&self) -> usize {
+        self.pattern.max_neighbours()
+    }
+
+    #[inline]
+    fn for_each(&self, index: usize, visit: impl FnMut(usize)) {
+        self.pattern.for_each(self.extent, index, self.key, visit);
+    }
+}
+
 /// Pairs of pixels: the partner of a pixel's partner is the pixel. So one shift a pixel serves all merges of
 /// a round (see [`Carried`](crate::Carried)).
 ///
@@ -214,6 +236,16 @@ impl PairedPattern {
         }
     }
 
+    /// The pairs of the pixels of an image, in the round with random bits `key`.
+    #[inline]
+    pub fn over(self, extent: Extent, key: u32) -> PixelPairs {
+        PixelPairs {
+            pattern: self,
+            extent,
+            key,
+        }
+    }
+
     /// The partner of `pixel` in the round with random bits `key`, the same for all pixels; `None` where it
     /// lies beyond the border.
     #[inline]
@@ -230,6 +262,28 @@ impl PairedPattern {
             ((x + offset_x) ^ flip_x) - offset_x,
             ((y + offset_y) ^ flip_y) - offset_y,
         )
+    }
+}
+
+/// A [`PairedPattern`] on an image, for one round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelPairs {
+    pattern: PairedPattern,
+    extent: Extent,
+    key: u32,
+}
+
+impl Topology for PixelPairs {
+    #[inline]
+    fn max_neighbours(&self) -> usize {
+        1
+    }
+
+    #[inline]
+    fn for_each(&self, index: usize, mut visit: impl FnMut(usize)) {
+        if let Some(partner) = self.pattern.partner(self.extent, index, self.key) {
+            visit(partner);
+        }
     }
 }
 

@@ -1,8 +1,9 @@
-//! Reuse over a grid: exactness of passes, determinism, cost, and what the named biased switches do.
+//! Reuse over an image: exactness of passes, determinism, cost, and what the named biased switches do.
 
 use lightshed_resampling::{
-    Choose, Contribution, Counting, Domain, DomainReservoir, IdentityShift, MergeReport, Mis, Moments,
-    PairedPattern, Pattern, Reservoir, Reuse, ReuseError, Ris, TemporalDomains, Tractable,
+    Choose, Contribution, Counting, Domain, DomainReservoir, Filtered, History, IdentityShift, MergeReport,
+    MergeRule, Mis, Moments, PairedPattern, Pattern, Reservoir, Reuse, ReuseError, Ris, Sums, Topology,
+    Tractable,
 };
 use lightshed_resampling::{Extent, ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::CounterRng;
@@ -67,52 +68,44 @@ fn fresh(domains: &[Pixel], frame: u32) -> Vec<DomainReservoir<Pixel>> {
         .collect()
 }
 
-fn nothing(_: usize, _: &MergeReport) {}
+fn rule(mis: Mis, cap: f32) -> MergeRule<IdentityShift> {
+    MergeRule::new(IdentityShift)
+        .with_mis(mis)
+        .with_confidence_cap(cap)
+}
 
 /// Three frames of temporal and two rounds of spatial reuse, and one in pairs.
 fn chain(mis: Mis, seed: u64) -> Vec<DomainReservoir<Pixel>> {
     let domains = domains(0.0);
-    let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, mis, 8.0).unwrap();
+    let reuse = Reuse::new(&domains, rule(mis, 8.0));
     let mut current = fresh(&domains, seed as u32 * 16);
     let mut scratch = current.clone();
     for frame in 1..3u32 {
         let rng = |stage: u32| move |pixel| CounterRng::new(seed, pixel as u32, frame * 16 + stage);
         let candidates = fresh(&domains, seed as u32 * 16 + frame);
-        let previous = TemporalDomains::Previous(&domains);
+        let history = History::new(&domains, &current);
         reuse
-            .temporal(
-                &candidates,
-                &previous,
-                &current,
-                Some,
-                &mut scratch,
-                rng(0),
-                &nothing,
-            )
+            .temporal(&candidates, history, Some, &mut scratch, rng(0))
             .unwrap();
         std::mem::swap(&mut current, &mut scratch);
         let pattern = Pattern::disk(4.0, 3).unwrap();
         reuse
             .spatial_rounds(
-                &pattern,
-                2,
-                |round| frame * 31 + round + seed as u32,
+                0..2,
+                |round| pattern.over(EXTENT, frame * 31 + round + seed as u32),
                 &mut current,
                 &mut scratch,
                 |round, pixel| CounterRng::new(seed, pixel as u32, frame * 16 + 1 + round),
-                &nothing,
             )
             .unwrap();
         if matches!(mis, Mis::Pairwise(_)) {
             let paired = PairedPattern::new(8).unwrap();
             reuse
                 .paired(
-                    &paired,
-                    frame + seed as u32,
+                    paired.over(EXTENT, frame + seed as u32),
                     &current,
                     &mut scratch,
                     rng(5),
-                    &nothing,
                 )
                 .unwrap();
             std::mem::swap(&mut current, &mut scratch);
@@ -212,7 +205,7 @@ fn pairs_cost_one_shift_a_pixel() {
     let domains = domains(0.0);
     let count = AtomicU32::new(0);
     let shift = Counted(&count);
-    let reuse = Reuse::new(EXTENT, &domains, &shift, Mis::PAIRWISE_DEFENSIVE, 8.0).unwrap();
+    let reuse = Reuse::new(&domains, MergeRule::new(&shift));
     // Full reservoirs only, so that none is spared.
     let full: Vec<DomainReservoir<Pixel>> = domains
         .iter()
@@ -222,7 +215,7 @@ fn pairs_cost_one_shift_a_pixel() {
     let rng = |pixel| CounterRng::new(1, pixel as u32, 0);
     let pattern = PairedPattern::new(4).unwrap();
     reuse
-        .paired(&pattern, 3, &full, &mut output, rng, &nothing)
+        .paired(pattern.over(EXTENT, 3), &full, &mut output, rng)
         .unwrap();
     let paired = (0..EXTENT.len())
         .filter(|&p| pattern.partner(EXTENT, p, 3).is_some())
@@ -235,7 +228,7 @@ fn pairs_cost_one_shift_a_pixel() {
         pattern.for_each(EXTENT, pixel, 3, |_| neighbours += 1);
     }
     reuse
-        .spatial(&pattern, 3, &full, &mut output, rng, &nothing)
+        .spatial(pattern.over(EXTENT, 3), &full, &mut output, rng)
         .unwrap();
     assert_eq!(count.load(Ordering::Relaxed), 2 * neighbours);
 }
@@ -246,13 +239,14 @@ fn confidence_is_capped_and_background_takes_no_part() {
     let mut input = fresh(&domains, 0);
     input[7] = Reservoir::empty(0.0);
     let mut output = input.clone();
-    let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, Mis::PAIRWISE_UNIFORM, 2.5).unwrap();
+    let reuse = Reuse::new(&domains, rule(Mis::PAIRWISE_UNIFORM, 2.5));
     let pattern = Pattern::window(1).unwrap();
     let rng = |pixel| CounterRng::new(1, pixel as u32, 0);
     let weights = std::sync::Mutex::new(Moments::new());
     let observe = |_: usize, report: &MergeReport| weights.lock().unwrap().push(report.weight_sum);
     reuse
-        .spatial(&pattern, 0, &input, &mut output, rng, &observe)
+        .with_observer(&observe)
+        .spatial(pattern.over(EXTENT, 0), &input, &mut output, rng)
         .unwrap();
     assert_eq!(output[7], input[7]);
     assert!(
@@ -270,9 +264,11 @@ fn dissimilar_domains_are_left_out() {
     let domains = domains(0.0);
     let input = fresh(&domains, 0);
     let rng = |pixel| CounterRng::new(1, pixel as u32, 0);
-    let none = |_: &Pixel, _: &Pixel| false;
-    let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 9.0).unwrap();
-    let alone = reuse.with_similarity(&none);
+    let reuse = Reuse::new(&domains, rule(Mis::PAIRWISE_DEFENSIVE, 9.0));
+    // By a property of domains, of no bias: here nobody resembles anybody.
+    fn alone<T: Topology>(topology: T) -> Filtered<T, impl Fn(usize, usize) -> bool + Sync> {
+        topology.filtered(|_, _| false)
+    }
     let mut output = vec![DomainReservoir::<Pixel>::empty(0.0); EXTENT.len()];
     // A merge with itself alone and no merge agree to the rounding of a weight.
     let same = |a: &[DomainReservoir<Pixel>], b: &[DomainReservoir<Pixel>]| {
@@ -281,35 +277,22 @@ fn dissimilar_domains_are_left_out() {
             a.sample() == b.sample() && (u - v).abs() <= 1e-6 * v && a.confidence() == b.confidence()
         })
     };
-    alone
-        .spatial(
-            &Pattern::window(2).unwrap(),
-            0,
-            &input,
-            &mut output,
-            rng,
-            &nothing,
-        )
-        .unwrap();
+    let window = Pattern::window(2).unwrap().over(EXTENT, 0);
+    reuse.spatial(alone(window), &input, &mut output, rng).unwrap();
     assert!(same(&output, &input));
-    let pairs = PairedPattern::new(4).unwrap();
-    alone
-        .paired(&pairs, 0, &input, &mut output, rng, &nothing)
-        .unwrap();
+    let pairs = PairedPattern::new(4).unwrap().over(EXTENT, 0);
+    reuse.paired(alone(pairs), &input, &mut output, rng).unwrap();
     assert!(same(&output, &input));
-    let history = fresh(&domains, 1);
-    let previous = TemporalDomains::Previous(&domains);
-    alone
-        .temporal(&input, &previous, &history, Some, &mut output, rng, &nothing)
-        .unwrap();
-    assert!(same(&output, &input));
-    let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 9.0).unwrap();
+    let held = fresh(&domains, 1);
+    let history = || History::new(&domains, &held);
     reuse
-        .temporal(&input, &previous, &history, Some, &mut output, rng, &nothing)
+        .temporal(&input, history(), |_| None, &mut output, rng)
         .unwrap();
+    assert!(same(&output, &input));
+    reuse.temporal(&input, history(), Some, &mut output, rng).unwrap();
     assert!(
         !same(&output, &input),
-        "the control: without the test of similarity something happens"
+        "the control: with a history something happens"
     );
 }
 
@@ -323,14 +306,16 @@ fn a_round_that_integrates_is_the_round_and_its_sum() {
     let rng = |pixel| CounterRng::new(1, pixel as u32, 0);
     let pattern = Pattern::disk(4.0, 5).unwrap();
     for mis in [Mis::PAIRWISE_DEFENSIVE, Mis::Balance, Mis::ConstantBiased] {
-        let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, mis, 9.0).unwrap();
+        let reuse = Reuse::new(&domains, rule(mis, 9.0));
         let (mut plain, mut output) = (input.clone(), input.clone());
+        let neighbours = pattern.over(EXTENT, 3);
         let sums_of_weights = std::sync::Mutex::new(vec![0.0; EXTENT.len()]);
         let observe = |pixel: usize, report: &MergeReport| {
             sums_of_weights.lock().unwrap()[pixel] = report.weight_sum;
         };
-        reuse
-            .spatial(&pattern, 3, &input, &mut plain, rng, &observe)
+        Reuse::new(&domains, rule(mis, 9.0))
+            .with_observer(&observe)
+            .spatial(pattern.over(EXTENT, 3), &input, &mut plain, rng)
             .unwrap();
         let mut sums = vec![[0.0, 0.0]; EXTENT.len()];
         let shade = |pixel: usize, contribution: Contribution<'_, u32>, sum: &mut [f64; 2]| {
@@ -338,7 +323,7 @@ fn a_round_that_integrates_is_the_round_and_its_sum() {
             sum[1] += 1.0;
         };
         reuse
-            .spatial_integrated(&pattern, 3, &input, &mut output, &mut sums, rng, shade, &nothing)
+            .spatial_integrated(neighbours, &input, &mut output, Sums::new(&mut sums, shade), rng)
             .unwrap();
         assert_eq!(plain, output, "{mis:?}");
         for ([sum, count], expected) in sums.iter().zip(sums_of_weights.into_inner().unwrap()) {
@@ -347,16 +332,8 @@ fn a_round_that_integrates_is_the_round_and_its_sum() {
         }
         assert_eq!(sums[5], [0.0, 0.0], "a pixel that takes no part");
         assert!(sums.iter().any(|[_, count]| *count > 3.0));
-        let refused = reuse.spatial_integrated(
-            &pattern,
-            3,
-            &input,
-            &mut output,
-            &mut sums[1..],
-            rng,
-            shade,
-            &nothing,
-        );
+        let short = Sums::new(&mut sums[1..], shade);
+        let refused = reuse.spatial_integrated(neighbours, &input, &mut output, short, rng);
         assert_eq!(refused, Err(ReuseError::Length));
     }
 }
@@ -365,21 +342,24 @@ fn a_round_that_integrates_is_the_round_and_its_sum() {
 fn slices_that_do_not_match_are_refused() {
     let domains = domains(0.0);
     let input = fresh(&domains, 0);
-    let wrong = Extent { width: 3, height: 3 };
-    assert!(Reuse::new(wrong, &domains, &IdentityShift, Mis::Balance, 1.0).is_err());
-    let reuse = Reuse::new(EXTENT, &domains, &IdentityShift, Mis::Balance, 1.0).unwrap();
+    let reuse = Reuse::new(&domains, rule(Mis::Balance, 1.0));
     let rng = |pixel| CounterRng::new(1, pixel as u32, 0);
     let mut short = input[1..].to_vec();
     let pattern = Pattern::window(1).unwrap();
     assert_eq!(
-        reuse.spatial(&pattern, 0, &input, &mut short, rng, &nothing),
+        reuse.spatial(pattern.over(EXTENT, 0), &input, &mut short, rng),
         Err(ReuseError::Length)
     );
     let mut output = input.clone();
     let pairs = PairedPattern::new(4).unwrap();
     assert_eq!(
-        reuse.paired(&pairs, 0, &input, &mut output, rng, &nothing),
+        reuse.paired(pairs.over(EXTENT, 0), &input, &mut output, rng),
         Err(ReuseError::NotPairwise)
+    );
+    let history = History::new(&domains[1..], &input);
+    assert_eq!(
+        reuse.temporal(&input, history, Some, &mut output, rng),
+        Err(ReuseError::Length)
     );
 }
 
@@ -396,10 +376,9 @@ impl Choose for Shared {
 /// The previous frame's domain differs from this one's: exact with it, biased without it.
 #[test]
 fn the_previous_frames_domain_keeps_moving_domains_exact() {
-    let extent = Extent { width: 1, height: 1 };
     let (now, before) = (Pixel { centre: 4.0 }, Pixel { centre: 9.0 });
     let pmf = vec![1.0 / f64::from(POINTS); POINTS as usize];
-    let run = |previous: &TemporalDomains<'_, Pixel>| {
+    let run = |previous: Pixel| {
         expectation_vector(|chooser| {
             let draw = |domain: &Pixel, x: usize| -> DomainReservoir<Pixel, f64> {
                 let mut ris = Ris::<u32, Counting>::new();
@@ -412,21 +391,21 @@ fn the_previous_frames_domain_keeps_moving_domains_exact() {
             let history = [draw(&before, chooser.choose(&pmf))];
             let mut output = fresh;
             let domains = [now];
-            let reuse = Reuse::new(extent, &domains, &IdentityShift, Mis::PAIRWISE_DEFENSIVE, 20.0).unwrap();
+            let reuse = Reuse::new(&domains, MergeRule::new(IdentityShift));
+            let previous = History::new(&[previous], &history);
             let shared = std::sync::Arc::new(std::sync::Mutex::new(std::mem::take(chooser)));
             let choose = |_| Shared(shared.clone());
             reuse
-                .temporal(&fresh, previous, &history, Some, &mut output, choose, &nothing)
+                .temporal(&fresh, previous, Some, &mut output, choose)
                 .unwrap();
             *chooser = std::mem::take(&mut shared.lock().unwrap());
             [output[0].estimate(|x| now.target(x))]
         })
         .values[0]
     };
-    let before = [before];
-    let unbiased = run(&TemporalDomains::Previous(&before));
+    let unbiased = run(before);
     assert!((unbiased / now.integral() - 1.0).abs() < 1e-12, "{unbiased}");
-    let biased = run(&TemporalDomains::BiasedCurrent);
+    let biased = run(now);
     assert!((biased / now.integral() - 1.0).abs() > 0.05, "{biased}");
 }
 

@@ -22,7 +22,7 @@ use candidates::Sequence;
 use evaluation::{Evaluation, Reach};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
-use lightshed_resampling::{Contribution, Extent, Mis, Pattern, Reuse, ReuseError, TemporalDomains};
+use lightshed_resampling::{Contribution, Extent, History, MergeRule, Mis, Pattern, Reuse, ReuseError, Sums};
 use lightshed_sampling::{CounterRng, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::{Camera, Rgb, Scene};
@@ -395,7 +395,10 @@ impl<'a> RestirVolume<'a> {
         } else {
             self.options.confidence_cap
         };
-        let reuse = Reuse::new(extent, pixels, &shift, Mis::Balance, cap)?;
+        let rule = MergeRule::new(&shift)
+            .with_mis(Mis::Balance)
+            .with_confidence_cap(cap);
+        let reuse = Reuse::new(pixels, rule);
         if self.options.temporal_reuse && view.frame > 0 {
             let previous = &self.pixels[(view.frame as usize + 1) % 2];
             let before = self.motion.camera(self.volumes(0).scene, view.frame - 1);
@@ -426,15 +429,9 @@ impl<'a> RestirVolume<'a> {
                 };
                 pixel_seeing(&before, size, position)
             };
-            reuse.temporal(
-                fresh,
-                &TemporalDomains::Previous(previous),
-                &self.history[view.reservoir as usize],
-                source,
-                scratch,
-                |pixel| self.rng(view, pixel, Pass::Temporal),
-                &|_, _| (),
-            )?;
+            let history = History::new(previous, &self.history[view.reservoir as usize]);
+            let choose = |pixel| self.rng(view, pixel, Pass::Temporal);
+            reuse.temporal(fresh, history, source, scratch, choose)?;
             std::mem::swap(reservoirs, scratch);
         }
         if let Some(pattern) = &self.pattern {
@@ -448,16 +445,8 @@ impl<'a> RestirVolume<'a> {
                 let weight = part.weight * self.share();
                 *sum += shaded(&evaluation, &pixels[pixel], part.sample, weight, &mut rng);
             };
-            reuse.spatial_integrated(
-                pattern,
-                key,
-                reservoirs,
-                scratch,
-                image,
-                choose,
-                shade,
-                &|_, _| (),
-            )?;
+            let neighbours = pattern.over(extent, key);
+            reuse.spatial_integrated(neighbours, reservoirs, scratch, Sums::new(image, shade), choose)?;
         }
         Ok(())
     }

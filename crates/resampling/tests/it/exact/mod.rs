@@ -6,4 +6,5 @@ mod conditional;
 mod faults;
 mod finite;
 mod merging;
+mod reuse;
 mod stages;
