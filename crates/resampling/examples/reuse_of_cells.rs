@@ -1,4 +1,4 @@
-//! Rooms of a house share what they know about 64 lamps: reuse over a graph, with a room that is bricked up.
+//! Rooms of a house share what they know about 64 lamps: reuse over a graph, with a room where nobody is.
 //!
 //! `cargo run --release -p lightshed-resampling --example reuse_of_cells`
 use lightshed_resampling::{
@@ -6,7 +6,6 @@ use lightshed_resampling::{
     Ris, Tractable,
 };
 use lightshed_sampling::CounterRng;
-use std::error::Error;
 
 /// A room at `x`, lit by lamps all along the house; every seventh lamp is strong.
 struct Room(f64);
@@ -16,22 +15,20 @@ impl Domain for Room {
     type Space = Counting;
     fn target(&self, &lamp: &u32) -> f64 {
         let distance = f64::from(lamp) / 8.0 - self.0;
-        let power = if lamp.is_multiple_of(7) { 9.0 } else { 1.0 };
-        power / (0.1 + distance * distance)
+        (if lamp % 7 == 0 { 9.0 } else { 1.0 }) / (0.1 + distance * distance)
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A corridor (room 0) with six rooms on it. Nobody is in room 4.
-    let rooms: Vec<Option<Room>> = (0..7)
-        .map(|i| (i != 4).then_some(Room(f64::from(i) + 0.5)))
-        .collect();
+    let room = |i| (i != 4).then_some(Room(f64::from(i) + 0.5));
+    let rooms: Vec<Option<Room>> = (0..7).map(room).collect();
     let doors = NeighbourLists::new((0..7).map(|i| if i == 0 { (1..7).collect() } else { vec![0] }))?;
-    let reuse = Reuse::new(&rooms, MergeRule::new(IdentityShift).with_confidence_cap(10.0));
+    let reuse = Reuse::new(&rooms, MergeRule::new(IdentityShift));
     let uniform = Tractable::<Counting>::from_density(1.0 / 64.0)?.weight();
     // Of room 3, where every third lamp is hidden.
     let light = |lamp: &u32| Room(3.5).target(lamp) * if lamp % 3 == 0 { 0.0 } else { 1.0 };
-    let mut estimates = [Moments::new(), Moments::new()];
+    let (mut alone, mut shared) = (Moments::new(), Moments::new());
     for chain in 0..4000 {
         let mut held = vec![DomainReservoir::<Room>::empty(0.0); rooms.len()];
         let mut merged = held.clone();
@@ -45,15 +42,13 @@ fn main() -> Result<(), Box<dyn Error>> {
                 ris.finish(1.0)
             };
             let fresh: Vec<_> = rooms.iter().enumerate().map(draw).collect();
-            let history = History::new(&rooms, &held);
-            reuse.temporal(&fresh, history, Some, &mut merged, rng(1))?;
+            reuse.temporal(&fresh, History::new(&rooms, &held), Some, &mut merged, rng(1))?;
             reuse.spatial(&doors, &merged, &mut held, rng(2))?;
-            for (moments, reservoir) in estimates.iter_mut().zip([&fresh[3], &held[3]]) {
-                moments.push(reservoir.estimate(light));
-            }
+            alone.push(fresh[3].estimate(light));
+            shared.push(held[3].estimate(light));
         }
     }
-    for (name, light) in ["one candidate", "with reuse"].iter().zip(estimates) {
+    for (name, light) in [("one candidate", alone), ("with reuse", shared)] {
         let (mean, deviation) = (light.mean(), light.variance().sqrt());
         println!("{name:>13}: light of room 3 {mean:.2}, standard deviation {deviation:.1}");
     }
