@@ -4,7 +4,7 @@ use crate::Outcome;
 use crate::fit::slope;
 use crate::pixels::{Pixel, SamePlace};
 use lightshed::resampling::{
-    DomainReservoir, Extent, IdentityShift, Input, Mis, Moments, Pattern, Reuse, TemporalDomains,
+    DomainReservoir, Extent, History, IdentityShift, Input, MergeRule, Mis, Moments, Pattern, Reuse,
     correlation, duplicate_rate, merge, neighbour_correlation,
 };
 use lightshed::sampling::CounterRng;
@@ -128,9 +128,7 @@ pub fn error_of_frames(effort: f64) -> Outcome {
         let mut errors = vec![Moments::new(); frames as usize];
         let (mut duplicates, mut neighbours, mut successive) =
             (Moments::new(), Moments::new(), Moments::new());
-        let Ok(reuse) = Reuse::new(extent, &pixels, &SamePlace, Mis::PAIRWISE_DEFENSIVE, cap) else {
-            continue;
-        };
+        let reuse = Reuse::new(&pixels, MergeRule::new(SamePlace).with_confidence_cap(cap));
         for ensemble in 0..ensembles {
             let stream = |pass: u32, frame: u32| {
                 move |pixel: usize| CounterRng::new(u64::from(pass), pixel as u32, ensemble << 16 | frame)
@@ -144,27 +142,13 @@ pub fn error_of_frames(effort: f64) -> Outcome {
                     .enumerate()
                     .map(|(index, pixel)| pixel.draw(1, 1.0, &mut stream(0, frame)(index)))
                     .collect();
-                let previous = TemporalDomains::Previous(&pixels);
+                let previous = History::new(&pixels, &history);
                 let done = reuse
-                    .temporal(
-                        &fresh,
-                        &previous,
-                        &history,
-                        Some,
-                        &mut scratch,
-                        stream(1, frame),
-                        &|_, _| (),
-                    )
+                    .temporal(&fresh, previous, Some, &mut scratch, stream(1, frame))
                     .and_then(|()| {
                         let key = frame.wrapping_mul(0x9E37_79B9) ^ ensemble;
-                        reuse.spatial(
-                            &pattern,
-                            key,
-                            &scratch,
-                            &mut history,
-                            stream(2, frame),
-                            &|_, _| (),
-                        )
+                        let neighbours = pattern.over(extent, key);
+                        reuse.spatial(neighbours, &scratch, &mut history, stream(2, frame))
                     });
                 if done.is_err() {
                     return empty("error_of_frames", "fig. 6.8a");
