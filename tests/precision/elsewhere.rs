@@ -65,7 +65,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "gives what it holds, or checks and stores",
         "Carried::pulled Carried::shifted ContributionWeight::new ContributionWeight::value Input::canonical Input::neighbour Pairwise::new \
          Pattern::disk Pulled::density Reservoir::is_empty Reservoir::map Reservoir::new Reservoir::sample Reservoir::weight Reservoir::weighted_sample \
-         MergeRule::new MergeRule::with_confidence_cap Reuse::new Storage::from_f64 Storage::to_f64 Moments::count Moments::new Reservoir::within",
+         History::new MergeRule::new MergeRule::with_confidence_cap Reuse::new Storage::from_f64 Storage::to_f64 Moments::count Moments::new Reservoir::within",
     ),
     (
         "lightshed-resampling",

@@ -392,7 +392,8 @@ fn the_previous_frames_domain_keeps_moving_domains_exact() {
             let mut output = fresh;
             let domains = [now];
             let reuse = Reuse::new(&domains, MergeRule::new(IdentityShift));
-            let previous = History::new(&[previous], &history);
+            let previous = [previous];
+            let previous = History::new(&previous, &history);
             let shared = std::sync::Arc::new(std::sync::Mutex::new(std::mem::take(chooser)));
             let choose = |_| Shared(shared.clone());
             reuse
