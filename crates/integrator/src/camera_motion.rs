@@ -1,5 +1,6 @@
 //! Cameras that move from frame to frame, and where points were seen by an earlier one.
 
+use lightshed_resampling::Extent;
 use lightshed_scene::glam::{Quat, Vec3};
 use lightshed_scene::{Camera, Scene};
 use std::fmt;
@@ -153,7 +154,8 @@ impl CameraMotion {
 /// Index `y · width + x` of the pixel in which `camera` sees the world position `point` (through the centre of its lens, and
 /// whatever stands in between); `None` outside an image of this size.
 #[inline]
-pub(crate) fn pixel_seeing(camera: &Camera, [width, height]: [u32; 2], point: Vec3) -> Option<usize> {
+pub(crate) fn pixel_seeing(camera: &Camera, extent: Extent, point: Vec3) -> Option<usize> {
+    let Extent { width, height } = extent;
     let film = camera.film_position(point)?;
     let inside = film.x >= 0.0 && film.y >= 0.0 && film.x < width as f32 && film.y < height as f32;
     inside.then(|| film.y as usize * width as usize + film.x as usize)
@@ -162,6 +164,7 @@ pub(crate) fn pixel_seeing(camera: &Camera, [width, height]: [u32; 2], point: Ve
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::restir::frames::extent_of;
     use lightshed_scene::builtin;
     use lightshed_scene::glam::Vec2;
     use std::f32::consts::{FRAC_PI_2, TAU};
@@ -169,8 +172,8 @@ mod tests {
     #[test]
     fn an_orbit_keeps_its_pivot_in_the_middle() {
         let scene = Scene::new(&builtin::cornell()).unwrap();
-        let size = [scene.settings().width, scene.settings().height];
-        let centre = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
+        let size = extent_of(&scene);
+        let centre = Vec2::new(size.width as f32, size.height as f32) * 0.5;
         let ray = scene.camera().ray(centre, [0.5; 2]);
         let pivot = ray.origin + ray.direction * 3.0;
         let motion = CameraMotion::orbit(pivot, Vec3::Y, 0.1).unwrap();
@@ -180,8 +183,8 @@ mod tests {
             assert!(film.distance(centre) < 0.05, "{film} in frame {frame}");
             let pixel = pixel_seeing(&camera, size, pivot + camera.ray(centre, [0.5; 2]).direction).unwrap();
             let place = Vec2::new(
-                (pixel % size[0] as usize) as f32,
-                (pixel / size[0] as usize) as f32,
+                (pixel % size.width as usize) as f32,
+                (pixel / size.width as usize) as f32,
             );
             assert!(place.distance(centre) < 2.0);
         }
@@ -227,14 +230,14 @@ mod tests {
     #[test]
     fn points_outside_the_image_have_no_pixel() {
         let scene = Scene::new(&builtin::cornell()).unwrap();
-        let (camera, size) = (scene.camera(), [scene.settings().width, scene.settings().height]);
+        let (camera, size) = (scene.camera(), extent_of(&scene));
         let at = |x: f32, y: f32| {
             let ray = camera.ray(Vec2::new(x, y), [0.5; 2]);
             pixel_seeing(camera, size, ray.origin + ray.direction)
         };
-        let (w, h) = (size[0] as f32, size[1] as f32);
+        let (w, h) = (size.width as f32, size.height as f32);
         assert_eq!(at(0.5, 0.5), Some(0));
-        assert_eq!(at(w - 0.5, h - 0.5), Some((size[0] * size[1]) as usize - 1));
+        assert_eq!(at(w - 0.5, h - 0.5), Some(size.len() - 1));
         for (x, y) in [(-0.5, 3.5), (w + 0.5, 3.5), (3.5, -0.5), (3.5, h + 0.5)] {
             assert_eq!(at(x, y), None);
         }

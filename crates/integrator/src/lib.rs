@@ -18,6 +18,7 @@
 //! items only: another renderer can build the same.
 
 mod camera_motion;
+mod camera_ray;
 mod direct;
 mod light_selection;
 mod path;

@@ -3,6 +3,7 @@
 //! | what | where | exact, tested and portable how |
 //! |---|---|---|
 //! | random numbers by place: seed, pixel, sample, dimension | [`CounterRng`], [`PathSeed`], [`threefry4x32`] | integers; WGSL computes the same bits |
+//! | the same for the passes of a frame | [`FramePasses`] | parts of a stream that do not overlap |
 //! | stratified numbers | [`SobolSampler`] | integers; nets counted exactly |
 //! | bits → numbers, one number used twice, choice among a few | [`f32_from_u32`], [`f64_from_u64`], [`u32_from_f32`], [`remap`], [`choose`] | never 1, never a zero weight |
 //! | choice among many | [`AliasTable`] | the pmf is the one realised, by exact counts; integers |
@@ -59,6 +60,7 @@ mod frame;
 mod measure;
 mod octahedral;
 pub mod parallel;
+mod passes;
 mod piecewise;
 mod piecewise2d;
 mod rng;
@@ -80,6 +82,7 @@ pub use octahedral::{
     octahedral_decode, octahedral_encode, octahedral_from_solid_angle, octahedral_pack16, octahedral_pack32,
     octahedral_to_solid_angle, octahedral_unpack16, octahedral_unpack32,
 };
+pub use passes::{FrameNumbers, FramePasses, PassNumbers, TooManyPasses};
 pub use piecewise::{PiecewiseConstant1d, PiecewiseSample};
 pub use piecewise2d::{PiecewiseConstant2d, PiecewiseSample2d};
 pub use rand;

@@ -11,6 +11,7 @@ mod start;
 mod suffix;
 pub(crate) mod walk;
 
+use crate::camera_ray::PixelRay;
 use crate::path::next_event::{Bounce, SampleCounts, Shadow, emission_sample, met_emission};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_lanes::LaneChoice;
@@ -185,14 +186,7 @@ impl PixelEstimator for PathTracer<'_> {
 /// A ray through a uniformly chosen point of the pixel's square, and of the lens where there is one.
 #[inline(always)]
 pub(crate) fn camera_ray(scene: &Scene, x: u32, y: u32, rng: &mut CounterRng) -> Ray {
-    let camera = scene.camera();
-    let [dx, dy] = rng.next_2d();
-    let u_lens = if camera.has_lens() {
-        rng.next_2d()
-    } else {
-        [0.5; 2]
-    };
-    camera.ray(Vec2::new(x as f32 + dx, y as f32 + dy), u_lens)
+    PixelRay::draw(scene.camera(), Vec2::new(x as f32, y as f32), rng).ray
 }
 
 #[cfg(test)]

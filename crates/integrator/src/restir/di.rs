@@ -1,9 +1,10 @@
 //! ReSTIR DI: direct light from many emitters by reuse among pixels and frames.
 
 use super::candidates::{EndpointSampler, KINDS, Survivors, resample_candidates};
+use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, in_batches};
 use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
-use super::primary::{FrameView, Primary, trace_primaries};
-use super::{Pass, pass_rng, pattern_key};
+use super::passes::{MAX_ROUNDS, PASSES, Pass};
+use super::primary::{Primary, trace_primaries};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::path::next_event::met_emission;
@@ -11,7 +12,7 @@ use crate::path::walk::NOWHERE;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
-    Contribution, Extent, History, MergeRule, Mis, Pattern, PatternError, Reuse, ReuseError, Sums, Topology,
+    Contribution, Extent, MergeRule, Mis, Pattern, PatternError, Reuse, ReuseError, Topology,
 };
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmitterEndpoint, Emitters, Hit, Ray, Rgb, Scene};
@@ -135,13 +136,10 @@ pub struct RestirDi<'a, S: EndpointSampler + ?Sized = Emitters> {
     pattern: Pattern,
     motion: CameraMotion,
     tally: RayTally,
-    /// What the pixels of this frame and of the one before see, by the order of frames: even, odd.
-    pixels: [Vec<Option<Primary>>; 2],
-    /// What the last frame left behind.
-    history: Vec<DirectReservoir>,
-    /// Room for the next frame's.
-    scratch: Vec<DirectReservoir>,
-    spare: Vec<DirectReservoir>,
+    /// What pixels see.
+    pixels: TwoFrames<Vec<Option<Primary>>>,
+    /// What they hold.
+    reservoirs: Reservoirs<Primary>,
 }
 
 impl<'a> RestirDi<'a> {
@@ -191,7 +189,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         if !(1..=1 << 16).contains(&settings.emitter_candidates) {
             return Err(RestirDiError::Candidates);
         }
-        if settings.spatial_rounds > 64 {
+        if settings.spatial_rounds > MAX_ROUNDS {
             return Err(RestirDiError::Rounds);
         }
         // Also refuses NaN.
@@ -211,10 +209,8 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
             pattern,
             motion: CameraMotion::STILL,
             tally: RayTally::default(),
-            pixels: [Vec::new(), Vec::new()],
-            history: Vec::new(),
-            scratch: Vec::new(),
-            spare: Vec::new(),
+            pixels: TwoFrames::default(),
+            reservoirs: Reservoirs::default(),
         }
     }
 
@@ -226,15 +222,11 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
 
     /// What the pixels of frame `frame`, rendered last, see.
     pub(super) fn pixels(&self, frame: u32) -> &[Option<Primary>] {
-        &self.pixels[frame as usize % 2]
+        self.pixels.of(frame)
     }
 
     fn extent(&self) -> Extent {
-        let settings = self.scene.settings();
-        Extent {
-            width: settings.width,
-            height: settings.height,
-        }
+        extent_of(self.scene)
     }
 
     /// Fresh reservoirs of all pixels, and light by delta lobes into the image. False if cancelled.
@@ -245,22 +237,15 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> bool {
-        let pixels = self.pixels(view.frame).par_chunks(MAX_BATCH);
         let results = reservoirs
             .par_chunks_mut(MAX_BATCH)
             .zip(image.par_chunks_mut(MAX_BATCH));
-        pixels
-            .zip(results)
-            .enumerate()
-            .for_each(|(chunk, (pixels, (reservoirs, image)))| {
-                if !cancel.load(Ordering::Relaxed) {
-                    let mut by_bsdf = [None; MAX_BATCH];
-                    let first = chunk * MAX_BATCH;
-                    self.meet_emitters(view, first, pixels, &mut by_bsdf, image);
-                    self.resample_chunk(view, first, pixels, &by_bsdf, reservoirs);
-                }
-            });
-        !cancel.load(Ordering::Relaxed)
+        let batches = self.pixels(view.number).par_chunks(MAX_BATCH).zip(results);
+        in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
+            let mut by_bsdf = [None; MAX_BATCH];
+            self.meet_emitters(view, first, pixels, &mut by_bsdf, image);
+            self.resample_chunk(view, first, pixels, &by_bsdf, reservoirs);
+        })
     }
 
     /// One ray for each pixel by its BSDF: those of delta lobes are shaded, the endpoints that others meet are candidates.
@@ -278,7 +263,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         }
         let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [(0, None); MAX_BATCH], 0);
         for (place, primary) in surfaces(pixels) {
-            let mut rng = pass_rng(view.seed, view.width, first + place, view.frame, Pass::Bsdf, 0);
+            let mut rng = view.numbers.pass(Pass::Bsdf).pixel(first + place);
             let u_lobe = rng.next_f32();
             let u = Vec2::from(rng.next_2d());
             if let Some(sample) = primary.bsdf.sample(primary.wo, u_lobe, u) {
@@ -343,7 +328,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
     ) {
         // Without a surface, or with one that no endpoint can light: no part in reuse.
         reservoirs.fill(DirectReservoir::empty(0.0));
-        let rng = |place, pass| pass_rng(view.seed, view.width, first + place, view.frame, pass, 0);
+        let rng = |place, pass: Pass| view.numbers.pass(pass).pixel(first + place);
         let mut survivors = [None; MAX_BATCH];
         for (place, primary) in surfaces(pixels).filter(|(_, primary)| primary.bsdf.has_non_delta()) {
             survivors[place] = Some(resample_candidates(
@@ -393,13 +378,14 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
             .filter_map(|(hidden, owner)| hidden.then_some(owner))
     }
 
-    /// All reuse of a frame. What the pixels hold in the end is in `reservoirs`; `image` is shaded if `shade` says so.
+    /// All reuse of a frame. What the pixels hold in the end is in `reservoirs`; `image` is shaded, unless biased or without
+    /// neighbours.
     fn reuse(
         &self,
         view: FrameView<'_>,
-        reservoirs: &mut Vec<DirectReservoir>,
-        scratch: &mut Vec<DirectReservoir>,
+        reservoirs: &mut Reservoirs<Primary>,
         image: &mut [Rgb],
+        cancel: &AtomicBool,
     ) -> Result<(), ReuseError> {
         let RestirDiSettings {
             biased,
@@ -407,7 +393,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
             confidence_cap,
             ..
         } = self.settings;
-        let (pixels, extent) = (self.pixels(view.frame), self.extent());
+        let (pixels, extent) = (self.pixels(view.number), self.extent());
         let shift = SeenFrom {
             scene: self.scene,
             tally: &self.tally,
@@ -418,39 +404,35 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
             let rule = MergeRule::new(&shift).with_mis(mis);
             Reuse::new(pixels, rule.with_confidence_cap(confidence_cap))
         };
-        let rng = |pass, round| move |pixel| pass_rng(view.seed, view.width, pixel, view.frame, pass, round);
-        if self.settings.temporal_reuse && view.frame > 0 {
-            let previous = self.pixels(view.frame - 1);
-            let camera = self.motion.camera(self.scene, view.frame - 1);
-            let seen_at = |pixel: usize| {
-                let primary = pixels[pixel].as_ref()?;
-                let size = [extent.width, extent.height];
-                let source = pixel_seeing(&camera, size, primary.point.position)?;
-                alike(&pixels[pixel], &previous[source]).then_some(source)
+        if self.settings.temporal_reuse && view.number > 0 {
+            let before = self.pixels(view.number - 1);
+            let camera = self.motion.camera(self.scene, view.number - 1);
+            let seen_at = |pixel: usize, _: &[DirectReservoir]| {
+                let position = pixels[pixel].as_ref()?.point.position;
+                let source = pixel_seeing(&camera, extent, position)?;
+                alike(&pixels[pixel], &before[source]).then_some(source)
             };
-            let history = History::new(previous, &self.history);
-            reuse(Mis::Balance).temporal(reservoirs, history, seen_at, scratch, rng(Pass::Temporal, 0))?;
-            std::mem::swap(reservoirs, scratch);
+            let numbers = view.numbers.pass(Pass::Temporal);
+            reservoirs.in_time(&reuse(Mis::Balance), before, seen_at, |pixel| {
+                numbers.pixel(pixel)
+            })?;
         }
         let spatial = reuse(Mis::PAIRWISE_DEFENSIVE);
         let neighbours = |round| {
-            let key = pattern_key(view.seed, view.frame, round);
-            self.pattern
-                .over(extent, key)
-                .filtered(|own, other| alike(&pixels[own], &pixels[other]))
+            let pattern = self.pattern.over(extent, view.numbers.key(round));
+            pattern.filtered(|own, other| alike(&pixels[own], &pixels[other]))
         };
-        for round in 0..spatial_rounds {
-            let choose = rng(Pass::Spatial, round);
-            if round + 1 == spatial_rounds && !biased {
-                let shade = |_, contribution: Contribution<'_, LightSample>, sum: &mut Rgb| {
-                    *sum += weighted(contribution.sample.value, contribution.weight);
-                };
-                let sums = Sums::new(image, shade);
-                spatial.spatial_integrated(neighbours(round), reservoirs, scratch, sums, choose)?;
-            } else {
-                spatial.spatial(neighbours(round), reservoirs, scratch, choose)?;
-            }
-            std::mem::swap(reservoirs, scratch);
+        let numbers = view.numbers.pass(Pass::Spatial);
+        let shades = !biased && spatial_rounds > 0;
+        let others = spatial_rounds - u32::from(shades);
+        let choose = |round, pixel| numbers.round(round).pixel(pixel);
+        reservoirs.in_space(&spatial, others, neighbours, choose, cancel)?;
+        if shades {
+            let shade = |_, part: Contribution<'_, LightSample>, sum: &mut Rgb| {
+                *sum += weighted(part.sample.value, part.weight);
+            };
+            let choose = |pixel| choose(others, pixel);
+            reservoirs.in_space_shaded(&spatial, neighbours(others), image, shade, choose)?;
         }
         Ok(())
     }
@@ -524,33 +506,29 @@ impl<S: EndpointSampler + ?Sized> FrameMethod for RestirDi<'_, S> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let count = self.extent().len();
-        let camera: Camera = self.motion.camera(self.scene, frame);
+        let (scene, extent) = (self.scene, self.extent());
+        let camera: Camera = self.motion.camera(scene, frame);
         let view = FrameView {
-            scene: self.scene,
             camera: &camera,
-            width: self.extent().width,
-            frame,
-            seed,
+            number: frame,
+            numbers: PASSES.frame(seed, frame, extent.width),
         };
-        let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
-        pixels.resize(count, None);
-        let traced = trace_primaries(view, &self.tally, &mut pixels, image, cancel);
-        self.pixels[frame as usize % 2] = pixels;
+        let pixels = self.pixels.of_mut(frame);
+        pixels.resize(extent.len(), None);
+        let traced = trace_primaries(scene, view, pixels, image, cancel);
+        self.tally.add(RayKind::Camera, extent.len());
 
-        let mut reservoirs = std::mem::take(&mut self.scratch);
-        let mut scratch = std::mem::take(&mut self.spare);
-        reservoirs.resize(count, DirectReservoir::empty(0.0));
-        scratch.resize(count, DirectReservoir::empty(0.0));
+        let mut reservoirs = std::mem::take(&mut self.reservoirs);
+        reservoirs.begin(extent.len());
         let done = traced
-            && self.resample_fresh(view, &mut reservoirs, image, cancel)
+            && self.resample_fresh(view, &mut reservoirs.now, image, cancel)
             // Fails for slices of other lengths only.
-            && self.reuse(view, &mut reservoirs, &mut scratch, image).is_ok();
+            && self.reuse(view, &mut reservoirs, image, cancel).is_ok();
         if done && (self.settings.biased || self.settings.spatial_rounds == 0) {
-            self.shade(frame, &reservoirs, image);
+            self.shade(frame, &reservoirs.now, image);
         }
-        self.spare = scratch;
-        self.scratch = std::mem::replace(&mut self.history, reservoirs);
+        reservoirs.keep();
+        self.reservoirs = reservoirs;
         (done && !cancel.load(Ordering::Relaxed)).then(|| self.tally.take())
     }
 

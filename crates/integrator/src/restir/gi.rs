@@ -1,18 +1,18 @@
 //! ReSTIR GI: indirect light by reusing the points that send it.
 
 use super::di::RestirDi;
+use super::frames::{Reservoirs, TwoFrames, extent_of, in_batches};
 use super::indirect::{IndirectPixel, IndirectReservoir, Sender, ToSender};
+use super::passes::{PASSES, Pass};
 use super::primary::Primary;
-use super::{Pass, pass_rng, pattern_key};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::path::next_event::{Bounce, SampleCounts, Shadow};
 use crate::path::walk::{Lengths, NOWHERE, Walk, add_unhidden, trace_walks};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
-use lightshed_resampling::{
-    Extent, History, MergeRule, Mis, Pattern, Reuse, ReuseError, Ris, Topology, Tractable,
-};
+use lightshed_resampling::{Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Ris, Topology, Tractable};
+use lightshed_sampling::FrameNumbers;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Rgb, Scene};
 use rayon::prelude::*;
@@ -20,6 +20,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most confidence of a pixel's history, in frames.
 const CONFIDENCE_CAP: f32 = 30.0;
+/// Number of the bits for the pattern of neighbours; those for direct light have the numbers of rounds.
+const KEY: u32 = u32::MAX;
 /// Neighbours in the round of spatial reuse …
 const NEIGHBOURS: u32 = 3;
 /// … within this share of the image's width.
@@ -63,12 +65,10 @@ pub struct RestirGi<'a> {
     lengths: Lengths,
     pattern: Pattern,
     tally: RayTally,
-    /// This frame's pixels and those of the one before, by the order of frames: even, odd.
-    pixels: [Vec<Option<IndirectPixel>>; 2],
-    /// Fresh samples, temporal reuse, spatial reuse: between frames the second is what the last one left behind.
-    fresh: Vec<IndirectReservoir>,
-    history: Vec<IndirectReservoir>,
-    scratch: Vec<IndirectReservoir>,
+    /// What pixels see.
+    pixels: TwoFrames<Vec<Option<IndirectPixel>>>,
+    /// What they hold: from the past alone, as what is shaded does not feed the next frame.
+    reservoirs: Reservoirs<IndirectPixel>,
 }
 
 impl<'a> RestirGi<'a> {
@@ -82,10 +82,8 @@ impl<'a> RestirGi<'a> {
             lengths: Lengths::of(scene),
             pattern: Pattern::disk(radius, NEIGHBOURS).expect("a positive radius and a few neighbours"),
             tally: RayTally::default(),
-            pixels: [Vec::new(), Vec::new()],
-            fresh: Vec::new(),
-            history: Vec::new(),
-            scratch: Vec::new(),
+            pixels: TwoFrames::default(),
+            reservoirs: Reservoirs::default(),
         }
     }
 
@@ -100,17 +98,13 @@ impl<'a> RestirGi<'a> {
     }
 
     fn extent(&self) -> Extent {
-        let settings = self.scene.settings();
-        Extent {
-            width: settings.width,
-            height: settings.height,
-        }
+        extent_of(self.scene)
     }
 
     /// One sender for each of up to [`MAX_BATCH`] pixels from `first` on, and light by delta lobes into the image.
     fn sample_senders(
         &self,
-        (frame, seed): (u32, u64),
+        numbers: FrameNumbers,
         first: usize,
         pixels: &[Option<Primary>],
         reservoirs: &mut [IndirectReservoir],
@@ -122,8 +116,7 @@ impl<'a> RestirGi<'a> {
         let mut walks: Vec<Walk> = Vec::with_capacity(MAX_BATCH);
         for (place, pixel) in pixels.iter().enumerate() {
             let Some(primary) = pixel else { continue };
-            let width = self.extent().width;
-            let mut rng = pass_rng(seed, width, first + place, frame, Pass::Indirect, 0);
+            let mut rng = numbers.pass(Pass::Indirect).pixel(first + place);
             // Its technique can find senders, whether it does or not.
             if primary.bsdf.has_non_delta() {
                 reservoirs[place] = IndirectReservoir::empty(1.0);
@@ -191,8 +184,8 @@ impl<'a> RestirGi<'a> {
             match density {
                 None => image[place] += weight * radiance[place],
                 Some(density) => {
-                    let mut rng =
-                        pass_rng(seed, self.extent().width, first + place, frame, Pass::Indirect, 1);
+                    // One candidate: nothing is left to chance.
+                    let mut rng = numbers.pass(Pass::Indirect).pixel(first + place);
                     let sender = Sender {
                         point,
                         radiance: radiance[place],
@@ -208,51 +201,43 @@ impl<'a> RestirGi<'a> {
         }
     }
 
-    /// Reuse in time into `history`, then among neighbours into `scratch`.
-    fn reuse(&mut self, frame: u32, seed: u64) -> Result<(), ReuseError> {
-        let extent = self.extent();
-        let current = frame as usize % 2;
-        let pixels = &self.pixels[current];
+    /// Reuse in time of what `reservoirs` has now, which it then holds; what neighbours add to it is there now.
+    fn reuse(
+        &self,
+        numbers: FrameNumbers,
+        frame: u32,
+        reservoirs: &mut Reservoirs<IndirectPixel>,
+    ) -> Result<(), ReuseError> {
+        let (extent, pixels) = (self.extent(), self.pixels.of(frame));
         let shift = |visibility| ToSender {
             scene: self.scene,
             tally: &self.tally,
             visibility,
         };
         let (in_time, in_space) = (shift(false), shift(true));
-        let rng = |pass| move |pixel| pass_rng(seed, extent.width, pixel, frame, pass, 0);
         if frame > 0 {
             let camera = self.motion.camera(self.scene, frame - 1);
-            let before = &self.pixels[1 - current];
-            let seen_at = |pixel: usize| {
-                let own = pixels[pixel].as_ref()?;
-                let source = pixel_seeing(&camera, [extent.width, extent.height], own.point.position)?;
+            let before = self.pixels.of(frame - 1);
+            let seen_at = |pixel: usize, _: &[IndirectReservoir]| {
+                let position = pixels[pixel].as_ref()?.point.position;
+                let source = pixel_seeing(&camera, extent, position)?;
                 alike(&pixels[pixel], &before[source]).then_some(source)
             };
-            let history = History::new(before, &self.history);
-            let rng = rng(Pass::IndirectTemporal);
-            Reuse::new(pixels, rule(&in_time)).temporal(
-                &self.fresh,
-                history,
-                seen_at,
-                &mut self.scratch,
-                rng,
-            )?;
-            std::mem::swap(&mut self.history, &mut self.scratch);
-        } else {
-            self.history.clone_from(&self.fresh);
+            let choose = |pixel| numbers.pass(Pass::IndirectTemporal).pixel(pixel);
+            reservoirs.in_time(&Reuse::new(pixels, rule(&in_time)), before, seen_at, choose)?;
         }
-        let key = pattern_key(seed, frame, u32::MAX);
-        let neighbours = self
-            .pattern
-            .over(extent, key)
-            .filtered(|own, other| alike(&pixels[own], &pixels[other]));
-        let rng = rng(Pass::IndirectSpatial);
-        Reuse::new(pixels, rule(&in_space)).spatial(neighbours, &self.history, &mut self.scratch, rng)
+        reservoirs.keep();
+        let pattern = self.pattern.over(extent, numbers.key(KEY));
+        let neighbours = pattern.filtered(|own, other| alike(&pixels[own], &pixels[other]));
+        let choose = |pixel| numbers.pass(Pass::IndirectSpatial).pixel(pixel);
+        reservoirs.now.resize(extent.len(), IndirectReservoir::empty(0.0));
+        let Reservoirs { now, held, .. } = reservoirs;
+        Reuse::new(pixels, rule(&in_space)).spatial(neighbours, held, now, choose)
     }
 
     /// Adds `f(x₁) |cos θ| L̂ W` to each pixel.
-    fn shade(&self, frame: u32, image: &mut [Rgb]) {
-        let pixels = self.direct.pixels(frame).par_iter().zip(&self.scratch);
+    fn shade(&self, frame: u32, reservoirs: &[IndirectReservoir], image: &mut [Rgb]) {
+        let pixels = self.direct.pixels(frame).par_iter().zip(reservoirs);
         pixels.zip(image).for_each(|((pixel, reservoir), value)| {
             let (Some(primary), Some((sender, weight))) = (pixel, reservoir.weighted_sample()) else {
                 return;
@@ -298,31 +283,28 @@ impl FrameMethod for RestirGi<'_> {
         if self.lengths.max_depth < 3 {
             return Some(counts);
         }
-        let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
-        pixels.clear();
+        let extent = self.extent();
+        let numbers = PASSES.frame(seed, frame, extent.width);
         let seen = self.direct.pixels(frame);
+        let pixels = self.pixels.of_mut(frame);
+        pixels.clear();
         pixels.extend(seen.iter().map(|pixel| pixel.as_ref().map(IndirectPixel::new)));
-        self.pixels[frame as usize % 2] = pixels;
 
-        let count = self.extent().len();
-        let mut fresh = std::mem::take(&mut self.fresh);
-        for reservoirs in [&mut fresh, &mut self.scratch] {
-            reservoirs.resize(count, IndirectReservoir::empty(0.0));
-        }
-        let results = fresh
+        let mut reservoirs = std::mem::take(&mut self.reservoirs);
+        reservoirs.begin(extent.len());
+        let results = reservoirs
+            .now
             .par_chunks_mut(MAX_BATCH)
             .zip(image.par_chunks_mut(MAX_BATCH));
-        seen.par_chunks(MAX_BATCH).zip(results).enumerate().for_each(
-            |(chunk, (pixels, (reservoirs, image)))| {
-                if !cancel.load(Ordering::Relaxed) {
-                    self.sample_senders((frame, seed), chunk * MAX_BATCH, pixels, reservoirs, image);
-                }
-            },
-        );
-        self.fresh = fresh;
+        let batches = seen.par_chunks(MAX_BATCH).zip(results);
+        let done = in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
+            self.sample_senders(numbers, first, pixels, reservoirs, image);
+        });
         // Fails for slices of other lengths only.
-        self.reuse(frame, seed).ok()?;
-        self.shade(frame, image);
+        if done && self.reuse(numbers, frame, &mut reservoirs).is_ok() {
+            self.shade(frame, &reservoirs.now, image);
+        }
+        self.reservoirs = reservoirs;
         counts += self.tally.take();
         (!cancel.load(Ordering::Relaxed)).then_some(counts)
     }

@@ -1,13 +1,11 @@
 //! What a pixel sees: the surface points that light arrives at.
 
-use super::{Pass, pass_rng};
+use super::frames::{FrameView, trace_camera_rays};
+use super::passes::Pass;
 use crate::path::next_event::met_emission;
-use lightshed_film::MAX_BATCH;
-use lightshed_film::{RayKind, RayTally};
-use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Bsdf, Camera, Ray, Rgb, Scene, SurfacePoint};
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Bsdf, Rgb, Scene, SurfacePoint};
+use std::sync::atomic::AtomicBool;
 
 /// The first surface point of a camera ray, and how it is seen.
 #[derive(Clone, Debug)]
@@ -59,66 +57,30 @@ impl Outlook {
     }
 }
 
-/// Which image is traced: its frame's random numbers and camera.
-#[derive(Clone, Copy)]
-pub(crate) struct FrameView<'a> {
-    pub scene: &'a Scene,
-    pub camera: &'a Camera,
-    pub width: u32,
-    pub frame: u32,
-    pub seed: u64,
-}
-
 /// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet, `image` what is emitted from
 /// there towards the camera (or from infinity). False if `cancel` was set meanwhile.
 pub(crate) fn trace_primaries(
+    scene: &Scene,
     view: FrameView<'_>,
-    tally: &RayTally,
     pixels: &mut [Option<Primary>],
     image: &mut [Rgb],
     cancel: &AtomicBool,
 ) -> bool {
-    let chunks = pixels
-        .par_chunks_mut(MAX_BATCH)
-        .zip(image.par_chunks_mut(MAX_BATCH));
-    chunks.enumerate().for_each(|(chunk, (pixels, image))| {
-        if !cancel.load(Ordering::Relaxed) {
-            trace_chunk(view, chunk * MAX_BATCH, pixels, image);
-            tally.add(RayKind::Camera, pixels.len());
-        }
-    });
-    !cancel.load(Ordering::Relaxed)
-}
-
-fn trace_chunk(view: FrameView<'_>, first: usize, pixels: &mut [Option<Primary>], image: &mut [Rgb]) {
-    let FrameView {
-        scene, camera, width, ..
-    } = view;
-    let count = pixels.len().min(MAX_BATCH);
-    let rays: [Ray; MAX_BATCH] = std::array::from_fn(|place| {
-        let pixel = first + place.min(count - 1);
-        let mut rng = pass_rng(view.seed, width, pixel, view.frame, Pass::Camera, 0);
-        let corner = Vec2::new((pixel % width as usize) as f32, (pixel / width as usize) as f32);
-        let film = corner + Vec2::from(rng.next_2d());
-        let u_lens = if camera.has_lens() {
-            rng.next_2d()
-        } else {
-            [0.5; 2]
-        };
-        camera.ray(film, u_lens)
-    });
-    let mut hits = [None; MAX_BATCH];
-    scene
-        .accelerator()
-        .intersect_many(&rays[..count], &mut hits[..count]);
-    for ((ray, hit), (pixel, value)) in rays.iter().zip(&hits).zip(pixels.iter_mut().zip(image)) {
-        let point = hit.map(|hit| scene.surface(ray, &hit));
-        *value = met_emission(scene, ray, point.as_ref(), None);
-        *pixel = point.zip(*hit).map(|(point, hit)| Primary {
-            bsdf: scene.bsdf(&point),
-            wo: point.shading.to_local(-ray.direction),
-            distance: hit.t,
-            point,
-        });
-    }
+    let (to, numbers) = ((pixels, image), view.numbers.pass(Pass::Camera));
+    trace_camera_rays(
+        (scene, view.camera),
+        numbers,
+        to,
+        cancel,
+        |_, ray, hit, pixel, value| {
+            let point = hit.map(|hit| scene.surface(ray, hit));
+            *value = met_emission(scene, ray, point.as_ref(), None);
+            *pixel = point.zip(hit).map(|(point, hit)| Primary {
+                bsdf: scene.bsdf(&point),
+                wo: point.shading.to_local(-ray.direction),
+                distance: hit.t,
+                point,
+            });
+        },
+    )
 }

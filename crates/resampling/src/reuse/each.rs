@@ -1,6 +1,6 @@
 //! Loops over the domains of a pass.
 
-use super::pass::ReuseError;
+use super::error::ReuseError;
 
 /// [`each_pair`] for one slice.
 pub(super) fn each<X: Send, S>(

@@ -13,13 +13,15 @@
 
 mod domains;
 mod each;
+mod error;
 mod pass;
 mod pattern;
 mod rule;
 mod topology;
 
 pub use domains::Domains;
-pub use pass::{History, Reuse, ReuseError, Sums};
+pub use error::ReuseError;
+pub use pass::{History, Reuse, Sums};
 pub use pattern::{Extent, PairedPattern, Pattern, PatternError, PixelNeighbours, PixelPairs};
 pub use rule::MergeRule;
 pub use topology::{CellGrid, Filtered, NeighbourLists, Topology, TopologyError};

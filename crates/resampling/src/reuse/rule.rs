@@ -4,6 +4,8 @@ use crate::choose::Choose;
 use crate::domain::{Domain, ShiftMapping};
 use crate::merge::{Contribution, Input, MergeError, Merged, merge, merge_and_integrate};
 use crate::mis::Mis;
+use crate::reservoir::Reservoir;
+use crate::space::Space;
 use crate::storage::Storage;
 
 /// How domains merge: a shift mapping, a MIS family, and a cap of confidence. What passes do to each of their domains; a
@@ -92,10 +94,10 @@ impl<T> MergeRule<T> {
 
     /// What passes on without a merge.
     #[inline]
-    pub(super) fn passed<X: Clone, S: crate::Space, R: Storage>(
+    pub(super) fn passed<X: Clone, S: Space, R: Storage>(
         &self,
-        reservoir: &crate::Reservoir<X, S, R>,
-    ) -> crate::Reservoir<X, S, R> {
+        reservoir: &Reservoir<X, S, R>,
+    ) -> Reservoir<X, S, R> {
         reservoir.clone().with_confidence_cap(self.confidence_cap)
     }
 }

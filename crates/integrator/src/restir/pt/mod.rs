@@ -4,16 +4,17 @@ mod options;
 
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
 
+use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use crate::camera_motion::pixel_seeing;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
-    DomainReservoir, Extent, Input, Mis, MixtureRis, Pattern, Reservoir, ShiftMapping, merge,
-    merge_and_integrate,
+    Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, Pattern, Reuse, ReuseError,
+    ShiftMapping, Topology,
 };
-use lightshed_sampling::{CounterRng, PathSeed};
-use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Camera, Ray, Rgb};
+use lightshed_sampling::{FramePasses, PathSeed};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Camera, Hit, Ray, Rgb};
 use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldLighting,
 };
@@ -47,31 +48,73 @@ pub struct RestirPt<'a, S = PathShift> {
     connectability: Connectability,
     pattern: Option<Pattern>,
     motion: CameraMotion,
-    size: [u32; 2],
-    domains: Vec<Option<Domain<'a>>>,
-    /// Geometric normals at the middle of pixels, or where a frame's paths start.
-    normals: Vec<Option<Vec3>>,
-    reservoirs: Vec<PathReservoir<'a>>,
-    scratch: Vec<PathReservoir<'a>>,
-    previous: Option<Previous<'a>>,
+    extent: Extent,
+    pixels: TwoFrames<PathPixels<'a>>,
+    reservoirs: Reservoirs<Domain<'a>>,
 }
 
-/// What a frame leaves to the next.
-struct Previous<'a> {
-    domains: Vec<Option<Domain<'a>>>,
-    normals: Vec<Option<Vec3>>,
-    reservoirs: Vec<PathReservoir<'a>>,
-    camera: Arc<Camera>,
+/// What a pixel sees.
+#[derive(Clone)]
+struct PathPixel<'a> {
+    /// The paths behind it.
+    domain: Option<Domain<'a>>,
+    /// Geometric normal at the middle of the pixel, or where the frame's paths start.
+    normal: Option<Vec3>,
 }
 
-/// Passes of a frame, each with random numbers of its own.
+impl PathPixel<'_> {
+    const NOTHING: Self = Self {
+        domain: None,
+        normal: None,
+    };
+
+    /// Whether surfaces lie alike. It asks nothing of samples, so it is no bias.
+    fn resembles(&self, other: &Self) -> bool {
+        match (self.normal, other.normal) {
+            (Some(own), Some(other)) => own.dot(other).abs() >= 0.5,
+            (None, None) => true,
+            _ => false,
+        }
+    }
+}
+
+/// The pixels of a frame.
+#[derive(Default)]
+struct PathPixels<'a>(Vec<PathPixel<'a>>);
+
+impl<'a> Domains for PathPixels<'a> {
+    type Domain = Domain<'a>;
+
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline(always)]
+    fn domain(&self, index: usize) -> Option<&Domain<'a>> {
+        self.0.get(index)?.domain.as_ref()
+    }
+}
+
+/// Passes of a frame.
 #[derive(Clone, Copy)]
 enum Pass {
-    Primary,
+    Camera,
     Candidates,
     Temporal,
-    Spatial(u32),
+    /// In rounds.
+    Spatial,
 }
+
+impl From<Pass> for u32 {
+    fn from(pass: Pass) -> Self {
+        pass as Self
+    }
+}
+
+const PASSES: FramePasses = match FramePasses::new(Pass::Spatial as u32 + 1, MAX_ROUNDS, 1) {
+    Ok(passes) => passes,
+    Err(_) => panic!("few passes"),
+};
 
 /// Trees that are traced together.
 const TREES: usize = 64;
@@ -86,7 +129,6 @@ impl<'a> RestirPt<'a> {
         options: RestirPtOptions,
         motion: CameraMotion,
     ) -> Result<Self, RestirPtError> {
-        let settings = world.scene().settings();
         Ok(Self {
             shift: PathShift::default(),
             world,
@@ -94,12 +136,9 @@ impl<'a> RestirPt<'a> {
             connectability: options.connectability(world.scene())?,
             pattern: options.pattern()?,
             motion,
-            size: [settings.width, settings.height],
-            domains: Vec::new(),
-            normals: Vec::new(),
-            reservoirs: Vec::new(),
-            scratch: Vec::new(),
-            previous: None,
+            extent: extent_of(world.scene()),
+            pixels: TwoFrames::default(),
+            reservoirs: Reservoirs::default(),
         })
     }
 
@@ -112,99 +151,71 @@ impl<'a> RestirPt<'a> {
             connectability: self.connectability,
             pattern: self.pattern,
             motion: self.motion,
-            size: self.size,
-            domains: self.domains,
-            normals: self.normals,
+            extent: self.extent,
+            pixels: self.pixels,
             reservoirs: self.reservoirs,
-            scratch: self.scratch,
-            previous: self.previous,
         }
     }
 }
 
 impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
-    /// Decisions of a pixel in a pass.
-    fn rng(&self, seed: u64, frame: u32, pass: Pass, pixel: usize) -> CounterRng {
-        let pass = match pass {
-            Pass::Primary => 0,
-            Pass::Candidates => 1,
-            Pass::Temporal => 2,
-            Pass::Spatial(round) => 3 + u64::from(round),
-        };
-        let [width, _] = self.size;
-        let (x, y) = (pixel as u32 % width, pixel as u32 / width);
-        let seed = seed ^ (pass + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        CounterRng::new(seed, y << 16 | x, frame)
+    /// Number of the frame whose pixels are kept: without reuse in time, one is enough.
+    fn kept(&self, frame: u32) -> u32 {
+        if self.options.temporal_cap.is_some() {
+            frame
+        } else {
+            0
+        }
     }
 
-    /// The pixels' domains, and what is seen without a path behind it.
-    fn see(&mut self, frame: u32, seed: u64, camera: &Arc<Camera>, image: &mut [Rgb]) {
-        let scene = self.world.scene();
+    /// The pixels' domains, and what is seen without a path behind it. False if cancelled.
+    fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> bool {
+        let (world, scene, extent) = (self.world, self.world.scene(), self.extent);
+        let (connectability, at_sensor) = (self.connectability, self.options.path_starts_at_sensor);
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
-        let (mut domains, mut normals) = (
-            std::mem::take(&mut self.domains),
-            std::mem::take(&mut self.normals),
-        );
-        domains.resize(image.len(), None);
-        normals.resize(image.len(), None);
-        let width = self.size[0] as usize;
-        let rows = image.par_chunks_mut(width).zip(domains.par_chunks_mut(width));
-        let rows = rows.zip(normals.par_chunks_mut(width)).enumerate();
-        rows.for_each(|(y, ((image, domains), normals))| {
-            let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); TREES];
-            let mut hits = [None; TREES];
-            for start in (0..width).step_by(TREES) {
-                let columns = start..width.min(start + TREES);
-                let (rays, hits) = (&mut rays[..columns.len()], &mut hits[..columns.len()]);
-                for (x, ray) in columns.clone().zip(&mut *rays) {
-                    let mut rng = self.rng(seed, frame, Pass::Primary, y * width + x);
-                    let place = Vec2::from(rng.next_2d());
-                    let u_lens = if camera.has_lens() {
-                        rng.next_2d()
-                    } else {
-                        [0.5; 2]
-                    };
-                    *ray = camera.ray(Vec2::new(x as f32, y as f32) + place, u_lens);
-                }
-                scene.accelerator().intersect_many(rays, hits);
-                for ((x, ray), hit) in columns.zip(&*rays).zip(&*hits) {
-                    let vertex = hit.as_ref().map(|hit| self.world.arrive(ray, hit));
-                    normals[x] = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
-                    if self.options.path_starts_at_sensor {
-                        let camera = Arc::clone(camera);
-                        let pixel = [x as u32, y as u32];
-                        let sensor = PixelSensor { camera, pixel };
-                        image[x] = Rgb::ZERO;
-                        domains[x] = Some(PathDomain::of_sensor(
-                            self.world,
-                            sensor,
-                            self.connectability,
-                            max_length,
-                        ));
-                        continue;
-                    }
-                    image[x] = match &vertex {
-                        _ if max_length == 0 => Rgb::ZERO,
-                        Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
-                        None => self.world.environment(ray.direction),
-                    };
-                    domains[x] = vertex.map(|vertex| {
-                        let wo = -ray.direction;
-                        PathDomain::behind(self.world, vertex, wo, self.connectability, max_length)
-                    });
-                }
+        let camera = Arc::new(view.camera.clone());
+        let kept = self.kept(view.number);
+        let pixels = &mut self.pixels.of_mut(kept).0;
+        pixels.resize(extent.len(), PathPixel::NOTHING);
+        let see = |index: usize, ray: &Ray, hit: Option<&Hit>, pixel: &mut PathPixel<'a>, value: &mut Rgb| {
+            let vertex = hit.map(|hit| world.arrive(ray, hit));
+            pixel.normal = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
+            if at_sensor {
+                let [x, y] = extent.place(index).map(|at| at as u32);
+                let camera = Arc::clone(&camera);
+                let sensor = PixelSensor {
+                    camera,
+                    pixel: [x, y],
+                };
+                *value = Rgb::ZERO;
+                pixel.domain = Some(PathDomain::of_sensor(world, sensor, connectability, max_length));
+                return;
             }
-        });
-        (self.domains, self.normals) = (domains, normals);
+            *value = match &vertex {
+                _ if max_length == 0 => Rgb::ZERO,
+                Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
+                None => world.environment(ray.direction),
+            };
+            pixel.domain = vertex
+                .map(|vertex| PathDomain::behind(world, vertex, -ray.direction, connectability, max_length));
+        };
+        let numbers = view.numbers.pass(Pass::Camera);
+        trace_camera_rays((scene, view.camera), numbers, (pixels, image), cancel, see)
     }
 
     /// Resamples each pixel's own trees; adds to `image` what they see directly.
-    fn resample_candidates(&mut self, frame: u32, seed: u64, image: &mut [Rgb], cancel: &AtomicBool) {
+    fn resample_candidates(
+        &self,
+        view: FrameView<'_>,
+        reservoirs: &mut [PathReservoir<'a>],
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) {
+        let all = &self.pixels.of(self.kept(view.number)).0;
+        let numbers = view.numbers.pass(Pass::Candidates);
         let trees = self.options.candidates as usize;
         let share = 1.0 / trees as f64;
         let roulette_from = self.world.scene().settings().roulette_depth;
-        let mut reservoirs = std::mem::take(&mut self.reservoirs);
-        reservoirs.resize(self.domains.len(), Reservoir::empty(0.0));
         // A chunk of pixels fills a batch of trees, or a pixel fills several.
         let pixels = (TREES / trees).max(1);
         let chunks = reservoirs
@@ -217,10 +228,10 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
                     return;
                 }
                 let first = chunk * pixels;
-                let domains = &self.domains[first..first + reservoirs.len()];
+                let pixels = &all[first..first + reservoirs.len()];
                 streams.clear();
                 streams.extend((0..reservoirs.len()).map(|place| {
-                    let rng = self.rng(seed, frame, Pass::Candidates, first + place);
+                    let rng = numbers.pixel(first + place);
                     (rng, MixtureRis::<PathSample, _>::new())
                 }));
                 let per_batch = TREES.min(trees);
@@ -228,8 +239,8 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
                     let count = per_batch.min(trees - start);
                     starts.clear();
                     owners.clear();
-                    for (place, domain) in domains.iter().enumerate() {
-                        if let Some(domain) = domain {
+                    for (place, pixel) in pixels.iter().enumerate() {
+                        if let Some(domain) = &pixel.domain {
                             let rng = &mut streams[place].0;
                             starts.extend((0..count).map(|_| (domain, PathSeed::draw(rng))));
                             owners.extend((0..count).map(|_| place));
@@ -241,7 +252,10 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
                             // What cannot be carried elsewhere is no use to others and would only crowd out what can.
                             Finding::Path(sample, weight)
-                                if !domains[place].as_ref().is_some_and(|d| d.can_leave(sample)) =>
+                                if !pixels[place]
+                                    .domain
+                                    .as_ref()
+                                    .is_some_and(|domain| domain.can_leave(sample)) =>
                             {
                                 image[place] += sample.contribution() * (weight.value() * share) as f32;
                             }
@@ -252,131 +266,76 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
                         }
                     });
                 }
-                for ((reservoir, (_, ris)), domain) in
-                    reservoirs.iter_mut().zip(streams.drain(..)).zip(domains)
-                {
-                    let confidence = if domain.is_some() { 1.0 } else { 0.0 };
-                    *reservoir = ris.finish(confidence);
+                for (reservoir, (_, ris)) in reservoirs.iter_mut().zip(streams.drain(..)) {
+                    *reservoir = ris.finish(1.0);
                 }
             },
         );
-        self.reservoirs = reservoirs;
     }
 
-    /// Merges each pixel's reservoir with the previous frame's of the place where its point was seen.
-    fn reuse_in_time(&mut self, frame: u32, seed: u64, cap: f32) {
-        let Some(previous) = &self.previous else {
-            return;
-        };
-        let mut output = std::mem::take(&mut self.scratch);
-        output.resize(self.domains.len(), Reservoir::empty(0.0));
-        output.par_iter_mut().enumerate().for_each(|(pixel, output)| {
-            *output = self.reservoirs[pixel];
-            let Some(domain) = &self.domains[pixel] else {
-                return;
-            };
-            let source = match domain.first() {
-                Some((first, _)) if !self.motion.is_still() => {
-                    pixel_seeing(&previous.camera, self.size, first.point().position)
-                }
-                _ => Some(pixel),
-            };
-            let source = source.filter(|&source| similar(self.normals[pixel], previous.normals[source]));
-            let source = source.and_then(|source| Some((previous.domains[source].as_ref()?, source)));
-            let Some((other, source)) = source else {
-                return;
-            };
-            let inputs = [
-                Input::canonical(domain, &self.reservoirs[pixel]),
-                Input::neighbour(other, &previous.reservoirs[source]),
-            ];
-            let mut rng = self.rng(seed, frame, Pass::Temporal, pixel);
-            if let Ok(merged) = merge(domain, &self.shift, &inputs, Mis::Balance, &mut rng) {
-                *output = merged.reservoir.with_confidence_cap(cap);
-            }
-        });
-        self.scratch = std::mem::replace(&mut self.reservoirs, output);
-    }
-
-    /// One round of merges with neighbours; adds what the inputs are worth to `image`, if there is one.
-    fn reuse_in_space(
-        &mut self,
-        frame: u32,
-        seed: u64,
-        round: u32,
-        pattern: &Pattern,
-        image: Option<&mut [Rgb]>,
-    ) {
-        let [width, height] = self.size;
-        let extent = Extent { width, height };
-        let key = self
-            .rng(seed, frame, Pass::Spatial(round), usize::MAX >> 32)
-            .next_u32();
-        let mut output = std::mem::take(&mut self.scratch);
-        output.resize(self.domains.len(), Reservoir::empty(0.0));
-        let mut nothing = Vec::new();
-        let shade = image.is_some();
-        let image = image.unwrap_or_else(|| {
-            nothing.resize(output.len(), Rgb::ZERO);
-            &mut nothing
-        });
+    /// All reuse of a frame, which shades `image`.
+    fn reuse(
+        &self,
+        view: FrameView<'_>,
+        reservoirs: &mut Reservoirs<Domain<'a>>,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Result<(), ReuseError> {
+        let (frame, extent) = (view.number, self.extent);
+        let pixels = self.pixels.of(self.kept(frame));
         let cap = self.options.temporal_cap.unwrap_or(f32::INFINITY);
-        let pixels = output.par_iter_mut().zip(image.par_iter_mut()).enumerate();
-        pixels.for_each_init(
-            || Vec::with_capacity(pattern.max_neighbours() + 1),
-            |inputs, (pixel, (output, value))| {
-                let Some(domain) = &self.domains[pixel] else {
-                    return;
-                };
-                inputs.clear();
-                inputs.push(Input::canonical(domain, &self.reservoirs[pixel]));
-                pattern.for_each(extent, pixel, key, |index| {
-                    if let Some(other) = &self.domains[index]
-                        && similar(self.normals[pixel], self.normals[index])
-                    {
-                        inputs.push(Input::neighbour(other, &self.reservoirs[index]));
+        let rule = MergeRule::new(&self.shift).with_confidence_cap(cap);
+        if self.options.temporal_cap.is_some() && frame > 0 {
+            let before = self.pixels.of(frame - 1);
+            let camera = self.motion.camera(self.world.scene(), frame - 1);
+            let seen_at = |index: usize, _: &[PathReservoir<'a>]| {
+                let pixel = &pixels.0[index];
+                let source = match pixel.domain.as_ref()?.first() {
+                    Some((first, _)) if !self.motion.is_still() => {
+                        pixel_seeing(&camera, extent, first.point().position)?
                     }
-                });
-                let mut rng = self.rng(seed, frame, Pass::Spatial(round), pixel);
-                let (shift, mis) = (&self.shift, Mis::PAIRWISE_DEFENSIVE);
-                let merged = if shade {
-                    merge_and_integrate(domain, shift, inputs, mis, &mut rng, |contribution| {
-                        *value += contribution.sample.contribution() * contribution.weight as f32;
-                    })
-                } else {
-                    merge(domain, shift, inputs, mis, &mut rng)
+                    _ => index,
                 };
-                *output = match merged {
-                    Ok(merged) => merged.reservoir.with_confidence_cap(cap),
-                    Err(_) => self.reservoirs[pixel],
-                };
-            },
-        );
-        self.scratch = std::mem::replace(&mut self.reservoirs, output);
-    }
-
-    /// Adds what each pixel's reservoir is worth.
-    fn shade(&self, image: &mut [Rgb]) {
-        for (value, reservoir) in image.iter_mut().zip(&self.reservoirs) {
-            if let Some((sample, weight)) = reservoir.weighted_sample() {
-                *value += sample.contribution() * weight.value();
-            }
+                pixel.resembles(&before.0[source]).then_some(source)
+            };
+            let numbers = view.numbers.pass(Pass::Temporal);
+            let in_time = Reuse::new(pixels, rule.with_mis(Mis::Balance));
+            reservoirs.in_time(&in_time, before, seen_at, |pixel| numbers.pixel(pixel))?;
         }
+        let Some(pattern) = self.pattern else {
+            shade(&reservoirs.now, image);
+            return Ok(());
+        };
+        let in_space = Reuse::new(pixels, rule);
+        let neighbours = |round| {
+            let pattern = pattern.over(extent, view.numbers.key(round));
+            pattern.filtered(|own, other| pixels.0[own].resembles(&pixels.0[other]))
+        };
+        let numbers = view.numbers.pass(Pass::Spatial);
+        let choose = |round, pixel| numbers.round(round).pixel(pixel);
+        // There is a pattern only where there are rounds.
+        let last = self.options.rounds.saturating_sub(1);
+        reservoirs.in_space(&in_space, last, neighbours, choose, cancel)?;
+        let shade = |_, part: Contribution<'_, PathSample>, sum: &mut Rgb| {
+            *sum += part.sample.contribution() * part.weight as f32;
+        };
+        let choose = |pixel| choose(last, pixel);
+        reservoirs.in_space_shaded(&in_space, neighbours(last), image, shade, choose)
     }
 }
 
-/// Whether two pixels see surfaces that lie alike. It asks nothing of samples, so it is no bias.
-fn similar(own: Option<Vec3>, other: Option<Vec3>) -> bool {
-    match (own, other) {
-        (Some(own), Some(other)) => own.dot(other).abs() >= 0.5,
-        (None, None) => true,
-        _ => false,
+/// Adds what each pixel's reservoir is worth.
+fn shade(reservoirs: &[PathReservoir<'_>], image: &mut [Rgb]) {
+    for (value, reservoir) in image.iter_mut().zip(reservoirs) {
+        if let Some((sample, weight)) = reservoir.weighted_sample() {
+            *value += sample.contribution() * weight.value();
+        }
     }
 }
 
 impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> FrameMethod for RestirPt<'a, S> {
     fn size(&self) -> [u32; 2] {
-        self.size
+        [self.extent.width, self.extent.height]
     }
 
     fn render_frame(
@@ -386,41 +345,23 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> FrameMethod for RestirPt<'a,
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let camera = Arc::new(self.motion.camera(self.world.scene(), frame));
+        let camera: Camera = self.motion.camera(self.world.scene(), frame);
+        let view = FrameView {
+            camera: &camera,
+            number: frame,
+            numbers: PASSES.frame(seed, frame, self.extent.width),
+        };
         let cancelled = || cancel.load(Ordering::Relaxed);
-        self.see(frame, seed, &camera, image);
-        self.resample_candidates(frame, seed, image, cancel);
-        if cancelled() {
+        let seen = self.see(view, image, cancel);
+        let mut reservoirs = std::mem::take(&mut self.reservoirs);
+        reservoirs.begin(self.extent.len());
+        self.resample_candidates(view, &mut reservoirs.now, image, cancel);
+        // Fails for slices of other lengths only.
+        let done = seen && !cancelled() && self.reuse(view, &mut reservoirs, image, cancel).is_ok();
+        reservoirs.keep();
+        self.reservoirs = reservoirs;
+        if !done || cancelled() {
             return None;
-        }
-        if let Some(cap) = self.options.temporal_cap {
-            self.reuse_in_time(frame, seed, cap);
-        }
-        match self.pattern {
-            Some(pattern) => {
-                for round in 0..self.options.rounds {
-                    if cancelled() {
-                        return None;
-                    }
-                    let last = round + 1 == self.options.rounds;
-                    self.reuse_in_space(frame, seed, round, &pattern, last.then_some(&mut *image));
-                }
-            }
-            None => self.shade(image),
-        }
-        if self.options.temporal_cap.is_some() {
-            // The buffers of the frame before last serve the next one.
-            let mut this = self.previous.take().unwrap_or_else(|| Previous {
-                domains: Vec::new(),
-                normals: Vec::new(),
-                reservoirs: Vec::new(),
-                camera: Arc::clone(&camera),
-            });
-            std::mem::swap(&mut this.domains, &mut self.domains);
-            std::mem::swap(&mut this.normals, &mut self.normals);
-            std::mem::swap(&mut this.reservoirs, &mut self.reservoirs);
-            this.camera = camera;
-            self.previous = Some(this);
         }
         let mut counts = self.world.take_counts();
         counts.camera += image.len() as u64;

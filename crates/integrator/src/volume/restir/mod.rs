@@ -13,19 +13,22 @@ mod tests;
 mod through;
 mod vertex;
 
+use options::MAX_RESERVOIRS;
 pub use options::{RestirVolumeError, RestirVolumeOptions};
 pub use path::MAX_SCATTERINGS;
 
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
+use crate::camera_ray::PixelRay;
+use crate::restir::frames::{FrameView, Reservoirs, TwoFrames, corner_of, extent_of, in_batches};
 use candidates::Sequence;
 use evaluation::{Evaluation, Reach};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
-use lightshed_resampling::{Contribution, Extent, History, MergeRule, Mis, Pattern, Reuse, ReuseError, Sums};
-use lightshed_sampling::{CounterRng, f64_from_u64};
+use lightshed_resampling::{Contribution, Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Sums};
+use lightshed_sampling::{CounterRng, FramePasses, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
-use lightshed_scene::{Camera, Rgb, Scene};
+use lightshed_scene::{Rgb, Scene};
 use path::VolumePath;
 use pixel::{VolumePixel, VolumeReservoir};
 use rayon::prelude::*;
@@ -80,13 +83,14 @@ pub struct RestirVolume<'a> {
     /// Which edges are connected.
     reach: Reach,
     tally: RayTally,
-    /// The pixels of this frame and of the one before, by the order of frames: even, odd.
-    pixels: [Vec<VolumePixel>; 2],
+    /// What pixels look along.
+    pixels: TwoFrames<Vec<VolumePixel>>,
+    /// What they hold, in turn for each of their reservoirs.
+    reservoirs: Reservoirs<VolumePixel, f64>,
     /// What the last frame left behind, by the number of the reservoir.
     history: Vec<Vec<VolumeReservoir>>,
     /// The same of a still whose pixels share nothing, those of a pixel together.
     held: Vec<VolumeReservoir>,
-    spare: [Vec<VolumeReservoir>; 2],
 }
 
 /// Of a frame's number and a position in it.
@@ -107,11 +111,16 @@ enum Pass {
     Shade,
 }
 
-/// How many passes there are.
-const PASSES: u32 = Pass::Shade as u32 + 1;
+impl From<Pass> for u32 {
+    fn from(pass: Pass) -> Self {
+        pass as Self
+    }
+}
 
-/// Words of one pass of one reservoir; far more than any draws.
-const WORDS_PER_PASS: u32 = 1 << 24;
+const PASSES: FramePasses = match FramePasses::new(Pass::Shade as u32 + 1, 1, MAX_RESERVOIRS) {
+    Ok(passes) => passes,
+    Err(_) => panic!("few passes"),
+};
 
 /// Words of one input that shades.
 const WORDS_PER_INPUT: u32 = 1 << 18;
@@ -119,14 +128,21 @@ const WORDS_PER_INPUT: u32 = 1 << 18;
 /// Frames after a motion until a pixel's history may weigh as in a still: by then the lower cap has forgotten the motion and its bias.
 const FORGETTING: u32 = 16;
 
-/// Which frame, seen by whom.
+/// A frame, and which of a pixel's reservoirs is at work.
 #[derive(Clone, Copy)]
 struct View<'a> {
-    camera: &'a Camera,
-    frame: u32,
-    seed: u64,
-    /// Which of a pixel's reservoirs is at work.
+    frame: FrameView<'a>,
     reservoir: u32,
+}
+
+impl View<'_> {
+    fn rng(self, pixel: usize, pass: Pass) -> CounterRng {
+        self.frame
+            .numbers
+            .pass(pass)
+            .reservoir(self.reservoir)
+            .pixel(pixel)
+    }
 }
 
 impl<'a> RestirVolume<'a> {
@@ -187,10 +203,10 @@ impl<'a> RestirVolume<'a> {
             motion,
             reach: reach(first, options.connection_pixels),
             tally: RayTally::default(),
-            pixels: [Vec::new(), Vec::new()],
+            pixels: TwoFrames::default(),
+            reservoirs: Reservoirs::default(),
             history: Vec::new(),
             held: Vec::new(),
-            spare: [Vec::new(), Vec::new()],
         })
     }
 
@@ -222,19 +238,7 @@ impl<'a> RestirVolume<'a> {
     }
 
     fn extent(&self) -> Extent {
-        let settings = self.volumes(0).scene.settings();
-        Extent {
-            width: settings.width,
-            height: settings.height,
-        }
-    }
-
-    fn rng(&self, view: View<'_>, pixel: usize, pass: Pass) -> CounterRng {
-        let width = self.extent().width;
-        let (x, y) = (pixel as u32 % width, pixel as u32 / width);
-        let mut rng = CounterRng::new(view.seed, y << 16 | x, view.frame);
-        rng.set_dimension((view.reservoir * PASSES + pass as u32) * WORDS_PER_PASS);
-        rng
+        extent_of(self.volumes(0).scene)
     }
 
     /// By the levels of the targets, of what is there in a frame.
@@ -273,20 +277,16 @@ impl<'a> RestirVolume<'a> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> bool {
-        let evaluation = self.evaluation(view.frame);
-        let chunks = pixels
+        let evaluation = self.evaluation(view.frame.number);
+        let batches = pixels
             .par_chunks_mut(MAX_BATCH)
             .zip(image.par_chunks_mut(MAX_BATCH));
-        chunks.enumerate().for_each(|(chunk, (pixels, image))| {
-            if cancel.load(Ordering::Relaxed) {
-                return;
-            }
+        in_batches(batches, cancel, |first, (pixels, image)| {
             self.tally.add(RayKind::Camera, pixels.len());
             for (place, (pixel, value)) in pixels.iter_mut().zip(image).enumerate() {
-                *value = self.look_at(view, &evaluation, chunk * MAX_BATCH + place, pixel);
+                *value = self.look_at(view, &evaluation, first + place, pixel);
             }
-        });
-        !cancel.load(Ordering::Relaxed)
+        })
     }
 
     /// What pixel number `index` looks along, and unscattered light.
@@ -297,25 +297,15 @@ impl<'a> RestirVolume<'a> {
         index: usize,
         pixel: &mut VolumePixel,
     ) -> Rgb {
-        let width = self.extent().width as usize;
-        let mut rng = self.rng(view, index, Pass::Camera);
-        let corner = Vec2::new((index % width) as f32, (index / width) as f32);
-        let film = Vec2::from(rng.next_2d());
-        let lens = if view.camera.has_lens() {
-            rng.next_2d()
-        } else {
-            [0.5; 2]
-        };
+        let corner = corner_of(self.extent(), index);
+        let rng = &mut view.rng(index, Pass::Camera);
+        let PixelRay { ray, film, lens } = PixelRay::draw(view.frame.camera, corner, rng);
         let level = self.options.camera_level;
-        let ray = view.camera.ray(corner + film, lens);
         pixel.look(evaluation.volumes, ray, evaluation.camera_medium, level);
         (pixel.corner, pixel.film, pixel.lens) = (corner, film, lens);
-        pixel.odd_frame = view.frame % 2 == 1;
-        unscattered(
-            evaluation.volumes,
-            pixel,
-            &mut self.rng(view, index, Pass::Unscattered),
-        )
+        pixel.odd_frame = view.frame.number % 2 == 1;
+        let rng = &mut view.rng(index, Pass::Unscattered);
+        unscattered(evaluation.volumes, pixel, rng)
     }
 
     /// Fresh reservoirs. False if cancelled.
@@ -326,33 +316,23 @@ impl<'a> RestirVolume<'a> {
         fresh: &mut [VolumeReservoir],
         cancel: &AtomicBool,
     ) -> bool {
-        let evaluation = self.evaluation(view.frame);
-        let chunks = pixels.par_chunks(MAX_BATCH).zip(fresh.par_chunks_mut(MAX_BATCH));
-        chunks.enumerate().for_each(|(chunk, (pixels, fresh))| {
-            if cancel.load(Ordering::Relaxed) {
-                return;
-            }
+        let evaluation = self.evaluation(view.frame.number);
+        let batches = pixels.par_chunks(MAX_BATCH).zip(fresh.par_chunks_mut(MAX_BATCH));
+        in_batches(batches, cancel, |first, (pixels, fresh)| {
             for (place, (pixel, fresh)) in pixels.iter().zip(fresh).enumerate() {
-                let index = chunk * MAX_BATCH + place;
                 // From here on with the target of reuse: W stays.
                 *fresh = self
-                    .walk_from(view, &evaluation, index, pixel, self.shift_of(view, index))
+                    .walk_from(
+                        view,
+                        &evaluation,
+                        first + place,
+                        pixel,
+                        shift_of(view, first + place),
+                    )
                     .map(|path| evaluation.settled(pixel, &path, false))
                     .within(|path| path.target > 0.0);
             }
-        });
-        !cancel.load(Ordering::Relaxed)
-    }
-
-    /// Where the sequence of the walks of pixel number `index` begins.
-    fn shift_of(&self, view: View<'_>, index: usize) -> [u64; 3] {
-        let first = View {
-            frame: 0,
-            reservoir: 0,
-            ..view
-        };
-        let mut rng = self.rng(first, index, Pass::Sequence);
-        [rng.next_u64(), rng.next_u64(), rng.next_u64()]
+        })
     }
 
     /// What the walks of pixel number `index` find, with their own target.
@@ -372,47 +352,41 @@ impl<'a> RestirVolume<'a> {
             ..
         } = self.options;
         // The walks of all reservoirs and successive frames continue one sequence.
-        let turn = u64::from(view.frame) * u64::from(reservoirs) + u64::from(view.reservoir);
+        let turn = u64::from(view.frame.number) * u64::from(reservoirs) + u64::from(view.reservoir);
         let start = Sequence::new(shift, turn * u64::from(walks));
-        let mut rng = self.rng(view, index, Pass::Candidates);
+        let mut rng = view.rng(index, Pass::Candidates);
         evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng)
     }
 
-    /// All reuse of a frame: what the pixels hold for the next is in `reservoirs`. Neighbours only shade; what they bring would
-    /// make later frames alike in blotches.
+    /// All reuse of a frame: what the pixels hold for the next is held then. Neighbours only shade; what they bring would make
+    /// later frames alike in blotches.
     fn reuse(
         &self,
         view: View<'_>,
-        pixels: &[VolumePixel],
-        reservoirs: &mut Vec<VolumeReservoir>,
-        scratch: &mut Vec<VolumeReservoir>,
+        reservoirs: &mut Reservoirs<VolumePixel, f64>,
         image: &mut [Rgb],
     ) -> Result<(), ReuseError> {
-        let extent = self.extent();
-        let shift = self.path_reuse(view.frame);
-        let cap = if self.is_still() || self.rests_at(view.frame.saturating_sub(FORGETTING)) {
+        let (frame, extent) = (view.frame.number, self.extent());
+        let pixels = self.pixels.of(frame);
+        let shift = self.path_reuse(frame);
+        let cap = if self.is_still() || self.rests_at(frame.saturating_sub(FORGETTING)) {
             self.options.still_confidence_cap
         } else {
             self.options.confidence_cap
         };
-        let rule = MergeRule::new(&shift)
-            .with_mis(Mis::Balance)
-            .with_confidence_cap(cap);
-        let reuse = Reuse::new(pixels, rule);
-        if self.options.temporal_reuse && view.frame > 0 {
-            let previous = &self.pixels[(view.frame as usize + 1) % 2];
-            let before = self.motion.camera(self.volumes(0).scene, view.frame - 1);
-            let size = [extent.width, extent.height];
-            let fresh: &[VolumeReservoir] = reservoirs;
-            let source = |index: usize| {
+        let rule = MergeRule::new(&shift).with_mis(Mis::Balance);
+        let reuse = Reuse::new(pixels, rule.with_confidence_cap(cap));
+        if self.options.temporal_reuse && frame > 0 {
+            let before = self.motion.camera(self.volumes(0).scene, frame - 1);
+            let source = |index: usize, fresh: &[VolumeReservoir]| {
                 // Chosen by the pixel's own path only where it must be.
-                if self.rests_at(view.frame) {
+                if self.rests_at(frame) {
                     return Some(index);
                 }
                 let pixel = &pixels[index];
                 let own = fresh[index].sample().and_then(VolumePath::first_distance);
                 let forced = || {
-                    let u = f64_from_u64(self.rng(view, index, Pass::Velocity).next_u64());
+                    let u = f64_from_u64(view.rng(index, Pass::Velocity).next_u64());
                     pixel.forced_collision(u)
                 };
                 let distance = match own {
@@ -423,60 +397,67 @@ impl<'a> RestirVolume<'a> {
                 let position = match distance {
                     Some(distance) => {
                         let position = pixel.ray.origin + pixel.ray.direction * distance;
-                        self.flow.map_or(position, |flow| flow(view.frame, position))
+                        self.flow.map_or(position, |flow| flow(frame, position))
                     }
                     None => pixel.surface_point()?.position,
                 };
-                pixel_seeing(&before, size, position)
+                pixel_seeing(&before, extent, position)
             };
-            let history = History::new(previous, &self.history[view.reservoir as usize]);
-            let choose = |pixel| self.rng(view, pixel, Pass::Temporal);
-            reuse.temporal(fresh, history, source, scratch, choose)?;
-            std::mem::swap(reservoirs, scratch);
+            let choose = |pixel| view.rng(pixel, Pass::Temporal);
+            reservoirs.in_time(&reuse, self.pixels.of(frame - 1), source, choose)?;
         }
+        reservoirs.keep();
         if let Some(pattern) = &self.pattern {
-            let key = CounterRng::at(view.seed, u32::MAX, view.frame, view.reservoir);
-            let choose = |pixel| self.rng(view, pixel, Pass::Spatial);
-            let evaluation = self.evaluation(view.frame);
+            let neighbours = pattern.over(extent, view.frame.numbers.key(view.reservoir));
+            let evaluation = self.evaluation(frame);
             // All inputs shade: fewer differences in colour than of the one that is kept.
             let shade = |pixel: usize, part: Contribution<'_, VolumePath>, sum: &mut Rgb| {
-                let mut rng = self.rng(view, pixel, Pass::Shade);
+                let mut rng = view.rng(pixel, Pass::Shade);
                 rng.set_dimension(rng.dimension() + part.input as u32 * WORDS_PER_INPUT);
                 let weight = part.weight * self.share();
                 *sum += shaded(&evaluation, &pixels[pixel], part.sample, weight, &mut rng);
             };
-            let neighbours = pattern.over(extent, key);
-            reuse.spatial_integrated(neighbours, reservoirs, scratch, Sums::new(image, shade), choose)?;
+            let choose = |pixel| view.rng(pixel, Pass::Spatial);
+            reservoirs.now.resize(extent.len(), VolumeReservoir::empty(0.0));
+            let Reservoirs { now, held, .. } = reservoirs;
+            reuse.spatial_integrated(neighbours, held, now, Sums::new(image, shade), choose)?;
         }
         Ok(())
     }
 
-    /// Adds `F(Y) W` to each pixel.
+    /// Adds `F(Y) W` to each pixel. False if cancelled.
     fn shade(
         &self,
         view: View<'_>,
-        pixels: &[VolumePixel],
         reservoirs: &[VolumeReservoir],
         image: &mut [Rgb],
-    ) {
-        let evaluation = self.evaluation(view.frame);
-        let results = pixels
+        cancel: &AtomicBool,
+    ) -> bool {
+        let evaluation = self.evaluation(view.frame.number);
+        let results = reservoirs
             .par_chunks(MAX_BATCH)
-            .zip(reservoirs.par_chunks(MAX_BATCH))
             .zip(image.par_chunks_mut(MAX_BATCH));
-        results
-            .enumerate()
-            .for_each(|(chunk, ((pixels, reservoirs), image))| {
-                for (place, ((pixel, reservoir), value)) in
-                    pixels.iter().zip(reservoirs).zip(image).enumerate()
-                {
-                    if let Some((path, weight)) = self.shared(reservoir) {
-                        let mut rng = self.rng(view, chunk * MAX_BATCH + place, Pass::Shade);
-                        *value += shaded(&evaluation, pixel, path, weight, &mut rng);
-                    }
+        let batches = self
+            .pixels
+            .of(view.frame.number)
+            .par_chunks(MAX_BATCH)
+            .zip(results);
+        in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
+            for (place, ((pixel, reservoir), value)) in pixels.iter().zip(reservoirs).zip(image).enumerate() {
+                if let Some((path, weight)) = self.shared(reservoir) {
+                    let mut rng = view.rng(first + place, Pass::Shade);
+                    *value += shaded(&evaluation, pixel, path, weight, &mut rng);
                 }
-            });
+            }
+        })
     }
+}
+
+/// Where the sequence of the walks of pixel number `index` begins, in all frames and for all reservoirs.
+fn shift_of(view: View<'_>, index: usize) -> [u64; 3] {
+    let numbers = view.frame.numbers.of_frame(0);
+    let mut rng = numbers.pass(Pass::Sequence).pixel(index);
+    [rng.next_u64(), rng.next_u64(), rng.next_u64()]
 }
 
 /// `F(Y) W`, with an unbiased estimate of `F`.
@@ -541,40 +522,42 @@ impl FrameMethod for RestirVolume<'_> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
-        let count = self.extent().len();
+        let extent = self.extent();
         let camera = self.motion.camera(self.volumes(0).scene, frame);
-        let view = View {
+        let view = FrameView {
             camera: &camera,
-            frame,
-            seed,
-            reservoir: 0,
+            number: frame,
+            numbers: PASSES.frame(seed, frame, extent.width),
+        };
+        let view = |reservoir| View {
+            frame: view,
+            reservoir,
         };
         if self.stays_in_pixels() {
-            return self.still_frame(view, image, cancel).then(|| self.tally.take());
+            return self
+                .still_frame(view(0), image, cancel)
+                .then(|| self.tally.take());
         }
-        let mut pixels = std::mem::take(&mut self.pixels[frame as usize % 2]);
-        pixels.resize_with(count, VolumePixel::default);
-        let [mut reservoirs, mut scratch] = std::mem::take(&mut self.spare);
-        reservoirs.resize(count, VolumeReservoir::empty(0.0));
-        scratch.resize(count, VolumeReservoir::empty(0.0));
-        self.history
-            .resize_with(self.options.reservoirs as usize, Vec::new);
-        let mut done = self.look(view, &mut pixels, image, cancel);
-        for reservoir in 0..self.options.reservoirs {
-            let view = View { reservoir, ..view };
+        let mut pixels = std::mem::take(self.pixels.of_mut(frame));
+        pixels.resize_with(extent.len(), VolumePixel::default);
+        let mut done = self.look(view(0), &mut pixels, image, cancel);
+        *self.pixels.of_mut(frame) = pixels;
+
+        let mut reservoirs = std::mem::take(&mut self.reservoirs);
+        let mut history = std::mem::take(&mut self.history);
+        history.resize_with(self.options.reservoirs as usize, Vec::new);
+        for (number, history) in (0..).zip(&mut history) {
+            std::mem::swap(&mut reservoirs.held, history);
+            reservoirs.begin(extent.len());
+            let view = view(number);
             done = done
-                && self.walk(view, &pixels, &mut reservoirs, cancel)
+                && self.walk(view, self.pixels.of(frame), &mut reservoirs.now, cancel)
                 // Fails for slices of other lengths only.
-                && self.reuse(view, &pixels, &mut reservoirs, &mut scratch, image).is_ok();
-            if done && self.pattern.is_none() {
-                self.shade(view, &pixels, &reservoirs, image);
-            }
-            let history = &mut self.history[reservoir as usize];
-            std::mem::swap(history, &mut reservoirs);
-            reservoirs.resize(count, VolumeReservoir::empty(0.0));
+                && self.reuse(view, &mut reservoirs, image).is_ok()
+                && (self.pattern.is_some() || self.shade(view, &reservoirs.held, image, cancel));
+            std::mem::swap(&mut reservoirs.held, history);
         }
-        self.pixels[frame as usize % 2] = pixels;
-        self.spare = [reservoirs, scratch];
+        (self.reservoirs, self.history) = (reservoirs, history);
         (done && !cancel.load(Ordering::Relaxed)).then(|| self.tally.take())
     }
 

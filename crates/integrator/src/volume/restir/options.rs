@@ -8,7 +8,7 @@ use lightshed_scene::{Material, Scene};
 use std::fmt;
 
 /// Most reservoirs of a pixel.
-const MAX_RESERVOIRS: u32 = 16;
+pub(super) const MAX_RESERVOIRS: u32 = 16;
 
 /// What [`RestirVolume`](crate::RestirVolume) does in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

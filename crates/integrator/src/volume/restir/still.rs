@@ -2,10 +2,10 @@
 
 use super::evaluation::Evaluation;
 use super::pixel::{VolumePixel, VolumeReservoir};
-use super::{Pass, RestirVolume, View, bounded};
+use super::{Pass, RestirVolume, View, bounded, shift_of};
 use lightshed_film::MAX_BATCH;
 use lightshed_film::RayKind;
-use lightshed_resampling::{IdentityShift, Input, Mis, merge};
+use lightshed_resampling::{IdentityShift, Input, MergeRule, Mis};
 use lightshed_scene::Rgb;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +16,7 @@ impl RestirVolume<'_> {
         let reservoirs = self.options.reservoirs as usize;
         let mut held = std::mem::take(&mut self.held);
         held.resize(self.extent().len() * reservoirs, VolumeReservoir::empty(0.0));
-        let evaluation = self.evaluation(view.frame);
+        let evaluation = self.evaluation(view.frame.number);
         let chunks = image
             .par_chunks_mut(MAX_BATCH)
             .zip(held.par_chunks_mut(MAX_BATCH * reservoirs))
@@ -29,7 +29,7 @@ impl RestirVolume<'_> {
             for (place, (value, held)) in image.iter_mut().zip(held.chunks_mut(reservoirs)).enumerate() {
                 let index = chunk * MAX_BATCH + place;
                 *value = self.look_at(view, &evaluation, index, pixel);
-                let shift = self.shift_of(view, index);
+                let shift = shift_of(view, index);
                 for (reservoir, held) in (0..).zip(held) {
                     let view = View { reservoir, ..view };
                     let fresh = self.walk_from(view, &evaluation, index, pixel, shift);
@@ -51,16 +51,18 @@ impl RestirVolume<'_> {
         fresh: VolumeReservoir,
         held: &mut VolumeReservoir,
     ) {
-        if view.frame == 0 || !self.options.temporal_reuse {
+        if view.frame.number == 0 || !self.options.temporal_reuse {
             *held = fresh;
             return;
         }
         let inputs = [Input::canonical(pixel, &fresh), Input::neighbour(pixel, held)];
-        let choose = &mut self.rng(view, index, Pass::Temporal);
+        let choose = &mut view.rng(index, Pass::Temporal);
+        let rule = MergeRule::new(IdentityShift).with_mis(Mis::Balance);
+        let rule = rule.with_confidence_cap(self.options.still_confidence_cap);
         // Every fresh reservoir has confidence, so nothing fails.
-        let merged = merge(pixel, &IdentityShift, &inputs, Mis::Balance, choose)
+        *held = rule
+            .merge(pixel, &inputs, choose)
             .map_or(fresh, |merged| merged.reservoir);
-        *held = merged.with_confidence_cap(self.options.still_confidence_cap);
     }
 
     /// `F(Y) W` of a reservoir, as its share in the pixel.
@@ -81,7 +83,7 @@ impl RestirVolume<'_> {
         if let Some(light) = path.light {
             return bounded(light.as_dvec3() * weight);
         }
-        let mut rng = self.rng(view, index, Pass::Shade);
+        let mut rng = view.rng(index, Pass::Shade);
         let light = bounded(evaluation.estimate(pixel, path, &mut rng));
         let path = std::mem::replace(held, VolumeReservoir::empty(0.0));
         *held = path.map(|path| path.shown_by(light));

@@ -1,0 +1,198 @@
+//! What the frames of all methods with reuse share: camera rays, what is kept of two frames, and passes between buffers.
+
+use crate::camera_ray::PixelRay;
+use lightshed_film::MAX_BATCH;
+use lightshed_resampling::{
+    Choose, Contribution, Domain, DomainReservoir, Domains, Extent, History, Reservoir, Reuse, ReuseError,
+    ShiftMapping, Storage, Sums, Topology,
+};
+use lightshed_sampling::{FrameNumbers, PassNumbers};
+use lightshed_scene::glam::Vec2;
+use lightshed_scene::{Camera, Hit, Ray, Rgb, Scene};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A frame: its camera, its number and its random numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct FrameView<'a> {
+    pub camera: &'a Camera,
+    pub number: u32,
+    pub numbers: FrameNumbers,
+}
+
+/// The size of a scene's images.
+pub(crate) fn extent_of(scene: &Scene) -> Extent {
+    let settings = scene.settings();
+    Extent {
+        width: settings.width,
+        height: settings.height,
+    }
+}
+
+/// The least corner of a pixel.
+#[inline]
+pub(crate) fn corner_of(extent: Extent, index: usize) -> Vec2 {
+    let width = extent.width as usize;
+    Vec2::new((index % width) as f32, (index / width) as f32)
+}
+
+/// Does `work(first, batch)` for each of `batches`, chunks of [`MAX_BATCH`] pixels of which `first` is the first, as long as
+/// nobody cancels. False if somebody did.
+pub(crate) fn in_batches<I: IndexedParallelIterator>(
+    batches: I,
+    cancel: &AtomicBool,
+    work: impl Fn(usize, I::Item) + Send + Sync,
+) -> bool {
+    batches.enumerate().for_each(|(batch, item)| {
+        if !cancel.load(Ordering::Relaxed) {
+            work(batch * MAX_BATCH, item);
+        }
+    });
+    !cancel.load(Ordering::Relaxed)
+}
+
+/// Traces a camera ray through a random place of every pixel, by the numbers of the pass `numbers`. What it meets `see` is told,
+/// with the pixel's number, its entry in `pixels` and its value in `image`. False if cancelled.
+pub(crate) fn trace_camera_rays<P: Send>(
+    (scene, camera): (&Scene, &Camera),
+    numbers: PassNumbers,
+    (pixels, image): (&mut [P], &mut [Rgb]),
+    cancel: &AtomicBool,
+    see: impl Fn(usize, &Ray, Option<&Hit>, &mut P, &mut Rgb) + Sync,
+) -> bool {
+    let extent = extent_of(scene);
+    let batches = pixels
+        .par_chunks_mut(MAX_BATCH)
+        .zip(image.par_chunks_mut(MAX_BATCH));
+    in_batches(batches, cancel, |first, (pixels, image)| {
+        let count = pixels.len().min(MAX_BATCH);
+        let rays: [Ray; MAX_BATCH] = std::array::from_fn(|place| {
+            let index = first + place.min(count - 1);
+            PixelRay::draw(camera, corner_of(extent, index), &mut numbers.pixel(index)).ray
+        });
+        let mut hits = [None; MAX_BATCH];
+        scene
+            .accelerator()
+            .intersect_many(&rays[..count], &mut hits[..count]);
+        let found = rays.iter().zip(&hits).zip(pixels.iter_mut().zip(image));
+        for (place, ((ray, hit), (pixel, value))) in found.enumerate() {
+            see(first + place, ray, hit.as_ref(), pixel, value);
+        }
+    })
+}
+
+/// What is kept of a frame and of the one before, by the order of frames: even, odd.
+#[derive(Default)]
+pub(crate) struct TwoFrames<P>([P; 2]);
+
+impl<P> TwoFrames<P> {
+    /// Of frame number `frame`, the last one or the one before.
+    pub fn of(&self, frame: u32) -> &P {
+        &self.0[frame as usize % 2]
+    }
+
+    /// Of frame number `frame`, in place of the one before the last.
+    pub fn of_mut(&mut self, frame: u32) -> &mut P {
+        &mut self.0[frame as usize % 2]
+    }
+}
+
+/// The reservoirs of a frame at work, and those that the frame before left behind.
+pub(crate) struct Reservoirs<D: Domain, R: Storage = f32> {
+    pub now: Vec<DomainReservoir<D, R>>,
+    pub held: Vec<DomainReservoir<D, R>>,
+    scratch: Vec<DomainReservoir<D, R>>,
+}
+
+// Not derived: a derive would ask for `D: Default`.
+impl<D: Domain, R: Storage> Default for Reservoirs<D, R> {
+    fn default() -> Self {
+        Self {
+            now: Vec::new(),
+            held: Vec::new(),
+            scratch: Vec::new(),
+        }
+    }
+}
+
+impl<D: Domain, R: Storage> Reservoirs<D, R>
+where
+    D::Sample: Send + Sync,
+{
+    /// Room for a frame of `count` pixels.
+    pub fn begin(&mut self, count: usize) {
+        for reservoirs in [&mut self.now, &mut self.scratch] {
+            reservoirs.resize(count, Reservoir::empty(0.0));
+        }
+    }
+
+    /// Leaves the frame's reservoirs to the next one.
+    pub fn keep(&mut self) {
+        std::mem::swap(&mut self.now, &mut self.held);
+    }
+
+    /// Reuse in time: from those held, which live in the domains `before`, at `seen_at`.
+    pub fn in_time<Ds, H, T, C>(
+        &mut self,
+        reuse: &Reuse<'_, Ds, T>,
+        before: &H,
+        seen_at: impl Fn(usize, &[DomainReservoir<D, R>]) -> Option<usize> + Sync,
+        choose: impl Fn(usize) -> C + Sync,
+    ) -> Result<(), ReuseError>
+    where
+        Ds: Domains<Domain = D>,
+        H: Domains<Domain = D> + ?Sized,
+        T: ShiftMapping<D> + Sync,
+        C: Choose,
+    {
+        let (now, history) = (&self.now, History::new(before, &self.held));
+        reuse.temporal(
+            now,
+            history,
+            |index| seen_at(index, now),
+            &mut self.scratch,
+            choose,
+        )?;
+        std::mem::swap(&mut self.now, &mut self.scratch);
+        Ok(())
+    }
+
+    /// Rounds of reuse from neighbours, as long as nobody cancels.
+    pub fn in_space<Ds, T, P, C>(
+        &mut self,
+        reuse: &Reuse<'_, Ds, T>,
+        rounds: u32,
+        neighbours: impl Fn(u32) -> P,
+        choose: impl Fn(u32, usize) -> C + Sync,
+        cancel: &AtomicBool,
+    ) -> Result<(), ReuseError>
+    where
+        Ds: Domains<Domain = D>,
+        T: ShiftMapping<D> + Sync,
+        P: Topology,
+        C: Choose,
+    {
+        let rounds = (0..rounds).take_while(|_| !cancel.load(Ordering::Relaxed));
+        reuse.spatial_rounds(rounds, neighbours, &mut self.now, &mut self.scratch, choose)
+    }
+
+    /// A last round, in which all that neighbours bring shades `image`.
+    pub fn in_space_shaded<Ds, T, C>(
+        &mut self,
+        reuse: &Reuse<'_, Ds, T>,
+        neighbours: impl Topology,
+        image: &mut [Rgb],
+        shade: impl Fn(usize, Contribution<'_, D::Sample>, &mut Rgb) + Sync,
+        choose: impl Fn(usize) -> C + Sync,
+    ) -> Result<(), ReuseError>
+    where
+        Ds: Domains<Domain = D>,
+        T: ShiftMapping<D> + Sync,
+        C: Choose,
+    {
+        let sums = Sums::new(image, shade);
+        reuse.spatial_integrated(neighbours, &self.now, &mut self.scratch, sums, choose)?;
+        std::mem::swap(&mut self.now, &mut self.scratch);
+        Ok(())
+    }
+}
