@@ -82,25 +82,31 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-shift",
         "gives what it holds, or checks and stores",
-        "Connectability::hybrid Connectability::min_distance Connectability::min_roughness Connectability::reconnection \
-         MeasuredJacobian::determinant MeasuredJacobian::new PathDomain::behind PathDomain::first PathSample::contribution PathSample::target \
-         PathShift::with_jacobian_limit",
+        "Connectability::hybrid Connectability::min_distance Connectability::min_roughness \
+         Connectability::reconnection ConnectionReach::least_length LobeDirection::of_single_lobe \
+         MeasuredJacobian::determinant MeasuredJacobian::new PathDomain::behind PathDomain::first \
+         PathSample::contribution PathSample::target PathShift::with_jacobian_limit VolumePath::connect \
+         VolumePath::direction VolumePath::first_distance VolumePath::held VolumePath::shown_by \
+         VolumePath::with_endpoint",
     ),
     (
         "lightshed-shift",
         "a trait's function, written by a user",
-        "WorldGeometry::geometric_normal WorldGeometry::occluded WorldGeometry::occluded_many \
-         WorldGeometry::position WorldGeometry::ray WorldGeometry::segment WorldGeometry::sensor_ray \
-         WorldGeometry::trace WorldGeometry::trace_many WorldLighting::connect WorldLighting::connect_delta \
-         WorldLighting::emitted WorldLighting::emitter_pdf WorldLighting::environment \
-         WorldLighting::environment_pdf WorldLighting::sample_emitter WorldLighting::trace_suffixes \
-         WorldScattering::evaluate WorldScattering::evaluate_lobe WorldScattering::lobe_roughness \
-         WorldScattering::sample_lobe",
+        "VolumeWorld::emitted VolumeWorld::environment VolumeWorld::environment_direction VolumeWorld::first \
+         VolumeWorld::lit VolumeWorld::next VolumeWorld::phase VolumeWorld::position VolumeWorld::reflected \
+         VolumeWorld::scattered VolumeWorld::scattering VolumeWorld::set_position \
+         VolumeWorld::transmittance_to_environment WorldGeometry::geometric_normal WorldGeometry::occluded \
+         WorldGeometry::occluded_many WorldGeometry::position WorldGeometry::ray WorldGeometry::segment \
+         WorldGeometry::sensor_ray WorldGeometry::trace WorldGeometry::trace_many WorldLighting::connect \
+         WorldLighting::connect_delta WorldLighting::emitted WorldLighting::emitter_pdf \
+         WorldLighting::environment WorldLighting::environment_pdf WorldLighting::sample_emitter \
+         WorldLighting::trace_suffixes WorldScattering::evaluate WorldScattering::evaluate_lobe \
+         WorldScattering::lobe_roughness WorldScattering::sample_lobe",
     ),
     (
         "lightshed-shift",
         "held to densities and determinants of whole paths by the crate's tests and the integrator's",
-        "trace_suffix",
+        "FollowPaths::estimate FollowPaths::settled path_target trace_suffix",
     ),
     (
         "lightshed-lights",

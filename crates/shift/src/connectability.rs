@@ -2,12 +2,13 @@
 
 use lightshed_sampling::glam::Vec3;
 
-/// Thresholds of connectability (Lin 2022 §6.6.5): `x_i` and `x_{i+1}` are *connectable* if the lobes that scatter at both
-/// are at least `min_roughness` wide and they lie at least `min_distance` apart. Emitters count as rough.
+/// Thresholds of connectability (Lin 2022 §6.6.5): `x_i` and `x_{i+1}` are *connectable* if the
+/// lobes that scatter at both are at least `min_roughness` wide and they lie at least
+/// `min_distance` apart. Emitters count as rough.
 ///
-/// A base path reconnects at its *first* connectable pair. An offset path must agree, by the thresholds of its own
-/// domain: every pair before must fail and that pair must pass. Otherwise the way back would lead elsewhere, and
-/// the shift is undefined.
+/// A base path reconnects at its *first* connectable pair. An offset path must agree, by the
+/// thresholds of its own domain: every pair before must fail and that pair must pass. Otherwise the
+/// way back would lead elsewhere, and the shift is undefined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connectability {
     min_roughness: f32,
@@ -52,16 +53,16 @@ impl Connectability {
         reach: Reach::Never,
     };
 
-    /// The reconnection shift: `y₂ = x₂` for every lobe but delta lobes (Lin 2022 §6.6.4). Paths that are not connectable
-    /// there cannot be shifted.
+    /// The reconnection shift: `y₂ = x₂` for every lobe but delta lobes (Lin 2022 §6.6.4). Paths
+    /// that are not connectable there cannot be shifted.
     pub const RECONNECTION: Self = Self {
         min_roughness: f32::MIN_POSITIVE,
         min_distance: 0.0,
         reach: Reach::First,
     };
 
-    /// The reconnection shift for vertices at least `min_distance` apart (in units of the scene). Closer ones, whose geometry
-    /// term is nearly singular, are not shifted.
+    /// The reconnection shift for vertices at least `min_distance` apart (in units of the scene).
+    /// Closer ones, whose geometry term is nearly singular, are not shifted.
     ///
     /// # Errors
     /// [`ConnectabilityError::Distance`].
@@ -73,8 +74,9 @@ impl Connectability {
         })
     }
 
-    /// The hybrid shift: random replay up to the first connectable pair. `min_roughness` is in units of GGX's `α` (the thesis
-    /// uses 0.2), `min_distance` in units of the scene (1–5 % of its size).
+    /// The hybrid shift: random replay up to the first connectable pair. `min_roughness` is in
+    /// units of GGX's `α` (the thesis uses 0.2), `min_distance` in units of the scene (1–5 % of its
+    /// size).
     ///
     /// # Errors
     /// [`ConnectabilityError`] for thresholds that are none.
@@ -124,8 +126,8 @@ impl Connectability {
         roughness >= self.min_roughness
     }
 
-    /// Whether a vertex at `position` is far enough from another, at `offset` from it. Also false where single precision does
-    /// not resolve the direction between them to about 10⁻³.
+    /// Whether a vertex at `position` is far enough from another, at `offset` from it. Also false
+    /// where single precision does not resolve the direction between them to about 10⁻³.
     #[inline(always)]
     pub(crate) fn far(&self, position: Vec3, offset: Vec3) -> bool {
         let resolved = position.abs().max_element() * RESOLVED;
@@ -135,7 +137,8 @@ impl Connectability {
     }
 }
 
-/// Least distance over the magnitude of coordinates: rays start some 2⁻¹⁸ off their surfaces, against 2⁻⁸.
+/// Least distance over the magnitude of coordinates: rays start some 2⁻¹⁸ off their surfaces,
+/// against 2⁻⁸.
 const RESOLVED: f32 = 1.0 / 256.0;
 
 #[cfg(test)]

@@ -7,17 +7,20 @@ use lightshed_resampling::Domain;
 use lightshed_sampling::PrimarySample;
 use lightshed_sampling::glam::Vec3;
 
-/// The domain of a pixel: all paths `x₁ x₂ … x_k`, `2 ≤ k ≤ max_length`, with a sequence of lobes (Lin 2022 §6.6.6), in primary
-/// sample space. They start at a given surface point `x₁` seen from a given direction, or at whatever a sensor sees: then the
-/// place on the sensor and on its lens is part of the path, and a shift copies it.
+/// The domain of a pixel: all paths `x₁ x₂ … x_k`, `2 ≤ k ≤ max_length`, with a sequence of lobes
+/// (Lin 2022 §6.6.6), in primary sample space. They start at a given surface point `x₁` seen from a
+/// given direction, or at whatever a sensor sees: then the place on the sensor and on its lens is
+/// part of the path, and a shift copies it.
 ///
-/// **Integrand.** `F = ω f / p`, with `f` the product of one lobe at every vertex (of all of them where the last vertex was
-/// found by sampling an emitter) and of the emitted radiance, `p` the density with which [`TreeTracer`](crate::TreeTracer)
-/// finds the path, roulette aside, and `ω` the power heuristic between the two ways to find the last vertex. Its
-/// integral over the domain is the radiance that leaves `x₁` towards the viewer (in the mean over the sensor), but for what
+/// **Integrand.** `F = ω f / p`, with `f` the product of one lobe at every vertex (of all of them
+/// where the last vertex was found by sampling an emitter) and of the emitted radiance, `p` the
+/// density with which [`TreeTracer`](crate::TreeTracer) finds the path, roulette aside, and `ω` the
+/// power heuristic between the two ways to find the last vertex. Its integral over the domain is
+/// the radiance that leaves `x₁` towards the viewer (in the mean over the sensor), but for what
 /// `x₁` itself emits.
 ///
-/// **Measure.** `dμ = p(x̄) dx̄`: of a path that is sampled by the domain's own sampler the weight is 1.
+/// **Measure.** `dμ = p(x̄) dx̄`: of a path that is sampled by the domain's own sampler the weight
+/// is 1.
 ///
 /// **Target.** `p̂ = luminance(F)`, visibility included.
 pub struct PathDomain<'w, W: World> {
@@ -55,9 +58,9 @@ impl<W: World> Clone for PathDomain<'_, W> {
 }
 
 impl<'w, W: World> PathDomain<'w, W> {
-    /// The paths behind `first` as seen from `wo` (the unit direction to the viewer), of at most `max_length` edges with that
-    /// from the camera ([`MAX_PATH_LENGTH`] if that is less). A domain of the previous frame has that frame's world, vertex and
-    /// direction.
+    /// The paths behind `first` as seen from `wo` (the unit direction to the viewer), of at most
+    /// `max_length` edges with that from the camera ([`MAX_PATH_LENGTH`] if that is less). A domain
+    /// of the previous frame has that frame's world, vertex and direction.
     pub fn behind(
         world: &'w W,
         first: W::Vertex,
@@ -88,9 +91,9 @@ impl<'w, W: World> PathDomain<'w, W> {
         }
     }
 
-    /// Whether a path of this domain has an image anywhere: false where it could neither be reconnected nor replayed. What
-    /// cannot leave is better summed at home than resampled: the domain then is that of the other paths, its integral the
-    /// rest.
+    /// Whether a path of this domain has an image anywhere: false where it could neither be
+    /// reconnected nor replayed. What cannot leave is better summed at home than resampled: the
+    /// domain then is that of the other paths, its integral the rest.
     pub fn can_leave(&self, sample: &PathSample) -> bool {
         self.connectability.replays() || sample.anatomy().reconnection.is_some()
     }
@@ -107,7 +110,8 @@ impl<'w, W: World> PathDomain<'w, W> {
         }
     }
 
-    /// The point that all paths start at and the unit direction from there to the viewer, where they are given.
+    /// The point that all paths start at and the unit direction from there to the viewer, where
+    /// they are given.
     pub fn first(&self) -> Option<(&W::Vertex, Vec3)> {
         match &self.start {
             Start::Vertex { first, wo } => Some((first, *wo)),

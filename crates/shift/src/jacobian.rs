@@ -5,8 +5,9 @@ use lightshed_resampling::{Jacobian, Undefined};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, Measure, PrimarySample, SolidAngle};
 
-/// `|∂T/∂x|` of a shift in the measure `M`. A weight in solid angle takes a determinant in solid angle and one in primary
-/// sample space takes one in primary sample space; they differ by the ratio of the densities (Lin 2022 eqs. 6.52–6.54).
+/// `|∂T/∂x|` of a shift in the measure `M`. A weight in solid angle takes a determinant in solid
+/// angle and one in primary sample space takes one in primary sample space; they differ by the
+/// ratio of the densities (Lin 2022 eqs. 6.52–6.54).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredJacobian<M: Measure> {
     determinant: Jacobian,
@@ -27,8 +28,8 @@ impl<M: Measure> MeasuredJacobian<M> {
         self.determinant
     }
 
-    /// In primary sample space: `J p(y)/p(x)`, with the densities of base and offset in the measure `M`, those of the
-    /// technique and lobe that produced them.
+    /// In primary sample space: `J p(y)/p(x)`, with the densities of base and offset in the measure
+    /// `M`, those of the technique and lobe that produced them.
     ///
     /// # Errors
     /// [`Undefined::Degenerate`] where a density is 0 or not finite.
@@ -74,8 +75,9 @@ fn ratio<M: Measure>(over: Density<M>, under: Density<M>) -> Result<Jacobian, Un
     Jacobian::new(f64::from(over.value()) / f64::from(under.value()))
 }
 
-/// Solid-angle Jacobian of a reconnection, `|cos θ_y / cos θ_x| · ‖z − x‖² / ‖z − y‖²` (Lin 2022 eq. 6.52): the base path sees
-/// the vertex `z` with unit geometric normal `normal` from `x`, the offset path from `y`.
+/// Solid-angle Jacobian of a reconnection, `|cos θ_y / cos θ_x| · ‖z − x‖² / ‖z − y‖²` (Lin 2022
+/// eq. 6.52): the base path sees the vertex `z` with unit geometric normal `normal` from `x`, the
+/// offset path from `y`.
 ///
 /// # Errors
 /// [`Undefined::Degenerate`] where one of them sees `z` edge-on or coincides with it.

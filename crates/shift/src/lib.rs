@@ -8,13 +8,14 @@
 //! | candidates: trees of paths from the camera | [`TreeTracer`] |
 //! | random replay, reconnection, hybrid | [`PathShift`] with [`Connectability`] |
 //! | one scattering event: copies of a vertex, a direction, a half vector | [`LocalShift`], [`VertexCopy`], [`DirectionCopy`], [`HalfVectorCopy`] |
+//! | paths through volumes: their coordinates, their integrand, the shift between pixels | [`VolumePath`], [`VolumeWorld`], [`VolumePathShift`] |
 //! | determinants that know their measure | [`MeasuredJacobian`], [`reconnection_jacobian`] |
 //!
-//! [`PathDomain`] and [`PathShift`] are a `Domain` and a `ShiftMapping` of `lightshed-resampling`: its merges reuse paths
-//! among pixels and frames.
+//! [`PathDomain`] and [`PathShift`] are a `Domain` and a `ShiftMapping` of `lightshed-resampling`:
+//! its merges reuse paths among pixels and frames.
 //!
-//! Section and equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray Tracing*,
-//! ch. 6 and app. B).
+//! Section and equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in
+//! Real-Time Ray Tracing*, ch. 6 and app. B).
 #![forbid(unsafe_code)]
 
 mod connectability;
@@ -30,6 +31,7 @@ mod suffix;
 #[cfg(test)]
 mod testing;
 mod tracer;
+mod volume;
 mod walk;
 mod world;
 
@@ -44,6 +46,12 @@ pub use tracer::{Finding, TreeTracer};
 pub use world::{
     Connection, Endpoint, EndpointDensity, LobeDirection, MAX_LOBES, Place, RayKind, Scattering, Suffix,
     SuffixLight, SuffixLimits, World, WorldGeometry, WorldLighting, WorldScattering,
+};
+
+pub use volume::{
+    ConnectedEdge, ConnectionReach, EdgeEnd, FollowPaths, MAX_SCATTERINGS, PathCoordinates, Reflection,
+    SensorPlace, Step, Transmittance, VolumePath, VolumePathDomain, VolumePathShift, VolumeWorld,
+    path_target,
 };
 
 /// The guide's code is a test.

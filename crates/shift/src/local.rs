@@ -1,11 +1,14 @@
 //! Ways to carry one scattering event from a base path to an offset path.
 //!
-//! At a vertex `x` light arrives from `ω_i` and leaves towards `ω_o`. A local shift answers which `ω_i'` the offset path takes at
-//! its own vertex `y`, seen from `ω_o'`, and how solid angles change, `|∂ω_i'/∂ω_i|` (Lin 2022 §6.6.2). Full mappings are made
-//! of them; [`PathShift`](crate::PathShift) uses the copied vertex, the copied direction (towards the environment) and random
-//! replay, whose determinant in solid angle is `p(ω_i)/p(ω_i')`, 1 in primary sample space.
+//! At a vertex `x` light arrives from `ω_i` and leaves towards `ω_o`. A local shift answers which
+//! `ω_i'` the offset path takes at its own vertex `y`, seen from `ω_o'`, and how solid angles
+//! change, `|∂ω_i'/∂ω_i|` (Lin 2022 §6.6.2). Full mappings are made of them;
+//! [`PathShift`](crate::PathShift) uses the copied vertex, the copied direction (towards the
+//! environment) and random replay, whose determinant in solid angle is `p(ω_i)/p(ω_i')`, 1 in
+//! primary sample space.
 //!
-//! All are reciprocal: carrying `ω_i'` back gives `ω_i`, with the reciprocal determinant, or they are undefined.
+//! All are reciprocal: carrying `ω_i'` back gives `ω_i`, with the reciprocal determinant, or they
+//! are undefined.
 
 use crate::jacobian::{MeasuredJacobian, reconnection_jacobian};
 use lightshed_resampling::{Jacobian, Undefined};
@@ -21,7 +24,8 @@ pub struct LocalVertex {
     pub frame: Frame,
     /// Unit direction to the viewer, in world space.
     pub wo: Vec3,
-    /// Index of refraction below the surface over that above it, of the frame's normal; 1 where nothing is refracted.
+    /// Index of refraction below the surface over that above it, of the frame's normal; 1 where
+    /// nothing is refracted.
     pub eta: f32,
 }
 
@@ -76,8 +80,9 @@ impl LocalShift for DirectionCopy {
     }
 }
 
-/// Both paths scatter about the same half vector of the surface: reflection stays reflection and refraction refraction, and of
-/// a glossy lobe the offset path takes the same part (Kettunen et al. 2015, as in Lin 2022 §6.6.2).
+/// Both paths scatter about the same half vector of the surface: reflection stays reflection and
+/// refraction refraction, and of a glossy lobe the offset path takes the same part (Kettunen et al.
+/// 2015, as in Lin 2022 §6.6.2).
 ///
 /// With the half vector `h`, on the side of `ω_o`:
 ///
@@ -106,7 +111,8 @@ impl LocalShift for HalfVectorCopy {
     }
 }
 
-/// Indices of refraction on the sides of the viewer and of the light, for a surface of relative index `eta`.
+/// Indices of refraction on the sides of the viewer and of the light, for a surface of relative
+/// index `eta`.
 fn indices(wo: DVec3, eta: f64) -> (f64, f64) {
     if wo.z > 0.0 { (1.0, eta) } else { (eta, 1.0) }
 }
@@ -117,7 +123,8 @@ fn refraction_spread(wo: DVec3, wi: DVec3, half: DVec3, (eta_o, eta_i): (f64, f6
     along * along / (eta_i * eta_i * wi.dot(half).abs())
 }
 
-/// [`HalfVectorCopy`] in local coordinates, for relative indices of refraction `eta` and `eta_offset`.
+/// [`HalfVectorCopy`] in local coordinates, for relative indices of refraction `eta` and
+/// `eta_offset`.
 fn half_vector_copy(
     (wo, wi): (DVec3, DVec3),
     eta: f64,
@@ -217,7 +224,8 @@ mod tests {
         (estimate.error < 1e-6 * estimate.value).then_some(estimate.value)
     }
 
-    /// Reflections and refractions between random vertices, by the laws of shifts and against finite differences.
+    /// Reflections and refractions between random vertices, by the laws of shifts and against
+    /// finite differences.
     #[test]
     fn half_vectors_are_copied_by_the_laws() {
         let faults = [

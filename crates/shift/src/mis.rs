@@ -16,7 +16,8 @@ pub(crate) fn emitter_weight(
     }
 }
 
-/// MIS weight of having met an emitter that emitter sampling finds with density `emitter` (0 if it cannot).
+/// MIS weight of having met an emitter that emitter sampling finds with density `emitter` (0 if it
+/// cannot).
 #[inline(always)]
 pub(crate) fn scattering_weight(scattering: Density<SolidAngle>, emitter: Density<SolidAngle>) -> f32 {
     if emitter.is_positive() {

@@ -5,8 +5,8 @@ use lightshed_sampling::{CounterRng, PathSeed};
 /// Words reserved for each vertex.
 const WORDS: u32 = 8;
 
-/// The random numbers of a path, vertex by vertex, so that replay can begin anywhere. Roulette has its own word, which replay
-/// never looks at.
+/// The random numbers of a path, vertex by vertex, so that replay can begin anywhere. Roulette has
+/// its own word, which replay never looks at.
 #[derive(Clone, Debug)]
 pub(crate) struct PathNumbers(CounterRng);
 

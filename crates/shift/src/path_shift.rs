@@ -12,21 +12,24 @@ use lightshed_sampling::{Density, PrimarySample};
 
 /// The hybrid of random replay and reconnection (Lin 2022 §6.6.4), with its two limits.
 ///
-/// A base path `x₁ x₂ … x_k` reconnects at its first connectable pair `x_{r−1}, x_r`. The offset path starts at its own domain's
-/// `y₁`, draws `y₂ … y_{r−1}` with the base path's random numbers, sets `y_r = x_r` by the base path's lobe and keeps what
-/// follows. Which pairs are connectable is for each domain to say ([`Connectability`](crate::Connectability)); there lies
-/// the choice of mapping. A path without a connectable pair is replayed to its end.
+/// A base path `x₁ x₂ … x_k` reconnects at its first connectable pair `x_{r−1}, x_r`. The offset
+/// path starts at its own domain's `y₁`, draws `y₂ … y_{r−1}` with the base path's random numbers,
+/// sets `y_r = x_r` by the base path's lobe and keeps what follows. Which pairs are connectable is
+/// for each domain to say ([`Connectability`](crate::Connectability)); there lies the choice of
+/// mapping. A path without a connectable pair is replayed to its end.
 ///
-/// **Jacobian**, in primary sample space: replayed vertices have their own random numbers as coordinates, so they have
-/// 1; the copied vertex has 1 in area measure. What remains is the ratio of densities (Lin 2022 eq. 6.54, with the density behind
-/// the reconnection, whose incoming direction has changed):
+/// **Jacobian**, in primary sample space: replayed vertices have their own random numbers as
+/// coordinates, so they have 1; the copied vertex has 1 in area measure. What remains is the ratio
+/// of densities (Lin 2022 eq. 6.54, with the density behind the reconnection, whose incoming
+/// direction has changed):
 ///
 /// > `|∂T/∂x̄| = p(y_{r−1} → x_r) / p(x_{r−1} → x_r) · p(ω_r | y_{r−1}) / p(ω_r | x_{r−1})`
 ///
-/// with the first ratio in area measure and all densities joint with the choice of lobe. The second drops out where `x_r`
-/// is on an emitter or the vertex behind was found by sampling one.
+/// with the first ratio in area measure and all densities joint with the choice of lobe. The second
+/// drops out where `x_r` is on an emitter or the vertex behind was found by sampling one.
 ///
-/// **Undefined** where the offset path disagrees about the reconnection, loses its way, or is blocked.
+/// **Undefined** where the offset path disagrees about the reconnection, loses its way, or is
+/// blocked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathShift {
     jacobian_limit: f64,
@@ -52,7 +55,8 @@ pub(crate) struct Evaluated<R> {
 }
 
 impl PathShift {
-    /// With a reciprocal gate: undefined where `max(J, 1/J)` exceeds `limit`. No bias, for every MIS weight sees it.
+    /// With a reciprocal gate: undefined where `max(J, 1/J)` exceeds `limit`. No bias, for every
+    /// MIS weight sees it.
     #[must_use]
     pub fn with_jacobian_limit(self, limit: f64) -> Self {
         Self {
@@ -131,8 +135,8 @@ enum At<'a, V> {
 }
 
 impl<V> Offset<'_, V> {
-    /// Whether the pair of the vertex before and the current one, `y_m`, could be reconnected if the current one's lobe is
-    /// `roughness` wide.
+    /// Whether the pair of the vertex before and the current one, `y_m`, could be reconnected if
+    /// the current one's lobe is `roughness` wide.
     fn connectable<W: World<Vertex = V>>(&self, to: &PathDomain<'_, W>, m: u32, roughness: f32) -> bool {
         let rules = &to.connectability;
         self.before.is_some_and(|(before, left)| {
@@ -243,7 +247,8 @@ struct Left {
     is_delta: bool,
 }
 
-/// Scatters at `y_m` with the base path's numbers. Leaves `offset` at the same vertex, with what is to be known of it behind it.
+/// Scatters at `y_m` with the base path's numbers. Leaves `offset` at the same vertex, with what is
+/// to be known of it behind it.
 fn replay<W: World>(
     to: &PathDomain<'_, W>,
     offset: &mut Offset<'_, W::Vertex>,
@@ -302,7 +307,8 @@ fn replayed_emitter<W: World>(
     })
 }
 
-/// What an emitter's endpoint contributes to an offset path, its density in its own measure, and what must be free.
+/// What an emitter's endpoint contributes to an offset path, its density in its own measure, and
+/// what must be free.
 fn sampled_emitter<W: World>(
     to: &PathDomain<'_, W>,
     offset: &Offset<'_, W::Vertex>,
@@ -410,7 +416,8 @@ fn to_sampled_emitter<W: World>(
     })
 }
 
-/// Reconnects to the end of a path that met an emitter. The density of emitter sampling is that at the offset's vertex.
+/// Reconnects to the end of a path that met an emitter. The density of emitter sampling is that at
+/// the offset's vertex.
 fn to_met_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,

@@ -7,11 +7,13 @@ use lightshed_sampling::{PathSeed, octahedral_decode, octahedral_encode};
 
 /// A path from the first surface vertex `x₁` of its domain to an emitter, in 64 bytes.
 ///
-/// The vertices before the reconnection vertex `x_r` are the random numbers of a seed, that vertex is a place, and what
-/// follows is the radiance that arrives at it. What a shift changes is kept beside it: the density with which the domain's own
-/// path reaches it, and the domain's contribution.
+/// The vertices before the reconnection vertex `x_r` are the random numbers of a seed, that vertex
+/// is a place, and what follows is the radiance that arrives at it. What a shift changes is kept
+/// beside it: the density with which the domain's own path reaches it, and the domain's
+/// contribution.
 ///
-/// Everything is packed first and evaluated after: contribution and density are those of the stored numbers.
+/// Everything is packed first and evaluated after: contribution and density are those of the stored
+/// numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PathSample {
@@ -22,11 +24,13 @@ pub struct PathSample {
     pub(crate) anchor: [u32; 3],
     /// `ω_i` at the reconnection vertex, as an octahedral point.
     pub(crate) incident: [f32; 2],
-    /// What arrives at the reconnection vertex out of `ω_i`, over the densities of everything behind it.
+    /// What arrives at the reconnection vertex out of `ω_i`, over the densities of everything
+    /// behind it.
     pub(crate) radiance: [f32; 3],
     /// `p(x_r)` in area measure times `p(ω_i at x_r)`: what a reconnection changes.
     pub(crate) density: f32,
-    /// Density of `ω_i` by emitter sampling at the reconnection vertex, where the path ends behind it; else 0.
+    /// Density of `ω_i` by emitter sampling at the reconnection vertex, where the path ends behind
+    /// it; else 0.
     pub(crate) emitter_pdf: f32,
     /// `F = f ω / p`, the integrand in primary sample space.
     pub(crate) contribution: [f32; 3],
@@ -63,7 +67,8 @@ pub(crate) enum AnchorKind {
 pub struct PathAnatomy {
     /// Number of edges, that from the camera included.
     pub length: u32,
-    /// Number of the reconnection vertex, counted from the camera as 0; `None` if the path is all replay.
+    /// Number of the reconnection vertex, counted from the camera as 0; `None` if the path is all
+    /// replay.
     pub reconnection: Option<u32>,
     /// Where that vertex is; `None` at infinity.
     pub place: Option<Place>,
@@ -206,7 +211,8 @@ impl PathSample {
         unpack_direction(self.incident)
     }
 
-    /// `F`, what the path contributes to its domain in primary sample space: an estimate of the domain's integral is `F W`.
+    /// `F`, what the path contributes to its domain in primary sample space: an estimate of the
+    /// domain's integral is `F W`.
     #[inline(always)]
     pub fn contribution(&self) -> Vec3 {
         Vec3::from_array(self.contribution)

@@ -7,8 +7,9 @@ use crate::world::{End, Endpoint, RayKind, Suffix, SuffixLight, SuffixLimits, Wo
 use lightshed_sampling::Density;
 use lightshed_sampling::glam::Vec3;
 
-/// Traces one suffix by a world's other functions: what [`TreeTracer`](crate::TreeTracer) does where
-/// [`WorldLighting::trace_suffixes`](crate::WorldLighting::trace_suffixes) is not overridden, and what to hold one's own against.
+/// Traces one suffix by a world's other functions: what [`TreeTracer`](crate::TreeTracer) does
+/// where [`WorldLighting::trace_suffixes`](crate::WorldLighting::trace_suffixes) is not overridden,
+/// and what to hold one's own against.
 pub fn trace_suffix<W: World + ?Sized>(
     world: &W,
     suffix: &Suffix<W::Ray, W::Site>,
@@ -75,7 +76,8 @@ pub fn trace_suffix<W: World + ?Sized>(
     }
 }
 
-/// One sample of the light that emitters send to a vertex and that leaves it along `wo`; `None` if there is none.
+/// One sample of the light that emitters send to a vertex and that leaves it along `wo`; `None` if
+/// there is none.
 fn sampled_emitter<W: World + ?Sized>(
     world: &W,
     vertex: &W::Vertex,

@@ -9,13 +9,16 @@ use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{PathSeed, PrimarySample};
 
-/// Traces trees of paths: one walk by scattering from the domain's first vertex, and at every vertex of it a path to a sampled
-/// emitter and, where it meets one, a path to that emitter. Each is a candidate for a reservoir of the domain.
+/// Traces trees of paths: one walk by scattering from the domain's first vertex, and at every
+/// vertex of it a path to a sampled emitter and, where it meets one, a path to that emitter. Each
+/// is a candidate for a reservoir of the domain.
 ///
-/// Every path of a domain belongs to exactly one of a tree's candidates, so a candidate of one of `N` trees has the
-/// resampling MIS weight `1/N`. Its contribution weight is one over the probability of having survived roulette.
+/// Every path of a domain belongs to exactly one of a tree's candidates, so a candidate of one of
+/// `N` trees has the resampling MIS weight `1/N`. Its contribution weight is one over the
+/// probability of having survived roulette.
 ///
-/// All trees of a call are traced together, depth by depth. Each depends on its domain and seed alone.
+/// All trees of a call are traced together, depth by depth. Each depends on its domain and seed
+/// alone.
 pub struct TreeTracer<W: World> {
     roulette_from: u32,
     /// By tree.
@@ -41,12 +44,14 @@ pub struct TreeTracer<W: World> {
 pub enum Finding<'a> {
     /// A candidate of positive target, with its contribution weight.
     Path(&'a PathSample, ContributionWeight<PrimarySample, f64>),
-    /// Radiance that the sensor sees directly: no path of the domain, but part of what the sensor measures.
+    /// Radiance that the sensor sees directly: no path of the domain, but part of what the sensor
+    /// measures.
     Seen(Vec3),
 }
 
 impl<W: World> TreeTracer<W> {
-    /// Roulette may end a walk from vertex number `roulette_from` on (the first surface is number 1).
+    /// Roulette may end a walk from vertex number `roulette_from` on (the first surface is number
+    /// 1).
     pub fn new(roulette_from: u32) -> Self {
         Self {
             roulette_from,
@@ -65,8 +70,8 @@ impl<W: World> TreeTracer<W> {
         }
     }
 
-    /// Traces a tree for each domain and seed and hands what it finds to `visit`, with the number of the tree. The candidates of
-    /// a tree come in a fixed order.
+    /// Traces a tree for each domain and seed and hands what it finds to `visit`, with the number
+    /// of the tree. The candidates of a tree come in a fixed order.
     pub fn trace(
         &mut self,
         trees: &[(&PathDomain<'_, W>, PathSeed)],

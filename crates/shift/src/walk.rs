@@ -47,8 +47,9 @@ pub(crate) enum Onward<W: World> {
     Suffix(Suffix<W::Ray, W::Site>),
 }
 
-/// A connectable pair of the vertex before with the current one, by all but the current one's lobe; as a shift sees it: by the
-/// two positions, not by the direction that led from one to the other, which differs by the rays' offsets.
+/// A connectable pair of the vertex before with the current one, by all but the current one's lobe;
+/// as a shift sees it: by the two positions, not by the direction that led from one to the other,
+/// which differs by the rays' offsets.
 #[derive(Clone, Copy)]
 struct Pair {
     direction: Vec3,
@@ -117,8 +118,8 @@ impl<W: World> Walk<W> {
         End::of(vertex).radiance(domain.world, -self.wo)
     }
 
-    /// Takes in that the path has come from `before` to `vertex`: whether they may be reconnected, as far as the former's lobe
-    /// and the distance say.
+    /// Takes in that the path has come from `before` to `vertex`: whether they may be reconnected,
+    /// as far as the former's lobe and the distance say.
     pub fn settle(&mut self, domain: &PathDomain<'_, W>, before: &W::Vertex, vertex: Option<&W::Vertex>) {
         self.pair = self.connectable(domain, before, vertex);
     }
@@ -262,7 +263,8 @@ impl<W: World> Walk<W> {
             return None;
         }
         if self.index >= roulette_from {
-            // The weight of a candidate carries what the integrand does not: the throughput is never divided.
+            // The weight of a candidate carries what the integrand does not: the throughput is
+            // never divided.
             let survival = survival(self.throughput.max_element() * self.weight as f32);
             if !(self.numbers.roulette(self.index) < survival) {
                 return None;
@@ -336,8 +338,8 @@ impl<W: World> Walk<W> {
         self.candidate(sample, self.throughput * arriving * omega)
     }
 
-    /// The path that ends where the current ray has arrived from `before`: at `vertex`, or at infinity. `None` if nothing is
-    /// emitted there.
+    /// The path that ends where the current ray has arrived from `before`: at `vertex`, or at
+    /// infinity. `None` if nothing is emitted there.
     pub fn arrive(
         &self,
         domain: &PathDomain<'_, W>,

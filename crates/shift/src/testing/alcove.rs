@@ -1,4 +1,5 @@
-//! An analytic world with every kind of vertex and emitter: quads and spheres, rays cast by brute force.
+//! An analytic world with every kind of vertex and emitter: quads and spheres, rays cast by brute
+//! force.
 
 use super::shapes::Shape;
 use crate::world::{
@@ -11,10 +12,11 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// One term of a scattering function.
 #[derive(Clone, Copy, Debug)]
-pub enum Lobe {
+pub(crate) enum Lobe {
     /// `albedo / π`.
     Diffuse(f32),
-    /// `albedo (n + 1) / 2π · cosⁿ` of the angle to the mirror direction, over `cos θ_i`; directions below the surface are lost.
+    /// `albedo (n + 1) / 2π · cosⁿ` of the angle to the mirror direction, over `cos θ_i`;
+    /// directions below the surface are lost.
     Glossy { albedo: f32, exponent: f32 },
     /// Share of radiance.
     Mirror(f32),
@@ -73,9 +75,9 @@ struct Surface {
     emission: Option<Vec3>,
 }
 
-/// Has a floor with a rough and a smooth half, a wall, a mirror, a ball that is half a mirror, a lamp, a light bulb, a point light,
-/// and a sky of one colour.
-pub struct Alcove {
+/// Has a floor with a rough and a smooth half, a wall, a mirror, a ball that is half a mirror, a
+/// lamp, a light bulb, a point light, and a sky of one colour.
+pub(crate) struct Alcove {
     surfaces: Vec<Surface>,
     /// By surface, its number among the emitters; empty behind the last that emits.
     emitters: Vec<u32>,
@@ -90,7 +92,7 @@ enum Light {
 }
 
 #[derive(Clone, Debug)]
-pub struct Vertex {
+pub(crate) struct Vertex {
     place: Place,
     pub position: Vec3,
     /// Of the surface's front.
@@ -99,7 +101,7 @@ pub struct Vertex {
 
 /// `t` from `t_min` on to `t_max`.
 #[derive(Clone, Copy, Debug)]
-pub struct Ray {
+pub(crate) struct Ray {
     origin: Vec3,
     direction: Vec3,
     range: [f32; 2],
@@ -108,7 +110,7 @@ pub struct Ray {
 const SKY: Vec3 = Vec3::new(0.3, 0.4, 0.6);
 
 impl Alcove {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let quad = |corner: [f32; 3], a: [f32; 3], b: [f32; 3]| Shape::Quad {
             corner: corner.into(),
             a: a.into(),

@@ -30,8 +30,9 @@ struct Case {
     density_before: f64,
     /// `p(ω_r | ω_y)/p(ω_r | ω_x)` of the lobe at it; 1 where it drops out.
     density_behind: f64,
-    /// How much a displacement of a vertex turns the directions, and those the cosines: `max|x_i| / (d · cos θ)`, the worst of
-    /// all ends; and how much turning changes densities, `1/α²` of the narrowest lobe.
+    /// How much a displacement of a vertex turns the directions, and those the cosines: `max|x_i| /
+    /// (d · cos θ)`, the worst of all ends; and how much turning changes densities, `1/α²` of the
+    /// narrowest lobe.
     condition: f64,
 }
 
@@ -108,7 +109,8 @@ fn case<'w, W: World>(
     ];
     let width = f64::from(widths.into_iter().fold(1.0, f32::min));
     let condition = magnitude / (squared(px).min(squared(py)).sqrt() * least_cosine * width * width);
-    // Finite differences are taken in a plane, as a sphere is only near by. In the tails of lobes single precision resolves nothing.
+    // Finite differences are taken in a plane, as a sphere is only near by. In the tails of lobes
+    // single precision resolves nothing.
     let moderate = [before_y / before_x, behind_y / behind_x].map(|ratio| ratio > 1e-3 && ratio < 1e3);
     (cosine(dx).min(cosine(dy)) > 0.02 && moderate == [true; 2]).then(|| Case {
         claimed: image.jacobian.value(),

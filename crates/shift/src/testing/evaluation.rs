@@ -1,4 +1,5 @@
-//! Where shifts are defined, what images contribute and how densities change, against the definitions.
+//! Where shifts are defined, what images contribute and how densities change, against the
+//! definitions.
 
 use super::alcove::Alcove;
 use super::naive::{Definition, Fault, define};
@@ -59,8 +60,9 @@ fn compare(case: &Case, defined: Option<Definition>) -> Result<(), String> {
     }
 }
 
-/// A candidate is a path of its domain by definition: with the contribution and density that it carries. One in a thousand may
-/// lie so near an edge or in the tail of a lobe that rounding decides.
+/// A candidate is a path of its domain by definition: with the contribution and density that it
+/// carries. One in a thousand may lie so near an edge or in the tail of a lobe that rounding
+/// decides.
 #[test]
 fn candidates_are_paths_of_their_domain() {
     let world = Alcove::new();
@@ -88,8 +90,8 @@ fn candidates_are_paths_of_their_domain() {
     }
 }
 
-/// A shift is defined where the definitions say, to their contribution, with the ratio of their densities. One in a thousand may
-/// lie so near an edge or a threshold that rounding decides.
+/// A shift is defined where the definitions say, to their contribution, with the ratio of their
+/// densities. One in a thousand may lie so near an edge or a threshold that rounding decides.
 #[test]
 fn shifts_are_what_is_defined() {
     let world = Alcove::new();

@@ -27,8 +27,9 @@ fn truth<W: World>(world: &W, domain: &PathDomain<'_, W>, samples: u32) -> MeanT
     mean
 }
 
-/// Trees find, in the mean over the film, what naive path tracing does: at given first vertices with roulette, and from
-/// sensors with what these see directly. False-positive rate 10⁻⁵ for each mapping.
+/// Trees find, in the mean over the film, what naive path tracing does: at given first vertices
+/// with roulette, and from sensors with what these see directly. False-positive rate 10⁻⁵ for each
+/// mapping.
 #[test]
 fn trees_find_the_light_of_path_tracing() {
     let world = Alcove::new();
@@ -155,7 +156,8 @@ impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for Wrapped {
     }
 }
 
-/// Means of merged reservoirs, and of what can be neither reconnected nor replayed and is summed where it was found.
+/// Means of merged reservoirs, and of what can be neither reconnected nor replayed and is summed
+/// where it was found.
 fn merged<'w, W: World>(
     pair: [&PathDomain<'w, W>; 2],
     shift: &impl ShiftMapping<PathDomain<'w, W>>,
@@ -189,8 +191,9 @@ fn merged<'w, W: World>(
     mean
 }
 
-/// Merged with a neighbour's, a domain's reservoir has the mean of path tracing: across the edge between the rough and the smooth
-/// half of the floor, where other pairs are connectable, and towards the glossy wall. False-positive rate 10⁻⁵ for each.
+/// Merged with a neighbour's, a domain's reservoir has the mean of path tracing: across the edge
+/// between the rough and the smooth half of the floor, where other pairs are connectable, and
+/// towards the glossy wall. False-positive rate 10⁻⁵ for each.
 #[test]
 fn merges_have_the_mean_of_path_tracing() {
     let world = Alcove::new();

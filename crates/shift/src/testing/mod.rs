@@ -1,4 +1,5 @@
-//! Tests of whole paths over a small analytic world. The checks are generic over [`World`](crate::World).
+//! Tests of whole paths over a small analytic world. The checks are generic over
+//! [`World`](crate::World).
 
 mod alcove;
 mod determinants;
@@ -9,3 +10,4 @@ mod pairs;
 mod round_trips;
 mod shapes;
 mod suffixes;
+mod volume;

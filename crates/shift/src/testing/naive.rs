@@ -10,16 +10,17 @@ use lightshed_sampling::{CounterRng, Density, SolidAngle};
 
 /// A path of a domain by the definitions of [`PathDomain`] and [`PathShift`](crate::PathShift).
 #[derive(Clone, Copy, Debug)]
-pub struct Definition {
+pub(crate) struct Definition {
     /// `F`, visibility included.
     pub contribution: DVec3,
-    /// What a shift divides by: the density of the copied vertex, and that of the direction behind it.
+    /// What a shift divides by: the density of the copied vertex, and that of the direction behind
+    /// it.
     pub density: f64,
 }
 
 /// What a faulty shift gets wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub(crate) enum Fault {
     /// The density of the vertex behind the reconnection is left out.
     NoDensityBehind,
     /// MIS weights have the density of one lobe, not that of all.
@@ -52,7 +53,7 @@ struct Light<R> {
 }
 
 /// The path in `domain` that has the coordinates of `x`, or `None` if there is none.
-pub fn define<W: World>(
+pub(crate) fn define<W: World>(
     x: &PathSample,
     domain: &PathDomain<'_, W>,
     fault: Option<Fault>,
@@ -385,9 +386,10 @@ fn assert_close(a: DVec3, b: DVec3) {
     );
 }
 
-/// One sample of the radiance that leaves a vertex by paths of at most `max_length` edges with that to the viewer, but for what it
-/// emits: by following lobes, and emitter sampling only for emitters that no lobe meets.
-pub fn radiance_sample<W: World>(
+/// One sample of the radiance that leaves a vertex by paths of at most `max_length` edges with that
+/// to the viewer, but for what it emits: by following lobes, and emitter sampling only for emitters
+/// that no lobe meets.
+pub(crate) fn radiance_sample<W: World>(
     world: &W,
     mut vertex: W::Vertex,
     mut wo: Vec3,

@@ -9,10 +9,10 @@ use crate::world::{RayKind, World, WorldGeometry};
 use lightshed_sampling::{CounterRng, PathSeed};
 
 /// Longest path of these domains.
-pub const LENGTH: u32 = 5;
+pub(crate) const LENGTH: u32 = 5;
 
 /// The mappings under test.
-pub fn mappings() -> [(&'static str, Connectability); 4] {
+pub(crate) fn mappings() -> [(&'static str, Connectability); 4] {
     [
         ("hybrid", Connectability::hybrid(0.2, 0.1).unwrap()),
         (
@@ -25,21 +25,25 @@ pub fn mappings() -> [(&'static str, Connectability); 4] {
 }
 
 /// The domain of a point of the film, `[−1, 1]²`; `None` where nothing is seen.
-pub fn domain(world: &Alcove, film: [f32; 2], rules: Connectability) -> Option<PathDomain<'_, Alcove>> {
+pub(crate) fn domain(
+    world: &Alcove,
+    film: [f32; 2],
+    rules: Connectability,
+) -> Option<PathDomain<'_, Alcove>> {
     let (ray, direction) = world.sensor_ray(&film, [0.5; 4])?;
     let first = world.trace(&ray, RayKind::Sensor)?;
     Some(PathDomain::behind(world, first, -direction, rules, LENGTH))
 }
 
 /// A place of the film.
-pub fn film(rng: &mut CounterRng) -> [f32; 2] {
+pub(crate) fn film(rng: &mut CounterRng) -> [f32; 2] {
     let [x, y] = rng.next_2d();
     [2.0 * x - 1.0, 1.5 * y]
 }
 
-/// Calls `visit` with paths of a random domain, that domain, and another: mostly near by, some of a sensor and some with other
-/// thresholds; about `count` paths.
-pub fn random_paths<'w>(
+/// Calls `visit` with paths of a random domain, that domain, and another: mostly near by, some of a
+/// sensor and some with other thresholds; about `count` paths.
+pub(crate) fn random_paths<'w>(
     world: &'w Alcove,
     rules: Connectability,
     seed: u64,
@@ -79,7 +83,7 @@ pub fn random_paths<'w>(
 }
 
 /// The paths of so many trees.
-pub fn paths<W: World>(
+pub(crate) fn paths<W: World>(
     tracer: &mut TreeTracer<W>,
     domain: &PathDomain<'_, W>,
     rng: &mut CounterRng,

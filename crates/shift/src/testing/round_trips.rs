@@ -34,7 +34,8 @@ enum Fault {
     StaleDensity,
 }
 
-/// The way back is defined and leads to the same path with the reciprocal Jacobian, also where Jacobians are gated.
+/// The way back is defined and leads to the same path with the reciprocal Jacobian, also where
+/// Jacobians are gated.
 #[test]
 fn every_mapping_returns() {
     let world = Alcove::new();
@@ -92,8 +93,9 @@ fn paths_are_at_home_where_they_come_from() {
     }
 }
 
-/// An image must be a path that its own domain would reconnect where the image is: were an earlier pair connectable there, the path
-/// would count twice. What the domain's own walk with the image's seed scatters on to tells where it reconnects.
+/// An image must be a path that its own domain would reconnect where the image is: were an earlier
+/// pair connectable there, the path would count twice. What the domain's own walk with the image's
+/// seed scatters on to tells where it reconnects.
 #[test]
 fn images_reconnect_where_their_domain_would() {
     let world = Alcove::new();

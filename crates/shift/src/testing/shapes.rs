@@ -5,7 +5,7 @@ use std::f32::consts::{PI, TAU};
 
 /// A surface with two coordinates in `[0, 1]²`.
 #[derive(Clone, Copy, Debug)]
-pub enum Shape {
+pub(crate) enum Shape {
     /// `corner + u a + v b`, with the normal `a × b`.
     Quad { corner: Vec3, a: Vec3, b: Vec3 },
     /// By height and azimuth.
@@ -14,7 +14,7 @@ pub enum Shape {
 
 impl Shape {
     /// Position and unit normal of a place.
-    pub fn locate(&self, [u, v]: [f32; 2]) -> (Vec3, Vec3) {
+    pub(crate) fn locate(&self, [u, v]: [f32; 2]) -> (Vec3, Vec3) {
         match *self {
             Self::Quad { corner, a, b } => (corner + a * u + b * v, a.cross(b).normalize()),
             Self::Sphere { center, radius } => {
@@ -28,7 +28,12 @@ impl Shape {
     }
 
     /// The nearest place that a ray meets between `t_min` and `t_max`, and its `t`.
-    pub fn intersect(&self, origin: Vec3, d: Vec3, [t_min, t_max]: [f32; 2]) -> Option<(f32, [f32; 2])> {
+    pub(crate) fn intersect(
+        &self,
+        origin: Vec3,
+        d: Vec3,
+        [t_min, t_max]: [f32; 2],
+    ) -> Option<(f32, [f32; 2])> {
         let within = |t: f32| t > t_min && t < t_max;
         match *self {
             Self::Quad { corner, a, b } => {
@@ -43,7 +48,8 @@ impl Shape {
             Self::Sphere { center, radius } => {
                 let (o, squared) = (origin - center, d.length_squared());
                 let b = o.dot(d) / squared;
-                // Of the point nearest to the centre: cancels less than the textbook's discriminant.
+                // Of the point nearest to the centre: cancels less than the textbook's
+                // discriminant.
                 let c = (o - d * b).length_squared();
                 let half = ((radius * radius - c).max(0.0) / squared).sqrt();
                 let t = [-b - half, -b + half].into_iter().find(|&t| within(t))?;
@@ -55,7 +61,7 @@ impl Shape {
         }
     }
 
-    pub fn area(&self) -> f32 {
+    pub(crate) fn area(&self) -> f32 {
         match *self {
             Self::Quad { a, b, .. } => a.cross(b).length(),
             Self::Sphere { radius, .. } => 4.0 * PI * radius * radius,

@@ -20,8 +20,8 @@ enum Fault {
     OneEdgeTooFew,
 }
 
-/// Suffixes bring the light of path tracing along their rays: at once, and by way of other vertices, whatever roulette ends.
-/// False-positive rate 10⁻⁵.
+/// Suffixes bring the light of path tracing along their rays: at once, and by way of other
+/// vertices, whatever roulette ends. False-positive rate 10⁻⁵.
 #[test]
 fn suffixes_bring_the_light_of_path_tracing() {
     let world = Alcove::new();

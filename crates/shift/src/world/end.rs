@@ -26,7 +26,8 @@ impl<'a, V> End<'a, V> {
         }
     }
 
-    /// Density with which emitter sampling at `from` finds the direction, if `radiance` arrives out of it; else 0, unasked.
+    /// Density with which emitter sampling at `from` finds the direction, if `radiance` arrives out
+    /// of it; else 0, unasked.
     #[inline(always)]
     pub fn emitter_pdf<W: WorldLighting<Vertex = V> + ?Sized>(
         &self,

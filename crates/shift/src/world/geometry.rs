@@ -10,7 +10,8 @@ pub trait WorldGeometry {
     type Vertex: Clone;
     /// Something to trace.
     type Ray: Copy;
-    /// A pixel of a camera, or whatever paths start from; [`Infallible`](core::convert::Infallible) where they start at surfaces.
+    /// A pixel of a camera, or whatever paths start from; [`Infallible`](core::convert::Infallible)
+    /// where they start at surfaces.
     type Sensor: Clone;
 
     /// The vertex at a place.
@@ -26,18 +27,20 @@ pub trait WorldGeometry {
     fn ray(&self, from: &Self::Vertex, direction: Vec3) -> Self::Ray;
     /// The segment between two vertices.
     fn segment(&self, from: &Self::Vertex, to: &Self::Vertex) -> Self::Ray;
-    /// The first surface along a ray. `kind` says what the ray is for; it has no influence on the result.
+    /// The first surface along a ray. `kind` says what the ray is for; it has no influence on the
+    /// result.
     fn trace(&self, ray: &Self::Ray, kind: RayKind) -> Option<Self::Vertex>;
     /// Whether anything lies on a ray.
     fn occluded(&self, ray: &Self::Ray, kind: RayKind) -> bool;
 
-    /// The ray from a sensor for uniform numbers of its area (the first two) and its lens, and its unit direction; `None` if the
-    /// sensor has none. A sensor measures the mean over all numbers of the radiance against its rays. By default
-    /// there are no sensors: paths start at surfaces.
+    /// The ray from a sensor for uniform numbers of its area (the first two) and its lens, and its
+    /// unit direction; `None` if the sensor has none. A sensor measures the mean over all numbers
+    /// of the radiance against its rays. By default there are no sensors: paths start at surfaces.
     fn sensor_ray(&self, _sensor: &Self::Sensor, _u: [f32; 4]) -> Option<(Self::Ray, Vec3)> {
         None
     }
-    /// [`trace`](Self::trace) for many rays at once; the shorter slice's length counts. By default one by one.
+    /// [`trace`](Self::trace) for many rays at once; the shorter slice's length counts. By default
+    /// one by one.
     fn trace_many(&self, rays: &[Self::Ray], kind: RayKind, vertices: &mut [Option<Self::Vertex>]) {
         for (ray, vertex) in rays.iter().zip(vertices) {
             *vertex = self.trace(ray, kind);
@@ -66,7 +69,8 @@ pub enum RayKind {
     Reconnection,
 }
 
-/// A point on a surface, in 12 bytes: the number of a primitive and two coordinates on it, whatever the renderer means by them.
+/// A point on a surface, in 12 bytes: the number of a primitive and two coordinates on it, whatever
+/// the renderer means by them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Place {

@@ -7,9 +7,11 @@ use lightshed_sampling::{Area, Density, SolidAngle};
 
 /// Emission in a scene, and how emitters are sampled.
 ///
-/// A renderer whose only emitters are surfaces writes [`emitted`](Self::emitted), [`emitter_pdf`](Self::emitter_pdf) and
-/// [`sample_emitter`](Self::sample_emitter). One with an environment adds [`environment`](Self::environment) and
-/// [`environment_pdf`](Self::environment_pdf), one with lights that no ray finds [`connect_delta`](Self::connect_delta).
+/// A renderer whose only emitters are surfaces writes [`emitted`](Self::emitted),
+/// [`emitter_pdf`](Self::emitter_pdf) and [`sample_emitter`](Self::sample_emitter). One with an
+/// environment adds [`environment`](Self::environment) and
+/// [`environment_pdf`](Self::environment_pdf), one with lights that no ray finds
+/// [`connect_delta`](Self::connect_delta).
 pub trait WorldLighting: WorldGeometry {
     /// What the choice among emitters knows of a vertex: its position, and a normal perhaps.
     type Site: Copy;
@@ -18,31 +20,33 @@ pub trait WorldLighting: WorldGeometry {
     fn site(&self, vertex: &Self::Vertex) -> Self::Site;
     /// Radiance that a surface emits towards `direction`.
     fn emitted(&self, vertex: &Self::Vertex, direction: Vec3) -> Vec3;
-    /// Density with which [`sample_emitter`](Self::sample_emitter) at `from` finds the direction to `emitter`. It is asked only of
-    /// surfaces that emit towards `from`.
+    /// Density with which [`sample_emitter`](Self::sample_emitter) at `from` finds the direction to
+    /// `emitter`. It is asked only of surfaces that emit towards `from`.
     fn emitter_pdf(&self, from: &Self::Site, emitter: &Self::Vertex) -> Density<SolidAngle>;
-    /// A place on an emitter, chosen by `u_select` and `u` for illuminating `from`; `None` if there is none.
+    /// A place on an emitter, chosen by `u_select` and `u` for illuminating `from`; `None` if there
+    /// is none.
     fn sample_emitter(&self, from: &Self::Vertex, u_select: u64, u: [f32; 2]) -> Option<Endpoint>;
 
-    /// Radiance that arrives from the environment, out of `direction`. By default there is no environment.
+    /// Radiance that arrives from the environment, out of `direction`. By default there is no
+    /// environment.
     #[inline(always)]
     fn environment(&self, _direction: Vec3) -> Vec3 {
         Vec3::ZERO
     }
-    /// Density with which [`sample_emitter`](Self::sample_emitter) at `from` finds this direction to the environment. It is asked only
-    /// of directions out of which radiance arrives.
+    /// Density with which [`sample_emitter`](Self::sample_emitter) at `from` finds this direction
+    /// to the environment. It is asked only of directions out of which radiance arrives.
     #[inline(always)]
     fn environment_pdf(&self, _from: &Self::Site, _direction: Vec3) -> Density<SolidAngle> {
         Density::ZERO
     }
-    /// What emitter number `emitter` of [`Endpoint::Delta`] sends to `from`, but for occlusion; `None` if nothing. By default there
-    /// are no such emitters.
+    /// What emitter number `emitter` of [`Endpoint::Delta`] sends to `from`, but for occlusion;
+    /// `None` if nothing. By default there are no such emitters.
     #[inline(always)]
     fn connect_delta(&self, _from: &Self::Vertex, _emitter: u32) -> Option<Connection<Self::Ray>> {
         None
     }
-    /// What an emitter's endpoint sends to `from`, but for occlusion; `None` if nothing. By default it follows from the other
-    /// functions.
+    /// What an emitter's endpoint sends to `from`, but for occlusion; `None` if nothing. By default
+    /// it follows from the other functions.
     fn connect(&self, from: &Self::Vertex, endpoint: &Endpoint) -> Option<Connection<Self::Ray>> {
         let connection = match *endpoint {
             Endpoint::Surface(place) => {
@@ -80,11 +84,12 @@ pub trait WorldLighting: WorldGeometry {
         connection.pdf.is_positive().then_some(connection)
     }
 
-    /// Follows paths on their way behind their reconnection vertices, and hands the light that arrives along each one's ray to
-    /// `visit`, with the number of the suffix: in a fixed order, and what depends on the suffix alone. Returns whether it did so. By
-    /// default it does not, and [`trace_suffix`](crate::trace_suffix) follows them one by one. A renderer with a fast
-    /// path tracer overrides it; random numbers and lobes may then be used in its own way, since nothing of a suffix is
-    /// ever replayed.
+    /// Follows paths on their way behind their reconnection vertices, and hands the light that
+    /// arrives along each one's ray to `visit`, with the number of the suffix: in a fixed order,
+    /// and what depends on the suffix alone. Returns whether it did so. By default it does not, and
+    /// [`trace_suffix`](crate::trace_suffix) follows them one by one. A renderer with a fast path
+    /// tracer overrides it; random numbers and lobes may then be used in its own way, since nothing
+    /// of a suffix is ever replayed.
     #[must_use]
     fn trace_suffixes(
         &self,
@@ -103,11 +108,13 @@ pub enum Endpoint {
     Surface(Place),
     /// A direction to the environment. Its measure is solid angle.
     Direction(Vec3),
-    /// An emitter that only emitter sampling can find (a point, a single direction). Its measure is counting.
+    /// An emitter that only emitter sampling can find (a point, a single direction). Its measure is
+    /// counting.
     Delta(u32),
 }
 
-/// Density with which emitter sampling finds an [`Endpoint`], selection included, in the endpoint's own measure.
+/// Density with which emitter sampling finds an [`Endpoint`], selection included, in the endpoint's
+/// own measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EndpointDensity {
     /// Of [`Endpoint::Surface`]: `pdf · |cos θ| / d²`.
@@ -137,8 +144,8 @@ pub struct Connection<R> {
     pub direction: Vec3,
     /// Incident radiance; irradiance at normal incidence for [`Endpoint::Delta`].
     pub radiance: Vec3,
-    /// Density of the direction by emitter sampling, selection included; the probability of selection for
-    /// [`Endpoint::Delta`]. The estimate is `f · radiance / pdf`.
+    /// Density of the direction by emitter sampling, selection included; the probability of
+    /// selection for [`Endpoint::Delta`]. The estimate is `f · radiance / pdf`.
     pub pdf: Density<SolidAngle>,
     /// The same in the endpoint's own measure.
     pub own_density: EndpointDensity,

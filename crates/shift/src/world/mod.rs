@@ -18,9 +18,9 @@ pub use suffix::{Suffix, SuffixLight, SuffixLimits};
 ///
 /// A renderer implements the three parts; whatever has them all is a `World`.
 ///
-/// Directions are unit vectors in world space that point away from the vertex. Colours have three channels. Every method
-/// is a pure function with the same result, bit for bit, for the same arguments: random replay and the invertibility of
-/// shifts rest on that.
+/// Directions are unit vectors in world space that point away from the vertex. Colours have three
+/// channels. Every method is a pure function with the same result, bit for bit, for the same
+/// arguments: random replay and the invertibility of shifts rest on that.
 pub trait World: WorldGeometry + WorldScattering + WorldLighting {}
 
 impl<W: WorldGeometry + WorldScattering + WorldLighting + ?Sized> World for W {}

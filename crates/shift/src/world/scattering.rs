@@ -6,14 +6,16 @@ use lightshed_sampling::{Density, SolidAngle};
 
 /// Scattering at the vertices of a scene.
 ///
-/// The scattering function of a vertex is a sum of lobes `f = Σ_l f_l`, numbered from 0 and at most [`MAX_LOBES`]. The
-/// probability `P(l | ω_o)` of a lobe depends on `ω_o` alone. Densities of a lobe are joint with the choice of it, so that their
-/// sum over the lobes is the density of the whole sampler. A delta lobe has no density: it evaluates to zero, and sampling it
-/// reports the share of radiance that it scatters as value, over the probability of the lobe as density.
+/// The scattering function of a vertex is a sum of lobes `f = Σ_l f_l`, numbered from 0 and at most
+/// [`MAX_LOBES`]. The probability `P(l | ω_o)` of a lobe depends on `ω_o` alone. Densities of a
+/// lobe are joint with the choice of it, so that their sum over the lobes is the density of the
+/// whole sampler. A delta lobe has no density: it evaluates to zero, and sampling it reports the
+/// share of radiance that it scatters as value, over the probability of the lobe as density.
 ///
-/// A renderer with one wide lobe writes [`sample_lobe`](Self::sample_lobe) and [`evaluate`](Self::evaluate). One with several
-/// lobes overrides [`lobe_count`](Self::lobe_count), [`evaluate_lobe`](Self::evaluate_lobe) and
-/// [`lobe_roughness`](Self::lobe_roughness); one with mirrors the last of them.
+/// A renderer with one wide lobe writes [`sample_lobe`](Self::sample_lobe) and
+/// [`evaluate`](Self::evaluate). One with several lobes overrides [`lobe_count`](Self::lobe_count),
+/// [`evaluate_lobe`](Self::evaluate_lobe) and [`lobe_roughness`](Self::lobe_roughness); one with
+/// mirrors the last of them.
 pub trait WorldScattering: WorldGeometry {
     /// A direction from one lobe, chosen by `u_lobe`; `None` where nothing is scattered.
     fn sample_lobe(
@@ -31,8 +33,8 @@ pub trait WorldScattering: WorldGeometry {
     fn lobe_count(&self, _vertex: &Self::Vertex) -> u8 {
         1
     }
-    /// One lobe in a given direction; zero for a delta lobe and for a lobe that the vertex does not have. By default lobe 0 is
-    /// all there is.
+    /// One lobe in a given direction; zero for a delta lobe and for a lobe that the vertex does not
+    /// have. By default lobe 0 is all there is.
     #[inline(always)]
     fn evaluate_lobe(&self, vertex: &Self::Vertex, wo: Vec3, wi: Vec3, lobe: u8) -> Scattering {
         if lobe == 0 {
@@ -41,8 +43,8 @@ pub trait WorldScattering: WorldGeometry {
             Scattering::ZERO
         }
     }
-    /// Width of a lobe in units of GGX's `α`, from 0 (delta) to 1 (diffuse); 0 for a lobe that the vertex does not have. By
-    /// default every lobe is diffuse.
+    /// Width of a lobe in units of GGX's `α`, from 0 (delta) to 1 (diffuse); 0 for a lobe that the
+    /// vertex does not have. By default every lobe is diffuse.
     #[inline(always)]
     fn lobe_roughness(&self, vertex: &Self::Vertex, lobe: u8) -> f32 {
         if lobe < self.lobe_count(vertex) { 1.0 } else { 0.0 }
@@ -69,7 +71,8 @@ pub struct LobeDirection {
     pub lobe: u8,
     /// The lobe's value and joint density at `wi`; see [`WorldScattering`] for delta lobes.
     pub scattering: Scattering,
-    /// Density of `wi` over all lobes but delta lobes: what a MIS weight against emitter sampling needs.
+    /// Density of `wi` over all lobes but delta lobes: what a MIS weight against emitter sampling
+    /// needs.
     pub total_pdf: Density<SolidAngle>,
     /// Whether it is a delta lobe.
     pub is_delta: bool,

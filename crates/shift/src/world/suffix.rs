@@ -3,8 +3,8 @@
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PathSeed, SolidAngle};
 
-/// The rest of a path from the ray that leaves its reconnection vertex on. Shifts copy the radiance that it brings, and never
-/// ask how.
+/// The rest of a path from the ray that leaves its reconnection vertex on. Shifts copy the radiance
+/// that it brings, and never ask how.
 #[derive(Clone, Copy, Debug)]
 pub struct Suffix<R, S> {
     /// The ray.
@@ -48,8 +48,8 @@ pub enum SuffixLight {
         length: u32,
         /// Whether its end was found by sampling an emitter; else it was met.
         is_sampled_emitter: bool,
-        /// One sample of the radiance: over the densities of everything behind the ray, weighted between the two
-        /// techniques, and over the probability of having survived roulette.
+        /// One sample of the radiance: over the densities of everything behind the ray, weighted
+        /// between the two techniques, and over the probability of having survived roulette.
         radiance: Vec3,
     },
 }

@@ -1,16 +1,18 @@
 //! Candidates: random walks through coarse densities, of which each vertex ends a path at an emitter, and where media emit another.
 
-use super::evaluation::{Evaluation, Lit, target_of};
-use super::path::{MAX_SCATTERINGS, PathCoordinates, Step, VolumePath};
-use super::pixel::{First, VolumePixel, VolumeReservoir};
+use super::evaluation::{Evaluation, Lit};
+use super::pixel::{First, VolumePath, VolumePixel, VolumeReservoir};
 use super::through::{Landing, Met, transmitted};
 use super::vertex::{Vertex, emission, surface_vertex};
 use lightshed_film::RayKind;
 use lightshed_resampling::{ContributionWeight, MixtureRis};
 use lightshed_sampling::{CounterRng, f32_from_u32, f64_from_u64};
 use lightshed_scene::EmitterEndpoint;
-use lightshed_scene::glam::{DVec3, Vec2};
+use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::volume::PhaseFunction;
+use lightshed_shift::{
+    EdgeEnd, MAX_SCATTERINGS, PathCoordinates, SensorPlace, Step, Transmittance, path_target,
+};
 
 /// Scattering vertices from which on roulette may end a walk (Lin 2022 §5.6.1).
 const ROULETTE_VERTICES: u32 = 3;
@@ -126,7 +128,7 @@ impl Evaluation<'_> {
             loop {
                 let mut offer =
                     |path: VolumePath, value: DVec3, pdf: f64, part: f64, rng: &mut CounterRng| {
-                        let target = target_of(value);
+                        let target = path_target(value);
                         let path = path.held(path.connection, target);
                         if target > 0.0
                             && let Ok(weight) = ContributionWeight::<PathCoordinates, f64>::new(pdf.recip())
@@ -159,7 +161,7 @@ impl Evaluation<'_> {
                 let is_last = scattered + 1 == scatterings && !emits_behind;
                 let looks = self.looks_for_emitters(&walk.vertex, is_last);
                 if let Some(endpoint) = endpoint
-                    && let Some(lit) = self.lit(&walk.vertex, &endpoint)
+                    && let Some(lit) = self.light_from(&walk.vertex, &endpoint, &mut Transmittance::Target)
                 {
                     let path = walk.path.with_endpoint(endpoint, lit.radiance);
                     let part = if looks {
@@ -234,16 +236,17 @@ impl Evaluation<'_> {
 
     /// The first vertex of a walk.
     fn begin(&self, pixel: &VolumePixel, u: f64) -> Option<Walk<'_>> {
-        let mut path = VolumePath::seen(pixel.film, pixel.lens);
+        let mut path = VolumePath::seen(SensorPlace {
+            film: pixel.film,
+            lens: pixel.lens,
+        });
+        let first = |end| Step {
+            direction: Vec3::ZERO,
+            end,
+        };
         let (vertex, depth, pdf) = match pixel.fly(u) {
             First::Medium { distance, pdf } => {
-                path.push(
-                    Step {
-                        distance,
-                        ..Step::default()
-                    },
-                    false,
-                );
+                path.push(first(EdgeEnd::Medium(distance)));
                 let (index, depth) = pixel.depth_at(distance)?;
                 let vertex = Vertex::Medium {
                     medium: &self.volumes.scene.media()[index as usize],
@@ -254,7 +257,7 @@ impl Evaluation<'_> {
                 (vertex, depth, pdf)
             }
             First::Surface { pdf } => {
-                path.push(Step::default(), true);
+                path.push(first(EdgeEnd::Surface));
                 (pixel.surface_vertex()?, pixel.depth_of_surface(), pdf)
             }
             First::Nowhere => return None,
@@ -331,7 +334,7 @@ impl Evaluation<'_> {
         walk.pdf *= flight.pdf;
         let pdf_direction = lobe.is_none().then_some(pdf);
         let (mut connection, mut found) = (None, None);
-        let (step, is_surface) = match flight.landing {
+        let end = match flight.landing {
             Landing::Collision { distance, medium } => {
                 let distance = distance as f32;
                 let (before, position) = (walk.vertex.position(), ray.origin + ray.direction * distance);
@@ -345,11 +348,11 @@ impl Evaluation<'_> {
                 // Where the direction is not free, no place can be kept.
                 if lobe.is_none()
                     && walk.path.connected_vertex().is_none()
-                    && length >= self.reach.of(&walk.path)
+                    && length >= self.reach.least_length(walk.path.end(0))
                 {
                     connection = Some((position, length));
                 }
-                (Step { direction, distance }, false)
+                EdgeEnd::Medium(distance)
             }
             Landing::Surface(Met { point, endpoint }) => {
                 // Behind a lobe without width the lamp itself is a vertex.
@@ -361,13 +364,7 @@ impl Evaluation<'_> {
                     found = self.found(walk, endpoint, pdf_direction);
                 }
                 walk.vertex = surface_vertex(volumes, point, &ray, flight.medium);
-                (
-                    Step {
-                        direction,
-                        distance: 0.0,
-                    },
-                    true,
-                )
+                EdgeEnd::Surface
             }
             Landing::Away => {
                 let sky = EmitterEndpoint::Environment { direction };
@@ -379,7 +376,7 @@ impl Evaluation<'_> {
                 };
             }
         };
-        walk.path.push(step, is_surface);
+        walk.path.push(Step { direction, end });
         if let Some((place, length)) = connection {
             walk.path.connect(place, length);
         }
@@ -393,8 +390,8 @@ mod tests {
     use crate::volume::restir::unscattered;
     use crate::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};
     use lightshed_sampling::UniformSphere;
-    use lightshed_scene::glam::Vec3;
     use lightshed_scene::{PhaseDescription, Ray, Scene, builtin};
+    use lightshed_shift::FollowPaths;
     use lightshed_testkit::{MeanTest, check_faults};
 
     /// Smoke that scatters forward among boxes and walls of rough metal.
@@ -443,7 +440,7 @@ mod tests {
                     .emitters()
                     .sample_endpoint(at, rng.next_u64(), rng.next_2d());
                 let endpoint = endpoint.expect("there is a lamp");
-                let Some(lit) = evaluation.lit(&vertex, &endpoint) else {
+                let Some(lit) = evaluation.light_from(&vertex, &endpoint, &mut Transmittance::Target) else {
                     continue;
                 };
                 let pdf = vertex.pdf_towards(lit.direction);
@@ -457,7 +454,10 @@ mod tests {
                 }
                 seen[usize::from(matches!(vertex, Vertex::Surface { .. }))] += 1;
                 let walk = Walk {
-                    path: VolumePath::seen(Vec2::ZERO, [0.5; 2]),
+                    path: VolumePath::seen(SensorPlace {
+                        film: Vec2::ZERO,
+                        lens: [0.5; 2],
+                    }),
                     value: vertex.scattered(lit.direction),
                     pdf,
                     vertex,

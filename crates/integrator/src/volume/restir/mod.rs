@@ -4,9 +4,7 @@ mod candidates;
 mod coarse;
 mod evaluation;
 mod options;
-mod path;
 mod pixel;
-mod reuse;
 mod still;
 #[cfg(test)]
 mod tests;
@@ -14,25 +12,25 @@ mod through;
 mod vertex;
 
 use options::MAX_RESERVOIRS;
+
+pub use lightshed_shift::MAX_SCATTERINGS;
 pub use options::{RestirVolumeError, RestirVolumeOptions};
-pub use path::MAX_SCATTERINGS;
 
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::camera_ray::PixelRay;
 use crate::restir::frames::{FrameView, Reservoirs, TwoFrames, corner_of, extent_of, in_batches};
 use candidates::Sequence;
-use evaluation::{Evaluation, Reach};
+use evaluation::Evaluation;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{Contribution, Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Sums};
 use lightshed_sampling::{CounterRng, FramePasses, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::{Rgb, Scene};
-use path::VolumePath;
-use pixel::{VolumePixel, VolumeReservoir};
+use lightshed_shift::{ConnectionReach, FollowPaths, VolumePathShift};
+use pixel::{VolumePath, VolumePixel, VolumeReservoir};
 use rayon::prelude::*;
-use reuse::PathReuse;
 use std::sync::atomic::{AtomicBool, Ordering};
 use through::Volumes;
 
@@ -81,7 +79,7 @@ pub struct RestirVolume<'a> {
     pattern: Option<Pattern>,
     motion: CameraMotion,
     /// Which edges are connected.
-    reach: Reach,
+    reach: ConnectionReach,
     tally: RayTally,
     /// What pixels look along.
     pixels: TwoFrames<Vec<VolumePixel>>,
@@ -258,7 +256,7 @@ impl<'a> RestirVolume<'a> {
     }
 
     /// Between pixels of a frame and of the one before.
-    fn path_reuse(&self, frame: u32) -> PathReuse<'_> {
+    fn path_reuse(&self, frame: u32) -> VolumePathShift<Evaluation<'_>> {
         let (this, before) = (self.evaluation(frame), self.evaluation(frame.saturating_sub(1)));
         let (even, odd) = if frame.is_multiple_of(2) {
             (this, before)
@@ -266,7 +264,12 @@ impl<'a> RestirVolume<'a> {
             (before, this)
         };
         let rests = self.rests_at(frame);
-        PathReuse { even, odd, rests }
+        VolumePathShift {
+            is_same_scene: std::ptr::eq(even.volumes, odd.volumes),
+            even,
+            odd,
+            rests,
+        }
     }
 
     /// What each pixel looks along, and unscattered light in the image. False if cancelled.
@@ -478,13 +481,13 @@ fn bounded(light: DVec3) -> Rgb {
 }
 
 /// As long as `pixels` are wide at the first vertex, or in the middle of the scene where that is on a surface.
-fn reach(scene: &Scene, pixels: f32) -> Reach {
+fn reach(scene: &Scene, pixels: f32) -> ConnectionReach {
     let (camera, settings) = (scene.camera(), scene.settings());
     let middle = 0.5 * Vec2::new(settings.width as f32, settings.height as f32);
     let [left, right] = [-0.5, 0.5].map(|x| camera.ray(middle + Vec2::new(x, 0.0), [0.5; 2]));
     let per_distance = pixels * left.direction.distance(right.direction);
     let [low, high] = scene.bounds();
-    Reach {
+    ConnectionReach {
         per_distance,
         from_surface: per_distance * left.origin.distance(0.5 * (low + high)),
     }

@@ -1,10 +1,10 @@
 //! What a frame does, and why options are refused.
 
 use super::coarse::MAX_COARSENESS;
-use super::path::MAX_SCATTERINGS;
 use super::vertex::has_lobe;
 use lightshed_resampling::{Pattern, PatternError};
 use lightshed_scene::{Material, Scene};
+use lightshed_shift::MAX_SCATTERINGS;
 use std::fmt;
 
 /// Most reservoirs of a pixel.

@@ -1,14 +1,15 @@
 //! A pixel of one frame as a domain of paths through volumes.
 
-use super::path::{PathCoordinates, VolumePath};
 use super::through::{Met, Volumes, optical_depth, proposal_extinction};
 use super::vertex::Vertex;
 use lightshed_resampling::{Domain, DomainReservoir};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::volume::Interval;
-use lightshed_scene::{Bsdf, Ray, SurfacePoint};
+use lightshed_scene::{Bsdf, EmitterEndpoint, Ray, SurfacePoint};
+use lightshed_shift::{PathCoordinates, VolumePathDomain};
 
-/// The part of the camera ray in one medium that holds some of it, in bins of equal length and constant density `ρ*`.
+/// The part of the camera ray in one medium that holds some of it, in bins of equal length and
+/// constant density `ρ*`.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     medium: u32,
@@ -35,7 +36,8 @@ impl Run {
     }
 }
 
-/// A pixel and, for its walks of one frame, a camera ray with what lies along it at the coarse level of proposals.
+/// A pixel and, for its walks of one frame, a camera ray with what lies along it at the coarse
+/// level of proposals.
 pub(crate) struct VolumePixel {
     /// Of an odd frame.
     pub odd_frame: bool,
@@ -151,7 +153,8 @@ impl VolumePixel {
         })
     }
 
-    /// The medium at a distance along the ray, and `∫ σ*_t` up to there by channel; `None` where there is no medium.
+    /// The medium at a distance along the ray, and `∫ σ*_t` up to there by channel; `None` where
+    /// there is no medium.
     #[inline]
     pub fn depth_at(&self, distance: f32) -> Option<(u32, DVec3)> {
         self.each_run().find_map(|(run, bins)| {
@@ -222,8 +225,8 @@ impl VolumePixel {
         }
     }
 
-    /// As [`VolumePixel::fly`], given that there is a collision: `p(z)` made up for the chance of none (velocity resampling, Lin 2022
-    /// §5.5.2). A distance only.
+    /// As [`VolumePixel::fly`], given that there is a collision: `p(z)` made up for the chance of
+    /// none (velocity resampling, Lin 2022 §5.5.2). A distance only.
     pub fn forced_collision(&self, u: f64) -> Option<f32> {
         // 1 − e^{−τ} of the way to a sure collision.
         let target = -(u * (-self.proposal_depth).exp_m1()).ln_1p();
@@ -270,6 +273,21 @@ impl Domain for VolumePixel {
         f64::from(x.target)
     }
 }
+
+impl VolumePathDomain for VolumePixel {
+    type Endpoint = EmitterEndpoint;
+
+    fn is_odd(&self) -> bool {
+        self.odd_frame
+    }
+
+    fn is_same_pixel(&self, other: &Self) -> bool {
+        self.corner == other.corner
+    }
+}
+
+/// A path through a scene's media.
+pub(crate) type VolumePath = lightshed_shift::VolumePath<EmitterEndpoint>;
 
 /// A pixel's path with its weight, whose size nothing bounds.
 pub(crate) type VolumeReservoir = DomainReservoir<VolumePixel, f64>;

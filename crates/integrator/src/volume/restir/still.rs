@@ -7,6 +7,7 @@ use lightshed_film::MAX_BATCH;
 use lightshed_film::RayKind;
 use lightshed_resampling::{IdentityShift, Input, MergeRule, Mis};
 use lightshed_scene::Rgb;
+use lightshed_shift::FollowPaths;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 

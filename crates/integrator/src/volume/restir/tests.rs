@@ -10,6 +10,7 @@ use lightshed_resampling::{Domain, ShiftMapping, round_trip};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::volume::{DensityField, Interval};
 use lightshed_scene::{EmitterEndpoint, MediumDensity, PhaseDescription, Ray, builtin};
+use lightshed_shift::EdgeEnd;
 use lightshed_testkit::{MeanTest, check_faults};
 
 fn small(name: &str, [width, height]: [u32; 2]) -> Scene {
@@ -233,7 +234,7 @@ fn connections_have_their_jacobian() {
                 }
                 let first = path.first_distance().unwrap();
                 let [from, to] = [&own, &other].map(|pixel| {
-                    let ray = scene.camera().ray(pixel.corner + path.film, path.lens);
+                    let ray = scene.camera().ray(pixel.corner + path.seen.film, path.seen.lens);
                     (ray.origin + ray.direction * first).as_dvec3()
                 });
                 // Steps along two tangents and the length, and what they are of the image's direction and length.
@@ -311,7 +312,7 @@ fn walked_and_traced(
             unscattered: 0.0,
         };
         if let Some((path, weight)) = reservoir.weighted_sample() {
-            let (_, on_surface) = path.step(path.vertices() - 1);
+            let on_surface = path.end(path.vertices() - 1) == EdgeEnd::Surface;
             shown.light = evaluation.estimate(pixel, path, &mut rng).y * weight.value();
             shown.of_environment = matches!(path.endpoint, Some(EmitterEndpoint::Environment { .. }));
             shown.by_lobe = path.lobe_to(path.vertices()).is_some();

@@ -1,0 +1,12 @@
+//! Paths through volumes: their coordinates, what pixels make of them, and the shift between
+//! pixels.
+
+mod follow;
+mod path;
+mod shift;
+mod world;
+
+pub use follow::{FollowPaths, path_target};
+pub use path::{ConnectedEdge, MAX_SCATTERINGS, PathCoordinates, Step, VolumePath};
+pub use shift::{VolumePathDomain, VolumePathShift};
+pub use world::{ConnectionReach, EdgeEnd, Reflection, SensorPlace, Transmittance, VolumeWorld};
