@@ -59,6 +59,24 @@ impl RestirDiSettings {
         biased: true,
         ..Self::UNBIASED
     };
+
+    /// The pattern of neighbours, if the settings are sound.
+    ///
+    /// # Errors
+    /// [`RestirDiError`] for settings out of range.
+    pub fn check(&self) -> Result<Pattern, RestirDiError> {
+        if !(1..=1 << 16).contains(&self.emitter_candidates) {
+            return Err(RestirDiError::Candidates);
+        }
+        if self.spatial_rounds > MAX_ROUNDS {
+            return Err(RestirDiError::Rounds);
+        }
+        // Also refuses NaN.
+        if !(self.confidence_cap > 0.0) {
+            return Err(RestirDiError::ConfidenceCap);
+        }
+        Pattern::disk(self.radius_pixels, self.neighbours).map_err(RestirDiError::Pattern)
+    }
 }
 
 impl Default for RestirDiSettings {
@@ -186,18 +204,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         sampler: &'a S,
         settings: RestirDiSettings,
     ) -> Result<Self, RestirDiError> {
-        if !(1..=1 << 16).contains(&settings.emitter_candidates) {
-            return Err(RestirDiError::Candidates);
-        }
-        if settings.spatial_rounds > MAX_ROUNDS {
-            return Err(RestirDiError::Rounds);
-        }
-        // Also refuses NaN.
-        if !(settings.confidence_cap > 0.0) {
-            return Err(RestirDiError::ConfidenceCap);
-        }
-        let pattern =
-            Pattern::disk(settings.radius_pixels, settings.neighbours).map_err(RestirDiError::Pattern)?;
+        let pattern = settings.check()?;
         Ok(Self::assembled(scene, sampler, settings, pattern))
     }
 

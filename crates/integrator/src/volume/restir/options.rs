@@ -120,8 +120,11 @@ impl RestirVolumeOptions {
         }
     }
 
-    /// The pattern of neighbours, where there are any.
-    pub(super) fn check(&self) -> Result<Option<Pattern>, RestirVolumeError> {
+    /// The pattern of neighbours, where there are any, if the options are sound.
+    ///
+    /// # Errors
+    /// [`RestirVolumeError`] for options out of range.
+    pub fn check(&self) -> Result<Option<Pattern>, RestirVolumeError> {
         if !(1..=MAX_SCATTERINGS).contains(&self.scatterings) {
             return Err(RestirVolumeError::Scatterings);
         }
