@@ -15,131 +15,79 @@ struct Settings {
     levels: array<u32, 32>
 }
 
-struct Box {
-    low: vec3f,
-    padding: u32,
-    high: vec3f,
-    more_padding: u32
-}
+@group(0) @binding(0)
+var<storage, read> settings: Settings;
+
+@group(0) @binding(1)
+var<storage, read> lights: array<LightRecord>;
+
+@group(0) @binding(2)
+var<storage, read_write> boxes: array<package_group_Box>;
+
+@group(0) @binding(3)
+var<storage, read_write> cube: package_lightshed_curve_Cube;
+
+@group(0) @binding(4)
+var<storage, read_write> codes: array<vec2u>;
+
+@group(0) @binding(5)
+var<storage, read_write> indices: array<u32>;
+
+@group(0) @binding(6)
+var<storage, read_write> rows: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read_write> light_at: array<u32>;
+
+@group(0) @binding(8)
+var<storage, read_write> leaf_of: array<u32>;
+
+@group(0) @binding(9)
+var<storage, read> level_below: array<u32>;
 
 const F32_MAX: f32 = 3.4028235e38;
-
-const GROUP: u32 = 256u;
 
 const ROWS: u32 = 8u;
 
 const WIDTH: u32 = 8u;
 
-var<workgroup> lows: array<vec3f, 256>;
-
-var<workgroup> highs: array<vec3f, 256>;
-
-fn reduce(lane: u32, own: Box) -> Box {
-    lows[lane] = own.low;
-    highs[lane] = own.high;
-    workgroupBarrier();
-    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
-        if lane < half {
-            lows[lane] = min(lows[lane], lows[lane + half]);
-            highs[lane] = max(highs[lane], highs[lane + half]);
-        }
-        workgroupBarrier();
-    }
-    return Box(lows[0], 0u, highs[0], 0u);
+fn no_box() -> package_group_Box {
+    return package_group_Box(vec3f(F32_MAX), 0u, vec3f(-F32_MAX), 0u);
 }
-
-fn no_box() -> Box {
-    return Box(vec3f(F32_MAX), 0u, vec3f(-F32_MAX), 0u);
-}
-
-@group(0) @binding(0)
-var<storage, read> bounds_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> bounds_lights: array<LightRecord>;
-
-@group(0) @binding(2)
-var<storage, read_write> boxes: array<Box>;
 
 @compute @workgroup_size(256)
 fn center_bounds(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u) {
     var own = no_box();
-    for (var i = group.x * GROUP + lane; i < bounds_settings.lights; i += bounds_settings.boxes * GROUP) {
-        let center = bounds_lights[i].low * 0.5 + bounds_lights[i].high * 0.5;
-        own = Box(min(own.low, center), 0u, max(own.high, center), 0u);
+    for (var i = group.x * package_group_GROUP + lane; i < settings.lights; i += settings.boxes * package_group_GROUP) {
+        let center = lights[i].low * 0.5 + lights[i].high * 0.5;
+        own = package_group_Box(min(own.low, center), 0u, max(own.high, center), 0u);
     }
-    let all = reduce(lane, own);
+    let all = package_group__2box_of_group(lane, own);
     if lane == 0u {
         boxes[group.x] = all;
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> cube_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> cube_boxes: array<Box>;
-
-@group(0) @binding(2)
-var<storage, read_write> cube: package_lightshed_curve_Cube;
-
 @compute @workgroup_size(256)
 fn bounding_cube(@builtin(local_invocation_index) lane: u32) {
     var own = no_box();
-    for (var i = lane; i < cube_settings.boxes; i += GROUP) {
-        own = Box(min(own.low, cube_boxes[i].low), 0u, max(own.high, cube_boxes[i].high), 0u);
+    for (var i = lane; i < settings.boxes; i += package_group_GROUP) {
+        own = package_group_Box(min(own.low, boxes[i].low), 0u, max(own.high, boxes[i].high), 0u);
     }
-    let all = reduce(lane, own);
+    let all = package_group__2box_of_group(lane, own);
     if lane == 0u {
         cube = package_lightshed_curve__1cube_around(all.low, all.high);
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> code_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> code_lights: array<LightRecord>;
-
-@group(0) @binding(2)
-var<storage, read> code_cube: package_lightshed_curve_Cube;
-
-@group(0) @binding(3)
-var<storage, read_write> codes: array<vec2u>;
-
-@group(0) @binding(4)
-var<storage, read_write> code_indices: array<u32>;
-
-fn index_of(group: vec3u, groups: vec3u, lane: u32) -> u32 {
-    return (group.y * groups.x + group.x) * GROUP + lane;
-}
-
 @compute @workgroup_size(256)
 fn encode(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let i = index_of(group, groups, lane);
-    if i < code_settings.lights {
-        codes[i] = package_lightshed_curve__1curve_code(code_settings.curve, package_lightshed_curve__1cube_cell(code_cube, code_lights[i].low, code_lights[i].high));
-        code_indices[i] = i;
+    let i = package_group__1index_of(group, groups, lane);
+    if i < settings.lights {
+        codes[i] = package_lightshed_curve__1curve_code(settings.curve, package_lightshed_curve__1cube_cell(cube, lights[i].low, lights[i].high));
+        indices[i] = i;
     }
 }
-
-@group(0) @binding(0)
-var<storage, read> leaf_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> leaf_lights: array<LightRecord>;
-
-@group(0) @binding(2)
-var<storage, read> leaf_order: array<u32>;
-
-@group(0) @binding(3)
-var<storage, read_write> leaf_rows: array<u32>;
-
-@group(0) @binding(4)
-var<storage, read_write> light_at: array<u32>;
-
-@group(0) @binding(5)
-var<storage, read_write> leaf_of: array<u32>;
 
 fn place_of(level_start: u32, node: u32) -> u32 {
     return (level_start + node / WIDTH) * ROWS * WIDTH + node % WIDTH;
@@ -147,48 +95,39 @@ fn place_of(level_start: u32, node: u32) -> u32 {
 
 @compute @workgroup_size(256)
 fn leaves(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let leaf = index_of(group, groups, lane);
-    let end = (leaf_settings.lights + WIDTH - 1u) / WIDTH * WIDTH;
+    let leaf = package_group__1index_of(group, groups, lane);
+    let end = (settings.lights + WIDTH - 1u) / WIDTH * WIDTH;
     if leaf >= end {
         return;
     }
     var record = LightRecord();
-    if leaf < leaf_settings.lights {
-        let light = leaf_order[leaf];
+    if leaf < settings.lights {
+        let light = indices[leaf];
         light_at[leaf] = light;
         leaf_of[light] = leaf;
-        record = leaf_lights[light];
+        record = lights[light];
         if !(record.intensity > 0.0) {
             record = LightRecord();
         }
     }
-    let place = place_of(leaf_settings.levels[leaf_settings.depth], leaf);
-    leaf_rows[place] = bitcast<u32>(record.low.x);
-    leaf_rows[place + WIDTH] = bitcast<u32>(record.low.y);
-    leaf_rows[place + 2u * WIDTH] = bitcast<u32>(record.low.z);
-    leaf_rows[place + 3u * WIDTH] = bitcast<u32>(record.high.x);
-    leaf_rows[place + 4u * WIDTH] = bitcast<u32>(record.high.y);
-    leaf_rows[place + 5u * WIDTH] = bitcast<u32>(record.high.z);
-    leaf_rows[place + 6u * WIDTH] = bitcast<u32>(record.intensity);
-    leaf_rows[place + 7u * WIDTH] = record.normals;
+    let place = place_of(settings.levels[settings.depth], leaf);
+    rows[place] = bitcast<u32>(record.low.x);
+    rows[place + WIDTH] = bitcast<u32>(record.low.y);
+    rows[place + 2u * WIDTH] = bitcast<u32>(record.low.z);
+    rows[place + 3u * WIDTH] = bitcast<u32>(record.high.x);
+    rows[place + 4u * WIDTH] = bitcast<u32>(record.high.y);
+    rows[place + 5u * WIDTH] = bitcast<u32>(record.high.z);
+    rows[place + 6u * WIDTH] = bitcast<u32>(record.intensity);
+    rows[place + 7u * WIDTH] = record.normals;
 }
-
-@group(0) @binding(0)
-var<storage, read> level_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> level_below: array<u32>;
-
-@group(0) @binding(2)
-var<storage, read_write> rows: array<u32>;
 
 fn number_at(place: u32) -> f32 {
     return bitcast<f32>(rows[place]);
 }
 
 fn build_node(level: u32, node: u32) {
-    let child = place_of(level_settings.levels[level + 1u], 2u * node);
-    let place = place_of(level_settings.levels[level], node);
+    let child = place_of(settings.levels[level + 1u], 2u * node);
+    let place = place_of(settings.levels[level], node);
     let a_intensity = number_at(child + 6u * WIDTH);
     let b_intensity = number_at(child + 6u * WIDTH + 1u);
     let no_a = a_intensity == 0.0;
@@ -222,8 +161,39 @@ fn levels(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) gro
 }
 
 fn nodes_of(level: u32) -> u32 {
-    return ((level_settings.lights - 1u) >> (level_settings.depth - level)) + 1u;
+    return ((settings.lights - 1u) >> (settings.depth - level)) + 1u;
 }
+
+struct package_group_Box {
+    low: vec3f,
+    padding: u32,
+    high: vec3f,
+    more_padding: u32
+}
+
+const package_group_GROUP: u32 = 256u;
+
+fn package_group__1index_of(group: vec3u, groups: vec3u, lane: u32) -> u32 {
+    return (group.y * groups.x + group.x) * package_group_GROUP + lane;
+}
+
+fn package_group__2box_of_group(lane: u32, own: package_group_Box) -> package_group_Box {
+    package_group_lows[lane] = own.low;
+    package_group_highs[lane] = own.high;
+    workgroupBarrier();
+    for (var half = package_group_GROUP / 2u; half > 0u; half /= 2u) {
+        if lane < half {
+            package_group_lows[lane] = min(package_group_lows[lane], package_group_lows[lane + half]);
+            package_group_highs[lane] = max(package_group_highs[lane], package_group_highs[lane + half]);
+        }
+        workgroupBarrier();
+    }
+    return package_group_Box(package_group_lows[0], 0u, package_group_highs[0], 0u);
+}
+
+var<workgroup> package_group_highs: array<vec3f, 256>;
+
+var<workgroup> package_group_lows: array<vec3f, 256>;
 
 struct package_lightshed__1normal_ball_NormalBall {
     center: vec3f,

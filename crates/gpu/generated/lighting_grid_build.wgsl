@@ -12,14 +12,50 @@ struct Settings {
     first_word: array<u32, 12>
 }
 
-struct Box {
-    low: vec3f,
-    padding: u32,
-    high: vec3f,
-    more_padding: u32
-}
+@group(0) @binding(0)
+var<storage, read> settings: Settings;
 
-const GROUP: u32 = 256u;
+@group(0) @binding(1)
+var<storage, read> lights: array<f32>;
+
+@group(0) @binding(2)
+var<storage, read_write> boxes: array<package_group_Box>;
+
+@group(0) @binding(3)
+var<storage, read_write> lighting_frame: package_lightshed__1grid_light_GridFrame;
+
+@group(0) @binding(4)
+var<storage, read_write> codes: array<vec2u>;
+
+@group(0) @binding(5)
+var<storage, read_write> indices: array<u32>;
+
+@group(0) @binding(6)
+var<storage, read_write> grid_points: array<package_lightshed__1grid_light_GridPoint>;
+
+@group(0) @binding(7)
+var<storage, read_write> grid_keys: array<u32>;
+
+@group(0) @binding(8)
+var<storage, read_write> marks: array<atomic<u32>>;
+
+@group(0) @binding(9)
+var<storage, read_write> grid_words: array<vec2u>;
+
+@group(0) @binding(10)
+var<storage, read_write> tiles: array<u32>;
+
+@group(0) @binding(11)
+var<storage, read_write> grid_vertices: array<u32>;
+
+@group(0) @binding(12)
+var<storage, read> level: u32;
+
+@group(0) @binding(13)
+var<storage, read_write> grid_moments: array<package_lightshed__1grid_moments_Moments>;
+
+@group(0) @binding(14)
+var<storage, read_write> grid_lights: array<package_lightshed__1grid_light_GridLight>;
 
 const WORDS: u32 = 9u;
 
@@ -29,59 +65,19 @@ const LEAST_SIZE: vec2u = vec2u(2167269905u, 1030854553u);
 
 const LEAST_PART: vec2u = vec2u(0u, 1053818880u);
 
-fn index_of(group: vec3u, groups: vec3u, lane: u32) -> u32 {
-    return (group.y * groups.x + group.x) * GROUP + lane;
-}
-
-var<workgroup> lows: array<vec3f, 256>;
-
-var<workgroup> highs: array<vec3f, 256>;
-
-fn reduce(lane: u32, own: Box) -> Box {
-    lows[lane] = own.low;
-    highs[lane] = own.high;
-    workgroupBarrier();
-    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
-        if lane < half {
-            lows[lane] = min(lows[lane], lows[lane + half]);
-            highs[lane] = max(highs[lane], highs[lane + half]);
-        }
-        workgroupBarrier();
-    }
-    return Box(lows[0], 0u, highs[0], 0u);
-}
-
-@group(0) @binding(0)
-var<storage, read> bounds_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> bounds_lights: array<f32>;
-
-@group(0) @binding(2)
-var<storage, read_write> boxes: array<Box>;
-
 @compute @workgroup_size(256)
 fn bounds(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u) {
-    var own = Box(bounds_settings.low, 0u, bounds_settings.high, 0u);
-    for (var i = group.x * GROUP + lane; i < bounds_settings.lights; i += bounds_settings.boxes * GROUP) {
+    var own = package_group_Box(settings.low, 0u, settings.high, 0u);
+    for (var i = group.x * package_group_GROUP + lane; i < settings.lights; i += settings.boxes * package_group_GROUP) {
         let k = WORDS * i;
-        let position = vec3f(bounds_lights[k], bounds_lights[k + 1u], bounds_lights[k + 2u]);
-        own = Box(min(own.low, position), 0u, max(own.high, position), 0u);
+        let position = vec3f(lights[k], lights[k + 1u], lights[k + 2u]);
+        own = package_group_Box(min(own.low, position), 0u, max(own.high, position), 0u);
     }
-    let all = reduce(lane, own);
+    let all = package_group__2box_of_group(lane, own);
     if lane == 0u {
         boxes[group.x] = all;
     }
 }
-
-@group(0) @binding(0)
-var<storage, read> cube_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> cube_boxes: array<Box>;
-
-@group(0) @binding(2)
-var<storage, read_write> cube: package_lightshed__1grid_light_GridFrame;
 
 fn greater(a: vec2u, b: vec2u) -> vec2u {
     return select(a, b, package_lightshed_double__1double_less(a, b));
@@ -93,11 +89,11 @@ fn extent(low: f32, high: f32) -> vec2u {
 
 @compute @workgroup_size(256)
 fn place_cube(@builtin(local_invocation_index) lane: u32) {
-    var own = Box(cube_settings.low, 0u, cube_settings.high, 0u);
-    for (var i = lane; i < cube_settings.boxes; i += GROUP) {
-        own = Box(min(own.low, cube_boxes[i].low), 0u, max(own.high, cube_boxes[i].high), 0u);
+    var own = package_group_Box(settings.low, 0u, settings.high, 0u);
+    for (var i = lane; i < settings.boxes; i += package_group_GROUP) {
+        own = package_group_Box(min(own.low, boxes[i].low), 0u, max(own.high, boxes[i].high), 0u);
     }
-    let all = reduce(lane, own);
+    let all = package_group__2box_of_group(lane, own);
     if lane > 0u {
         return;
     }
@@ -105,32 +101,20 @@ fn place_cube(@builtin(local_invocation_index) lane: u32) {
     let farthest = max(abs(all.low), abs(all.high));
     let magnitude = package_lightshed_double__2double_from_f32(max(farthest.x, max(farthest.y, farthest.z)));
     let size = greater(greater(diagonal, package_lightshed_double__1double_multiply(magnitude, LEAST_PART)), LEAST_SIZE);
-    cube.origin = all.low;
-    cube.levels = cube_settings.levels;
-    cube.size = size;
-    cube.per_size = package_lightshed_double__1double_divide(package_lightshed_double_ONE, size);
-    let half_cell = package_lightshed_double__2double_to_f32(scaled(size, -i32(cube_settings.levels)));
-    cube.radius_0 = cube_settings.alpha * half_cell;
-    cube.lights = cube_settings.lights;
-    cube.padding = vec2u(0u);
-    cube.first_word = cube_settings.first_word;
+    lighting_frame.origin = all.low;
+    lighting_frame.levels = settings.levels;
+    lighting_frame.size = size;
+    lighting_frame.per_size = package_lightshed_double__1double_divide(package_lightshed_double_ONE, size);
+    let half_cell = package_lightshed_double__2double_to_f32(scaled(size, -i32(settings.levels)));
+    lighting_frame.radius_0 = settings.alpha * half_cell;
+    lighting_frame.lights = settings.lights;
+    lighting_frame.padding = vec2u(0u);
+    lighting_frame.first_word = settings.first_word;
 }
 
 fn scaled(a: vec2u, power: i32) -> vec2u {
     return vec2u(a.x, a.y + (u32(power) << 20u));
 }
-
-@group(0) @binding(0)
-var<storage, read> cell_frame: package_lightshed__1grid_light_GridFrame;
-
-@group(0) @binding(1)
-var<storage, read> cell_lights: array<f32>;
-
-@group(0) @binding(2)
-var<storage, read_write> cell_codes: array<vec2u>;
-
-@group(0) @binding(3)
-var<storage, read_write> cell_indices: array<u32>;
 
 fn in_cells(frame: package_lightshed__1grid_light_GridFrame, position: f32, origin: f32) -> vec2u {
     let per_cell = scaled(frame.per_size, i32(frame.levels) - 1);
@@ -139,44 +123,23 @@ fn in_cells(frame: package_lightshed__1grid_light_GridFrame, position: f32, orig
 
 @compute @workgroup_size(256)
 fn find_cells(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let i = index_of(group, groups, lane);
-    if i >= cell_frame.lights {
+    let i = package_group__1index_of(group, groups, lane);
+    if i >= lighting_frame.lights {
         return;
     }
-    let frame = cell_frame;
+    let frame = lighting_frame;
     let side = 1u << (frame.levels - 1u);
     let k = WORDS * i;
-    let x = min(package_lightshed_double__2double_to_u32(in_cells(frame, cell_lights[k], frame.origin.x)), side - 1u);
-    let y = min(package_lightshed_double__2double_to_u32(in_cells(frame, cell_lights[k + 1u], frame.origin.y)), side - 1u);
-    let z = min(package_lightshed_double__2double_to_u32(in_cells(frame, cell_lights[k + 2u], frame.origin.z)), side - 1u);
-    cell_codes[i] = vec2u((z * side + y) * side + x, 0u);
-    cell_indices[i] = i;
+    let x = min(package_lightshed_double__2double_to_u32(in_cells(frame, lights[k], frame.origin.x)), side - 1u);
+    let y = min(package_lightshed_double__2double_to_u32(in_cells(frame, lights[k + 1u], frame.origin.y)), side - 1u);
+    let z = min(package_lightshed_double__2double_to_u32(in_cells(frame, lights[k + 2u], frame.origin.z)), side - 1u);
+    codes[i] = vec2u((z * side + y) * side + x, 0u);
+    indices[i] = i;
 }
-
-@group(0) @binding(0)
-var<storage, read> order_frame: package_lightshed__1grid_light_GridFrame;
-
-@group(0) @binding(1)
-var<storage, read> order_lights: array<f32>;
-
-@group(0) @binding(2)
-var<storage, read> order_codes: array<vec2u>;
-
-@group(0) @binding(3)
-var<storage, read> order_indices: array<u32>;
-
-@group(0) @binding(4)
-var<storage, read_write> points: array<package_lightshed__1grid_light_GridPoint>;
-
-@group(0) @binding(5)
-var<storage, read_write> keys: array<u32>;
-
-@group(0) @binding(6)
-var<storage, read_write> order_map: array<atomic<u32>>;
 
 fn occupy(first: u32, side: u32, vertex: vec3u) {
     let word = first + (vertex.z * side + vertex.y) * (side / 32u + 1u) + vertex.x / 32u;
-    atomicOr(&order_map[2u * word], 1u << (vertex.x % 32u));
+    atomicOr(&marks[2u * word], 1u << (vertex.x % 32u));
 }
 
 fn within(frame: package_lightshed__1grid_light_GridFrame, position: f32, origin: f32, cell: u32) -> f32 {
@@ -185,19 +148,19 @@ fn within(frame: package_lightshed__1grid_light_GridFrame, position: f32, origin
 
 @compute @workgroup_size(256)
 fn order_points(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let i = index_of(group, groups, lane);
-    if i >= order_frame.lights {
+    let i = package_group__1index_of(group, groups, lane);
+    if i >= lighting_frame.lights {
         return;
     }
-    let frame = order_frame;
-    let key = order_codes[i].x;
-    keys[i] = key;
+    let frame = lighting_frame;
+    let key = codes[i].x;
+    grid_keys[i] = key;
     let cells = 1u << (frame.levels - 1u);
     let cell = vec3u(key % cells, key / cells % cells, key / cells / cells);
-    let k = WORDS * order_indices[i];
-    let position = vec3f(order_lights[k], order_lights[k + 1u], order_lights[k + 2u]);
-    points[i] = package_lightshed__1grid_light_GridPoint(position, within(frame, position.x, frame.origin.x, cell.x), vec3f(order_lights[k + 3u], order_lights[k + 4u], order_lights[k + 5u]), within(frame, position.y, frame.origin.y, cell.y), vec3f(order_lights[k + 6u], order_lights[k + 7u], order_lights[k + 8u]), within(frame, position.z, frame.origin.z, cell.z));
-    if i > 0u && order_codes[i - 1u].x == key {
+    let k = WORDS * indices[i];
+    let position = vec3f(lights[k], lights[k + 1u], lights[k + 2u]);
+    grid_points[i] = package_lightshed__1grid_light_GridPoint(position, within(frame, position.x, frame.origin.x, cell.x), vec3f(lights[k + 3u], lights[k + 4u], lights[k + 5u]), within(frame, position.y, frame.origin.y, cell.y), vec3f(lights[k + 6u], lights[k + 7u], lights[k + 8u]), within(frame, position.z, frame.origin.z, cell.z));
+    if i > 0u && codes[i - 1u].x == key {
         return;
     }
     for (var corner = 0u; corner < 8u; corner++) {
@@ -205,219 +168,134 @@ fn order_points(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_i
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> mark_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> mark_level: u32;
-
-@group(0) @binding(2)
-var<storage, read_write> map: array<atomic<u32>>;
-
 fn side_of(levels: u32, level: u32) -> u32 {
     return (1u << (levels - level)) + 1u;
 }
 
 @compute @workgroup_size(256)
 fn mark_coarser(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let level = mark_level;
-    let finer_side = side_of(mark_settings.levels, level - 1u);
+    let finer_side = side_of(settings.levels, level - 1u);
     let finer_row = finer_side / 32u + 1u;
-    let i = index_of(group, groups, lane);
+    let i = package_group__1index_of(group, groups, lane);
     if i >= finer_side * finer_side * finer_row {
         return;
     }
     let row = i / finer_row;
     let y = row % finer_side;
     let z = row / finer_side;
-    let side = side_of(mark_settings.levels, level);
+    let side = side_of(settings.levels, level);
     let coarse_row = side / 32u + 1u;
-    var bits = atomicLoad(&map[2u * (mark_settings.first_word[level - 2u] + i)]);
+    var bits = atomicLoad(&marks[2u * (settings.first_word[level - 2u] + i)]);
     while (bits != 0u) {
         let x = i % finer_row * 32u + countTrailingZeros(bits);
         bits &= bits - 1u;
         for (var cz = z / 2u; cz <= (z + 1u) / 2u; cz++) {
             for (var cy = y / 2u; cy <= (y + 1u) / 2u; cy++) {
                 for (var cx = x / 2u; cx <= (x + 1u) / 2u; cx++) {
-                    let word = mark_settings.first_word[level - 1u] + (cz * side + cy) * coarse_row + cx / 32u;
-                    atomicOr(&map[2u * word], 1u << (cx % 32u));
+                    let word = settings.first_word[level - 1u] + (cz * side + cy) * coarse_row + cx / 32u;
+                    atomicOr(&marks[2u * word], 1u << (cx % 32u));
                 }
             }
         }
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> count_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> count_map: array<vec2u>;
-
-@group(0) @binding(2)
-var<storage, read_write> tiles: array<u32>;
-
-var<workgroup> parts: array<u32, 256>;
-
 @compute @workgroup_size(256)
 fn count_vertices(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let tile = group.y * groups.x + group.x;
     var own = 0u;
-    for (var k = 0u; k < TILE / GROUP; k++) {
-        let word = tile * TILE + lane * (TILE / GROUP) + k;
-        if word < count_settings.words {
-            own += countOneBits(count_map[word].x);
+    for (var k = 0u; k < TILE / package_group_GROUP; k++) {
+        let word = tile * TILE + lane * (TILE / package_group_GROUP) + k;
+        if word < settings.words {
+            own += countOneBits(grid_words[word].x);
         }
     }
-    parts[lane] = own;
-    workgroupBarrier();
-    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
-        if lane < half {
-            parts[lane] += parts[lane + half];
-        }
-        workgroupBarrier();
-    }
-    if lane == 0u && tile * TILE < count_settings.words {
-        tiles[tile] = parts[0];
+    let all = package_group__2sum_of_group(lane, own);
+    if lane == 0u && tile * TILE < settings.words {
+        tiles[tile] = all;
     }
 }
-
-fn scan(lane: u32, own: u32) -> u32 {
-    parts[lane] = own;
-    workgroupBarrier();
-    for (var step = 1u; step < GROUP; step *= 2u) {
-        var sum = parts[lane];
-        if lane >= step {
-            sum += parts[lane - step];
-        }
-        workgroupBarrier();
-        parts[lane] = sum;
-        workgroupBarrier();
-    }
-    return parts[lane];
-}
-
-@group(0) @binding(0)
-var<storage, read> scan_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read_write> starts: array<u32>;
 
 @compute @workgroup_size(256)
 fn scan_tiles(@builtin(local_invocation_index) lane: u32) {
-    let total = (scan_settings.words + TILE - 1u) / TILE;
-    let each = (total + GROUP - 1u) / GROUP;
+    let total = (settings.words + TILE - 1u) / TILE;
+    let each = (total + package_group_GROUP - 1u) / package_group_GROUP;
     let first = min(lane * each, total);
     let end = min(first + each, total);
     var own = 0u;
     for (var i = first; i < end; i++) {
-        own += starts[i];
+        own += tiles[i];
     }
-    var before = scan(lane, own) - own;
+    var before = package_group__2sum_up_to(lane, own) - own;
     for (var i = first; i < end; i++) {
-        let count = starts[i];
-        starts[i] = before;
+        let count = tiles[i];
+        tiles[i] = before;
         before += count;
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> rank_settings: Settings;
-
-@group(0) @binding(1)
-var<storage, read> rank_starts: array<u32>;
-
-@group(0) @binding(2)
-var<storage, read_write> ranked: array<vec2u>;
-
-@group(0) @binding(3)
-var<storage, read_write> vertices: array<u32>;
-
 @compute @workgroup_size(256)
 fn rank_vertices(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let tile = group.y * groups.x + group.x;
-    let each = TILE / GROUP;
+    let each = TILE / package_group_GROUP;
     var own = 0u;
     for (var k = 0u; k < each; k++) {
         let word = tile * TILE + lane * each + k;
-        if word < rank_settings.words {
-            own += countOneBits(ranked[word].x);
+        if word < settings.words {
+            own += countOneBits(grid_words[word].x);
         }
     }
-    var before = scan(lane, own) - own;
-    if tile * TILE >= rank_settings.words {
+    var before = package_group__2sum_up_to(lane, own) - own;
+    if tile * TILE >= settings.words {
         return;
     }
-    before += rank_starts[tile];
+    before += tiles[tile];
     for (var k = 0u; k < each; k++) {
         let word = tile * TILE + lane * each + k;
-        if word >= rank_settings.words {
+        if word >= settings.words {
             return;
         }
-        var bits = ranked[word].x;
-        ranked[word].y = before;
+        var bits = grid_words[word].x;
+        grid_words[word].y = before;
         var level = 1u;
-        while (level < rank_settings.levels && word >= rank_settings.first_word[level]) {
+        while (level < settings.levels && word >= settings.first_word[level]) {
             level++;
         }
-        let side = side_of(rank_settings.levels, level);
+        let side = side_of(settings.levels, level);
         let row_words = side / 32u + 1u;
-        let i = word - rank_settings.first_word[level - 1u];
+        let i = word - settings.first_word[level - 1u];
         let row = i / row_words;
         while (bits != 0u) {
             let x = i % row_words * 32u + countTrailingZeros(bits);
             bits &= bits - 1u;
-            if before < rank_settings.capacity {
-                vertices[before] = ((row / side) << 20u) | ((row % side) << 10u) | x;
+            if before < settings.capacity {
+                grid_vertices[before] = ((row / side) << 20u) | ((row % side) << 10u) | x;
             }
             before++;
         }
-        if word + 1u == rank_settings.words {
-            ranked[word + 1u] = vec2u(0u, before);
+        if word + 1u == settings.words {
+            grid_words[word + 1u] = vec2u(0u, before);
         }
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> frame: package_lightshed__1grid_light_GridFrame;
-
-@group(0) @binding(1)
-var<storage, read> level: u32;
-
-@group(0) @binding(2)
-var<storage, read> ranks: array<vec2u>;
-
-@group(0) @binding(3)
-var<storage, read> places: array<u32>;
-
-@group(0) @binding(4)
-var<storage, read> sorted: array<package_lightshed__1grid_light_GridPoint>;
-
-@group(0) @binding(5)
-var<storage, read> sorted_keys: array<u32>;
-
-@group(0) @binding(6)
-var<storage, read_write> moments: array<package_lightshed__1grid_moments_Moments>;
-
-@group(0) @binding(7)
-var<storage, read_write> lights: array<package_lightshed__1grid_light_GridLight>;
-
 fn vertex_at(place: u32) -> vec3u {
-    let packed = places[place];
+    let packed = grid_vertices[place];
     return vec3u(packed & 1023u, (packed >> 10u) & 1023u, packed >> 20u);
 }
 
 fn finish(place: u32, vertex: vec3u, sum: package_lightshed__1grid_moments_Moments) {
-    moments[place] = sum;
-    let cell = package_lightshed_double__2double_to_f32(scaled(frame.size, i32(level) - i32(frame.levels)));
-    lights[place] = package_lightshed__1grid_moments__1light_of(sum, vec3f(vertex), frame.origin, cell);
+    grid_moments[place] = sum;
+    let cell = package_lightshed_double__2double_to_f32(scaled(lighting_frame.size, i32(level) - i32(lighting_frame.levels)));
+    grid_lights[place] = package_lightshed__1grid_moments__1light_of(sum, vec3f(vertex), lighting_frame.origin, cell);
 }
 
 fn place_of_key(key: u32) -> u32 {
     var begin = 0u;
-    var end = frame.lights;
+    var end = lighting_frame.lights;
     while (begin < end) {
         let middle = (begin + end) / 2u;
-        if sorted_keys[middle] < key {
+        if grid_keys[middle] < key {
             begin = middle + 1u;
         }
         else {
@@ -429,12 +307,12 @@ fn place_of_key(key: u32) -> u32 {
 
 @compute @workgroup_size(256)
 fn gather_lights(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let place = index_of(group, groups, lane);
-    if place >= ranks[frame.first_word[1]].y {
+    let place = package_group__1index_of(group, groups, lane);
+    if place >= grid_words[lighting_frame.first_word[1]].y {
         return;
     }
     let vertex = vertex_at(place);
-    let cells = 1u << (frame.levels - 1u);
+    let cells = 1u << (lighting_frame.levels - 1u);
     var sum = package_lightshed__1grid_moments__1no_moments();
     for (var row = 0u; row < 4u; row++) {
         let y = vertex.y - 1u + (row & 1u);
@@ -446,8 +324,8 @@ fn gather_lights(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_
         let first = max(vertex.x, 1u) - 1u;
         let end = place_of_key(start + min(vertex.x + 1u, cells));
         for (var i = place_of_key(start + first); i < end; i++) {
-            let light = sorted[i];
-            let x = sorted_keys[i] - start;
+            let light = grid_points[i];
+            let x = grid_keys[i] - start;
             let fraction = vec3f(light.fraction_x, light.fraction_y, light.fraction_z);
             let offset = fraction - vec3f(vec3u(vertex.x - x, vertex.y - y, vertex.z - z));
             sum = package_lightshed__1grid_moments__1with_light(sum, offset, light.intensity, light.normal);
@@ -458,13 +336,13 @@ fn gather_lights(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_
 
 @compute @workgroup_size(256)
 fn gather_vertices(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let start = ranks[frame.first_word[level - 1u]].y;
-    let place = start + index_of(group, groups, lane);
-    if place >= ranks[frame.first_word[level]].y {
+    let start = grid_words[lighting_frame.first_word[level - 1u]].y;
+    let place = start + package_group__1index_of(group, groups, lane);
+    if place >= grid_words[lighting_frame.first_word[level]].y {
         return;
     }
     let vertex = vertex_at(place);
-    let side = side_of(frame.levels, level - 1u);
+    let side = side_of(lighting_frame.levels, level - 1u);
     let row_words = side / 32u + 1u;
     var sum = package_lightshed__1grid_moments__1no_moments();
     for (var row = 0u; row < 9u; row++) {
@@ -474,22 +352,82 @@ fn gather_vertices(@builtin(local_invocation_index) lane: u32, @builtin(workgrou
         if min(y, z) < 0 || max(y, z) >= i32(side) {
             continue;
         }
-        let first_word = frame.first_word[level - 2u] + (u32(z) * side + u32(y)) * row_words;
+        let first_word = lighting_frame.first_word[level - 2u] + (u32(z) * side + u32(y)) * row_words;
         for (var dx = -1; dx <= 1; dx++) {
             let x = i32(2u * vertex.x) + dx;
             if x < 0 || x >= i32(side) {
                 continue;
             }
-            let map_word = ranks[first_word + u32(x) / 32u];
+            let map_word = grid_words[first_word + u32(x) / 32u];
             let bit = 1u << (u32(x) % 32u);
             if (map_word.x & bit) != 0u {
                 let finer = map_word.y + countOneBits(map_word.x & (bit - 1u));
-                sum = package_lightshed__1grid_moments__1with_vertex(sum, moments[finer], vec3i(dx, step.x, step.y));
+                sum = package_lightshed__1grid_moments__1with_vertex(sum, grid_moments[finer], vec3i(dx, step.x, step.y));
             }
         }
     }
     finish(place, vertex, sum);
 }
+
+struct package_group_Box {
+    low: vec3f,
+    padding: u32,
+    high: vec3f,
+    more_padding: u32
+}
+
+const package_group_GROUP: u32 = 256u;
+
+fn package_group__1index_of(group: vec3u, groups: vec3u, lane: u32) -> u32 {
+    return (group.y * groups.x + group.x) * package_group_GROUP + lane;
+}
+
+fn package_group__2box_of_group(lane: u32, own: package_group_Box) -> package_group_Box {
+    package_group_lows[lane] = own.low;
+    package_group_highs[lane] = own.high;
+    workgroupBarrier();
+    for (var half = package_group_GROUP / 2u; half > 0u; half /= 2u) {
+        if lane < half {
+            package_group_lows[lane] = min(package_group_lows[lane], package_group_lows[lane + half]);
+            package_group_highs[lane] = max(package_group_highs[lane], package_group_highs[lane + half]);
+        }
+        workgroupBarrier();
+    }
+    return package_group_Box(package_group_lows[0], 0u, package_group_highs[0], 0u);
+}
+
+fn package_group__2sum_of_group(lane: u32, own: u32) -> u32 {
+    package_group_parts[lane] = own;
+    workgroupBarrier();
+    for (var half = package_group_GROUP / 2u; half > 0u; half /= 2u) {
+        if lane < half {
+            package_group_parts[lane] += package_group_parts[lane + half];
+        }
+        workgroupBarrier();
+    }
+    return package_group_parts[0];
+}
+
+fn package_group__2sum_up_to(lane: u32, own: u32) -> u32 {
+    package_group_parts[lane] = own;
+    workgroupBarrier();
+    for (var step = 1u; step < package_group_GROUP; step *= 2u) {
+        var sum = package_group_parts[lane];
+        if lane >= step {
+            sum += package_group_parts[lane - step];
+        }
+        workgroupBarrier();
+        package_group_parts[lane] = sum;
+        workgroupBarrier();
+    }
+    return package_group_parts[lane];
+}
+
+var<workgroup> package_group_highs: array<vec3f, 256>;
+
+var<workgroup> package_group_lows: array<vec3f, 256>;
+
+var<workgroup> package_group_parts: array<u32, 256>;
 
 struct package_lightshed__1grid_light_GridFrame {
     origin: vec3f,

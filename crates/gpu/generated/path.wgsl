@@ -38,58 +38,49 @@ struct Step {
     padding: u32
 }
 
-@group(0) @binding(10)
+@group(2) @binding(1)
 var<storage, read_write> paths: array<Path>;
 
-@group(0) @binding(11)
+@group(2) @binding(2)
 var<storage, read_write> hits: array<package_lightshed_ray_Hit>;
 
-@group(0) @binding(12)
+@group(2) @binding(3)
 var<storage, read_write> shadows: array<Shadow>;
 
-@group(0) @binding(13)
+@group(2) @binding(4)
 var<storage, read_write> queues: array<u32>;
 
-@group(0) @binding(14)
+@group(2) @binding(5)
 var<storage, read_write> counts: array<atomic<u32>>;
 
-@group(0) @binding(15)
+@group(2) @binding(6)
 var<storage, read_write> film: array<Pixel>;
 
-@group(0) @binding(16)
+@group(2) @binding(7)
 var<storage, read> step: Step;
-
-override HAS_SURROUNDINGS: bool = true;
-
-override HAS_EMITTERS: bool = true;
-
-const SURVIVAL_CAP: f32 = 0.95;
 
 const F32_MAX: f32 = 3.4028235e38;
 
 fn total_paths() -> u32 {
-    return package_host_settings.pixels * step.samples;
+    return package_memory_scene_settings.pixels * step.samples;
 }
 
 fn pixel_of(path: u32) -> u32 {
-    let pixel = path % package_host_settings.pixels;
-    let width = package_host_settings.camera.size.x;
-    return ((pixel / width) << 16u) | (pixel % width);
+    return path % package_memory_scene_settings.pixels;
 }
 
 fn sample_of(path: u32) -> u32 {
-    return step.sample + path / package_host_settings.pixels;
+    return step.sample + path / package_memory_scene_settings.pixels;
 }
 
 @compute @workgroup_size(64)
 fn start(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let path = package_host__1thread_number(id, groups);
+    let path = package_memory_pixels__1thread_number(id, groups);
     if path >= total_paths() {
         return;
     }
     let pixel = pixel_of(path);
-    let words = package_lightshed_rng__1random_block(package_host_settings.seed, pixel, sample_of(path), 0u);
-    let ray = package_host__1pixel_ray(vec2u(pixel & 65535u, pixel >> 16u), words);
+    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package_memory_pixels__1pixel_block(pixel, sample_of(path), 0u));
     paths[path] = Path(ray, vec3f(1.0), 0.0, vec3f(0.0), FROM_CAMERA, ray.origin, 1.0);
     queues[path] = path;
     if path == 0u {
@@ -107,7 +98,7 @@ fn is_active(place: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn extend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let place = package_host__1thread_number(id, groups);
+    let place = package_memory_pixels__1thread_number(id, groups);
     if !is_active(place) {
         return;
     }
@@ -129,7 +120,7 @@ fn is_black(v: vec3f) -> bool {
 
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let place = package_host__1thread_number(id, groups);
+    let place = package_memory_pixels__1thread_number(id, groups);
     if !is_active(place) {
         return;
     }
@@ -137,30 +128,30 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
     var path = paths[index];
     let hit = hits[index];
     if hit.primitive == package_lightshed_ray_NOTHING {
-        if HAS_SURROUNDINGS {
+        if package_memory_scene__1HAS_SURROUNDINGS {
             let direction = path.ray.direction;
             path.radiance += met(path, package_lightshed_emitter__1surroundings_radiance(direction), package_lightshed_emitter__1surroundings_pdf(direction));
             paths[index] = path;
         }
         return;
     }
-    let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
-    if HAS_EMITTERS && point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(path.ray.direction, point.geometric_normal) < 0.0 {
-        let emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
+    let point = package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(hit.primitive), hit);
+    if package_memory_scene__1HAS_EMITTERS && point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(path.ray.direction, point.geometric_normal) < 0.0 {
+        let emitted = package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(point.emitter));
         if !is_black(emitted) {
             path.radiance += met(path, emitted, package_lightshed_emitter__1emitter_pdf(point.emitter, path.start, point.position));
         }
     }
-    if step.depth >= package_host_settings.max_depth {
+    if step.depth >= package_memory_scene_settings.max_depth {
         paths[index] = path;
         return;
     }
     let pixel = pixel_of(index);
     let sample = sample_of(index);
-    let words = package_lightshed_rng__1random_block(package_host_settings.seed, pixel, sample, 2u * step.depth);
-    let more = package_lightshed_rng__1random_block(package_host_settings.seed, pixel, sample, 2u * step.depth + 1u);
+    let words = package_memory_pixels__1pixel_block(pixel, sample, 2u * step.depth);
+    let more = package_memory_pixels__1pixel_block(pixel, sample, 2u * step.depth + 1u);
     let wo = package_lightshed_frame__1to_local(point.shading, -path.ray.direction);
-    if (HAS_EMITTERS || HAS_SURROUNDINGS) && package_lightshed_bsdf__2has_non_delta(point.material) {
+    if (package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) && package_lightshed_bsdf__2has_non_delta(point.material) {
         let light = package_lightshed_emitter__1sample_emitter(point.position, words.xy, package_lightshed_uniform__1unit_square(words.zw));
         if light.pdf > 0.0 {
             let scattered = package_lightshed_bsdf__1evaluate_bsdf(point.material, wo, package_lightshed_frame__1to_local(point.shading, light.direction));
@@ -179,8 +170,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
         goes_on = !is_black(path.throughput);
         path.eta_squared *= scattered.eta * scattered.eta;
     }
-    if goes_on && step.depth >= package_host_settings.roulette_depth {
-        let survival = min(package_lightshed_vector__1max_element(path.throughput) * path.eta_squared, SURVIVAL_CAP);
+    if goes_on && step.depth >= package_memory_scene_settings.roulette_depth {
+        let survival = min(package_lightshed_vector__1max_element(path.throughput) * path.eta_squared, package_lightshed__1path_walk__1SURVIVAL_CAP);
         goes_on = package_lightshed_uniform__2f32_from_u32(more.w) < survival;
         path.throughput = path.throughput / survival;
     }
@@ -197,7 +188,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
 
 @compute @workgroup_size(64)
 fn connect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let slot = package_host__1thread_number(id, groups);
+    let slot = package_memory_pixels__1thread_number(id, groups);
     if slot >= atomicLoad(&counts[2u * step.depth + 1u]) {
         return;
     }
@@ -209,13 +200,13 @@ fn connect(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
 
 @compute @workgroup_size(64)
 fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = package_host__1thread_number(id, groups);
-    if index >= package_host_settings.pixels {
+    let index = package_memory_pixels__1thread_number(id, groups);
+    if index >= package_memory_scene_settings.pixels {
         return;
     }
     var pixel = film[index];
     for (var i = 0u; i < step.samples; i++) {
-        let value = paths[index + i * package_host_settings.pixels].radiance;
+        let value = paths[index + i * package_memory_scene_settings.pixels].radiance;
         let sum = min(pixel.sum + value, vec3f(F32_MAX));
         let larger = max(pixel.sum, value);
         let lost = (larger - sum) + min(pixel.sum, value);
@@ -229,182 +220,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
     film[index] = pixel;
 }
 
-const package_host_GROUP: u32 = 64u;
-
-struct package_host_Settings {
-    camera: package_lightshed_camera_Camera,
-    surroundings: vec3f,
-    groups: u32,
-    seed: vec2u,
-    max_depth: u32,
-    roulette_depth: u32,
-    emitters: u32,
-    pixels: u32,
-    sky_words: u32,
-    finite_emitters: u32,
-    first_direction: u32,
-    directions: u32,
-    uv_words: u32,
-    texture_words: u32,
-    coat_words: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-    sky: package_lightshed_sky_Sky
-}
-
-override package_host__1HAS_DIELECTRICS: bool = true;
-
-override package_host__1HAS_PLASTICS: bool = true;
-
-override package_host__1HAS_SKY: bool = true;
-
-override package_host__1HAS_TEXTURES: bool = true;
-
-fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
-    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters, package_host_settings.finite_emitters, package_host_settings.first_direction, package_host_settings.directions);
-}
-
-fn package_host__1has_dielectrics() -> bool {
-    return package_host__1HAS_DIELECTRICS;
-}
-
-fn package_host__1has_plastics() -> bool {
-    return package_host__1HAS_PLASTICS;
-}
-
-fn package_host__1has_sky() -> bool {
-    return package_host__1HAS_SKY;
-}
-
-fn package_host__1has_textures() -> bool {
-    return package_host__1HAS_TEXTURES;
-}
-
-fn package_host__1lets_pass(primitive: u32) -> bool {
-    return package_host_materials[package_host_triangles[primitive].material].y == 0u;
-}
-
-fn package_host__1load_coat(place: u32) -> f32 {
-    return package_host__2number_in_tables(package_host_settings.coat_words + place);
-}
-
-fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
-    return package_host_components[row];
-}
-
-fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
-    return package_host_emitters[index];
-}
-
-fn package_host__1load_material(index: u32) -> vec2u {
-    return package_host_materials[index];
-}
-
-fn package_host__1load_texture(index: u32) -> package_lightshed_texture_Texture {
-    let word = package_host_settings.texture_words + 16u * index;
-    return package_lightshed_texture_Texture(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u), vec2u(package_host_tables[word + 6u], package_host_tables[word + 7u]), vec3f(package_host__2pair_in_tables(word + 8u), package_host__2number_in_tables(word + 10u)), package_host_tables[word + 11u], package_host_tables[word + 12u], package_host_tables[word + 13u], package_host_tables[word + 14u], 0u);
-}
-
-fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
-    return package_host_triangles[index];
-}
-
-fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
-    var u_lens = vec2f(0.5);
-    if package_host_settings.camera.aperture_radius > 0.0 {
-        u_lens = package_lightshed_uniform__1unit_square(words.zw);
-    }
-    return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
-}
-
-fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_host_GROUP;
-}
-
-override package_host__2HAS_DELTA_EMITTERS: bool = true;
-
-fn package_host__2has_delta_emitters() -> bool {
-    return package_host__2HAS_DELTA_EMITTERS;
-}
-
-fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
-}
-
-fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
-    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
-}
-
-fn package_host__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
-    let word = package_host_settings.uv_words + 6u * index;
-    return package_lightshed_surface_CornerUvs(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u));
-}
-
-fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
-    return package_host_nodes[index];
-}
-
-fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
-    return package_host_slots[slot];
-}
-
-fn package_host__2load_delta_emitter(index: u32) -> package_lightshed_emitter_DeltaEmitter {
-    let row = package_host_emitters[index];
-    return package_lightshed_emitter_DeltaEmitter(row.corner, row.pdf_area, row.edge0, row.radiance_r, row.edge1, row.radiance_g, row.normal.x, row.normal.y, 0u, 0u);
-}
-
-fn package_host__2load_sky_word(index: u32) -> u32 {
-    return package_host_tables[package_host_settings.sky_words + index];
-}
-
-fn package_host__2load_texel_word(index: u32) -> u32 {
-    return package_host_tables[index];
-}
-
-fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
-    let triangle = package_host_triangles[index];
-    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
-}
-
-fn package_host__2number_in_tables(word: u32) -> f32 {
-    return bitcast<f32>(package_host_tables[word]);
-}
-
-fn package_host__2pair_in_tables(word: u32) -> vec2f {
-    return vec2f(package_host__2number_in_tables(word), package_host__2number_in_tables(word + 1u));
-}
-
-@group(0) @binding(6)
-var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
-
-@group(0) @binding(7)
-var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
-
-@group(0) @binding(5)
-var<storage, read> package_host_materials: array<vec2u>;
-
-@group(0) @binding(1)
-var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
-
-@group(0) @binding(4)
-var<storage, read> package_host_normals: array<vec4f>;
-
-@group(0) @binding(0)
-var<storage, read> package_host_settings: package_host_Settings;
-
-fn package_host_sky() -> package_lightshed_sky_Sky {
-    return package_host_settings.sky;
-}
-
-@group(0) @binding(2)
-var<storage, read> package_host_slots: array<u32>;
-
-@group(0) @binding(8)
-var<storage, read> package_host_tables: array<u32>;
-
-@group(0) @binding(3)
-var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
+const package_lightshed__1path_walk__1SURVIVAL_CAP: f32 = 0.95;
 
 struct package_lightshed_alias_AliasEntry {
     threshold: u32,
@@ -420,7 +236,7 @@ fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
 
 fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
     let route = package_lightshed_alias__1alias_route(length, u);
-    let entry = package_host__2load_alias_entry(table, route.x);
+    let entry = package_memory_scene__2load_alias_entry(table, route.x);
     return select(entry.alias_index, route.x, route.y < entry.threshold);
 }
 
@@ -482,8 +298,8 @@ fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component)
 }
 
 fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
-    var component = package_host__1load_component(rows.x + i);
-    if package_host__1has_textures() && component.texture != 0u {
+    var component = package_memory_scene__1load_component(rows.x + i);
+    if package_memory_scene__1has_textures() && component.texture != 0u {
         component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
         if rows.y > 1u {
             component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
@@ -493,7 +309,7 @@ fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_Ma
 }
 
 fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -578,11 +394,11 @@ fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component
 }
 
 fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+    return package_memory_scene__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
 }
 
 fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+    return package_memory_scene__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
 }
 
 fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
@@ -620,7 +436,7 @@ fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
 
 fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
     let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u, 1.0);
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -742,7 +558,7 @@ fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     var total = 0.0;
     for (var i = 0u; i < rows.y; i++) {
         let component = package_lightshed_bsdf__1component_at(material, rows, i);
@@ -754,9 +570,9 @@ fn package_lightshed_bsdf__1total_importance(material: package_lightshed_materia
 }
 
 fn package_lightshed_bsdf__2has_non_delta(material: package_lightshed_material_MaterialAt) -> bool {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     for (var i = 0u; i < rows.y; i++) {
-        if !package_lightshed_bsdf__1is_delta(package_host__1load_component(rows.x + i)) {
+        if !package_lightshed_bsdf__1is_delta(package_memory_scene__1load_component(rows.x + i)) {
             return true;
         }
     }
@@ -821,8 +637,8 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
     let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
-    let low = package_host__1load_coat(place);
-    return clamp(low + (package_host__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+    let low = package_memory_scene__1load_coat(place);
+    return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
 struct package_lightshed_cwbvh_BoxRay {
@@ -931,17 +747,17 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, o
                 stack[depth] = group;
                 depth++;
             }
-            let node = package_host__2load_cwbvh_node(index);
+            let node = package_memory_scene__2load_cwbvh_node(index);
             let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
             var primitives = hits & 16777215u;
             while (primitives != 0u) {
                 let offset = firstTrailingBit(primitives);
                 primitives &= primitives - 1u;
-                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
-                if opaque && package_host__1lets_pass(primitive) {
+                let primitive = package_memory_scene__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_memory_scene__1lets_pass(primitive) {
                     continue;
                 }
-                let corners = package_host__2load_triangle_corners(primitive);
+                let corners = package_memory_scene__2load_triangle_corners(primitive);
                 let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
                 if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
                     best = hit;
@@ -1097,7 +913,7 @@ fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter
 }
 
 fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
-    let about = package_host__1emitter_groups();
+    let about = package_memory_scene__1emitter_groups();
     let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
     let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
     let middle = high.x + low.y;
@@ -1105,7 +921,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     if about.finite > 0u && group == 0u {
         return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
     }
-    if package_host__2has_delta_emitters() {
+    if package_memory_scene__2has_delta_emitters() {
         let direction = group - select(0u, 1u, about.finite > 0u);
         if direction < about.directions {
             return about.first_direction + direction;
@@ -1115,7 +931,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
 }
 
 fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
-    let emitter = package_host__1load_emitter(index);
+    let emitter = package_memory_scene__1load_emitter(index);
     let d = point - from_position;
     let distance_squared = package_lightshed_vector_dot3(d, d);
     let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
@@ -1127,11 +943,11 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
 }
 
 fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
@@ -1146,15 +962,15 @@ fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: ve
         }
         return package_lightshed_emitter_EmitterSample(around.direction, around.pdf, around.radiance / around.pdf, false, vec3f(0.0));
     }
-    if package_host__2has_delta_emitters() && package_lightshed_emitter__2is_delta_emitter(index) {
+    if package_memory_scene__2has_delta_emitters() && package_lightshed_emitter__2is_delta_emitter(index) {
         return package_lightshed_emitter__2sample_delta_emitter(index, from_position);
     }
-    return package_lightshed_emitter__2sample_triangle_emitter(package_host__1load_emitter(index), from_position, u);
+    return package_lightshed_emitter__2sample_triangle_emitter(package_memory_scene__1load_emitter(index), from_position, u);
 }
 
 fn package_lightshed_emitter__1sample_surroundings(u: vec2f) -> package_lightshed_emitter_Around {
     var around = package_lightshed_emitter__1sample_around(u);
-    around.pdf *= 1.0 / f32(package_host__1emitter_groups().groups);
+    around.pdf *= 1.0 / f32(package_memory_scene__1emitter_groups().groups);
     return around;
 }
 
@@ -1181,21 +997,21 @@ fn package_lightshed_emitter__1spot_intensity(light: package_lightshed_emitter_D
 }
 
 fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
     return package_lightshed_emitter__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
-    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_memory_scene__1emitter_groups().groups));
 }
 
 fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_radiance(direction);
     }
-    return package_host__1emitter_groups().surroundings;
+    return package_memory_scene__1emitter_groups().surroundings;
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -1203,12 +1019,12 @@ const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
 const package_lightshed_emitter__2NO_OTHER_WAY: f32 = 1e30;
 
 fn package_lightshed_emitter__2is_delta_emitter(index: u32) -> bool {
-    let about = package_host__1emitter_groups();
+    let about = package_memory_scene__1emitter_groups();
     return index >= about.triangles && index != package_lightshed_emitter_SURROUNDINGS;
 }
 
 fn package_lightshed_emitter__2sample_delta_emitter(index: u32, from_position: vec3f) -> package_lightshed_emitter_EmitterSample {
-    return package_lightshed_emitter__2towards_delta_emitter(index, package_host__2load_delta_emitter(index).probability, from_position);
+    return package_lightshed_emitter__2towards_delta_emitter(index, package_memory_scene__2load_delta_emitter(index).probability, from_position);
 }
 
 fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
@@ -1222,8 +1038,8 @@ fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshe
 
 fn package_lightshed_emitter__2towards_delta_emitter(index: u32, probability: f32, from_position: vec3f) -> package_lightshed_emitter_EmitterSample {
     let none = package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
-    let light = package_host__2load_delta_emitter(index);
-    if index >= package_host__1emitter_groups().first_direction {
+    let light = package_memory_scene__2load_delta_emitter(index);
+    if index >= package_memory_scene__1emitter_groups().first_direction {
         return package_lightshed_emitter_EmitterSample(light.place, package_lightshed_emitter__2NO_OTHER_WAY, light.intensity / probability, false, vec3f(0.0));
     }
     let d = light.place - from_position;
@@ -1456,7 +1272,7 @@ fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
 }
 
 fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
-    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+    return package_memory_scene__2load_sky_word(cells.y + cells.x * cells.y + row);
 }
 
 fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
@@ -1464,11 +1280,11 @@ fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package
     var size = last + 1u;
     while (size > 1u) {
         let half = size / 2u;
-        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        base = select(base, base + half, package_memory_scene__2load_sky_word(first + base + half) <= word);
         size -= half;
     }
     let words = package_lightshed_sky_owned(first, last, base);
-    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_memory_scene__2load_sky_word(first + base)), 0.0, words));
 }
 
 fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
@@ -1496,7 +1312,7 @@ fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_word
 }
 
 fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let uv = package_lightshed_sky__1sky_coordinates(image, direction);
     let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
@@ -1506,12 +1322,12 @@ fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
 }
 
 fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
 }
 
 fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
     let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
@@ -1531,7 +1347,7 @@ fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySamp
 fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
     let cells = package_lightshed_sky__1sky_cells(image);
     let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
-    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+    return vec3f(bitcast<f32>(package_memory_scene__2load_sky_word(start)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 1u)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 2u)));
 }
 
 const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
@@ -1554,11 +1370,11 @@ fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
     if index > last {
         return 0.0;
     }
-    let start = package_host__2load_sky_word(first + index);
+    let start = package_memory_scene__2load_sky_word(first + index);
     if index == last {
         return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
     }
-    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+    return f32(package_memory_scene__2load_sky_word(first + index + 1u) - start);
 }
 
 struct package_lightshed_surface_CornerNormals {
@@ -1624,12 +1440,12 @@ fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface
     let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
     var shading_normal = normal;
     if triangle.normals != package_lightshed_ray_NOTHING {
-        let normals = package_host__2load_corner_normals(triangle.normals);
+        let normals = package_memory_scene__2load_corner_normals(triangle.normals);
         shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
     }
     var uv = vec2f(v, w);
-    if package_host__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
-        let uvs = package_host__2load_corner_uvs(triangle.uvs);
+    if package_memory_scene__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_memory_scene__2load_corner_uvs(triangle.uvs);
         uv = uvs.a * u + uvs.b * v + uvs.c * w;
     }
     return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
@@ -1671,11 +1487,11 @@ const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
-    return bitcast<f32>(package_host__2load_texel_word(word));
+    return bitcast<f32>(package_memory_scene__2load_texel_word(word));
 }
 
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
-    let texture = package_host__1load_texture(index);
+    let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
     let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
     var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
@@ -1730,7 +1546,7 @@ fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x
         let word = texture.first + 3u * place;
         return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
     }
-    let codes = package_host__2load_texel_word(texture.first + place);
+    let codes = package_memory_scene__2load_texel_word(texture.first + place);
     return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
 }
 
@@ -1930,3 +1746,201 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     let other = a_low * b_high + (middle & 65535u);
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
 }
+
+const package_memory_pixels_GROUP: u32 = 64u;
+
+fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
+    return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
+}
+
+fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
+    return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
+}
+
+fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
+    let width = package_memory_scene_settings.camera.size.x;
+    return vec2u(pixel % width, pixel / width);
+}
+
+fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
+    var u_lens = vec2f(0.5);
+    if package_memory_scene_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
+}
+
+fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
+    return (place.y << 16u) | place.x;
+}
+
+fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
+}
+
+struct package_memory_scene_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    sky: package_lightshed_sky_Sky
+}
+
+override package_memory_scene__1HAS_DIELECTRICS: bool = true;
+
+override package_memory_scene__1HAS_EMITTERS: bool = true;
+
+override package_memory_scene__1HAS_PLASTICS: bool = true;
+
+override package_memory_scene__1HAS_SKY: bool = true;
+
+override package_memory_scene__1HAS_SURROUNDINGS: bool = true;
+
+override package_memory_scene__1HAS_TEXTURES: bool = true;
+
+fn package_memory_scene__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_memory_scene_settings.surroundings, package_memory_scene_settings.groups, package_memory_scene_settings.emitters, package_memory_scene_settings.finite_emitters, package_memory_scene_settings.first_direction, package_memory_scene_settings.directions);
+}
+
+fn package_memory_scene__1has_dielectrics() -> bool {
+    return package_memory_scene__1HAS_DIELECTRICS;
+}
+
+fn package_memory_scene__1has_plastics() -> bool {
+    return package_memory_scene__1HAS_PLASTICS;
+}
+
+fn package_memory_scene__1has_sky() -> bool {
+    return package_memory_scene__1HAS_SKY;
+}
+
+fn package_memory_scene__1has_textures() -> bool {
+    return package_memory_scene__1HAS_TEXTURES;
+}
+
+fn package_memory_scene__1lets_pass(primitive: u32) -> bool {
+    return package_memory_scene_materials[package_memory_scene_triangles[primitive].material].y == 0u;
+}
+
+fn package_memory_scene__1load_coat(place: u32) -> f32 {
+    return package_memory_scene__2number_in_tables(package_memory_scene_settings.coat_words + place);
+}
+
+fn package_memory_scene__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_memory_scene_components[row];
+}
+
+fn package_memory_scene__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_memory_scene_emitters[index];
+}
+
+fn package_memory_scene__1load_material(index: u32) -> vec2u {
+    return package_memory_scene_materials[index];
+}
+
+fn package_memory_scene__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_memory_scene_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u), vec2u(package_memory_scene_tables[word + 6u], package_memory_scene_tables[word + 7u]), vec3f(package_memory_scene__2pair_in_tables(word + 8u), package_memory_scene__2number_in_tables(word + 10u)), package_memory_scene_tables[word + 11u], package_memory_scene_tables[word + 12u], package_memory_scene_tables[word + 13u], package_memory_scene_tables[word + 14u], 0u);
+}
+
+fn package_memory_scene__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_memory_scene_triangles[index];
+}
+
+override package_memory_scene__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_memory_scene__2has_delta_emitters() -> bool {
+    return package_memory_scene__2HAS_DELTA_EMITTERS;
+}
+
+fn package_memory_scene__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_memory_scene_tables[2u * index], package_memory_scene_tables[2u * index + 1u]);
+}
+
+fn package_memory_scene__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_memory_scene_normals[3u * index].xyz, package_memory_scene_normals[3u * index + 1u].xyz, package_memory_scene_normals[3u * index + 2u].xyz);
+}
+
+fn package_memory_scene__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_memory_scene_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u));
+}
+
+fn package_memory_scene__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_memory_scene_nodes[index];
+}
+
+fn package_memory_scene__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_memory_scene_slots[slot];
+}
+
+fn package_memory_scene__2load_delta_emitter(index: u32) -> package_lightshed_emitter_DeltaEmitter {
+    let row = package_memory_scene_emitters[index];
+    return package_lightshed_emitter_DeltaEmitter(row.corner, row.pdf_area, row.edge0, row.radiance_r, row.edge1, row.radiance_g, row.normal.x, row.normal.y, 0u, 0u);
+}
+
+fn package_memory_scene__2load_sky_word(index: u32) -> u32 {
+    return package_memory_scene_tables[package_memory_scene_settings.sky_words + index];
+}
+
+fn package_memory_scene__2load_texel_word(index: u32) -> u32 {
+    return package_memory_scene_tables[index];
+}
+
+fn package_memory_scene__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_memory_scene_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_memory_scene__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene_tables[word]);
+}
+
+fn package_memory_scene__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_memory_scene__2number_in_tables(word), package_memory_scene__2number_in_tables(word + 1u));
+}
+
+@group(0) @binding(5)
+var<storage, read> package_memory_scene_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(6)
+var<storage, read> package_memory_scene_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(4)
+var<storage, read> package_memory_scene_materials: array<vec2u>;
+
+@group(0) @binding(0)
+var<storage, read> package_memory_scene_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(3)
+var<storage, read> package_memory_scene_normals: array<vec4f>;
+
+@group(2) @binding(0)
+var<storage, read> package_memory_scene_settings: package_memory_scene_Settings;
+
+fn package_memory_scene_sky() -> package_lightshed_sky_Sky {
+    return package_memory_scene_settings.sky;
+}
+
+@group(0) @binding(1)
+var<storage, read> package_memory_scene_slots: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read> package_memory_scene_tables: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;

@@ -7,7 +7,23 @@ struct Pass {
     padding: u32
 }
 
-const GROUP: u32 = 256u;
+@group(0) @binding(0)
+var<storage, read> sorting: Pass;
+
+@group(0) @binding(1)
+var<storage, read> from_codes: array<vec2u>;
+
+@group(0) @binding(2)
+var<storage, read> from_indices: array<u32>;
+
+@group(0) @binding(3)
+var<storage, read_write> to_codes: array<vec2u>;
+
+@group(0) @binding(4)
+var<storage, read_write> to_indices: array<u32>;
+
+@group(0) @binding(5)
+var<storage, read_write> counts: array<u32>;
 
 const EACH: u32 = 8u;
 
@@ -43,7 +59,7 @@ fn count_of(counts: Counts, digit: u32) -> u32 {
 fn scan(lane: u32, own: Counts) -> Counts {
     sums[lane] = own;
     workgroupBarrier();
-    for (var step = 1u; step < GROUP; step *= 2u) {
+    for (var step = 1u; step < package_group_GROUP; step *= 2u) {
         var sum = sums[lane];
         if lane >= step {
             sum = plus(sum, sums[lane - step]);
@@ -55,113 +71,86 @@ fn scan(lane: u32, own: Counts) -> Counts {
     return sums[lane];
 }
 
-@group(0) @binding(0)
-var<storage, read> count_pass: Pass;
-
-@group(0) @binding(1)
-var<storage, read> count_codes: array<vec2u>;
-
-@group(0) @binding(2)
-var<storage, read_write> counts: array<u32>;
-
 @compute @workgroup_size(256)
 fn count_digits(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let tile = group.y * groups.x + group.x;
     var own = Counts();
     for (var k = 0u; k < EACH; k++) {
-        let i = (tile * GROUP + lane) * EACH + k;
-        if i < count_pass.count {
-            own = plus(own, one_at(digit_of(count_codes[i], count_pass.shift)));
+        let i = (tile * package_group_GROUP + lane) * EACH + k;
+        if i < sorting.count {
+            own = plus(own, one_at(digit_of(from_codes[i], sorting.shift)));
         }
     }
     sums[lane] = own;
     workgroupBarrier();
-    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+    for (var half = package_group_GROUP / 2u; half > 0u; half /= 2u) {
         if lane < half {
             sums[lane] = plus(sums[lane], sums[lane + half]);
         }
         workgroupBarrier();
     }
-    if lane < DIGITS && tile < count_pass.tiles {
-        counts[lane * count_pass.tiles + tile] = count_of(sums[0], lane);
+    if lane < DIGITS && tile < sorting.tiles {
+        counts[lane * sorting.tiles + tile] = count_of(sums[0], lane);
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> scan_pass: Pass;
-
-@group(0) @binding(1)
-var<storage, read_write> starts: array<u32>;
-
-var<workgroup> parts: array<u32, 256>;
-
 @compute @workgroup_size(256)
 fn scan_counts(@builtin(local_invocation_index) lane: u32) {
-    let total = DIGITS * scan_pass.tiles;
-    let each = (total + GROUP - 1u) / GROUP;
+    let total = DIGITS * sorting.tiles;
+    let each = (total + package_group_GROUP - 1u) / package_group_GROUP;
     let first = lane * each;
     let end = min(first + each, total);
     var own = 0u;
     for (var i = first; i < end; i++) {
-        own += starts[i];
+        own += counts[i];
     }
-    parts[lane] = own;
-    workgroupBarrier();
-    for (var step = 1u; step < GROUP; step *= 2u) {
-        var sum = parts[lane];
-        if lane >= step {
-            sum += parts[lane - step];
-        }
-        workgroupBarrier();
-        parts[lane] = sum;
-        workgroupBarrier();
-    }
-    var before = parts[lane] - own;
+    var before = package_group__2sum_up_to(lane, own) - own;
     for (var i = first; i < end; i++) {
-        let count = starts[i];
-        starts[i] = before;
+        let count = counts[i];
+        counts[i] = before;
         before += count;
     }
 }
 
-@group(0) @binding(0)
-var<storage, read> move_pass: Pass;
-
-@group(0) @binding(1)
-var<storage, read> move_starts: array<u32>;
-
-@group(0) @binding(2)
-var<storage, read> from_codes: array<vec2u>;
-
-@group(0) @binding(3)
-var<storage, read> from_indices: array<u32>;
-
-@group(0) @binding(4)
-var<storage, read_write> to_codes: array<vec2u>;
-
-@group(0) @binding(5)
-var<storage, read_write> to_indices: array<u32>;
-
 @compute @workgroup_size(256)
 fn move_codes(@builtin(local_invocation_index) lane: u32, @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let tile = group.y * groups.x + group.x;
-    let first = (tile * GROUP + lane) * EACH;
+    let first = (tile * package_group_GROUP + lane) * EACH;
     var own = Counts();
     for (var k = 0u; k < EACH; k++) {
-        if first + k < move_pass.count {
-            own = plus(own, one_at(digit_of(from_codes[first + k], move_pass.shift)));
+        if first + k < sorting.count {
+            own = plus(own, one_at(digit_of(from_codes[first + k], sorting.shift)));
         }
     }
     let through = scan(lane, own);
     var before = Counts(through.low - own.low, through.high - own.high);
     for (var k = 0u; k < EACH; k++) {
-        if first + k < move_pass.count {
+        if first + k < sorting.count {
             let code = from_codes[first + k];
-            let digit = digit_of(code, move_pass.shift);
-            let to = move_starts[digit * move_pass.tiles + tile] + count_of(before, digit);
+            let digit = digit_of(code, sorting.shift);
+            let to = counts[digit * sorting.tiles + tile] + count_of(before, digit);
             to_codes[to] = code;
             to_indices[to] = from_indices[first + k];
             before = plus(before, one_at(digit));
         }
     }
 }
+
+const package_group_GROUP: u32 = 256u;
+
+fn package_group__2sum_up_to(lane: u32, own: u32) -> u32 {
+    package_group_parts[lane] = own;
+    workgroupBarrier();
+    for (var step = 1u; step < package_group_GROUP; step *= 2u) {
+        var sum = package_group_parts[lane];
+        if lane >= step {
+            sum += package_group_parts[lane - step];
+        }
+        workgroupBarrier();
+        package_group_parts[lane] = sum;
+        workgroupBarrier();
+    }
+    return package_group_parts[lane];
+}
+
+var<workgroup> package_group_parts: array<u32, 256>;

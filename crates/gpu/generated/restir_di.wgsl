@@ -1,23 +1,228 @@
 // Linked from restir_di.wesl.
 
-struct Primary {
-    hit: package_lightshed_ray_Hit,
-    direction: vec3f,
-    padding: u32
+const CAMERA: u32 = 0u;
+
+@compute @workgroup_size(64)
+fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_di_light_block(pixel, CAMERA));
+    let hit = package_lightshed_cwbvh_intersect(ray);
+    package_primaries_primaries[pixel] = package_primaries_Primary(hit, ray.direction, 0u);
+    var emitted = vec3f(0.0);
+    if hit.primitive == package_lightshed_ray_NOTHING {
+        emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
+    }
+    else {
+        emitted = package_selected__1seen_emission(package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(hit.primitive), hit), ray.direction);
+    }
+    package__1restir_di_light_image[pixel] = vec4f(emitted, 0.0);
 }
 
-struct Light {
+@compute @workgroup_size(64)
+fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel < package_memory_scene_settings.pixels {
+        package__1restir_di_light_made[pixel] = package__1restir_di_candidates__1candidate_of(pixel);
+    }
+}
+
+@compute @workgroup_size(64)
+fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    let here = package_primaries_primaries[pixel];
+    let there = package_primaries_before[pixel];
+    if here.hit.primitive == package_lightshed_ray_NOTHING || there.hit.primitive == package_lightshed_ray_NOTHING || package__1restir_di_light_made[pixel].confidence == 0.0 || package__1restir_di_light_given[pixel].confidence == 0.0 || !package__1restir_di_target_resembles(package__1restir_di_target__1seen_by(here), package__1restir_di_target__1seen_by(there)) {
+        return;
+    }
+    package_inputs__1with_past(pixel);
+    package__1restir_di_light_made[pixel] = package_reuse__1merged_light(package_lightshed_merge__1merge_balance(package_inputs_inputs.count, package_lightshed_merge__1NO_CAP));
+}
+
+@compute @workgroup_size(64)
+fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    package__1restir_di_light_made[pixel] = package__1restir_di_light_given[pixel];
+    if package_primaries_primaries[pixel].hit.primitive == package_lightshed_ray_NOTHING || package__1restir_di_light_given[pixel].confidence == 0.0 {
+        return;
+    }
+    package_inputs__1with_neighbours(pixel, package__1restir_di_light_frame.neighbours, package__1restir_di_light_frame.radius, package__1restir_di_light_frame.number, package_reuse_SPATIAL);
+    package__1restir_di_light_made[pixel] = package_reuse__1merged_light(package_lightshed_merge__1merge_pairwise(package_inputs_inputs.count, package_lightshed_merge__1NO_CAP));
+    package__1restir_di_light_image[pixel] += vec4f(package_reuse_gathered, 0.0);
+}
+
+const package__1restir_di_candidates_CANDIDATES: u32 = 131072u;
+
+const package__1restir_di_candidates_CHOICES: u32 = 262144u;
+
+struct package__1restir_di_candidates_Candidates {
+    selection: package_lightshed_reservoir_Selection,
     value: vec3f,
-    weight: f32,
+    met: bool,
     place: vec3f,
-    emitter: u32,
-    confidence: f32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32
+    emitter: u32
 }
 
-struct Frame {
+struct package__1restir_di_candidates_Chosen {
+    emitter: u32,
+    probability: f32
+}
+
+const package__1restir_di_candidates_SURVIVORS: u32 = 8192u;
+
+const package__1restir_di_candidates__1BY_BSDF: u32 = 4096u;
+
+fn package__1restir_di_candidates__1candidate_of(pixel: u32) -> package__1restir_di_light_Light {
+    let first = package_primaries_primaries[pixel];
+    if first.hit.primitive == package_lightshed_ray_NOTHING || !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) {
+        return package__1restir_di_light__1no_light(0.0);
+    }
+    let seen = package__1restir_di_target__1seen_by(first);
+    let at = package_selected__1shading_point(seen.point, seen.wo);
+    var on_triangles = package__1restir_di_candidates__1none_yet();
+    var around = package__1restir_di_candidates__1none_yet();
+    let words = package__1restir_di_light_block(pixel, package__1restir_di_candidates__1BY_BSDF);
+    let scattered = package_lightshed_bsdf__1sample_bsdf(seen.point.material, seen.wo, package_lightshed_uniform__2f32_from_u32(words.x), package_lightshed_uniform__1unit_square(words.yz));
+    if scattered.some {
+        let ray = package_lightshed_surface_spawn(seen.point, package_lightshed_frame__1to_world(seen.point.shading, scattered.wi));
+        let hit = package_lightshed_cwbvh_intersect(ray);
+        var emitter = package_lightshed_ray_NOTHING;
+        var place = vec3f(0.0);
+        var radiance = vec3f(0.0);
+        if hit.primitive == package_lightshed_ray_NOTHING {
+            if package_memory_scene__1HAS_SURROUNDINGS {
+                emitter = package_lightshed_emitter_SURROUNDINGS;
+                place = ray.direction;
+                radiance = package_lightshed_emitter__1surroundings_radiance(ray.direction);
+            }
+        }
+        else if package_memory_scene__1HAS_EMITTERS {
+            let met = package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(hit.primitive), hit);
+            if met.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, met.geometric_normal) < 0.0 {
+                emitter = met.emitter;
+                place = vec3f(hit.barycentric, 0.0);
+                radiance = package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(met.emitter));
+            }
+        }
+        if emitter != package_lightshed_ray_NOTHING {
+            if scattered.is_delta {
+                package__1restir_di_light_image[pixel] += vec4f(scattered.weight * radiance, 0.0);
+            }
+            else {
+                let lit = package__1restir_di_target__1lit_by(seen, emitter, place, package__1restir_di_candidates__1probability_of(at, emitter));
+                let u = package_lightshed_uniform__2f32_from_u32(words.w);
+                if package__1restir_di_target__1is_lit(lit) && emitter == package_lightshed_emitter_SURROUNDINGS {
+                    around = package__1restir_di_candidates__1with_candidate(around, lit, emitter, place, true, u);
+                }
+                else if package__1restir_di_target__1is_lit(lit) {
+                    on_triangles = package__1restir_di_candidates__1with_candidate(on_triangles, lit, emitter, place, true, u);
+                }
+            }
+        }
+    }
+    if !package_lightshed_bsdf__2has_non_delta(seen.point.material) {
+        return package__1restir_di_light__1no_light(0.0);
+    }
+    var choices = vec4u(0u);
+    for (var i = 0u; i < package__1restir_di_light_frame.candidates; i++) {
+        if i % 4u == 0u {
+            choices = package__1restir_di_light_block(pixel, package__1restir_di_candidates_CHOICES + i / 4u);
+        }
+        let u = package_lightshed_uniform__2f32_from_u32(choices[i % 4u]);
+        let candidate = package__1restir_di_light_block(pixel, package__1restir_di_candidates_CANDIDATES + i);
+        let chosen = package__1restir_di_candidates__1chosen_for(at, candidate.xy);
+        let emitter = chosen.emitter;
+        if emitter == package_lightshed_ray_NOTHING {
+            continue;
+        }
+        if emitter == package_lightshed_emitter_SURROUNDINGS {
+            let place = package_lightshed_emitter__1sample_around(package_lightshed_uniform__1unit_square(candidate.zw)).direction;
+            let lit = package__1restir_di_target__1lit_by(seen, emitter, place, 0.0);
+            if package__1restir_di_target__1is_lit(lit) {
+                around = package__1restir_di_candidates__1with_candidate(around, lit, emitter, place, false, u);
+            }
+        }
+        else {
+            let place = vec3f(package_lightshed_warp__1uniform_triangle(package_lightshed_uniform__1unit_square(candidate.zw)).xy, 0.0);
+            let lit = package__1restir_di_target__1lit_by(seen, emitter, place, chosen.probability);
+            if package__1restir_di_target__1is_lit(lit) {
+                on_triangles = package__1restir_di_candidates__1with_candidate(on_triangles, lit, emitter, place, false, u);
+            }
+        }
+    }
+    if around.emitter != package_lightshed_ray_NOTHING && package__1restir_di_candidates_hidden(seen, around) {
+        around.selection.weight_sum = 0.0;
+    }
+    if on_triangles.emitter != package_lightshed_ray_NOTHING && package__1restir_di_candidates_hidden(seen, on_triangles) {
+        on_triangles.selection.weight_sum = 0.0;
+    }
+    let survivors = package__1restir_di_light_block(pixel, package__1restir_di_candidates_SURVIVORS);
+    let one = package_lightshed_reservoir_offer(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 1u, on_triangles.selection.weight_sum, package_lightshed_uniform__2f32_from_u32(survivors.x));
+    let both = package_lightshed_reservoir_offer(one.selection, 2u, around.selection.weight_sum, package_lightshed_uniform__2f32_from_u32(survivors.y));
+    if both.selection.tag == 0u {
+        return package__1restir_di_light__1no_light(1.0);
+    }
+    var kept = on_triangles;
+    if both.selection.item == 2u {
+        kept = around;
+    }
+    let weight = package_lightshed_reservoir__1contribution_weight(both.selection, package__1restir_di_light_luminance(kept.value));
+    return package__1restir_di_light_Light(kept.value, weight, kept.place, kept.emitter, 1.0, 0u, 0u, 0u);
+}
+
+fn package__1restir_di_candidates__1chosen_for(at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package__1restir_di_candidates_Chosen {
+    let groups = package_memory_scene__1emitter_groups().groups;
+    if !package__1restir_di_light__1BY_TREE || !package_memory_scene__1HAS_EMITTERS || groups == 0u {
+        return package__1restir_di_candidates_Chosen(package_lightshed_emitter__1choose_emitter(u), 0.0);
+    }
+    let low = package_lightshed_wide__1wide_product(groups, u.x);
+    let high = package_lightshed_wide__1wide_product(groups, u.y);
+    let middle = high.x + low.y;
+    if high.y + select(0u, 1u, middle < low.y) > 0u {
+        return package__1restir_di_candidates_Chosen(package_lightshed_emitter_SURROUNDINGS, 0.0);
+    }
+    let choice = package_lightshed__1light_tree__2light_tree_sample(package__1restir_di_light_frame.tree, at, vec2u(low.x, middle));
+    return package__1restir_di_candidates_Chosen(select(package_lightshed_ray_NOTHING, choice.light, choice.pmf > 0.0), choice.pmf / f32(groups));
+}
+
+fn package__1restir_di_candidates__1none_yet() -> package__1restir_di_candidates_Candidates {
+    return package__1restir_di_candidates_Candidates(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), vec3f(0.0), false, vec3f(0.0), package_lightshed_ray_NOTHING);
+}
+
+fn package__1restir_di_candidates__1probability_of(at: package_lightshed_importance_ShadingPoint, emitter: u32) -> f32 {
+    if package__1restir_di_light__1BY_TREE && package_memory_scene__1HAS_EMITTERS && emitter != package_lightshed_emitter_SURROUNDINGS {
+        return package_lightshed__1light_tree__2light_tree_pmf(package__1restir_di_light_frame.tree, at, emitter) / f32(package_memory_scene__1emitter_groups().groups);
+    }
+    return 0.0;
+}
+
+fn package__1restir_di_candidates__1with_candidate(so_far: package__1restir_di_candidates_Candidates, lit: package__1restir_di_target_Lit, emitter: u32, place: vec3f, met: bool, u: f32) -> package__1restir_di_candidates_Candidates {
+    let density = f32(package__1restir_di_light_frame.candidates) * lit.pdf_emitter + lit.pdf_bsdf;
+    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package__1restir_di_light_luminance(lit.value) / density, u);
+    var next = so_far;
+    next.selection = offered.selection;
+    if offered.accepted {
+        next.value = lit.value;
+        next.met = met;
+        next.place = place;
+        next.emitter = emitter;
+    }
+    return next;
+}
+
+fn package__1restir_di_candidates_hidden(seen: package__1restir_di_target_Seen, kept: package__1restir_di_candidates_Candidates) -> bool {
+    return !kept.met && package_lightshed_cwbvh_occluded(package__1restir_di_target__1lit_by(seen, kept.emitter, kept.place, 0.0).shadow);
+}
+
+struct package__1restir_di_light_Frame {
     number: u32,
     candidates: u32,
     neighbours: u32,
@@ -29,92 +234,62 @@ struct Frame {
     tree: package_lightshed__1light_tree_LightTree
 }
 
-@group(0) @binding(14)
-var<storage, read_write> primaries: array<Primary>;
-
-@group(0) @binding(15)
-var<storage, read> before: array<Primary>;
-
-@group(0) @binding(16)
-var<storage, read_write> held: array<Light>;
-
-@group(0) @binding(17)
-var<storage, read_write> history: array<Light>;
-
-@group(0) @binding(18)
-var<storage, read_write> image: array<vec4f>;
-
-@group(0) @binding(19)
-var<storage, read> frame: Frame;
-
-override BY_TREE: bool = false;
-
-override HAS_SURROUNDINGS: bool = true;
-
-override HAS_EMITTERS: bool = true;
-
-const CAMERA: u32 = 0u;
-
-const BY_BSDF: u32 = 4096u;
-
-const CANDIDATES: u32 = 131072u;
-
-const CHOICES: u32 = 262144u;
-
-const SURVIVORS: u32 = 8192u;
-
-const TEMPORAL: u32 = 12288u;
-
-const SPATIAL: u32 = 16384u;
-
-const LEAST_COS_NORMALS: f32 = 0.906;
-
-const MOST_RELATIVE_DEPTH: f32 = 0.1;
-
-const MOST: u32 = 8u;
-
-fn block(pixel: u32, index: u32) -> vec4u {
-    let width = package_host_settings.camera.size.x;
-    return package_lightshed_rng__1random_block(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), frame.number, index);
+struct package__1restir_di_light_Light {
+    value: vec3f,
+    weight: f32,
+    place: vec3f,
+    emitter: u32,
+    confidence: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32
 }
 
-fn no_light(confidence: f32) -> Light {
-    return Light(vec3f(0.0), 0.0, vec3f(0.0), package_lightshed_ray_NOTHING, confidence, 0u, 0u, 0u);
+override package__1restir_di_light__1BY_TREE: bool = false;
+
+fn package__1restir_di_light__1no_light(confidence: f32) -> package__1restir_di_light_Light {
+    return package__1restir_di_light_Light(vec3f(0.0), 0.0, vec3f(0.0), package_lightshed_ray_NOTHING, confidence, 0u, 0u, 0u);
 }
 
-fn luminance(v: vec3f) -> f32 {
+fn package__1restir_di_light_block(pixel: u32, index: u32) -> vec4u {
+    return package_memory_pixels__1pixel_block(pixel, package__1restir_di_light_frame.number, index);
+}
+
+@group(2) @binding(6)
+var<storage, read> package__1restir_di_light_frame: package__1restir_di_light_Frame;
+
+@group(2) @binding(3)
+var<storage, read_write> package__1restir_di_light_given: array<package__1restir_di_light_Light>;
+
+@group(2) @binding(5)
+var<storage, read_write> package__1restir_di_light_image: array<vec4f>;
+
+fn package__1restir_di_light_luminance(v: vec3f) -> f32 {
     return package_lightshed_vector_dot3(v, vec3f(0.212671, 0.71516, 0.072169));
 }
 
-struct Seen {
-    point: package_lightshed_surface_SurfacePoint,
-    wo: vec3f,
-    distance: f32
-}
+@group(2) @binding(4)
+var<storage, read_write> package__1restir_di_light_made: array<package__1restir_di_light_Light>;
 
-fn seen_by(primary: Primary) -> Seen {
-    let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(primary.hit.primitive), primary.hit);
-    return Seen(point, package_lightshed_frame__1to_local(point.shading, -primary.direction), primary.hit.t);
-}
-
-fn resembles(a: Seen, b: Seen) -> bool {
-    let off_plane = package_lightshed_vector_dot3(b.point.position - a.point.position, a.point.shading.normal);
-    return package_lightshed_vector_dot3(a.point.shading.normal, b.point.shading.normal) >= LEAST_COS_NORMALS && abs(off_plane) <= MOST_RELATIVE_DEPTH * a.distance;
-}
-
-struct Lit {
+struct package__1restir_di_target_Lit {
     value: vec3f,
     pdf_emitter: f32,
     pdf_bsdf: f32,
     shadow: package_lightshed_ray_Ray
 }
 
-fn is_lit(lit: Lit) -> bool {
+struct package__1restir_di_target_Seen {
+    point: package_lightshed_surface_SurfacePoint,
+    wo: vec3f,
+    distance: f32
+}
+
+fn package__1restir_di_target__1is_lit(lit: package__1restir_di_target_Lit) -> bool {
     return package_lightshed_vector__1max_element(lit.value) > 0.0;
 }
 
-fn lit_by(seen: Seen, emitter: u32, place: vec3f, probability: f32) -> Lit {
-    let none = Lit(vec3f(0.0), 0.0, 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u));
+fn package__1restir_di_target__1lit_by(seen: package__1restir_di_target_Seen, emitter: u32, place: vec3f, probability: f32) -> package__1restir_di_target_Lit {
+    let none = package__1restir_di_target_Lit(vec3f(0.0), 0.0, 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u));
     var connection = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
     var pdf_emitter: f32;
     var radiance: vec3f;
@@ -124,14 +299,14 @@ fn lit_by(seen: Seen, emitter: u32, place: vec3f, probability: f32) -> Lit {
         radiance = package_lightshed_emitter__1surroundings_radiance(place);
     }
     else {
-        let light = package_host__1load_emitter(emitter);
+        let light = package_memory_scene__1load_emitter(emitter);
         let aim = package_lightshed_emitter__1aim_at(light, seen.point.position, place.xy);
         if !(aim.cos_theta > 0.0) {
             return none;
         }
         connection = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
         pdf_emitter = light.pdf_area;
-        if BY_TREE {
+        if package__1restir_di_light__1BY_TREE {
             pdf_emitter = probability / package_selected__1area_of(light);
         }
         radiance = package_lightshed_emitter__1emitter_radiance(light);
@@ -144,535 +319,80 @@ fn lit_by(seen: Seen, emitter: u32, place: vec3f, probability: f32) -> Lit {
     if !(largest > 0.0) || !package_lightshed_vector__1is_finite(largest) || !package_lightshed_vector__1is_finite(pdf_bsdf) {
         return none;
     }
-    return Lit(value, pdf_emitter, pdf_bsdf, package_lightshed_emitter__1shadow_ray(seen.point, connection));
+    return package__1restir_di_target_Lit(value, pdf_emitter, pdf_bsdf, package_lightshed_emitter__1shadow_ray(seen.point, connection));
 }
 
-fn visible_value(seen: Seen, light: Light) -> vec3f {
+fn package__1restir_di_target__1seen_by(primary: package_primaries_Primary) -> package__1restir_di_target_Seen {
+    let point = package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(primary.hit.primitive), primary.hit);
+    return package__1restir_di_target_Seen(point, package_lightshed_frame__1to_local(point.shading, -primary.direction), primary.hit.t);
+}
+
+fn package__1restir_di_target__1visible_value(seen: package__1restir_di_target_Seen, light: package__1restir_di_light_Light) -> vec3f {
     if light.emitter == package_lightshed_ray_NOTHING {
         return vec3f(0.0);
     }
-    let lit = lit_by(seen, light.emitter, light.place, 0.0);
-    if !is_lit(lit) || package_lightshed_cwbvh_occluded(lit.shadow) {
+    let lit = package__1restir_di_target__1lit_by(seen, light.emitter, light.place, 0.0);
+    if !package__1restir_di_target__1is_lit(lit) || package_lightshed_cwbvh_occluded(lit.shadow) {
         return vec3f(0.0);
     }
     return lit.value;
 }
 
-@compute @workgroup_size(64)
-fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let width = package_host_settings.camera.size.x;
-    let ray = package_host__1pixel_ray(vec2u(pixel % width, pixel / width), block(pixel, CAMERA));
-    let hit = package_lightshed_cwbvh_intersect(ray);
-    primaries[pixel] = Primary(hit, ray.direction, 0u);
-    var emitted = vec3f(0.0);
-    if hit.primitive == package_lightshed_ray_NOTHING {
-        emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
-    }
-    else {
-        let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
-        if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
-            emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
+const package__1restir_di_target__2LEAST_COS_NORMALS: f32 = 0.906;
+
+const package__1restir_di_target__2MOST_RELATIVE_DEPTH: f32 = 0.1;
+
+fn package__1restir_di_target_resembles(a: package__1restir_di_target_Seen, b: package__1restir_di_target_Seen) -> bool {
+    let off_plane = package_lightshed_vector_dot3(b.point.position - a.point.position, a.point.shading.normal);
+    return package_lightshed_vector_dot3(a.point.shading.normal, b.point.shading.normal) >= package__1restir_di_target__2LEAST_COS_NORMALS && abs(off_plane) <= package__1restir_di_target__2MOST_RELATIVE_DEPTH * a.distance;
+}
+
+struct package_inputs_Inputs {
+    count: u32,
+    temporal: bool,
+    pixels: array<u32, 9>
+}
+
+const package_inputs__1MOST_NEIGHBOURS: u32 = 8u;
+
+fn package_inputs__1add_input(pixel: u32) {
+    package_inputs_inputs.pixels[package_inputs_inputs.count] = pixel;
+    package_inputs_inputs.count++;
+}
+
+fn package_inputs__1with_neighbours(pixel: u32, wanted: u32, radius: f32, sample: u32, first: u32) {
+    package_inputs_alone(pixel);
+    for (var i = 0u; i < min(wanted, package_inputs__1MOST_NEIGHBOURS); i++) {
+        let words = package_memory_pixels__1pixel_block(pixel, sample, first + i);
+        let other = package_memory_pixels__2pixel_at_offset(pixel, package_lightshed_warp__1polar_disk(package_lightshed_uniform__1unit_square(words.xy)) * radius);
+        if other != package_lightshed_ray_NOTHING && other != pixel && package_reuse_admits(pixel, other) {
+            package_inputs__1add_input(other);
         }
     }
-    image[pixel] = vec4f(emitted, 0.0);
 }
 
-struct Candidates {
-    selection: package_lightshed_reservoir_Selection,
-    value: vec3f,
-    met: bool,
-    place: vec3f,
-    emitter: u32
+fn package_inputs__1with_past(pixel: u32) {
+    package_inputs_inputs.count = 2u;
+    package_inputs_inputs.temporal = true;
+    package_inputs_inputs.pixels[0] = pixel;
+    package_inputs_inputs.pixels[1] = pixel;
 }
 
-fn none_yet() -> Candidates {
-    return Candidates(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), vec3f(0.0), false, vec3f(0.0), package_lightshed_ray_NOTHING);
+fn package_inputs_alone(pixel: u32) {
+    package_inputs_inputs.count = 1u;
+    package_inputs_inputs.temporal = false;
+    package_inputs_inputs.pixels[0] = pixel;
 }
 
-fn with_candidate(so_far: Candidates, lit: Lit, emitter: u32, place: vec3f, met: bool, u: f32) -> Candidates {
-    let density = f32(frame.candidates) * lit.pdf_emitter + lit.pdf_bsdf;
-    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, luminance(lit.value) / density, u);
-    var next = so_far;
-    next.selection = offered.selection;
-    if offered.accepted {
-        next.value = lit.value;
-        next.met = met;
-        next.place = place;
-        next.emitter = emitter;
+fn package_inputs_decision(i: u32, sample: u32, first: u32) -> f32 {
+    if package_inputs_inputs.temporal {
+        return package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(package_inputs_inputs.pixels[0], sample, first)[i]);
     }
-    return next;
+    let place = select(package_inputs__1MOST_NEIGHBOURS + i - 1u, 2u * package_inputs__1MOST_NEIGHBOURS, i == 0u);
+    return package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(package_inputs_inputs.pixels[0], sample, first + place).x);
 }
 
-fn hidden(seen: Seen, kept: Candidates) -> bool {
-    return !kept.met && package_lightshed_cwbvh_occluded(lit_by(seen, kept.emitter, kept.place, 0.0).shadow);
-}
-
-struct Chosen {
-    emitter: u32,
-    probability: f32
-}
-
-fn chosen_for(at: package_lightshed_importance_ShadingPoint, u: vec2u) -> Chosen {
-    let groups = package_host__1emitter_groups().groups;
-    if !BY_TREE || !HAS_EMITTERS || groups == 0u {
-        return Chosen(package_lightshed_emitter__1choose_emitter(u), 0.0);
-    }
-    let low = package_lightshed_wide__1wide_product(groups, u.x);
-    let high = package_lightshed_wide__1wide_product(groups, u.y);
-    let middle = high.x + low.y;
-    if high.y + select(0u, 1u, middle < low.y) > 0u {
-        return Chosen(package_lightshed_emitter_SURROUNDINGS, 0.0);
-    }
-    let choice = package_lightshed__1light_tree__2light_tree_sample(frame.tree, at, vec2u(low.x, middle));
-    return Chosen(select(package_lightshed_ray_NOTHING, choice.light, choice.pmf > 0.0), choice.pmf / f32(groups));
-}
-
-fn probability_of(at: package_lightshed_importance_ShadingPoint, emitter: u32) -> f32 {
-    if BY_TREE && HAS_EMITTERS && emitter != package_lightshed_emitter_SURROUNDINGS {
-        return package_lightshed__1light_tree__2light_tree_pmf(frame.tree, at, emitter) / f32(package_host__1emitter_groups().groups);
-    }
-    return 0.0;
-}
-
-@compute @workgroup_size(64)
-fn fresh(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let first = primaries[pixel];
-    held[pixel] = no_light(0.0);
-    if first.hit.primitive == package_lightshed_ray_NOTHING || !(HAS_EMITTERS || HAS_SURROUNDINGS) {
-        return;
-    }
-    let seen = seen_by(first);
-    let at = package_selected__1shading_point(seen.point, seen.wo);
-    var on_triangles = none_yet();
-    var around = none_yet();
-    let words = block(pixel, BY_BSDF);
-    let scattered = package_lightshed_bsdf__1sample_bsdf(seen.point.material, seen.wo, package_lightshed_uniform__2f32_from_u32(words.x), package_lightshed_uniform__1unit_square(words.yz));
-    if scattered.some {
-        let ray = package_lightshed_surface_spawn(seen.point, package_lightshed_frame__1to_world(seen.point.shading, scattered.wi));
-        let hit = package_lightshed_cwbvh_intersect(ray);
-        var emitter = package_lightshed_ray_NOTHING;
-        var place = vec3f(0.0);
-        var radiance = vec3f(0.0);
-        if hit.primitive == package_lightshed_ray_NOTHING {
-            if HAS_SURROUNDINGS {
-                emitter = package_lightshed_emitter_SURROUNDINGS;
-                place = ray.direction;
-                radiance = package_lightshed_emitter__1surroundings_radiance(ray.direction);
-            }
-        }
-        else if HAS_EMITTERS {
-            let met = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
-            if met.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, met.geometric_normal) < 0.0 {
-                emitter = met.emitter;
-                place = vec3f(hit.barycentric, 0.0);
-                radiance = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(met.emitter));
-            }
-        }
-        if emitter != package_lightshed_ray_NOTHING {
-            if scattered.is_delta {
-                image[pixel] += vec4f(scattered.weight * radiance, 0.0);
-            }
-            else {
-                let lit = lit_by(seen, emitter, place, probability_of(at, emitter));
-                let u = package_lightshed_uniform__2f32_from_u32(words.w);
-                if is_lit(lit) && emitter == package_lightshed_emitter_SURROUNDINGS {
-                    around = with_candidate(around, lit, emitter, place, true, u);
-                }
-                else if is_lit(lit) {
-                    on_triangles = with_candidate(on_triangles, lit, emitter, place, true, u);
-                }
-            }
-        }
-    }
-    if !package_lightshed_bsdf__2has_non_delta(seen.point.material) {
-        return;
-    }
-    var choices = vec4u(0u);
-    for (var i = 0u; i < frame.candidates; i++) {
-        if i % 4u == 0u {
-            choices = block(pixel, CHOICES + i / 4u);
-        }
-        let u = package_lightshed_uniform__2f32_from_u32(choices[i % 4u]);
-        let candidate = block(pixel, CANDIDATES + i);
-        let chosen = chosen_for(at, candidate.xy);
-        let emitter = chosen.emitter;
-        if emitter == package_lightshed_ray_NOTHING {
-            continue;
-        }
-        if emitter == package_lightshed_emitter_SURROUNDINGS {
-            let place = package_lightshed_emitter__1sample_around(package_lightshed_uniform__1unit_square(candidate.zw)).direction;
-            let lit = lit_by(seen, emitter, place, 0.0);
-            if is_lit(lit) {
-                around = with_candidate(around, lit, emitter, place, false, u);
-            }
-        }
-        else {
-            let place = vec3f(package_lightshed_warp__1uniform_triangle(package_lightshed_uniform__1unit_square(candidate.zw)).xy, 0.0);
-            let lit = lit_by(seen, emitter, place, chosen.probability);
-            if is_lit(lit) {
-                on_triangles = with_candidate(on_triangles, lit, emitter, place, false, u);
-            }
-        }
-    }
-    if around.emitter != package_lightshed_ray_NOTHING && hidden(seen, around) {
-        around.selection.weight_sum = 0.0;
-    }
-    if on_triangles.emitter != package_lightshed_ray_NOTHING && hidden(seen, on_triangles) {
-        on_triangles.selection.weight_sum = 0.0;
-    }
-    let survivors = block(pixel, SURVIVORS);
-    let one = package_lightshed_reservoir_offer(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 1u, on_triangles.selection.weight_sum, package_lightshed_uniform__2f32_from_u32(survivors.x));
-    let both = package_lightshed_reservoir_offer(one.selection, 2u, around.selection.weight_sum, package_lightshed_uniform__2f32_from_u32(survivors.y));
-    if both.selection.tag == 0u {
-        held[pixel] = no_light(1.0);
-        return;
-    }
-    var kept = on_triangles;
-    if both.selection.item == 2u {
-        kept = around;
-    }
-    let weight = package_lightshed_reservoir__1contribution_weight(both.selection, luminance(kept.value));
-    held[pixel] = Light(kept.value, weight, kept.place, kept.emitter, 1.0, 0u, 0u, 0u);
-}
-
-@compute @workgroup_size(64)
-fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let mine = held[pixel];
-    let here = primaries[pixel];
-    let there = before[pixel];
-    if here.hit.primitive == package_lightshed_ray_NOTHING || there.hit.primitive == package_lightshed_ray_NOTHING || mine.confidence == 0.0 {
-        return;
-    }
-    let theirs = history[pixel];
-    let seen = seen_by(here);
-    let seen_before = seen_by(there);
-    if theirs.confidence == 0.0 || !resembles(seen, seen_before) {
-        return;
-    }
-    let confidence = min(theirs.confidence, frame.confidence_cap);
-    let words = block(pixel, TEMPORAL);
-    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    if mine.emitter != package_lightshed_ray_NOTHING {
-        let p = luminance(mine.value);
-        let q = luminance(visible_value(seen_before, mine));
-        let m = package_lightshed_mis__1balance_weight(mine.confidence, p, mine.confidence * p + confidence * q);
-        selection = package_lightshed_reservoir_offer(selection, 1u, m * p * mine.weight, package_lightshed_uniform__2f32_from_u32(words.x)).selection;
-    }
-    var value = mine.value;
-    let seen_here = visible_value(seen, theirs);
-    let p = luminance(seen_here);
-    if p > 0.0 {
-        let q = luminance(theirs.value);
-        let m = package_lightshed_mis__1balance_weight(confidence, q, mine.confidence * p + confidence * q);
-        selection = package_lightshed_reservoir_offer(selection, 2u, m * p * theirs.weight, package_lightshed_uniform__2f32_from_u32(words.y)).selection;
-    }
-    var kept = mine;
-    if selection.item == 2u {
-        kept = theirs;
-        kept.value = seen_here;
-    }
-    kept.confidence = mine.confidence + confidence;
-    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, luminance(kept.value));
-    if kept.weight == 0.0 {
-        kept = no_light(kept.confidence);
-    }
-    held[pixel] = kept;
-}
-
-@compute @workgroup_size(64)
-fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let mine = held[pixel];
-    let here = primaries[pixel];
-    history[pixel] = mine;
-    if here.hit.primitive == package_lightshed_ray_NOTHING || mine.confidence == 0.0 {
-        return;
-    }
-    let seen = seen_by(here);
-    let size = package_host_settings.camera.size;
-    let corner = vec2f(vec2u(pixel % size.x, pixel / size.x)) + 0.5;
-    var neighbours: array<u32, 8>;
-    var count = 0u;
-    var neighbour_confidence = 0.0;
-    for (var i = 0u; i < min(frame.neighbours, MOST); i++) {
-        let words = block(pixel, SPATIAL + i);
-        let place = floor(corner + package_lightshed_warp__1polar_disk(package_lightshed_uniform__1unit_square(words.xy)) * frame.radius);
-        if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
-            continue;
-        }
-        let other = u32(place.y) * size.x + u32(place.x);
-        let primary = primaries[other];
-        if other == pixel || primary.hit.primitive == package_lightshed_ray_NOTHING || held[other].confidence == 0.0 || !resembles(seen, seen_by(primary)) {
-            continue;
-        }
-        neighbours[count] = other;
-        count++;
-        neighbour_confidence += held[other].confidence;
-    }
-    let pairwise = package_lightshed_mis__1pairwise_defensive(mine.confidence, neighbour_confidence);
-    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var light = vec3f(0.0);
-    var kept = mine;
-    var kept_value = mine.value;
-    var left = 0.0;
-    let p_mine = luminance(mine.value);
-    for (var i = 0u; i < count; i++) {
-        let theirs = held[neighbours[i]];
-        let seen_there = seen_by(primaries[neighbours[i]]);
-        var q_mine = 0.0;
-        if mine.emitter != package_lightshed_ray_NOTHING {
-            q_mine = luminance(visible_value(seen_there, mine));
-        }
-        left += package_lightshed_mis__1pairwise_kept(pairwise, theirs.confidence, p_mine, q_mine);
-        let value = visible_value(seen, theirs);
-        let p = luminance(value);
-        if p > 0.0 {
-            let m = package_lightshed_mis__1pairwise_neighbour(pairwise, theirs.confidence, p, luminance(theirs.value));
-            light += value * (m * theirs.weight);
-            let u = package_lightshed_uniform__2f32_from_u32(block(pixel, SPATIAL + MOST + i).x);
-            let offered = package_lightshed_reservoir_offer(selection, 2u, m * p * theirs.weight, u);
-            selection = offered.selection;
-            if offered.accepted {
-                kept = theirs;
-                kept_value = value;
-            }
-        }
-    }
-    if mine.emitter != package_lightshed_ray_NOTHING {
-        let m = package_lightshed_mis__1pairwise_canonical(pairwise, mine.confidence, left);
-        light += mine.value * (m * mine.weight);
-        let u = package_lightshed_uniform__2f32_from_u32(block(pixel, SPATIAL + MOST + MOST).x);
-        let offered = package_lightshed_reservoir_offer(selection, 1u, m * p_mine * mine.weight, u);
-        selection = offered.selection;
-        if offered.accepted {
-            kept = mine;
-            kept_value = mine.value;
-        }
-    }
-    image[pixel] += vec4f(light, 0.0);
-    kept.value = kept_value;
-    kept.confidence = mine.confidence + neighbour_confidence;
-    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, luminance(kept_value));
-    if kept.weight == 0.0 {
-        kept = no_light(kept.confidence);
-    }
-    history[pixel] = kept;
-}
-
-const package_host_GROUP: u32 = 64u;
-
-struct package_host_Settings {
-    camera: package_lightshed_camera_Camera,
-    surroundings: vec3f,
-    groups: u32,
-    seed: vec2u,
-    max_depth: u32,
-    roulette_depth: u32,
-    emitters: u32,
-    pixels: u32,
-    sky_words: u32,
-    finite_emitters: u32,
-    first_direction: u32,
-    directions: u32,
-    uv_words: u32,
-    texture_words: u32,
-    coat_words: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-    sky: package_lightshed_sky_Sky
-}
-
-override package_host__1HAS_DIELECTRICS: bool = true;
-
-override package_host__1HAS_PLASTICS: bool = true;
-
-override package_host__1HAS_SKY: bool = true;
-
-override package_host__1HAS_TEXTURES: bool = true;
-
-fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
-    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters, package_host_settings.finite_emitters, package_host_settings.first_direction, package_host_settings.directions);
-}
-
-fn package_host__1has_dielectrics() -> bool {
-    return package_host__1HAS_DIELECTRICS;
-}
-
-fn package_host__1has_plastics() -> bool {
-    return package_host__1HAS_PLASTICS;
-}
-
-fn package_host__1has_sky() -> bool {
-    return package_host__1HAS_SKY;
-}
-
-fn package_host__1has_textures() -> bool {
-    return package_host__1HAS_TEXTURES;
-}
-
-@group(0) @binding(13)
-var<storage, read> package_host__1leaf_of: array<u32>;
-
-fn package_host__1lets_pass(primitive: u32) -> bool {
-    return package_host_materials[package_host_triangles[primitive].material].y == 0u;
-}
-
-@group(0) @binding(12)
-var<storage, read> package_host__1light_at: array<u32>;
-
-@group(0) @binding(11)
-var<storage, read> package_host__1light_levels: array<u32>;
-
-@group(0) @binding(10)
-var<storage, read> package_host__1light_rows: array<vec4u>;
-
-fn package_host__1load_coat(place: u32) -> f32 {
-    return package_host__2number_in_tables(package_host_settings.coat_words + place);
-}
-
-fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
-    return package_host_components[row];
-}
-
-fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
-    return package_host_emitters[index];
-}
-
-fn package_host__1load_material(index: u32) -> vec2u {
-    return package_host_materials[index];
-}
-
-fn package_host__1load_texture(index: u32) -> package_lightshed_texture_Texture {
-    let word = package_host_settings.texture_words + 16u * index;
-    return package_lightshed_texture_Texture(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u), vec2u(package_host_tables[word + 6u], package_host_tables[word + 7u]), vec3f(package_host__2pair_in_tables(word + 8u), package_host__2number_in_tables(word + 10u)), package_host_tables[word + 11u], package_host_tables[word + 12u], package_host_tables[word + 13u], package_host_tables[word + 14u], 0u);
-}
-
-fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
-    return package_host_triangles[index];
-}
-
-fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
-    var u_lens = vec2f(0.5);
-    if package_host_settings.camera.aperture_radius > 0.0 {
-        u_lens = package_lightshed_uniform__1unit_square(words.zw);
-    }
-    return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
-}
-
-fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_host_GROUP;
-}
-
-override package_host__2HAS_DELTA_EMITTERS: bool = true;
-
-fn package_host__2has_delta_emitters() -> bool {
-    return package_host__2HAS_DELTA_EMITTERS;
-}
-
-fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
-}
-
-fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
-    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
-}
-
-fn package_host__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
-    let word = package_host_settings.uv_words + 6u * index;
-    return package_lightshed_surface_CornerUvs(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u));
-}
-
-fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
-    return package_host_nodes[index];
-}
-
-fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
-    return package_host_slots[slot];
-}
-
-fn package_host__2load_leaf_of(light: u32) -> u32 {
-    return package_host__1leaf_of[light];
-}
-
-fn package_host__2load_light_at(leaf: u32) -> u32 {
-    return package_host__1light_at[leaf];
-}
-
-fn package_host__2load_light_level(level: u32) -> u32 {
-    return package_host__1light_levels[level];
-}
-
-fn package_host__2load_light_row(place: u32) -> vec4u {
-    return package_host__1light_rows[place];
-}
-
-fn package_host__2load_sky_word(index: u32) -> u32 {
-    return package_host_tables[package_host_settings.sky_words + index];
-}
-
-fn package_host__2load_texel_word(index: u32) -> u32 {
-    return package_host_tables[index];
-}
-
-fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
-    let triangle = package_host_triangles[index];
-    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
-}
-
-fn package_host__2number_in_tables(word: u32) -> f32 {
-    return bitcast<f32>(package_host_tables[word]);
-}
-
-fn package_host__2pair_in_tables(word: u32) -> vec2f {
-    return vec2f(package_host__2number_in_tables(word), package_host__2number_in_tables(word + 1u));
-}
-
-@group(0) @binding(6)
-var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
-
-@group(0) @binding(7)
-var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
-
-@group(0) @binding(5)
-var<storage, read> package_host_materials: array<vec2u>;
-
-@group(0) @binding(1)
-var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
-
-@group(0) @binding(4)
-var<storage, read> package_host_normals: array<vec4f>;
-
-@group(0) @binding(0)
-var<storage, read> package_host_settings: package_host_Settings;
-
-fn package_host_sky() -> package_lightshed_sky_Sky {
-    return package_host_settings.sky;
-}
-
-@group(0) @binding(2)
-var<storage, read> package_host_slots: array<u32>;
-
-@group(0) @binding(8)
-var<storage, read> package_host_tables: array<u32>;
-
-@group(0) @binding(3)
-var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
+var<private> package_inputs_inputs: package_inputs_Inputs;
 
 struct package_lightshed__1light_tree_LightChoice {
     light: u32,
@@ -751,11 +471,11 @@ fn package_lightshed__1light_tree__1light_descent(tree: package_lightshed__1ligh
         node = first + step.lane;
         level = below;
     }
-    return package_lightshed__1light_tree_LightChoice(package_host__2load_light_at(node), package_lightshed_double__2double_to_f32(route.probability));
+    return package_lightshed__1light_tree_LightChoice(package_memory__1light_tree__2load_light_at(node), package_lightshed_double__2double_to_f32(route.probability));
 }
 
 fn package_lightshed__1light_tree__1light_shares(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, level: u32, first: u32) -> package_lightshed_importance_Eight {
-    let block = package_host__2load_light_level(level) + first / 8u;
+    let block = package_memory__1light_tree__2load_light_level(level) + first / 8u;
     if tree.stride == 1u {
         return package_lightshed_importance__1receiver_ends(at, package_lightshed_importance__1load_pair(block, first % 8u), package_lightshed_importance__1no_rows(), tree.weighting);
     }
@@ -818,7 +538,7 @@ fn package_lightshed__1light_tree__2light_tree_pmf(tree: package_lightshed__1lig
     if !(at.reflectance_bound > 0.0) || light >= tree.lights {
         return 0.0;
     }
-    return package_lightshed__1light_tree__1leaf_probability(tree, at, package_host__2load_leaf_of(light), 0u, package_lightshed_double_ONE);
+    return package_lightshed__1light_tree__1leaf_probability(tree, at, package_memory__1light_tree__2load_leaf_of(light), 0u, package_lightshed_double_ONE);
 }
 
 fn package_lightshed__1light_tree__2light_tree_sample(tree: package_lightshed__1light_tree_LightTree, at: package_lightshed_importance_ShadingPoint, u: vec2u) -> package_lightshed__1light_tree_LightChoice {
@@ -849,7 +569,7 @@ fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
 
 fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
     let route = package_lightshed_alias__1alias_route(length, u);
-    let entry = package_host__2load_alias_entry(table, route.x);
+    let entry = package_memory_scene__2load_alias_entry(table, route.x);
     return select(entry.alias_index, route.x, route.y < entry.threshold);
 }
 
@@ -911,8 +631,8 @@ fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component)
 }
 
 fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
-    var component = package_host__1load_component(rows.x + i);
-    if package_host__1has_textures() && component.texture != 0u {
+    var component = package_memory_scene__1load_component(rows.x + i);
+    if package_memory_scene__1has_textures() && component.texture != 0u {
         component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
         if rows.y > 1u {
             component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
@@ -922,7 +642,7 @@ fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_Ma
 }
 
 fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -1003,7 +723,7 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1first_color(material: package_lightshed_material_MaterialAt) -> vec3f {
-    return package_lightshed_bsdf__1component_at(material, package_host__1load_material(material.index), 0u).color;
+    return package_lightshed_bsdf__1component_at(material, package_memory_scene__1load_material(material.index), 0u).color;
 }
 
 fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
@@ -1011,11 +731,11 @@ fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component
 }
 
 fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+    return package_memory_scene__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
 }
 
 fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+    return package_memory_scene__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
 }
 
 fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
@@ -1053,7 +773,7 @@ fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
 
 fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
     let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u, 1.0);
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -1175,7 +895,7 @@ fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     var total = 0.0;
     for (var i = 0u; i < rows.y; i++) {
         let component = package_lightshed_bsdf__1component_at(material, rows, i);
@@ -1187,9 +907,9 @@ fn package_lightshed_bsdf__1total_importance(material: package_lightshed_materia
 }
 
 fn package_lightshed_bsdf__2has_non_delta(material: package_lightshed_material_MaterialAt) -> bool {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     for (var i = 0u; i < rows.y; i++) {
-        if !package_lightshed_bsdf__1is_delta(package_host__1load_component(rows.x + i)) {
+        if !package_lightshed_bsdf__1is_delta(package_memory_scene__1load_component(rows.x + i)) {
             return true;
         }
     }
@@ -1197,8 +917,8 @@ fn package_lightshed_bsdf__2has_non_delta(material: package_lightshed_material_M
 }
 
 fn package_lightshed_bsdf__2is_diffuse_alone(material: package_lightshed_material_MaterialAt) -> bool {
-    let rows = package_host__1load_material(material.index);
-    return rows.y == 1u && package_host__1load_component(rows.x).kind == package_lightshed_bsdf_DIFFUSE;
+    let rows = package_memory_scene__1load_material(material.index);
+    return rows.y == 1u && package_memory_scene__1load_component(rows.x).kind == package_lightshed_bsdf_DIFFUSE;
 }
 
 fn package_lightshed_bsdf_mirrored(v: vec3f, mirror: f32) -> vec3f {
@@ -1259,8 +979,8 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
     let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
-    let low = package_host__1load_coat(place);
-    return clamp(low + (package_host__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+    let low = package_memory_scene__1load_coat(place);
+    return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
 struct package_lightshed_cwbvh_BoxRay {
@@ -1369,17 +1089,17 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, o
                 stack[depth] = group;
                 depth++;
             }
-            let node = package_host__2load_cwbvh_node(index);
+            let node = package_memory_scene__2load_cwbvh_node(index);
             let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
             var primitives = hits & 16777215u;
             while (primitives != 0u) {
                 let offset = firstTrailingBit(primitives);
                 primitives &= primitives - 1u;
-                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
-                if opaque && package_host__1lets_pass(primitive) {
+                let primitive = package_memory_scene__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_memory_scene__1lets_pass(primitive) {
                     continue;
                 }
-                let corners = package_host__2load_triangle_corners(primitive);
+                let corners = package_memory_scene__2load_triangle_corners(primitive);
                 let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
                 if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
                     best = hit;
@@ -1735,7 +1455,7 @@ fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter
 }
 
 fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
-    let about = package_host__1emitter_groups();
+    let about = package_memory_scene__1emitter_groups();
     let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
     let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
     let middle = high.x + low.y;
@@ -1743,7 +1463,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     if about.finite > 0u && group == 0u {
         return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
     }
-    if package_host__2has_delta_emitters() {
+    if package_memory_scene__2has_delta_emitters() {
         let direction = group - select(0u, 1u, about.finite > 0u);
         if direction < about.directions {
             return about.first_direction + direction;
@@ -1757,11 +1477,11 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
 }
 
 fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
@@ -1773,21 +1493,21 @@ fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_Surfa
 }
 
 fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
     return package_lightshed_emitter__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
-    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_memory_scene__1emitter_groups().groups));
 }
 
 fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_radiance(direction);
     }
-    return package_host__1emitter_groups().surroundings;
+    return package_memory_scene__1emitter_groups().surroundings;
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -2008,7 +1728,7 @@ fn package_lightshed_importance__1load_pair(block: u32, lane: u32) -> package_li
 
 fn package_lightshed_importance__1load_rows(block: u32, half: u32) -> package_lightshed_importance_Rows {
     let place = 16u * block + half;
-    return package_lightshed_importance_Rows(bitcast<vec4f>(package_host__2load_light_row(place)), bitcast<vec4f>(package_host__2load_light_row(place + 2u)), bitcast<vec4f>(package_host__2load_light_row(place + 4u)), bitcast<vec4f>(package_host__2load_light_row(place + 6u)), bitcast<vec4f>(package_host__2load_light_row(place + 8u)), bitcast<vec4f>(package_host__2load_light_row(place + 10u)), bitcast<vec4f>(package_host__2load_light_row(place + 12u)), package_host__2load_light_row(place + 14u));
+    return package_lightshed_importance_Rows(bitcast<vec4f>(package_memory__1light_tree__2load_light_row(place)), bitcast<vec4f>(package_memory__1light_tree__2load_light_row(place + 2u)), bitcast<vec4f>(package_memory__1light_tree__2load_light_row(place + 4u)), bitcast<vec4f>(package_memory__1light_tree__2load_light_row(place + 6u)), bitcast<vec4f>(package_memory__1light_tree__2load_light_row(place + 8u)), bitcast<vec4f>(package_memory__1light_tree__2load_light_row(place + 10u)), bitcast<vec4f>(package_memory__1light_tree__2load_light_row(place + 12u)), package_memory__1light_tree__2load_light_row(place + 14u));
 }
 
 fn package_lightshed_importance__1no_rows() -> package_lightshed_importance_Rows {
@@ -2181,6 +1901,118 @@ fn package_lightshed_importance_plus(a: package_lightshed_importance_Eight, b: p
 struct package_lightshed_material_MaterialAt {
     index: u32,
     uv: vec2f
+}
+
+struct package_lightshed_merge_MergeImage {
+    p_hat: f32,
+    jacobian: f32
+}
+
+struct package_lightshed_merge_MergeInput {
+    confidence: f32,
+    weight: f32,
+    p_hat: f32
+}
+
+struct package_lightshed_merge_Merged {
+    weight: f32,
+    confidence: f32
+}
+
+struct package_lightshed_merge_Merging {
+    selection: package_lightshed_reservoir_Selection,
+    p_hat: f32
+}
+
+const package_lightshed_merge__1NO_CAP: f32 = 3.4028235e38;
+
+fn package_lightshed_merge__1is_defined(image: package_lightshed_merge_MergeImage) -> bool {
+    return image.jacobian > 0.0 && image.p_hat > 0.0;
+}
+
+fn package_lightshed_merge__1merge_balance(count: u32, cap: f32) -> package_lightshed_merge_Merged {
+    var merging = package_lightshed_merge__1nothing_merged();
+    var confidence = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let input = package_reuse__1merge_input(i);
+        confidence += input.confidence;
+        if !(input.weight > 0.0 && input.confidence > 0.0) {
+            continue;
+        }
+        var image = package_lightshed_merge_MergeImage(input.p_hat, 1.0);
+        var own = input.p_hat;
+        var total = 0.0;
+        for (var j = 0u; j < count; j++) {
+            var density = own;
+            if j != i {
+                let there = package_reuse__1merge_shift(i, j);
+                density = there.p_hat * there.jacobian;
+                if j == 0u {
+                    image = there;
+                    if !package_lightshed_merge__1is_defined(image) {
+                        break;
+                    }
+                    own = input.p_hat / image.jacobian;
+                    density = image.p_hat;
+                }
+            }
+            total += package_reuse__1merge_input(j).confidence * density;
+        }
+        if package_lightshed_merge__1is_defined(image) {
+            merging = package_lightshed_merge__1merged_with(merging, i, package_lightshed_mis__1balance_weight(input.confidence, own, total), input.weight, image);
+        }
+    }
+    return package_lightshed_merge__1merge_finished(merging, confidence, cap);
+}
+
+fn package_lightshed_merge__1merge_finished(merging: package_lightshed_merge_Merging, confidence: f32, cap: f32) -> package_lightshed_merge_Merged {
+    return package_lightshed_merge_Merged(package_lightshed_reservoir__1contribution_weight(merging.selection, merging.p_hat), min(confidence, cap));
+}
+
+fn package_lightshed_merge__1merge_pairwise(count: u32, cap: f32) -> package_lightshed_merge_Merged {
+    let canonical = package_reuse__1merge_input(0u);
+    var neighbours = 0.0;
+    for (var i = 1u; i < count; i++) {
+        neighbours += package_reuse__1merge_input(i).confidence;
+    }
+    let pairwise = package_lightshed_mis__1pairwise_defensive(canonical.confidence, neighbours);
+    var merging = package_lightshed_merge__1nothing_merged();
+    var kept = 0.0;
+    for (var k = 2u; k < 2u * count; k++) {
+        let i = k / 2u;
+        let outward = k % 2u == 0u;
+        let input = package_reuse__1merge_input(i);
+        var image = package_lightshed_merge_MergeImage(0.0, 0.0);
+        if select(input.weight, canonical.weight, outward) > 0.0 && input.confidence > 0.0 {
+            image = package_reuse__1merge_shift(select(i, 0u, outward), select(0u, i, outward));
+        }
+        if outward {
+            kept += package_lightshed_mis__1pairwise_kept(pairwise, input.confidence, canonical.p_hat, image.p_hat * image.jacobian);
+        }
+        else if package_lightshed_merge__1is_defined(image) {
+            let m = package_lightshed_mis__1pairwise_neighbour(pairwise, input.confidence, image.p_hat, input.p_hat / image.jacobian);
+            merging = package_lightshed_merge__1merged_with(merging, i, m, input.weight, image);
+        }
+    }
+    if canonical.weight > 0.0 {
+        let m = package_lightshed_mis__1pairwise_canonical(pairwise, canonical.confidence, kept);
+        merging = package_lightshed_merge__1merged_with(merging, 0u, m, canonical.weight, package_lightshed_merge_MergeImage(canonical.p_hat, 1.0));
+    }
+    return package_lightshed_merge__1merge_finished(merging, canonical.confidence + neighbours, cap);
+}
+
+fn package_lightshed_merge__1merged_with(so_far: package_lightshed_merge_Merging, i: u32, m: f32, weight: f32, image: package_lightshed_merge_MergeImage) -> package_lightshed_merge_Merging {
+    package_reuse__1merge_visit(i, m * weight * image.jacobian);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, i, m * image.p_hat * weight * image.jacobian, package_reuse__1merge_number(i));
+    if !offered.accepted {
+        return package_lightshed_merge_Merging(offered.selection, so_far.p_hat);
+    }
+    package_reuse__1merge_keep(i);
+    return package_lightshed_merge_Merging(offered.selection, image.p_hat);
+}
+
+fn package_lightshed_merge__1nothing_merged() -> package_lightshed_merge_Merging {
+    return package_lightshed_merge_Merging(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 0.0);
 }
 
 struct package_lightshed_mis_Pairwise {
@@ -2359,7 +2191,7 @@ fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
 }
 
 fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
-    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+    return package_memory_scene__2load_sky_word(cells.y + cells.x * cells.y + row);
 }
 
 fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
@@ -2367,11 +2199,11 @@ fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package
     var size = last + 1u;
     while (size > 1u) {
         let half = size / 2u;
-        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        base = select(base, base + half, package_memory_scene__2load_sky_word(first + base + half) <= word);
         size -= half;
     }
     let words = package_lightshed_sky_owned(first, last, base);
-    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_memory_scene__2load_sky_word(first + base)), 0.0, words));
 }
 
 fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
@@ -2399,7 +2231,7 @@ fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_word
 }
 
 fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let uv = package_lightshed_sky__1sky_coordinates(image, direction);
     let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
@@ -2409,12 +2241,12 @@ fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
 }
 
 fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
 }
 
 fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
     let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
@@ -2434,7 +2266,7 @@ fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySamp
 fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
     let cells = package_lightshed_sky__1sky_cells(image);
     let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
-    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+    return vec3f(bitcast<f32>(package_memory_scene__2load_sky_word(start)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 1u)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 2u)));
 }
 
 const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
@@ -2457,11 +2289,11 @@ fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
     if index > last {
         return 0.0;
     }
-    let start = package_host__2load_sky_word(first + index);
+    let start = package_memory_scene__2load_sky_word(first + index);
     if index == last {
         return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
     }
-    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+    return f32(package_memory_scene__2load_sky_word(first + index + 1u) - start);
 }
 
 struct package_lightshed_surface_CornerNormals {
@@ -2527,12 +2359,12 @@ fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface
     let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
     var shading_normal = normal;
     if triangle.normals != package_lightshed_ray_NOTHING {
-        let normals = package_host__2load_corner_normals(triangle.normals);
+        let normals = package_memory_scene__2load_corner_normals(triangle.normals);
         shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
     }
     var uv = vec2f(v, w);
-    if package_host__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
-        let uvs = package_host__2load_corner_uvs(triangle.uvs);
+    if package_memory_scene__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_memory_scene__2load_corner_uvs(triangle.uvs);
         uv = uvs.a * u + uvs.b * v + uvs.c * w;
     }
     return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
@@ -2574,11 +2406,11 @@ const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
-    return bitcast<f32>(package_host__2load_texel_word(word));
+    return bitcast<f32>(package_memory_scene__2load_texel_word(word));
 }
 
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
-    let texture = package_host__1load_texture(index);
+    let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
     let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
     var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
@@ -2633,7 +2465,7 @@ fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x
         let word = texture.first + 3u * place;
         return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
     }
-    let codes = package_host__2load_texel_word(texture.first + place);
+    let codes = package_memory_scene__2load_texel_word(texture.first + place);
     return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
 }
 
@@ -2884,10 +2716,339 @@ fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
     return select(shifted, vec2u(shifted.y, 0u), by > 31u);
 }
 
+@group(1) @binding(7)
+var<storage, read> package_memory__1light_tree__1leaf_of: array<u32>;
+
+@group(1) @binding(6)
+var<storage, read> package_memory__1light_tree__1light_at: array<u32>;
+
+@group(1) @binding(5)
+var<storage, read> package_memory__1light_tree__1light_levels: array<u32>;
+
+@group(1) @binding(4)
+var<storage, read> package_memory__1light_tree__1light_rows: array<vec4u>;
+
+fn package_memory__1light_tree__2load_leaf_of(light: u32) -> u32 {
+    return package_memory__1light_tree__1leaf_of[light];
+}
+
+fn package_memory__1light_tree__2load_light_at(leaf: u32) -> u32 {
+    return package_memory__1light_tree__1light_at[leaf];
+}
+
+fn package_memory__1light_tree__2load_light_level(level: u32) -> u32 {
+    return package_memory__1light_tree__1light_levels[level];
+}
+
+fn package_memory__1light_tree__2load_light_row(place: u32) -> vec4u {
+    return package_memory__1light_tree__1light_rows[place];
+}
+
+const package_memory_pixels_GROUP: u32 = 64u;
+
+fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
+    return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
+}
+
+fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
+    return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
+}
+
+fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
+    let width = package_memory_scene_settings.camera.size.x;
+    return vec2u(pixel % width, pixel / width);
+}
+
+fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
+    var u_lens = vec2f(0.5);
+    if package_memory_scene_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
+}
+
+fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
+    return (place.y << 16u) | place.x;
+}
+
+fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
+}
+
+fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
+    let size = package_memory_scene_settings.camera.size;
+    let place = floor(vec2f(package_memory_pixels__1pixel_place(pixel)) + 0.5 + offset);
+    if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
+        return package_lightshed_ray_NOTHING;
+    }
+    return u32(place.y) * size.x + u32(place.x);
+}
+
+struct package_memory_scene_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    sky: package_lightshed_sky_Sky
+}
+
+override package_memory_scene__1HAS_DIELECTRICS: bool = true;
+
+override package_memory_scene__1HAS_EMITTERS: bool = true;
+
+override package_memory_scene__1HAS_PLASTICS: bool = true;
+
+override package_memory_scene__1HAS_SKY: bool = true;
+
+override package_memory_scene__1HAS_SURROUNDINGS: bool = true;
+
+override package_memory_scene__1HAS_TEXTURES: bool = true;
+
+fn package_memory_scene__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_memory_scene_settings.surroundings, package_memory_scene_settings.groups, package_memory_scene_settings.emitters, package_memory_scene_settings.finite_emitters, package_memory_scene_settings.first_direction, package_memory_scene_settings.directions);
+}
+
+fn package_memory_scene__1has_dielectrics() -> bool {
+    return package_memory_scene__1HAS_DIELECTRICS;
+}
+
+fn package_memory_scene__1has_plastics() -> bool {
+    return package_memory_scene__1HAS_PLASTICS;
+}
+
+fn package_memory_scene__1has_sky() -> bool {
+    return package_memory_scene__1HAS_SKY;
+}
+
+fn package_memory_scene__1has_textures() -> bool {
+    return package_memory_scene__1HAS_TEXTURES;
+}
+
+fn package_memory_scene__1lets_pass(primitive: u32) -> bool {
+    return package_memory_scene_materials[package_memory_scene_triangles[primitive].material].y == 0u;
+}
+
+fn package_memory_scene__1load_coat(place: u32) -> f32 {
+    return package_memory_scene__2number_in_tables(package_memory_scene_settings.coat_words + place);
+}
+
+fn package_memory_scene__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_memory_scene_components[row];
+}
+
+fn package_memory_scene__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_memory_scene_emitters[index];
+}
+
+fn package_memory_scene__1load_material(index: u32) -> vec2u {
+    return package_memory_scene_materials[index];
+}
+
+fn package_memory_scene__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_memory_scene_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u), vec2u(package_memory_scene_tables[word + 6u], package_memory_scene_tables[word + 7u]), vec3f(package_memory_scene__2pair_in_tables(word + 8u), package_memory_scene__2number_in_tables(word + 10u)), package_memory_scene_tables[word + 11u], package_memory_scene_tables[word + 12u], package_memory_scene_tables[word + 13u], package_memory_scene_tables[word + 14u], 0u);
+}
+
+fn package_memory_scene__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_memory_scene_triangles[index];
+}
+
+override package_memory_scene__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_memory_scene__2has_delta_emitters() -> bool {
+    return package_memory_scene__2HAS_DELTA_EMITTERS;
+}
+
+fn package_memory_scene__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_memory_scene_tables[2u * index], package_memory_scene_tables[2u * index + 1u]);
+}
+
+fn package_memory_scene__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_memory_scene_normals[3u * index].xyz, package_memory_scene_normals[3u * index + 1u].xyz, package_memory_scene_normals[3u * index + 2u].xyz);
+}
+
+fn package_memory_scene__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_memory_scene_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u));
+}
+
+fn package_memory_scene__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_memory_scene_nodes[index];
+}
+
+fn package_memory_scene__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_memory_scene_slots[slot];
+}
+
+fn package_memory_scene__2load_sky_word(index: u32) -> u32 {
+    return package_memory_scene_tables[package_memory_scene_settings.sky_words + index];
+}
+
+fn package_memory_scene__2load_texel_word(index: u32) -> u32 {
+    return package_memory_scene_tables[index];
+}
+
+fn package_memory_scene__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_memory_scene_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_memory_scene__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene_tables[word]);
+}
+
+fn package_memory_scene__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_memory_scene__2number_in_tables(word), package_memory_scene__2number_in_tables(word + 1u));
+}
+
+@group(0) @binding(5)
+var<storage, read> package_memory_scene_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(6)
+var<storage, read> package_memory_scene_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(4)
+var<storage, read> package_memory_scene_materials: array<vec2u>;
+
+@group(0) @binding(0)
+var<storage, read> package_memory_scene_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(3)
+var<storage, read> package_memory_scene_normals: array<vec4f>;
+
+@group(2) @binding(0)
+var<storage, read> package_memory_scene_settings: package_memory_scene_Settings;
+
+fn package_memory_scene_sky() -> package_lightshed_sky_Sky {
+    return package_memory_scene_settings.sky;
+}
+
+@group(0) @binding(1)
+var<storage, read> package_memory_scene_slots: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read> package_memory_scene_tables: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+struct package_primaries_Primary {
+    hit: package_lightshed_ray_Hit,
+    direction: vec3f,
+    padding: u32
+}
+
+@group(2) @binding(2)
+var<storage, read> package_primaries_before: array<package_primaries_Primary>;
+
+@group(2) @binding(1)
+var<storage, read_write> package_primaries_primaries: array<package_primaries_Primary>;
+
+const package_reuse_SPATIAL: u32 = 16384u;
+
+const package_reuse_TEMPORAL: u32 = 12288u;
+
+fn package_reuse__1held_by(i: u32) -> package__1restir_di_light_Light {
+    let pixel = package_inputs_inputs.pixels[i];
+    if !package_inputs_inputs.temporal {
+        return package__1restir_di_light_given[pixel];
+    }
+    if i == 0u {
+        return package__1restir_di_light_made[pixel];
+    }
+    var light = package__1restir_di_light_given[pixel];
+    light.confidence = min(light.confidence, package__1restir_di_light_frame.confidence_cap);
+    return light;
+}
+
+fn package_reuse__1merge_input(i: u32) -> package_lightshed_merge_MergeInput {
+    let light = package_reuse__1held_by(i);
+    return package_lightshed_merge_MergeInput(light.confidence, light.weight, package__1restir_di_light_luminance(light.value));
+}
+
+fn package_reuse__1merge_keep(i: u32) {
+    package_reuse_kept = package_reuse_arrived(i);
+}
+
+fn package_reuse__1merge_number(i: u32) -> f32 {
+    return package_inputs_decision(i, package__1restir_di_light_frame.number, select(package_reuse_SPATIAL, package_reuse_TEMPORAL, package_inputs_inputs.temporal));
+}
+
+fn package_reuse__1merge_shift(i: u32, j: u32) -> package_lightshed_merge_MergeImage {
+    var light = package_reuse__1held_by(i);
+    let value = package__1restir_di_target__1visible_value(package_reuse__1seen_of(j), light);
+    if j == 0u {
+        light.value = value;
+        package_reuse_carried = light;
+    }
+    return package_lightshed_merge_MergeImage(package__1restir_di_light_luminance(value), 1.0);
+}
+
+fn package_reuse__1merge_visit(i: u32, weight: f32) {
+    package_reuse_gathered += package_reuse_arrived(i).value * weight;
+}
+
+fn package_reuse__1merged_light(merged: package_lightshed_merge_Merged) -> package__1restir_di_light_Light {
+    if merged.weight == 0.0 {
+        return package__1restir_di_light__1no_light(merged.confidence);
+    }
+    var light = package_reuse_kept;
+    light.weight = merged.weight;
+    light.confidence = merged.confidence;
+    return light;
+}
+
+fn package_reuse__1seen_of(j: u32) -> package__1restir_di_target_Seen {
+    let pixel = package_inputs_inputs.pixels[j];
+    if package_inputs_inputs.temporal && j == 1u {
+        return package__1restir_di_target__1seen_by(package_primaries_before[pixel]);
+    }
+    return package__1restir_di_target__1seen_by(package_primaries_primaries[pixel]);
+}
+
+fn package_reuse_admits(pixel: u32, other: u32) -> bool {
+    let there = package_primaries_primaries[other];
+    return there.hit.primitive != package_lightshed_ray_NOTHING && package__1restir_di_light_given[other].confidence > 0.0 && package__1restir_di_target_resembles(package__1restir_di_target__1seen_by(package_primaries_primaries[pixel]), package__1restir_di_target__1seen_by(there));
+}
+
+fn package_reuse_arrived(i: u32) -> package__1restir_di_light_Light {
+    if i == 0u {
+        return package_reuse__1held_by(0u);
+    }
+    return package_reuse_carried;
+}
+
+var<private> package_reuse_carried: package__1restir_di_light_Light;
+
+var<private> package_reuse_gathered: vec3f;
+
+var<private> package_reuse_kept: package__1restir_di_light_Light;
+
 const package_selected__1INVERSE_PI: f32 = 0.31830987;
 
 fn package_selected__1area_of(emitter: package_lightshed_emitter_Emitter) -> f32 {
     return 0.5 * package_lightshed_vector_length3(package_lightshed_vector_cross3(emitter.edge0, emitter.edge1));
+}
+
+fn package_selected__1seen_emission(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(direction, point.geometric_normal) < 0.0 {
+        return package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(point.emitter));
+    }
+    return vec3f(0.0);
 }
 
 fn package_selected__1shading_point(point: package_lightshed_surface_SurfacePoint, wo: vec3f) -> package_lightshed_importance_ShadingPoint {

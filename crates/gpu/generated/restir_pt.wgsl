@@ -1,12 +1,145 @@
 // Linked from restir_pt.wesl.
 
-struct Primary {
-    hit: package_lightshed_ray_Hit,
-    direction: vec3f,
-    padding: u32
+const CAMERA: u32 = 0u;
+
+@compute @workgroup_size(64)
+fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    let ray = package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package__1restir_pt_domain_block(pixel, CAMERA));
+    let hit = package_lightshed_cwbvh_intersect(ray);
+    package_primaries_primaries[pixel] = package_primaries_Primary(hit, ray.direction, 0u);
+    var seen: vec3f;
+    if hit.primitive == package_lightshed_ray_NOTHING {
+        seen = package_lightshed_emitter__1surroundings_radiance(ray.direction);
+    }
+    else {
+        seen = package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric), ray.direction);
+    }
+    if package_memory_scene_settings.max_depth == 0u {
+        seen = vec3f(0.0);
+    }
+    package__1restir_pt_domain_image[pixel] = vec4f(seen, 0.0);
 }
 
-struct Frame {
+@compute @workgroup_size(64)
+fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel < package_memory_scene_settings.pixels {
+        package__1restir_pt_domain_made[pixel] = package__1restir_pt_candidates__1candidate_of(pixel);
+    }
+}
+
+@compute @workgroup_size(64)
+fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    let here = package_primaries_primaries[pixel];
+    let there = package_primaries_before[pixel];
+    if here.hit.primitive == package_lightshed_ray_NOTHING || there.hit.primitive == package_lightshed_ray_NOTHING || !package__1restir_pt_domain_resembles(here, there) {
+        return;
+    }
+    package_inputs__1with_past(pixel);
+    package__1restir_pt_domain_made[pixel] = package_reuse__1merged_path(package_lightshed_merge__1merge_balance(package_inputs_inputs.count, package__1restir_pt_domain_frame.confidence_cap));
+}
+
+@compute @workgroup_size(64)
+fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    package__1restir_pt_domain_made[pixel] = package__1restir_pt_domain_given[pixel];
+    if package_primaries_primaries[pixel].hit.primitive == package_lightshed_ray_NOTHING {
+        return;
+    }
+    package_inputs__1with_neighbours(pixel, package__1restir_pt_domain_frame.neighbours, package__1restir_pt_domain_frame.radius, package__1restir_pt_domain_frame.number, package_reuse__1spatial_blocks());
+    package__1restir_pt_domain_made[pixel] = package_reuse__1merged_path(package_lightshed_merge__1merge_pairwise(package_inputs_inputs.count, package__1restir_pt_domain_frame.confidence_cap));
+    if package__1restir_pt_domain_frame.shades != 0u {
+        package__1restir_pt_domain_image[pixel] += vec4f(package_reuse_gathered, 0.0);
+    }
+}
+
+const package__1restir_pt_candidates_CHOICES: u32 = 2097152u;
+
+struct package__1restir_pt_candidates_Gathered {
+    selection: package_lightshed_reservoir_Selection,
+    sample: package_lightshed__1path_sample_PathSample,
+    offered: u32,
+    at_home: vec3f
+}
+
+const package__1restir_pt_candidates_SEEDS: u32 = 1048576u;
+
+fn package__1restir_pt_candidates__1candidate_of(pixel: u32) -> package_lightshed__1path_sample_PathReservoir {
+    let seen = package_primaries_primaries[pixel];
+    if seen.hit.primitive == package_lightshed_ray_NOTHING || !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS) {
+        return package_lightshed__1path_sample__1empty_reservoir(0.0);
+    }
+    let domain = package__1restir_pt_domain__1domain_of(seen);
+    let share = 1.0 / f32(package__1restir_pt_domain_frame.candidates);
+    var gathered = package__1restir_pt_candidates_Gathered(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), package_lightshed__1path_sample_PathSample(), 0u, vec3f(0.0));
+    for (var tree = 0u; tree < package__1restir_pt_domain_frame.candidates; tree++) {
+        var walk = package_lightshed__1path_walk__1walk_from(domain.first, domain.wo, package__1restir_pt_domain_block(pixel, package__1restir_pt_candidates_SEEDS + tree).xy);
+        var vertex = domain.first;
+        while (walk.index < package_memory_scene_settings.max_depth) {
+            let light = package_lightshed__1path_walk__2walk_to_emitter(walk, package__1restir_pt_domain_frame.rules, vertex);
+            if light.some && !package_lightshed_cwbvh_occluded(light.ray) {
+                gathered = package__1restir_pt_candidates__1gathered_with(gathered, light, share * walk.weight, pixel);
+            }
+            let numbers = package_lightshed__1path_numbers__1scatter_numbers(walk.seed, walk.index);
+            let onward = package_lightshed__1path_walk__1walk_onward(walk, package__1restir_pt_domain_frame.rules, vertex, numbers, package_memory_scene_settings.roulette_depth);
+            if !onward.some {
+                break;
+            }
+            let hit = package_lightshed_cwbvh_intersect(onward.ray);
+            let lost = hit.primitive == package_lightshed_ray_NOTHING;
+            if lost && !package_memory_scene__1HAS_SURROUNDINGS {
+                break;
+            }
+            if !lost {
+                vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
+            }
+            let arrival = package_lightshed__1path_walk__1walk_arrive(onward.walk, package__1restir_pt_domain_frame.rules, lost, vertex);
+            walk = arrival.walk;
+            if arrival.candidate.some {
+                gathered = package__1restir_pt_candidates__1gathered_with(gathered, arrival.candidate, share * walk.weight, pixel);
+            }
+            if lost {
+                break;
+            }
+        }
+    }
+    package__1restir_pt_domain_image[pixel] += vec4f(gathered.at_home, 0.0);
+    let weight = package_lightshed_reservoir__1contribution_weight(gathered.selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(gathered.sample)));
+    if weight > 0.0 {
+        return package_lightshed__1path_sample__1pack_reservoir(gathered.sample, weight, 1.0);
+    }
+    return package_lightshed__1path_sample__1empty_reservoir(1.0);
+}
+
+fn package__1restir_pt_candidates__1gathered_with(so_far: package__1restir_pt_candidates_Gathered, found: package_lightshed__1path_walk_PathCandidate, weight: f32, pixel: u32) -> package__1restir_pt_candidates_Gathered {
+    var next = so_far;
+    let contribution = package_lightshed__1path_sample__1contribution_of(found.sample);
+    if !package_lightshed_connectability_replays(package__1restir_pt_domain_frame.rules) && package_lightshed__1path_sample__1unpack_shape(found.sample.shape).anchor == package_lightshed__1path_sample__1ANCHOR_NONE {
+        next.at_home += contribution * weight;
+        return next;
+    }
+    let u = package_lightshed_uniform__2f32_from_u32(package__1restir_pt_domain_block(pixel, package__1restir_pt_candidates_CHOICES + so_far.offered).x);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed__1path_sample__1path_target(contribution) * weight, u);
+    next.selection = offered.selection;
+    next.offered++;
+    if offered.accepted {
+        next.sample = found.sample;
+    }
+    return next;
+}
+
+struct package__1restir_pt_domain_Frame {
     rules: package_lightshed_connectability_Connectability,
     number: u32,
     candidates: u32,
@@ -18,506 +151,85 @@ struct Frame {
     padding: u32
 }
 
-@group(0) @binding(10)
-var<storage, read_write> primaries: array<Primary>;
-
-@group(0) @binding(11)
-var<storage, read> before: array<Primary>;
-
-@group(0) @binding(12)
-var<storage, read_write> given: array<package_lightshed__1path_sample_PathReservoir>;
-
-@group(0) @binding(13)
-var<storage, read_write> made: array<package_lightshed__1path_sample_PathReservoir>;
-
-@group(0) @binding(14)
-var<storage, read_write> image: array<vec4f>;
-
-@group(0) @binding(15)
-var<storage, read> frame: Frame;
-
-override HAS_SURROUNDINGS: bool = true;
-
-override HAS_EMITTERS: bool = true;
-
-const CAMERA: u32 = 0u;
-
-const TEMPORAL: u32 = 4096u;
-
-const SPATIAL: u32 = 8192u;
-
-const SEEDS: u32 = 1048576u;
-
-const CHOICES: u32 = 2097152u;
-
-const MOST: u32 = 8u;
-
-const LEAST_COS_NORMALS: f32 = 0.5;
-
-fn block(pixel: u32, index: u32) -> vec4u {
-    let width = package_host_settings.camera.size.x;
-    return package_lightshed_rng__1random_block(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), frame.number, index);
-}
-
-fn domain_of(primary: Primary) -> package_lightshed__1path_shift_PathDomain {
+fn package__1restir_pt_domain__1domain_of(primary: package_primaries_Primary) -> package_lightshed__1path_shift_PathDomain {
     let first = package_lightshed__1path_vertex__1vertex_at(primary.hit.primitive, primary.hit.barycentric);
-    return package_lightshed__1path_shift_PathDomain(first, -primary.direction, package_host_settings.max_depth, frame.rules);
+    return package_lightshed__1path_shift_PathDomain(first, -primary.direction, package_memory_scene_settings.max_depth, package__1restir_pt_domain_frame.rules);
 }
 
-fn resembles(a: Primary, b: Primary) -> bool {
-    let normal_a = load_normal(a.hit.primitive);
-    return abs(package_lightshed_vector_dot3(normal_a, load_normal(b.hit.primitive))) >= LEAST_COS_NORMALS;
-}
-
-fn load_normal(primitive: u32) -> vec3f {
-    let triangle = package_host__1load_triangle(primitive);
+fn package__1restir_pt_domain__1load_normal(primitive: u32) -> vec3f {
+    let triangle = package_memory_scene__1load_triangle(primitive);
     return vec3f(triangle.normal_x, triangle.normal_yz);
 }
 
-@compute @workgroup_size(64)
-fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let width = package_host_settings.camera.size.x;
-    let ray = package_host__1pixel_ray(vec2u(pixel % width, pixel / width), block(pixel, CAMERA));
-    let hit = package_lightshed_cwbvh_intersect(ray);
-    primaries[pixel] = Primary(hit, ray.direction, 0u);
-    var seen: vec3f;
-    if hit.primitive == package_lightshed_ray_NOTHING {
-        seen = package_lightshed_emitter__1surroundings_radiance(ray.direction);
-    }
-    else {
-        seen = package_lightshed__1path_vertex_emitted(package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric), ray.direction);
-    }
-    if package_host_settings.max_depth == 0u {
-        seen = vec3f(0.0);
-    }
-    image[pixel] = vec4f(seen, 0.0);
+const package__1restir_pt_domain__2LEAST_COS_NORMALS: f32 = 0.5;
+
+fn package__1restir_pt_domain_block(pixel: u32, index: u32) -> vec4u {
+    return package_memory_pixels__1pixel_block(pixel, package__1restir_pt_domain_frame.number, index);
 }
 
-struct Gathered {
-    selection: package_lightshed_reservoir_Selection,
-    sample: package_lightshed__1path_sample_PathSample,
-    offered: u32,
-    at_home: vec3f
+@group(2) @binding(6)
+var<storage, read> package__1restir_pt_domain_frame: package__1restir_pt_domain_Frame;
+
+@group(2) @binding(3)
+var<storage, read_write> package__1restir_pt_domain_given: array<package_lightshed__1path_sample_PathReservoir>;
+
+@group(2) @binding(5)
+var<storage, read_write> package__1restir_pt_domain_image: array<vec4f>;
+
+@group(2) @binding(4)
+var<storage, read_write> package__1restir_pt_domain_made: array<package_lightshed__1path_sample_PathReservoir>;
+
+fn package__1restir_pt_domain_resembles(a: package_primaries_Primary, b: package_primaries_Primary) -> bool {
+    let normal_a = package__1restir_pt_domain__1load_normal(a.hit.primitive);
+    return abs(package_lightshed_vector_dot3(normal_a, package__1restir_pt_domain__1load_normal(b.hit.primitive))) >= package__1restir_pt_domain__2LEAST_COS_NORMALS;
 }
 
-fn gathered_with(so_far: Gathered, found: package_lightshed__1path_walk_PathCandidate, weight: f32, pixel: u32) -> Gathered {
-    var next = so_far;
-    let contribution = package_lightshed__1path_sample__1contribution_of(found.sample);
-    if !package_lightshed_connectability_replays(frame.rules) && package_lightshed__1path_sample__1unpack_shape(found.sample.shape).anchor == package_lightshed__1path_sample__1ANCHOR_NONE {
-        next.at_home += contribution * weight;
-        return next;
-    }
-    let u = package_lightshed_uniform__2f32_from_u32(block(pixel, CHOICES + so_far.offered).x);
-    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed__1path_sample__1path_target(contribution) * weight, u);
-    next.selection = offered.selection;
-    next.offered++;
-    if offered.accepted {
-        next.sample = found.sample;
-    }
-    return next;
+struct package_inputs_Inputs {
+    count: u32,
+    temporal: bool,
+    pixels: array<u32, 9>
 }
 
-@compute @workgroup_size(64)
-fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let seen = primaries[pixel];
-    if seen.hit.primitive == package_lightshed_ray_NOTHING || !(HAS_EMITTERS || HAS_SURROUNDINGS) {
-        made[pixel] = package_lightshed__1path_sample__1empty_reservoir(0.0);
-        return;
-    }
-    let domain = domain_of(seen);
-    let share = 1.0 / f32(frame.candidates);
-    var gathered = Gathered(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), package_lightshed__1path_sample_PathSample(), 0u, vec3f(0.0));
-    for (var tree = 0u; tree < frame.candidates; tree++) {
-        var walk = package_lightshed__1path_walk__1walk_from(domain.first, domain.wo, block(pixel, SEEDS + tree).xy);
-        var vertex = domain.first;
-        while (walk.index < package_host_settings.max_depth) {
-            let light = package_lightshed__1path_walk__2walk_to_emitter(walk, frame.rules, vertex);
-            if light.some && !package_lightshed_cwbvh_occluded(light.ray) {
-                gathered = gathered_with(gathered, light, share * walk.weight, pixel);
-            }
-            let numbers = package_lightshed__1path_numbers__1scatter_numbers(walk.seed, walk.index);
-            let onward = package_lightshed__1path_walk__1walk_onward(walk, frame.rules, vertex, numbers, package_host_settings.roulette_depth);
-            if !onward.some {
-                break;
-            }
-            let hit = package_lightshed_cwbvh_intersect(onward.ray);
-            let lost = hit.primitive == package_lightshed_ray_NOTHING;
-            if lost && !HAS_SURROUNDINGS {
-                break;
-            }
-            if !lost {
-                vertex = package_lightshed__1path_vertex__1vertex_at(hit.primitive, hit.barycentric);
-            }
-            let arrival = package_lightshed__1path_walk__1walk_arrive(onward.walk, frame.rules, lost, vertex);
-            walk = arrival.walk;
-            if arrival.candidate.some {
-                gathered = gathered_with(gathered, arrival.candidate, share * walk.weight, pixel);
-            }
-            if lost {
-                break;
-            }
+const package_inputs__1MOST_NEIGHBOURS: u32 = 8u;
+
+fn package_inputs__1add_input(pixel: u32) {
+    package_inputs_inputs.pixels[package_inputs_inputs.count] = pixel;
+    package_inputs_inputs.count++;
+}
+
+fn package_inputs__1with_neighbours(pixel: u32, wanted: u32, radius: f32, sample: u32, first: u32) {
+    package_inputs_alone(pixel);
+    for (var i = 0u; i < min(wanted, package_inputs__1MOST_NEIGHBOURS); i++) {
+        let words = package_memory_pixels__1pixel_block(pixel, sample, first + i);
+        let other = package_memory_pixels__2pixel_at_offset(pixel, package_lightshed_warp__1polar_disk(package_lightshed_uniform__1unit_square(words.xy)) * radius);
+        if other != package_lightshed_ray_NOTHING && other != pixel && package_reuse_admits(pixel, other) {
+            package_inputs__1add_input(other);
         }
     }
-    image[pixel] += vec4f(gathered.at_home, 0.0);
-    let weight = package_lightshed_reservoir__1contribution_weight(gathered.selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(gathered.sample)));
-    if weight > 0.0 {
-        made[pixel] = package_lightshed__1path_sample__1pack_reservoir(gathered.sample, weight, 1.0);
+}
+
+fn package_inputs__1with_past(pixel: u32) {
+    package_inputs_inputs.count = 2u;
+    package_inputs_inputs.temporal = true;
+    package_inputs_inputs.pixels[0] = pixel;
+    package_inputs_inputs.pixels[1] = pixel;
+}
+
+fn package_inputs_alone(pixel: u32) {
+    package_inputs_inputs.count = 1u;
+    package_inputs_inputs.temporal = false;
+    package_inputs_inputs.pixels[0] = pixel;
+}
+
+fn package_inputs_decision(i: u32, sample: u32, first: u32) -> f32 {
+    if package_inputs_inputs.temporal {
+        return package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(package_inputs_inputs.pixels[0], sample, first)[i]);
     }
-    else {
-        made[pixel] = package_lightshed__1path_sample__1empty_reservoir(1.0);
-    }
+    let place = select(package_inputs__1MOST_NEIGHBOURS + i - 1u, 2u * package_inputs__1MOST_NEIGHBOURS, i == 0u);
+    return package_lightshed_uniform__2f32_from_u32(package_memory_pixels__1pixel_block(package_inputs_inputs.pixels[0], sample, first + place).x);
 }
 
-struct Carried {
-    sample: package_lightshed__1path_sample_PathSample,
-    jacobian: f32,
-    target_value: f32
-}
-
-fn carry(x: package_lightshed__1path_sample_PathSample, to: package_lightshed__1path_shift_PathDomain) -> Carried {
-    let image = package_lightshed__1path_shift__1shift_path(x, to);
-    if image.outcome != package_lightshed__1path_shift_DEFINED {
-        return Carried(x, 0.0, 0.0);
-    }
-    var sample = package_lightshed__1path_sample__1with_contribution(x, image.contribution);
-    sample.density = image.density;
-    return Carried(sample, package_lightshed__1path_shift__1path_jacobian(x.density, image.density), package_lightshed__1path_sample__1path_target(image.contribution));
-}
-
-@compute @workgroup_size(64)
-fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let here = primaries[pixel];
-    let there = before[pixel];
-    if here.hit.primitive == package_lightshed_ray_NOTHING || there.hit.primitive == package_lightshed_ray_NOTHING || !resembles(here, there) {
-        return;
-    }
-    let mine = made[pixel];
-    let theirs = given[pixel];
-    let c_mine = package_lightshed__1path_sample__1reservoir_confidence(mine);
-    let c_theirs = package_lightshed__1path_sample__1reservoir_confidence(theirs);
-    let words = block(pixel, TEMPORAL);
-    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var kept = package_lightshed__1path_sample__1unpack_reservoir(mine);
-    for (var i = 0u; i < 2u; i++) {
-        var reservoir = mine;
-        var to = there;
-        if i == 1u {
-            reservoir = theirs;
-            to = here;
-        }
-        if reservoir.weight == 0.0 || package_lightshed__1path_sample__1reservoir_confidence(reservoir) == 0.0 {
-            continue;
-        }
-        let x = package_lightshed__1path_sample__1unpack_reservoir(reservoir);
-        let own = package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(x));
-        let carried = carry(x, domain_of(to));
-        if i == 0u {
-            let q = carried.target_value * carried.jacobian;
-            let m = package_lightshed_mis__1balance_weight(c_mine, own, c_mine * own + c_theirs * q);
-            selection = package_lightshed_reservoir_offer(selection, 1u, m * own * reservoir.weight, package_lightshed_uniform__2f32_from_u32(words.x)).selection;
-        }
-        else if carried.jacobian > 0.0 {
-            let p = carried.target_value;
-            let q = own / carried.jacobian;
-            let m = package_lightshed_mis__1balance_weight(c_theirs, q, c_mine * p + c_theirs * q);
-            let w = m * p * reservoir.weight * carried.jacobian;
-            let offered = package_lightshed_reservoir_offer(selection, 2u, w, package_lightshed_uniform__2f32_from_u32(words.y));
-            selection = offered.selection;
-            if offered.accepted {
-                kept = carried.sample;
-            }
-        }
-    }
-    made[pixel] = finished(selection, kept, min(c_mine + c_theirs, frame.confidence_cap));
-}
-
-fn finished(selection: package_lightshed_reservoir_Selection, kept: package_lightshed__1path_sample_PathSample, confidence: f32) -> package_lightshed__1path_sample_PathReservoir {
-    let weight = package_lightshed_reservoir__1contribution_weight(selection, package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(kept)));
-    if weight > 0.0 {
-        return package_lightshed__1path_sample__1pack_reservoir(kept, weight, confidence);
-    }
-    return package_lightshed__1path_sample__1empty_reservoir(confidence);
-}
-
-@compute @workgroup_size(64)
-fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let mine = given[pixel];
-    let here = primaries[pixel];
-    made[pixel] = mine;
-    if here.hit.primitive == package_lightshed_ray_NOTHING {
-        return;
-    }
-    let size = package_host_settings.camera.size;
-    let corner = vec2f(vec2u(pixel % size.x, pixel / size.x)) + 0.5;
-    let first_block = SPATIAL + 4u * MOST * frame.round;
-    var neighbours: array<u32, 8>;
-    var count = 0u;
-    var c_neighbours = 0.0;
-    for (var i = 0u; i < min(frame.neighbours, MOST); i++) {
-        let words = block(pixel, first_block + i);
-        let place = floor(corner + package_lightshed_warp__1polar_disk(package_lightshed_uniform__1unit_square(words.xy)) * frame.radius);
-        if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
-            continue;
-        }
-        let other = u32(place.y) * size.x + u32(place.x);
-        let seen = primaries[other];
-        if other == pixel || seen.hit.primitive == package_lightshed_ray_NOTHING || !resembles(here, seen) {
-            continue;
-        }
-        neighbours[count] = other;
-        count++;
-        c_neighbours += package_lightshed__1path_sample__1reservoir_confidence(given[other]);
-    }
-    let c_mine = package_lightshed__1path_sample__1reservoir_confidence(mine);
-    let pairwise = package_lightshed_mis__1pairwise_defensive(c_mine, c_neighbours);
-    let own = package_lightshed__1path_sample__1unpack_reservoir(mine);
-    let own_contribution = package_lightshed__1path_sample__1contribution_of(own);
-    let p_own = package_lightshed__1path_sample__1path_target(own_contribution);
-    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var light = vec3f(0.0);
-    var kept = own;
-    var left = 0.0;
-    for (var i = 0u; i < 2u * count; i++) {
-        let other = neighbours[i / 2u];
-        let theirs = given[other];
-        let c_theirs = package_lightshed__1path_sample__1reservoir_confidence(theirs);
-        var reservoir = mine;
-        var to = primaries[other];
-        if i % 2u == 1u {
-            reservoir = theirs;
-            to = here;
-        }
-        var carried = Carried(own, 0.0, 0.0);
-        if reservoir.weight > 0.0 {
-            carried = carry(package_lightshed__1path_sample__1unpack_reservoir(reservoir), domain_of(to));
-        }
-        if i % 2u == 0u {
-            left += package_lightshed_mis__1pairwise_kept(pairwise, c_theirs, p_own, carried.target_value * carried.jacobian);
-        }
-        else if carried.jacobian > 0.0 {
-            let p = carried.target_value;
-            let theirs_target = package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(package_lightshed__1path_sample__1unpack_reservoir(theirs)));
-            let m = package_lightshed_mis__1pairwise_neighbour(pairwise, c_theirs, p, theirs_target / carried.jacobian);
-            let weight = m * reservoir.weight * carried.jacobian;
-            light += package_lightshed__1path_sample__1contribution_of(carried.sample) * weight;
-            let u = package_lightshed_uniform__2f32_from_u32(block(pixel, first_block + MOST + i / 2u).x);
-            let offered = package_lightshed_reservoir_offer(selection, 2u, weight * p, u);
-            selection = offered.selection;
-            if offered.accepted {
-                kept = carried.sample;
-            }
-        }
-    }
-    if mine.weight > 0.0 {
-        let weight = package_lightshed_mis__1pairwise_canonical(pairwise, c_mine, left) * mine.weight;
-        light += own_contribution * weight;
-        let u = package_lightshed_uniform__2f32_from_u32(block(pixel, first_block + MOST + MOST).x);
-        let offered = package_lightshed_reservoir_offer(selection, 1u, weight * p_own, u);
-        selection = offered.selection;
-        if offered.accepted {
-            kept = own;
-        }
-    }
-    if frame.shades != 0u {
-        image[pixel] += vec4f(light, 0.0);
-    }
-    made[pixel] = finished(selection, kept, min(c_mine + c_neighbours, frame.confidence_cap));
-}
-
-const package_host_GROUP: u32 = 64u;
-
-struct package_host_Settings {
-    camera: package_lightshed_camera_Camera,
-    surroundings: vec3f,
-    groups: u32,
-    seed: vec2u,
-    max_depth: u32,
-    roulette_depth: u32,
-    emitters: u32,
-    pixels: u32,
-    sky_words: u32,
-    finite_emitters: u32,
-    first_direction: u32,
-    directions: u32,
-    uv_words: u32,
-    texture_words: u32,
-    coat_words: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-    sky: package_lightshed_sky_Sky
-}
-
-override package_host__1HAS_DIELECTRICS: bool = true;
-
-override package_host__1HAS_PLASTICS: bool = true;
-
-override package_host__1HAS_SKY: bool = true;
-
-override package_host__1HAS_TEXTURES: bool = true;
-
-fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
-    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters, package_host_settings.finite_emitters, package_host_settings.first_direction, package_host_settings.directions);
-}
-
-@group(0) @binding(9)
-var<storage, read> package_host__1emitter_triangles: array<u32>;
-
-fn package_host__1has_dielectrics() -> bool {
-    return package_host__1HAS_DIELECTRICS;
-}
-
-fn package_host__1has_plastics() -> bool {
-    return package_host__1HAS_PLASTICS;
-}
-
-fn package_host__1has_sky() -> bool {
-    return package_host__1HAS_SKY;
-}
-
-fn package_host__1has_textures() -> bool {
-    return package_host__1HAS_TEXTURES;
-}
-
-fn package_host__1lets_pass(primitive: u32) -> bool {
-    return package_host_materials[package_host_triangles[primitive].material].y == 0u;
-}
-
-fn package_host__1load_coat(place: u32) -> f32 {
-    return package_host__2number_in_tables(package_host_settings.coat_words + place);
-}
-
-fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
-    return package_host_components[row];
-}
-
-fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
-    return package_host_emitters[index];
-}
-
-fn package_host__1load_material(index: u32) -> vec2u {
-    return package_host_materials[index];
-}
-
-fn package_host__1load_texture(index: u32) -> package_lightshed_texture_Texture {
-    let word = package_host_settings.texture_words + 16u * index;
-    return package_lightshed_texture_Texture(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u), vec2u(package_host_tables[word + 6u], package_host_tables[word + 7u]), vec3f(package_host__2pair_in_tables(word + 8u), package_host__2number_in_tables(word + 10u)), package_host_tables[word + 11u], package_host_tables[word + 12u], package_host_tables[word + 13u], package_host_tables[word + 14u], 0u);
-}
-
-fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
-    return package_host_triangles[index];
-}
-
-fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
-    var u_lens = vec2f(0.5);
-    if package_host_settings.camera.aperture_radius > 0.0 {
-        u_lens = package_lightshed_uniform__1unit_square(words.zw);
-    }
-    return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
-}
-
-fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_host_GROUP;
-}
-
-override package_host__2HAS_DELTA_EMITTERS: bool = true;
-
-fn package_host__2has_delta_emitters() -> bool {
-    return package_host__2HAS_DELTA_EMITTERS;
-}
-
-fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
-}
-
-fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
-    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
-}
-
-fn package_host__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
-    let word = package_host_settings.uv_words + 6u * index;
-    return package_lightshed_surface_CornerUvs(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u));
-}
-
-fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
-    return package_host_nodes[index];
-}
-
-fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
-    return package_host_slots[slot];
-}
-
-fn package_host__2load_emitter_triangle(index: u32) -> u32 {
-    return package_host__1emitter_triangles[index];
-}
-
-fn package_host__2load_sky_word(index: u32) -> u32 {
-    return package_host_tables[package_host_settings.sky_words + index];
-}
-
-fn package_host__2load_texel_word(index: u32) -> u32 {
-    return package_host_tables[index];
-}
-
-fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
-    let triangle = package_host_triangles[index];
-    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
-}
-
-fn package_host__2number_in_tables(word: u32) -> f32 {
-    return bitcast<f32>(package_host_tables[word]);
-}
-
-fn package_host__2pair_in_tables(word: u32) -> vec2f {
-    return vec2f(package_host__2number_in_tables(word), package_host__2number_in_tables(word + 1u));
-}
-
-@group(0) @binding(6)
-var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
-
-@group(0) @binding(7)
-var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
-
-@group(0) @binding(5)
-var<storage, read> package_host_materials: array<vec2u>;
-
-@group(0) @binding(1)
-var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
-
-@group(0) @binding(4)
-var<storage, read> package_host_normals: array<vec4f>;
-
-@group(0) @binding(0)
-var<storage, read> package_host_settings: package_host_Settings;
-
-fn package_host_sky() -> package_lightshed_sky_Sky {
-    return package_host_settings.sky;
-}
-
-@group(0) @binding(2)
-var<storage, read> package_host_slots: array<u32>;
-
-@group(0) @binding(8)
-var<storage, read> package_host_tables: array<u32>;
-
-@group(0) @binding(3)
-var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
+var<private> package_inputs_inputs: package_inputs_Inputs;
 
 struct package_lightshed__1path_numbers_ScatterNumbers {
     lobe: f32,
@@ -600,7 +312,7 @@ fn package_lightshed__1path_sample__1anchor_endpoint(sample: package_lightshed__
     if kind == package_lightshed__1path_sample__1ANCHOR_DIRECTION {
         return package_lightshed__1path_vertex_Endpoint(vec3f(bitcast<f32>(sample.anchor_x), package_lightshed__1path_sample__1anchor_coordinates(sample)), package_lightshed_emitter_SURROUNDINGS);
     }
-    return package_lightshed__1path_vertex_Endpoint(vec3f(package_lightshed__1path_sample__1anchor_coordinates(sample), 0.0), package_host__1load_triangle(sample.anchor_x).emitter);
+    return package_lightshed__1path_vertex_Endpoint(vec3f(package_lightshed__1path_sample__1anchor_coordinates(sample), 0.0), package_memory_scene__1load_triangle(sample.anchor_x).emitter);
 }
 
 fn package_lightshed__1path_sample__1confidence_bits(confidence: f32) -> u32 {
@@ -670,7 +382,7 @@ struct package_lightshed__1path_shift_Before {
     roughness: f32
 }
 
-const package_lightshed__1path_shift_DEFINED: u32 = 0u;
+const package_lightshed__1path_shift_DEFINED: u32 = 4294967295u;
 
 const package_lightshed__1path_shift_DEGENERATE: u32 = 5u;
 
@@ -698,11 +410,11 @@ struct package_lightshed__1path_shift_ShiftedPath {
 
 const package_lightshed__1path_shift__1MOST_JACOBIAN: f32 = 1e37;
 
-const package_lightshed__1path_shift__1NOT_CONNECTABLE: u32 = 2u;
+const package_lightshed__1path_shift__1NOT_CONNECTABLE: u32 = 1u;
 
-const package_lightshed__1path_shift__1NOT_INVERTIBLE: u32 = 3u;
+const package_lightshed__1path_shift__1NOT_INVERTIBLE: u32 = 2u;
 
-const package_lightshed__1path_shift__1OUTSIDE_DOMAIN: u32 = 1u;
+const package_lightshed__1path_shift__1OUTSIDE_DOMAIN: u32 = 0u;
 
 fn package_lightshed__1path_shift__1evaluate_path(x: package_lightshed__1path_sample_PathSample, to: package_lightshed__1path_shift_PathDomain) -> package_lightshed__1path_shift_EvaluatedPath {
     let shape = package_lightshed__1path_sample__1unpack_shape(x.shape);
@@ -955,7 +667,7 @@ struct package_lightshed__1path_vertex_PathVertex {
 const package_lightshed__1path_vertex__1ALL_LOBES: u32 = 15u;
 
 fn package_lightshed__1path_vertex__1endpoint_position(endpoint: package_lightshed__1path_vertex_Endpoint) -> vec3f {
-    return package_lightshed__1path_vertex__1vertex_at(package_host__2load_emitter_triangle(endpoint.emitter), endpoint.place.xy).point.position;
+    return package_lightshed__1path_vertex__1vertex_at(package_memory_scene__2load_emitter_triangle(endpoint.emitter), endpoint.place.xy).point.position;
 }
 
 fn package_lightshed__1path_vertex__1evaluate_vertex(vertex: package_lightshed__1path_vertex_PathVertex, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
@@ -981,7 +693,7 @@ fn package_lightshed__1path_vertex__1scattering_ratio(scattering: package_lights
 
 fn package_lightshed__1path_vertex__1vertex_at(primitive: u32, coordinates: vec2f) -> package_lightshed__1path_vertex_PathVertex {
     let hit = package_lightshed_ray_Hit(0.0, primitive, coordinates);
-    return package_lightshed__1path_vertex_PathVertex(package_lightshed_surface__1surface_point(package_host__1load_triangle(primitive), hit), primitive, coordinates);
+    return package_lightshed__1path_vertex_PathVertex(package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(primitive), hit), primitive, coordinates);
 }
 
 fn package_lightshed__1path_vertex__1vertex_roughness(vertex: package_lightshed__1path_vertex_PathVertex, lobe: u32) -> f32 {
@@ -1031,7 +743,7 @@ fn package_lightshed__1path_vertex_connect(vertex: package_lightshed__1path_vert
         connection.radiance = package_lightshed_emitter__1surroundings_radiance(endpoint.place);
     }
     else {
-        let emitter = package_host__1load_emitter(endpoint.emitter);
+        let emitter = package_memory_scene__1load_emitter(endpoint.emitter);
         let aim = package_lightshed_emitter__1aim_at(emitter, vertex.point.position, endpoint.place.xy);
         let per_endpoint = aim.cos_theta / aim.distance_squared;
         let pdf = package_lightshed_measure__3area_to_solid_angle(emitter.pdf_area, aim.distance_squared, aim.cos_theta);
@@ -1051,7 +763,7 @@ fn package_lightshed__1path_vertex_connect(vertex: package_lightshed__1path_vert
 
 fn package_lightshed__1path_vertex_emitted(vertex: package_lightshed__1path_vertex_PathVertex, incoming: vec3f) -> vec3f {
     if vertex.point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(incoming, vertex.point.geometric_normal) < 0.0 {
-        return package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(vertex.point.emitter));
+        return package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(vertex.point.emitter));
     }
     return vec3f(0.0);
 }
@@ -1310,7 +1022,7 @@ fn package_lightshed__1path_walk__2walk_to_emitter(walk: package_lightshed__1pat
         var primitive = 0u;
         if endpoint.emitter != package_lightshed_emitter_SURROUNDINGS {
             anchor = package_lightshed__1path_sample__1ANCHOR_EMITTER;
-            primitive = package_host__2load_emitter_triangle(endpoint.emitter);
+            primitive = package_memory_scene__2load_emitter_triangle(endpoint.emitter);
         }
         let sample = package_lightshed__1path_walk_ending(walk, length, package_lightshed__1path_sample__1BY_EMITTER, anchor, endpoint.place, primitive, package_lightshed__1path_vertex__1ALL_LOBES, connection.own_density);
         return package_lightshed__1path_walk_candidate(sample, walk.throughput * here, connection.ray);
@@ -1362,7 +1074,7 @@ fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
 
 fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
     let route = package_lightshed_alias__1alias_route(length, u);
-    let entry = package_host__2load_alias_entry(table, route.x);
+    let entry = package_memory_scene__2load_alias_entry(table, route.x);
     return select(entry.alias_index, route.x, route.y < entry.threshold);
 }
 
@@ -1430,8 +1142,8 @@ fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component)
 }
 
 fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
-    var component = package_host__1load_component(rows.x + i);
-    if package_host__1has_textures() && component.texture != 0u {
+    var component = package_memory_scene__1load_component(rows.x + i);
+    if package_memory_scene__1has_textures() && component.texture != 0u {
         component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
         if rows.y > 1u {
             component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
@@ -1451,7 +1163,7 @@ fn package_lightshed_bsdf__1component_roughness(component: package_lightshed_bsd
 }
 
 fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -1532,8 +1244,8 @@ fn package_lightshed_bsdf__1evaluate_component(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1is_alone(material: package_lightshed_material_MaterialAt) -> bool {
-    let rows = package_host__1load_material(material.index);
-    return rows.y == 1u && package_lightshed_bsdf__1lobe_count(package_host__1load_component(rows.x)) == 1u;
+    let rows = package_memory_scene__1load_material(material.index);
+    return rows.y == 1u && package_lightshed_bsdf__1lobe_count(package_memory_scene__1load_component(rows.x)) == 1u;
 }
 
 fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component) -> bool {
@@ -1541,11 +1253,11 @@ fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component
 }
 
 fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+    return package_memory_scene__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
 }
 
 fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+    return package_memory_scene__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
 }
 
 fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
@@ -1572,19 +1284,19 @@ fn package_lightshed_bsdf__1lobe_probabilities(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1lobe_roughness(material: package_lightshed_material_MaterialAt, lobe: u32) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let place = package_lightshed_bsdf__2place_of_lobe(rows, lobe);
     if !place.some {
         return 0.0;
     }
-    return package_lightshed_bsdf__1component_roughness(package_host__1load_component(rows.x + place.row), place.lobe);
+    return package_lightshed_bsdf__1component_roughness(package_memory_scene__1load_component(rows.x + place.row), place.lobe);
 }
 
 fn package_lightshed_bsdf__1max_roughness(material: package_lightshed_material_MaterialAt) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     var widest = 0.0;
     for (var i = 0u; i < rows.y; i++) {
-        let component = package_host__1load_component(rows.x + i);
+        let component = package_memory_scene__1load_component(rows.x + i);
         widest = max(widest, package_lightshed_bsdf__1component_roughness(component, package_lightshed_bsdf__1lobe_count(component) - 1u));
     }
     return widest;
@@ -1602,7 +1314,7 @@ fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
 
 fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
     let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u, 1.0);
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -1724,7 +1436,7 @@ fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     var total = 0.0;
     for (var i = 0u; i < rows.y; i++) {
         let component = package_lightshed_bsdf__1component_at(material, rows, i);
@@ -1736,7 +1448,7 @@ fn package_lightshed_bsdf__1total_importance(material: package_lightshed_materia
 }
 
 fn package_lightshed_bsdf__2evaluate_bsdf_lobe(material: package_lightshed_material_MaterialAt, lobe: u32, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let place = package_lightshed_bsdf__2place_of_lobe(rows, lobe);
     if !place.some {
         return package_lightshed_bsdf_BsdfValue(vec3f(0.0), 0.0);
@@ -1755,12 +1467,12 @@ fn package_lightshed_bsdf__2evaluate_bsdf_lobe(material: package_lightshed_mater
 }
 
 fn package_lightshed_bsdf__2place_of_lobe(rows: vec2u, lobe: u32) -> package_lightshed_bsdf_LobePlace {
-    if !(package_host__1has_dielectrics() || package_host__1has_plastics()) {
+    if !(package_memory_scene__1has_dielectrics() || package_memory_scene__1has_plastics()) {
         return package_lightshed_bsdf_LobePlace(lobe, 0u, lobe < rows.y);
     }
     var left = lobe;
     for (var i = 0u; i < rows.y; i++) {
-        let count = package_lightshed_bsdf__1lobe_count(package_host__1load_component(rows.x + i));
+        let count = package_lightshed_bsdf__1lobe_count(package_memory_scene__1load_component(rows.x + i));
         if left < count {
             return package_lightshed_bsdf_LobePlace(i, left, true);
         }
@@ -1827,8 +1539,8 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
     let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
-    let low = package_host__1load_coat(place);
-    return clamp(low + (package_host__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+    let low = package_memory_scene__1load_coat(place);
+    return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
 struct package_lightshed_connectability_Connectability {
@@ -1969,17 +1681,17 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, o
                 stack[depth] = group;
                 depth++;
             }
-            let node = package_host__2load_cwbvh_node(index);
+            let node = package_memory_scene__2load_cwbvh_node(index);
             let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
             var primitives = hits & 16777215u;
             while (primitives != 0u) {
                 let offset = firstTrailingBit(primitives);
                 primitives &= primitives - 1u;
-                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
-                if opaque && package_host__1lets_pass(primitive) {
+                let primitive = package_memory_scene__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_memory_scene__1lets_pass(primitive) {
                     continue;
                 }
-                let corners = package_host__2load_triangle_corners(primitive);
+                let corners = package_memory_scene__2load_triangle_corners(primitive);
                 let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
                 if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
                     best = hit;
@@ -2120,7 +1832,7 @@ fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter
 }
 
 fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
-    let about = package_host__1emitter_groups();
+    let about = package_memory_scene__1emitter_groups();
     let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
     let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
     let middle = high.x + low.y;
@@ -2128,7 +1840,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     if about.finite > 0u && group == 0u {
         return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
     }
-    if package_host__2has_delta_emitters() {
+    if package_memory_scene__2has_delta_emitters() {
         let direction = group - select(0u, 1u, about.finite > 0u);
         if direction < about.directions {
             return about.first_direction + direction;
@@ -2138,7 +1850,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
 }
 
 fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
-    let emitter = package_host__1load_emitter(index);
+    let emitter = package_memory_scene__1load_emitter(index);
     let d = point - from_position;
     let distance_squared = package_lightshed_vector_dot3(d, d);
     let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
@@ -2150,11 +1862,11 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
 }
 
 fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
@@ -2166,21 +1878,21 @@ fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_Surfa
 }
 
 fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
     return package_lightshed_emitter__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
-    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_memory_scene__1emitter_groups().groups));
 }
 
 fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_radiance(direction);
     }
-    return package_host__1emitter_groups().surroundings;
+    return package_memory_scene__1emitter_groups().surroundings;
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -2322,6 +2034,116 @@ fn package_lightshed_measure__3solid_angle_to_area(pdf_solid_angle: f32, distanc
         return min(pdf_solid_angle * abs(cos_theta) / distance_squared, package_lightshed_measure__1F32_MAX);
     }
     return 0.0;
+}
+
+struct package_lightshed_merge_MergeImage {
+    p_hat: f32,
+    jacobian: f32
+}
+
+struct package_lightshed_merge_MergeInput {
+    confidence: f32,
+    weight: f32,
+    p_hat: f32
+}
+
+struct package_lightshed_merge_Merged {
+    weight: f32,
+    confidence: f32
+}
+
+struct package_lightshed_merge_Merging {
+    selection: package_lightshed_reservoir_Selection,
+    p_hat: f32
+}
+
+fn package_lightshed_merge__1is_defined(image: package_lightshed_merge_MergeImage) -> bool {
+    return image.jacobian > 0.0 && image.p_hat > 0.0;
+}
+
+fn package_lightshed_merge__1merge_balance(count: u32, cap: f32) -> package_lightshed_merge_Merged {
+    var merging = package_lightshed_merge__1nothing_merged();
+    var confidence = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let input = package_reuse__1merge_input(i);
+        confidence += input.confidence;
+        if !(input.weight > 0.0 && input.confidence > 0.0) {
+            continue;
+        }
+        var image = package_lightshed_merge_MergeImage(input.p_hat, 1.0);
+        var own = input.p_hat;
+        var total = 0.0;
+        for (var j = 0u; j < count; j++) {
+            var density = own;
+            if j != i {
+                let there = package_reuse__1merge_shift(i, j);
+                density = there.p_hat * there.jacobian;
+                if j == 0u {
+                    image = there;
+                    if !package_lightshed_merge__1is_defined(image) {
+                        break;
+                    }
+                    own = input.p_hat / image.jacobian;
+                    density = image.p_hat;
+                }
+            }
+            total += package_reuse__1merge_input(j).confidence * density;
+        }
+        if package_lightshed_merge__1is_defined(image) {
+            merging = package_lightshed_merge__1merged_with(merging, i, package_lightshed_mis__1balance_weight(input.confidence, own, total), input.weight, image);
+        }
+    }
+    return package_lightshed_merge__1merge_finished(merging, confidence, cap);
+}
+
+fn package_lightshed_merge__1merge_finished(merging: package_lightshed_merge_Merging, confidence: f32, cap: f32) -> package_lightshed_merge_Merged {
+    return package_lightshed_merge_Merged(package_lightshed_reservoir__1contribution_weight(merging.selection, merging.p_hat), min(confidence, cap));
+}
+
+fn package_lightshed_merge__1merge_pairwise(count: u32, cap: f32) -> package_lightshed_merge_Merged {
+    let canonical = package_reuse__1merge_input(0u);
+    var neighbours = 0.0;
+    for (var i = 1u; i < count; i++) {
+        neighbours += package_reuse__1merge_input(i).confidence;
+    }
+    let pairwise = package_lightshed_mis__1pairwise_defensive(canonical.confidence, neighbours);
+    var merging = package_lightshed_merge__1nothing_merged();
+    var kept = 0.0;
+    for (var k = 2u; k < 2u * count; k++) {
+        let i = k / 2u;
+        let outward = k % 2u == 0u;
+        let input = package_reuse__1merge_input(i);
+        var image = package_lightshed_merge_MergeImage(0.0, 0.0);
+        if select(input.weight, canonical.weight, outward) > 0.0 && input.confidence > 0.0 {
+            image = package_reuse__1merge_shift(select(i, 0u, outward), select(0u, i, outward));
+        }
+        if outward {
+            kept += package_lightshed_mis__1pairwise_kept(pairwise, input.confidence, canonical.p_hat, image.p_hat * image.jacobian);
+        }
+        else if package_lightshed_merge__1is_defined(image) {
+            let m = package_lightshed_mis__1pairwise_neighbour(pairwise, input.confidence, image.p_hat, input.p_hat / image.jacobian);
+            merging = package_lightshed_merge__1merged_with(merging, i, m, input.weight, image);
+        }
+    }
+    if canonical.weight > 0.0 {
+        let m = package_lightshed_mis__1pairwise_canonical(pairwise, canonical.confidence, kept);
+        merging = package_lightshed_merge__1merged_with(merging, 0u, m, canonical.weight, package_lightshed_merge_MergeImage(canonical.p_hat, 1.0));
+    }
+    return package_lightshed_merge__1merge_finished(merging, canonical.confidence + neighbours, cap);
+}
+
+fn package_lightshed_merge__1merged_with(so_far: package_lightshed_merge_Merging, i: u32, m: f32, weight: f32, image: package_lightshed_merge_MergeImage) -> package_lightshed_merge_Merging {
+    package_reuse__1merge_visit(i, m * weight * image.jacobian);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, i, m * image.p_hat * weight * image.jacobian, package_reuse__1merge_number(i));
+    if !offered.accepted {
+        return package_lightshed_merge_Merging(offered.selection, so_far.p_hat);
+    }
+    package_reuse__1merge_keep(i);
+    return package_lightshed_merge_Merging(offered.selection, image.p_hat);
+}
+
+fn package_lightshed_merge__1nothing_merged() -> package_lightshed_merge_Merging {
+    return package_lightshed_merge_Merging(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 0.0);
 }
 
 struct package_lightshed_mis_Pairwise {
@@ -2532,7 +2354,7 @@ fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
 }
 
 fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
-    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+    return package_memory_scene__2load_sky_word(cells.y + cells.x * cells.y + row);
 }
 
 fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
@@ -2540,11 +2362,11 @@ fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package
     var size = last + 1u;
     while (size > 1u) {
         let half = size / 2u;
-        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        base = select(base, base + half, package_memory_scene__2load_sky_word(first + base + half) <= word);
         size -= half;
     }
     let words = package_lightshed_sky_owned(first, last, base);
-    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_memory_scene__2load_sky_word(first + base)), 0.0, words));
 }
 
 fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
@@ -2572,7 +2394,7 @@ fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_word
 }
 
 fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let uv = package_lightshed_sky__1sky_coordinates(image, direction);
     let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
@@ -2582,12 +2404,12 @@ fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
 }
 
 fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
 }
 
 fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
     let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
@@ -2607,7 +2429,7 @@ fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySamp
 fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
     let cells = package_lightshed_sky__1sky_cells(image);
     let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
-    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+    return vec3f(bitcast<f32>(package_memory_scene__2load_sky_word(start)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 1u)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 2u)));
 }
 
 const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
@@ -2630,11 +2452,11 @@ fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
     if index > last {
         return 0.0;
     }
-    let start = package_host__2load_sky_word(first + index);
+    let start = package_memory_scene__2load_sky_word(first + index);
     if index == last {
         return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
     }
-    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+    return f32(package_memory_scene__2load_sky_word(first + index + 1u) - start);
 }
 
 struct package_lightshed_surface_CornerNormals {
@@ -2700,12 +2522,12 @@ fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface
     let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
     var shading_normal = normal;
     if triangle.normals != package_lightshed_ray_NOTHING {
-        let normals = package_host__2load_corner_normals(triangle.normals);
+        let normals = package_memory_scene__2load_corner_normals(triangle.normals);
         shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
     }
     var uv = vec2f(v, w);
-    if package_host__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
-        let uvs = package_host__2load_corner_uvs(triangle.uvs);
+    if package_memory_scene__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_memory_scene__2load_corner_uvs(triangle.uvs);
         uv = uvs.a * u + uvs.b * v + uvs.c * w;
     }
     return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
@@ -2747,11 +2569,11 @@ const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
-    return bitcast<f32>(package_host__2load_texel_word(word));
+    return bitcast<f32>(package_memory_scene__2load_texel_word(word));
 }
 
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
-    let texture = package_host__1load_texture(index);
+    let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
     let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
     var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
@@ -2806,7 +2628,7 @@ fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x
         let word = texture.first + 3u * place;
         return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
     }
-    let codes = package_host__2load_texel_word(texture.first + place);
+    let codes = package_memory_scene__2load_texel_word(texture.first + place);
     return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
 }
 
@@ -3016,3 +2838,307 @@ fn package_lightshed_wide__1wide_product(a: u32, b: u32) -> vec2u {
     let other = a_low * b_high + (middle & 65535u);
     return vec2u(a * b, a_high * b_high + (middle >> 16u) + (other >> 16u));
 }
+
+const package_memory_pixels_GROUP: u32 = 64u;
+
+fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
+    return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
+}
+
+fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
+    return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
+}
+
+fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
+    let width = package_memory_scene_settings.camera.size.x;
+    return vec2u(pixel % width, pixel / width);
+}
+
+fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
+    var u_lens = vec2f(0.5);
+    if package_memory_scene_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
+}
+
+fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
+    return (place.y << 16u) | place.x;
+}
+
+fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
+}
+
+fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
+    let size = package_memory_scene_settings.camera.size;
+    let place = floor(vec2f(package_memory_pixels__1pixel_place(pixel)) + 0.5 + offset);
+    if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
+        return package_lightshed_ray_NOTHING;
+    }
+    return u32(place.y) * size.x + u32(place.x);
+}
+
+struct package_memory_scene_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    sky: package_lightshed_sky_Sky
+}
+
+override package_memory_scene__1HAS_DIELECTRICS: bool = true;
+
+override package_memory_scene__1HAS_EMITTERS: bool = true;
+
+override package_memory_scene__1HAS_PLASTICS: bool = true;
+
+override package_memory_scene__1HAS_SKY: bool = true;
+
+override package_memory_scene__1HAS_SURROUNDINGS: bool = true;
+
+override package_memory_scene__1HAS_TEXTURES: bool = true;
+
+fn package_memory_scene__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_memory_scene_settings.surroundings, package_memory_scene_settings.groups, package_memory_scene_settings.emitters, package_memory_scene_settings.finite_emitters, package_memory_scene_settings.first_direction, package_memory_scene_settings.directions);
+}
+
+@group(0) @binding(8)
+var<storage, read> package_memory_scene__1emitter_triangles: array<u32>;
+
+fn package_memory_scene__1has_dielectrics() -> bool {
+    return package_memory_scene__1HAS_DIELECTRICS;
+}
+
+fn package_memory_scene__1has_plastics() -> bool {
+    return package_memory_scene__1HAS_PLASTICS;
+}
+
+fn package_memory_scene__1has_sky() -> bool {
+    return package_memory_scene__1HAS_SKY;
+}
+
+fn package_memory_scene__1has_textures() -> bool {
+    return package_memory_scene__1HAS_TEXTURES;
+}
+
+fn package_memory_scene__1lets_pass(primitive: u32) -> bool {
+    return package_memory_scene_materials[package_memory_scene_triangles[primitive].material].y == 0u;
+}
+
+fn package_memory_scene__1load_coat(place: u32) -> f32 {
+    return package_memory_scene__2number_in_tables(package_memory_scene_settings.coat_words + place);
+}
+
+fn package_memory_scene__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_memory_scene_components[row];
+}
+
+fn package_memory_scene__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_memory_scene_emitters[index];
+}
+
+fn package_memory_scene__1load_material(index: u32) -> vec2u {
+    return package_memory_scene_materials[index];
+}
+
+fn package_memory_scene__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_memory_scene_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u), vec2u(package_memory_scene_tables[word + 6u], package_memory_scene_tables[word + 7u]), vec3f(package_memory_scene__2pair_in_tables(word + 8u), package_memory_scene__2number_in_tables(word + 10u)), package_memory_scene_tables[word + 11u], package_memory_scene_tables[word + 12u], package_memory_scene_tables[word + 13u], package_memory_scene_tables[word + 14u], 0u);
+}
+
+fn package_memory_scene__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_memory_scene_triangles[index];
+}
+
+override package_memory_scene__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_memory_scene__2has_delta_emitters() -> bool {
+    return package_memory_scene__2HAS_DELTA_EMITTERS;
+}
+
+fn package_memory_scene__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_memory_scene_tables[2u * index], package_memory_scene_tables[2u * index + 1u]);
+}
+
+fn package_memory_scene__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_memory_scene_normals[3u * index].xyz, package_memory_scene_normals[3u * index + 1u].xyz, package_memory_scene_normals[3u * index + 2u].xyz);
+}
+
+fn package_memory_scene__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_memory_scene_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u));
+}
+
+fn package_memory_scene__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_memory_scene_nodes[index];
+}
+
+fn package_memory_scene__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_memory_scene_slots[slot];
+}
+
+fn package_memory_scene__2load_emitter_triangle(index: u32) -> u32 {
+    return package_memory_scene__1emitter_triangles[index];
+}
+
+fn package_memory_scene__2load_sky_word(index: u32) -> u32 {
+    return package_memory_scene_tables[package_memory_scene_settings.sky_words + index];
+}
+
+fn package_memory_scene__2load_texel_word(index: u32) -> u32 {
+    return package_memory_scene_tables[index];
+}
+
+fn package_memory_scene__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_memory_scene_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_memory_scene__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene_tables[word]);
+}
+
+fn package_memory_scene__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_memory_scene__2number_in_tables(word), package_memory_scene__2number_in_tables(word + 1u));
+}
+
+@group(0) @binding(5)
+var<storage, read> package_memory_scene_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(6)
+var<storage, read> package_memory_scene_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(4)
+var<storage, read> package_memory_scene_materials: array<vec2u>;
+
+@group(0) @binding(0)
+var<storage, read> package_memory_scene_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(3)
+var<storage, read> package_memory_scene_normals: array<vec4f>;
+
+@group(2) @binding(0)
+var<storage, read> package_memory_scene_settings: package_memory_scene_Settings;
+
+fn package_memory_scene_sky() -> package_lightshed_sky_Sky {
+    return package_memory_scene_settings.sky;
+}
+
+@group(0) @binding(1)
+var<storage, read> package_memory_scene_slots: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read> package_memory_scene_tables: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+struct package_primaries_Primary {
+    hit: package_lightshed_ray_Hit,
+    direction: vec3f,
+    padding: u32
+}
+
+@group(2) @binding(2)
+var<storage, read> package_primaries_before: array<package_primaries_Primary>;
+
+@group(2) @binding(1)
+var<storage, read_write> package_primaries_primaries: array<package_primaries_Primary>;
+
+const package_reuse_SPATIAL: u32 = 8192u;
+
+const package_reuse_TEMPORAL: u32 = 4096u;
+
+fn package_reuse__1held_by(i: u32) -> package_lightshed__1path_sample_PathReservoir {
+    let pixel = package_inputs_inputs.pixels[i];
+    if package_inputs_inputs.temporal && i == 0u {
+        return package__1restir_pt_domain_made[pixel];
+    }
+    return package__1restir_pt_domain_given[pixel];
+}
+
+fn package_reuse__1merge_input(i: u32) -> package_lightshed_merge_MergeInput {
+    let held = package_reuse__1held_by(i);
+    let p_hat = package_lightshed__1path_sample__1path_target(package_lightshed__1path_sample__1contribution_of(package_lightshed__1path_sample__1unpack_reservoir(held)));
+    return package_lightshed_merge_MergeInput(package_lightshed__1path_sample__1reservoir_confidence(held), held.weight, p_hat);
+}
+
+fn package_reuse__1merge_keep(i: u32) {
+    package_reuse_kept = package_reuse_arrived(i);
+}
+
+fn package_reuse__1merge_number(i: u32) -> f32 {
+    if package_inputs_inputs.temporal {
+        return package_inputs_decision(i, package__1restir_pt_domain_frame.number, package_reuse_TEMPORAL);
+    }
+    return package_inputs_decision(i, package__1restir_pt_domain_frame.number, package_reuse__1spatial_blocks());
+}
+
+fn package_reuse__1merge_shift(i: u32, j: u32) -> package_lightshed_merge_MergeImage {
+    let x = package_lightshed__1path_sample__1unpack_reservoir(package_reuse__1held_by(i));
+    let image = package_lightshed__1path_shift__1shift_path(x, package__1restir_pt_domain__1domain_of(package_reuse__1seen_of(j)));
+    if image.outcome != package_lightshed__1path_shift_DEFINED {
+        return package_lightshed_merge_MergeImage(0.0, 0.0);
+    }
+    if j == 0u {
+        package_reuse_carried = package_lightshed__1path_sample__1with_contribution(x, image.contribution);
+        package_reuse_carried.density = image.density;
+    }
+    return package_lightshed_merge_MergeImage(package_lightshed__1path_sample__1path_target(image.contribution), package_lightshed__1path_shift__1path_jacobian(x.density, image.density));
+}
+
+fn package_reuse__1merge_visit(i: u32, weight: f32) {
+    package_reuse_gathered += package_lightshed__1path_sample__1contribution_of(package_reuse_arrived(i)) * weight;
+}
+
+fn package_reuse__1merged_path(merged: package_lightshed_merge_Merged) -> package_lightshed__1path_sample_PathReservoir {
+    if merged.weight > 0.0 {
+        return package_lightshed__1path_sample__1pack_reservoir(package_reuse_kept, merged.weight, merged.confidence);
+    }
+    return package_lightshed__1path_sample__1empty_reservoir(merged.confidence);
+}
+
+fn package_reuse__1seen_of(j: u32) -> package_primaries_Primary {
+    let pixel = package_inputs_inputs.pixels[j];
+    if package_inputs_inputs.temporal && j == 1u {
+        return package_primaries_before[pixel];
+    }
+    return package_primaries_primaries[pixel];
+}
+
+fn package_reuse__1spatial_blocks() -> u32 {
+    return package_reuse_SPATIAL + 4u * package_inputs__1MOST_NEIGHBOURS * package__1restir_pt_domain_frame.round;
+}
+
+fn package_reuse_admits(pixel: u32, other: u32) -> bool {
+    let there = package_primaries_primaries[other];
+    return there.hit.primitive != package_lightshed_ray_NOTHING && package__1restir_pt_domain_resembles(package_primaries_primaries[pixel], there);
+}
+
+fn package_reuse_arrived(i: u32) -> package_lightshed__1path_sample_PathSample {
+    if i == 0u {
+        return package_lightshed__1path_sample__1unpack_reservoir(package_reuse__1held_by(0u));
+    }
+    return package_reuse_carried;
+}
+
+var<private> package_reuse_carried: package_lightshed__1path_sample_PathSample;
+
+var<private> package_reuse_gathered: vec3f;
+
+var<private> package_reuse_kept: package_lightshed__1path_sample_PathSample;

@@ -1,130 +1,108 @@
 // Linked from restir_volume.wesl.
 
-const SEQUENCE: u32 = 16u;
-
-const TEMPORAL: u32 = 32u;
-
-const SPATIAL: u32 = 48u;
-
-const CANDIDATES: u32 = 4096u;
-
 const UNSCATTERED: u32 = 16777216u;
-
-const SHADE: u32 = 33554432u;
-
-const MOST: u32 = 3u;
-
-const LEAST_SHARE: f32 = 0.01;
-
-const GOLDEN_TURN: f32 = 0.38196602;
 
 @compute @workgroup_size(64)
 fn primary(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
         return;
     }
-    let ray = package_volume__2camera_ray_of(pixel, package_volume_frame.number);
-    let reach = package_through__1reach_along(ray, package_host__1medium_settings().camera_inside == 1u);
-    let seen = package_volume_Primary(reach.hit, reach.interval, u32(reach.inside), 0u);
-    package_volume_primaries[pixel] = seen;
+    let ray = package__1restir_volume_volume__2camera_ray_of(pixel, package__1restir_volume_volume_frame.number);
+    let reach = package__1restir_volume_through__1reach_along(ray, package_memory_medium__1medium_settings().camera_inside == 1u);
+    let seen = package__1restir_volume_volume_Primary(reach.hit, reach.interval, u32(reach.inside), 0u);
+    package__1restir_volume_volume_primaries[pixel] = seen;
     var emitted = vec3f(0.0);
     if reach.hit.primitive == package_lightshed_ray_NOTHING {
-        if package_volume__1HAS_SURROUNDINGS {
+        if package_memory_scene__1HAS_SURROUNDINGS {
             emitted = package_lightshed_emitter__1surroundings_radiance(ray.direction);
         }
     }
-    else if package_volume__1HAS_EMITTERS {
-        let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(reach.hit.primitive), reach.hit);
-        if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
-            emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
-        }
+    else if package_memory_scene__1HAS_EMITTERS {
+        emitted = package_selected__1seen_emission(package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(reach.hit.primitive), reach.hit), ray.direction);
     }
     if package_lightshed_vector__1max_element(emitted) > 0.0 && seen.reach.x < seen.reach.y {
-        var stream = package_volume__1stream_from(pixel, UNSCATTERED);
-        let segment = package_through__1camera_segment(package_volume_View(ray, seen), reach.hit.t * package_lightshed_emitter__1SEGMENT_END);
-        emitted *= package_through__1estimate_through(segment, package_host__1medium_settings().camera_inside == 1u, &stream).transmittance;
+        var stream = package__1restir_volume_volume__1stream_from(pixel, UNSCATTERED);
+        let segment = package__1restir_volume_through__1camera_segment(package__1restir_volume_volume_View(ray, seen), reach.hit.t * package_lightshed_emitter__1SEGMENT_END);
+        emitted *= package__1restir_volume_through__1estimate_through(segment, package_memory_medium__1medium_settings().camera_inside == 1u, &stream).transmittance;
     }
-    package_volume_image[pixel] = vec4f(emitted, 0.0);
+    package__1restir_volume_volume_image[pixel] = vec4f(emitted, 0.0);
 }
 
-struct Landings {
+@compute @workgroup_size(64)
+fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel < package_memory_scene_settings.pixels {
+        package__1restir_volume_volume_made[pixel] = package__1restir_volume_candidates__1candidate_of(pixel);
+    }
+}
+
+@compute @workgroup_size(64)
+fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    if package__1restir_volume_volume_made[pixel].confidence == 0.0 || package__1restir_volume_volume_given[pixel].confidence == 0.0 {
+        return;
+    }
+    package_inputs__1with_past(pixel);
+    package_reuse__1find_targets();
+    package__1restir_volume_volume_made[pixel] = package_reuse__1merged_path(package_lightshed_merge__1merge_balance(package_inputs_inputs.count, package__1restir_volume_volume_frame.confidence_cap));
+}
+
+@compute @workgroup_size(64)
+fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
+        return;
+    }
+    package__1restir_volume_volume_made[pixel] = package__1restir_volume_volume_given[pixel];
+    if package__1restir_volume_volume_given[pixel].confidence == 0.0 {
+        return;
+    }
+    package_reuse__1with_spiral(pixel);
+    package_reuse__1find_targets();
+    package__1restir_volume_volume_made[pixel] = package_reuse__1merged_path(package_lightshed_merge__1merge_balance(package_inputs_inputs.count, package__1restir_volume_volume_frame.confidence_cap));
+    package__1restir_volume_volume_image[pixel] += vec4f(package_reuse_gathered, 0.0);
+}
+
+const package__1restir_volume_candidates_CANDIDATES: u32 = 4096u;
+
+struct package__1restir_volume_candidates_Landings {
     distances: vec4f,
     pdfs: vec4f,
     depth: f32
 }
 
-fn fly(view: package_volume_View, goals: vec4f) -> Landings {
-    let m = package_host__1medium_settings();
-    let ray = package_medium__1field_ray(view.ray);
-    let furthest = max(max(goals.x, goals.y), max(goals.z, goals.w));
-    let pace = package_lightshed_vector_length3(ray.direction);
-    var landings = Landings(vec4f(0.0), vec4f(0.0), 0.0);
-    if !(view.seen.reach.x < view.seen.reach.y) {
-        return landings;
-    }
-    var dda = package_lightshed_majorant__1dda_new(m.medium.grid, ray, view.seen.reach);
-    while (landings.depth <= furthest) {
-        let crossing = package_lightshed_majorant__1dda_step(dda);
-        if !crossing.found {
-            break;
-        }
-        dda = crossing.dda;
-        let segment = crossing.segment;
-        let length = segment.t1 - segment.t0;
-        if !(segment.majorant > 0.0 && length > 0.0) {
-            continue;
-        }
-        let count = clamp(ceil(length * pace), 1.0, 64.0);
-        let step = length / count;
-        for (var i = 0u; i < u32(count) && landings.depth <= furthest; i++) {
-            let begin = segment.t0 + f32(i) * step;
-            let density = package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, package_lightshed_majorant__1ray_at(ray, begin + 0.5 * step));
-            let sigma = m.extinction * (density + LEAST_SHARE * (segment.majorant - density));
-            let whole = sigma * step;
-            let past = goals - landings.depth;
-            let ends = (past >= vec4f(0.0)) & (past < vec4f(whole)) & (landings.pdfs == vec4f(0.0));
-            landings.distances = select(landings.distances, begin + min(past / sigma, vec4f(step)), ends);
-            landings.pdfs = select(landings.pdfs, sigma * exp(-goals), ends);
-            landings.depth += whole;
-        }
-    }
-    return landings;
-}
+const package__1restir_volume_candidates_SEQUENCE: u32 = 16u;
 
-const STEP_X: vec2u = vec2u(3516067075u, 3518319154u);
+const package__1restir_volume_candidates__1LEAST_SHARE: f32 = 0.01;
 
-const STEP_Y: vec2u = vec2u(4220496899u, 2882110344u);
+const package__1restir_volume_candidates__1STEP_X: vec2u = vec2u(3516067075u, 3518319154u);
 
-const STEP_Z: vec2u = vec2u(792563159u, 2360945575u);
+const package__1restir_volume_candidates__1STEP_Y: vec2u = vec2u(4220496899u, 2882110344u);
 
-fn sequence_point(by: vec3u, index: vec2u) -> vec3u {
-    return by + vec3u(package_lightshed_wide__1wide_multiply(STEP_X, index).y, package_lightshed_wide__1wide_multiply(STEP_Y, index).y, package_lightshed_wide__1wide_multiply(STEP_Z, index).y);
-}
+const package__1restir_volume_candidates__1STEP_Z: vec2u = vec2u(792563159u, 2360945575u);
 
-@compute @workgroup_size(64)
-fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let view = package_volume__1view_of(pixel);
-    let nothing_lit = !(package_volume__1HAS_EMITTERS || package_volume__1HAS_SURROUNDINGS);
-    let has_surface = package_volume__1HAS_SURFACES && view.seen.hit.primitive != package_lightshed_ray_NOTHING;
+fn package__1restir_volume_candidates__1candidate_of(pixel: u32) -> package__1restir_volume_volume_Scattered {
+    let view = package__1restir_volume_volume__1view_of(pixel);
+    let nothing_lit = !(package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS);
+    let has_surface = package_memory_scene__1HAS_SURFACES && view.seen.hit.primitive != package_lightshed_ray_NOTHING;
     var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var kept = package_volume__1nothing_held(0.0);
+    var kept = package__1restir_volume_volume__1nothing_held(0.0);
     var can_scatter = has_surface;
-    let by = package_volume_random(pixel, 0u, SEQUENCE).xyz;
-    let first = package_lightshed_wide__1wide_product(package_volume_frame.number, package_volume_frame.walks);
-    for (var start = 0u; start < package_volume_frame.walks; start += 4u) {
+    let by = package_memory_pixels__1pixel_block(pixel, 0u, package__1restir_volume_candidates_SEQUENCE).xyz;
+    let first = package_lightshed_wide__1wide_product(package__1restir_volume_volume_frame.number, package__1restir_volume_volume_frame.walks);
+    for (var start = 0u; start < package__1restir_volume_volume_frame.walks; start += 4u) {
         var goals = vec4f(0.0);
         for (var k = 0u; k < 4u; k++) {
-            let u = package_lightshed_uniform__2f32_from_u32(sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u))).x);
-            goals[k] = select(0.0, package_lightshed_exponential_exponential(u), start + k < package_volume_frame.walks);
+            let u = package_lightshed_uniform__2f32_from_u32(package__1restir_volume_candidates__1sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u))).x);
+            goals[k] = select(0.0, package_lightshed_exponential_exponential(u), start + k < package__1restir_volume_volume_frame.walks);
         }
-        let landings = fly(view, goals);
+        let landings = package__1restir_volume_candidates_fly(view, goals);
         can_scatter = can_scatter || landings.depth > 0.0;
-        for (var k = 0u; k < 4u && start + k < package_volume_frame.walks && !nothing_lit; k++) {
+        for (var k = 0u; k < 4u && start + k < package__1restir_volume_volume_frame.walks && !nothing_lit; k++) {
             var distance = landings.distances[k];
             var pdf = landings.pdfs[k];
             var transmittance = exp(-goals[k]);
@@ -132,20 +110,20 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
                 if !has_surface {
                     continue;
                 }
-                distance = package_volume__1ON_SURFACE;
+                distance = package__1restir_volume_volume__1ON_SURFACE;
                 transmittance = exp(-landings.depth);
                 pdf = transmittance;
             }
-            let vertex = package_scattered__1vertex_of(view, distance);
+            let vertex = package__1restir_volume_scattered__1vertex_of(view, distance);
             if !vertex.some {
                 continue;
             }
-            let point = sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u)));
+            let point = package__1restir_volume_candidates__1sequence_point(by, package_lightshed_wide__1wide_add(first, vec2u(start + k, 0u)));
             let u_light = package_lightshed_uniform__1unit_square(point.yz);
-            let choice = package_volume_block(pixel, CANDIDATES + start + k);
+            let choice = package__1restir_volume_volume_block(pixel, package__1restir_volume_candidates_CANDIDATES + start + k);
             var emitter = package_lightshed_emitter_SURROUNDINGS;
             var place: vec3f;
-            if vertex.in_medium && package_lightshed_uniform__2f32_from_u32(choice.x) < package_volume_frame.phase_share {
+            if vertex.in_medium && package_lightshed_uniform__2f32_from_u32(choice.x) < package__1restir_volume_volume_frame.phase_share {
                 place = package_lightshed_phase__1scattered_direction(vertex.incoming, package_medium__1sample_angle(u_light.x), u_light.y);
             }
             else {
@@ -168,380 +146,491 @@ fn candidates(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
             var pdf_endpoint = 0.0;
             if emitter == package_lightshed_emitter_SURROUNDINGS {
                 sky = package_lightshed_emitter__1surroundings_radiance(place);
-                pdf_endpoint = package_scattered__1direction_pdf(vertex, place);
+                pdf_endpoint = package__1restir_volume_scattered__1direction_pdf(vertex, place);
             }
-            let lit = package_scattered__1lit_by(vertex, emitter, place, sky);
+            let lit = package__1restir_volume_scattered__1lit_by(vertex, emitter, place, sky);
             if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
                 continue;
             }
             pdf_endpoint += lit.pdf;
-            let value = lit.value * (transmittance * package_through__1coarse_transmittance(lit.shadow, lit.inside));
-            let weight = package_volume__1target_of(value) / (pdf * pdf_endpoint * f32(package_volume_frame.walks));
+            let value = lit.value * (transmittance * package__1restir_volume_through__1coarse_transmittance(lit.shadow, lit.inside));
+            let weight = package__1restir_volume_volume__1target_of(value) / (pdf * pdf_endpoint * f32(package__1restir_volume_volume_frame.walks));
             let offered = package_lightshed_reservoir_offer(selection, 1u, weight, package_lightshed_uniform__2f32_from_u32(choice.w));
             selection = offered.selection;
             if offered.accepted {
-                kept = package_volume_Scattered(place, emitter, sky, distance, package_volume__1target_of(value), 0.0, 0.0, 0u);
+                kept = package__1restir_volume_volume_Scattered(place, emitter, sky, distance, package__1restir_volume_volume__1target_of(value), 0.0, 0.0, 0u);
             }
         }
     }
     kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
     if kept.weight > 0.0 {
-        kept.p_hat = package_scattered__1target_in(view, kept);
+        kept.p_hat = package__1restir_volume_scattered__1target_in(view, kept);
     }
     if !(kept.weight > 0.0 && kept.p_hat > 0.0) {
-        kept = package_volume__1nothing_held(0.0);
+        kept = package__1restir_volume_volume__1nothing_held(0.0);
     }
     kept.confidence = select(0.0, 1.0, can_scatter);
-    package_volume_held[pixel] = kept;
+    return kept;
 }
 
-@compute @workgroup_size(64)
-fn temporal(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
+fn package__1restir_volume_candidates__1sequence_point(by: vec3u, index: vec2u) -> vec3u {
+    return by + vec3u(package_lightshed_wide__1wide_multiply(package__1restir_volume_candidates__1STEP_X, index).y, package_lightshed_wide__1wide_multiply(package__1restir_volume_candidates__1STEP_Y, index).y, package_lightshed_wide__1wide_multiply(package__1restir_volume_candidates__1STEP_Z, index).y);
+}
+
+fn package__1restir_volume_candidates_fly(view: package__1restir_volume_volume_View, goals: vec4f) -> package__1restir_volume_candidates_Landings {
+    let m = package_memory_medium__1medium_settings();
+    let ray = package_medium__1field_ray(view.ray);
+    let furthest = max(max(goals.x, goals.y), max(goals.z, goals.w));
+    let pace = package_lightshed_vector_length3(ray.direction);
+    var landings = package__1restir_volume_candidates_Landings(vec4f(0.0), vec4f(0.0), 0.0);
+    if !(view.seen.reach.x < view.seen.reach.y) {
+        return landings;
     }
-    let mine = package_volume_held[pixel];
-    let theirs = package_volume_history[pixel];
-    if mine.confidence == 0.0 || theirs.confidence == 0.0 {
-        return;
-    }
-    let words = package_volume_block(pixel, TEMPORAL);
-    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var kept = mine;
-    if mine.weight > 0.0 {
-        let q = package_scattered__1target_in(package_volume__2earlier_view_of(pixel), mine);
-        let m = package_lightshed_mis__1balance_weight(mine.confidence, mine.p_hat, mine.confidence * mine.p_hat + theirs.confidence * q);
-        selection = package_lightshed_reservoir_offer(selection, 1u, m * mine.p_hat * mine.weight, package_lightshed_uniform__2f32_from_u32(words.x)).selection;
-    }
-    if theirs.weight > 0.0 {
-        let p = package_scattered__1target_in(package_volume__1view_of(pixel), theirs);
-        let q = theirs.p_hat;
-        let m = package_lightshed_mis__1balance_weight(theirs.confidence, q, mine.confidence * p + theirs.confidence * q);
-        let offered = package_lightshed_reservoir_offer(selection, 2u, m * p * theirs.weight, package_lightshed_uniform__2f32_from_u32(words.y));
-        selection = offered.selection;
-        if offered.accepted {
-            kept = theirs;
-            kept.p_hat = p;
+    var dda = package_lightshed_majorant__1dda_new(m.medium.grid, ray, view.seen.reach);
+    while (landings.depth <= furthest) {
+        let crossing = package_lightshed_majorant__1dda_step(dda);
+        if !crossing.found {
+            break;
         }
-    }
-    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
-    if kept.weight == 0.0 {
-        kept = package_volume__1nothing_held(0.0);
-    }
-    kept.confidence = min(mine.confidence + theirs.confidence, package_volume_frame.confidence_cap);
-    package_volume_held[pixel] = kept;
-}
-
-@compute @workgroup_size(64)
-fn spatial(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
-        return;
-    }
-    let mine = package_volume_held[pixel];
-    package_volume_history[pixel] = mine;
-    if mine.confidence == 0.0 {
-        return;
-    }
-    let size = package_host_settings.camera.size;
-    let corner = vec2f(vec2u(pixel % size.x, pixel / size.x)) + 0.5;
-    var inputs: array<u32, 4>;
-    inputs[0] = pixel;
-    var count = 1u;
-    let turn = package_lightshed_uniform__2f32_from_u32(package_volume_block(pixel, SPATIAL).x);
-    let wanted = min(package_volume_frame.neighbours, MOST);
-    for (var i = 0u; i < wanted; i++) {
-        let radius = package_volume_frame.radius * sqrt((f32(i) + 0.5) / f32(wanted));
-        let angle = package_lightshed_turn__2sin_cos_turns(fract(turn + f32(i) * GOLDEN_TURN));
-        let place = floor(corner + radius * vec2f(angle.y, angle.x));
-        if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
+        dda = crossing.dda;
+        let segment = crossing.segment;
+        let length = segment.t1 - segment.t0;
+        if !(segment.majorant > 0.0 && length > 0.0) {
             continue;
         }
-        let other = u32(place.y) * size.x + u32(place.x);
-        var is_new = package_volume_held[other].confidence > 0.0;
-        for (var k = 0u; k < count; k++) {
-            is_new = is_new && inputs[k] != other;
-        }
-        if is_new {
-            inputs[count] = other;
-            count++;
-        }
-    }
-    var distances = vec4f(0.0);
-    var targets: array<vec4f, 4>;
-    for (var j = 0u; j < count; j++) {
-        let view = package_volume__1view_of(inputs[j]);
-        for (var i = 0u; i < count; i++) {
-            distances[i] = package_scattered__1distance_of(view, package_volume_held[inputs[i]]);
-        }
-        let depths = package_through__1camera_depths(view, distances);
-        for (var i = 0u; i < count; i++) {
-            let path = package_volume_held[inputs[i]];
-            var p = path.p_hat;
-            if i != j {
-                p = 0.0;
-                if path.weight > 0.0 {
-                    p = package_volume__1target_of(package_scattered__1coarse_value(view, path, depths[i]));
-                }
-            }
-            targets[i][j] = p;
+        let count = clamp(ceil(length * pace), 1.0, 64.0);
+        let step = length / count;
+        for (var i = 0u; i < u32(count) && landings.depth <= furthest; i++) {
+            let begin = segment.t0 + f32(i) * step;
+            let density = package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, package_lightshed_majorant__1ray_at(ray, begin + 0.5 * step));
+            let sigma = m.extinction * (density + package__1restir_volume_candidates__1LEAST_SHARE * (segment.majorant - density));
+            let whole = sigma * step;
+            let past = goals - landings.depth;
+            let ends = (past >= vec4f(0.0)) & (past < vec4f(whole)) & (landings.pdfs == vec4f(0.0));
+            landings.distances = select(landings.distances, begin + min(past / sigma, vec4f(step)), ends);
+            landings.pdfs = select(landings.pdfs, sigma * exp(-goals), ends);
+            landings.depth += whole;
         }
     }
-    let view = package_volume__1view_of(pixel);
-    let words = package_volume_block(pixel, SPATIAL + 1u);
-    var selection = package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0);
-    var kept = package_volume__1nothing_held(0.0);
-    var light = vec3f(0.0);
-    var confidence = 0.0;
-    for (var i = 0u; i < count; i++) {
-        let path = package_volume_held[inputs[i]];
-        confidence += path.confidence;
-        let p = targets[i][0];
-        if !(p > 0.0 && path.weight > 0.0) {
-            continue;
-        }
-        var total = 0.0;
-        for (var j = 0u; j < count; j++) {
-            total += package_volume_held[inputs[j]].confidence * targets[i][j];
-        }
-        let m = package_lightshed_mis__1balance_weight(path.confidence, targets[i][i], total);
-        let weight = m * path.weight;
-        var stream = package_volume__1stream_from(pixel, SHADE + (i << 16u));
-        light += clamp(package_scattered__1estimated_value(view, path, &stream) * weight, vec3f(-package_volume__1F32_MAX), vec3f(package_volume__1F32_MAX));
-        let offered = package_lightshed_reservoir_offer(selection, 1u, p * weight, package_lightshed_uniform__2f32_from_u32(words[i]));
-        selection = offered.selection;
-        if offered.accepted {
-            kept = path;
-            kept.p_hat = p;
-        }
-    }
-    package_volume_image[pixel] += vec4f(light, 0.0);
-    kept.weight = package_lightshed_reservoir__1contribution_weight(selection, kept.p_hat);
-    if kept.weight == 0.0 {
-        kept = package_volume__1nothing_held(0.0);
-    }
-    kept.confidence = min(confidence, package_volume_frame.confidence_cap);
-    package_volume_history[pixel] = kept;
+    return landings;
 }
 
-const package_host_GROUP: u32 = 64u;
+struct package__1restir_volume_scattered_Lit {
+    value: vec3f,
+    pdf: f32,
+    shadow: package_lightshed_ray_Ray,
+    inside: bool
+}
 
-struct package_host_MediumSettings {
-    medium: package_lightshed_tracking_Medium,
-    x_axis: vec3f,
-    extinction: f32,
-    y_axis: vec3f,
-    asymmetry: f32,
-    z_axis: vec3f,
-    camera_inside: u32,
-    translation: vec3f,
+struct package__1restir_volume_scattered_Vertex {
+    some: bool,
+    in_medium: bool,
+    position: vec3f,
+    incoming: vec3f,
+    scattering: vec3f,
+    point: package_lightshed_surface_SurfacePoint,
+    primitive: u32,
+    inside: bool
+}
+
+fn package__1restir_volume_scattered__1coarse_value(view: package__1restir_volume_volume_View, path: package__1restir_volume_volume_Scattered, depth: f32) -> vec3f {
+    let vertex = package__1restir_volume_scattered__1vertex_of(view, path.distance);
+    let lit = package__1restir_volume_scattered__1lit_by(vertex, path.emitter, path.place, path.sky);
+    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
+        return vec3f(0.0);
+    }
+    return lit.value * (exp(-depth) * package__1restir_volume_through__1coarse_transmittance(lit.shadow, lit.inside));
+}
+
+fn package__1restir_volume_scattered__1direction_pdf(vertex: package__1restir_volume_scattered_Vertex, direction: vec3f) -> f32 {
+    var pdf = 0.0;
+    if package_memory_scene__1HAS_SURROUNDINGS {
+        pdf = package_lightshed_emitter__1surroundings_pdf(direction);
+    }
+    if !vertex.in_medium || package__1restir_volume_volume_frame.phase_share == 0.0 {
+        return pdf;
+    }
+    return pdf + package__1restir_volume_volume_frame.phase_share * (package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction)) - pdf);
+}
+
+fn package__1restir_volume_scattered__1distance_of(view: package__1restir_volume_volume_View, path: package__1restir_volume_volume_Scattered) -> f32 {
+    return select(path.distance, view.seen.hit.t, path.distance == package__1restir_volume_volume__1ON_SURFACE);
+}
+
+fn package__1restir_volume_scattered__1estimated_value(view: package__1restir_volume_volume_View, path: package__1restir_volume_volume_Scattered, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
+    let vertex = package__1restir_volume_scattered__1vertex_of(view, path.distance);
+    let lit = package__1restir_volume_scattered__1lit_by(vertex, path.emitter, path.place, path.sky);
+    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
+        return vec3f(0.0);
+    }
+    let end = select(1.0, package_lightshed_emitter__1SEGMENT_END, path.distance == package__1restir_volume_volume__1ON_SURFACE) * package__1restir_volume_scattered__1distance_of(view, path);
+    var segments = array<package_lightshed_ray_Ray, 2>(package__1restir_volume_through__1camera_segment(view, end), lit.shadow);
+    var starts = array<bool, 2>(package_memory_medium__1medium_settings().camera_inside == 1u, lit.inside);
+    var value = lit.value;
+    for (var leg = 0u; leg < 2u; leg++) {
+        let through = package__1restir_volume_through__1estimate_through(segments[leg], starts[leg], stream);
+        let is_elsewhere = leg == 0u && vertex.in_medium && !through.inside;
+        if through.transmittance == 0.0 || is_elsewhere {
+            return vec3f(0.0);
+        }
+        value *= through.transmittance;
+    }
+    return value;
+}
+
+fn package__1restir_volume_scattered__1lit_by(vertex: package__1restir_volume_scattered_Vertex, emitter: u32, place: vec3f, sky: vec3f) -> package__1restir_volume_scattered_Lit {
+    let none = package__1restir_volume_scattered_Lit(vec3f(0.0), 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u), false);
+    if !vertex.some || emitter == package_lightshed_ray_NOTHING {
+        return none;
+    }
+    let share = select(0.0, package__1restir_volume_volume_frame.phase_share, vertex.in_medium);
+    var light = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
+    var radiance = sky;
+    var per_endpoint = 1.0;
+    var pdf = 0.0;
+    if emitter != package_lightshed_emitter_SURROUNDINGS {
+        let triangle = package_memory_scene__1load_emitter(emitter);
+        let aim = package_lightshed_emitter__1aim_at(triangle, vertex.position, place.xy);
+        if !(aim.cos_theta > 0.0) {
+            return none;
+        }
+        light = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
+        radiance = package_lightshed_emitter__1emitter_radiance(triangle);
+        per_endpoint = aim.cos_theta / aim.distance_squared;
+        pdf = (1.0 - share) * triangle.pdf_area;
+    }
+    let value = package__1restir_volume_scattered__1scattered_towards(vertex, light.direction) * radiance * per_endpoint;
+    let largest = package_lightshed_vector__1max_element(value);
+    if !(largest > 0.0) || !package_lightshed_vector__1is_finite(largest) {
+        return none;
+    }
+    var shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_ray__1NO_END, light.direction, 0u);
+    var inside = true;
+    if vertex.in_medium {
+        if light.finite {
+            shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_emitter__1SEGMENT_END, light.goal - vertex.position, 0u);
+        }
+    }
+    else if package_memory_scene__1HAS_SURFACES {
+        shadow = package_lightshed_emitter__1shadow_ray(vertex.point, light);
+        inside = package_medium__1medium_towards(vertex.primitive, package_lightshed_vector_dot3(shadow.direction, vertex.point.geometric_normal), vertex.inside);
+    }
+    return package__1restir_volume_scattered_Lit(value, pdf, shadow, inside);
+}
+
+fn package__1restir_volume_scattered__1scattered_towards(vertex: package__1restir_volume_scattered_Vertex, direction: vec3f) -> vec3f {
+    if !package_memory_scene__1HAS_SURFACES || vertex.in_medium {
+        return vertex.scattering * package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction));
+    }
+    let wo = package_lightshed_frame__1to_local(vertex.point.shading, -vertex.incoming);
+    return package_lightshed_bsdf__1evaluate_bsdf(vertex.point.material, wo, package_lightshed_frame__1to_local(vertex.point.shading, direction)).value;
+}
+
+fn package__1restir_volume_scattered__1target_in(view: package__1restir_volume_volume_View, path: package__1restir_volume_volume_Scattered) -> f32 {
+    let depths = package__1restir_volume_through__1camera_depths(view, vec4f(package__1restir_volume_scattered__1distance_of(view, path)));
+    return package__1restir_volume_volume__1target_of(package__1restir_volume_scattered__1coarse_value(view, path, depths.x));
+}
+
+fn package__1restir_volume_scattered__1vertex_of(view: package__1restir_volume_volume_View, distance: f32) -> package__1restir_volume_scattered_Vertex {
+    if package_memory_scene__1HAS_SURFACES && distance == package__1restir_volume_volume__1ON_SURFACE {
+        return package__1restir_volume_scattered__2vertex_on_surface(view);
+    }
+    return package__1restir_volume_scattered__2vertex_in_medium(view, distance);
+}
+
+fn package__1restir_volume_scattered__2vertex_in_medium(view: package__1restir_volume_volume_View, distance: f32) -> package__1restir_volume_scattered_Vertex {
+    var vertex: package__1restir_volume_scattered_Vertex;
+    let m = package_memory_medium__1medium_settings();
+    vertex.in_medium = true;
+    vertex.inside = true;
+    vertex.incoming = view.ray.direction;
+    vertex.position = view.ray.origin + view.ray.direction * distance;
+    let place = package_lightshed_majorant__1ray_at(package_medium__1field_ray(view.ray), distance);
+    let is_there = distance >= view.seen.reach.x && distance <= view.seen.reach.y && all(place >= m.medium.grid.low) && all(place <= m.medium.grid.high);
+    if is_there {
+        vertex.scattering = m.albedo * (m.extinction * package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, place));
+        vertex.some = package_lightshed_vector__1max_element(vertex.scattering) > 0.0;
+    }
+    return vertex;
+}
+
+fn package__1restir_volume_scattered__2vertex_on_surface(view: package__1restir_volume_volume_View) -> package__1restir_volume_scattered_Vertex {
+    var vertex: package__1restir_volume_scattered_Vertex;
+    let hit = view.seen.hit;
+    if hit.primitive != package_lightshed_ray_NOTHING {
+        vertex.some = true;
+        vertex.incoming = view.ray.direction;
+        vertex.point = package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(hit.primitive), hit);
+        vertex.position = vertex.point.position;
+        vertex.primitive = hit.primitive;
+        vertex.inside = view.seen.inside == 1u;
+    }
+    return vertex;
+}
+
+const package__1restir_volume_through_DIAGONAL: f32 = 1.7320508;
+
+struct package__1restir_volume_through_March {
+    ray: package_lightshed_majorant_FieldRay,
+    start: f32,
+    step: f32,
+    steps: u32
+}
+
+struct package__1restir_volume_through_Reach {
+    hit: package_lightshed_ray_Hit,
+    interval: vec2f,
+    inside: bool
+}
+
+struct package__1restir_volume_through_Through {
+    transmittance: f32,
+    inside: bool
+}
+
+const package__1restir_volume_through__1LOOKUP_DEPTH: f32 = 0.6;
+
+const package__1restir_volume_through__1OPAQUE_DEPTH: f32 = 10.0;
+
+fn package__1restir_volume_through__1camera_depths(view: package__1restir_volume_volume_View, distances: vec4f) -> vec4f {
+    let k = package_memory_medium__1medium_settings().extinction;
+    let march = package__1restir_volume_through__1march_along(view.ray, view.seen.reach);
+    let furthest = max(max(distances.x, distances.y), max(distances.z, distances.w));
+    var depths = vec4f(0.0);
+    var total = 0.0;
+    for (var i = 0u; i < march.steps; i++) {
+        let begin = march.start + f32(i) * march.step;
+        if begin > furthest || total > package__1restir_volume_through__1OPAQUE_DEPTH {
+            break;
+        }
+        let density = k * package__1restir_volume_through__1marched_density(march, i);
+        depths += clamp(distances - begin, vec4f(0.0), vec4f(march.step)) * density;
+        total += march.step * density;
+    }
+    return depths;
+}
+
+fn package__1restir_volume_through__1camera_segment(view: package__1restir_volume_volume_View, distance: f32) -> package_lightshed_ray_Ray {
+    return package_lightshed_ray_Ray(view.ray.origin, distance, view.ray.direction, 0u);
+}
+
+fn package__1restir_volume_through__1coarse_depth(ray: package_lightshed_ray_Ray, interval: vec2f) -> f32 {
+    let k = package_memory_medium__1medium_settings().extinction * package_lightshed_vector_length3(ray.direction);
+    let march = package__1restir_volume_through__1march_along(ray, interval);
+    var depth = 0.0;
+    for (var i = 0u; i < march.steps && depth <= package__1restir_volume_through__1OPAQUE_DEPTH; i++) {
+        depth += k * march.step * package__1restir_volume_through__1marched_density(march, i);
+    }
+    return depth;
+}
+
+fn package__1restir_volume_through__1coarse_transmittance(segment: package_lightshed_ray_Ray, inside: bool) -> f32 {
+    var interval = vec2f(0.0, segment.t_max);
+    if package_memory_scene__1HAS_SURFACES {
+        let reach = package__1restir_volume_through__1reach_along(segment, inside);
+        if reach.hit.primitive != package_lightshed_ray_NOTHING {
+            return 0.0;
+        }
+        interval = reach.interval;
+    }
+    return exp(-package__1restir_volume_through__1coarse_depth(segment, interval));
+}
+
+fn package__1restir_volume_through__1estimate_part(ray: package_lightshed_ray_Ray, interval: vec2f, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
+    let m = package_memory_medium__1medium_settings();
+    if !(interval.x < interval.y) {
+        return 1.0;
+    }
+    let in_field = package_medium__1field_ray(ray);
+    let k = m.extinction * package_lightshed_vector_length3(ray.direction);
+    let bounds = package_lightshed__1unbiased_marching__1marching_bounds(m.medium, in_field, interval);
+    let lookups = package_lightshed__1unbiased_marching__1marching_lookups(package__1restir_volume_through__1LOOKUP_DEPTH * k * (bounds.control + bounds.residual));
+    return package_lightshed__1unbiased_marching__2unbiased_ray_marching(m.medium, in_field, interval, bounds, k, lookups, stream).value;
+}
+
+fn package__1restir_volume_through__1estimate_through(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> package__1restir_volume_through_Through {
+    let end = package_medium__1end_of(segment);
+    var ray = segment;
+    var result = package__1restir_volume_through_Through(1.0, starts_inside);
+    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
+        let hit = package_medium_nearest(ray);
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        if result.inside {
+            result.transmittance *= package__1restir_volume_through__1estimate_part(ray, vec2f(0.0, select(hit.t, ray.t_max, lost)), stream);
+        }
+        if lost {
+            return result;
+        }
+        let triangle = package_memory_scene__1load_triangle(hit.primitive);
+        if !package_medium_passes(triangle.material) || result.transmittance == 0.0 {
+            break;
+        }
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, result.inside, end);
+        ray = crossing.ray;
+        result.inside = crossing.inside;
+    }
+    return package__1restir_volume_through_Through(0.0, false);
+}
+
+fn package__1restir_volume_through__1march_along(ray: package_lightshed_ray_Ray, interval: vec2f) -> package__1restir_volume_through_March {
+    let grid = package_memory_medium__1medium_settings().medium.grid;
+    let in_field = package_medium__1field_ray(ray);
+    let clipped = package_lightshed_majorant__2clip_to_box(grid.low, grid.high, in_field, interval);
+    if !(clipped.x < clipped.y) {
+        return package__1restir_volume_through_March(in_field, 0.0, 0.0, 0u);
+    }
+    let length = clipped.y - clipped.x;
+    let steps = clamp(ceil(length * package_lightshed_vector_length3(in_field.direction) / package__1restir_volume_through_DIAGONAL), 1.0, 65536.0);
+    return package__1restir_volume_through_March(in_field, clipped.x, length / steps, u32(steps));
+}
+
+fn package__1restir_volume_through__1marched_density(march: package__1restir_volume_through_March, i: u32) -> f32 {
+    let m = package_memory_medium__1medium_settings().medium;
+    return package_lightshed_density__1density_at(m.size, m.filtering, package_lightshed_majorant__1ray_at(march.ray, march.start + (f32(i) + 0.5) * march.step));
+}
+
+fn package__1restir_volume_through__1reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> package__1restir_volume_through_Reach {
+    var ray = whole;
+    var inside = starts_inside;
+    let end = package_medium__1end_of(whole);
+    var done = 0.0;
+    var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
+    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
+        var hit = package_medium_nearest(ray);
+        let lost = hit.primitive == package_lightshed_ray_NOTHING;
+        hit.t = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
+        if inside {
+            interval = vec2f(min(interval.x, done), hit.t);
+        }
+        if lost {
+            return package__1restir_volume_through_Reach(hit, interval, inside);
+        }
+        let triangle = package_memory_scene__1load_triangle(hit.primitive);
+        if !package_medium_passes(triangle.material) {
+            return package__1restir_volume_through_Reach(hit, interval, inside);
+        }
+        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside, end);
+        let direction = whole.direction;
+        done += package_lightshed_vector_dot3(crossing.ray.origin - ray.origin, direction) / package_lightshed_vector_dot3(direction, direction);
+        ray = crossing.ray;
+        inside = crossing.inside;
+    }
+    return package__1restir_volume_through_Reach(package_lightshed_ray_Hit(whole.t_max, package_lightshed_ray_NOTHING, vec2f(0.0)), interval, inside);
+}
+
+const package__1restir_volume_volume_CAMERA: u32 = 0u;
+
+struct package__1restir_volume_volume_Frame {
+    number: u32,
+    walks: u32,
+    neighbours: u32,
+    radius: f32,
+    confidence_cap: f32,
+    phase_share: f32,
     padding0: u32,
-    albedo: vec3f,
     padding1: u32
 }
 
-struct package_host_Settings {
-    camera: package_lightshed_camera_Camera,
-    surroundings: vec3f,
-    groups: u32,
-    seed: vec2u,
-    max_depth: u32,
-    roulette_depth: u32,
-    emitters: u32,
-    pixels: u32,
-    sky_words: u32,
-    finite_emitters: u32,
-    first_direction: u32,
-    directions: u32,
-    uv_words: u32,
-    texture_words: u32,
-    coat_words: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-    sky: package_lightshed_sky_Sky
+struct package__1restir_volume_volume_Primary {
+    hit: package_lightshed_ray_Hit,
+    reach: vec2f,
+    inside: u32,
+    padding: u32
 }
 
-override package_host__1HAS_DIELECTRICS: bool = true;
-
-override package_host__1HAS_PLASTICS: bool = true;
-
-override package_host__1HAS_SKY: bool = true;
-
-override package_host__1HAS_TEXTURES: bool = true;
-
-fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
-    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters, package_host_settings.finite_emitters, package_host_settings.first_direction, package_host_settings.directions);
+struct package__1restir_volume_volume_Scattered {
+    place: vec3f,
+    emitter: u32,
+    sky: vec3f,
+    distance: f32,
+    p_hat: f32,
+    weight: f32,
+    confidence: f32,
+    padding: u32
 }
 
-fn package_host__1has_dielectrics() -> bool {
-    return package_host__1HAS_DIELECTRICS;
+struct package__1restir_volume_volume_View {
+    ray: package_lightshed_ray_Ray,
+    seen: package__1restir_volume_volume_Primary
 }
 
-fn package_host__1has_plastics() -> bool {
-    return package_host__1HAS_PLASTICS;
+const package__1restir_volume_volume__1F32_MAX: f32 = 3.4028235e38;
+
+const package__1restir_volume_volume__1ON_SURFACE: f32 = -1.0;
+
+const package__1restir_volume_volume__1THIRD_ROOT: f32 = 0.57735027;
+
+fn package__1restir_volume_volume__1nothing_held(confidence: f32) -> package__1restir_volume_volume_Scattered {
+    return package__1restir_volume_volume_Scattered(vec3f(0.0), package_lightshed_ray_NOTHING, vec3f(0.0), 0.0, 0.0, 0.0, confidence, 0u);
 }
 
-fn package_host__1has_sky() -> bool {
-    return package_host__1HAS_SKY;
+fn package__1restir_volume_volume__1stream_from(pixel: u32, index: u32) -> package_lightshed_stream_Stream {
+    return package_lightshed_stream__2stream_of_sample(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), package__1restir_volume_volume_frame.number, 4u * index);
 }
 
-fn package_host__1has_textures() -> bool {
-    return package_host__1HAS_TEXTURES;
+fn package__1restir_volume_volume__1target_of(value: vec3f) -> f32 {
+    return min(package_lightshed_vector_length3(value) * package__1restir_volume_volume__1THIRD_ROOT, package__1restir_volume_volume__1F32_MAX);
 }
 
-fn package_host__1lets_pass(primitive: u32) -> bool {
-    return package_host_materials[package_host_triangles[primitive].material].y == 0u;
+fn package__1restir_volume_volume__1view_of(pixel: u32) -> package__1restir_volume_volume_View {
+    return package__1restir_volume_volume_View(package__1restir_volume_volume__2camera_ray_of(pixel, package__1restir_volume_volume_frame.number), package__1restir_volume_volume_primaries[pixel]);
 }
 
-fn package_host__1load_coat(place: u32) -> f32 {
-    return package_host__2number_in_tables(package_host_settings.coat_words + place);
+fn package__1restir_volume_volume__2camera_ray_of(pixel: u32, number: u32) -> package_lightshed_ray_Ray {
+    return package_memory_pixels__1pixel_ray(package_memory_pixels__1pixel_place(pixel), package_memory_pixels__1pixel_block(pixel, number, package__1restir_volume_volume_CAMERA));
 }
 
-fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
-    return package_host_components[row];
+fn package__1restir_volume_volume__2earlier_view_of(pixel: u32) -> package__1restir_volume_volume_View {
+    return package__1restir_volume_volume_View(package__1restir_volume_volume__2camera_ray_of(pixel, package__1restir_volume_volume_frame.number - 1u), package__1restir_volume_volume_before[pixel]);
 }
 
-fn package_host__1load_density(voxel: vec3u) -> f32 {
-    return package_host_voxels[(voxel.z * package_host_medium.medium.size.y + voxel.y) * package_host_medium.medium.size.x + voxel.x];
+@group(2) @binding(2)
+var<storage, read> package__1restir_volume_volume_before: array<package__1restir_volume_volume_Primary>;
+
+fn package__1restir_volume_volume_block(pixel: u32, index: u32) -> vec4u {
+    return package_memory_pixels__1pixel_block(pixel, package__1restir_volume_volume_frame.number, index);
 }
 
-fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
-    return package_host_emitters[index];
+@group(2) @binding(6)
+var<storage, read> package__1restir_volume_volume_frame: package__1restir_volume_volume_Frame;
+
+@group(2) @binding(3)
+var<storage, read_write> package__1restir_volume_volume_given: array<package__1restir_volume_volume_Scattered>;
+
+@group(2) @binding(5)
+var<storage, read_write> package__1restir_volume_volume_image: array<vec4f>;
+
+@group(2) @binding(4)
+var<storage, read_write> package__1restir_volume_volume_made: array<package__1restir_volume_volume_Scattered>;
+
+@group(2) @binding(1)
+var<storage, read_write> package__1restir_volume_volume_primaries: array<package__1restir_volume_volume_Primary>;
+
+struct package_inputs_Inputs {
+    count: u32,
+    temporal: bool,
+    pixels: array<u32, 9>
 }
 
-fn package_host__1load_majorant(cell: u32) -> vec2f {
-    return package_host_bounds[cell];
+fn package_inputs__1add_input(pixel: u32) {
+    package_inputs_inputs.pixels[package_inputs_inputs.count] = pixel;
+    package_inputs_inputs.count++;
 }
 
-fn package_host__1load_material(index: u32) -> vec2u {
-    return package_host_materials[index];
+fn package_inputs__1with_past(pixel: u32) {
+    package_inputs_inputs.count = 2u;
+    package_inputs_inputs.temporal = true;
+    package_inputs_inputs.pixels[0] = pixel;
+    package_inputs_inputs.pixels[1] = pixel;
 }
 
-fn package_host__1load_texture(index: u32) -> package_lightshed_texture_Texture {
-    let word = package_host_settings.texture_words + 16u * index;
-    return package_lightshed_texture_Texture(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u), vec2u(package_host_tables[word + 6u], package_host_tables[word + 7u]), vec3f(package_host__2pair_in_tables(word + 8u), package_host__2number_in_tables(word + 10u)), package_host_tables[word + 11u], package_host_tables[word + 12u], package_host_tables[word + 13u], package_host_tables[word + 14u], 0u);
+fn package_inputs_alone(pixel: u32) {
+    package_inputs_inputs.count = 1u;
+    package_inputs_inputs.temporal = false;
+    package_inputs_inputs.pixels[0] = pixel;
 }
 
-fn package_host__1load_touching(primitive: u32) -> f32 {
-    return bitcast<f32>(package_host__1medium_sides[primitive].y);
-}
-
-fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
-    return package_host_triangles[index];
-}
-
-fn package_host__1medium_settings() -> package_host_MediumSettings {
-    return package_host_medium;
-}
-
-@group(0) @binding(13)
-var<storage, read> package_host__1medium_sides: array<vec2u>;
-
-fn package_host__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
-    var u_lens = vec2f(0.5);
-    if package_host_settings.camera.aperture_radius > 0.0 {
-        u_lens = package_lightshed_uniform__1unit_square(words.zw);
-    }
-    return package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
-}
-
-fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_host_GROUP;
-}
-
-override package_host__2HAS_DELTA_EMITTERS: bool = true;
-
-fn package_host__2has_delta_emitters() -> bool {
-    return package_host__2HAS_DELTA_EMITTERS;
-}
-
-fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
-}
-
-fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
-    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
-}
-
-fn package_host__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
-    let word = package_host_settings.uv_words + 6u * index;
-    return package_lightshed_surface_CornerUvs(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u));
-}
-
-fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
-    return package_host_nodes[index];
-}
-
-fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
-    return package_host_slots[slot];
-}
-
-fn package_host__2load_medium_sides(primitive: u32) -> u32 {
-    return package_host__1medium_sides[primitive].x;
-}
-
-fn package_host__2load_sky_word(index: u32) -> u32 {
-    return package_host_tables[package_host_settings.sky_words + index];
-}
-
-fn package_host__2load_texel_word(index: u32) -> u32 {
-    return package_host_tables[index];
-}
-
-fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
-    let triangle = package_host_triangles[index];
-    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
-}
-
-fn package_host__2number_in_tables(word: u32) -> f32 {
-    return bitcast<f32>(package_host_tables[word]);
-}
-
-fn package_host__2pair_in_tables(word: u32) -> vec2f {
-    return vec2f(package_host__2number_in_tables(word), package_host__2number_in_tables(word + 1u));
-}
-
-@group(0) @binding(12)
-var<storage, read> package_host_bounds: array<vec2f>;
-
-@group(0) @binding(6)
-var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
-
-@group(0) @binding(7)
-var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
-
-@group(0) @binding(5)
-var<storage, read> package_host_materials: array<vec2u>;
-
-@group(0) @binding(10)
-var<storage, read> package_host_medium: package_host_MediumSettings;
-
-@group(0) @binding(1)
-var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
-
-@group(0) @binding(4)
-var<storage, read> package_host_normals: array<vec4f>;
-
-@group(0) @binding(0)
-var<storage, read> package_host_settings: package_host_Settings;
-
-fn package_host_sky() -> package_lightshed_sky_Sky {
-    return package_host_settings.sky;
-}
-
-@group(0) @binding(2)
-var<storage, read> package_host_slots: array<u32>;
-
-@group(0) @binding(8)
-var<storage, read> package_host_tables: array<u32>;
-
-@group(0) @binding(3)
-var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
-
-@group(0) @binding(11)
-var<storage, read> package_host_voxels: array<f32>;
+var<private> package_inputs_inputs: package_inputs_Inputs;
 
 const package_lightshed__1unbiased_marching_CORRECTED: f32 = 0.1;
 
@@ -678,7 +767,7 @@ fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
 
 fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
     let route = package_lightshed_alias__1alias_route(length, u);
-    let entry = package_host__2load_alias_entry(table, route.x);
+    let entry = package_memory_scene__2load_alias_entry(table, route.x);
     return select(entry.alias_index, route.x, route.y < entry.threshold);
 }
 
@@ -723,8 +812,8 @@ fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component)
 }
 
 fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
-    var component = package_host__1load_component(rows.x + i);
-    if package_host__1has_textures() && component.texture != 0u {
+    var component = package_memory_scene__1load_component(rows.x + i);
+    if package_memory_scene__1has_textures() && component.texture != 0u {
         component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
         if rows.y > 1u {
             component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
@@ -734,7 +823,7 @@ fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_Ma
 }
 
 fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -819,11 +908,11 @@ fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component
 }
 
 fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+    return package_memory_scene__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
 }
 
 fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+    return package_memory_scene__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
 }
 
 fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
@@ -876,7 +965,7 @@ fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     var total = 0.0;
     for (var i = 0u; i < rows.y; i++) {
         let component = package_lightshed_bsdf__1component_at(material, rows, i);
@@ -945,8 +1034,8 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
     let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
-    let low = package_host__1load_coat(place);
-    return clamp(low + (package_host__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+    let low = package_memory_scene__1load_coat(place);
+    return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
 struct package_lightshed_cwbvh_BoxRay {
@@ -1055,17 +1144,17 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, o
                 stack[depth] = group;
                 depth++;
             }
-            let node = package_host__2load_cwbvh_node(index);
+            let node = package_memory_scene__2load_cwbvh_node(index);
             let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
             var primitives = hits & 16777215u;
             while (primitives != 0u) {
                 let offset = firstTrailingBit(primitives);
                 primitives &= primitives - 1u;
-                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
-                if opaque && package_host__1lets_pass(primitive) {
+                let primitive = package_memory_scene__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_memory_scene__1lets_pass(primitive) {
                     continue;
                 }
-                let corners = package_host__2load_triangle_corners(primitive);
+                let corners = package_memory_scene__2load_triangle_corners(primitive);
                 let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
                 if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
                     best = hit;
@@ -1097,7 +1186,7 @@ fn package_lightshed_density__1density_at(size: vec3u, filtering: u32, position:
 }
 
 fn package_lightshed_density__1density_nearest(size: vec3u, position: vec3f) -> f32 {
-    return package_host__1load_density(vec3u(min(max(position, vec3f(0.0)), vec3f(size) - 1.0)));
+    return package_memory_medium__1load_density(vec3u(min(max(position, vec3f(0.0)), vec3f(size) - 1.0)));
 }
 
 fn package_lightshed_density__1density_trilinear(size: vec3u, position: vec3f) -> f32 {
@@ -1106,10 +1195,10 @@ fn package_lightshed_density__1density_trilinear(size: vec3u, position: vec3f) -
     let f = p - vec3f(cell);
     let high = min(cell, size - 1u);
     let low = max(cell, vec3u(1u)) - 1u;
-    let near_low = package_lightshed_density_linear(package_host__1load_density(low), package_host__1load_density(vec3u(high.x, low.yz)), f.x);
-    let near_high = package_lightshed_density_linear(package_host__1load_density(vec3u(low.x, high.y, low.z)), package_host__1load_density(vec3u(high.xy, low.z)), f.x);
-    let far_low = package_lightshed_density_linear(package_host__1load_density(vec3u(low.xy, high.z)), package_host__1load_density(vec3u(high.x, low.y, high.z)), f.x);
-    let far_high = package_lightshed_density_linear(package_host__1load_density(vec3u(low.x, high.yz)), package_host__1load_density(high), f.x);
+    let near_low = package_lightshed_density_linear(package_memory_medium__1load_density(low), package_memory_medium__1load_density(vec3u(high.x, low.yz)), f.x);
+    let near_high = package_lightshed_density_linear(package_memory_medium__1load_density(vec3u(low.x, high.y, low.z)), package_memory_medium__1load_density(vec3u(high.xy, low.z)), f.x);
+    let far_low = package_lightshed_density_linear(package_memory_medium__1load_density(vec3u(low.xy, high.z)), package_memory_medium__1load_density(vec3u(high.x, low.y, high.z)), f.x);
+    let far_high = package_lightshed_density_linear(package_memory_medium__1load_density(vec3u(low.x, high.yz)), package_memory_medium__1load_density(high), f.x);
     let near = package_lightshed_density_linear(near_low, near_high, f.y);
     let far = package_lightshed_density_linear(far_low, far_high, f.y);
     return max(package_lightshed_density_linear(near, far, f.z), 0.0);
@@ -1458,7 +1547,7 @@ fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter
 }
 
 fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
-    let about = package_host__1emitter_groups();
+    let about = package_memory_scene__1emitter_groups();
     let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
     let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
     let middle = high.x + low.y;
@@ -1466,7 +1555,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     if about.finite > 0u && group == 0u {
         return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
     }
-    if package_host__2has_delta_emitters() {
+    if package_memory_scene__2has_delta_emitters() {
         let direction = group - select(0u, 1u, about.finite > 0u);
         if direction < about.directions {
             return about.first_direction + direction;
@@ -1480,11 +1569,11 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
 }
 
 fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_SurfacePoint, light: package_lightshed_emitter_EmitterSample) -> package_lightshed_ray_Ray {
@@ -1496,21 +1585,21 @@ fn package_lightshed_emitter__1shadow_ray(point: package_lightshed_surface_Surfa
 }
 
 fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
     return package_lightshed_emitter__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
-    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_memory_scene__1emitter_groups().groups));
 }
 
 fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_radiance(direction);
     }
-    return package_host__1emitter_groups().surroundings;
+    return package_memory_scene__1emitter_groups().surroundings;
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -1755,7 +1844,7 @@ fn package_lightshed_majorant__1dda_step(before: package_lightshed_majorant_Dda)
     if !package_lightshed_wide__1wide_less(dda.now, package_lightshed_majorant_WHOLE) {
         return package_lightshed_majorant_Crossing(false, package_lightshed_majorant_Segment(), dda);
     }
-    let bounds = package_host__1load_majorant(dda.index);
+    let bounds = package_memory_medium__1load_majorant(dda.index);
     var segment = package_lightshed_majorant_Segment(dda.t_now, dda.t_end, bounds.y, bounds.x);
     let yz = select(dda.next_z, dda.next_y, package_lightshed_wide__2wide_less_signed(dda.next_y, dda.next_z));
     let x_first = !package_lightshed_wide__2wide_less_signed(yz, dda.next_x);
@@ -1827,6 +1916,84 @@ fn package_lightshed_majorant__2clip_to_box(low: vec3f, high: vec3f, ray: packag
 struct package_lightshed_material_MaterialAt {
     index: u32,
     uv: vec2f
+}
+
+struct package_lightshed_merge_MergeImage {
+    p_hat: f32,
+    jacobian: f32
+}
+
+struct package_lightshed_merge_MergeInput {
+    confidence: f32,
+    weight: f32,
+    p_hat: f32
+}
+
+struct package_lightshed_merge_Merged {
+    weight: f32,
+    confidence: f32
+}
+
+struct package_lightshed_merge_Merging {
+    selection: package_lightshed_reservoir_Selection,
+    p_hat: f32
+}
+
+fn package_lightshed_merge__1is_defined(image: package_lightshed_merge_MergeImage) -> bool {
+    return image.jacobian > 0.0 && image.p_hat > 0.0;
+}
+
+fn package_lightshed_merge__1merge_balance(count: u32, cap: f32) -> package_lightshed_merge_Merged {
+    var merging = package_lightshed_merge__1nothing_merged();
+    var confidence = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let input = package_reuse__1merge_input(i);
+        confidence += input.confidence;
+        if !(input.weight > 0.0 && input.confidence > 0.0) {
+            continue;
+        }
+        var image = package_lightshed_merge_MergeImage(input.p_hat, 1.0);
+        var own = input.p_hat;
+        var total = 0.0;
+        for (var j = 0u; j < count; j++) {
+            var density = own;
+            if j != i {
+                let there = package_reuse__1merge_shift(i, j);
+                density = there.p_hat * there.jacobian;
+                if j == 0u {
+                    image = there;
+                    if !package_lightshed_merge__1is_defined(image) {
+                        break;
+                    }
+                    own = input.p_hat / image.jacobian;
+                    density = image.p_hat;
+                }
+            }
+            total += package_reuse__1merge_input(j).confidence * density;
+        }
+        if package_lightshed_merge__1is_defined(image) {
+            merging = package_lightshed_merge__1merged_with(merging, i, package_lightshed_mis__1balance_weight(input.confidence, own, total), input.weight, image);
+        }
+    }
+    return package_lightshed_merge__1merge_finished(merging, confidence, cap);
+}
+
+fn package_lightshed_merge__1merge_finished(merging: package_lightshed_merge_Merging, confidence: f32, cap: f32) -> package_lightshed_merge_Merged {
+    return package_lightshed_merge_Merged(package_lightshed_reservoir__1contribution_weight(merging.selection, merging.p_hat), min(confidence, cap));
+}
+
+fn package_lightshed_merge__1merged_with(so_far: package_lightshed_merge_Merging, i: u32, m: f32, weight: f32, image: package_lightshed_merge_MergeImage) -> package_lightshed_merge_Merging {
+    package_reuse__1merge_visit(i, m * weight * image.jacobian);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, i, m * image.p_hat * weight * image.jacobian, package_reuse__1merge_number(i));
+    if !offered.accepted {
+        return package_lightshed_merge_Merging(offered.selection, so_far.p_hat);
+    }
+    package_reuse__1merge_keep(i);
+    return package_lightshed_merge_Merging(offered.selection, image.p_hat);
+}
+
+fn package_lightshed_merge__1nothing_merged() -> package_lightshed_merge_Merging {
+    return package_lightshed_merge_Merging(package_lightshed_reservoir_Selection(0u, 0u, 0.0, 0.0), 0.0);
 }
 
 const package_lightshed_mis__1F32_MAX: f32 = 3.4028235e38;
@@ -2041,7 +2208,7 @@ fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
 }
 
 fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
-    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+    return package_memory_scene__2load_sky_word(cells.y + cells.x * cells.y + row);
 }
 
 fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
@@ -2049,11 +2216,11 @@ fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package
     var size = last + 1u;
     while (size > 1u) {
         let half = size / 2u;
-        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        base = select(base, base + half, package_memory_scene__2load_sky_word(first + base + half) <= word);
         size -= half;
     }
     let words = package_lightshed_sky_owned(first, last, base);
-    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_memory_scene__2load_sky_word(first + base)), 0.0, words));
 }
 
 fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
@@ -2081,7 +2248,7 @@ fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_word
 }
 
 fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let uv = package_lightshed_sky__1sky_coordinates(image, direction);
     let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
@@ -2091,12 +2258,12 @@ fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
 }
 
 fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
 }
 
 fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
     let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
@@ -2116,7 +2283,7 @@ fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySamp
 fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
     let cells = package_lightshed_sky__1sky_cells(image);
     let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
-    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+    return vec3f(bitcast<f32>(package_memory_scene__2load_sky_word(start)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 1u)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 2u)));
 }
 
 const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
@@ -2139,11 +2306,11 @@ fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
     if index > last {
         return 0.0;
     }
-    let start = package_host__2load_sky_word(first + index);
+    let start = package_memory_scene__2load_sky_word(first + index);
     if index == last {
         return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
     }
-    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+    return f32(package_memory_scene__2load_sky_word(first + index + 1u) - start);
 }
 
 struct package_lightshed_stream_Stream {
@@ -2238,12 +2405,12 @@ fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface
     let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
     var shading_normal = normal;
     if triangle.normals != package_lightshed_ray_NOTHING {
-        let normals = package_host__2load_corner_normals(triangle.normals);
+        let normals = package_memory_scene__2load_corner_normals(triangle.normals);
         shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
     }
     var uv = vec2f(v, w);
-    if package_host__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
-        let uvs = package_host__2load_corner_uvs(triangle.uvs);
+    if package_memory_scene__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_memory_scene__2load_corner_uvs(triangle.uvs);
         uv = uvs.a * u + uvs.b * v + uvs.c * w;
     }
     return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
@@ -2281,11 +2448,11 @@ const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
-    return bitcast<f32>(package_host__2load_texel_word(word));
+    return bitcast<f32>(package_memory_scene__2load_texel_word(word));
 }
 
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
-    let texture = package_host__1load_texture(index);
+    let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
     let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
     var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
@@ -2340,7 +2507,7 @@ fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x
         let word = texture.first + 3u * place;
         return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
     }
-    let codes = package_host__2load_texel_word(texture.first + place);
+    let codes = package_memory_scene__2load_texel_word(texture.first + place);
     return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
 }
 
@@ -2619,14 +2786,14 @@ fn package_medium__1end_of(ray: package_lightshed_ray_Ray) -> vec3f {
 }
 
 fn package_medium__1field_ray(ray: package_lightshed_ray_Ray) -> package_lightshed_majorant_FieldRay {
-    let m = package_host__1medium_settings();
+    let m = package_memory_medium__1medium_settings();
     let direction = m.x_axis * ray.direction.x + m.y_axis * ray.direction.y + m.z_axis * ray.direction.z;
     let origin = m.x_axis * ray.origin.x + m.y_axis * ray.origin.y + m.z_axis * ray.origin.z;
     return package_lightshed_majorant_FieldRay(origin + m.translation, direction);
 }
 
 fn package_medium__1medium_towards(primitive: u32, cos_theta: f32, inside: bool) -> bool {
-    let sides = package_host__2load_medium_sides(primitive);
+    let sides = package_memory_medium__2load_medium_sides(primitive);
     if (sides & package_medium_BOUNDARY) == 0u {
         return inside;
     }
@@ -2634,7 +2801,7 @@ fn package_medium__1medium_towards(primitive: u32, cos_theta: f32, inside: bool)
 }
 
 fn package_medium__1phase_at(angle: package_lightshed_phase_ScatteringAngle) -> f32 {
-    let g = package_host__1medium_settings().asymmetry;
+    let g = package_memory_medium__1medium_settings().asymmetry;
     if g == 0.0 {
         return package_lightshed_phase__1isotropic_phase();
     }
@@ -2654,7 +2821,7 @@ fn package_medium__1rest_of(ray: package_lightshed_ray_Ray, origin: vec3f, end: 
 }
 
 fn package_medium__1sample_angle(u: f32) -> package_lightshed_phase_ScatteringAngle {
-    let g = package_host__1medium_settings().asymmetry;
+    let g = package_memory_medium__1medium_settings().asymmetry;
     if g == 0.0 {
         return package_lightshed_phase__1isotropic_angle(u);
     }
@@ -2666,11 +2833,11 @@ fn package_medium_nearest(ray: package_lightshed_ray_Ray) -> package_lightshed_r
     if !package_medium__1HAS_TOUCHING || hit.primitive == package_lightshed_ray_NOTHING {
         return hit;
     }
-    let slack = package_host__1load_touching(hit.primitive);
+    let slack = package_memory_medium__1load_touching(hit.primitive);
     if !(slack > 0.0) {
         return hit;
     }
-    let triangle = package_host__1load_triangle(hit.primitive);
+    let triangle = package_memory_scene__1load_triangle(hit.primitive);
     let across = abs(package_lightshed_vector_dot3(vec3f(triangle.normal_x, triangle.normal_yz), ray.direction));
     let below = package_lightshed_cwbvh__1intersect_opaque(package_lightshed_ray_Ray(ray.origin, min(ray.t_max, hit.t + slack / across), ray.direction, 0u));
     if below.primitive == package_lightshed_ray_NOTHING {
@@ -2680,409 +2847,378 @@ fn package_medium_nearest(ray: package_lightshed_ray_Ray) -> package_lightshed_r
 }
 
 fn package_medium_passes(material: u32) -> bool {
-    return package_host__1load_material(material).y == 0u;
+    return package_memory_scene__1load_material(material).y == 0u;
 }
 
-struct package_scattered_Lit {
-    value: vec3f,
-    pdf: f32,
-    shadow: package_lightshed_ray_Ray,
-    inside: bool
-}
-
-struct package_scattered_Vertex {
-    some: bool,
-    in_medium: bool,
-    position: vec3f,
-    incoming: vec3f,
-    scattering: vec3f,
-    point: package_lightshed_surface_SurfacePoint,
-    primitive: u32,
-    inside: bool
-}
-
-fn package_scattered__1coarse_value(view: package_volume_View, path: package_volume_Scattered, depth: f32) -> vec3f {
-    let vertex = package_scattered__1vertex_of(view, path.distance);
-    let lit = package_scattered__1lit_by(vertex, path.emitter, path.place, path.sky);
-    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
-        return vec3f(0.0);
-    }
-    return lit.value * (exp(-depth) * package_through__1coarse_transmittance(lit.shadow, lit.inside));
-}
-
-fn package_scattered__1direction_pdf(vertex: package_scattered_Vertex, direction: vec3f) -> f32 {
-    var pdf = 0.0;
-    if package_volume__1HAS_SURROUNDINGS {
-        pdf = package_lightshed_emitter__1surroundings_pdf(direction);
-    }
-    if !vertex.in_medium || package_volume_frame.phase_share == 0.0 {
-        return pdf;
-    }
-    return pdf + package_volume_frame.phase_share * (package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction)) - pdf);
-}
-
-fn package_scattered__1distance_of(view: package_volume_View, path: package_volume_Scattered) -> f32 {
-    return select(path.distance, view.seen.hit.t, path.distance == package_volume__1ON_SURFACE);
-}
-
-fn package_scattered__1estimated_value(view: package_volume_View, path: package_volume_Scattered, stream: ptr<function, package_lightshed_stream_Stream>) -> vec3f {
-    let vertex = package_scattered__1vertex_of(view, path.distance);
-    let lit = package_scattered__1lit_by(vertex, path.emitter, path.place, path.sky);
-    if !(package_lightshed_vector__1max_element(lit.value) > 0.0) {
-        return vec3f(0.0);
-    }
-    let end = select(1.0, package_lightshed_emitter__1SEGMENT_END, path.distance == package_volume__1ON_SURFACE) * package_scattered__1distance_of(view, path);
-    var segments = array<package_lightshed_ray_Ray, 2>(package_through__1camera_segment(view, end), lit.shadow);
-    var starts = array<bool, 2>(package_host__1medium_settings().camera_inside == 1u, lit.inside);
-    var value = lit.value;
-    for (var leg = 0u; leg < 2u; leg++) {
-        let through = package_through__1estimate_through(segments[leg], starts[leg], stream);
-        let is_elsewhere = leg == 0u && vertex.in_medium && !through.inside;
-        if through.transmittance == 0.0 || is_elsewhere {
-            return vec3f(0.0);
-        }
-        value *= through.transmittance;
-    }
-    return value;
-}
-
-fn package_scattered__1lit_by(vertex: package_scattered_Vertex, emitter: u32, place: vec3f, sky: vec3f) -> package_scattered_Lit {
-    let none = package_scattered_Lit(vec3f(0.0), 0.0, package_lightshed_ray_Ray(vec3f(0.0), 0.0, vec3f(0.0), 0u), false);
-    if !vertex.some || emitter == package_lightshed_ray_NOTHING {
-        return none;
-    }
-    let share = select(0.0, package_volume_frame.phase_share, vertex.in_medium);
-    var light = package_lightshed_emitter_EmitterSample(place, 1.0, vec3f(0.0), false, vec3f(0.0));
-    var radiance = sky;
-    var per_endpoint = 1.0;
-    var pdf = 0.0;
-    if emitter != package_lightshed_emitter_SURROUNDINGS {
-        let triangle = package_host__1load_emitter(emitter);
-        let aim = package_lightshed_emitter__1aim_at(triangle, vertex.position, place.xy);
-        if !(aim.cos_theta > 0.0) {
-            return none;
-        }
-        light = package_lightshed_emitter_EmitterSample(aim.direction, 1.0, vec3f(0.0), true, aim.goal);
-        radiance = package_lightshed_emitter__1emitter_radiance(triangle);
-        per_endpoint = aim.cos_theta / aim.distance_squared;
-        pdf = (1.0 - share) * triangle.pdf_area;
-    }
-    let value = package_scattered__1scattered_towards(vertex, light.direction) * radiance * per_endpoint;
-    let largest = package_lightshed_vector__1max_element(value);
-    if !(largest > 0.0) || !package_lightshed_vector__1is_finite(largest) {
-        return none;
-    }
-    var shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_ray__1NO_END, light.direction, 0u);
-    var inside = true;
-    if vertex.in_medium {
-        if light.finite {
-            shadow = package_lightshed_ray_Ray(vertex.position, package_lightshed_emitter__1SEGMENT_END, light.goal - vertex.position, 0u);
-        }
-    }
-    else if package_volume__1HAS_SURFACES {
-        shadow = package_lightshed_emitter__1shadow_ray(vertex.point, light);
-        inside = package_medium__1medium_towards(vertex.primitive, package_lightshed_vector_dot3(shadow.direction, vertex.point.geometric_normal), vertex.inside);
-    }
-    return package_scattered_Lit(value, pdf, shadow, inside);
-}
-
-fn package_scattered__1scattered_towards(vertex: package_scattered_Vertex, direction: vec3f) -> vec3f {
-    if !package_volume__1HAS_SURFACES || vertex.in_medium {
-        return vertex.scattering * package_medium__1phase_at(package_lightshed_phase__1angle_between(vertex.incoming, direction));
-    }
-    let wo = package_lightshed_frame__1to_local(vertex.point.shading, -vertex.incoming);
-    return package_lightshed_bsdf__1evaluate_bsdf(vertex.point.material, wo, package_lightshed_frame__1to_local(vertex.point.shading, direction)).value;
-}
-
-fn package_scattered__1target_in(view: package_volume_View, path: package_volume_Scattered) -> f32 {
-    let depths = package_through__1camera_depths(view, vec4f(package_scattered__1distance_of(view, path)));
-    return package_volume__1target_of(package_scattered__1coarse_value(view, path, depths.x));
-}
-
-fn package_scattered__1vertex_of(view: package_volume_View, distance: f32) -> package_scattered_Vertex {
-    if package_volume__1HAS_SURFACES && distance == package_volume__1ON_SURFACE {
-        return package_scattered__2vertex_on_surface(view);
-    }
-    return package_scattered__2vertex_in_medium(view, distance);
-}
-
-fn package_scattered__2vertex_in_medium(view: package_volume_View, distance: f32) -> package_scattered_Vertex {
-    var vertex: package_scattered_Vertex;
-    let m = package_host__1medium_settings();
-    vertex.in_medium = true;
-    vertex.inside = true;
-    vertex.incoming = view.ray.direction;
-    vertex.position = view.ray.origin + view.ray.direction * distance;
-    let place = package_lightshed_majorant__1ray_at(package_medium__1field_ray(view.ray), distance);
-    let is_there = distance >= view.seen.reach.x && distance <= view.seen.reach.y && all(place >= m.medium.grid.low) && all(place <= m.medium.grid.high);
-    if is_there {
-        vertex.scattering = m.albedo * (m.extinction * package_lightshed_density__1density_at(m.medium.size, m.medium.filtering, place));
-        vertex.some = package_lightshed_vector__1max_element(vertex.scattering) > 0.0;
-    }
-    return vertex;
-}
-
-fn package_scattered__2vertex_on_surface(view: package_volume_View) -> package_scattered_Vertex {
-    var vertex: package_scattered_Vertex;
-    let hit = view.seen.hit;
-    if hit.primitive != package_lightshed_ray_NOTHING {
-        vertex.some = true;
-        vertex.incoming = view.ray.direction;
-        vertex.point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
-        vertex.position = vertex.point.position;
-        vertex.primitive = hit.primitive;
-        vertex.inside = view.seen.inside == 1u;
-    }
-    return vertex;
-}
-
-const package_through_DIAGONAL: f32 = 1.7320508;
-
-struct package_through_March {
-    ray: package_lightshed_majorant_FieldRay,
-    start: f32,
-    step: f32,
-    steps: u32
-}
-
-struct package_through_Reach {
-    hit: package_lightshed_ray_Hit,
-    interval: vec2f,
-    inside: bool
-}
-
-struct package_through_Through {
-    transmittance: f32,
-    inside: bool
-}
-
-const package_through__1LOOKUP_DEPTH: f32 = 0.6;
-
-const package_through__1OPAQUE_DEPTH: f32 = 10.0;
-
-fn package_through__1camera_depths(view: package_volume_View, distances: vec4f) -> vec4f {
-    let k = package_host__1medium_settings().extinction;
-    let march = package_through__1march_along(view.ray, view.seen.reach);
-    let furthest = max(max(distances.x, distances.y), max(distances.z, distances.w));
-    var depths = vec4f(0.0);
-    var total = 0.0;
-    for (var i = 0u; i < march.steps; i++) {
-        let begin = march.start + f32(i) * march.step;
-        if begin > furthest || total > package_through__1OPAQUE_DEPTH {
-            break;
-        }
-        let density = k * package_through__1marched_density(march, i);
-        depths += clamp(distances - begin, vec4f(0.0), vec4f(march.step)) * density;
-        total += march.step * density;
-    }
-    return depths;
-}
-
-fn package_through__1camera_segment(view: package_volume_View, distance: f32) -> package_lightshed_ray_Ray {
-    return package_lightshed_ray_Ray(view.ray.origin, distance, view.ray.direction, 0u);
-}
-
-fn package_through__1coarse_depth(ray: package_lightshed_ray_Ray, interval: vec2f) -> f32 {
-    let k = package_host__1medium_settings().extinction * package_lightshed_vector_length3(ray.direction);
-    let march = package_through__1march_along(ray, interval);
-    var depth = 0.0;
-    for (var i = 0u; i < march.steps && depth <= package_through__1OPAQUE_DEPTH; i++) {
-        depth += k * march.step * package_through__1marched_density(march, i);
-    }
-    return depth;
-}
-
-fn package_through__1coarse_transmittance(segment: package_lightshed_ray_Ray, inside: bool) -> f32 {
-    var interval = vec2f(0.0, segment.t_max);
-    if package_volume__1HAS_SURFACES {
-        let reach = package_through__1reach_along(segment, inside);
-        if reach.hit.primitive != package_lightshed_ray_NOTHING {
-            return 0.0;
-        }
-        interval = reach.interval;
-    }
-    return exp(-package_through__1coarse_depth(segment, interval));
-}
-
-fn package_through__1estimate_part(ray: package_lightshed_ray_Ray, interval: vec2f, stream: ptr<function, package_lightshed_stream_Stream>) -> f32 {
-    let m = package_host__1medium_settings();
-    if !(interval.x < interval.y) {
-        return 1.0;
-    }
-    let in_field = package_medium__1field_ray(ray);
-    let k = m.extinction * package_lightshed_vector_length3(ray.direction);
-    let bounds = package_lightshed__1unbiased_marching__1marching_bounds(m.medium, in_field, interval);
-    let lookups = package_lightshed__1unbiased_marching__1marching_lookups(package_through__1LOOKUP_DEPTH * k * (bounds.control + bounds.residual));
-    return package_lightshed__1unbiased_marching__2unbiased_ray_marching(m.medium, in_field, interval, bounds, k, lookups, stream).value;
-}
-
-fn package_through__1estimate_through(segment: package_lightshed_ray_Ray, starts_inside: bool, stream: ptr<function, package_lightshed_stream_Stream>) -> package_through_Through {
-    let end = package_medium__1end_of(segment);
-    var ray = segment;
-    var result = package_through_Through(1.0, starts_inside);
-    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
-        let hit = package_medium_nearest(ray);
-        let lost = hit.primitive == package_lightshed_ray_NOTHING;
-        if result.inside {
-            result.transmittance *= package_through__1estimate_part(ray, vec2f(0.0, select(hit.t, ray.t_max, lost)), stream);
-        }
-        if lost {
-            return result;
-        }
-        let triangle = package_host__1load_triangle(hit.primitive);
-        if !package_medium_passes(triangle.material) || result.transmittance == 0.0 {
-            break;
-        }
-        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, result.inside, end);
-        ray = crossing.ray;
-        result.inside = crossing.inside;
-    }
-    return package_through_Through(0.0, false);
-}
-
-fn package_through__1march_along(ray: package_lightshed_ray_Ray, interval: vec2f) -> package_through_March {
-    let grid = package_host__1medium_settings().medium.grid;
-    let in_field = package_medium__1field_ray(ray);
-    let clipped = package_lightshed_majorant__2clip_to_box(grid.low, grid.high, in_field, interval);
-    if !(clipped.x < clipped.y) {
-        return package_through_March(in_field, 0.0, 0.0, 0u);
-    }
-    let length = clipped.y - clipped.x;
-    let steps = clamp(ceil(length * package_lightshed_vector_length3(in_field.direction) / package_through_DIAGONAL), 1.0, 65536.0);
-    return package_through_March(in_field, clipped.x, length / steps, u32(steps));
-}
-
-fn package_through__1marched_density(march: package_through_March, i: u32) -> f32 {
-    let m = package_host__1medium_settings().medium;
-    return package_lightshed_density__1density_at(m.size, m.filtering, package_lightshed_majorant__1ray_at(march.ray, march.start + (f32(i) + 0.5) * march.step));
-}
-
-fn package_through__1reach_along(whole: package_lightshed_ray_Ray, starts_inside: bool) -> package_through_Reach {
-    var ray = whole;
-    var inside = starts_inside;
-    let end = package_medium__1end_of(whole);
-    var done = 0.0;
-    var interval = vec2f(package_lightshed_ray__1NO_END, 0.0);
-    for (var i = 0u; i <= package_medium__1MOST_CROSSINGS; i++) {
-        var hit = package_medium_nearest(ray);
-        let lost = hit.primitive == package_lightshed_ray_NOTHING;
-        hit.t = min(done + select(hit.t, ray.t_max, lost), package_lightshed_ray__1NO_END);
-        if inside {
-            interval = vec2f(min(interval.x, done), hit.t);
-        }
-        if lost {
-            return package_through_Reach(hit, interval, inside);
-        }
-        let triangle = package_host__1load_triangle(hit.primitive);
-        if !package_medium_passes(triangle.material) {
-            return package_through_Reach(hit, interval, inside);
-        }
-        let crossing = package_medium__1cross_surface(package_lightshed_surface__1surface_point(triangle, hit), hit.primitive, ray, inside, end);
-        let direction = whole.direction;
-        done += package_lightshed_vector_dot3(crossing.ray.origin - ray.origin, direction) / package_lightshed_vector_dot3(direction, direction);
-        ray = crossing.ray;
-        inside = crossing.inside;
-    }
-    return package_through_Reach(package_lightshed_ray_Hit(whole.t_max, package_lightshed_ray_NOTHING, vec2f(0.0)), interval, inside);
-}
-
-const package_volume_CAMERA: u32 = 0u;
-
-struct package_volume_Frame {
-    number: u32,
-    walks: u32,
-    neighbours: u32,
-    radius: f32,
-    confidence_cap: f32,
-    phase_share: f32,
+struct package_memory_medium_MediumSettings {
+    medium: package_lightshed_tracking_Medium,
+    x_axis: vec3f,
+    extinction: f32,
+    y_axis: vec3f,
+    asymmetry: f32,
+    z_axis: vec3f,
+    camera_inside: u32,
+    translation: vec3f,
     padding0: u32,
+    albedo: vec3f,
     padding1: u32
 }
 
-struct package_volume_Primary {
-    hit: package_lightshed_ray_Hit,
-    reach: vec2f,
-    inside: u32,
-    padding: u32
+fn package_memory_medium__1load_density(voxel: vec3u) -> f32 {
+    return package_memory_medium_voxels[(voxel.z * package_memory_medium_medium.medium.size.y + voxel.y) * package_memory_medium_medium.medium.size.x + voxel.x];
 }
 
-struct package_volume_Scattered {
-    place: vec3f,
-    emitter: u32,
-    sky: vec3f,
-    distance: f32,
-    p_hat: f32,
-    weight: f32,
-    confidence: f32,
-    padding: u32
+fn package_memory_medium__1load_majorant(cell: u32) -> vec2f {
+    return package_memory_medium_bounds[cell];
 }
 
-struct package_volume_View {
-    ray: package_lightshed_ray_Ray,
-    seen: package_volume_Primary
+fn package_memory_medium__1load_touching(primitive: u32) -> f32 {
+    return bitcast<f32>(package_memory_medium__1medium_sides[primitive].y);
 }
 
-const package_volume__1F32_MAX: f32 = 3.4028235e38;
-
-override package_volume__1HAS_EMITTERS: bool = true;
-
-override package_volume__1HAS_SURFACES: bool = true;
-
-override package_volume__1HAS_SURROUNDINGS: bool = true;
-
-const package_volume__1ON_SURFACE: f32 = -1.0;
-
-const package_volume__1THIRD_ROOT: f32 = 0.57735027;
-
-fn package_volume__1nothing_held(confidence: f32) -> package_volume_Scattered {
-    return package_volume_Scattered(vec3f(0.0), package_lightshed_ray_NOTHING, vec3f(0.0), 0.0, 0.0, 0.0, confidence, 0u);
+fn package_memory_medium__1medium_settings() -> package_memory_medium_MediumSettings {
+    return package_memory_medium_medium;
 }
 
-fn package_volume__1stream_from(pixel: u32, index: u32) -> package_lightshed_stream_Stream {
-    let width = package_host_settings.camera.size.x;
-    return package_lightshed_stream__2stream_of_sample(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), package_volume_frame.number, 4u * index);
+@group(1) @binding(3)
+var<storage, read> package_memory_medium__1medium_sides: array<vec2u>;
+
+fn package_memory_medium__2load_medium_sides(primitive: u32) -> u32 {
+    return package_memory_medium__1medium_sides[primitive].x;
 }
 
-fn package_volume__1target_of(value: vec3f) -> f32 {
-    return min(package_lightshed_vector_length3(value) * package_volume__1THIRD_ROOT, package_volume__1F32_MAX);
+@group(1) @binding(2)
+var<storage, read> package_memory_medium_bounds: array<vec2f>;
+
+@group(1) @binding(0)
+var<storage, read> package_memory_medium_medium: package_memory_medium_MediumSettings;
+
+@group(1) @binding(1)
+var<storage, read> package_memory_medium_voxels: array<f32>;
+
+const package_memory_pixels_GROUP: u32 = 64u;
+
+fn package_memory_pixels__1pixel_block(pixel: u32, sample: u32, index: u32) -> vec4u {
+    return package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, index);
 }
 
-fn package_volume__1view_of(pixel: u32) -> package_volume_View {
-    return package_volume_View(package_volume__2camera_ray_of(pixel, package_volume_frame.number), package_volume_primaries[pixel]);
+fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
+    return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
 }
 
-fn package_volume__2camera_ray_of(pixel: u32, number: u32) -> package_lightshed_ray_Ray {
-    let width = package_host_settings.camera.size.x;
-    return package_host__1pixel_ray(vec2u(pixel % width, pixel / width), package_volume_random(pixel, number, package_volume_CAMERA));
+fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
+    let width = package_memory_scene_settings.camera.size.x;
+    return vec2u(pixel % width, pixel / width);
 }
 
-fn package_volume__2earlier_view_of(pixel: u32) -> package_volume_View {
-    return package_volume_View(package_volume__2camera_ray_of(pixel, package_volume_frame.number - 1u), package_volume_before[pixel]);
+fn package_memory_pixels__1pixel_ray(pixel: vec2u, words: vec4u) -> package_lightshed_ray_Ray {
+    var u_lens = vec2f(0.5);
+    if package_memory_scene_settings.camera.aperture_radius > 0.0 {
+        u_lens = package_lightshed_uniform__1unit_square(words.zw);
+    }
+    return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(pixel) + package_lightshed_uniform__1unit_square(words.xy), u_lens);
 }
 
-@group(0) @binding(15)
-var<storage, read> package_volume_before: array<package_volume_Primary>;
-
-fn package_volume_block(pixel: u32, index: u32) -> vec4u {
-    return package_volume_random(pixel, package_volume_frame.number, index);
+fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
+    return (place.y << 16u) | place.x;
 }
 
-@group(0) @binding(19)
-var<storage, read> package_volume_frame: package_volume_Frame;
+fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
+}
 
-@group(0) @binding(16)
-var<storage, read_write> package_volume_held: array<package_volume_Scattered>;
+fn package_memory_pixels__2pixel_at_offset(pixel: u32, offset: vec2f) -> u32 {
+    let size = package_memory_scene_settings.camera.size;
+    let place = floor(vec2f(package_memory_pixels__1pixel_place(pixel)) + 0.5 + offset);
+    if any(place < vec2f(0.0)) || any(place >= vec2f(size)) {
+        return package_lightshed_ray_NOTHING;
+    }
+    return u32(place.y) * size.x + u32(place.x);
+}
 
-@group(0) @binding(17)
-var<storage, read_write> package_volume_history: array<package_volume_Scattered>;
+struct package_memory_scene_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    sky: package_lightshed_sky_Sky
+}
 
-@group(0) @binding(18)
-var<storage, read_write> package_volume_image: array<vec4f>;
+override package_memory_scene__1HAS_DIELECTRICS: bool = true;
 
-@group(0) @binding(14)
-var<storage, read_write> package_volume_primaries: array<package_volume_Primary>;
+override package_memory_scene__1HAS_EMITTERS: bool = true;
 
-fn package_volume_random(pixel: u32, number: u32, index: u32) -> vec4u {
-    let width = package_host_settings.camera.size.x;
-    return package_lightshed_rng__1random_block(package_host_settings.seed, ((pixel / width) << 16u) | (pixel % width), number, index);
+override package_memory_scene__1HAS_PLASTICS: bool = true;
+
+override package_memory_scene__1HAS_SKY: bool = true;
+
+override package_memory_scene__1HAS_SURFACES: bool = true;
+
+override package_memory_scene__1HAS_SURROUNDINGS: bool = true;
+
+override package_memory_scene__1HAS_TEXTURES: bool = true;
+
+fn package_memory_scene__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_memory_scene_settings.surroundings, package_memory_scene_settings.groups, package_memory_scene_settings.emitters, package_memory_scene_settings.finite_emitters, package_memory_scene_settings.first_direction, package_memory_scene_settings.directions);
+}
+
+fn package_memory_scene__1has_dielectrics() -> bool {
+    return package_memory_scene__1HAS_DIELECTRICS;
+}
+
+fn package_memory_scene__1has_plastics() -> bool {
+    return package_memory_scene__1HAS_PLASTICS;
+}
+
+fn package_memory_scene__1has_sky() -> bool {
+    return package_memory_scene__1HAS_SKY;
+}
+
+fn package_memory_scene__1has_textures() -> bool {
+    return package_memory_scene__1HAS_TEXTURES;
+}
+
+fn package_memory_scene__1lets_pass(primitive: u32) -> bool {
+    return package_memory_scene_materials[package_memory_scene_triangles[primitive].material].y == 0u;
+}
+
+fn package_memory_scene__1load_coat(place: u32) -> f32 {
+    return package_memory_scene__2number_in_tables(package_memory_scene_settings.coat_words + place);
+}
+
+fn package_memory_scene__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_memory_scene_components[row];
+}
+
+fn package_memory_scene__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_memory_scene_emitters[index];
+}
+
+fn package_memory_scene__1load_material(index: u32) -> vec2u {
+    return package_memory_scene_materials[index];
+}
+
+fn package_memory_scene__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_memory_scene_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u), vec2u(package_memory_scene_tables[word + 6u], package_memory_scene_tables[word + 7u]), vec3f(package_memory_scene__2pair_in_tables(word + 8u), package_memory_scene__2number_in_tables(word + 10u)), package_memory_scene_tables[word + 11u], package_memory_scene_tables[word + 12u], package_memory_scene_tables[word + 13u], package_memory_scene_tables[word + 14u], 0u);
+}
+
+fn package_memory_scene__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_memory_scene_triangles[index];
+}
+
+override package_memory_scene__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_memory_scene__2has_delta_emitters() -> bool {
+    return package_memory_scene__2HAS_DELTA_EMITTERS;
+}
+
+fn package_memory_scene__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_memory_scene_tables[2u * index], package_memory_scene_tables[2u * index + 1u]);
+}
+
+fn package_memory_scene__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_memory_scene_normals[3u * index].xyz, package_memory_scene_normals[3u * index + 1u].xyz, package_memory_scene_normals[3u * index + 2u].xyz);
+}
+
+fn package_memory_scene__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_memory_scene_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u));
+}
+
+fn package_memory_scene__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_memory_scene_nodes[index];
+}
+
+fn package_memory_scene__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_memory_scene_slots[slot];
+}
+
+fn package_memory_scene__2load_sky_word(index: u32) -> u32 {
+    return package_memory_scene_tables[package_memory_scene_settings.sky_words + index];
+}
+
+fn package_memory_scene__2load_texel_word(index: u32) -> u32 {
+    return package_memory_scene_tables[index];
+}
+
+fn package_memory_scene__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_memory_scene_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_memory_scene__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene_tables[word]);
+}
+
+fn package_memory_scene__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_memory_scene__2number_in_tables(word), package_memory_scene__2number_in_tables(word + 1u));
+}
+
+@group(0) @binding(5)
+var<storage, read> package_memory_scene_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(6)
+var<storage, read> package_memory_scene_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(4)
+var<storage, read> package_memory_scene_materials: array<vec2u>;
+
+@group(0) @binding(0)
+var<storage, read> package_memory_scene_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(3)
+var<storage, read> package_memory_scene_normals: array<vec4f>;
+
+@group(2) @binding(0)
+var<storage, read> package_memory_scene_settings: package_memory_scene_Settings;
+
+fn package_memory_scene_sky() -> package_lightshed_sky_Sky {
+    return package_memory_scene_settings.sky;
+}
+
+@group(0) @binding(1)
+var<storage, read> package_memory_scene_slots: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read> package_memory_scene_tables: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;
+
+const package_reuse_MOST: u32 = 3u;
+
+const package_reuse_SHADE: u32 = 33554432u;
+
+const package_reuse_SPATIAL: u32 = 48u;
+
+const package_reuse_TEMPORAL: u32 = 32u;
+
+const package_reuse__1GOLDEN_TURN: f32 = 0.38196602;
+
+fn package_reuse__1find_targets() {
+    var distances = vec4f(0.0);
+    for (var j = 0u; j < package_inputs_inputs.count; j++) {
+        let view = package_reuse__1view_by(j);
+        for (var i = 0u; i < package_inputs_inputs.count; i++) {
+            distances[i] = package__1restir_volume_scattered__1distance_of(view, package_reuse__1held_by(i));
+        }
+        let depths = package__1restir_volume_through__1camera_depths(view, distances);
+        for (var i = 0u; i < package_inputs_inputs.count; i++) {
+            let path = package_reuse__1held_by(i);
+            var p = path.p_hat;
+            if i != j {
+                p = 0.0;
+                if path.weight > 0.0 {
+                    p = package__1restir_volume_volume__1target_of(package__1restir_volume_scattered__1coarse_value(view, path, depths[i]));
+                }
+            }
+            package_reuse_targets[i][j] = p;
+        }
+    }
+}
+
+fn package_reuse__1held_by(i: u32) -> package__1restir_volume_volume_Scattered {
+    let pixel = package_inputs_inputs.pixels[i];
+    if package_inputs_inputs.temporal && i == 0u {
+        return package__1restir_volume_volume_made[pixel];
+    }
+    return package__1restir_volume_volume_given[pixel];
+}
+
+fn package_reuse__1is_new(other: u32) -> bool {
+    for (var i = 0u; i < package_inputs_inputs.count; i++) {
+        if package_inputs_inputs.pixels[i] == other {
+            return false;
+        }
+    }
+    return true;
+}
+
+fn package_reuse__1merge_input(i: u32) -> package_lightshed_merge_MergeInput {
+    let held = package_reuse__1held_by(i);
+    return package_lightshed_merge_MergeInput(held.confidence, held.weight, held.p_hat);
+}
+
+fn package_reuse__1merge_keep(i: u32) {
+    package_reuse_kept = package_reuse__1held_by(i);
+    package_reuse_kept.p_hat = package_reuse_targets[i][0];
+}
+
+fn package_reuse__1merge_number(i: u32) -> f32 {
+    let place = select(package_reuse_SPATIAL + 1u, package_reuse_TEMPORAL, package_inputs_inputs.temporal);
+    return package_lightshed_uniform__2f32_from_u32(package__1restir_volume_volume_block(package_inputs_inputs.pixels[0], place)[i]);
+}
+
+fn package_reuse__1merge_shift(i: u32, j: u32) -> package_lightshed_merge_MergeImage {
+    return package_lightshed_merge_MergeImage(package_reuse_targets[i][j], 1.0);
+}
+
+fn package_reuse__1merge_visit(i: u32, weight: f32) {
+    if package_inputs_inputs.temporal {
+        return;
+    }
+    let pixel = package_inputs_inputs.pixels[0];
+    var stream = package__1restir_volume_volume__1stream_from(pixel, package_reuse_SHADE + (i << 16u));
+    let value = package__1restir_volume_scattered__1estimated_value(package__1restir_volume_volume__1view_of(pixel), package_reuse__1held_by(i), &stream);
+    package_reuse_gathered += clamp(value * weight, vec3f(-package__1restir_volume_volume__1F32_MAX), vec3f(package__1restir_volume_volume__1F32_MAX));
+}
+
+fn package_reuse__1merged_path(merged: package_lightshed_merge_Merged) -> package__1restir_volume_volume_Scattered {
+    var path = package_reuse_kept;
+    if merged.weight == 0.0 {
+        path = package__1restir_volume_volume__1nothing_held(0.0);
+    }
+    path.weight = merged.weight;
+    path.confidence = merged.confidence;
+    return path;
+}
+
+fn package_reuse__1view_by(j: u32) -> package__1restir_volume_volume_View {
+    let pixel = package_inputs_inputs.pixels[j];
+    if package_inputs_inputs.temporal && j == 1u {
+        return package__1restir_volume_volume__2earlier_view_of(pixel);
+    }
+    return package__1restir_volume_volume__1view_of(pixel);
+}
+
+fn package_reuse__1with_spiral(pixel: u32) {
+    package_inputs_alone(pixel);
+    let turn = package_lightshed_uniform__2f32_from_u32(package__1restir_volume_volume_block(pixel, package_reuse_SPATIAL).x);
+    let wanted = min(package__1restir_volume_volume_frame.neighbours, package_reuse_MOST);
+    for (var i = 0u; i < wanted; i++) {
+        let radius = package__1restir_volume_volume_frame.radius * sqrt((f32(i) + 0.5) / f32(wanted));
+        let angle = package_lightshed_turn__2sin_cos_turns(fract(turn + f32(i) * package_reuse__1GOLDEN_TURN));
+        let other = package_memory_pixels__2pixel_at_offset(pixel, radius * vec2f(angle.y, angle.x));
+        if other != package_lightshed_ray_NOTHING && package__1restir_volume_volume_given[other].confidence > 0.0 && package_reuse__1is_new(other) {
+            package_inputs__1add_input(other);
+        }
+    }
+}
+
+var<private> package_reuse_gathered: vec3f;
+
+var<private> package_reuse_kept: package__1restir_volume_volume_Scattered;
+
+var<private> package_reuse_targets: array<vec4f, 4>;
+
+fn package_selected__1seen_emission(point: package_lightshed_surface_SurfacePoint, direction: vec3f) -> vec3f {
+    if point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(direction, point.geometric_normal) < 0.0 {
+        return package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(point.emitter));
+    }
+    return vec3f(0.0);
 }

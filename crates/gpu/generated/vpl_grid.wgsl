@@ -22,25 +22,21 @@ struct VplGrid {
     padding1: u32
 }
 
-@group(0) @binding(17)
+@group(2) @binding(1)
 var<storage, read_write> pixels: array<Pixel>;
 
-@group(0) @binding(18)
+@group(2) @binding(2)
 var<storage, read_write> visibility: array<f32>;
 
-@group(0) @binding(19)
+@group(2) @binding(3)
 var<storage, read> asked: VplGrid;
-
-override HAS_SURROUNDINGS: bool = true;
-
-override HAS_EMITTERS: bool = true;
 
 const MOST_MIRRORS: u32 = 16u;
 
 const F32_MAX: f32 = 3.4028235e38;
 
 fn scattering_probability(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     if rows.y == 1u {
         return 1.0;
     }
@@ -71,21 +67,12 @@ fn weighed(emitted: vec3f, bounce: Bounce, pdf: f32) -> vec3f {
 
 @compute @workgroup_size(64)
 fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let pixel = package_host__1thread_number(id, groups);
-    if pixel >= package_host_settings.pixels {
+    let pixel = package_memory_pixels__1thread_number(id, groups);
+    if pixel >= package_memory_scene_settings.pixels {
         return;
     }
-    let width = package_host_settings.camera.size.x;
-    let place = vec2u(pixel % width, pixel / width);
-    var stream = package_lightshed_stream__2stream_of_sample(package_host_settings.seed, (place.y << 16u) | place.x, asked.frame, 0u);
-    let dx = package_lightshed_stream__1next_number(&stream);
-    let dy = package_lightshed_stream__1next_number(&stream);
-    var lens = vec2f(0.5);
-    if package_host_settings.camera.aperture_radius > 0.0 {
-        lens.x = package_lightshed_stream__1next_number(&stream);
-        lens.y = package_lightshed_stream__1next_number(&stream);
-    }
-    var ray = package_lightshed_camera__1camera_ray(package_host_settings.camera, vec2f(place) + vec2f(dx, dy), lens);
+    var stream = package_memory_pixels__1pixel_stream(pixel, asked.frame);
+    var ray = package_memory_pixels__1streamed_ray(pixel, &stream);
     var direct = vec3f(0.0);
     var throughput = vec3f(1.0);
     var bounce = Bounce(false, false, vec3f(0.0), 0.0);
@@ -98,15 +85,15 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     for (var depth = 0u; depth <= MOST_MIRRORS; depth++) {
         let hit = package_lightshed_cwbvh_intersect(ray);
         if hit.primitive == package_lightshed_ray_NOTHING {
-            if HAS_SURROUNDINGS {
+            if package_memory_scene__1HAS_SURROUNDINGS {
                 let around = package_lightshed_emitter__1surroundings_radiance(ray.direction);
                 direct += throughput * weighed(around, bounce, package_lightshed_emitter__1surroundings_pdf(ray.direction));
             }
             break;
         }
-        let point = package_lightshed_surface__1surface_point(package_host__1load_triangle(hit.primitive), hit);
-        if HAS_EMITTERS && point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
-            let emitted = package_lightshed_emitter__1emitter_radiance(package_host__1load_emitter(point.emitter));
+        let point = package_lightshed_surface__1surface_point(package_memory_scene__1load_triangle(hit.primitive), hit);
+        if package_memory_scene__1HAS_EMITTERS && point.emitter != package_lightshed_ray_NOTHING && package_lightshed_vector_dot3(ray.direction, point.geometric_normal) < 0.0 {
+            let emitted = package_lightshed_emitter__1emitter_radiance(package_memory_scene__1load_emitter(point.emitter));
             direct += throughput * weighed(emitted, bounce, package_lightshed_emitter__1emitter_pdf(point.emitter, bounce.start, point.position));
         }
         distance += package_lightshed_vector_length3(point.position - ray.origin);
@@ -127,7 +114,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
             let high = package_lightshed_stream__1next_word(&stream);
             let c = package_lightshed_stream__1next_number(&stream);
             let d = package_lightshed_stream__1next_number(&stream);
-            if HAS_EMITTERS || HAS_SURROUNDINGS {
+            if package_memory_scene__1HAS_EMITTERS || package_memory_scene__1HAS_SURROUNDINGS {
                 let light = package_lightshed_emitter__1sample_emitter(point.position, vec2u(low, high), vec2f(c, d));
                 if light.pdf > 0.0 {
                     let scattered = package_lightshed_bsdf__1evaluate_bsdf(point.material, wo, package_lightshed_frame__1to_local(point.shading, light.direction));
@@ -171,7 +158,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
             }
             else {
                 let light = package_lightshed__1grid_shadow__1represented_light(selection.item.x, selection.item.y, receiver.position, &stream);
-                goal = package_host__2load_grid_point(light).position;
+                goal = package_memory__1lighting_grid__2load_grid_point(light).position;
             }
             tested += 1.0;
             let origin = package_lightshed_surface__1origin_towards(receiver, goal - receiver.position);
@@ -207,7 +194,7 @@ fn package_gathering__1begin_gathering(by: package_gathering_Gatherer, stream: p
     }
 }
 
-fn package_gathering__1gather_influence(influence: package_lightshed__1lighting_grid_Influence) {
+fn package_gathering__1visit_influence(influence: package_lightshed__1lighting_grid_Influence) {
     let wi = package_lightshed_frame__1to_local(package_gathering_gatherer.shading, influence.direction);
     let response = package_gathering_gatherer.throughput * package_lightshed_bsdf__1evaluate_bsdf(package_gathering_gatherer.material, package_gathering_gatherer.wo, wi).value;
     let falloff = 1.0 / max(influence.distance_squared, package_gathering_gatherer.least_distance_squared);
@@ -236,228 +223,6 @@ var<private> package_gathering_gatherer: package_gathering_Gatherer;
 var<private> package_gathering_numbers: package_lightshed_stream_Stream;
 
 var<private> package_gathering_unshadowed: vec3f;
-
-const package_host_GROUP: u32 = 64u;
-
-struct package_host_Settings {
-    camera: package_lightshed_camera_Camera,
-    surroundings: vec3f,
-    groups: u32,
-    seed: vec2u,
-    max_depth: u32,
-    roulette_depth: u32,
-    emitters: u32,
-    pixels: u32,
-    sky_words: u32,
-    finite_emitters: u32,
-    first_direction: u32,
-    directions: u32,
-    uv_words: u32,
-    texture_words: u32,
-    coat_words: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-    sky: package_lightshed_sky_Sky
-}
-
-override package_host__1HAS_DIELECTRICS: bool = true;
-
-override package_host__1HAS_PLASTICS: bool = true;
-
-override package_host__1HAS_SKY: bool = true;
-
-override package_host__1HAS_TEXTURES: bool = true;
-
-fn package_host__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
-    return package_lightshed_emitter_EmitterGroups(package_host_settings.surroundings, package_host_settings.groups, package_host_settings.emitters, package_host_settings.finite_emitters, package_host_settings.first_direction, package_host_settings.directions);
-}
-
-fn package_host__1grid_frame() -> package_lightshed__1grid_light_GridFrame {
-    return package_host__1lighting_frame;
-}
-
-@group(0) @binding(14)
-var<storage, read> package_host__1grid_keys: array<u32>;
-
-@group(0) @binding(12)
-var<storage, read> package_host__1grid_lights: array<package_lightshed__1grid_light_GridLight>;
-
-@group(0) @binding(16)
-var<storage, read> package_host__1grid_moments: array<package_lightshed__1grid_moments_Moments>;
-
-@group(0) @binding(13)
-var<storage, read> package_host__1grid_points: array<package_lightshed__1grid_light_GridPoint>;
-
-@group(0) @binding(15)
-var<storage, read> package_host__1grid_vertices: array<u32>;
-
-@group(0) @binding(11)
-var<storage, read> package_host__1grid_words: array<vec2u>;
-
-fn package_host__1has_dielectrics() -> bool {
-    return package_host__1HAS_DIELECTRICS;
-}
-
-fn package_host__1has_plastics() -> bool {
-    return package_host__1HAS_PLASTICS;
-}
-
-fn package_host__1has_sky() -> bool {
-    return package_host__1HAS_SKY;
-}
-
-fn package_host__1has_textures() -> bool {
-    return package_host__1HAS_TEXTURES;
-}
-
-fn package_host__1lets_pass(primitive: u32) -> bool {
-    return package_host_materials[package_host_triangles[primitive].material].y == 0u;
-}
-
-@group(0) @binding(10)
-var<storage, read> package_host__1lighting_frame: package_lightshed__1grid_light_GridFrame;
-
-fn package_host__1load_coat(place: u32) -> f32 {
-    return package_host__2number_in_tables(package_host_settings.coat_words + place);
-}
-
-fn package_host__1load_component(row: u32) -> package_lightshed_bsdf_Component {
-    return package_host_components[row];
-}
-
-fn package_host__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
-    return package_host_emitters[index];
-}
-
-fn package_host__1load_material(index: u32) -> vec2u {
-    return package_host_materials[index];
-}
-
-fn package_host__1load_texture(index: u32) -> package_lightshed_texture_Texture {
-    let word = package_host_settings.texture_words + 16u * index;
-    return package_lightshed_texture_Texture(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u), vec2u(package_host_tables[word + 6u], package_host_tables[word + 7u]), vec3f(package_host__2pair_in_tables(word + 8u), package_host__2number_in_tables(word + 10u)), package_host_tables[word + 11u], package_host_tables[word + 12u], package_host_tables[word + 13u], package_host_tables[word + 14u], 0u);
-}
-
-fn package_host__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
-    return package_host_triangles[index];
-}
-
-fn package_host__1thread_number(id: vec3u, groups: vec3u) -> u32 {
-    return id.x + id.y * groups.x * package_host_GROUP;
-}
-
-fn package_host__1visit_influence(influence: package_lightshed__1lighting_grid_Influence) {
-    package_gathering__1gather_influence(influence);
-}
-
-override package_host__2HAS_DELTA_EMITTERS: bool = true;
-
-fn package_host__2has_delta_emitters() -> bool {
-    return package_host__2HAS_DELTA_EMITTERS;
-}
-
-fn package_host__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
-    return package_lightshed_alias_AliasEntry(package_host_tables[2u * index], package_host_tables[2u * index + 1u]);
-}
-
-fn package_host__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
-    return package_lightshed_surface_CornerNormals(package_host_normals[3u * index].xyz, package_host_normals[3u * index + 1u].xyz, package_host_normals[3u * index + 2u].xyz);
-}
-
-fn package_host__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
-    let word = package_host_settings.uv_words + 6u * index;
-    return package_lightshed_surface_CornerUvs(package_host__2pair_in_tables(word), package_host__2pair_in_tables(word + 2u), package_host__2pair_in_tables(word + 4u));
-}
-
-fn package_host__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
-    return package_host_nodes[index];
-}
-
-fn package_host__2load_cwbvh_primitive(slot: u32) -> u32 {
-    return package_host_slots[slot];
-}
-
-fn package_host__2load_delta_emitter(index: u32) -> package_lightshed_emitter_DeltaEmitter {
-    let row = package_host_emitters[index];
-    return package_lightshed_emitter_DeltaEmitter(row.corner, row.pdf_area, row.edge0, row.radiance_r, row.edge1, row.radiance_g, row.normal.x, row.normal.y, 0u, 0u);
-}
-
-fn package_host__2load_grid_key(place: u32) -> u32 {
-    return package_host__1grid_keys[place];
-}
-
-fn package_host__2load_grid_light(place: u32) -> package_lightshed__1grid_light_GridLight {
-    return package_host__1grid_lights[place];
-}
-
-fn package_host__2load_grid_point(place: u32) -> package_lightshed__1grid_light_GridPoint {
-    return package_host__1grid_points[place];
-}
-
-fn package_host__2load_grid_vertex(place: u32) -> u32 {
-    return package_host__1grid_vertices[place];
-}
-
-fn package_host__2load_grid_weight(place: u32) -> f32 {
-    return package_host__1grid_moments[place].weight;
-}
-
-fn package_host__2load_grid_word(word: u32) -> vec2u {
-    return package_host__1grid_words[word];
-}
-
-fn package_host__2load_sky_word(index: u32) -> u32 {
-    return package_host_tables[package_host_settings.sky_words + index];
-}
-
-fn package_host__2load_texel_word(index: u32) -> u32 {
-    return package_host_tables[index];
-}
-
-fn package_host__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
-    let triangle = package_host_triangles[index];
-    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
-}
-
-fn package_host__2number_in_tables(word: u32) -> f32 {
-    return bitcast<f32>(package_host_tables[word]);
-}
-
-fn package_host__2pair_in_tables(word: u32) -> vec2f {
-    return vec2f(package_host__2number_in_tables(word), package_host__2number_in_tables(word + 1u));
-}
-
-@group(0) @binding(6)
-var<storage, read> package_host_components: array<package_lightshed_bsdf_Component>;
-
-@group(0) @binding(7)
-var<storage, read> package_host_emitters: array<package_lightshed_emitter_Emitter>;
-
-@group(0) @binding(5)
-var<storage, read> package_host_materials: array<vec2u>;
-
-@group(0) @binding(1)
-var<storage, read> package_host_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
-
-@group(0) @binding(4)
-var<storage, read> package_host_normals: array<vec4f>;
-
-@group(0) @binding(0)
-var<storage, read> package_host_settings: package_host_Settings;
-
-fn package_host_sky() -> package_lightshed_sky_Sky {
-    return package_host_settings.sky;
-}
-
-@group(0) @binding(2)
-var<storage, read> package_host_slots: array<u32>;
-
-@group(0) @binding(8)
-var<storage, read> package_host_tables: array<u32>;
-
-@group(0) @binding(3)
-var<storage, read> package_host_triangles: array<package_lightshed_surface_Triangle>;
 
 struct package_lightshed__1grid_light_GridFrame {
     origin: vec3f,
@@ -557,7 +322,7 @@ const package_lightshed__1grid_shadow__1SQRT_THREE: f32 = 1.7320508;
 
 fn package_lightshed__1grid_shadow__1occupied_place(first_word: u32, side: u32, vertex: vec3u) -> vec2u {
     let row = first_word + (vertex.z * side + vertex.y) * (side / 32u + 1u);
-    let bits = package_host__2load_grid_word(row + vertex.x / 32u).x;
+    let bits = package_memory__1lighting_grid__2load_grid_word(row + vertex.x / 32u).x;
     return vec2u((bits >> (vertex.x % 32u)) & 1u, package_lightshed__1lighting_grid__1rank_at(row, vertex.x));
 }
 
@@ -565,9 +330,9 @@ fn package_lightshed__1grid_shadow__1represented_light(level_of_light: u32, inde
     if level_of_light == 0u {
         return index;
     }
-    let frame = package_host__1grid_frame();
+    let frame = package_memory__1lighting_grid__1grid_frame();
     var level = level_of_light;
-    var vertex = package_lightshed__1grid_shadow_unpacked(package_host__2load_grid_vertex(package_host__2load_grid_word(frame.first_word[level - 1u]).y + index));
+    var vertex = package_lightshed__1grid_shadow_unpacked(package_memory__1lighting_grid__2load_grid_vertex(package_memory__1lighting_grid__2load_grid_word(frame.first_word[level - 1u]).y + index));
     while (level > 1u) {
         level--;
         let side = (1u << (frame.levels - level)) + 1u;
@@ -583,10 +348,10 @@ fn package_lightshed__1grid_shadow__1represented_light(level_of_light: u32, inde
             if found.x == 0u {
                 continue;
             }
-            let light = package_host__2load_grid_light(found.y);
+            let light = package_memory__1lighting_grid__2load_grid_light(found.y);
             let emission = package_lightshed__1grid_light__1grid_emission(light, package_lightshed_vector__1normalized_or(point - light.position, vec3f(0.0)));
             let halves = select(vec3f(1.0), vec3f(0.5), away != vec3i(0));
-            let weight = halves.x * halves.y * halves.z * package_host__2load_grid_weight(found.y) * (emission + package_lightshed__1grid_shadow__1LEAST_EMISSION);
+            let weight = halves.x * halves.y * halves.z * package_memory__1lighting_grid__2load_grid_weight(found.y) * (emission + package_lightshed__1grid_shadow__1LEAST_EMISSION);
             chosen = package_lightshed__1grid_shadow_offered(chosen, vec2u(step, 0u), weight, stream);
         }
         let step = select(13u, chosen.item.x, chosen.weight_sum > 0.0);
@@ -604,8 +369,8 @@ fn package_lightshed__1grid_shadow__1represented_light(level_of_light: u32, inde
         let first = max(vertex.x, 1u) - 1u;
         let end = package_lightshed__1lighting_grid__2place_of_key(frame, start + min(vertex.x + 1u, cells));
         for (var place = package_lightshed__1lighting_grid__2place_of_key(frame, start + first); place < end; place++) {
-            let light = package_host__2load_grid_point(place);
-            let x = package_host__2load_grid_key(place) - start;
+            let light = package_memory__1lighting_grid__2load_grid_point(place);
+            let x = package_memory__1lighting_grid__2load_grid_key(place) - start;
             let fraction = vec3f(light.fraction_x, light.fraction_y, light.fraction_z);
             let away = fraction - vec3f(vec3u(vertex.x - x, vertex.y - y, vertex.z - z));
             let along = max(vec3f(1.0) - abs(away), vec3f(0.0));
@@ -622,9 +387,9 @@ fn package_lightshed__1grid_shadow__1shadow_target(level: u32, index: u32, strea
     let y = package_lightshed_stream__1next_number(stream);
     let z = package_lightshed_stream__1next_number(stream);
     if level == 0u {
-        return package_host__2load_grid_point(index).position;
+        return package_memory__1lighting_grid__2load_grid_point(index).position;
     }
-    let light = package_host__2load_grid_light(package_host__2load_grid_word(package_host__1grid_frame().first_word[level - 1u]).y + index);
+    let light = package_memory__1lighting_grid__2load_grid_light(package_memory__1lighting_grid__2load_grid_word(package_memory__1lighting_grid__1grid_frame().first_word[level - 1u]).y + index);
     return light.position + light.spread * package_lightshed__1grid_shadow__1SQRT_THREE * (2.0 * vec3f(x, y, z) - 1.0);
 }
 
@@ -714,7 +479,7 @@ fn package_lightshed__1lighting_grid__1first_of(query: package_lightshed__1light
 }
 
 fn package_lightshed__1lighting_grid__1grid_visit(point: vec3f, asked: package_lightshed__1lighting_grid_GridQuery) {
-    let frame = package_host__1grid_frame();
+    let frame = package_memory__1lighting_grid__1grid_frame();
     let query = package_lightshed__1lighting_grid_GridQuery(min(asked.first_level, 1u), max(asked.stride, 1u), asked.phase);
     if query.first_level == 0u {
         package_lightshed__1lighting_grid__1visit_rows(frame, 0u, point, query, 2.0 * package_lightshed__1grid_light__1level_radius(frame, 0u));
@@ -722,8 +487,8 @@ fn package_lightshed__1lighting_grid__1grid_visit(point: vec3f, asked: package_l
     for (var level = 1u; level < frame.levels; level++) {
         package_lightshed__1lighting_grid__1visit_rows(frame, level, point, query, package_lightshed__1lighting_grid__1REACH_FACTOR * (2.0 * package_lightshed__1grid_light__1level_radius(frame, level)));
     }
-    let begin = package_host__2load_grid_word(frame.first_word[frame.levels - 1u]).y;
-    package_lightshed__1lighting_grid__2visit_grid_lights(frame, frame.levels, point, query, begin, package_host__2load_grid_word(frame.first_word[frame.levels]).y);
+    let begin = package_memory__1lighting_grid__2load_grid_word(frame.first_word[frame.levels - 1u]).y;
+    package_lightshed__1lighting_grid__2visit_grid_lights(frame, frame.levels, point, query, begin, package_memory__1lighting_grid__2load_grid_word(frame.first_word[frame.levels]).y);
 }
 
 fn package_lightshed__1lighting_grid__1in_range(to_light: vec3f, weight: f32) -> bool {
@@ -732,7 +497,7 @@ fn package_lightshed__1lighting_grid__1in_range(to_light: vec3f, weight: f32) ->
 }
 
 fn package_lightshed__1lighting_grid__1rank_at(word: u32, x: u32) -> u32 {
-    let map = package_host__2load_grid_word(word + x / 32u);
+    let map = package_memory__1lighting_grid__2load_grid_word(word + x / 32u);
     return map.y + countOneBits(map.x & ((1u << (x % 32u)) - 1u));
 }
 
@@ -742,12 +507,12 @@ fn package_lightshed__1lighting_grid__1reach_out(level: u32, index: u32, to_ligh
     if all(seen == vec3f(0.0)) {
         return;
     }
-    package_host__1visit_influence(package_lightshed__1lighting_grid_Influence(level, index, to_light / sqrt(distance_squared), distance_squared, seen));
+    package_gathering__1visit_influence(package_lightshed__1lighting_grid_Influence(level, index, to_light / sqrt(distance_squared), distance_squared, seen));
 }
 
 fn package_lightshed__1lighting_grid__1visit_points(frame: package_lightshed__1grid_light_GridFrame, point: vec3f, query: package_lightshed__1lighting_grid_GridQuery, begin: u32, end: u32) {
     for (var i = package_lightshed__1lighting_grid__1first_of(query, begin); i < end; i += query.stride) {
-        let light = package_host__2load_grid_point(i);
+        let light = package_memory__1lighting_grid__2load_grid_point(i);
         let to_light = light.position - point;
         let weight = package_lightshed__1grid_light_blending(frame, 0u, 0u, package_lightshed_vector_dot3(to_light, to_light));
         if package_lightshed__1lighting_grid__1in_range(to_light, weight) {
@@ -805,7 +570,7 @@ fn package_lightshed__1lighting_grid__2place_of_key(frame: package_lightshed__1g
     var end = frame.lights;
     while (begin < end) {
         let middle = (begin + end) / 2u;
-        if package_host__2load_grid_key(middle) < key {
+        if package_memory__1lighting_grid__2load_grid_key(middle) < key {
             begin = middle + 1u;
         }
         else {
@@ -816,9 +581,9 @@ fn package_lightshed__1lighting_grid__2place_of_key(frame: package_lightshed__1g
 }
 
 fn package_lightshed__1lighting_grid__2visit_grid_lights(frame: package_lightshed__1grid_light_GridFrame, level: u32, point: vec3f, query: package_lightshed__1lighting_grid_GridQuery, begin: u32, end: u32) {
-    let start = package_host__2load_grid_word(frame.first_word[level - 1u]).y;
+    let start = package_memory__1lighting_grid__2load_grid_word(frame.first_word[level - 1u]).y;
     for (var i = package_lightshed__1lighting_grid__1first_of(query, begin - start); i < end - start; i += query.stride) {
-        let light = package_host__2load_grid_light(start + i);
+        let light = package_memory__1lighting_grid__2load_grid_light(start + i);
         let to_light = light.position - point;
         let weight = package_lightshed__1grid_light_blending(frame, level, query.first_level, package_lightshed__1grid_light__2blending_distance_squared(light, to_light));
         if package_lightshed__1lighting_grid__1in_range(to_light, weight) {
@@ -852,7 +617,7 @@ fn package_lightshed_alias__1alias_route(length: u32, u: vec2u) -> vec2u {
 
 fn package_lightshed_alias__1alias_sample(table: u32, length: u32, u: vec2u) -> u32 {
     let route = package_lightshed_alias__1alias_route(length, u);
-    let entry = package_host__2load_alias_entry(table, route.x);
+    let entry = package_memory_scene__2load_alias_entry(table, route.x);
     return select(entry.alias_index, route.x, route.y < entry.threshold);
 }
 
@@ -914,8 +679,8 @@ fn package_lightshed_bsdf__1coat_of(component: package_lightshed_bsdf_Component)
 }
 
 fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_MaterialAt, rows: vec2u, i: u32) -> package_lightshed_bsdf_Component {
-    var component = package_host__1load_component(rows.x + i);
-    if package_host__1has_textures() && component.texture != 0u {
+    var component = package_memory_scene__1load_component(rows.x + i);
+    if package_memory_scene__1has_textures() && component.texture != 0u {
         component.color = package_lightshed_texture__1texture_color(component.texture - 1u, material.uv);
         if rows.y > 1u {
             component.importance = component.weight * package_lightshed_vector__1max_element(component.color);
@@ -925,7 +690,7 @@ fn package_lightshed_bsdf__1component_at(material: package_lightshed_material_Ma
 }
 
 fn package_lightshed_bsdf__1evaluate_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, wi: vec3f) -> package_lightshed_bsdf_BsdfValue {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -1010,11 +775,11 @@ fn package_lightshed_bsdf__1is_delta(component: package_lightshed_bsdf_Component
 }
 
 fn package_lightshed_bsdf__1is_dielectric(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
+    return package_memory_scene__1has_dielectrics() && component.kind >= package_lightshed_bsdf__1SMOOTH_DIELECTRIC && component.kind <= package_lightshed_bsdf__1THIN_DIELECTRIC;
 }
 
 fn package_lightshed_bsdf__1is_plastic(component: package_lightshed_bsdf_Component) -> bool {
-    return package_host__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
+    return package_memory_scene__1has_plastics() && component.kind >= package_lightshed_bsdf_PLASTIC;
 }
 
 fn package_lightshed_bsdf__1lobe_count(component: package_lightshed_bsdf_Component) -> u32 {
@@ -1052,7 +817,7 @@ fn package_lightshed_bsdf__1mirror_of(side: u32, wo: vec3f) -> f32 {
 
 fn package_lightshed_bsdf__1sample_bsdf(material: package_lightshed_material_MaterialAt, wo: vec3f, u_lobe: f32, u: vec2f) -> package_lightshed_bsdf_BsdfSample {
     let none = package_lightshed_bsdf_BsdfSample(vec3f(0.0), 0.0, vec3f(0.0), false, false, 0u, 1.0);
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     let first = package_lightshed_bsdf__1component_at(material, rows, 0u);
     if rows.y == 1u && first.kind == package_lightshed_bsdf_DIFFUSE {
         let mirror = package_lightshed_bsdf__1mirror_of(first.side, wo);
@@ -1174,7 +939,7 @@ fn package_lightshed_bsdf__1smooth_reflectance(component: package_lightshed_bsdf
 }
 
 fn package_lightshed_bsdf__1total_importance(material: package_lightshed_material_MaterialAt, wo: vec3f) -> f32 {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     var total = 0.0;
     for (var i = 0u; i < rows.y; i++) {
         let component = package_lightshed_bsdf__1component_at(material, rows, i);
@@ -1186,9 +951,9 @@ fn package_lightshed_bsdf__1total_importance(material: package_lightshed_materia
 }
 
 fn package_lightshed_bsdf__2has_non_delta(material: package_lightshed_material_MaterialAt) -> bool {
-    let rows = package_host__1load_material(material.index);
+    let rows = package_memory_scene__1load_material(material.index);
     for (var i = 0u; i < rows.y; i++) {
-        if !package_lightshed_bsdf__1is_delta(package_host__1load_component(rows.x + i)) {
+        if !package_lightshed_bsdf__1is_delta(package_memory_scene__1load_component(rows.x + i)) {
             return true;
         }
     }
@@ -1253,8 +1018,8 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let position = sqrt(clamp(cos_theta, 0.0, 1.0)) * f32(package_lightshed_coat__1COAT_STEPS);
     let node = min(u32(position), package_lightshed_coat__1COAT_STEPS - 1u);
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
-    let low = package_host__1load_coat(place);
-    return clamp(low + (package_host__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+    let low = package_memory_scene__1load_coat(place);
+    return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
 struct package_lightshed_cwbvh_BoxRay {
@@ -1363,17 +1128,17 @@ fn package_lightshed_cwbvh_traverse(ray: package_lightshed_ray_Ray, any: bool, o
                 stack[depth] = group;
                 depth++;
             }
-            let node = package_host__2load_cwbvh_node(index);
+            let node = package_memory_scene__2load_cwbvh_node(index);
             let hits = package_lightshed_cwbvh__1hit_children(node, boxes, best.t);
             var primitives = hits & 16777215u;
             while (primitives != 0u) {
                 let offset = firstTrailingBit(primitives);
                 primitives &= primitives - 1u;
-                let primitive = package_host__2load_cwbvh_primitive(node.primitive_base + offset);
-                if opaque && package_host__1lets_pass(primitive) {
+                let primitive = package_memory_scene__2load_cwbvh_primitive(node.primitive_base + offset);
+                if opaque && package_memory_scene__1lets_pass(primitive) {
                     continue;
                 }
-                let corners = package_host__2load_triangle_corners(primitive);
+                let corners = package_memory_scene__2load_triangle_corners(primitive);
                 let hit = package_lightshed_triangle__1intersect_triangle(triangles, corners.a, corners.b, corners.c, primitive, ray.t_max);
                 if hit.primitive != package_lightshed_ray_NOTHING && (hit.t < best.t || (hit.t == best.t && hit.primitive < best.primitive)) {
                     best = hit;
@@ -1579,7 +1344,7 @@ fn package_lightshed_emitter__1aim_at(emitter: package_lightshed_emitter_Emitter
 }
 
 fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
-    let about = package_host__1emitter_groups();
+    let about = package_memory_scene__1emitter_groups();
     let low = package_lightshed_wide__1wide_product(about.groups, u_select.x);
     let high = package_lightshed_wide__1wide_product(about.groups, u_select.y);
     let middle = high.x + low.y;
@@ -1587,7 +1352,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
     if about.finite > 0u && group == 0u {
         return package_lightshed_alias__1alias_sample(0u, about.finite, vec2u(low.x, middle));
     }
-    if package_host__2has_delta_emitters() {
+    if package_memory_scene__2has_delta_emitters() {
         let direction = group - select(0u, 1u, about.finite > 0u);
         if direction < about.directions {
             return about.first_direction + direction;
@@ -1597,7 +1362,7 @@ fn package_lightshed_emitter__1choose_emitter(u_select: vec2u) -> u32 {
 }
 
 fn package_lightshed_emitter__1emitter_pdf(index: u32, from_position: vec3f, point: vec3f) -> f32 {
-    let emitter = package_host__1load_emitter(index);
+    let emitter = package_memory_scene__1load_emitter(index);
     let d = point - from_position;
     let distance_squared = package_lightshed_vector_dot3(d, d);
     let cos_theta = package_lightshed_vector_dot3(emitter.normal, d) / sqrt(distance_squared);
@@ -1609,11 +1374,11 @@ fn package_lightshed_emitter__1emitter_radiance(emitter: package_lightshed_emitt
 }
 
 fn package_lightshed_emitter__1sample_around(u: vec2f) -> package_lightshed_emitter_Around {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         let drawn = package_lightshed_sky__1sky_sample(u);
         return package_lightshed_emitter_Around(drawn.direction, drawn.pdf, drawn.radiance);
     }
-    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_host__1emitter_groups().surroundings);
+    return package_lightshed_emitter_Around(package_lightshed_warp__1uniform_sphere(u), package_lightshed_emitter__2INVERSE_FOUR_PI, package_memory_scene__1emitter_groups().surroundings);
 }
 
 fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: vec2u, u: vec2f) -> package_lightshed_emitter_EmitterSample {
@@ -1628,15 +1393,15 @@ fn package_lightshed_emitter__1sample_emitter(from_position: vec3f, u_select: ve
         }
         return package_lightshed_emitter_EmitterSample(around.direction, around.pdf, around.radiance / around.pdf, false, vec3f(0.0));
     }
-    if package_host__2has_delta_emitters() && package_lightshed_emitter__2is_delta_emitter(index) {
+    if package_memory_scene__2has_delta_emitters() && package_lightshed_emitter__2is_delta_emitter(index) {
         return package_lightshed_emitter__2sample_delta_emitter(index, from_position);
     }
-    return package_lightshed_emitter__2sample_triangle_emitter(package_host__1load_emitter(index), from_position, u);
+    return package_lightshed_emitter__2sample_triangle_emitter(package_memory_scene__1load_emitter(index), from_position, u);
 }
 
 fn package_lightshed_emitter__1sample_surroundings(u: vec2f) -> package_lightshed_emitter_Around {
     var around = package_lightshed_emitter__1sample_around(u);
-    around.pdf *= 1.0 / f32(package_host__1emitter_groups().groups);
+    around.pdf *= 1.0 / f32(package_memory_scene__1emitter_groups().groups);
     return around;
 }
 
@@ -1663,21 +1428,21 @@ fn package_lightshed_emitter__1spot_intensity(light: package_lightshed_emitter_D
 }
 
 fn package_lightshed_emitter__1surroundings_density(direction: vec3f) -> f32 {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_pdf(direction);
     }
     return package_lightshed_emitter__2INVERSE_FOUR_PI;
 }
 
 fn package_lightshed_emitter__1surroundings_pdf(direction: vec3f) -> f32 {
-    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_host__1emitter_groups().groups));
+    return package_lightshed_emitter__1surroundings_density(direction) * (1.0 / f32(package_memory_scene__1emitter_groups().groups));
 }
 
 fn package_lightshed_emitter__1surroundings_radiance(direction: vec3f) -> vec3f {
-    if package_host__1has_sky() {
+    if package_memory_scene__1has_sky() {
         return package_lightshed_sky__1sky_radiance(direction);
     }
-    return package_host__1emitter_groups().surroundings;
+    return package_memory_scene__1emitter_groups().surroundings;
 }
 
 const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
@@ -1685,12 +1450,12 @@ const package_lightshed_emitter__2INVERSE_FOUR_PI: f32 = 0.07957747;
 const package_lightshed_emitter__2NO_OTHER_WAY: f32 = 1e30;
 
 fn package_lightshed_emitter__2is_delta_emitter(index: u32) -> bool {
-    let about = package_host__1emitter_groups();
+    let about = package_memory_scene__1emitter_groups();
     return index >= about.triangles && index != package_lightshed_emitter_SURROUNDINGS;
 }
 
 fn package_lightshed_emitter__2sample_delta_emitter(index: u32, from_position: vec3f) -> package_lightshed_emitter_EmitterSample {
-    return package_lightshed_emitter__2towards_delta_emitter(index, package_host__2load_delta_emitter(index).probability, from_position);
+    return package_lightshed_emitter__2towards_delta_emitter(index, package_memory_scene__2load_delta_emitter(index).probability, from_position);
 }
 
 fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshed_emitter_Emitter, from_position: vec3f, u: vec2f) -> package_lightshed_emitter_EmitterSample {
@@ -1704,8 +1469,8 @@ fn package_lightshed_emitter__2sample_triangle_emitter(emitter: package_lightshe
 
 fn package_lightshed_emitter__2towards_delta_emitter(index: u32, probability: f32, from_position: vec3f) -> package_lightshed_emitter_EmitterSample {
     let none = package_lightshed_emitter_EmitterSample(vec3f(0.0), 0.0, vec3f(0.0), true, vec3f(0.0));
-    let light = package_host__2load_delta_emitter(index);
-    if index >= package_host__1emitter_groups().first_direction {
+    let light = package_memory_scene__2load_delta_emitter(index);
+    if index >= package_memory_scene__1emitter_groups().first_direction {
         return package_lightshed_emitter_EmitterSample(light.place, package_lightshed_emitter__2NO_OTHER_WAY, light.intensity / probability, false, vec3f(0.0));
     }
     let d = light.place - from_position;
@@ -1936,7 +1701,7 @@ fn package_lightshed_sky__1columns_start(cells: vec2u, row: u32) -> u32 {
 }
 
 fn package_lightshed_sky__1last_column(cells: vec2u, row: u32) -> u32 {
-    return package_host__2load_sky_word(cells.y + cells.x * cells.y + row);
+    return package_memory_scene__2load_sky_word(cells.y + cells.x * cells.y + row);
 }
 
 fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package_lightshed_sky_Owner {
@@ -1944,11 +1709,11 @@ fn package_lightshed_sky__1owner_of(first: u32, last: u32, word: u32) -> package
     var size = last + 1u;
     while (size > 1u) {
         let half = size / 2u;
-        base = select(base, base + half, package_host__2load_sky_word(first + base + half) <= word);
+        base = select(base, base + half, package_memory_scene__2load_sky_word(first + base + half) <= word);
         size -= half;
     }
     let words = package_lightshed_sky_owned(first, last, base);
-    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_host__2load_sky_word(first + base)), 0.0, words));
+    return package_lightshed_sky_Owner(base, words, package_lightshed_uniform_remap(f32(word - package_memory_scene__2load_sky_word(first + base)), 0.0, words));
 }
 
 fn package_lightshed_sky__1sky_cell(image: package_lightshed_sky_Sky, uv: vec2f) -> package_lightshed_sky_SkyCell {
@@ -1976,7 +1741,7 @@ fn package_lightshed_sky__1sky_density(cells: vec2u, row_words: f32, column_word
 }
 
 fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let uv = package_lightshed_sky__1sky_coordinates(image, direction);
     let cell = min(vec2u(uv * vec2f(cells)), cells - 1u);
@@ -1986,12 +1751,12 @@ fn package_lightshed_sky__1sky_pdf(direction: vec3f) -> f32 {
 }
 
 fn package_lightshed_sky__1sky_radiance(direction: vec3f) -> vec3f {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     return package_lightshed_sky__2sky_radiance_at(image, package_lightshed_sky__1sky_cell(image, package_lightshed_sky__1sky_coordinates(image, direction)));
 }
 
 fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySample {
-    let image = package_host_sky();
+    let image = package_memory_scene_sky();
     let cells = package_lightshed_sky__1sky_cells(image);
     let word = vec2u(u * package_lightshed_sky__2TWO_POW_32);
     let row = package_lightshed_sky__1owner_of(0u, image.last_row, word.y);
@@ -2011,7 +1776,7 @@ fn package_lightshed_sky__1sky_sample(u: vec2f) -> package_lightshed_sky_SkySamp
 fn package_lightshed_sky__1sky_texel(image: package_lightshed_sky_Sky, column: u32, row: u32) -> vec3f {
     let cells = package_lightshed_sky__1sky_cells(image);
     let start = 2u * cells.y + cells.x * cells.y + 3u * (row * image.size.x + column);
-    return vec3f(bitcast<f32>(package_host__2load_sky_word(start)), bitcast<f32>(package_host__2load_sky_word(start + 1u)), bitcast<f32>(package_host__2load_sky_word(start + 2u)));
+    return vec3f(bitcast<f32>(package_memory_scene__2load_sky_word(start)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 1u)), bitcast<f32>(package_memory_scene__2load_sky_word(start + 2u)));
 }
 
 const package_lightshed_sky__2TWO_PI_SQUARED: f32 = 19.739208;
@@ -2034,11 +1799,11 @@ fn package_lightshed_sky_owned(first: u32, last: u32, index: u32) -> f32 {
     if index > last {
         return 0.0;
     }
-    let start = package_host__2load_sky_word(first + index);
+    let start = package_memory_scene__2load_sky_word(first + index);
     if index == last {
         return select(f32(~start + 1u), package_lightshed_sky__2TWO_POW_32, start == 0u);
     }
-    return f32(package_host__2load_sky_word(first + index + 1u) - start);
+    return f32(package_memory_scene__2load_sky_word(first + index + 1u) - start);
 }
 
 struct package_lightshed_stream_Stream {
@@ -2133,12 +1898,12 @@ fn package_lightshed_surface__1surface_point(triangle: package_lightshed_surface
     let extent = package_lightshed_vector__1max_element(max(max(a, b), c) - min(min(a, b), c));
     var shading_normal = normal;
     if triangle.normals != package_lightshed_ray_NOTHING {
-        let normals = package_host__2load_corner_normals(triangle.normals);
+        let normals = package_memory_scene__2load_corner_normals(triangle.normals);
         shading_normal = package_lightshed_vector__1normalized_or(normals.a * u + normals.b * v + normals.c * w, normal);
     }
     var uv = vec2f(v, w);
-    if package_host__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
-        let uvs = package_host__2load_corner_uvs(triangle.uvs);
+    if package_memory_scene__1has_textures() && triangle.uvs != package_lightshed_ray_NOTHING {
+        let uvs = package_memory_scene__2load_corner_uvs(triangle.uvs);
         uv = uvs.a * u + uvs.b * v + uvs.c * w;
     }
     return package_lightshed_surface_SurfacePoint(term_a + term_b + term_c, package_lightshed_surface__1offset_for(normal, abs(term_a) + abs(term_b) + abs(term_c), extent), normal, package_lightshed_material_MaterialAt(triangle.material, uv), package_lightshed_frame__2frame_from_normal(shading_normal), triangle.emitter);
@@ -2180,11 +1945,11 @@ const package_lightshed_texture__1F32_MAX: f32 = 3.4028235e38;
 const package_lightshed_texture__1NO_TABLE: u32 = 4294967295u;
 
 fn package_lightshed_texture__1number_at(word: u32) -> f32 {
-    return bitcast<f32>(package_host__2load_texel_word(word));
+    return bitcast<f32>(package_memory_scene__2load_texel_word(word));
 }
 
 fn package_lightshed_texture__1texture_color(index: u32, uv: vec2f) -> vec3f {
-    let texture = package_host__1load_texture(index);
+    let texture = package_memory_scene__1load_texture(index);
     let x = uv.x;
     let y = min(1.0 - uv.y, package_lightshed_texture__1F32_MAX);
     var s = min(texture.x_axis.x * x + texture.y_axis.x * y, package_lightshed_texture__1F32_MAX) + texture.translation.x;
@@ -2239,7 +2004,7 @@ fn package_lightshed_texture_texel(texture: package_lightshed_texture_Texture, x
         let word = texture.first + 3u * place;
         return vec3f(package_lightshed_texture__1number_at(word), package_lightshed_texture__1number_at(word + 1u), package_lightshed_texture__1number_at(word + 2u));
     }
-    let codes = package_host__2load_texel_word(texture.first + place);
+    let codes = package_memory_scene__2load_texel_word(texture.first + place);
     return vec3f(package_lightshed_texture__1number_at(texture.table + (codes & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 8u) & 255u)), package_lightshed_texture__1number_at(texture.table + ((codes >> 16u) & 255u)));
 }
 
@@ -2453,3 +2218,253 @@ fn package_lightshed_wide__2wide_shift_right(a: vec2u, by: u32) -> vec2u {
     let shifted = vec2u((a.x >> bits) | carried, a.y >> bits);
     return select(shifted, vec2u(shifted.y, 0u), by > 31u);
 }
+
+fn package_memory__1lighting_grid__1grid_frame() -> package_lightshed__1grid_light_GridFrame {
+    return package_memory__1lighting_grid__1lighting_frame;
+}
+
+@group(1) @binding(12)
+var<storage, read> package_memory__1lighting_grid__1grid_keys: array<u32>;
+
+@group(1) @binding(10)
+var<storage, read> package_memory__1lighting_grid__1grid_lights: array<package_lightshed__1grid_light_GridLight>;
+
+@group(1) @binding(14)
+var<storage, read> package_memory__1lighting_grid__1grid_moments: array<package_lightshed__1grid_moments_Moments>;
+
+@group(1) @binding(11)
+var<storage, read> package_memory__1lighting_grid__1grid_points: array<package_lightshed__1grid_light_GridPoint>;
+
+@group(1) @binding(13)
+var<storage, read> package_memory__1lighting_grid__1grid_vertices: array<u32>;
+
+@group(1) @binding(9)
+var<storage, read> package_memory__1lighting_grid__1grid_words: array<vec2u>;
+
+@group(1) @binding(8)
+var<storage, read> package_memory__1lighting_grid__1lighting_frame: package_lightshed__1grid_light_GridFrame;
+
+fn package_memory__1lighting_grid__2load_grid_key(place: u32) -> u32 {
+    return package_memory__1lighting_grid__1grid_keys[place];
+}
+
+fn package_memory__1lighting_grid__2load_grid_light(place: u32) -> package_lightshed__1grid_light_GridLight {
+    return package_memory__1lighting_grid__1grid_lights[place];
+}
+
+fn package_memory__1lighting_grid__2load_grid_point(place: u32) -> package_lightshed__1grid_light_GridPoint {
+    return package_memory__1lighting_grid__1grid_points[place];
+}
+
+fn package_memory__1lighting_grid__2load_grid_vertex(place: u32) -> u32 {
+    return package_memory__1lighting_grid__1grid_vertices[place];
+}
+
+fn package_memory__1lighting_grid__2load_grid_weight(place: u32) -> f32 {
+    return package_memory__1lighting_grid__1grid_moments[place].weight;
+}
+
+fn package_memory__1lighting_grid__2load_grid_word(word: u32) -> vec2u {
+    return package_memory__1lighting_grid__1grid_words[word];
+}
+
+const package_memory_pixels_GROUP: u32 = 64u;
+
+fn package_memory_pixels__1pixel_name(pixel: u32) -> u32 {
+    return package_memory_pixels__1place_name(package_memory_pixels__1pixel_place(pixel));
+}
+
+fn package_memory_pixels__1pixel_place(pixel: u32) -> vec2u {
+    let width = package_memory_scene_settings.camera.size.x;
+    return vec2u(pixel % width, pixel / width);
+}
+
+fn package_memory_pixels__1pixel_stream(pixel: u32, sample: u32) -> package_lightshed_stream_Stream {
+    return package_lightshed_stream__2stream_of_sample(package_memory_scene_settings.seed, package_memory_pixels__1pixel_name(pixel), sample, 0u);
+}
+
+fn package_memory_pixels__1place_name(place: vec2u) -> u32 {
+    return (place.y << 16u) | place.x;
+}
+
+fn package_memory_pixels__1streamed_ray(pixel: u32, stream: ptr<function, package_lightshed_stream_Stream>) -> package_lightshed_ray_Ray {
+    let dx = package_lightshed_stream__1next_number(stream);
+    let dy = package_lightshed_stream__1next_number(stream);
+    var u_lens = vec2f(0.5);
+    if package_memory_scene_settings.camera.aperture_radius > 0.0 {
+        u_lens.x = package_lightshed_stream__1next_number(stream);
+        u_lens.y = package_lightshed_stream__1next_number(stream);
+    }
+    return package_lightshed_camera__1camera_ray(package_memory_scene_settings.camera, vec2f(package_memory_pixels__1pixel_place(pixel)) + vec2f(dx, dy), u_lens);
+}
+
+fn package_memory_pixels__1thread_number(id: vec3u, groups: vec3u) -> u32 {
+    return id.x + id.y * groups.x * package_memory_pixels_GROUP;
+}
+
+struct package_memory_scene_Settings {
+    camera: package_lightshed_camera_Camera,
+    surroundings: vec3f,
+    groups: u32,
+    seed: vec2u,
+    max_depth: u32,
+    roulette_depth: u32,
+    emitters: u32,
+    pixels: u32,
+    sky_words: u32,
+    finite_emitters: u32,
+    first_direction: u32,
+    directions: u32,
+    uv_words: u32,
+    texture_words: u32,
+    coat_words: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    sky: package_lightshed_sky_Sky
+}
+
+override package_memory_scene__1HAS_DIELECTRICS: bool = true;
+
+override package_memory_scene__1HAS_EMITTERS: bool = true;
+
+override package_memory_scene__1HAS_PLASTICS: bool = true;
+
+override package_memory_scene__1HAS_SKY: bool = true;
+
+override package_memory_scene__1HAS_SURROUNDINGS: bool = true;
+
+override package_memory_scene__1HAS_TEXTURES: bool = true;
+
+fn package_memory_scene__1emitter_groups() -> package_lightshed_emitter_EmitterGroups {
+    return package_lightshed_emitter_EmitterGroups(package_memory_scene_settings.surroundings, package_memory_scene_settings.groups, package_memory_scene_settings.emitters, package_memory_scene_settings.finite_emitters, package_memory_scene_settings.first_direction, package_memory_scene_settings.directions);
+}
+
+fn package_memory_scene__1has_dielectrics() -> bool {
+    return package_memory_scene__1HAS_DIELECTRICS;
+}
+
+fn package_memory_scene__1has_plastics() -> bool {
+    return package_memory_scene__1HAS_PLASTICS;
+}
+
+fn package_memory_scene__1has_sky() -> bool {
+    return package_memory_scene__1HAS_SKY;
+}
+
+fn package_memory_scene__1has_textures() -> bool {
+    return package_memory_scene__1HAS_TEXTURES;
+}
+
+fn package_memory_scene__1lets_pass(primitive: u32) -> bool {
+    return package_memory_scene_materials[package_memory_scene_triangles[primitive].material].y == 0u;
+}
+
+fn package_memory_scene__1load_coat(place: u32) -> f32 {
+    return package_memory_scene__2number_in_tables(package_memory_scene_settings.coat_words + place);
+}
+
+fn package_memory_scene__1load_component(row: u32) -> package_lightshed_bsdf_Component {
+    return package_memory_scene_components[row];
+}
+
+fn package_memory_scene__1load_emitter(index: u32) -> package_lightshed_emitter_Emitter {
+    return package_memory_scene_emitters[index];
+}
+
+fn package_memory_scene__1load_material(index: u32) -> vec2u {
+    return package_memory_scene_materials[index];
+}
+
+fn package_memory_scene__1load_texture(index: u32) -> package_lightshed_texture_Texture {
+    let word = package_memory_scene_settings.texture_words + 16u * index;
+    return package_lightshed_texture_Texture(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u), vec2u(package_memory_scene_tables[word + 6u], package_memory_scene_tables[word + 7u]), vec3f(package_memory_scene__2pair_in_tables(word + 8u), package_memory_scene__2number_in_tables(word + 10u)), package_memory_scene_tables[word + 11u], package_memory_scene_tables[word + 12u], package_memory_scene_tables[word + 13u], package_memory_scene_tables[word + 14u], 0u);
+}
+
+fn package_memory_scene__1load_triangle(index: u32) -> package_lightshed_surface_Triangle {
+    return package_memory_scene_triangles[index];
+}
+
+override package_memory_scene__2HAS_DELTA_EMITTERS: bool = true;
+
+fn package_memory_scene__2has_delta_emitters() -> bool {
+    return package_memory_scene__2HAS_DELTA_EMITTERS;
+}
+
+fn package_memory_scene__2load_alias_entry(table: u32, index: u32) -> package_lightshed_alias_AliasEntry {
+    return package_lightshed_alias_AliasEntry(package_memory_scene_tables[2u * index], package_memory_scene_tables[2u * index + 1u]);
+}
+
+fn package_memory_scene__2load_corner_normals(index: u32) -> package_lightshed_surface_CornerNormals {
+    return package_lightshed_surface_CornerNormals(package_memory_scene_normals[3u * index].xyz, package_memory_scene_normals[3u * index + 1u].xyz, package_memory_scene_normals[3u * index + 2u].xyz);
+}
+
+fn package_memory_scene__2load_corner_uvs(index: u32) -> package_lightshed_surface_CornerUvs {
+    let word = package_memory_scene_settings.uv_words + 6u * index;
+    return package_lightshed_surface_CornerUvs(package_memory_scene__2pair_in_tables(word), package_memory_scene__2pair_in_tables(word + 2u), package_memory_scene__2pair_in_tables(word + 4u));
+}
+
+fn package_memory_scene__2load_cwbvh_node(index: u32) -> package_lightshed_cwbvh_CwbvhNode {
+    return package_memory_scene_nodes[index];
+}
+
+fn package_memory_scene__2load_cwbvh_primitive(slot: u32) -> u32 {
+    return package_memory_scene_slots[slot];
+}
+
+fn package_memory_scene__2load_delta_emitter(index: u32) -> package_lightshed_emitter_DeltaEmitter {
+    let row = package_memory_scene_emitters[index];
+    return package_lightshed_emitter_DeltaEmitter(row.corner, row.pdf_area, row.edge0, row.radiance_r, row.edge1, row.radiance_g, row.normal.x, row.normal.y, 0u, 0u);
+}
+
+fn package_memory_scene__2load_sky_word(index: u32) -> u32 {
+    return package_memory_scene_tables[package_memory_scene_settings.sky_words + index];
+}
+
+fn package_memory_scene__2load_texel_word(index: u32) -> u32 {
+    return package_memory_scene_tables[index];
+}
+
+fn package_memory_scene__2load_triangle_corners(index: u32) -> package_lightshed_cwbvh_TriangleCorners {
+    let triangle = package_memory_scene_triangles[index];
+    return package_lightshed_cwbvh_TriangleCorners(triangle.a, vec3f(triangle.b_x, triangle.b_yz), vec3f(triangle.c_xy, triangle.c_z));
+}
+
+fn package_memory_scene__2number_in_tables(word: u32) -> f32 {
+    return bitcast<f32>(package_memory_scene_tables[word]);
+}
+
+fn package_memory_scene__2pair_in_tables(word: u32) -> vec2f {
+    return vec2f(package_memory_scene__2number_in_tables(word), package_memory_scene__2number_in_tables(word + 1u));
+}
+
+@group(0) @binding(5)
+var<storage, read> package_memory_scene_components: array<package_lightshed_bsdf_Component>;
+
+@group(0) @binding(6)
+var<storage, read> package_memory_scene_emitters: array<package_lightshed_emitter_Emitter>;
+
+@group(0) @binding(4)
+var<storage, read> package_memory_scene_materials: array<vec2u>;
+
+@group(0) @binding(0)
+var<storage, read> package_memory_scene_nodes: array<package_lightshed_cwbvh_CwbvhNode>;
+
+@group(0) @binding(3)
+var<storage, read> package_memory_scene_normals: array<vec4f>;
+
+@group(2) @binding(0)
+var<storage, read> package_memory_scene_settings: package_memory_scene_Settings;
+
+fn package_memory_scene_sky() -> package_lightshed_sky_Sky {
+    return package_memory_scene_settings.sky;
+}
+
+@group(0) @binding(1)
+var<storage, read> package_memory_scene_slots: array<u32>;
+
+@group(0) @binding(7)
+var<storage, read> package_memory_scene_tables: array<u32>;
+
+@group(0) @binding(2)
+var<storage, read> package_memory_scene_triangles: array<package_lightshed_surface_Triangle>;

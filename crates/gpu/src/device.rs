@@ -1,6 +1,8 @@
-//! A device, what runs on it, and buffers.
+//! A device, and its memory.
 
 use crate::GpuError;
+use crate::buffer::Buffer;
+use crate::kernel::KernelCache;
 use bytemuck::Pod;
 use wgpu::util::DeviceExt;
 
@@ -9,35 +11,7 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
-}
-
-/// Memory on the device, which shaders read and write.
-#[derive(Clone, Debug)]
-pub struct Buffer {
-    pub(crate) buffer: wgpu::Buffer,
-}
-
-impl Buffer {
-    /// Its size in bytes.
-    pub fn bytes(&self) -> u64 {
-        self.buffer.size()
-    }
-}
-
-/// How a kernel uses the buffer at one of its bindings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
-    /// `var<storage, read>`.
-    Read,
-    /// `var<storage, read_write>`.
-    Write,
-}
-
-/// An entry point of a shader, ready to run.
-pub struct Kernel {
-    pub(crate) pipeline: wgpu::ComputePipeline,
-    pub(crate) layout: wgpu::BindGroupLayout,
-    pub(crate) label: String,
+    kernels: KernelCache,
 }
 
 impl Gpu {
@@ -77,6 +51,7 @@ impl Gpu {
             device,
             queue,
             info: adapter.get_info(),
+            kernels: KernelCache::default(),
         })
     }
 
@@ -224,76 +199,8 @@ impl Gpu {
         Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
     }
 
-    /// Prepares the entry point `entry` of `wgsl`, with its overridable constants set. Bindings are those of group 0, in order.
-    ///
-    /// # Errors
-    ///
-    /// [`GpuError::Refused`] with what the validator says.
-    pub fn kernel(
-        &self,
-        label: &str,
-        wgsl: &str,
-        entry: &str,
-        bindings: &[Access],
-        constants: &[(&str, f64)],
-    ) -> Result<Kernel, GpuError> {
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(label),
-            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
-        });
-        let entries: Vec<_> = (0..)
-            .zip(bindings)
-            .map(|(binding, access)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Storage {
-                        read_only: *access == Access::Read,
-                    },
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            })
-            .collect();
-        let layout = self
-            .device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some(label),
-                entries: &entries,
-            });
-        let pipeline_layout = self
-            .device
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(label),
-                bind_group_layouts: &[Some(&layout)],
-                immediate_size: 0,
-            });
-        let pipeline = self
-            .device
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(label),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants,
-                    ..Default::default()
-                },
-                cache: None,
-            });
-        match pollster::block_on(scope.pop()) {
-            Some(error) => Err(GpuError::Refused {
-                what: label.to_owned(),
-                message: error.to_string(),
-            }),
-            None => Ok(Kernel {
-                pipeline,
-                layout,
-                label: label.to_owned(),
-            }),
-        }
+    pub(crate) fn kernels(&self) -> &KernelCache {
+        &self.kernels
     }
 }
 

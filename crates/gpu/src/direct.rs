@@ -1,11 +1,12 @@
 //! Direct light with emitters chosen by a light tree, on the device.
 
+use crate::bindings::{BoundGroup, ImageBindings, LightTreeBindings, SceneBindings, Table};
 use crate::emitter_tree::{EmitterTree, TreeShape};
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::DIRECT;
-use crate::scene::{SCENE_BINDINGS, Settings};
-use crate::{Access, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::scene::Settings;
+use crate::{Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::MAX_DIRECT_SAMPLES;
@@ -19,12 +20,21 @@ pub struct GpuDirectLight<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
     emitters: EmitterTree,
+    /// The scene, and the tree.
+    groups: [BoundGroup; 2],
     kernel: Kernel,
     settings: Buffer,
     image: Buffer,
     asked: Direct,
     times: Vec<PassTime>,
 }
+
+/// What the program binds.
+pub(crate) const TABLES: [Table; 3] = [
+    SceneBindings::TABLE,
+    LightTreeBindings::TABLE,
+    ImageBindings::TABLE,
+];
 
 /// As the shader reads it.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -79,8 +89,6 @@ impl<'a> GpuDirectLight<'a> {
             ));
         }
         let emitters = EmitterTree::new(gpu, scene)?;
-        let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
-        access.extend([Access::Write, Access::Read]);
         let stratum = u64::MAX / u64::from(emitter_samples);
         let [width, height] = scene.size();
         Ok(Self {
@@ -96,8 +104,15 @@ impl<'a> GpuDirectLight<'a> {
                 has_tree: u32::from(emitters.shines),
                 padding: 0,
             },
+            groups: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&emitters.bindings()])],
             emitters,
-            kernel: gpu.kernel("direct", program, "direct", &access, &scene.constants(program))?,
+            kernel: gpu.kernel_of_tables(
+                "direct",
+                program,
+                "direct",
+                &TABLES,
+                &scene.constants(program, &[]),
+            )?,
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,
             times: Vec::new(),
@@ -134,13 +149,19 @@ impl GpuMethod for GpuDirectLight<'_> {
             ..self.asked
         };
         let direct = self.gpu.buffer("direct", &[direct])?;
-        let mut buffers = vec![&self.settings];
-        buffers.extend(&self.scene.buffers);
-        buffers.extend(self.emitters.buffers());
-        buffers.extend([&self.image, &direct]);
+        let method = self.gpu.bind(&[&ImageBindings {
+            settings: &self.settings,
+            image: &self.image,
+            asked: &direct,
+        }]);
+        let [of_scene, of_tree] = &self.groups;
         let [width, height] = self.size();
         let mut work = self.gpu.timed_work();
-        work.dispatch(&self.kernel, &buffers, groups_of(width * height));
+        work.dispatch_bound(
+            &self.kernel,
+            &[of_scene, of_tree, &method],
+            groups_of(width * height),
+        );
         self.times = work.finish()?;
         finished_frame(self.gpu, &self.image, self.size())
     }
@@ -153,7 +174,7 @@ impl GpuMethod for GpuDirectLight<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{gpu, under_the_sky};
+    use crate::tests::support::{gpu, under_the_sky};
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::{LightChoosing, LightSelection, SelectedDirectLight};
     use lightshed_scene::glam::Vec3;
@@ -240,7 +261,7 @@ mod tests {
         for (name, mut description, samples, least) in scenes {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
             let scene = Scene::new(&description).expect("built-in scenes are sound");
-            let (alike, differences) = like_the_host(&gpu, &scene, samples, DIRECT);
+            let (alike, differences) = like_the_host(gpu, &scene, samples, DIRECT);
             println!(
                 "{name}: {alike:.4} alike, differences {:.2e} ({:.2e})",
                 differences.mean(),
@@ -257,7 +278,7 @@ mod tests {
             for (right, planted) in faults {
                 assert!(DIRECT.contains(*right), "{right}");
                 let (fewer, differences) =
-                    like_the_host(&gpu, &scene, samples, &DIRECT.replace(*right, planted));
+                    like_the_host(gpu, &scene, samples, &DIRECT.replace(*right, planted));
                 println!("  {planted}: {fewer:.4} alike, {:.2e}", differences.mean());
                 assert!(
                     fewer < alike - 0.01 || differences.test_against(0.0, 1e-4).is_err(),

@@ -1,5 +1,6 @@
 //! A scene's emitters in a light tree, for the methods that choose by it.
 
+use crate::bindings::LightTreeBindings;
 use crate::{Buffer, Gpu, GpuError, GpuLightTree, GpuScene, LightTreeBuilder, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_lights::Curve;
@@ -80,9 +81,12 @@ impl EmitterTree {
         }
     }
 
-    /// What the host module's bindings 10 to 13 are.
-    pub fn buffers(&self) -> [&Buffer; 4] {
-        let tree = &self.tree;
-        [&tree.rows, &tree.levels, &tree.light_at, &tree.leaf_of]
+    pub fn bindings(&self) -> LightTreeBindings<'_> {
+        LightTreeBindings {
+            light_rows: &self.tree.rows,
+            light_levels: &self.tree.levels,
+            light_at: &self.tree.light_at,
+            leaf_of: &self.tree.leaf_of,
+        }
     }
 }

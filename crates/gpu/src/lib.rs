@@ -3,37 +3,42 @@
 //! [`Gpu`] is a device by wgpu, [`Kernel`] an entry point on it, [`Work`] a list of dispatches. Shaders are those of the crate
 //! `lightshed-shaders`, linked and checked in.
 
+mod bindings;
+mod buffer;
+mod compile;
 mod device;
 mod direct;
 mod emitter_tree;
 mod error;
 mod frames;
 mod image;
+mod kernel;
 mod light_tree;
 mod lightcuts;
 mod lighting_grid;
 mod medium;
 mod methods;
-#[cfg(test)]
-mod path_parity;
 mod path_tracer;
 mod programs;
 mod radix_sort;
 mod restir_di;
+mod restir_frames;
 mod restir_pt;
 mod restir_volume;
 mod scene;
 #[cfg(test)]
-mod testing;
+mod tests;
 mod volpath;
 mod vpl_grid;
 mod work;
 
-pub use device::{Access, Buffer, Gpu, Kernel};
+pub use buffer::{Access, Buffer};
+pub use device::Gpu;
 pub use direct::GpuDirectLight;
 pub use error::GpuError;
 pub use frames::{GpuFrames, GpuMethod};
 pub use image::GpuImage;
+pub use kernel::Kernel;
 pub use light_tree::{GpuLightTree, LightTreeBuilder};
 pub use lightcuts::GpuLightcuts;
 pub use lighting_grid::{GpuLightingGrid, LightingGridBuilder};

@@ -1,11 +1,17 @@
 //! Light trees that are built on the device.
 
-use crate::device::{Access, Buffer, Gpu, Kernel};
+use crate::bindings::{Table, TreeBuildBindings};
+use crate::buffer::Buffer;
+use crate::device::Gpu;
+use crate::kernel::Kernel;
 use crate::programs::LIGHT_TREE_BUILD;
 use crate::radix_sort::{RadixSort, SortBuffers, groups};
 use crate::{GpuError, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_lights::{Curve, MAX_LIGHTS};
+
+/// What the program binds.
+pub(crate) const TABLES: [Table; 1] = [TreeBuildBindings::TABLE];
 
 /// Lights of a workgroup.
 const GROUP: u32 = 256;
@@ -151,17 +157,16 @@ impl LightTreeBuilder {
     ///
     /// [`GpuError::Refused`] if the device does not take them.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        use Access::{Read, Write};
-        let kernel = |entry: &str, bindings: &[Access]| {
+        let kernel = |entry: &str| {
             let label = format!("light tree: {entry}");
-            gpu.kernel(&label, LIGHT_TREE_BUILD, entry, bindings, &[])
+            gpu.kernel_of_tables(&label, LIGHT_TREE_BUILD, entry, &TABLES, &[])
         };
         Ok(Self {
-            bounds: kernel("center_bounds", &[Read, Read, Write])?,
-            cube: kernel("bounding_cube", &[Read, Read, Write])?,
-            encode: kernel("encode", &[Read, Read, Read, Write, Write])?,
-            leaves: kernel("leaves", &[Read, Read, Read, Write, Write, Write])?,
-            levels: kernel("levels", &[Read, Read, Write])?,
+            bounds: kernel("center_bounds")?,
+            cube: kernel("bounding_cube")?,
+            encode: kernel("encode")?,
+            leaves: kernel("leaves")?,
+            levels: kernel("levels")?,
             sort: RadixSort::new(gpu)?,
         })
     }
@@ -169,30 +174,30 @@ impl LightTreeBuilder {
     /// Records the building of `tree` from the [`LightRecord`](lightshed_lights::LightRecord)s in `lights`, as many as it has room for.
     /// The same lights give the same tree, whatever it was before.
     pub fn build(&self, work: &mut Work, lights: &Buffer, tree: &GpuLightTree) {
-        let settings = &tree.settings;
         let all = groups(tree.lights.next_multiple_of(WIDTH).div_ceil(GROUP));
-        work.dispatch(
-            &self.bounds,
-            &[settings, lights, &tree.boxes],
-            [tree.box_count, 1, 1],
-        );
-        work.dispatch(&self.cube, &[settings, &tree.boxes, &tree.cube], [1, 1, 1]);
         let SortBuffers { codes, indices, .. } = &tree.sort;
-        work.dispatch(&self.encode, &[settings, lights, &tree.cube, codes, indices], all);
+        let bind = |level_below| TreeBuildBindings {
+            settings: &tree.settings,
+            lights,
+            boxes: &tree.boxes,
+            cube: &tree.cube,
+            codes,
+            indices,
+            rows: &tree.rows,
+            light_at: &tree.light_at,
+            leaf_of: &tree.leaf_of,
+            level_below,
+        };
+        // Only levels ask where they begin.
+        let bound = work.bind(&bind(&tree.levels));
+        work.dispatch_bound(&self.bounds, &[&bound], [tree.box_count, 1, 1]);
+        work.dispatch_bound(&self.cube, &[&bound], [1, 1, 1]);
+        work.dispatch_bound(&self.encode, &[&bound], all);
         self.sort.sort(work, &tree.sort);
-        let GpuLightTree {
-            rows,
-            light_at,
-            leaf_of,
-            ..
-        } = tree;
-        work.dispatch(
-            &self.leaves,
-            &[settings, lights, indices, rows, light_at, leaf_of],
-            all,
-        );
+        work.dispatch_bound(&self.leaves, &[&bound], all);
         for (start, count) in &tree.starts {
-            work.dispatch(&self.levels, &[settings, start, rows], groups(*count));
+            let bound = work.bind(&bind(start));
+            work.dispatch_bound(&self.levels, &[&bound], groups(*count));
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Direct light by stochastic lightcuts, on the device.
 
+use crate::bindings::{BoundGroup, LightTreeBindings, LightcutBindings, SceneBindings, Table};
 use crate::emitter_tree::{EmitterTree, TreeShape};
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::LIGHTCUTS;
-use crate::scene::{SCENE_BINDINGS, Settings};
-use crate::{Access, Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::scene::Settings;
+use crate::{Buffer, Gpu, GpuError, GpuLightTree, GpuMethod, GpuScene, Kernel, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::{
@@ -22,6 +23,8 @@ pub struct GpuLightcuts<'a> {
     scene: &'a GpuScene,
     options: LightcutOptions,
     emitters: EmitterTree,
+    /// The scene, and the tree.
+    groups: [BoundGroup; 2],
     kernels: [Kernel; 3],
     settings: Buffer,
     image: Buffer,
@@ -31,6 +34,13 @@ pub struct GpuLightcuts<'a> {
     blocks: [u32; 2],
     times: Vec<PassTime>,
 }
+
+/// What the program binds.
+pub(crate) const TABLES: [Table; 3] = [
+    SceneBindings::TABLE,
+    LightTreeBindings::TABLE,
+    LightcutBindings::TABLE,
+];
 
 /// As the shader reads it.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -87,17 +97,10 @@ impl<'a> GpuLightcuts<'a> {
         scene.refuse_dielectrics("lightcuts")?;
         check(&options)?;
         let emitters = EmitterTree::new(gpu, scene)?;
-        let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
-        access.extend([
-            Access::Write,
-            Access::Read,
-            Access::Write,
-            Access::Write,
-            Access::Write,
-        ]);
-        let constants = scene.constants(program);
-        let kernel =
-            |entry: &str| gpu.kernel(&format!("lightcuts {entry}"), program, entry, &access, &constants);
+        let constants = scene.constants(program, &[]);
+        let kernel = |entry: &str| {
+            gpu.kernel_of_tables(&format!("lightcuts {entry}"), program, entry, &TABLES, &constants)
+        };
         let size = scene.size();
         let pixels = size.map(u64::from).iter().product::<u64>();
         let blocks = size.map(|side| side.div_ceil(options.block));
@@ -106,6 +109,7 @@ impl<'a> GpuLightcuts<'a> {
             gpu,
             scene,
             options,
+            groups: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&emitters.bindings()])],
             emitters,
             kernels: [kernel("see")?, kernel("choose")?, kernel("shade")?],
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
@@ -184,21 +188,27 @@ impl GpuMethod for GpuLightcuts<'_> {
             blocks: columns * rows,
         };
         let asked = self.gpu.buffer("lightcuts", &[asked])?;
-        let mut buffers = vec![&self.settings];
-        buffers.extend(&self.scene.buffers);
-        buffers.extend(self.emitters.buffers());
-        buffers.extend([&self.image, &asked, &self.cuts, &self.lengths, &self.hits]);
+        let method = self.gpu.bind(&[&LightcutBindings {
+            settings: &self.settings,
+            image: &self.image,
+            asked: &asked,
+            subtrees: &self.cuts,
+            lengths: &self.lengths,
+            hits: &self.hits,
+        }]);
+        let [of_scene, of_tree] = &self.groups;
+        let bound = [of_scene, of_tree, &method];
         let [width, height] = self.size();
         let mut work = self.gpu.timed_work();
         if self.options.rebuild {
             self.emitters.rebuild(&mut work);
         }
         let [see, choose, shade] = &self.kernels;
-        work.dispatch(see, &buffers, groups_of(width * height));
+        work.dispatch_bound(see, &bound, groups_of(width * height));
         if shines {
-            work.dispatch(choose, &buffers, groups_of(columns * rows));
+            work.dispatch_bound(choose, &bound, groups_of(columns * rows));
         }
-        work.dispatch(shade, &buffers, groups_of(width * height));
+        work.dispatch_bound(shade, &bound, groups_of(width * height));
         self.times = work.finish()?;
         finished_frame(self.gpu, &self.image, self.size())
     }
@@ -211,7 +221,7 @@ impl GpuMethod for GpuLightcuts<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::gpu;
+    use crate::tests::support::gpu;
     use lightshed_film::FrameMethod;
     use lightshed_integrator::Lightcuts;
     use lightshed_scene::{EmitterDescription, Rgb, Scene, builtin, luminance};
@@ -298,7 +308,7 @@ mod tests {
         for (name, mut description, options, least) in scenes {
             [description.settings.width, description.settings.height] = SIZE;
             let scene = Scene::new(&description).expect("built-in scenes are sound");
-            let (alike, differences) = like_the_host(&gpu, &scene, options, LIGHTCUTS);
+            let (alike, differences) = like_the_host(gpu, &scene, options, LIGHTCUTS);
             println!(
                 "{name}: {alike:.4} alike, differences {:.2e} ({:.2e})",
                 differences.mean(),
@@ -313,7 +323,7 @@ mod tests {
             for (right, planted) in faults {
                 assert!(LIGHTCUTS.contains(right), "{right}");
                 let (fewer, differences) =
-                    like_the_host(&gpu, &scene, options, &LIGHTCUTS.replace(right, planted));
+                    like_the_host(gpu, &scene, options, &LIGHTCUTS.replace(right, planted));
                 println!("  {planted}: {fewer:.4} alike, {:.2e}", differences.mean());
                 assert!(
                     fewer < alike - 0.01 || differences.test_against(0.0, 1e-4).is_err(),
@@ -327,7 +337,7 @@ mod tests {
     fn impossible_options_are_refused() {
         let Some(gpu) = gpu() else { return };
         let scene = Scene::new(&builtin::cornell()).expect("built-in scenes are sound");
-        let on_device = GpuScene::new(&gpu, &scene).expect("it is flat");
+        let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
         let usual = LightcutOptions::default();
         for options in [
             LightcutOptions { subtrees: 0, ..usual },
@@ -345,7 +355,7 @@ mod tests {
                 ..usual
             },
         ] {
-            let refused = GpuLightcuts::new(&gpu, &on_device, options).err();
+            let refused = GpuLightcuts::new(gpu, &on_device, options).err();
             assert!(
                 matches!(refused, Some(GpuError::Settings(_))),
                 "{options:?}: {refused:?}"

@@ -1,11 +1,17 @@
 //! Lighting grid hierarchies that are built on the device.
 
-use crate::device::{Access, Buffer, Gpu, Kernel};
+use crate::bindings::{BoundGroup, GridBuildBindings, Table};
+use crate::buffer::Buffer;
+use crate::device::Gpu;
+use crate::kernel::Kernel;
 use crate::programs::LIGHTING_GRID_BUILD;
 use crate::radix_sort::{RadixSort, SortBuffers, groups};
 use crate::{GpuError, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_lights::{GridOptions, Levels, MAX_LIGHTS};
+
+/// What the program binds.
+pub(crate) const TABLES: [Table; 1] = [GridBuildBindings::TABLE];
 
 /// Threads of a workgroup.
 const GROUP: u32 = 256;
@@ -231,22 +237,20 @@ impl LightingGridBuilder {
     }
 
     fn of_program(gpu: &Gpu, program: &str) -> Result<Self, GpuError> {
-        use Access::{Read, Write};
-        let kernel = |entry: &str, bindings: &[Access]| {
-            gpu.kernel(&format!("lighting grid: {entry}"), program, entry, bindings, &[])
+        let kernel = |entry: &str| {
+            gpu.kernel_of_tables(&format!("lighting grid: {entry}"), program, entry, &TABLES, &[])
         };
-        let gather = [Read, Read, Read, Read, Read, Read, Write, Write];
         Ok(Self {
-            bounds: kernel("bounds", &[Read, Read, Write])?,
-            place_cube: kernel("place_cube", &[Read, Read, Write])?,
-            find_cells: kernel("find_cells", &[Read, Read, Write, Write])?,
-            order_points: kernel("order_points", &[Read, Read, Read, Read, Write, Write, Write])?,
-            mark_coarser: kernel("mark_coarser", &[Read, Read, Write])?,
-            count_vertices: kernel("count_vertices", &[Read, Read, Write])?,
-            scan_tiles: kernel("scan_tiles", &[Read, Write])?,
-            rank_vertices: kernel("rank_vertices", &[Read, Read, Write, Write])?,
-            gather_lights: kernel("gather_lights", &gather)?,
-            gather_vertices: kernel("gather_vertices", &gather)?,
+            bounds: kernel("bounds")?,
+            place_cube: kernel("place_cube")?,
+            find_cells: kernel("find_cells")?,
+            order_points: kernel("order_points")?,
+            mark_coarser: kernel("mark_coarser")?,
+            count_vertices: kernel("count_vertices")?,
+            scan_tiles: kernel("scan_tiles")?,
+            rank_vertices: kernel("rank_vertices")?,
+            gather_lights: kernel("gather_lights")?,
+            gather_vertices: kernel("gather_vertices")?,
             sort: RadixSort::new(gpu)?,
         })
     }
@@ -255,61 +259,56 @@ impl LightingGridBuilder {
     /// lights give the same hierarchy, whatever it was before. Intensities whose sums exceed what `f32` holds, or whose luminances fall below
     /// its normal numbers, are beyond its means.
     pub fn build(&self, work: &mut Work, lights: &Buffer, grid: &GpuLightingGrid) {
-        let GpuLightingGrid {
-            frame,
-            words,
-            settings,
-            boxes,
-            tiles,
-            ..
-        } = grid;
         let levels = grid.levels;
         let threads = |count: u64| groups(count.div_ceil(u64::from(GROUP)) as u32);
         let all = threads(u64::from(grid.lights));
         let SortBuffers { codes, indices, .. } = &grid.sort;
-        work.dispatch(&self.bounds, &[settings, lights, boxes], [grid.box_count, 1, 1]);
-        work.dispatch(&self.place_cube, &[settings, boxes, frame], [1, 1, 1]);
-        work.dispatch(&self.find_cells, &[frame, lights, codes, indices], all);
+        // Levels of the hierarchy begin with number 1.
+        let of_level: Vec<BoundGroup> = grid
+            .level_numbers
+            .iter()
+            .map(|level| {
+                work.bind(&GridBuildBindings {
+                    settings: &grid.settings,
+                    lights,
+                    boxes: &grid.boxes,
+                    lighting_frame: &grid.frame,
+                    codes,
+                    indices,
+                    grid_points: &grid.points,
+                    grid_keys: &grid.keys,
+                    marks: &grid.words,
+                    grid_words: &grid.words,
+                    tiles: &grid.tiles,
+                    grid_vertices: &grid.vertices,
+                    level,
+                    grid_moments: &grid.moments,
+                    grid_lights: &grid.grid_lights,
+                })
+            })
+            .collect();
+        let bound = [&of_level[0]];
+        work.dispatch_bound(&self.bounds, &bound, [grid.box_count, 1, 1]);
+        work.dispatch_bound(&self.place_cube, &bound, [1, 1, 1]);
+        work.dispatch_bound(&self.find_cells, &bound, all);
         self.sort.sort(work, &grid.sort);
-        work.clear(words, words.bytes());
-        work.dispatch(
-            &self.order_points,
-            &[frame, lights, codes, indices, &grid.points, &grid.keys, words],
-            all,
-        );
+        work.clear(&grid.words, grid.words.bytes());
+        work.dispatch_bound(&self.order_points, &bound, all);
         for level in 2..=levels {
-            let number = &grid.level_numbers[level as usize - 1];
             let finer = threads(map_words(levels, level - 1));
-            work.dispatch(&self.mark_coarser, &[settings, number, words], finer);
+            work.dispatch_bound(&self.mark_coarser, &[&of_level[level as usize - 1]], finer);
         }
         let tile_groups = groups(grid.first_word[levels as usize].div_ceil(TILE));
-        work.dispatch(&self.count_vertices, &[settings, words, tiles], tile_groups);
-        work.dispatch(&self.scan_tiles, &[settings, tiles], [1, 1, 1]);
-        work.dispatch(
-            &self.rank_vertices,
-            &[settings, tiles, words, &grid.vertices],
-            tile_groups,
-        );
+        work.dispatch_bound(&self.count_vertices, &bound, tile_groups);
+        work.dispatch_bound(&self.scan_tiles, &bound, [1, 1, 1]);
+        work.dispatch_bound(&self.rank_vertices, &bound, tile_groups);
         for level in 1..=levels {
             let kernel = match level {
                 1 => &self.gather_lights,
                 _ => &self.gather_vertices,
             };
-            let buffers = [
-                frame,
-                &grid.level_numbers[level as usize - 1],
-                words,
-                &grid.vertices,
-                &grid.points,
-                &grid.keys,
-                &grid.moments,
-                &grid.grid_lights,
-            ];
-            work.dispatch(
-                kernel,
-                &buffers,
-                threads(most_vertices(levels, level, grid.lights)),
-            );
+            let most = threads(most_vertices(levels, level, grid.lights));
+            work.dispatch_bound(kernel, &[&of_level[level as usize - 1]], most);
         }
     }
 }
@@ -317,7 +316,7 @@ impl LightingGridBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::gpu;
+    use crate::tests::support::gpu;
     use lightshed_lights::glam::Vec3;
     use lightshed_lights::{Bounds, GridLight, LightingGrid, PointLight};
     use lightshed_testkit::check_faults;
@@ -464,14 +463,14 @@ mod tests {
             (20_000, 7, None),
             (100_000, 7, None),
         ];
-        let sound = LightingGridBuilder::new(&gpu).expect("the program is sound");
+        let sound = LightingGridBuilder::new(gpu).expect("the program is sound");
         for (count, levels, bounds) in sets {
             let options = GridOptions {
                 levels: Levels::Count(levels),
                 bounds,
                 ..usual
             };
-            let worst = like_the_host(&gpu, &sound, &point_lights(count), &options);
+            let worst = like_the_host(gpu, &sound, &point_lights(count), &options);
             println!("{count} lights, {levels} levels: {worst:?} of the bounds");
             assert!(worst.is_ok(), "{worst:?}");
         }
@@ -498,8 +497,8 @@ mod tests {
                     LIGHTING_GRID_BUILD.replace(right, planted)
                 }
             };
-            let builder = LightingGridBuilder::of_program(&gpu, &program).expect("the program is valid");
-            like_the_host(&gpu, &builder, &lights, &options).map(drop)
+            let builder = LightingGridBuilder::of_program(gpu, &program).expect("the program is valid");
+            like_the_host(gpu, &builder, &lights, &options).map(drop)
         })
         .unwrap_or_else(|error| panic!("{error:?}"));
     }
@@ -519,14 +518,14 @@ mod tests {
                 ..usual
             },
         ] {
-            let refused = GpuLightingGrid::new(&gpu, 10, &options).err();
+            let refused = GpuLightingGrid::new(gpu, 10, &options).err();
             assert!(
                 matches!(refused, Some(GpuError::Settings(_))),
                 "{options:?}: {refused:?}"
             );
         }
         // Maps of 9², 5², 3² and 2² rows of one word; vertices at most 8 a light, and all there are.
-        let grid = GpuLightingGrid::new(&gpu, 10, &usual).expect("it is small");
+        let grid = GpuLightingGrid::new(gpu, 10, &usual).expect("it is small");
         let words = 81 + 25 + 9 + 4;
         let vertices = 80 + 80 + 27 + 8;
         let look_up =

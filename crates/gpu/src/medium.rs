@@ -1,5 +1,6 @@
 //! A medium on the device.
 
+use crate::bindings::MediumBindings;
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use lightshed_scene::glam::Vec3;
@@ -7,9 +8,9 @@ use lightshed_scene::volume::{DensityField, Filter, PhaseFunction, VoxelGrid};
 use lightshed_scene::{GridField, Medium, MediumDensity, MediumPhase, PhaseLobe, Scene};
 use std::f32::consts::PI;
 
-/// A scene's medium: what programs have at bindings 10 to 13.
+/// A scene's medium.
 pub(crate) struct SceneMedium {
-    pub buffers: [Buffer; 4],
+    buffers: [Buffer; MediumBindings::TABLE.bindings.len()],
     /// The chance that a path reused through the medium takes a direction towards the surroundings from the phase function rather than from
     /// the surroundings.
     pub phase_share: f32,
@@ -107,6 +108,16 @@ impl SceneMedium {
             phase_share: phase_share(medium),
             touches: touching.iter().any(|&slack| slack > 0.0),
         })
+    }
+
+    pub fn bindings(&self) -> MediumBindings<'_> {
+        let [medium, voxels, bounds, medium_sides] = &self.buffers;
+        MediumBindings {
+            medium,
+            voxels,
+            bounds,
+            medium_sides,
+        }
     }
 
     pub fn bytes(&self) -> u64 {

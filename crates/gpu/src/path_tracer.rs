@@ -1,9 +1,10 @@
 //! Path tracing on the device.
 
+use crate::bindings::{BoundGroup, SceneBindings, Table, WavefrontBindings};
 use crate::image::PixelSums;
 use crate::programs::PATH;
-use crate::scene::{GpuScene, SCENE_BINDINGS, Settings};
-use crate::{Access, Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
+use crate::scene::{GpuScene, Settings};
+use crate::{Buffer, Gpu, GpuError, GpuImage, GpuMethod, Kernel, PassTime, Work};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 
@@ -12,6 +13,7 @@ use lightshed_film::RayCounts;
 pub struct GpuPathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
+    bound: BoundGroup,
     kernels: Kernels,
     max_depth: u32,
     roulette_depth: u32,
@@ -48,6 +50,9 @@ struct Step {
     samples: u32,
     padding: u32,
 }
+
+/// What the program binds.
+pub(crate) const TABLES: [Table; 2] = [SceneBindings::TABLE, WavefrontBindings::TABLE];
 
 /// Bytes of a path on its way: itself, its hit, its shadow ray, and its places in two queues.
 const PATH_BYTES: u64 = 80 + 16 + 48 + 2 * 4;
@@ -105,6 +110,7 @@ impl<'a> GpuPathTracer<'a> {
         Ok(Self {
             gpu,
             scene,
+            bound: gpu.bind(&[&scene.bindings()]),
             kernels: Kernels::new(gpu, scene)?,
             max_depth,
             roulette_depth,
@@ -244,10 +250,17 @@ impl<'a> GpuPathTracer<'a> {
             counts,
             film,
         } = &self.memory;
-        let mut buffers = vec![settings];
-        buffers.extend(&self.scene.buffers);
-        buffers.extend([paths, hits, shadows, queues, counts, film, step]);
-        work.dispatch(kernel, &buffers, groups_of(threads));
+        let method = self.gpu.bind(&[&WavefrontBindings {
+            settings,
+            paths,
+            hits,
+            shadows,
+            queues,
+            counts,
+            film,
+            step,
+        }]);
+        work.dispatch_bound(kernel, &[&self.bound, &method], groups_of(threads));
     }
 }
 
@@ -280,11 +293,9 @@ pub(crate) fn groups_of(threads: u32) -> [u32; 3] {
 
 impl Kernels {
     fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
-        let mut access = vec![Access::Read; SCENE_BINDINGS];
-        access.extend([Access::Write; 6]);
-        access.push(Access::Read);
-        let constants = scene.constants(PATH);
-        let kernel = |entry: &str| gpu.kernel(&format!("path {entry}"), PATH, entry, &access, &constants);
+        let constants = scene.constants(PATH, &[]);
+        let kernel =
+            |entry: &str| gpu.kernel_of_tables(&format!("path {entry}"), PATH, entry, &TABLES, &constants);
         Ok(Self {
             start: kernel("start")?,
             extend: kernel("extend")?,

@@ -24,3 +24,34 @@ pub(crate) const SHADOW_FILTER: &str = include_str!("../generated/shadow_filter.
 pub(crate) const VOLPATH: &str = include_str!("../generated/volpath.wgsl");
 /// Light of virtual point lights by a lighting grid.
 pub(crate) const VPL_GRID: &str = include_str!("../generated/vpl_grid.wgsl");
+
+/// The overridable constants of a linked program: as it calls them, and as they were called before it was linked.
+pub(crate) fn overrides(program: &str) -> impl Iterator<Item = (&str, String)> {
+    let declared = program.lines().filter_map(|line| line.strip_prefix("override "));
+    let names = declared.filter_map(|rest| rest.split(':').next());
+    names.map(|name| (name, linked_name(name)))
+}
+
+/// The name that something had before it was linked: behind the path of its module, where an underscore stands for `::` and a number counts the
+/// underscores of a part that has some.
+pub(crate) fn linked_name(linked: &str) -> String {
+    let Some(rest) = linked.strip_prefix("package_") else {
+        return linked.to_owned();
+    };
+    let mut parts = Vec::new();
+    let mut words = rest.split('_');
+    while let Some(word) = words.next() {
+        // `__3a_b_c_d`: the empty word before the count.
+        if word.is_empty() {
+            let counted = words.next().unwrap_or("");
+            let digits = counted.chars().take_while(char::is_ascii_digit).count();
+            let count: usize = counted[..digits].parse().unwrap_or(0);
+            let mut part = vec![&counted[digits..]];
+            part.extend(words.by_ref().take(count));
+            parts.push(part.join("_"));
+        } else {
+            parts.push(word.to_owned());
+        }
+    }
+    parts.pop().unwrap_or_default()
+}

@@ -1,9 +1,15 @@
 //! Sorting by codes of 64 bits.
 
-use crate::device::{Access, Buffer, Gpu, Kernel};
+use crate::bindings::{SortBindings, Table};
+use crate::buffer::Buffer;
+use crate::device::Gpu;
+use crate::kernel::Kernel;
 use crate::programs::RADIX_SORT;
 use crate::{GpuError, Work};
 use bytemuck::{Pod, Zeroable};
+
+/// What the program binds.
+pub(crate) const TABLES: [Table; 1] = [SortBindings::TABLE];
 
 /// Codes of a tile.
 const TILE: u32 = 2048;
@@ -84,18 +90,11 @@ impl SortBuffers {
 
 impl RadixSort {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        use Access::{Read, Write};
-        let kernel = |label: &str, entry: &str, bindings: &[Access]| {
-            gpu.kernel(label, RADIX_SORT, entry, bindings, &[])
-        };
+        let kernel = |label, entry| gpu.kernel_of_tables(label, RADIX_SORT, entry, &TABLES, &[]);
         Ok(Self {
-            count: kernel("sort: count", "count_digits", &[Read, Read, Write])?,
-            scan: kernel("sort: scan", "scan_counts", &[Read, Write])?,
-            place: kernel(
-                "sort: move",
-                "move_codes",
-                &[Read, Read, Read, Read, Write, Write],
-            )?,
+            count: kernel("sort: count", "count_digits")?,
+            scan: kernel("sort: scan", "scan_counts")?,
+            place: kernel("sort: move", "move_codes")?,
         })
     }
 
@@ -105,13 +104,17 @@ impl RadixSort {
         let mut from = (&buffers.codes, &buffers.indices);
         let mut to = (&buffers.spare_codes, &buffers.spare_indices);
         for pass in &buffers.passes {
-            work.dispatch(&self.count, &[pass, from.0, &buffers.counts], groups);
-            work.dispatch(&self.scan, &[pass, &buffers.counts], [1, 1, 1]);
-            work.dispatch(
-                &self.place,
-                &[pass, &buffers.counts, from.0, from.1, to.0, to.1],
-                groups,
-            );
+            let bound = work.bind(&SortBindings {
+                sorting: pass,
+                from_codes: from.0,
+                from_indices: from.1,
+                to_codes: to.0,
+                to_indices: to.1,
+                counts: &buffers.counts,
+            });
+            work.dispatch_bound(&self.count, &[&bound], groups);
+            work.dispatch_bound(&self.scan, &[&bound], [1, 1, 1]);
+            work.dispatch_bound(&self.place, &[&bound], groups);
             (from, to) = (to, from);
         }
     }

@@ -1,10 +1,9 @@
 //! ReSTIR PT on the device.
 
-use crate::frames::finished_frame;
-use crate::path_tracer::groups_of;
+use crate::bindings::{ReuseBindings, SceneBindings, Table};
 use crate::programs::RESTIR_PT;
-use crate::scene::{SCENE_BINDINGS, Settings};
-use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::restir_frames::{MOST_NEIGHBOURS, RestirFrames, ReuseFrame, ReuseProgram, bytes_per_pixel};
+use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::{Neighbourhood, PathMapping, RestirPtOptions};
@@ -17,33 +16,17 @@ use lightshed_shift::Connectability;
 /// confidences are whole numbers up to 127, and the direction behind a reconnection vertex is one of 2³²: then a path with its weight and
 /// its confidence takes 64 bytes.
 pub struct GpuRestirPt<'a> {
-    gpu: &'a Gpu,
-    scene: &'a GpuScene,
+    frames: RestirFrames<'a>,
     options: RestirPtOptions,
     neighbours: u32,
     radius: f32,
     rules: Rules,
-    kernels: Kernels,
-    memory: Memory,
-    /// Which of the two buffers of reservoirs holds what the last frame left.
-    latest: usize,
-    times: Vec<PassTime>,
+    /// Longest path, and the first edge at which roulette may end one.
+    depths: [u32; 2],
 }
 
-struct Kernels {
-    primary: Kernel,
-    candidates: Kernel,
-    temporal: Kernel,
-    spatial: Kernel,
-}
-
-struct Memory {
-    settings: Buffer,
-    /// Of even and of odd frames.
-    primaries: [Buffer; 2],
-    reservoirs: [Buffer; 2],
-    image: Buffer,
-}
+/// What the program binds.
+pub(crate) const TABLES: [Table; 2] = [SceneBindings::TABLE, ReuseBindings::TABLE];
 
 /// A [`Connectability`] as shaders read it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -83,20 +66,12 @@ struct Frame {
 
 /// Bytes of a pixel's reservoir.
 const RESERVOIR_BYTES: u64 = 64;
-/// Bytes of what a pixel sees.
-const PRIMARY_BYTES: u64 = 32;
-/// Bytes of a pixel of the image.
-const IMAGE_BYTES: u64 = 16;
-/// Most neighbours of a round.
-const MOST_NEIGHBOURS: u32 = 8;
-/// Most rounds: random numbers are set aside for so many.
-const MOST_ROUNDS: u32 = 64;
 /// Longest path that a reservoir holds, in edges.
 const LONGEST_PATH: u32 = 126;
 
 impl<'a> GpuRestirPt<'a> {
     /// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the one before, and the image.
-    pub const BYTES_PER_PIXEL: u64 = 2 * (RESERVOIR_BYTES + PRIMARY_BYTES) + IMAGE_BYTES;
+    pub const BYTES_PER_PIXEL: u64 = bytes_per_pixel(RESERVOIR_BYTES);
 
     /// With [`RestirPtOptions::real_time`] by the hybrid shift.
     ///
@@ -140,147 +115,84 @@ impl<'a> GpuRestirPt<'a> {
         let Neighbourhood::Disk { radius, count } = options.neighbourhood else {
             return Err(GpuError::Settings("neighbours have to lie in a disk".into()));
         };
-        if count > MOST_NEIGHBOURS || options.rounds > MOST_ROUNDS {
-            return Err(GpuError::Settings(
-                "at most 8 neighbours and 64 rounds are possible".into(),
-            ));
+        if count > MOST_NEIGHBOURS {
+            return Err(GpuError::Settings("at most 8 neighbours are possible".into()));
         }
         if !(radius >= 0.0 && radius.is_finite()) {
             return Err(GpuError::Settings("the radius must be finite".into()));
         }
-        let mut access = vec![Access::Read; SCENE_BINDINGS];
-        access.extend([
-            Access::Write,
-            Access::Read,
-            Access::Write,
-            Access::Write,
-            Access::Write,
-            Access::Read,
-        ]);
-        let constants = scene.constants(program);
-        let kernel =
-            |entry: &str| gpu.kernel(&format!("restir-pt {entry}"), program, entry, &access, &constants);
-        let [width, height] = scene.size();
-        let pixels = u64::from(width) * u64::from(height);
-        let primaries = |name| gpu.zeros(name, PRIMARY_BYTES * pixels);
-        let reservoirs = |name| gpu.zeros(name, RESERVOIR_BYTES * pixels);
+        let program = ReuseProgram {
+            name: "restir-pt",
+            wgsl: program,
+            constants: &[],
+            reservoir_bytes: RESERVOIR_BYTES,
+            tables: &TABLES,
+            besides: None,
+        };
+        let asked = scene.settings();
         Ok(Self {
-            gpu,
-            scene,
+            frames: RestirFrames::new(gpu, scene, &program)?,
             options,
-            neighbours: count,
+            neighbours: if options.rounds == 0 { 0 } else { count },
             radius,
             rules: rules.into(),
-            kernels: Kernels {
-                primary: kernel("primary")?,
-                candidates: kernel("candidates")?,
-                temporal: kernel("temporal")?,
-                spatial: kernel("spatial")?,
-            },
-            memory: Memory {
-                settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
-                primaries: [primaries("even primaries")?, primaries("odd primaries")?],
-                reservoirs: [reservoirs("reservoirs")?, reservoirs("more reservoirs")?],
-                image: gpu.zeros("image", IMAGE_BYTES * pixels)?,
-            },
-            latest: 0,
-            times: Vec::new(),
+            depths: [
+                asked.max_depth.unwrap_or(LONGEST_PATH).min(LONGEST_PATH),
+                asked.roulette_depth,
+            ],
         })
     }
 
     /// Bytes on the device, the scene's apart.
     pub fn bytes(&self) -> u64 {
-        let Memory {
-            settings: _,
-            primaries,
-            reservoirs,
-            image,
-        } = &self.memory;
-        let buffers = primaries.iter().chain(reservoirs).chain([image]);
-        buffers.map(Buffer::bytes).sum()
+        self.frames.bytes()
     }
 }
 
 impl GpuMethod for GpuRestirPt<'_> {
     fn size(&self) -> [u32; 2] {
-        self.scene.size()
+        self.frames.size()
     }
 
     fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
-        let Memory {
-            settings,
-            primaries,
-            reservoirs,
-            image,
-        } = &self.memory;
-        let of_scene = self.scene.settings();
-        let max_depth = of_scene.max_depth.unwrap_or(LONGEST_PATH).min(LONGEST_PATH);
-        let asked = self
-            .scene
-            .kernel_settings(seed, max_depth, of_scene.roulette_depth);
-        self.gpu.write(settings, &[asked]);
-        let rounds = self.options.rounds.max(1);
-        let [width, height] = self.scene.size();
-        let groups = groups_of(width * height);
-        let parity = frame as usize % 2;
-        let mut work = self.gpu.timed_work();
-        let mut made = 1 - self.latest;
-        for round in 0..rounds {
-            let about = self.gpu.buffer(
-                "frame",
-                &[Frame {
-                    rules: self.rules,
-                    number: frame,
-                    candidates: self.options.candidates,
-                    round,
-                    shades: u32::from(round + 1 == rounds),
-                    neighbours: if self.options.rounds == 0 {
-                        0
-                    } else {
-                        self.neighbours
-                    },
-                    radius: self.radius,
-                    confidence_cap: self.options.temporal_cap.unwrap_or(f32::MAX),
-                    padding: 0,
-                }],
-            )?;
-            let mut dispatch = |kernel: &Kernel, made: usize| {
-                let mut buffers = vec![settings];
-                buffers.extend(&self.scene.buffers);
-                buffers.extend([
-                    &primaries[parity],
-                    &primaries[1 - parity],
-                    &reservoirs[1 - made],
-                    &reservoirs[made],
-                    image,
-                    &about,
-                ]);
-                work.dispatch(kernel, &buffers, groups);
-            };
-            if round == 0 {
-                dispatch(&self.kernels.primary, made);
-                dispatch(&self.kernels.candidates, made);
-                if self.options.temporal_cap.is_some() && frame > 0 {
-                    dispatch(&self.kernels.temporal, made);
-                }
-            }
-            made = 1 - made;
-            dispatch(&self.kernels.spatial, made);
-        }
-        self.latest = made;
-        self.times = work.finish()?;
-        finished_frame(self.gpu, image, self.size())
+        let Self {
+            options,
+            neighbours,
+            radius,
+            rules,
+            depths,
+            ..
+        } = *self;
+        let rounds = options.rounds.max(1);
+        let asked = ReuseFrame {
+            number: frame,
+            seed,
+            depths,
+            temporal: options.temporal_cap.is_some(),
+            rounds,
+        };
+        self.frames.frame(asked, |round| Frame {
+            rules,
+            number: frame,
+            candidates: options.candidates,
+            round,
+            shades: u32::from(round + 1 == rounds),
+            neighbours,
+            radius,
+            confidence_cap: options.temporal_cap.unwrap_or(f32::MAX),
+            padding: 0,
+        })
     }
 
     fn times(&self) -> &[PassTime] {
-        &self.times
+        self.frames.times()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Chains, gpu, mean_luminance, under_the_sky};
+    use crate::tests::support::{Chains, faulty, gpu, host_means, under_the_sky};
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::PathTracer;
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
@@ -308,13 +220,9 @@ mod tests {
     fn by_paths(scene: &Scene, images: u32) -> MeanTest {
         let all = PathTracer::new(scene);
         let seen = PathTracer::with_depths(scene, Some(1), u32::MAX);
-        let mut means = MeanTest::new();
-        for index in 0..images {
-            means.push(mean_luminance([SIDE; 2], |x, y| {
-                all.sample(x, y, index, 5) - seen.sample(x, y, index, 5)
-            }));
-        }
-        means
+        host_means([SIDE; 2], images, |x, y, index| {
+            all.sample(x, y, index, 5) - seen.sample(x, y, index, 5)
+        })
     }
 
     fn scenes() -> Vec<(&'static str, SceneDescription, PathMapping)> {
@@ -341,9 +249,9 @@ mod tests {
         let mut description = builtin::cornell();
         (description.settings.width, description.settings.height) = (SIDE, SIDE);
         let scene = Scene::new(&description).expect("built-in scenes are sound");
-        let on_device = GpuScene::new(&gpu, &scene).expect("it is flat");
+        let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
         // All frames look through the middles of pixels.
-        let camera = "block(pixel, CAMERA)";
+        let camera = "package__1restir_pt_domain_block(pixel, CAMERA)";
         assert!(RESTIR_PT.contains(camera));
         let sound = RESTIR_PT.replace(camera, "vec4u(0x80000000u)");
         const CAP: f32 = 2.0;
@@ -354,7 +262,7 @@ mod tests {
                 ..RestirPtOptions::real_time(PathMapping::Hybrid)
             };
             let mut method =
-                GpuRestirPt::of_program(&gpu, &on_device, options, program).expect("the program is sound");
+                GpuRestirPt::of_program(gpu, &on_device, options, program).expect("the program is sound");
             let frames = 0..FRAMES;
             frames
                 .map(|frame| method.frame(frame, 11).expect("the device answers").0)
@@ -379,20 +287,20 @@ mod tests {
         let sound_share = share(&sound);
         println!("{sound_share:.4} of the pixels are averages");
         assert!(sound_share > 0.98);
-        let merged = "min(c_mine + c_theirs, frame.confidence_cap)";
-        let theirs = "reservoir_confidence(theirs);\n    let words";
-        for (from, to) in [
+        for fault in [
             // No cap.
-            ("frame.confidence_cap)", "1000.0)"),
-            // History is forgotten.
-            (merged, "c_mine"),
+            ["min(confidence, cap)", "min(confidence, 1000.0)"],
+            // Confidence is lost.
+            ["min(confidence, cap)", "0.5"],
             // History counts as one frame.
-            (theirs, "reservoir_confidence(mine);\n    let words"),
+            [
+                "MergeInput(package_lightshed__1path_sample__1reservoir_confidence(held),",
+                "MergeInput(min(package_lightshed__1path_sample__1reservoir_confidence(held), 1.0),",
+            ],
         ] {
-            assert!(sound.contains(from), "{from}");
-            let planted = share(&sound.replace(from, to));
-            println!("  {to}: {planted:.4}");
-            assert!(planted < 0.6, "{to} is not noticed");
+            let planted = share(&faulty(&sound, fault));
+            println!("  {planted:.4}");
+            assert!(planted < 0.6, "{fault:?} is not noticed");
         }
     }
 
@@ -405,45 +313,36 @@ mod tests {
         let Some(gpu) = gpu() else { return };
         let faults = [
             // Neighbours' samples are carried without their Jacobian.
-            (
-                "let weight = m * reservoir.weight * carried.jacobian;",
-                "let weight = m * reservoir.weight;",
-            ),
+            ["m * weight * image.jacobian", "m * weight"],
             // A neighbour is trusted as if it could have produced everything.
-            ("* fraction;", "* 0.0;"),
+            ["* fraction;", "* 0.0;"],
             // History merges without being asked about my sample.
-            ("c_mine * own + c_theirs * q)", "c_mine * own)"),
+            ["density = there.p_hat * there.jacobian;", "density = 0.0;"],
         ];
         for (name, mut description, mapping) in scenes() {
             (description.settings.width, description.settings.height) = (SIDE, SIDE);
             let scene = Scene::new(&description).expect("built-in scenes are sound");
             let options = RestirPtOptions::real_time(mapping);
             let truth = by_paths(&scene, 500);
-            let on_device = GpuScene::new(&gpu, &scene).expect("it is flat");
+            let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
             // A path's own camera ray has the same random numbers: what it sees emitting is taken off exactly.
             let seen = PathTracer::with_depths(&scene, Some(1), u32::MAX);
             let chains = Chains {
                 counted: 0..FRAMES,
                 known: &|[x, y], frame, seed| seen.sample(x, y, frame, seed),
             };
-            let found = chains.means(&mut method(&gpu, &on_device, options, RESTIR_PT), 24);
-            println!(
-                "{name}: {:.5} ({:.5}) against {:.5} ({:.5})",
-                found.mean(),
-                found.standard_error(),
-                truth.mean(),
-                truth.standard_error()
-            );
-            assert!(found.test_equal(&truth, 1e-4).is_ok(), "{name}");
+            let mut sound = method(gpu, &on_device, options, RESTIR_PT);
+            assert!(chains.agree(name, &mut sound, 24, &truth), "{name}");
             if mapping == PathMapping::Hybrid {
                 continue;
             }
-            for (from, to) in faults {
-                assert!(RESTIR_PT.contains(from), "{from}");
-                println!(" {to}");
-                let program = RESTIR_PT.replace(from, to);
-                let mut faulty = method(&gpu, &on_device, options, &program);
-                assert!(chains.differ(&mut faulty, 24, &truth), "{to} is not noticed");
+            for fault in faults {
+                let program = faulty(RESTIR_PT, fault);
+                let mut planted = method(gpu, &on_device, options, &program);
+                assert!(
+                    chains.differ(&mut planted, 24, &truth),
+                    "{fault:?} is not noticed"
+                );
             }
         }
     }

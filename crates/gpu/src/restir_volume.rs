@@ -1,10 +1,9 @@
 //! Volumetric ReSTIR on the device.
 
-use crate::frames::finished_frame;
-use crate::path_tracer::groups_of;
+use crate::bindings::{MediumBindings, ReuseBindings, SceneBindings, Table};
 use crate::programs::RESTIR_VOLUME;
-use crate::scene::{SCENE_BINDINGS, Settings};
-use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::restir_frames::{RestirFrames, ReuseFrame, ReuseProgram, bytes_per_pixel};
+use crate::{Gpu, GpuError, GpuMethod, GpuScene, PassTime};
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::{RestirVolumeError, RestirVolumeOptions};
@@ -15,24 +14,13 @@ use lightshed_integrator::{RestirVolumeError, RestirVolumeOptions};
 /// Targets are those of the host with neighbours, by the full resolution of the density; candidates mix emitter samples with directions of the phase
 /// function, random numbers are the device's own, and merges are in `f32`: images agree with the host's in expectation.
 pub struct GpuRestirVolume<'a> {
-    gpu: &'a Gpu,
-    scene: &'a GpuScene,
-    medium: &'a [Buffer; 4],
+    frames: RestirFrames<'a>,
     options: RestirVolumeOptions,
     phase_share: f32,
-    kernels: [Kernel; 4],
-    memory: Memory,
-    times: Vec<PassTime>,
 }
 
-struct Memory {
-    settings: Buffer,
-    /// Of even and of odd frames.
-    primaries: [Buffer; 2],
-    held: Buffer,
-    history: Buffer,
-    image: Buffer,
-}
+/// What the program binds.
+pub(crate) const TABLES: [Table; 3] = [SceneBindings::TABLE, MediumBindings::TABLE, ReuseBindings::TABLE];
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -51,18 +39,12 @@ const _: () = assert!(size_of::<Frame>() == 32);
 
 /// Bytes of a pixel's reservoir.
 const PATH_BYTES: u64 = 48;
-/// Bytes of what a pixel sees.
-const PRIMARY_BYTES: u64 = 32;
-/// Bytes of a pixel of the image.
-const IMAGE_BYTES: u64 = 16;
-/// Most neighbours.
+/// Most neighbours, as the program has it.
 const MOST_NEIGHBOURS: u32 = 3;
-/// Most walks: random numbers are set aside for so many.
-const MOST_WALKS: u32 = 1024;
 
 impl<'a> GpuRestirVolume<'a> {
     /// Bytes on the device for each pixel: reservoirs and what is seen, of this frame and the one before, and the image.
-    pub const BYTES_PER_PIXEL: u64 = 2 * (PATH_BYTES + PRIMARY_BYTES) + IMAGE_BYTES;
+    pub const BYTES_PER_PIXEL: u64 = bytes_per_pixel(PATH_BYTES);
 
     /// In a scene made by [`GpuScene::with_medium`]; paths scatter once, a pixel has one reservoir, at most 3 neighbours take part, and targets and proposals are by
     /// densities of level 0.
@@ -89,89 +71,45 @@ impl<'a> GpuRestirVolume<'a> {
             let error = RestirVolumeError::SharpMaterial(index);
             return Err(GpuError::Settings(error.to_string().into()));
         }
-        let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
-        access.extend([
-            Access::Write,
-            Access::Read,
-            Access::Write,
-            Access::Write,
-            Access::Write,
-            Access::Read,
-        ]);
-        let mut constants = scene.constants(program);
-        let has_surfaces = f64::from(u8::from(scene.has_surfaces()));
-        constants.push(("package_volume__1HAS_SURFACES", has_surfaces));
-        let kernel = |entry: &str| {
-            gpu.kernel(
-                &format!("restir-volume {entry}"),
-                program,
-                entry,
-                &access,
-                &constants,
-            )
+        let program = ReuseProgram {
+            name: "restir-volume",
+            wgsl: program,
+            constants: &[],
+            reservoir_bytes: PATH_BYTES,
+            tables: &TABLES,
+            besides: Some(&medium.bindings()),
         };
-        let [width, height] = scene.size();
-        let pixels = u64::from(width) * u64::from(height);
-        let primaries = |name| gpu.zeros(name, PRIMARY_BYTES * pixels);
         Ok(Self {
-            gpu,
-            scene,
-            medium: &medium.buffers,
+            frames: RestirFrames::new(gpu, scene, &program)?,
             options,
             phase_share: if scene.has_surroundings() {
                 medium.phase_share
             } else {
                 0.0
             },
-            kernels: [
-                kernel("primary")?,
-                kernel("candidates")?,
-                kernel("temporal")?,
-                kernel("spatial")?,
-            ],
-            memory: Memory {
-                settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
-                primaries: [primaries("even primaries")?, primaries("odd primaries")?],
-                held: gpu.zeros("reservoirs", PATH_BYTES * pixels)?,
-                history: gpu.zeros("history", PATH_BYTES * pixels)?,
-                image: gpu.zeros("image", IMAGE_BYTES * pixels)?,
-            },
-            times: Vec::new(),
         })
     }
 
     /// Bytes on the device, the scene's and the medium's apart.
     pub fn bytes(&self) -> u64 {
-        let Memory {
-            settings: _,
-            primaries,
-            held,
-            history,
-            image,
-        } = &self.memory;
-        let buffers = primaries.iter().chain([held, history, image]);
-        buffers.map(Buffer::bytes).sum()
+        self.frames.bytes()
     }
 }
 
 /// What of the host's options the device knows.
 fn check(options: &RestirVolumeOptions) -> Result<(), GpuError> {
     let refused = |why: &'static str| Err(GpuError::Settings(why.into()));
+    if let Err(error) = options.check() {
+        return Err(GpuError::Settings(error.to_string().into()));
+    }
     if options.scatterings != 1 {
         return refused("paths through media are reused with one scattering only: the longest has 2 edges");
     }
     if options.reservoirs != 1 {
         return refused("a pixel has one reservoir: see `RestirVolumeOptions::with_neighbours`");
     }
-    if !(1..=MOST_WALKS).contains(&options.walks) {
-        return refused("walks must number between 1 and 1024");
-    }
     if options.neighbours > MOST_NEIGHBOURS {
         return refused("at most 3 neighbours are possible");
-    }
-    let positive = |x: f32| x > 0.0 && x.is_finite();
-    if !(options.neighbours == 0 || positive(options.radius_pixels)) || !(options.confidence_cap > 0.0) {
-        return refused("radius and confidence cap must be positive");
     }
     if options
         .camera_level
@@ -186,66 +124,40 @@ fn check(options: &RestirVolumeOptions) -> Result<(), GpuError> {
 
 impl GpuMethod for GpuRestirVolume<'_> {
     fn size(&self) -> [u32; 2] {
-        self.scene.size()
+        self.frames.size()
     }
 
     fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError> {
-        let Memory {
-            settings,
-            primaries,
-            held,
-            history,
-            image,
-        } = &self.memory;
-        self.gpu
-            .write(settings, &[self.scene.kernel_settings(seed, 2, u32::MAX)]);
-        let about = self.gpu.buffer(
-            "frame",
-            &[Frame {
-                number: frame,
-                walks: self.options.walks,
-                neighbours: self.options.neighbours,
-                radius: self.options.radius_pixels,
-                confidence_cap: self.options.confidence_cap.min(f32::MAX),
-                phase_share: self.phase_share,
-                padding: [0; 2],
-            }],
-        )?;
-        let parity = frame as usize % 2;
-        let mut buffers = vec![settings];
-        buffers.extend(&self.scene.buffers);
-        buffers.extend(self.medium);
-        buffers.extend([
-            &primaries[parity],
-            &primaries[1 - parity],
-            held,
-            history,
-            image,
-            &about,
-        ]);
-        let [width, height] = self.scene.size();
-        let groups = groups_of(width * height);
-        let mut work = self.gpu.timed_work();
-        let [primary, candidates, temporal, spatial] = &self.kernels;
-        work.dispatch(primary, &buffers, groups);
-        work.dispatch(candidates, &buffers, groups);
-        if self.options.temporal_reuse && frame > 0 {
-            work.dispatch(temporal, &buffers, groups);
-        }
-        work.dispatch(spatial, &buffers, groups);
-        self.times = work.finish()?;
-        finished_frame(self.gpu, image, self.size())
+        let Self {
+            options, phase_share, ..
+        } = *self;
+        let asked = ReuseFrame {
+            number: frame,
+            seed,
+            depths: [2, u32::MAX],
+            temporal: options.temporal_reuse,
+            rounds: 1,
+        };
+        self.frames.frame(asked, |_| Frame {
+            number: frame,
+            walks: options.walks,
+            neighbours: options.neighbours,
+            radius: options.radius_pixels,
+            confidence_cap: options.confidence_cap.min(f32::MAX),
+            phase_share,
+            padding: [0; 2],
+        })
     }
 
     fn times(&self) -> &[PassTime] {
-        &self.times
+        self.frames.times()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Chains, gpu, mean_luminance};
+    use crate::tests::support::{Chains, faulty, gpu, host_means};
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::VolumePathTracer;
     use lightshed_scene::{Rgb, Scene, SceneDescription, builtin};
@@ -276,11 +188,7 @@ mod tests {
 
     fn by_paths(scene: &Scene, images: u32) -> MeanTest {
         let paths = VolumePathTracer::with_depths(scene, Some(2), u32::MAX);
-        let mut means = MeanTest::new();
-        for index in 0..images {
-            means.push(mean_luminance([SIDE; 2], |x, y| paths.sample(x, y, index, 5)));
-        }
-        means
+        host_means([SIDE; 2], images, |x, y, index| paths.sample(x, y, index, 5))
     }
 
     /// Means of images by z-tests at 1e-4 each. Programs with a fault are noticed.
@@ -289,25 +197,19 @@ mod tests {
         let Some(gpu) = gpu() else { return };
         let faults = [
             // Light arrives whether or not anything is in between.
-            (
+            [
                 "value *= through.transmittance;",
                 "value *= select(1.0, through.transmittance, leg == 0u);",
-            ),
+            ],
             // A neighbour is trusted as if it alone could have produced its path.
-            (
-                "total += package_volume_held[inputs[j]].confidence * targets[i][j];",
-                "total += package_volume_held[inputs[j]].confidence * targets[i][i] * f32(i == j);",
-            ),
+            [".confidence * density;", ".confidence * density * f32(i == j);"],
             // Others are trusted less than they were.
-            (
-                "total += package_volume_held[inputs[j]].confidence",
-                "total += min(package_volume_held[inputs[j]].confidence, 1.0)",
-            ),
-            // History merges without being asked about my path.
-            (
-                "mine.confidence * mine.p_hat + theirs.confidence * q",
-                "mine.confidence * mine.p_hat",
-            ),
+            [
+                "total += package_reuse__1merge_input(j).confidence",
+                "total += min(package_reuse__1merge_input(j).confidence, 1.0)",
+            ],
+            // Nobody is asked about this pixel's own path.
+            ["density = there.p_hat * there.jacobian;", "density = 0.0;"],
         ];
         for (name, description, images) in [
             ("cloud", builtin::cloud(), 600),
@@ -316,29 +218,20 @@ mod tests {
             let scene = sized(description);
             let options = RestirVolumeOptions::of_scene(&scene, Some(2)).with_neighbours();
             let truth = by_paths(&scene, images);
-            let on_device = GpuScene::with_medium(&gpu, &scene).expect("the device knows it");
+            let on_device = GpuScene::with_medium(gpu, &scene).expect("the device knows it");
             let chains = Chains {
                 counted: 0..FRAMES,
                 known: &|_, _, _| Rgb::ZERO,
             };
-            let found = chains.means(&mut method(&gpu, &on_device, options, RESTIR_VOLUME), 24);
-            println!(
-                "{name}: {:.5} ({:.5}) against {:.5} ({:.5})",
-                found.mean(),
-                found.standard_error(),
-                truth.mean(),
-                truth.standard_error()
-            );
-            assert!(found.test_equal(&truth, 1e-4).is_ok(), "{name}");
+            let mut sound = method(gpu, &on_device, options, RESTIR_VOLUME);
+            assert!(chains.agree(name, &mut sound, 24, &truth), "{name}");
             if name != "cloud" {
                 continue;
             }
-            for (right, planted) in faults {
-                assert!(RESTIR_VOLUME.contains(right), "{right}");
-                println!(" {planted}");
-                let program = RESTIR_VOLUME.replace(right, planted);
-                let mut faulty = method(&gpu, &on_device, options, &program);
-                assert!(chains.differ(&mut faulty, 24, &truth), "{planted}");
+            for fault in faults {
+                let program = faulty(RESTIR_VOLUME, fault);
+                let mut planted = method(gpu, &on_device, options, &program);
+                assert!(chains.differ(&mut planted, 24, &truth), "{fault:?}");
             }
         }
     }
@@ -347,12 +240,12 @@ mod tests {
     fn other_options_are_refused() {
         let Some(gpu) = gpu() else { return };
         let scene = sized(builtin::cloud());
-        let on_device = GpuScene::with_medium(&gpu, &scene).expect("the device knows it");
+        let on_device = GpuScene::with_medium(gpu, &scene).expect("the device knows it");
         let sound = RestirVolumeOptions::new(1).with_neighbours();
         let change = |change: &dyn Fn(&mut RestirVolumeOptions)| {
             let mut options = sound;
             change(&mut options);
-            GpuRestirVolume::new(&gpu, &on_device, options).err()
+            GpuRestirVolume::new(gpu, &on_device, options).err()
         };
         assert_eq!(change(&|_| ()), None);
         for refused in [
@@ -366,9 +259,9 @@ mod tests {
         ] {
             assert!(matches!(refused, Some(GpuError::Settings(_))), "{refused:?}");
         }
-        let flat = GpuScene::new(&gpu, &sized(builtin::cornell())).expect("it is flat");
+        let flat = GpuScene::new(gpu, &sized(builtin::cornell())).expect("it is flat");
         assert!(matches!(
-            GpuRestirVolume::new(&gpu, &flat, sound).err(),
+            GpuRestirVolume::new(gpu, &flat, sound).err(),
             Some(GpuError::Medium(_))
         ));
     }

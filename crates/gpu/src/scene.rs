@@ -1,6 +1,8 @@
 //! A scene on the device.
 
+use crate::bindings::SceneBindings;
 use crate::medium::SceneMedium;
+use crate::programs::overrides;
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use lightshed_integrator::scene_lights;
@@ -17,8 +19,8 @@ use std::time::Duration;
 
 /// A scene in buffers, with a compressed eight-wide tree over its triangles.
 pub struct GpuScene {
-    /// In the order of bindings 1 to 9.
-    pub(crate) buffers: [Buffer; SCENE_BINDINGS - 1],
+    /// In the order of [`SceneBindings`].
+    buffers: [Buffer; SceneBindings::TABLE.bindings.len()],
     flat: FlatScene,
     /// First words of what lies in the tables after the choice of emitters.
     places: TablePlaces,
@@ -28,7 +30,7 @@ pub struct GpuScene {
     medium: Option<SceneMedium>,
 }
 
-/// What kernels read of a scene and of what is asked of them: binding 0.
+/// What kernels read of a scene and of what is asked of them: `settings`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Settings {
@@ -84,11 +86,8 @@ impl From<&FlatSky> for SkyRow {
     }
 }
 
-/// Bindings that the programs' host takes: settings and the scene.
-pub(crate) const SCENE_BINDINGS: usize = 10;
-
 /// Deepest tree that the traversal's stack holds, one entry a level.
-const DEEPEST: usize = 32;
+const CWBVH_STACK: usize = 32;
 
 impl GpuScene {
     /// Copies a scene to the device.
@@ -121,7 +120,7 @@ impl GpuScene {
     ) -> Result<Self, GpuError> {
         let (nodes, slots) = build_tree(&flat);
         let depth = depth_of(&nodes);
-        if depth > DEEPEST {
+        if depth > CWBVH_STACK {
             return Err(GpuError::TooDeep(depth));
         }
         let (tables, places) = tables(&flat);
@@ -255,37 +254,62 @@ impl GpuScene {
         [nodes, slots, triangles]
     }
 
+    pub(crate) fn bindings(&self) -> SceneBindings<'_> {
+        let [
+            nodes,
+            slots,
+            triangles,
+            normals,
+            materials,
+            components,
+            emitters,
+            tables,
+            emitter_triangles,
+        ] = &self.buffers;
+        SceneBindings {
+            nodes,
+            slots,
+            triangles,
+            normals,
+            materials,
+            components,
+            emitters,
+            tables,
+            emitter_triangles,
+        }
+    }
+
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
         let medium = self.medium.as_ref().map_or(0, SceneMedium::bytes);
         self.buffers.iter().map(Buffer::bytes).sum::<u64>() + medium
     }
 
-    /// What a program is told at its making of what the scene lacks, by the names that it has for that.
-    pub(crate) fn constants(&self, program: &str) -> Vec<(&'static str, f64)> {
-        let has_emitters = !(self.flat.emitters.is_empty() && self.flat.deltas.is_empty());
-        let flags = [
-            ("package_host__1HAS_SKY", self.flat.sky.is_some()),
-            ("package_host__1HAS_DELTA_EMITTERS", !self.flat.deltas.is_empty()),
-            ("package_host__1HAS_DIELECTRICS", self.has_dielectrics()),
-            ("package_host__1HAS_PLASTICS", self.has_plastics()),
+    /// What a program is told at its making of what the scene lacks, and of what a method says besides: its overridable constants.
+    pub(crate) fn constants(&self, program: &str, besides: &[(&str, bool)]) -> Vec<(String, f64)> {
+        let of_scene = [
+            ("HAS_DELTA_EMITTERS", !self.flat.deltas.is_empty()),
+            ("HAS_DIELECTRICS", self.has_dielectrics()),
             (
-                "package_host__1HAS_TEXTURES",
-                !self.flat.materials.textures.is_empty(),
+                "HAS_EMITTERS",
+                !(self.flat.emitters.is_empty() && self.flat.deltas.is_empty()),
             ),
+            ("HAS_PLASTICS", self.has_plastics()),
+            ("HAS_SKY", self.flat.sky.is_some()),
+            ("HAS_SURFACES", self.has_surfaces()),
+            ("HAS_SURROUNDINGS", self.has_surroundings()),
+            ("HAS_TEXTURES", !self.flat.materials.textures.is_empty()),
             (
-                "package_medium__1HAS_TOUCHING",
+                "HAS_TOUCHING",
                 self.medium.as_ref().is_some_and(|medium| medium.touches),
             ),
-            ("HAS_SURROUNDINGS", self.has_surroundings()),
-            ("package_volume__1HAS_SURROUNDINGS", self.has_surroundings()),
-            ("HAS_EMITTERS", has_emitters),
-            ("package_volume__1HAS_EMITTERS", has_emitters),
         ];
-        flags
-            .into_iter()
-            .filter(|(name, _)| program.contains(&format!("override {name}:")))
-            .map(|(name, has)| (name, f64::from(u8::from(has))))
+        let known = of_scene.iter().chain(besides);
+        overrides(program)
+            .filter_map(|(linked, name)| {
+                let (_, holds) = known.clone().find(|(known, _)| *known == name)?;
+                Some((linked.to_owned(), f64::from(u8::from(*holds))))
+            })
             .collect()
     }
 

@@ -1,10 +1,11 @@
 //! Path tracing through a medium on the device.
 
+use crate::bindings::{BoundGroup, ImageBindings, MediumBindings, SceneBindings, Table};
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::VOLPATH;
-use crate::scene::{SCENE_BINDINGS, Settings};
-use crate::{Access, Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
+use crate::scene::Settings;
+use crate::{Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
 use lightshed_film::RayCounts;
 
 /// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of `lightshed_integrator::VolumePathTracer`, with
@@ -12,13 +13,17 @@ use lightshed_film::RayCounts;
 pub struct GpuVolumePathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
-    medium: &'a [Buffer; 4],
+    /// The scene, and its medium.
+    groups: [BoundGroup; 2],
     kernel: Kernel,
     max_depth: u32,
     settings: Buffer,
     image: Buffer,
     times: Vec<PassTime>,
 }
+
+/// What the program binds.
+pub(crate) const TABLES: [Table; 3] = [SceneBindings::TABLE, MediumBindings::TABLE, ImageBindings::TABLE];
 
 /// Bytes of a pixel of the image.
 const IMAGE_BYTES: u64 = 16;
@@ -56,14 +61,18 @@ impl<'a> GpuVolumePathTracer<'a> {
         program: &str,
     ) -> Result<Self, GpuError> {
         let medium = scene.medium().ok_or(GpuError::Medium("there is none"))?;
-        let mut access = vec![Access::Read; SCENE_BINDINGS + 4];
-        access.extend([Access::Write, Access::Read]);
         let [width, height] = scene.size();
         Ok(Self {
             gpu,
             scene,
-            medium: &medium.buffers,
-            kernel: gpu.kernel("volpath", program, "volpath", &access, &scene.constants(program))?,
+            groups: [gpu.bind(&[&scene.bindings()]), gpu.bind(&[&medium.bindings()])],
+            kernel: gpu.kernel_of_tables(
+                "volpath",
+                program,
+                "volpath",
+                &TABLES,
+                &scene.constants(program, &[]),
+            )?,
             max_depth: max_depth.unwrap_or(u32::MAX),
             settings: gpu.zeros("settings", size_of::<Settings>() as u64)?,
             image: gpu.zeros("image", IMAGE_BYTES * u64::from(width) * u64::from(height))?,
@@ -88,13 +97,19 @@ impl GpuMethod for GpuVolumePathTracer<'_> {
         let asked = self.scene.kernel_settings(seed, self.max_depth, roulette_depth);
         self.gpu.write(&self.settings, &[asked]);
         let sample = self.gpu.buffer("sample", &[frame, 0, 0, 0])?;
-        let mut buffers = vec![&self.settings];
-        buffers.extend(&self.scene.buffers);
-        buffers.extend(self.medium);
-        buffers.extend([&self.image, &sample]);
+        let method = self.gpu.bind(&[&ImageBindings {
+            settings: &self.settings,
+            image: &self.image,
+            asked: &sample,
+        }]);
+        let [of_scene, of_medium] = &self.groups;
         let [width, height] = self.size();
         let mut work = self.gpu.timed_work();
-        work.dispatch(&self.kernel, &buffers, groups_of(width * height));
+        work.dispatch_bound(
+            &self.kernel,
+            &[of_scene, of_medium, &method],
+            groups_of(width * height),
+        );
         self.times = work.finish()?;
         finished_frame(self.gpu, &self.image, self.size())
     }
@@ -107,7 +122,7 @@ impl GpuMethod for GpuVolumePathTracer<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::gpu;
+    use crate::tests::support::gpu;
     use lightshed_film::PixelEstimator;
     use lightshed_integrator::VolumePathTracer;
     use lightshed_scene::glam::Vec3;
@@ -232,7 +247,7 @@ mod tests {
             ("glass and points", sized(with_glass_and_points()), 5, 0.0),
         ];
         for (name, scene, max_depth, most) in &scenes {
-            let differing = unlike(&gpu, scene, *max_depth, VOLPATH);
+            let differing = unlike(gpu, scene, *max_depth, VOLPATH);
             println!("{name}: {differing:.5} differ");
             assert!(differing <= if gpu.is_exact() { *most } else { 0.1 }, "{name}");
         }
@@ -248,7 +263,7 @@ mod tests {
         );
         for ((right, planted), (_, scene, max_depth, _)) in [(weight, &scenes[0]), (touching, &scenes[3])] {
             assert!(VOLPATH.contains(right), "{right}");
-            let differing = unlike(&gpu, scene, *max_depth, &VOLPATH.replace(right, planted));
+            let differing = unlike(gpu, scene, *max_depth, &VOLPATH.replace(right, planted));
             println!("{planted}: {differing:.5} differ");
             assert!(differing > 0.005, "{planted} is not noticed");
         }
@@ -257,18 +272,18 @@ mod tests {
     #[test]
     fn other_media_are_refused() {
         let Some(gpu) = gpu() else { return };
-        let refused = |scene: &Scene| GpuScene::with_medium(&gpu, scene).err();
+        let refused = |scene: &Scene| GpuScene::with_medium(gpu, scene).err();
         let [fire, none] = [sized(builtin::fire()), sized(builtin::cornell())];
         assert!(matches!(refused(&fire), Some(GpuError::Medium(_))));
         assert!(matches!(refused(&none), Some(GpuError::Medium(_))));
-        let flat = GpuScene::new(&gpu, &none).expect("it is flat");
+        let flat = GpuScene::new(gpu, &none).expect("it is flat");
         assert!(matches!(
-            GpuVolumePathTracer::new(&gpu, &flat).err(),
+            GpuVolumePathTracer::new(gpu, &flat).err(),
             Some(GpuError::Medium(_))
         ));
-        let smoke = GpuScene::with_medium(&gpu, &sized(builtin::smoke_in_cornell())).expect("it is flat");
+        let smoke = GpuScene::with_medium(gpu, &sized(builtin::smoke_in_cornell())).expect("it is flat");
         assert!(matches!(
-            crate::GpuPathTracer::new(&gpu, &smoke).err(),
+            crate::GpuPathTracer::new(gpu, &smoke).err(),
             Some(GpuError::Scene(_))
         ));
     }

@@ -1,12 +1,14 @@
 //! Virtual point lights by a lighting grid on the device.
 
+use crate::bindings::{
+    BoundGroup, FilterBindings, GatherBindings, LightingGridBindings, SceneBindings, Table,
+};
 use crate::frames::finished_frame;
 use crate::path_tracer::groups_of;
 use crate::programs::{SHADOW_FILTER, VPL_GRID};
-use crate::scene::{SCENE_BINDINGS, Settings};
+use crate::scene::Settings;
 use crate::{
-    Access, Buffer, Gpu, GpuError, GpuLightingGrid, GpuMethod, GpuScene, Kernel, LightingGridBuilder,
-    PassTime,
+    Buffer, Gpu, GpuError, GpuLightingGrid, GpuMethod, GpuScene, Kernel, LightingGridBuilder, PassTime,
 };
 use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
@@ -25,6 +27,7 @@ pub struct GpuVplGrid<'a> {
     gpu: &'a Gpu,
     scene: &'a Scene,
     on_device: &'a GpuScene,
+    bound: BoundGroup,
     options: VplGridOptions,
     set: VplSet,
     builder: LightingGridBuilder,
@@ -38,6 +41,14 @@ pub struct GpuVplGrid<'a> {
     taps: Vec<Buffer>,
     times: Vec<PassTime>,
 }
+
+/// What the programs bind.
+pub(crate) const GATHER_TABLES: [Table; 3] = [
+    SceneBindings::TABLE,
+    LightingGridBindings::TABLE,
+    GatherBindings::TABLE,
+];
+pub(crate) const FILTER_TABLES: [Table; 1] = [FilterBindings::TABLE];
 
 struct Memory {
     settings: Buffer,
@@ -97,7 +108,6 @@ impl<'a> GpuVplGrid<'a> {
         options: VplGridOptions,
         [gathering, filtering]: [&str; 2],
     ) -> Result<Self, GpuError> {
-        use Access::{Read, Write};
         on_device.refuse_media()?;
         on_device.refuse_deltas("vpl-grid")?;
         on_device.refuse_dielectrics("vpl-grid")?;
@@ -111,11 +121,14 @@ impl<'a> GpuVplGrid<'a> {
         if matches!(options.grid.levels, Levels::Count(levels) if levels > MAX_LEVELS) {
             return Err(GpuError::Settings("at most 10 levels are possible".into()));
         }
-        let mut access = vec![Read; SCENE_BINDINGS + 7];
-        access.extend([Write, Write, Read]);
         let kernel = |entry: &str| {
-            let bindings = [Read, Read, Read, Write, Write];
-            gpu.kernel(&format!("vpl-grid {entry}"), filtering, entry, &bindings, &[])
+            gpu.kernel_of_tables(
+                &format!("vpl-grid {entry}"),
+                filtering,
+                entry,
+                &FILTER_TABLES,
+                &[],
+            )
         };
         let size = on_device.size();
         let pixels = size.map(u64::from).iter().product::<u64>();
@@ -126,17 +139,18 @@ impl<'a> GpuVplGrid<'a> {
             gpu,
             scene,
             on_device,
+            bound: gpu.bind(&[&on_device.bindings()]),
             options,
             set: VplSet::default(),
             builder: LightingGridBuilder::new(gpu)?,
             grid: None,
             lights: None,
-            gather: gpu.kernel(
+            gather: gpu.kernel_of_tables(
                 "vpl-grid gather",
                 gathering,
                 "gather",
-                &access,
-                &on_device.constants(gathering),
+                &GATHER_TABLES,
+                &on_device.constants(gathering, &[]),
             )?,
             filter: kernel("filter_shadows")?,
             combine: kernel("combine")?,
@@ -240,21 +254,38 @@ impl GpuMethod for GpuVplGrid<'_> {
             if let (true, Some(lights)) = (is_new, &self.lights) {
                 self.builder.build(&mut work, lights, grid);
             }
-            let mut buffers = vec![settings];
-            buffers.extend(&self.on_device.buffers);
-            buffers.extend([&grid.frame, &grid.words, &grid.grid_lights, &grid.points]);
-            buffers.extend([&grid.keys, grid.vertices(), &grid.moments]);
-            buffers.extend([pixels, &visibility[0], &asked]);
-            work.dispatch(&self.gather, &buffers, groups);
+            let of_grid = self.gpu.bind(&[&LightingGridBindings {
+                lighting_frame: &grid.frame,
+                grid_words: &grid.words,
+                grid_lights: &grid.grid_lights,
+                grid_points: &grid.points,
+                grid_keys: &grid.keys,
+                grid_vertices: grid.vertices(),
+                grid_moments: &grid.moments,
+            }]);
+            let method = self.gpu.bind(&[&GatherBindings {
+                settings,
+                pixels,
+                visibility: &visibility[0],
+                asked: &asked,
+            }]);
+            work.dispatch_bound(&self.gather, &[&self.bound, &of_grid, &method], groups);
         }
+        let filtering = |taps, latest: usize| {
+            self.gpu.bind(&[&FilterBindings {
+                taps,
+                pixels,
+                values: &visibility[latest],
+                filtered: &visibility[1 - latest],
+                image,
+            }])
+        };
         let mut latest = 0;
         for taps in &self.taps[..self.options.filter_iterations as usize] {
-            let [from, to] = [&visibility[latest], &visibility[1 - latest]];
-            work.dispatch(&self.filter, &[taps, pixels, from, to, image], groups);
+            work.dispatch_bound(&self.filter, &[&filtering(taps, latest)], groups);
             latest = 1 - latest;
         }
-        let [from, to] = [&visibility[latest], &visibility[1 - latest]];
-        work.dispatch(&self.combine, &[&self.taps[0], pixels, from, to, image], groups);
+        work.dispatch_bound(&self.combine, &[&filtering(&self.taps[0], latest)], groups);
         self.times = work.finish()?;
         let (values, rays) = finished_frame(self.gpu, image, self.size())?;
         let path = self.set.rays();
@@ -269,7 +300,7 @@ impl GpuMethod for GpuVplGrid<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{gpu, under_the_sky};
+    use crate::tests::support::{gpu, under_the_sky};
     use lightshed_film::FrameMethod;
     use lightshed_integrator::VplOptions;
     use lightshed_scene::glam::Vec3;
@@ -385,7 +416,7 @@ mod tests {
                 },
             ),
         ] {
-            let alike = share_alike(&gpu, scene, options, VPL_GRID);
+            let alike = share_alike(gpu, scene, options, VPL_GRID);
             println!("{name}: {alike:.4} alike");
             assert!(alike > 0.97 * of_device, "{name}");
         }
@@ -405,7 +436,7 @@ mod tests {
                 min_distance: 0.3,
                 ..usual(&mirrors)
             };
-            let fewer = share_alike(&gpu, &mirrors, options, &VPL_GRID.replace(right, planted));
+            let fewer = share_alike(gpu, &mirrors, options, &VPL_GRID.replace(right, planted));
             println!("{planted}: {fewer:.4} alike");
             assert!(fewer < 0.99 * of_device, "{planted}");
         }
@@ -467,7 +498,7 @@ mod tests {
             shadow_targets: ShadowTargets::Spread,
             ..usual
         };
-        shadows(&gpu, &scene, spread, sound).unwrap();
+        shadows(gpu, &scene, spread, sound).unwrap();
         let faults = [
             // The first light that comes is kept.
             (
@@ -475,7 +506,7 @@ mod tests {
                 "next.threshold = max(selection.weight_sum / u, ",
             ),
             // Finer vertices have a share whatever shines there.
-            ("* package_host__2load_grid_weight(found.y)", ""),
+            ("* package_memory__1lighting_grid__2load_grid_weight(found.y)", ""),
             // What shines the other way is as good a target.
             (
                 "(emission + package_lightshed__1grid_shadow__1LEAST_EMISSION)",
@@ -490,7 +521,7 @@ mod tests {
                 Some((right, planted)) => VPL_GRID.replace(right, planted),
                 None => VPL_GRID.to_owned(),
             };
-            shadows(&gpu, &scene, usual, [&program, SHADOW_FILTER])
+            shadows(gpu, &scene, usual, [&program, SHADOW_FILTER])
         })
         .unwrap();
     }
@@ -569,16 +600,9 @@ mod tests {
         for step in [1, 2, 4] {
             truth = filtered(&truth, &guides, step);
         }
-        let access = [
-            Access::Read,
-            Access::Read,
-            Access::Read,
-            Access::Write,
-            Access::Write,
-        ];
         let run = |program: &str| -> f64 {
             let kernel = gpu
-                .kernel("filter", program, "filter_shadows", &access, &[])
+                .kernel_of_tables("filter", program, "filter_shadows", &FILTER_TABLES, &[])
                 .expect("the program is sound");
             let pixels = gpu.buffer("pixels", &rows).expect("they are few");
             let mut from = gpu.buffer("values", &values).expect("they are few");
@@ -589,11 +613,14 @@ mod tests {
                     .expect("it is small");
                 let to = gpu.zeros("filtered", from.bytes()).expect("they are few");
                 let mut work = gpu.work();
-                work.dispatch(
-                    &kernel,
-                    &[&taps, &pixels, &from, &to, &image],
-                    groups_of(rows.len() as u32),
-                );
+                let bound = work.bind(&FilterBindings {
+                    taps: &taps,
+                    pixels: &pixels,
+                    values: &from,
+                    filtered: &to,
+                    image: &image,
+                });
+                work.dispatch_bound(&kernel, &[&bound], groups_of(rows.len() as u32));
                 work.submit();
                 from = to;
             }
@@ -625,7 +652,7 @@ mod tests {
     fn impossible_options_are_refused() {
         let Some(gpu) = gpu() else { return };
         let scene = scene(builtin::cornell());
-        let on_device = GpuScene::new(&gpu, &scene).expect("it is flat");
+        let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
         let usual = options(&scene, 0);
         for options in [
             VplGridOptions {
@@ -644,7 +671,7 @@ mod tests {
                 ..usual
             },
         ] {
-            let refused = GpuVplGrid::new(&gpu, &scene, &on_device, options).err();
+            let refused = GpuVplGrid::new(gpu, &scene, &on_device, options).err();
             assert!(
                 matches!(refused, Some(GpuError::Settings(_))),
                 "{options:?}: {refused:?}"

@@ -1,7 +1,10 @@
 //! Work for a device: dispatches, one after the other, each of which sees what those before it wrote.
 
 use crate::GpuError;
-use crate::device::{Buffer, Gpu, Kernel};
+use crate::bindings::{Bindings, BoundGroup};
+use crate::buffer::Buffer;
+use crate::device::Gpu;
+use crate::kernel::Kernel;
 
 /// Dispatches that have been recorded and not yet submitted.
 pub struct Work<'a> {
@@ -55,11 +58,8 @@ impl Gpu {
 }
 
 impl Work<'_> {
-    /// Records a dispatch of so many workgroups with `buffers` at bindings 0, 1, …
+    /// Records a dispatch of so many workgroups with `buffers` at bindings 0, 1, … of group 0.
     pub fn dispatch(&mut self, kernel: &Kernel, buffers: &[&Buffer], groups: [u32; 3]) {
-        if groups.contains(&0) {
-            return;
-        }
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry {
@@ -69,9 +69,22 @@ impl Work<'_> {
             .collect();
         let bind_group = self.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(&kernel.label),
-            layout: &kernel.layout,
+            layout: &kernel.pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
+        self.dispatch_bound(kernel, &[&BoundGroup { group: 0, bind_group }], groups);
+    }
+
+    /// Binds the buffers of a group.
+    pub(crate) fn bind(&self, of: &dyn Bindings) -> BoundGroup {
+        self.gpu.bind(&[of])
+    }
+
+    /// The same with buffers that are bound already.
+    pub(crate) fn dispatch_bound(&mut self, kernel: &Kernel, bound: &[&BoundGroup], groups: [u32; 3]) {
+        if groups.contains(&0) {
+            return;
+        }
         let index = self.labels.len() as u32;
         let timestamp_writes = self
             .clock
@@ -88,7 +101,9 @@ impl Work<'_> {
             timestamp_writes,
         });
         pass.set_pipeline(&kernel.pipeline);
-        pass.set_bind_group(0, &bind_group, &[]);
+        for bound in bound {
+            pass.set_bind_group(bound.group, &bound.bind_group, &[]);
+        }
         let [x, y, z] = groups;
         pass.dispatch_workgroups(x, y, z);
     }

@@ -136,6 +136,16 @@ pub const MODULES: &[Module] = &[
     module!("majorant", ["load_majorant"]),
     module!("material"),
     module!("measure"),
+    module!(
+        "merge",
+        [
+            "merge_input",
+            "merge_keep",
+            "merge_number",
+            "merge_shift",
+            "merge_visit"
+        ]
+    ),
     module!("mis"),
     module!("morton"),
     module!("normal_ball"),

@@ -48,6 +48,7 @@ const HOST: &str = "
     import package::lightshed::grid_light::{GridFrame, GridLight, GridPoint};
     import package::lightshed::lightcut::Subtree;
     import package::lightshed::lighting_grid::Influence;
+    import package::lightshed::merge::{MergeImage, MergeInput};
     import package::lightshed::sky::Sky;
     @group(0) @binding(0) var<storage, read> words: array<u32>;
     @group(0) @binding(1) var<storage, read_write> subtrees: array<Subtree>;
@@ -67,6 +68,11 @@ const HOST: &str = "
     fn load_light_level(level: u32) -> u32 { return words[level]; }
     fn load_light_row(place: u32) -> vec4u { return vec4u(words[place]); }
     fn load_majorant(cell: u32) -> vec2f { return vec2f(0.0, f32(words[cell])); }
+    fn merge_input(i: u32) -> MergeInput { return MergeInput(1.0, f32(words[i]), 1.0); }
+    fn merge_keep(i: u32) { sum.x = f32(i); }
+    fn merge_number(i: u32) -> f32 { return f32(words[i]); }
+    fn merge_shift(i: u32, j: u32) -> MergeImage { return MergeImage(f32(words[i]), f32(words[j])); }
+    fn merge_visit(i: u32, weight: f32) { sum += weight; }
     fn load_subtree(place: u32) -> Subtree { return subtrees[place]; }
     fn store_subtree(place: u32, subtree: Subtree) { subtrees[place] = subtree; }
     fn load_sky_word(index: u32) -> u32 { return words[index]; }

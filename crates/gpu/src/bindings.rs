@@ -1,0 +1,228 @@
+//! Where programs find their buffers: every binding has one number, one name and one meaning.
+//!
+//! Programs over a scene have the scene in group 0, what lies in it besides — a medium, a light tree or a lighting grid, each in numbers of its
+//! own — in group 1, and what a method keeps in group 2. Programs without a scene have all in group 0. A test holds these tables to the
+//! linked shaders, names and all.
+
+use crate::buffer::{Access, Buffer};
+
+/// Bindings of a group, numbered one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Table {
+    /// Number of the group.
+    pub group: u32,
+    /// Number of the first binding.
+    pub first: u32,
+    /// Their names in shaders, and how shaders use them.
+    pub bindings: &'static [(&'static str, Access)],
+}
+
+impl Table {
+    /// Numbers and names.
+    pub fn numbered(&self) -> impl Iterator<Item = (u32, &'static str, Access)> {
+        let bindings = self.bindings.iter();
+        (self.first..)
+            .zip(bindings)
+            .map(|(number, &(name, access))| (number, name, access))
+    }
+}
+
+/// Buffers for the bindings of a table.
+pub(crate) trait Bindings {
+    /// Where they are bound.
+    fn table(&self) -> Table;
+    /// The buffers, in order.
+    fn buffers(&self) -> Vec<&Buffer>;
+}
+
+/// A struct with a buffer for each binding of a table, by the name that shaders have for it.
+macro_rules! bindings {
+    ($(#[$about:meta])* $name:ident, $group:literal, $first:literal, $($field:ident: $access:ident),+ $(,)?) => {
+        $(#[$about])*
+        #[derive(Clone, Copy)]
+        pub(crate) struct $name<'a> {
+            $(pub $field: &'a Buffer,)+
+        }
+
+        impl $name<'_> {
+            /// Where they are bound.
+            pub const TABLE: Table = Table {
+                group: $group,
+                first: $first,
+                bindings: &[$((stringify!($field), Access::$access)),+],
+            };
+        }
+
+        impl Bindings for $name<'_> {
+            fn table(&self) -> Table {
+                Self::TABLE
+            }
+
+            fn buffers(&self) -> Vec<&Buffer> {
+                vec![$(self.$field),+]
+            }
+        }
+    };
+}
+
+#[cfg(test)]
+pub(crate) use bindings;
+
+bindings!(
+    /// A scene.
+    SceneBindings, 0, 0,
+    nodes: Read,
+    slots: Read,
+    triangles: Read,
+    normals: Read,
+    materials: Read,
+    components: Read,
+    emitters: Read,
+    tables: Read,
+    emitter_triangles: Read,
+);
+
+bindings!(
+    /// A scene's medium.
+    MediumBindings, 1, 0,
+    medium: Read,
+    voxels: Read,
+    bounds: Read,
+    medium_sides: Read,
+);
+
+bindings!(
+    /// A light tree over a scene's emitters.
+    LightTreeBindings, 1, 4,
+    light_rows: Read,
+    light_levels: Read,
+    light_at: Read,
+    leaf_of: Read,
+);
+
+bindings!(
+    /// A lighting grid hierarchy.
+    LightingGridBindings, 1, 8,
+    lighting_frame: Read,
+    grid_words: Read,
+    grid_lights: Read,
+    grid_points: Read,
+    grid_keys: Read,
+    grid_vertices: Read,
+    grid_moments: Read,
+);
+
+bindings!(
+    /// Of methods whose memory is an image.
+    ImageBindings, 2, 0,
+    settings: Read,
+    image: Write,
+    asked: Read,
+);
+
+bindings!(
+    /// Of path tracing by wavefronts.
+    WavefrontBindings, 2, 0,
+    settings: Read,
+    paths: Write,
+    hits: Write,
+    shadows: Write,
+    queues: Write,
+    counts: Write,
+    film: Write,
+    step: Read,
+);
+
+bindings!(
+    /// Of lightcuts.
+    LightcutBindings, 2, 0,
+    settings: Read,
+    image: Write,
+    asked: Read,
+    subtrees: Write,
+    lengths: Write,
+    hits: Write,
+);
+
+bindings!(
+    /// Of gathering from virtual point lights.
+    GatherBindings, 2, 0,
+    settings: Read,
+    pixels: Write,
+    visibility: Write,
+    asked: Read,
+);
+
+bindings!(
+    /// Of methods that reuse among pixels and frames.
+    ReuseBindings, 2, 0,
+    settings: Read,
+    primaries: Write,
+    before: Read,
+    given: Write,
+    made: Write,
+    image: Write,
+    frame: Read,
+);
+
+bindings!(
+    /// Of the filter of shadows, which knows no scene.
+    FilterBindings, 0, 0,
+    taps: Read,
+    pixels: Read,
+    values: Read,
+    filtered: Write,
+    image: Write,
+);
+
+bindings!(
+    /// Of a pass of sorting.
+    SortBindings, 0, 0,
+    sorting: Read,
+    from_codes: Read,
+    from_indices: Read,
+    to_codes: Write,
+    to_indices: Write,
+    counts: Write,
+);
+
+bindings!(
+    /// Of building a light tree.
+    TreeBuildBindings, 0, 0,
+    settings: Read,
+    lights: Read,
+    boxes: Write,
+    cube: Write,
+    codes: Write,
+    indices: Write,
+    rows: Write,
+    light_at: Write,
+    leaf_of: Write,
+    level_below: Read,
+);
+
+bindings!(
+    /// Of building a lighting grid hierarchy.
+    GridBuildBindings, 0, 0,
+    settings: Read,
+    lights: Read,
+    boxes: Write,
+    lighting_frame: Write,
+    codes: Write,
+    indices: Write,
+    grid_points: Write,
+    grid_keys: Write,
+    marks: Write,
+    grid_words: Write,
+    tiles: Write,
+    grid_vertices: Write,
+    level: Read,
+    grid_moments: Write,
+    grid_lights: Write,
+);
+
+/// Buffers bound to a group.
+pub(crate) struct BoundGroup {
+    pub group: u32,
+    pub bind_group: wgpu::BindGroup,
+}

@@ -1,0 +1,8 @@
+//! Tests of the crate as a whole: one program, so that devices are opened and shaders compiled once.
+
+mod constants;
+mod linked;
+mod parity;
+mod path_parity;
+mod paths;
+pub(crate) mod support;
