@@ -18,8 +18,8 @@ use lightshed::film::{
     structural_similarity,
 };
 use lightshed::integrator::{
-    CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathTracer,
-    SelectedDirectLight,
+    CutTree, DirectLight, DirectLightOptions, LightChoosing, LightSelection, LightcutOptions, Lightcuts,
+    PathTracer,
 };
 use lightshed::sampling::CounterRng;
 use lightshed::scene::glam::Vec2;
@@ -82,7 +82,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(image) => image,
         None => {
             let selection = LightSelection::new(&scene, LightChoosing::OpenBvh)?;
-            let estimator = SelectedDirectLight::new(&scene, selection, 8, 1)?.with_camera_strata(4);
+            let estimator = DirectLight::new(
+                &scene,
+                selection,
+                DirectLightOptions {
+                    emitter_samples: 8,
+                    bsdf_samples: 1,
+                    bsdf_samples_where_diffuse: false,
+                    camera_strata: 4,
+                    ..DirectLightOptions::default()
+                },
+            )?;
             measure(&estimator, width, height, options.reference.div_ceil(128), 4242)?.0
         }
     };
@@ -93,7 +103,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(mask) => mask,
         None => {
             measure(
-                &PathTracer::with_depths(&scene, Some(1), 1),
+                &PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), 1),
                 width,
                 height,
                 512,
@@ -113,7 +123,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut entries: Vec<Entry> = Vec::new();
     if wanted("default") {
         entries.push(Entry::new("default", options.samples, 1, |turn| {
-            let (image, seconds) = measure(&DirectLight::new(&scene), width, height, options.samples, turn)?;
+            let (image, seconds) = measure(
+                &DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(),
+                width,
+                height,
+                options.samples,
+                turn,
+            )?;
             Ok((error(&image)?, seconds, 0.0))
         }));
     }
@@ -174,8 +190,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let build = process_cpu_seconds().unwrap_or(f64::NAN);
                 let selection = LightSelection::new(scene, choosing)?;
                 let build = process_cpu_seconds().unwrap_or(f64::NAN) - build;
-                let estimator = SelectedDirectLight::new(scene, selection, each, 1)?;
-                let estimator = estimator.with_camera_strata(strata);
+                let estimator = DirectLight::new(
+                    scene,
+                    selection,
+                    DirectLightOptions {
+                        emitter_samples: each,
+                        bsdf_samples: 1,
+                        bsdf_samples_where_diffuse: false,
+                        camera_strata: strata,
+                    },
+                )?;
                 let samples = hits / (strata * strata);
                 let (image, seconds) = measure(&estimator, width, height, samples, turn)?;
                 Ok((error(&image)?, seconds, build))
@@ -324,7 +348,7 @@ impl PixelEstimator for Optimal<'_> {
         let wo = point.shading.to_local(-ray.direction);
         let scattered = |direction| bsdf.evaluate(wo, point.shading.to_local(direction)).value;
         let sends = |index: u32| {
-            let sample = emitters.sample_emitter(point.position, index, 1.0, [1.0 / 3.0; 2]);
+            let sample = emitters.sample_on(point.position, index, [1.0 / 3.0; 2]);
             let bright = |s: EmitterSample| luminance(s.weight * scattered(s.direction));
             f64::from(sample.map_or(0.0, bright))
         };
@@ -340,7 +364,8 @@ impl PixelEstimator for Optimal<'_> {
         }
         let probability = ((weights[chosen] + floor) / total) as f32;
         let u = rng.next_2d();
-        if let Some(sample) = emitters.sample_emitter(point.position, chosen as u32, probability, u)
+        if let Some(sample) = emitters.sample_on(point.position, chosen as u32, u)
+            && let Some(sample) = sample.chosen_with(probability)
             && !scene.occluded(&sample.shadow_ray(&point))
         {
             value += scattered(sample.direction) * sample.weight;

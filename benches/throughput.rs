@@ -70,7 +70,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 ..BuildOptions::default()
             },
         )?;
-        let tracer = PathTracer::with_depths(&scene, Some(max_depth), u32::MAX);
+        let tracer =
+            PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(max_depth), u32::MAX);
         let other = mitsuba.as_mut().zip(file.as_deref());
         let turns = options.turns.take(&tracer, scene.settings(), max_depth, other)?;
         let [ours, theirs] = &turns;

@@ -115,7 +115,8 @@ fn throughput(options: &Options) -> Result<(), Box<dyn Error>> {
         };
         let description = import::load(&file, &[])?.description;
         let scene = Scene::new(&description)?;
-        let tracer = VolumePathTracer::with_depths(&scene, Some(max_depth), u32::MAX);
+        let tracer =
+            VolumePathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(max_depth), u32::MAX);
         let other = mitsuba.as_mut().map(|mitsuba| (mitsuba, &*file));
         let turns = options.turns.take(&tracer, scene.settings(), max_depth, other)?;
         let [ours, theirs] = &turns;
@@ -195,7 +196,8 @@ fn lap(
     let scene = Scene::new(description)?;
     let settings = description.settings;
     let pixels = settings.width as usize * settings.height as usize;
-    let tracer = VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
+    let tracer =
+        VolumePathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(scatterings + 1), u32::MAX);
     let size = [settings.width, settings.height];
     let reference = [
         image(&tracer, size, options.reference, 1 << 20)?.0,
@@ -236,8 +238,9 @@ fn lap(
         ("volpath", VolumeTracking::Delta),
         ("decomposition", VolumeTracking::Decomposition),
     ] {
-        let tracer =
-            VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX).with_tracking(tracking);
+        let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power())
+            .with_depths(Some(scatterings + 1), u32::MAX)
+            .with_tracking(tracking);
         let samples = 8;
         let (path_traced, spent) = image(&tracer, size, samples, 3)?;
         // The error of independent samples is theirs over their number.

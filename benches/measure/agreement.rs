@@ -190,7 +190,8 @@ impl<'a> Case<'a> {
     fn trace(&mut self) -> Result<(), Box<dyn Error>> {
         let started = cpu_seconds()?;
         let size = self.size();
-        let tracer = VolumePathTracer::with_depths(self.scene, Some(self.scatterings + 1), u32::MAX);
+        let tracer = VolumePathTracer::new(self.scene, self.scene.emitters_by_power())
+            .with_depths(Some(self.scatterings + 1), u32::MAX);
         let options = RenderOptions {
             seed: (1 << 40) + self.traced.count(),
             threads: 1,

@@ -164,16 +164,18 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-scene",
         "the same bits as brute force, or as the function of one ray, by the crate's tests",
         "Accelerator::build Accelerator::intersect Accelerator::intersect_many Accelerator::occluded Accelerator::occluded_many Camera::ray_lanes \
-         EmitterLanes::shadow_rays Emitters::sample_lanes Scene::intersect_emitting_many Scene::occluded \
+         EmitterLanes::one_by_one EmitterLanes::shadow_rays EmittersByPower::sample_lanes Scene::intersect_emitting_many Scene::occluded \
          Scene::nearest Scene::passes_grid_alone Scene::settled",
     ),
     (
         "lightshed-scene",
         "densities integrate to one, histograms match them, rays leave and reach surfaces; by the crate's tests",
-        "Camera::moved EmitterConnection::shadow_ray EmitterConnection::shadow_ray_from EmitterSample::shadow_ray EmitterSample::shadow_ray_from \
-         Emitters::connect Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_probability \
-         Emitters::pdf_endpoint_given Emitters::pdf_environment Emitters::pdf_environment_given Emitters::pdf_given Emitters::radiance \
-         Emitters::sample_emitter Emitters::sample_endpoint Emitters::sample_infinity Emitters::selection_probability \
+        "Camera::moved EmitterConnection::chosen_with EmitterConnection::shadow_ray EmitterConnection::shadow_ray_from \
+         EmitterSample::chosen_with EmitterSample::shadow_ray EmitterSample::shadow_ray_from \
+         Emitters::connect Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_pdf_on Emitters::pdf_at_infinity \
+         Emitters::pdf_on Emitters::radiance Emitters::sample_at_infinity Emitters::sample_on EmittersByPower::connect \
+         EmittersByPower::endpoint_probability EmittersByPower::pdf EmittersByPower::pdf_environment EmittersByPower::probability \
+         EmittersByPower::sample EmittersByPower::sample_endpoint \
          Scene::locate Scene::sample_emission \
          SurfacePoint::segment_to ",
     ),
@@ -217,9 +219,14 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "estimators: held to closed forms, to each other and to another renderer's images",
-        "DirectLight::radiance EndpointSampler::probability EndpointSampler::propose LightSelection::direction \
-         LightSelection::endpoint_probability LightSelection::pdf LightSelection::pdf_environment LightSelection::sample \
-         LightSelection::sample_endpoint PathTracer::radiance RestirVolume::animated SceneWorld::arrive \
-         SelectedPathTracer::radiance VolumePathTracer::radiance",
+        "EmitterSampler::connect EmitterSampler::connect_chosen EmitterSampler::endpoint_pdf EmitterSampler::endpoint_probability \
+         EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_endpoint \
+         EmitterSampler::sample_lanes EmitterSampler::sample_many EmitterSampler::site ObservedPath::arrived \
+         PathTracer::radiance RestirVolume::animated SceneWorld::arrive VolumePathTracer::radiance",
+    ),
+    (
+        "lightshed-integrator",
+        "a trait's function, written by a user",
+        "DirectionGuide::guide PathObserver::observe",
     ),
 ];

@@ -79,7 +79,8 @@ pub fn rows() -> Vec<Row> {
                     let mut met = 0;
                     for from in points(&scene, 452, 2_000) {
                         let u = rng.next_2d();
-                        let Some(sample) = scene.emitters().sample(from.position, rng.next_u64(), u) else {
+                        let Some(sample) = scene.emitters_by_power().sample(from.position, rng.next_u64(), u)
+                        else {
                             continue;
                         };
                         w.exactly(sample.weight.is_finite() && sample.weight.min_element() >= 0.0);
@@ -89,7 +90,7 @@ pub fn rows() -> Vec<Row> {
                             && hit.geometric_normal.dot(sample.direction).abs() > 0.1
                         {
                             met += 1;
-                            let pdf = scene.emitters().pdf(from.position, &hit);
+                            let pdf = scene.emitters_by_power().pdf(from.position, &hit);
                             w.add(f64::from(pdf.value()), f64::from(sample.pdf.value()));
                             let radiance = scene.emitters().radiance(&hit, sample.direction);
                             w.add(

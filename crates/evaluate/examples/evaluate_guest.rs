@@ -3,7 +3,7 @@
 //! `cargo run --release -p lightshed-evaluate --example evaluate_guest`
 use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, ReportScene, html_report, run};
 use lightshed_film::SampledFrames;
-use lightshed_integrator::{DirectLight, PathTracer};
+use lightshed_integrator::{DirectLight, DirectLightOptions, PathTracer};
 use lightshed_scene::{Scene, builtin};
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
@@ -15,11 +15,29 @@ fn main() -> Result<(), Box<dyn Error>> {
     description.settings.max_depth = Some(2);
     let scene = Scene::new(&description)?;
     let never = AtomicBool::new(false);
-    let reference = Reference::rendered(&PathTracer::new(&scene), size, 2048, &|_| (), &never)?;
+    let reference = Reference::rendered(
+        &PathTracer::new(&scene, scene.emitters_by_power()),
+        size,
+        2048,
+        &|_| (),
+        &never,
+    )?;
 
     // Any `Method` or `PixelEstimator`; the first is the baseline.
-    let path = || Ok(Box::new(SampledFrames::new(PathTracer::new(&scene), size, 1)) as Box<_>);
-    let direct = || Ok(Box::new(SampledFrames::new(DirectLight::new(&scene), size, 1)) as Box<_>);
+    let path = || {
+        Ok(Box::new(SampledFrames::new(
+            PathTracer::new(&scene, scene.emitters_by_power()),
+            size,
+            1,
+        )) as Box<_>)
+    };
+    let direct = || {
+        Ok(Box::new(SampledFrames::new(
+            DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(),
+            size,
+            1,
+        )) as Box<_>)
+    };
     let contestants = [Contestant::new("path", path), Contestant::new("direct", direct)];
     let options = ContestOptions {
         seconds: 1.0,

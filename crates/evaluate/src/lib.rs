@@ -10,7 +10,7 @@
 //! ```
 //! use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, run};
 //! use lightshed_film::SampledFrames;
-//! use lightshed_integrator::{DirectLight, PathTracer};
+//! use lightshed_integrator::{DirectLight, DirectLightOptions, PathTracer};
 //! use lightshed_scene::{Scene, builtin};
 //! use std::sync::atomic::AtomicBool;
 //!
@@ -19,11 +19,11 @@
 //! description.settings.max_depth = Some(2);
 //! let scene = Scene::new(&description)?;
 //! let never = AtomicBool::new(false);
-//! let reference = Reference::rendered(&PathTracer::new(&scene), [16, 16], 64, &|_| (), &never)?;
+//! let reference = Reference::rendered(&PathTracer::new(&scene, scene.emitters_by_power()), [16, 16], 64, &|_| (), &never)?;
 //!
 //! // Two estimators of direct light.
-//! let path = || Ok(Box::new(SampledFrames::new(PathTracer::new(&scene), [16, 16], 1)) as Box<_>);
-//! let direct = || Ok(Box::new(SampledFrames::new(DirectLight::new(&scene), [16, 16], 1)) as Box<_>);
+//! let path = || Ok(Box::new(SampledFrames::new(PathTracer::new(&scene, scene.emitters_by_power()), [16, 16], 1)) as Box<_>);
+//! let direct = || Ok(Box::new(SampledFrames::new(DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(), [16, 16], 1)) as Box<_>);
 //! let contestants = [Contestant::new("path", path), Contestant::new("direct", direct)];
 //! let options = ContestOptions { seconds: 0.02, repeats: 2, seed: 1 };
 //! let contested = run("cornell", &contestants, &reference, options, None, &|_| (), &never)?;

@@ -108,7 +108,14 @@ mod tests {
         let methods: [Method; 2] = ["direct", "restir-di"].map(|name| name.parse().unwrap());
         let (stage, size) = (Stage::new(&scene), [24, 24]);
         let never = AtomicBool::new(false);
-        let reference = Reference::rendered(&PathTracer::new(&scene), size, 512, &|_| (), &never).unwrap();
+        let reference = Reference::rendered(
+            &PathTracer::new(&scene, scene.emitters_by_power()),
+            size,
+            512,
+            &|_| (),
+            &never,
+        )
+        .unwrap();
         let started = |method: &Method, samples| match method.start(&stage, Motion::STILL) {
             Ok(started) => Ok(started.into_frames(size, samples)),
             Err(error) => Err(EvaluateError::method(error)),

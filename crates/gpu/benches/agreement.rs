@@ -20,9 +20,9 @@ use lightshed_gpu::{
     GpuRestirVolume, GpuScene, GpuVolumePathTracer,
 };
 use lightshed_integrator::{
-    CameraMotion, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathMapping,
-    PathTracer, RestirDiSettings, RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld,
-    SelectedDirectLight, VolumePathTracer,
+    CameraMotion, DirectLight, DirectLightOptions, LightChoosing, LightSelection, LightcutOptions, Lightcuts,
+    PathMapping, PathTracer, RestirDiSettings, RestirPtOptions, RestirVolume, RestirVolumeOptions,
+    SceneWorld, VolumePathTracer,
 };
 use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::Vec2;
@@ -246,7 +246,7 @@ fn row(gpu: &Gpu, name: &str, device: &str, host: &str, limits: &Limits) -> Resu
     let mut of_device = device_method(gpu, &on_device, &scene, device)?;
     let mut of_host = Host::new(&scene, host, device == host)?;
     // What camera rays see of emitters.
-    let seen = PathTracer::with_depths(&scene, Some(1), u32::MAX);
+    let seen = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), u32::MAX);
     let has_media = !description.media.is_empty();
     let seen = move |x, y, index, seed| {
         if has_media {
@@ -393,14 +393,33 @@ impl<'a> Host<'a> {
             }))
         }
         let (kind, more) = match name {
-            "path" => (of(PathTracer::new(scene)), 8),
+            "path" => (of(PathTracer::new(scene, scene.emitters_by_power())), 8),
             // With the device's random numbers, or else with several samples of emitters.
-            "direct" if is_twin => (of(PathTracer::new(scene)), 1),
-            "direct" => (of(DirectLight::with_samples(scene, 4, 1)?), 4),
+            "direct" if is_twin => (of(PathTracer::new(scene, scene.emitters_by_power())), 1),
+            "direct" => (
+                of(DirectLight::new(
+                    scene,
+                    scene.emitters_by_power(),
+                    DirectLightOptions::samples(4, 1),
+                )?),
+                4,
+            ),
             "direct-tree" => {
                 let selection = LightSelection::new(scene, LightChoosing::Tree)?;
                 let samples = if is_twin { 1 } else { 8 };
-                (of(SelectedDirectLight::new(scene, selection, samples, 1)?), 8)
+                (
+                    of(DirectLight::new(
+                        scene,
+                        selection,
+                        DirectLightOptions {
+                            emitter_samples: samples,
+                            bsdf_samples: 1,
+                            bsdf_samples_where_diffuse: false,
+                            ..DirectLightOptions::default()
+                        },
+                    )?),
+                    8,
+                )
             }
             "lightcuts" => {
                 let method = Lightcuts::new(scene, LightcutOptions::default())?;
@@ -412,7 +431,7 @@ impl<'a> Host<'a> {
                 (HostKind::Frames(Box::new(method)), 1)
             }
             "walks" => (HostKind::Walks(Box::new(Walks::new(scene)?)), 1),
-            _ => (of(VolumePathTracer::new(scene)), 32),
+            _ => (of(VolumePathTracer::new(scene, scene.emitters_by_power())), 32),
         };
         let has_numbers = is_twin || name == "walks";
         Ok(Self {
@@ -455,7 +474,7 @@ impl<'a> Walks<'a> {
     fn new(scene: &'a Scene) -> Result<Self, Failure> {
         let rules = RestirPtOptions::real_time(PathMapping::Hybrid).thresholds(scene.extent(), false)?;
         Ok(Self {
-            world: SceneWorld::new(scene),
+            world: SceneWorld::new(scene, scene.emitters_by_power()),
             rules,
             max_length: scene.settings().max_depth.unwrap_or(126).min(126),
             tracer: TreeTracer::new(scene.settings().roulette_depth),

@@ -12,7 +12,7 @@ use lightshed_film::RayCounts;
 use lightshed_integrator::MAX_DIRECT_SAMPLES;
 
 /// Emission and light that is scattered once, with emitters chosen by a perfect light tree that the device builds: the estimator of
-/// `lightshed_integrator::SelectedDirectLight` with `LightChoosing::Tree`.
+/// `lightshed_integrator::DirectLight` with `LightChoosing::Tree`.
 ///
 /// Random numbers and choices are the host's, so a pixel's sample is the host's to rounding; but near triangles, which the host
 /// samples by solid angle, are sampled by area here: those pixels agree in expectation.
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
     use crate::tests::support::{gpu, under_the_sky};
     use lightshed_film::PixelEstimator;
-    use lightshed_integrator::{LightChoosing, LightSelection, SelectedDirectLight};
+    use lightshed_integrator::{DirectLight, DirectLightOptions, LightChoosing, LightSelection};
     use lightshed_scene::glam::Vec3;
     use lightshed_scene::{EmitterDescription, Rgb, Scene, SceneDescription, builtin, luminance};
     use lightshed_testkit::MeanTest;
@@ -220,7 +220,17 @@ mod tests {
             GpuDirectLight::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
         );
         let selection = LightSelection::new(scene, LightChoosing::Tree).expect("there are lights");
-        let host = SelectedDirectLight::new(scene, selection, samples, 1).expect("samples are few");
+        let host = DirectLight::new(
+            scene,
+            selection,
+            DirectLightOptions {
+                emitter_samples: samples,
+                bsdf_samples: 1,
+                bsdf_samples_where_diffuse: false,
+                ..DirectLightOptions::default()
+            },
+        )
+        .expect("samples are few");
         let (mut alike, mut count) = (0, 0);
         let mut differences = MeanTest::new();
         for index in 0..4 {

@@ -192,7 +192,9 @@ mod tests {
 
     /// The host's reflected direct light, by paths of two edges.
     fn by_paths(scene: &Scene, images: u32) -> MeanTest {
-        let [two, one] = [2, 1].map(|depth| PathTracer::with_depths(scene, Some(depth), u32::MAX));
+        let [two, one] = [2, 1].map(|depth| {
+            PathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(depth), u32::MAX)
+        });
         host_means([SIDE; 2], images, |x, y, index| {
             two.sample(x, y, index, 5) - one.sample(x, y, index, 5)
         })
@@ -222,7 +224,7 @@ mod tests {
             let truth = by_paths(&scene, 1000);
             let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
             // A path's own camera ray has the same random numbers: what it sees emitting is taken off exactly.
-            let seen = PathTracer::with_depths(&scene, Some(1), u32::MAX);
+            let seen = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), u32::MAX);
             let chains = Chains {
                 counted: FRAMES - 1..FRAMES,
                 known: &|[x, y], frame, seed| seen.sample(x, y, frame, seed),

@@ -218,8 +218,8 @@ mod tests {
 
     /// The host's reflected light.
     fn by_paths(scene: &Scene, images: u32) -> MeanTest {
-        let all = PathTracer::new(scene);
-        let seen = PathTracer::with_depths(scene, Some(1), u32::MAX);
+        let all = PathTracer::new(scene, scene.emitters_by_power());
+        let seen = PathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(1), u32::MAX);
         host_means([SIDE; 2], images, |x, y, index| {
             all.sample(x, y, index, 5) - seen.sample(x, y, index, 5)
         })
@@ -326,7 +326,7 @@ mod tests {
             let truth = by_paths(&scene, 500);
             let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
             // A path's own camera ray has the same random numbers: what it sees emitting is taken off exactly.
-            let seen = PathTracer::with_depths(&scene, Some(1), u32::MAX);
+            let seen = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), u32::MAX);
             let chains = Chains {
                 counted: 0..FRAMES,
                 known: &|[x, y], frame, seed| seen.sample(x, y, frame, seed),

@@ -187,7 +187,7 @@ mod tests {
     }
 
     fn by_paths(scene: &Scene, images: u32) -> MeanTest {
-        let paths = VolumePathTracer::with_depths(scene, Some(2), u32::MAX);
+        let paths = VolumePathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(2), u32::MAX);
         host_means([SIDE; 2], images, |x, y, index| paths.sample(x, y, index, 5))
     }
 

@@ -143,7 +143,8 @@ mod tests {
             GpuVolumePathTracer::BYTES_PER_PIXEL * u64::from(SIDE * SIDE)
         );
         let settings = scene.settings();
-        let host = VolumePathTracer::with_depths(scene, Some(max_depth), settings.roulette_depth);
+        let host = VolumePathTracer::new(scene, scene.emitters_by_power())
+            .with_depths(Some(max_depth), settings.roulette_depth);
         let (mut unlike, mut bits, mut lit) = (0, 0, 0);
         for index in 3..5 {
             let (found, _) = device.frame(index, 11).expect("the device answers");

@@ -112,7 +112,7 @@ impl<'a> GpuVplGrid<'a> {
         on_device.refuse_deltas("vpl-grid")?;
         on_device.refuse_dielectrics("vpl-grid")?;
         // The library's own checks.
-        if let Err(error) = VplGrid::new(scene, options) {
+        if let Err(error) = VplGrid::new(scene, scene.emitters_by_power(), options) {
             return Err(GpuError::Settings(error.to_string().into()));
         }
         if options.interleaving != 1 {
@@ -362,7 +362,7 @@ mod tests {
             .expect("the programs are sound");
         let pixels = SIZE[0] * SIZE[1];
         assert_eq!(device.bytes(), GpuVplGrid::BYTES_PER_PIXEL * u64::from(pixels));
-        let mut host = VplGrid::new(scene, options).expect("options are sound");
+        let mut host = VplGrid::new(scene, scene.emitters_by_power(), options).expect("options are sound");
         let mut truth = vec![Rgb::ZERO; pixels as usize];
         (0..count)
             .map(|frame| {

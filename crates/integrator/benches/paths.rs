@@ -43,7 +43,7 @@ fn paths(criterion: &mut Criterion<CpuTime>) {
     group.sample_size(20);
     for name in ["cornell", "cornell-glossy", "many-lights"] {
         let scene = scene(name);
-        let tracer = PathTracer::new(&scene);
+        let tracer = PathTracer::new(&scene, scene.emitters_by_power());
         let mut values = [Rgb::ZERO; MAX_BATCH];
         group.bench_function(BenchmarkId::new(format!("paths_{name}"), ids.len()), |b| {
             b.iter(|| {
@@ -91,7 +91,7 @@ fn shifts(criterion: &mut Criterion<CpuTime>) {
     group.sample_size(20);
     for name in ["cornell", "cornell-glossy"] {
         let scene = scene(name);
-        let world = SceneWorld::new(&scene);
+        let world = SceneWorld::new(&scene, scene.emitters_by_power());
         let extent = scene.extent();
         let mappings = [
             ("reconnection", Connectability::reconnection(0.02 * extent)),

@@ -4,8 +4,9 @@
 
 use lightshed_film::{FrameMethod, MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{
-    CameraMotion, DirectLight, LightChoosing, LightSelection, PathMapping, PathTracer, RestirDi, RestirPt,
-    RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld, SelectedPathTracer, VolumePathTracer,
+    CameraMotion, DirectLight, DirectLightOptions, LightChoosing, LightSelection, PathMapping, PathTracer,
+    RestirDi, RestirDiSettings, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions, SceneWorld,
+    VolumePathTracer,
 };
 use lightshed_scene::{Rgb, Scene, builtin, import};
 use std::error::Error;
@@ -28,20 +29,32 @@ fn main() -> Result<(), Box<dyn Error>> {
     let still = CameraMotion::STILL;
     let (depth, roulette) = (scene.settings().max_depth, scene.settings().roulette_depth);
     let mean = match method.as_str() {
-        "path" => by_pixel(&PathTracer::new(&scene), side, samples),
+        "path" => by_pixel(&PathTracer::new(&scene, scene.emitters_by_power()), side, samples),
         "path-by-power" => {
             let selection = LightSelection::new(&scene, LightChoosing::Power)?;
             by_pixel(
-                &SelectedPathTracer::new(&scene, selection, depth, roulette),
+                &PathTracer::new(&scene, selection).with_depths(depth, roulette),
                 side,
                 samples,
             )
         }
-        "direct" => by_pixel(&DirectLight::new(&scene), side, samples),
-        "volpath" => by_pixel(&VolumePathTracer::new(&scene), side, samples),
-        "restir-di" => by_frame(RestirDi::new(&scene), side, samples)?,
+        "direct" => by_pixel(
+            &DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default())?,
+            side,
+            samples,
+        ),
+        "volpath" => by_pixel(
+            &VolumePathTracer::new(&scene, scene.emitters_by_power()),
+            side,
+            samples,
+        ),
+        "restir-di" => by_frame(
+            RestirDi::new(&scene, scene.emitters_by_power(), RestirDiSettings::UNBIASED)?,
+            side,
+            samples,
+        )?,
         "restir-pt" => {
-            let world = SceneWorld::new(&scene);
+            let world = SceneWorld::new(&scene, scene.emitters_by_power());
             by_frame(
                 RestirPt::new(&world, RestirPtOptions::real_time(PathMapping::Hybrid), still)?,
                 side,

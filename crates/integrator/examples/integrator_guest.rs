@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p lightshed-integrator --example integrator_guest`
 use lightshed_film::{Budget, PixelEstimator, RenderOptions, RgbImage, render};
-use lightshed_integrator::DirectLight;
+use lightshed_integrator::{DirectLight, DirectLightOptions};
 use lightshed_sampling::{CosineHemisphere, CounterRng};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Rgb, Scene, SurfacePoint, builtin, luminance};
@@ -64,7 +64,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!(
             "{samples:>7} {} {:>20}",
             row(&ByDirections(&scene))?,
-            row(&DirectLight::new(&scene))?
+            row(
+                &DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap()
+            )?
         );
     }
     Ok(())

@@ -3,13 +3,14 @@
 //! | what | where |
 //! |---|---|
 //! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
+//! | how any of them chooses emitters: by power, or for the point that they light | [`EmitterSampler`], [`LightSelection`] |
+//! | directions by a guide; who is told of paths | [`DirectionGuide`], [`PathObserver`] |
 //! | paths through participating media | [`VolumePathTracer`] |
-//! | emitters chosen for the point that they light | [`LightSelection`], [`SelectedDirectLight`], [`SelectedPathTracer`] |
 //! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
 //! | all methods by name, with what they can do and their options | [`METHODS`], [`Method`], [`Stage`] |
 //! | a camera that moves from frame to frame | [`CameraMotion`] |
 //! | path tracing by tiles that share what is behind their first vertices | [`PathReuse`] |
-//! | direct light by reuse among pixels and frames | [`RestirDi`], [`EndpointSampler`] |
+//! | direct light by reuse among pixels and frames | [`RestirDi`] |
 //! | indirect light by reuse, biased, to compare with | [`RestirGi`] |
 //! | paths through participating media by reuse among pixels and frames | [`RestirVolume`] |
 //!
@@ -20,8 +21,10 @@
 mod camera_motion;
 mod camera_ray;
 mod direct;
+mod emitter_sampler;
 mod light_selection;
 mod path;
+mod ray_batch;
 mod registry;
 mod restir;
 mod scene_world;
@@ -29,18 +32,21 @@ mod volume;
 mod vpl;
 
 pub use camera_motion::{CameraMotion, CameraMotionError};
+pub use direct::light::{
+    DirectLight, DirectLightError, DirectLightOptions, MAX_CAMERA_STRATA, MAX_DIRECT_SAMPLES,
+};
 pub use direct::lightcuts::{
     CutTree, LightcutError, LightcutOptions, Lightcuts, MAX_CUT_BLOCK, MAX_SUBTREES,
 };
-pub use direct::plain::{DirectLight, DirectLightError, MAX_DIRECT_SAMPLES};
-pub use direct::selected::SelectedDirectLight;
-pub use light_selection::{
-    ChosenLight, LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point,
-};
+pub use emitter_sampler::EmitterSampler;
+pub use light_selection::{LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point};
 pub use lightshed_film as film;
 pub use path::PathTracer;
+pub use path::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE, NoDirections, NoGuide};
+pub use path::observer::{
+    NoObserver, ObservedPath, PathContribution, PathDirection, PathObserver, PathVertex,
+};
 pub use path::reuse::PathReuse;
-pub use path::selected::SelectedPathTracer;
 pub use registry::{
     METHODS, Method, MethodCapabilities, MethodEntry, MethodError, MethodOption, MethodValues, Motion,
     MovingMedia, PathDepth, Stage, StartMethod, Started,
@@ -48,7 +54,7 @@ pub use registry::{
 pub use restir::pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };
-pub use restir::{EndpointSampler, LitPoint, RestirDi, RestirDiError, RestirDiSettings, RestirGi};
+pub use restir::{RestirDi, RestirDiError, RestirDiSettings, RestirGi};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
 pub use volume::volpath::{VolumePathTracer, VolumeTracking};

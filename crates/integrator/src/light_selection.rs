@@ -1,5 +1,7 @@
 //! Which emitter a shading point asks for light.
 
+use crate::emitter_sampler::{EmitterSampler, LaneNumbers};
+use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::{
     Bounds, BvhBuild, Facing, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,
     OpenedTree, OrientationCone, PerfectTree, PowerLights, ShadingPoint, TwoLevelError, TwoLevelTree,
@@ -8,8 +10,8 @@ use lightshed_lights::{
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
-    Bsdf, EmitterEndpoint, EmitterExtent, EmitterOrientation, EmitterSample, Emitters, Scene, SurfacePoint,
-    luminance,
+    Bsdf, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation, EmitterSample,
+    Emitters, Rgb, Scene, SurfacePoint, luminance,
 };
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 use std::fmt;
@@ -96,7 +98,7 @@ impl FromStr for LightChoosing {
 
 /// Chooses emitters of a scene for shading points.
 ///
-/// As [`Emitters`] does, uniformly among the emitters at infinity and, as one more, all finite ones together; but among these
+/// As [`EmittersByPower`](lightshed_scene::EmittersByPower) does, uniformly among the emitters at infinity and, as one more, all finite ones together; but among these
 /// by a [`LightSampler`], so that `p_sel` depends on the point. Densities are in the solid-angle measure at the point, selection
 /// included. The choice and its density are the same, bit for bit, whether a choice is made alone or in company.
 pub struct LightSelection<'a> {
@@ -136,20 +138,12 @@ macro_rules! with_sampler {
 }
 
 /// An emitter that has been chosen, or a group of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ChosenLight {
+#[derive(Clone, Copy)]
+enum Chosen {
     /// The finite emitter of this index, with this probability.
-    Finite {
-        /// Index among the scene's emitters.
-        emitter: u32,
-        /// Probability of the choice.
-        probability: f32,
-    },
+    Finite { emitter: u32, probability: f32 },
     /// One of those at infinity, by this uniform number.
-    Infinite {
-        /// 64 uniform bits.
-        u: u64,
-    },
+    Infinite { u: u64 },
 }
 
 impl<'a> LightSelection<'a> {
@@ -195,19 +189,6 @@ impl<'a> LightSelection<'a> {
         })
     }
 
-    /// Chooses by 64 uniform bits; `None` is a choice of none, which counts as a sample of value zero.
-    #[inline]
-    pub fn choose(&self, at: &ShadingPoint, u: u64) -> Option<ChosenLight> {
-        match self.route(u)? {
-            Route::Finite(u) => {
-                let sampler = self.sampler.as_ref()?;
-                let choice = with_sampler!(sampler, s => s.sample(at, u))?;
-                Some(self.finite(choice))
-            }
-            Route::Infinite(u) => Some(ChosenLight::Infinite { u }),
-        }
-    }
-
     /// Among which emitters `u` chooses, and by which number; `None` if there are none.
     #[inline(always)]
     fn route(&self, u: u64) -> Option<Route> {
@@ -227,80 +208,136 @@ impl<'a> LightSelection<'a> {
     }
 
     #[inline(always)]
-    fn finite(&self, choice: LightChoice) -> ChosenLight {
-        ChosenLight::Finite {
+    fn finite(&self, choice: LightChoice) -> Chosen {
+        Chosen::Finite {
             emitter: choice.light,
             probability: choice.pmf * self.finite_probability,
         }
     }
 
-    /// Many choices for one point, cheapest where `u` ascends: `chosen[i]` is [`choose`](Self::choose) of `u[i]`. The shorter
-    /// slice's length counts.
+    /// Chooses by 64 uniform bits; `None` is a choice of none.
     #[inline]
-    pub fn choose_many(&self, at: &ShadingPoint, u: &[u64], chosen: &mut [Option<ChosenLight>]) {
-        for (u, chosen) in u.chunks(COMPANY).zip(chosen.chunks_mut(COMPANY)) {
-            let mut finite = [0; COMPANY];
-            let mut places = [0u8; COMPANY];
-            let mut count = 0;
-            for (place, (&u, chosen)) in u.iter().zip(chosen.iter_mut()).enumerate() {
-                *chosen = None;
-                match self.route(u) {
-                    Some(Route::Finite(u)) => {
-                        finite[count] = u;
-                        places[count] = place as u8;
-                        count += 1;
-                    }
-                    Some(Route::Infinite(u)) => *chosen = Some(ChosenLight::Infinite { u }),
-                    None => {}
+    fn choose(&self, at: &ShadingPoint, u: u64) -> Option<Chosen> {
+        match self.route(u)? {
+            Route::Finite(u) => {
+                let sampler = self.sampler.as_ref()?;
+                let choice = with_sampler!(sampler, s => s.sample(at, u))?;
+                Some(self.finite(choice))
+            }
+            Route::Infinite(u) => Some(Chosen::Infinite { u }),
+        }
+    }
+
+    /// Many choices, up to [`TOGETHER`]: `chosen[i]` is [`choose`](Self::choose) for `u[i]`. Those among finite emitters are made by
+    /// `choices`, which gets the sampler, the places in `u`, the numbers and room for the choices.
+    #[inline(always)]
+    fn choose_together(
+        &self,
+        u: &[u64],
+        chosen: &mut [Option<Chosen>],
+        choices: impl FnOnce(&Sampler, &[u8], &[u64], &mut [Option<LightChoice>]),
+    ) {
+        let (mut finite, mut places, mut count) = ([0; TOGETHER], [0u8; TOGETHER], 0);
+        for (place, (&u, chosen)) in u.iter().zip(chosen.iter_mut()).enumerate() {
+            *chosen = None;
+            match self.route(u) {
+                Some(Route::Finite(u)) => {
+                    (finite[count], places[count]) = (u, place as u8);
+                    count += 1;
                 }
+                Some(Route::Infinite(u)) => *chosen = Some(Chosen::Infinite { u }),
+                None => {}
             }
-            let Some(sampler) = &self.sampler else { continue };
-            let mut choices = [None; COMPANY];
-            with_sampler!(sampler, s => s.sample_many(at, &finite[..count], &mut choices[..count]));
-            for (place, choice) in places[..count].iter().zip(choices) {
-                chosen[*place as usize] = choice.map(|choice| self.finite(choice));
-            }
+        }
+        let Some(sampler) = &self.sampler else { return };
+        let mut made = [None; TOGETHER];
+        choices(sampler, &places[..count], &finite[..count], &mut made[..count]);
+        for (place, choice) in places[..count].iter().zip(made) {
+            chosen[*place as usize] = choice.map(|choice| self.finite(choice));
         }
     }
 
     /// A direction from `from` towards what was chosen for the shading point there; `None` where nothing comes from it.
     #[inline(always)]
-    pub fn direction(&self, from: Vec3, chosen: ChosenLight, u: [f32; 2]) -> Option<EmitterSample> {
+    fn direction(&self, from: Vec3, chosen: Chosen, u: [f32; 2]) -> Option<EmitterSample> {
         match chosen {
-            ChosenLight::Finite { emitter, probability } => {
-                self.emitters.sample_emitter(from, emitter, probability, u)
-            }
-            ChosenLight::Infinite { u: u_select } => {
-                self.emitters
-                    .sample_infinity(u_select, self.infinite_probability, u)
-            }
+            Chosen::Finite { emitter, probability } => self
+                .emitters
+                .sample_on(from, emitter, u)?
+                .chosen_with(probability),
+            Chosen::Infinite { u: u_select } => self
+                .emitters
+                .sample_at_infinity(u_select, u)?
+                .chosen_with(self.infinite_probability),
+        }
+    }
+}
+
+impl EmitterSampler for LightSelection<'_> {
+    type Site = ShadingPoint;
+
+    /// Its position alone where the choice asks for no more.
+    #[inline(always)]
+    fn site(&self, at: impl FnOnce() -> ShadingPoint) -> ShadingPoint {
+        match self.sampler {
+            None | Some(Sampler::Uniform(_) | Sampler::Power(_)) => ShadingPoint::default(),
+            _ => at(),
         }
     }
 
-    /// Chooses an emitter by `u_select` and a place on it by `u`; with
-    /// [`endpoint_probability`](Self::endpoint_probability) of it.
     #[inline]
-    pub fn sample_endpoint(
+    fn sample(&self, from: Vec3, at: &ShadingPoint, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+        self.direction(from, self.choose(at, u_select)?, u)
+    }
+
+    #[inline]
+    fn pdf(&self, from: Vec3, at: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
+        match &self.sampler {
+            Some(sampler) if point.emitter != SurfacePoint::NO_EMITTER => {
+                let pmf = with_sampler!(sampler, s => s.pmf(at, point.emitter));
+                self.emitters.pdf_on(from, point) * (pmf * self.finite_probability)
+            }
+            _ => Density::ZERO,
+        }
+    }
+
+    #[inline]
+    fn pdf_environment(&self, _from: Vec3, _at: &ShadingPoint, direction: Vec3) -> Density<SolidAngle> {
+        self.emitters.pdf_at_infinity(direction) * self.infinite_probability
+    }
+
+    #[inline]
+    fn sample_endpoint(
         &self,
+        from: Vec3,
         at: &ShadingPoint,
         u_select: u64,
         u: [f32; 2],
     ) -> Option<(EmitterEndpoint, f32)> {
         Some(match self.choose(at, u_select)? {
-            ChosenLight::Finite { emitter, probability } => {
-                (self.emitters.endpoint_on(at.position, emitter, u)?, probability)
+            Chosen::Finite { emitter, probability } => {
+                (self.emitters.endpoint_on(from, emitter, u)?, probability)
             }
-            ChosenLight::Infinite { u: u_select } => (
+            Chosen::Infinite { u: u_select } => (
                 self.emitters.endpoint_at_infinity(u_select, u)?,
                 self.infinite_probability,
             ),
         })
     }
 
-    /// Probability with which [`choose`](Self::choose) chooses the emitter of `endpoint`; of one at infinity that of choosing
-    /// any of those.
     #[inline]
-    pub fn endpoint_probability(&self, at: &ShadingPoint, endpoint: &EmitterEndpoint) -> f32 {
+    fn endpoint_pdf(&self, from: Vec3, at: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
+        match &self.sampler {
+            Some(sampler) if point.emitter != SurfacePoint::NO_EMITTER => {
+                let pmf = with_sampler!(sampler, s => s.pmf(at, point.emitter));
+                self.emitters.endpoint_pdf_on(from, point) * (pmf * self.finite_probability)
+            }
+            _ => Density::ZERO,
+        }
+    }
+
+    #[inline]
+    fn endpoint_probability(&self, _from: Vec3, at: &ShadingPoint, endpoint: &EmitterEndpoint) -> f32 {
         match (self.emitters.finite_emitter(endpoint), &self.sampler) {
             (Some(emitter), Some(sampler)) => {
                 with_sampler!(sampler, s => s.pmf(at, emitter)) * self.finite_probability
@@ -310,31 +347,83 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// Chooses an emitter by `u_select` and a direction towards it by `u`.
     #[inline]
-    pub fn sample(&self, at: &ShadingPoint, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
-        self.direction(at.position, self.choose(at, u_select)?, u)
+    fn connect_chosen(
+        &self,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+        probability: f32,
+    ) -> Option<EmitterConnection> {
+        let connection = self.emitters.connect(from, endpoint)?;
+        Some(connection.chosen_with(probability))
     }
 
-    /// Density with which [`sample`](Self::sample) chooses the direction to `point`, which lies on an area emitter; zero
-    /// if it does not.
-    #[inline]
-    pub fn pdf(&self, at: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
-        match &self.sampler {
-            Some(sampler) if point.emitter != SurfacePoint::NO_EMITTER => {
-                let pmf = with_sampler!(sampler, s => s.pmf(at, point.emitter));
-                self.emitters
-                    .pdf_given(at.position, point, pmf * self.finite_probability)
+    /// Cheapest where `u_select` ascends.
+    #[inline(always)]
+    fn sample_many(
+        &self,
+        from: Vec3,
+        at: &ShadingPoint,
+        u_select: &[u64],
+        mut u: impl FnMut() -> [f32; 2],
+        mut take: impl FnMut(EmitterSample),
+    ) {
+        for u_select in u_select.chunks(TOGETHER) {
+            let mut chosen = [None; TOGETHER];
+            self.choose_together(u_select, &mut chosen, |sampler, _, u, choices| {
+                with_sampler!(sampler, s => s.sample_many(at, u, choices));
+            });
+            for chosen in chosen[..u_select.len()].iter().flatten() {
+                if let Some(sample) = self.direction(from, *chosen, u()) {
+                    take(sample);
+                }
             }
-            _ => Density::ZERO,
         }
     }
 
-    /// Density with which [`sample`](Self::sample) chooses `direction` towards the environment.
-    #[inline]
-    pub fn pdf_environment(&self, direction: Vec3) -> Density<SolidAngle> {
-        self.emitters
-            .pdf_environment_given(direction, self.infinite_probability)
+    /// Trees take all points down together.
+    #[inline(always)]
+    fn sample_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        sites: &[ShadingPoint; LANES],
+        u_select: [L::Words; 2],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        self.sample_eight(&LaneNumbers::new(from, u_select, u), sites, wanted)
+    }
+}
+
+impl LightSelection<'_> {
+    #[inline(never)]
+    fn sample_eight<L: Lanes>(
+        &self,
+        numbers: &LaneNumbers,
+        sites: &[ShadingPoint; LANES],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        let (mut lanes, mut u, mut count) = ([0; LANES], [0; LANES], 0);
+        for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
+            (lanes[count], u[count]) = (lane, numbers.get(lane).1);
+            count += 1;
+        }
+        let mut chosen = [None; LANES];
+        self.choose_together(&u[..count], &mut chosen, |sampler, places, u, choices| {
+            let mut at = [ShadingPoint::default(); LANES];
+            for (at, place) in at.iter_mut().zip(places) {
+                *at = sites[lanes[*place as usize]];
+            }
+            with_sampler!(sampler, s => s.sample_each(&at[..u.len()], u, choices));
+        });
+        let mut of_lane = [None; LANES];
+        for (lane, chosen) in lanes[..count].iter().zip(chosen) {
+            of_lane[*lane] = chosen;
+        }
+        EmitterLanes::one_by_one(wanted, |lane| {
+            let (from, _, u) = numbers.get(lane);
+            self.direction(from, of_lane[lane]?, u)
+        })
     }
 }
 
@@ -344,21 +433,9 @@ enum Route {
     Infinite(u64),
 }
 
-/// Choices that are made together.
-const COMPANY: usize = 16;
-
-impl LightSelection<'_> {
-    /// [`shading_point`], or its position alone where the choice asks for no more.
-    #[inline]
-    pub(crate) fn receiver(&self, point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoint {
-        match self.sampler {
-            None | Some(Sampler::Uniform(_) | Sampler::Power(_)) => {
-                ShadingPoint::without_normal(point.position)
-            }
-            _ => shading_point(point, bsdf, wo),
-        }
-    }
-}
+/// Choices that are made together, at most.
+const TOGETHER: usize = 16;
+const _: () = assert!(LANES <= TOGETHER);
 
 /// What a light sampler sees of a surface point with this BSDF, from the unit direction `wo` (in the shading frame).
 #[inline]
@@ -378,6 +455,26 @@ pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoin
             true => luminance(bsdf.albedo_hint()) * FRAC_1_PI,
             false => f32::MAX,
         },
+    }
+}
+
+/// [`shading_point`] from whatever direction: light may come from both sides where more than one is scattered from.
+#[inline]
+pub(crate) fn unseen_shading_point(point: &SurfacePoint, bsdf: &Bsdf) -> ShadingPoint {
+    ShadingPoint {
+        facing: Facing::Both,
+        ..shading_point(point, bsdf, Vec3::Z)
+    }
+}
+
+/// [`shading_point`] of a diffuse surface, with the unit `normal` on the side of the viewer.
+#[inline(always)]
+pub(crate) fn diffuse_shading_point(position: Vec3, normal: Vec3, reflectance: Rgb) -> ShadingPoint {
+    ShadingPoint {
+        position,
+        normal,
+        facing: Facing::Front,
+        reflectance_bound: luminance(reflectance) * FRAC_1_PI,
     }
 }
 

@@ -1,9 +1,11 @@
 //! A scene as shift mappings see it.
 
+use crate::emitter_sampler::EmitterSampler;
+use crate::light_selection::unseen_shading_point;
 use lightshed_film::RayCounts;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Bsdf, Camera, EmitterEndpoint, Hit, Ray, Scene, SurfacePoint};
+use lightshed_scene::{Bsdf, Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Scene, SurfacePoint};
 use lightshed_shift::{
     Connection, Endpoint, EndpointDensity, LobeDirection, Place, RayKind, Scattering, Suffix, SuffixLight,
     SuffixLimits, WorldGeometry, WorldLighting, WorldScattering,
@@ -12,8 +14,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A [`Scene`] as a [`World`](lightshed_shift::World): what the crate `lightshed-shift` asks of a renderer, with rays counted by kind.
-pub struct SceneWorld<'a> {
+pub struct SceneWorld<'a, S = EmittersByPower<'a>> {
     scene: &'a Scene,
+    sampler: S,
     counters: Vec<Counters>,
 }
 
@@ -49,12 +52,13 @@ impl SceneVertex {
     }
 }
 
-impl<'a> SceneWorld<'a> {
-    /// The world of `scene`.
-    pub fn new(scene: &'a Scene) -> Self {
+impl<'a, S: EmitterSampler> SceneWorld<'a, S> {
+    /// The world of `scene`, in which emitters are chosen by `sampler`.
+    pub fn new(scene: &'a Scene, sampler: S) -> Self {
         let threads = rayon::current_num_threads().max(1);
         Self {
             scene,
+            sampler,
             counters: (0..threads).map(|_| Counters::default()).collect(),
         }
     }
@@ -62,6 +66,11 @@ impl<'a> SceneWorld<'a> {
     /// The scene.
     pub fn scene(&self) -> &'a Scene {
         self.scene
+    }
+
+    /// What chooses emitters.
+    pub fn sampler(&self) -> &S {
+        &self.sampler
     }
 
     /// What a ray has hit, ready to be scattered at.
@@ -143,7 +152,7 @@ impl<'a> SceneWorld<'a> {
     }
 }
 
-impl WorldGeometry for SceneWorld<'_> {
+impl<S: EmitterSampler> WorldGeometry for SceneWorld<'_, S> {
     type Vertex = SceneVertex;
     type Ray = Ray;
     type Sensor = PixelSensor;
@@ -232,7 +241,7 @@ impl WorldGeometry for SceneWorld<'_> {
     }
 }
 
-impl WorldScattering for SceneWorld<'_> {
+impl<S: EmitterSampler> WorldScattering for SceneWorld<'_, S> {
     fn sample_lobe(
         &self,
         vertex: &SceneVertex,
@@ -277,12 +286,13 @@ impl WorldScattering for SceneWorld<'_> {
     }
 }
 
-impl WorldLighting for SceneWorld<'_> {
-    type Site = Vec3;
+impl<S: EmitterSampler> WorldLighting for SceneWorld<'_, S> {
+    type Site = (Vec3, S::Site);
 
     #[inline(always)]
-    fn site(&self, vertex: &SceneVertex) -> Vec3 {
-        vertex.point.position
+    fn site(&self, vertex: &SceneVertex) -> Self::Site {
+        let at = || unseen_shading_point(&vertex.point, &vertex.bsdf);
+        (vertex.point.position, self.sampler.site(at))
     }
 
     #[inline(always)]
@@ -291,8 +301,8 @@ impl WorldLighting for SceneWorld<'_> {
     }
 
     #[inline]
-    fn emitter_pdf(&self, from: &Vec3, emitter: &SceneVertex) -> Density<SolidAngle> {
-        self.scene.emitters().pdf(*from, &emitter.point)
+    fn emitter_pdf(&self, (from, site): &Self::Site, emitter: &SceneVertex) -> Density<SolidAngle> {
+        self.sampler.endpoint_pdf(*from, site, &emitter.point)
     }
 
     fn environment(&self, direction: Vec3) -> Vec3 {
@@ -302,29 +312,29 @@ impl WorldLighting for SceneWorld<'_> {
         }
     }
 
-    fn environment_pdf(&self, _from: &Vec3, direction: Vec3) -> Density<SolidAngle> {
-        self.scene.emitters().pdf_environment(direction)
+    fn environment_pdf(&self, (from, site): &Self::Site, direction: Vec3) -> Density<SolidAngle> {
+        self.sampler.pdf_environment(*from, site, direction)
     }
 
     #[inline]
     fn sample_emitter(&self, from: &SceneVertex, u_select: u64, u: [f32; 2]) -> Option<Endpoint> {
-        let emitters = self.scene.emitters();
-        Some(
-            match emitters.sample_endpoint(from.point.position, u_select, u)? {
-                EmitterEndpoint::Surface { emitter, coordinates } => Endpoint::Surface(Place {
-                    primitive: self.scene.emitter_primitive(emitter)?,
-                    coordinates,
-                }),
-                EmitterEndpoint::Environment { direction } => Endpoint::Direction(direction),
-                EmitterEndpoint::Delta { emitter } => Endpoint::Delta(emitter),
-            },
-        )
+        let (position, site) = self.site(from);
+        let (endpoint, _) = self.sampler.sample_endpoint(position, &site, u_select, u)?;
+        Some(match endpoint {
+            EmitterEndpoint::Surface { emitter, coordinates } => Endpoint::Surface(Place {
+                primitive: self.scene.emitter_primitive(emitter)?,
+                coordinates,
+            }),
+            EmitterEndpoint::Environment { direction } => Endpoint::Direction(direction),
+            EmitterEndpoint::Delta { emitter } => Endpoint::Delta(emitter),
+        })
     }
 
     #[inline]
     fn connect(&self, from: &SceneVertex, endpoint: &Endpoint) -> Option<Connection<Ray>> {
-        let emitters = self.scene.emitters();
-        let connection = emitters.connect(from.point.position, &self.scene_endpoint(endpoint))?;
+        let (position, site) = self.site(from);
+        let endpoint = &self.scene_endpoint(endpoint);
+        let connection = self.sampler.connect(position, &site, endpoint)?;
         Some(Connection {
             direction: connection.direction,
             radiance: connection.radiance,
@@ -334,9 +344,13 @@ impl WorldLighting for SceneWorld<'_> {
                 connection.pdf
             },
             own_density: match endpoint {
-                Endpoint::Surface(_) => EndpointDensity::Area(Density::new(connection.pdf_endpoint)),
-                Endpoint::Direction(_) => EndpointDensity::SolidAngle(Density::new(connection.pdf_endpoint)),
-                Endpoint::Delta(_) => EndpointDensity::Probability(connection.pdf_endpoint),
+                EmitterEndpoint::Surface { .. } => {
+                    EndpointDensity::Area(Density::new(connection.pdf_endpoint))
+                }
+                EmitterEndpoint::Environment { .. } => {
+                    EndpointDensity::SolidAngle(Density::new(connection.pdf_endpoint))
+                }
+                EmitterEndpoint::Delta { .. } => EndpointDensity::Probability(connection.pdf_endpoint),
             },
             ray: connection.shadow_ray(&from.point),
         })
@@ -345,11 +359,11 @@ impl WorldLighting for SceneWorld<'_> {
     /// By the path tracer's batches.
     fn trace_suffixes(
         &self,
-        suffixes: &[Suffix<Ray, Vec3>],
+        suffixes: &[Suffix<Ray, Self::Site>],
         limits: SuffixLimits,
         visit: &mut dyn FnMut(usize, SuffixLight),
     ) -> bool {
-        let [path, emitter] = crate::path::trace_suffixes(self.scene, suffixes, limits, visit);
+        let [path, emitter] = crate::path::trace_suffixes(self.scene, &self.sampler, suffixes, limits, visit);
         self.count(RayKind::Path, path);
         self.count(RayKind::Emitter, emitter);
         true

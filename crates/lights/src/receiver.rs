@@ -23,7 +23,7 @@ pub enum Facing {
 }
 
 /// A point at which light is to be gathered.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShadingPoint {
     /// Position, in the lights' space.
     pub position: Vec3,

@@ -56,6 +56,7 @@
 
 mod alias;
 mod color;
+mod direction;
 mod frame;
 mod measure;
 mod octahedral;
@@ -72,6 +73,7 @@ mod weights;
 
 pub use alias::{AliasEntry, AliasTable};
 pub use color::{Rgb, luminance};
+pub use direction::DirectionDistribution;
 pub use frame::{Frame, FrameLanes};
 pub use glam;
 pub use measure::{

@@ -48,8 +48,8 @@ fn emitters(criterion: &mut Criterion<CpuTime>) {
     let numbers = numbers();
     for name in ["cornell", "many-lights"] {
         let scene = Scene::new(&builtin::by_name(name).expect("it is built in")).expect("it is sound");
-        let (emitters, points) = (scene.emitters(), seen(&scene));
-        let size = emitters.len();
+        let (emitters, points) = (scene.emitters_by_power(), seen(&scene));
+        let size = scene.emitters().len();
         group.bench_function(BenchmarkId::new("emitter_sample", size), |b| {
             b.iter(|| {
                 for (point, &(u_select, u)) in points.iter().zip(&numbers) {

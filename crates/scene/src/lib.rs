@@ -30,7 +30,7 @@ pub use description::{
 };
 pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
-    EmitterSample, Emitters, Environment,
+    EmitterSample, Emitters, EmittersByPower, Environment,
 };
 pub use error::SceneError;
 pub use features::SceneFeatures;

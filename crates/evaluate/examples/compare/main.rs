@@ -174,7 +174,13 @@ fn reference(
     let samples = arguments.reference_spp;
     let size = [scene.settings().width, scene.settings().height];
     // Without media it is the path tracer.
-    let reference = Reference::rendered(&VolumePathTracer::new(scene), size, samples, &observer, cancel)?;
+    let reference = Reference::rendered(
+        &VolumePathTracer::new(scene, scene.emitters_by_power()),
+        size,
+        samples,
+        &observer,
+        cancel,
+    )?;
     bar.finish_and_clear();
     write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
     Ok(reference)

@@ -76,7 +76,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let scene = Scene::new(&description)?;
     let never = AtomicBool::new(false);
     let reference = Reference::rendered(
-        &PathTracer::new(&scene),
+        &PathTracer::new(&scene, scene.emitters_by_power()),
         [arguments.size; 2],
         arguments.reference,
         &|_| (),

@@ -79,10 +79,14 @@ pub fn race(
     settings: &[RestirPtOptions],
     seconds: f64,
 ) -> Result<Vec<Measured>, Box<dyn Error>> {
-    let world = SceneWorld::new(scene);
+    let world = SceneWorld::new(scene, scene.emitters_by_power());
     let [width, height] = reference.size();
     let pixels = width as usize * height as usize;
-    let plain = SampledFrames::new(PathTracer::new(scene), [width, height], SAMPLES);
+    let plain = SampledFrames::new(
+        PathTracer::new(scene, scene.emitters_by_power()),
+        [width, height],
+        SAMPLES,
+    );
     let mut runners: Vec<(Option<RestirPtOptions>, Box<dyn FrameMethod + '_>)> =
         vec![(None, Box::new(plain))];
     for &options in settings {

@@ -137,7 +137,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         [] => {
             let size = [arguments.size[0], arguments.size[1]];
             Reference::rendered(
-                &PathTracer::new(&scene),
+                &PathTracer::new(&scene, scene.emitters_by_power()),
                 size,
                 arguments.reference_spp,
                 &|_| (),
@@ -148,13 +148,14 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         [one, other] => Reference::of_halves([read_exr(one)?, read_exr(other)?])?,
         _ => return Err("a reference is one image, or two independent ones".into()),
     };
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     let size = [arguments.size[0], arguments.size[1]];
     let plain = |samples| {
-        let frames = SampledFrames::new(PathTracer::new(&scene), size, samples);
+        let frames = SampledFrames::new(PathTracer::new(&scene, scene.emitters_by_power()), size, samples);
         Ok(Box::new(frames) as Box<dyn FrameMethod + '_>)
     };
-    let shared = || Ok(Box::new(PathReuse::new(&scene)) as Box<dyn FrameMethod + '_>);
+    let shared =
+        || Ok(Box::new(PathReuse::new(&scene, scene.emitters_by_power())) as Box<dyn FrameMethod + '_>);
     let mut contestants = vec![
         Contestant::new("path", || plain(SAMPLES)),
         Contestant::new("path-reuse", shared),

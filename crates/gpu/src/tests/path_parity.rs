@@ -322,7 +322,7 @@ fn shifts_are_those_of_the_library() {
     let Some(gpu) = gpu() else { return };
     let scene = Scene::new(&zoo()).expect("it is sound");
     let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     // Faults in the shift, and the rules under which they must be noticed.
     let faults = [
         // The Jacobian is taken for its inverse.
@@ -404,7 +404,7 @@ fn walks_are_those_of_the_library() {
     let Some(gpu) = gpu() else { return };
     let scene = Scene::new(&zoo()).expect("it is sound");
     let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     const TREES: usize = 1 << 12;
     for (name, rules) in rules(scene.extent()) {
         let mut rng = CounterRng::new(0x7761_6c6b, 0, 0);

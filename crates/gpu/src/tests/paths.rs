@@ -31,7 +31,7 @@ fn different(gpu: &Gpu, scene: &Scene, index: u32, depths: (Option<u32>, u32)) -
     let flat = GpuScene::new(gpu, scene).expect("the scene is flat");
     let mut device = GpuPathTracer::with_depths(gpu, &flat, Some(6), 3).expect("the programs are sound");
     let found = device.sample(index, 7).expect("the device answers");
-    let host = PathTracer::with_depths(scene, depths.0, depths.1);
+    let host = PathTracer::new(scene, scene.emitters_by_power()).with_depths(depths.0, depths.1);
     let [width, _] = flat.size();
     let mut lit = 0;
     let mut differing = 0;
@@ -269,7 +269,7 @@ fn images_are_those_of_the_cpu() {
     // 64 × 64 pixels of 100 samples are two waves.
     let image = device.render(5, 100, 11).expect("the device answers");
     assert_eq!((image.size(), image.samples()), ([64, 64], 100));
-    let host = PathTracer::new(&scene);
+    let host = PathTracer::new(&scene, scene.emitters_by_power());
     let mut worst: f64 = 0.0;
     for (i, (mean, variance)) in (0..).zip(image.mean().iter().zip(image.variance())) {
         let samples: Vec<Rgb> = (5..105).map(|s| host.sample(i % 64, i / 64, s, 11)).collect();

@@ -1,9 +1,9 @@
 //! Direct light by stochastic lightcuts.
 
-use crate::direct::selected::seen_emission;
 use crate::direct::shadow_batch::ShadowBatch;
 use crate::light_selection::{scene_lights, shading_point};
 use crate::path::camera_ray;
+use crate::path::transport::met_emission;
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_lights::{
     BvhBuild, LightBvh, LightChoice, LightError, LightSubtrees, Lightcut, PerfectTree, ShadingPoint,
@@ -251,7 +251,7 @@ impl<'a> Lightcuts<'a> {
                 let ray = camera_ray(scene, x, y, &mut rng);
                 rays.camera += 1;
                 let point = scene.intersect(&ray);
-                *value = seen_emission(scene, &ray, point.as_ref());
+                *value = met_emission(scene, &ray, point.as_ref());
                 scratch.seen.push(point.map(|point| self.see(&ray, point, rng)));
             }
         }
@@ -335,7 +335,8 @@ impl<'a> Lightcuts<'a> {
                 for choice in choices.iter().flatten() {
                     let u = seen.rng.next_2d();
                     let expected = choice.pmf * self.frequency();
-                    let sample = emitters.sample_emitter(seen.point.position, choice.light, expected, u);
+                    let sample = emitters.sample_on(seen.point.position, choice.light, u);
+                    let sample = sample.and_then(|sample| sample.chosen_with(expected));
                     if let Some((ray, radiance)) = sample.and_then(|sample| towards(seen, &sample)) {
                         cast(ray, radiance);
                     }
@@ -345,7 +346,7 @@ impl<'a> Lightcuts<'a> {
         }
         if emitters.infinite_count() > 0 {
             let (u_select, u) = (seen.rng.next_u64(), seen.rng.next_2d());
-            let sample = emitters.sample_infinity(u_select, 1.0, u);
+            let sample = emitters.sample_at_infinity(u_select, u);
             if let Some((ray, radiance)) = sample.and_then(|sample| towards(seen, &sample)) {
                 cast(ray, radiance);
             }
@@ -363,7 +364,7 @@ impl<'a> Lightcuts<'a> {
             };
             let ray = seen.point.spawn(seen.point.shading.to_world(sample.wi));
             let met = self.scene.intersect(&ray);
-            let emitted = seen_emission(self.scene, &ray, met.as_ref());
+            let emitted = met_emission(self.scene, &ray, met.as_ref());
             if emitted == Rgb::ZERO {
                 continue;
             }
@@ -373,10 +374,10 @@ impl<'a> Lightcuts<'a> {
                 let other = match (&met, &self.tree) {
                     (Some(met), Some(tree)) => {
                         let pmf = tree.subtrees().subtree_pmf(cut, &seen.at, met.emitter);
-                        emitters.pdf_given(seen.point.position, met, pmf * self.frequency())
+                        emitters.pdf_on(seen.point.position, met) * (pmf * self.frequency())
                     }
                     (Some(_), None) => lightshed_sampling::Density::ZERO,
-                    (None, _) => emitters.pdf_environment_given(ray.direction, 1.0),
+                    (None, _) => emitters.pdf_at_infinity(ray.direction),
                 };
                 power_heuristic(sample.pdf * seen.bsdf_samples, other)
             };

@@ -1,6 +1,5 @@
-//! Direct light only: emission and light that is scattered once.
+//! Direct light.
 
+pub(crate) mod light;
 pub(crate) mod lightcuts;
-pub(crate) mod plain;
-pub(crate) mod selected;
 mod shadow_batch;

@@ -1,184 +1,180 @@
 //! Unidirectional path tracing with emitter sampling.
 
-mod batch;
-pub(crate) mod next_event;
-mod numbers;
-mod purpose;
+pub(crate) mod batch;
+pub(crate) mod guide;
+pub(crate) mod numbers;
+pub(crate) mod observer;
+pub(crate) mod paths;
+pub(crate) mod purpose;
 pub(crate) mod reuse;
-pub(crate) mod selected;
+pub(crate) mod scattering;
 mod shade;
 mod start;
 mod suffix;
-pub(crate) mod walk;
+pub(crate) mod transport;
 
 use crate::camera_ray::PixelRay;
-use crate::path::next_event::{Bounce, SampleCounts, Shadow, emission_sample, met_emission};
+use crate::emitter_sampler::EmitterSampler;
+use batch::follow;
+use guide::{DirectionGuide, NoGuide};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
-use lightshed_lanes::LaneChoice;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{EmittersByPower, Ray, Rgb, Scene};
 use numbers::VertexNumbers;
+use observer::{NoObserver, PathObserver};
+use paths::Paths;
+use purpose::{Pixels, Purpose};
+use start::Start;
+use transport::{PathState, Transport};
 
 pub(crate) use suffix::trace_suffixes;
 
 /// Estimates the light transport equation by paths from the camera.
 ///
 /// A path `x₀ x₁ … x_k` contributes `f(x̄) = T(x₀…x_k) L_e(x_k → x_{k−1})`. Its last vertex is found in two ways: by
-/// sampling an emitter, or by sampling the BSDF and meeting one. Both are weighted by the power heuristic, of
+/// sampling an emitter, or by going on and meeting one. Both are weighted by the power heuristic, of
 /// densities in the solid-angle measure at `x_{k−1}` (Veach 1997 §9.2.4, eq. 9.10). An emitter that only one technique
 /// can find has weight 1 with it.
 ///
-/// The estimate is unbiased for paths of up to `max_depth` edges: 1 shows emitters only, 2 adds direct light, and so on.
-/// Longer paths than `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
+/// Emitters are chosen by an [`EmitterSampler`]. Directions are those of the BSDF, or of its mixture with a [`DirectionGuide`].
+/// A [`PathObserver`] is told of every path. What is not there compiles to nothing.
+///
+/// The estimate is unbiased for paths of up to `max_depth` edges: 1 shows emitters only, 2 adds direct light, and so on; the same
+/// expectation for any sampler and guide. Longer paths than `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
 ///
 /// Paths are traced in batches, all at the same depth, so that rays can be in flight together; each has random numbers of
 /// its own, and its result does not depend on the others.
-pub struct PathTracer<'a> {
-    scene: &'a Scene,
-    max_depth: u32,
-    roulette_depth: u32,
-    lanes: LaneChoice,
+///
+/// ```
+/// use lightshed_film::PixelEstimator;
+/// use lightshed_integrator::{LightChoosing, LightSelection, PathTracer};
+/// use lightshed_scene::{Scene, builtin};
+///
+/// let scene = Scene::new(&builtin::many_lights())?;
+/// let by_power = PathTracer::new(&scene, scene.emitters_by_power());
+/// let by_tree = PathTracer::new(&scene, LightSelection::new(&scene, LightChoosing::Bvh)?);
+/// let _ = [by_power.sample(3, 4, 0, 7), by_tree.sample(3, 4, 0, 7)];
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct PathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver> {
+    pub(crate) transport: Transport<'a, S, G>,
+    pub(crate) observer: O,
 }
 
-/// Probability at which roulette keeps even the brightest path, so that paths between mirrors end.
-const SURVIVAL_CAP: f32 = 0.95;
-
-/// A path on its way, but for its ray and its random numbers.
-#[derive(Clone)]
-struct PathState {
-    throughput: Rgb,
-    /// Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
-    /// scaling that refraction undoes on the way out.
-    eta_squared: f32,
-    /// How the current ray left its surface; `None` from the camera.
-    bounce: Option<Bounce>,
-}
-
-/// What follows from a vertex.
-struct Next {
-    shadow: Option<Shadow>,
-    ray: Option<Ray>,
-}
-
-impl PathState {
-    /// At the camera.
-    const START: Self = Self {
-        throughput: Rgb::ONE,
-        eta_squared: 1.0,
-        bounce: None,
-    };
-
-    /// What the path contributes by what its ray has met: `point`, or the environment.
-    #[inline(always)]
-    fn emission(&self, scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
-        self.throughput * met_emission(scene, ray, point, self.bounce)
-    }
-}
-
-impl<'a> PathTracer<'a> {
+impl<'a, S: EmitterSampler> PathTracer<'a, S> {
     /// A path tracer with the lengths that the scene's settings ask for.
-    pub fn new(scene: &'a Scene) -> Self {
-        let settings = scene.settings();
-        Self::with_depths(scene, settings.max_depth, settings.roulette_depth)
+    pub fn new(scene: &'a Scene, sampler: S) -> Self {
+        Self {
+            transport: Transport::new(scene, sampler),
+            observer: NoObserver,
+        }
+    }
+}
+
+impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S, G, O> {
+    /// With the given longest path in edges (`None` is unbounded) and first edge at which roulette may end a path.
+    #[must_use]
+    pub fn with_depths(mut self, max_depth: Option<u32>, roulette_depth: u32) -> Self {
+        self.transport.max_depth = max_depth.unwrap_or(u32::MAX);
+        self.transport.roulette_depth = roulette_depth;
+        self
     }
 
-    /// A path tracer with the given longest path in edges (`None` is unbounded) and first edge at which roulette may end
-    /// a path.
-    pub fn with_depths(scene: &'a Scene, max_depth: Option<u32>, roulette_depth: u32) -> Self {
-        Self {
+    /// With a guide for directions.
+    #[must_use]
+    pub fn with_guide<H: DirectionGuide>(self, guide: H) -> PathTracer<'a, S, H, O> {
+        let Transport {
             scene,
-            max_depth: max_depth.unwrap_or(u32::MAX),
+            sampler,
+            max_depth,
             roulette_depth,
-            lanes: LaneChoice::best(),
+            lanes,
+            guide: _,
+        } = self.transport;
+        let transport = Transport {
+            scene,
+            sampler,
+            guide,
+            max_depth,
+            roulette_depth,
+            lanes,
+        };
+        PathTracer {
+            transport,
+            observer: self.observer,
         }
     }
 
-    /// Radiance that arrives along `ray`, from one path. The vertex at the end of edge `d` uses words `8 d` to `8 d + 7`
-    /// of `rng`, wherever that stands.
+    /// Watched by `observer`, who is told of every sample. The samples' values stay the same.
+    #[must_use]
+    pub fn with_observer<P: PathObserver>(self, observer: P) -> PathTracer<'a, S, G, P> {
+        PathTracer {
+            transport: self.transport,
+            observer,
+        }
+    }
+
+    /// Radiance that arrives along `ray`, from one path that nobody watches. The vertex at the end of edge `d` uses words `8 d` to
+    /// `8 d + 7` of `rng`, wherever that stands.
     pub fn radiance(&self, ray: Ray, rng: CounterRng) -> Rgb {
-        let (mut path, mut ray, mut rng) = (PathState::START, ray, rng);
-        let mut radiance = Rgb::ZERO;
-        for depth in 1..=self.max_depth {
-            let hit = self.scene.accelerator().intersect(&ray);
-            let point = hit.map(|hit| self.scene.surface(&ray, &hit));
-            radiance += path.emission(self.scene, &ray, point.as_ref());
-            let Some(point) = point.filter(|_| depth < self.max_depth) else {
+        let mut pixels = Pixels::new(0, &NoObserver, 1);
+        self.walk(ray, rng, &mut pixels);
+        pixels.finish(&[])[0]
+    }
+
+    /// Traces one path by itself: what batches are held to, bit for bit.
+    fn walk(&self, ray: Ray, mut rng: CounterRng, purpose: &mut impl Purpose) {
+        let Transport { scene, max_depth, .. } = self.transport;
+        let (mut path, mut ray) = (PathState::START, ray);
+        for depth in 1..=max_depth {
+            let hit = scene.accelerator().intersect(&ray);
+            let point = hit.map(|hit| scene.surface(&ray, &hit));
+            purpose.arrive(&self.transport, 0, depth, &path, &ray, point.as_ref());
+            let Some(point) = point.filter(|_| depth < max_depth) else {
                 break;
             };
-            let numbers = VertexNumbers::draw(&mut rng, depth);
-            let next = self.advance(&mut path, &ray, &point, depth, &numbers);
+            let mut numbers = &VertexNumbers::draw(&mut rng, depth);
+            let seen = |vertex| purpose.scatter(0, vertex);
+            let next = self
+                .transport
+                .advance(&mut path, &ray, &point, depth, &mut numbers, seen);
             if let Some(shadow) = next.shadow
-                && !self.scene.occluded(&shadow.ray)
+                && !scene.occluded(&shadow.ray)
             {
-                radiance += shadow.radiance;
+                purpose.connect(0, depth + 1, shadow.radiance);
             }
             match next.ray {
                 Some(next) => ray = next,
                 None => break,
             }
         }
-        radiance
-    }
-
-    /// At the end of a path's ray, its edge number `depth`: samples an emitter and the next direction.
-    #[inline(always)]
-    fn advance(
-        &self,
-        path: &mut PathState,
-        ray: &Ray,
-        point: &SurfacePoint,
-        depth: u32,
-        numbers: &VertexNumbers,
-    ) -> Next {
-        let scene = self.scene;
-        let bsdf = scene.bsdf(point);
-        let wo = point.shading.to_local(-ray.direction);
-        let u_emitter = (numbers.u_emitter, numbers.u_on_emitter);
-        let shadow = emission_sample(scene, point, &bsdf, wo, SampleCounts::ONE_EACH, u_emitter).map(
-            |Shadow { ray, radiance }| Shadow {
-                ray,
-                radiance: path.throughput * radiance,
-            },
-        );
-        let Some(sample) = bsdf.sample(wo, numbers.u_lobe, Vec2::from(numbers.u_direction)) else {
-            return Next { shadow, ray: None };
-        };
-        path.throughput *= sample.weight;
-        if path.throughput == Rgb::ZERO {
-            return Next { shadow, ray: None };
-        }
-        path.eta_squared *= sample.eta * sample.eta;
-        if depth >= self.roulette_depth {
-            let survival = (path.throughput.max_element() * path.eta_squared).min(SURVIVAL_CAP);
-            if numbers.u_roulette >= survival {
-                return Next { shadow, ray: None };
-            }
-            path.throughput /= survival;
-        }
-        path.bounce = Some(Bounce {
-            from: point.position,
-            pdf: sample.pdf,
-            is_delta: sample.is_delta,
-            counts: SampleCounts::ONE_EACH,
-        });
-        Next {
-            shadow,
-            ray: Some(point.spawn(point.shading.to_world(sample.wi))),
-        }
     }
 }
 
-impl PixelEstimator for PathTracer<'_> {
+impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for PathTracer<'_, S, G, O> {
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
         let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
-        let ray = camera_ray(self.scene, x, y, &mut rng);
-        self.radiance(ray, rng)
+        let ray = camera_ray(self.transport.scene, x, y, &mut rng);
+        let mut pixels = Pixels::new(seed, &self.observer, 1);
+        self.walk(ray, rng, &mut pixels);
+        let index = sample_index;
+        pixels.finish(&[SampleId { x, y, index }])[0]
     }
 
     fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
+        let transport = &self.transport;
         for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
-            batch::trace(self, ids, seed, values);
+            let mut paths = Paths::new();
+            transport.lanes.run(Start {
+                camera: transport.scene.camera(),
+                ids,
+                seed,
+                paths: &mut paths,
+            });
+            let mut pixels = Pixels::new(seed, &self.observer, ids.len());
+            follow(transport, &mut paths, ids.len(), 1, &mut pixels);
+            values.copy_from_slice(&pixels.finish(ids)[..values.len()]);
         }
     }
 }
@@ -192,6 +188,7 @@ pub(crate) fn camera_ray(scene: &Scene, x: u32, y: u32, rng: &mut CounterRng) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lightshed_lanes::LaneChoice;
     use lightshed_scene::glam::{Affine2, Vec3};
     use lightshed_scene::{
         Checkerboard, ColorTexture, EmitterDescription, Geometry, Material, SceneDescription,
@@ -270,7 +267,8 @@ mod tests {
             // Short paths, whose last edges often meet emitters, and long ones, with roulette from the third edge so that
             // those of a batch end at different times.
             for max_depth in [1, 2, 3, 7] {
-                let tracer = PathTracer::with_depths(&scene, Some(max_depth), 3);
+                let tracer =
+                    PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(max_depth), 3);
                 let alone: Vec<Rgb> = ids
                     .iter()
                     .map(|id| tracer.sample(id.x, id.y, id.index, 5))
@@ -278,10 +276,9 @@ mod tests {
                 // The lamp behind the door is not seen by short paths.
                 let lit = alone.iter().any(|&value| value != Rgb::ZERO);
                 assert!(lit || (name == "doorway" && max_depth <= 3), "{name} is black");
-                let on_arrays = PathTracer {
-                    lanes: LaneChoice::ARRAY,
-                    ..PathTracer::with_depths(&scene, Some(max_depth), 3)
-                };
+                let mut on_arrays =
+                    PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(max_depth), 3);
+                on_arrays.transport.lanes = LaneChoice::ARRAY;
                 let batches = [1, 7, 9, MAX_BATCH, 256].map(|size| (size, &tracer));
                 for (size, tracer) in batches.into_iter().chain([(MAX_BATCH, &on_arrays)]) {
                     let mut together = vec![Rgb::NAN; ids.len()];
@@ -291,7 +288,7 @@ mod tests {
                     assert_eq!(
                         alone, together,
                         "{name} to depth {max_depth} in batches of {size}, {:?}",
-                        tracer.lanes
+                        tracer.transport.lanes
                     );
                 }
             }
@@ -301,7 +298,7 @@ mod tests {
     #[test]
     fn a_longest_path_of_no_edges_is_black() {
         let scene = Scene::new(&builtin::furnace()).unwrap();
-        let tracer = PathTracer::with_depths(&scene, Some(0), 1);
+        let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(0), 1);
         let mut values = [Rgb::ONE; 3];
         tracer.sample_many(&[SampleId::default(); 3], 0, &mut values);
         assert_eq!(values, [Rgb::ZERO; 3]);

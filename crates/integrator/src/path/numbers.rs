@@ -1,5 +1,6 @@
 //! Which random numbers a path uses where.
 
+use super::transport::VertexStream;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
 use lightshed_sampling::{CounterRng, f32_from_u32, f32_from_u32_lanes};
 
@@ -8,7 +9,7 @@ const WORDS: u32 = 8;
 
 /// Random numbers of one vertex.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct VertexNumbers {
+pub(crate) struct VertexNumbers {
     pub u_emitter: u64,
     pub u_on_emitter: [f32; 2],
     pub u_lobe: f32,
@@ -28,6 +29,51 @@ impl VertexNumbers {
             u_direction: rng.next_2d(),
             u_roulette: rng.next_f32(),
         }
+    }
+}
+
+impl VertexStream for &VertexNumbers {
+    #[inline(always)]
+    fn emitter(&mut self) -> (u64, [f32; 2]) {
+        (self.u_emitter, self.u_on_emitter)
+    }
+
+    #[inline(always)]
+    fn lobe(&mut self) -> f32 {
+        self.u_lobe
+    }
+
+    #[inline(always)]
+    fn direction(&mut self) -> [f32; 2] {
+        self.u_direction
+    }
+
+    #[inline(always)]
+    fn roulette(&mut self) -> f32 {
+        self.u_roulette
+    }
+}
+
+/// A vertex's numbers as they come: where flights draw as many as they need, places have no meaning.
+impl VertexStream for CounterRng {
+    #[inline(always)]
+    fn emitter(&mut self) -> (u64, [f32; 2]) {
+        (self.next_u64(), self.next_2d())
+    }
+
+    #[inline(always)]
+    fn lobe(&mut self) -> f32 {
+        self.next_f32()
+    }
+
+    #[inline(always)]
+    fn direction(&mut self) -> [f32; 2] {
+        self.next_2d()
+    }
+
+    #[inline(always)]
+    fn roulette(&mut self) -> f32 {
+        self.next_f32()
     }
 }
 

@@ -3,10 +3,13 @@
 //! In lanes and alone a vertex takes the same operations in the same order, so a path has the same value, bit for bit, in
 //! any company.
 
-use super::batch::{Paths, Shadows, lanes_within};
-use super::numbers::VertexLanes;
+use super::guide::DirectionGuide;
+use super::numbers::{VertexLanes, VertexNumbers};
+use super::paths::{Paths, Shadows, lanes_within};
 use super::purpose::Purpose;
-use super::{PathTracer, SURVIVAL_CAP};
+use super::transport::{SURVIVAL_CAP, Transport};
+use crate::emitter_sampler::EmitterSampler;
+use crate::light_selection::diffuse_shading_point;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
@@ -15,17 +18,17 @@ use std::f32::consts::FRAC_1_PI;
 
 /// Takes in what the rays of `paths` (and how many there are), their edge number `depth`, have hit: tells
 /// `purpose`, and samples emitters into `shadows` and continuations into `next`, whose number it returns.
-pub(super) fn shade(
-    tracer: &PathTracer<'_>,
+pub(super) fn shade<S: EmitterSampler, G: DirectionGuide>(
+    transport: &Transport<'_, S, G>,
     depth: u32,
-    paths: (&Paths, usize),
+    paths: (&Paths<S::Site>, usize),
     hits: &HitBatch,
-    next: &mut Paths,
+    next: &mut Paths<S::Site>,
     shadows: &mut Shadows,
     purpose: &mut impl Purpose,
 ) -> usize {
-    tracer.lanes.run(Shade {
-        tracer,
+    transport.lanes.run(Shade {
+        transport,
         depth,
         paths: paths.0,
         alive: paths.1,
@@ -37,20 +40,20 @@ pub(super) fn shade(
     })
 }
 
-struct Shade<'a, P> {
-    tracer: &'a PathTracer<'a>,
+struct Shade<'a, 's, S: EmitterSampler, G, P> {
+    transport: &'a Transport<'s, S, G>,
     depth: u32,
-    paths: &'a Paths,
+    paths: &'a Paths<S::Site>,
     alive: usize,
     hits: &'a HitBatch,
-    next: &'a mut Paths,
+    next: &'a mut Paths<S::Site>,
     /// How many of `next` there are.
     survivors: usize,
     shadows: &'a mut Shadows,
     purpose: &'a mut P,
 }
 
-impl<P: Purpose> LaneKernel for Shade<'_, P> {
+impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, '_, S, G, P> {
     type Output = usize;
 
     #[inline(always)]
@@ -64,7 +67,10 @@ impl<P: Purpose> LaneKernel for Shade<'_, P> {
     }
 }
 
-impl<P: Purpose> Shade<'_, P> {
+impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
+    /// Whether diffuse surfaces are shaded in lanes. Guides know one vertex at a time.
+    const IN_LANES: bool = !(P::OBSERVES || (G::IS_ACTIVE && !cfg!(lightshed_without = "guide")));
+
     /// Paths `place` to `place + 7`.
     #[inline(always)]
     fn eight<L: Lanes>(&mut self, place: usize) {
@@ -74,10 +80,11 @@ impl<P: Purpose> Shade<'_, P> {
             missed |= u32::from(self.hits.primitive.get_word(place + lane) == HitBatch::NOTHING) << lane;
         }
         missed &= wanted;
-        let point = self
-            .tracer
-            .scene
-            .diffuse_lanes::<L>(self.hits, place, wanted & !missed);
+        let scene = self.transport.scene;
+        let mut point = scene.diffuse_lanes::<L>(self.hits, place, wanted & !missed);
+        if !Self::IN_LANES {
+            (point.diffuse, point.emitting) = (0, 0);
+        }
         let [name, further] = &self.paths.name;
         let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
         let block = VertexLanes::<L>::first_block(self.depth);
@@ -86,7 +93,7 @@ impl<P: Purpose> Shade<'_, P> {
             self.purpose.words::<L>(names, block + 1),
         ]);
         let mut met = point.emitting;
-        if self.tracer.scene.emitters().environment().is_some() {
+        if scene.emitters().environment().is_some() {
             met |= missed;
         }
         while met != 0 {
@@ -110,27 +117,31 @@ impl<P: Purpose> Shade<'_, P> {
     /// Tells what one path has met.
     #[inline(never)]
     fn arrive(&mut self, index: usize) {
-        let (scene, ray) = (self.tracer.scene, self.paths.rays.get(index));
+        let (scene, ray) = (self.transport.scene, self.paths.rays.get(index));
         let point = self.hits.get(index).map(|hit| scene.surface(&ray, &hit));
         let owner = self.paths.owner.get_word(index) as usize;
         let path = self.paths.get(index, self.depth);
         self.purpose
-            .arrive(scene, owner, self.depth, &path, &ray, point.as_ref());
+            .arrive(self.transport, owner, self.depth, &path, &ray, point.as_ref());
     }
 
-    /// [`PathTracer::advance`] of one path that has hit something, and what it has met.
+    /// [`Transport::advance`] of one path that has hit something, and what it has met.
     #[inline(never)]
-    fn alone(&mut self, index: usize, numbers: &super::VertexNumbers) {
-        let (scene, ray) = (self.tracer.scene, self.paths.rays.get(index));
+    fn alone(&mut self, index: usize, mut numbers: &VertexNumbers) {
+        let (scene, ray) = (self.transport.scene, self.paths.rays.get(index));
         let Some(hit) = self.hits.get(index) else {
             return;
         };
         let point = scene.surface(&ray, &hit);
         let owner = self.paths.owner.get_word(index);
         let mut state = self.paths.get(index, self.depth);
+        let (place, depth) = (owner as usize, self.depth);
         self.purpose
-            .arrive(scene, owner as usize, self.depth, &state, &ray, Some(&point));
-        let next = self.tracer.advance(&mut state, &ray, &point, self.depth, numbers);
+            .arrive(self.transport, place, depth, &state, &ray, Some(&point));
+        let seen = |vertex| self.purpose.scatter(place, vertex);
+        let next = self
+            .transport
+            .advance(&mut state, &ray, &point, depth, &mut numbers, seen);
         if let Some(shadow) = &next.shadow {
             self.shadows.push(shadow, owner);
         }
@@ -145,7 +156,7 @@ impl<P: Purpose> Shade<'_, P> {
         }
     }
 
-    /// [`PathTracer::advance`] of the paths on diffuse surfaces, but for emission.
+    /// [`Transport::advance`] of the paths on diffuse surfaces, but for emission.
     #[inline(always)]
     fn diffuse<L: Lanes>(&mut self, place: usize, point: &DiffuseLanes<L>, numbers: &VertexLanes<L>) {
         let paths = self.paths;
@@ -157,8 +168,10 @@ impl<P: Purpose> Shade<'_, P> {
         let throughput = load_vectors::<L>(&paths.throughput, place);
         let owner = paths.owner.load_words::<L>(place);
 
-        let light = self.tracer.scene.emitters().sample_lanes::<L>(
+        let sites = self.sites(point, mirror);
+        let light = self.transport.sampler.sample_lanes::<L>(
             point.position,
+            &sites,
             numbers.u_emitter(),
             numbers.u_on_emitter(),
             seen.bits(),
@@ -186,7 +199,7 @@ impl<P: Purpose> Shade<'_, P> {
         let black = throughput.x.equal(zero) & throughput.y.equal(zero) & throughput.z.equal(zero);
         let mut survives = seen & zero.less(local.z) & !black;
         let eta_squared = paths.eta_squared.load::<L>(place);
-        if self.depth >= self.tracer.roulette_depth {
+        if self.depth >= self.transport.roulette_depth {
             let survival = (throughput.max_element() * eta_squared).min(L::splat(SURVIVAL_CAP));
             survives = survives & numbers.u_roulette().less(survival);
             throughput = Vec3Lanes::new(
@@ -216,7 +229,29 @@ impl<P: Purpose> Shade<'_, P> {
             next.store_words_compressed::<L>(to, name.load_words::<L>(place), survives);
         }
         next.owner.store_words_compressed::<L>(to, owner, survives);
+        if size_of::<S::Site>() > 0 {
+            let lanes = (0..LANES).filter(|lane| survives >> lane & 1 == 1);
+            for (place, lane) in (to..MAX_BATCH).zip(lanes) {
+                next.sites[place] = sites[lane];
+            }
+        }
         self.survivors += survives.count_ones() as usize;
+    }
+
+    /// What the choice among emitters knows of points on diffuse surfaces.
+    #[inline(always)]
+    fn sites<L: Lanes>(&self, point: &DiffuseLanes<L>, mirror: L) -> [S::Site; LANES] {
+        if size_of::<S::Site>() == 0 {
+            return [S::Site::default(); LANES];
+        }
+        let zero = L::splat(0.0);
+        let normal = point.shading.to_world(Vec3Lanes::new(zero, zero, mirror));
+        let rows = [point.position, normal, point.reflectance].map(Vec3Lanes::store);
+        std::array::from_fn(|lane| {
+            let [position, normal, reflectance] = rows.map(|rows| rows.map(|row| row[lane]).into());
+            let at = || diffuse_shading_point(position, normal, reflectance);
+            self.transport.sampler.site(at)
+        })
     }
 }
 

@@ -1,21 +1,21 @@
 //! The first rays of a batch.
 
-use super::batch::Paths;
 use super::numbers::camera_lanes;
+use super::paths::Paths;
 use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::{LANES, LaneKernel, LaneWords, Lanes};
 use lightshed_sampling::f32_from_u32_lanes;
 use lightshed_scene::Camera;
 
 /// Sets `paths` to the beginnings of those that `ids` names, of which no more than [`MAX_BATCH`] are looked at.
-pub(super) struct Start<'a> {
+pub(super) struct Start<'a, K> {
     pub camera: &'a Camera,
     pub ids: &'a [SampleId],
     pub seed: u64,
-    pub paths: &'a mut Paths,
+    pub paths: &'a mut Paths<K>,
 }
 
-impl LaneKernel for Start<'_> {
+impl<K> LaneKernel for Start<'_, K> {
     type Output = ();
 
     #[inline(always)]

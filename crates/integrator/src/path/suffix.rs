@@ -1,9 +1,11 @@
 //! Suffixes of paths, behind their reconnection vertices: the path tracer's batches, told what they find path by path.
 
-use super::batch::{Paths, follow};
+use super::batch::follow;
+use super::guide::DirectionGuide;
+use super::paths::Paths;
 use super::purpose::Purpose;
-use super::{PathState, PathTracer};
-use crate::path::next_event::{Bounce, SampleCounts, emitted_radiance};
+use super::transport::{Bounce, PathState, Transport, met_emission};
+use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::MAX_BATCH;
 use lightshed_lanes::Lanes;
 use lightshed_sampling::PathSeed;
@@ -13,17 +15,22 @@ use lightshed_shift::{Suffix, SuffixLight, SuffixLimits};
 
 /// Traces suffixes as [`WorldLighting::trace_suffixes`](lightshed_shift::WorldLighting::trace_suffixes) asks for; returns how many rays went on
 /// and how many to emitters.
-pub(crate) fn trace_suffixes(
+pub(crate) fn trace_suffixes<S: EmitterSampler>(
     scene: &Scene,
-    suffixes: &[Suffix<Ray, Vec3>],
+    sampler: &S,
+    suffixes: &[Suffix<Ray, (Vec3, S::Site)>],
     limits: SuffixLimits,
     visit: &mut dyn FnMut(usize, SuffixLight),
 ) -> [usize; 2] {
     if suffixes.is_empty() || limits.first > limits.max_length {
         return [0; 2];
     }
-    let tracer = PathTracer::with_depths(scene, Some(limits.max_length), limits.roulette_from);
-    let mut paths = Paths::NONE;
+    let transport = Transport {
+        max_depth: limits.max_length,
+        roulette_depth: limits.roulette_from,
+        ..Transport::new(scene, sampler)
+    };
+    let mut paths = Paths::new();
     let mut rays = [0; 2];
     for (chunk, suffixes) in suffixes.chunks(MAX_BATCH).enumerate() {
         for (index, suffix) in suffixes.iter().enumerate() {
@@ -32,17 +39,13 @@ pub(crate) fn trace_suffixes(
                 // Roulette judges by the product of this and the throughput.
                 eta_squared: suffix.importance,
                 bounce: Some(Bounce {
-                    from: suffix.site,
+                    from: suffix.site.0,
+                    site: suffix.site.1,
                     pdf: suffix.total_pdf,
                     is_delta: false,
-                    counts: SampleCounts::ONE_EACH,
                 }),
             };
-            paths.set(index, &state, &suffix.ray);
-            for (name, word) in paths.name.iter_mut().zip(suffix.seed.words()) {
-                name.set_word(index, word);
-            }
-            paths.owner.set_word(index, index as u32);
+            paths.begin(index, &state, &suffix.ray, suffix.seed.words(), index);
         }
         let mut found = Found {
             begin: chunk * MAX_BATCH,
@@ -50,7 +53,7 @@ pub(crate) fn trace_suffixes(
             visit: &mut *visit,
             rays: &mut rays,
         };
-        follow(&tracer, &mut paths, suffixes.len(), limits.first, &mut found);
+        follow(&transport, &mut paths, suffixes.len(), limits.first, &mut found);
     }
     rays
 }
@@ -71,26 +74,29 @@ impl Purpose for Found<'_> {
         PathSeed::block_lanes::<L>(seeds, block)
     }
 
-    fn arrive(
+    fn arrive<S: EmitterSampler, G: DirectionGuide>(
         &mut self,
-        scene: &Scene,
+        transport: &Transport<'_, S, G>,
         place: usize,
         depth: u32,
-        path: &PathState,
+        path: &PathState<S::Site>,
         ray: &Ray,
         point: Option<&SurfacePoint>,
     ) {
         let light = if depth == self.first {
-            let Some(bounce) = path.bounce else { return };
-            let Some((radiance, emitter_pdf)) = emitted_radiance(scene, ray, point, bounce.from) else {
+            let radiance = met_emission(transport.scene, ray, point);
+            let Some(bounce) = path.bounce.filter(|_| radiance != Rgb::ZERO) else {
                 return;
             };
             SuffixLight::Met {
                 radiance,
-                emitter_pdf,
+                emitter_pdf: match point {
+                    Some(point) => transport.sampler.endpoint_pdf(bounce.from, &bounce.site, point),
+                    None => bounce.emitter_pdf(&transport.sampler, ray, None),
+                },
             }
         } else {
-            let radiance = path.emission(scene, ray, point);
+            let radiance = path.throughput * path.met(transport.scene, &transport.sampler, ray, point);
             if radiance == Rgb::ZERO {
                 return;
             }

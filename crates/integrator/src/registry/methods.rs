@@ -8,14 +8,30 @@ use super::option::MethodValues;
 use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::{
-    DirectLight, LightSelection, Lightcuts, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi,
-    RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions, SelectedDirectLight, SelectedPathTracer,
+    DirectLight, DirectLightOptions, EmitterSampler, Lightcuts, PathReuse, PathTracer, RestirDi,
+    RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
     VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use std::fmt::Display;
 
 type Start<'b> = Result<Started<'b>, String>;
+
+/// Compiles what is started for each of the two samplers of emitters, and takes the one that is asked for.
+macro_rules! by_emitters {
+    ($stage:expr, $values:expr, $sampler:ident => $start:expr) => {
+        match $values.light_choosing() {
+            None => {
+                let $sampler = $stage.scene().emitters_by_power();
+                $start
+            }
+            Some(choosing) => {
+                let $sampler = $stage.selection(choosing).map_err(reason)?;
+                $start
+            }
+        }
+    };
+}
 
 /// All methods.
 pub const METHODS: &[MethodEntry] = &[
@@ -27,19 +43,7 @@ pub const METHODS: &[MethodEntry] = &[
             ..MethodCapabilities::SAMPLES
         },
         options: &[options::LIGHTS],
-        start: |stage, values, _| match values.light_choosing() {
-            None => samples(PathTracer::new(stage.scene())),
-            Some(choosing) => {
-                let (scene, settings) = (stage.scene(), stage.scene().settings());
-                let selection = LightSelection::new(scene, choosing).map_err(reason)?;
-                samples(SelectedPathTracer::new(
-                    scene,
-                    selection,
-                    settings.max_depth,
-                    settings.roulette_depth,
-                ))
-            }
-        },
+        start: |stage, values, _| by_emitters!(stage, values, sampler => samples(PathTracer::new(stage.scene(), sampler))),
     },
     MethodEntry {
         name: "volpath",
@@ -49,8 +53,8 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[],
-        start: |stage, _, _| samples(VolumePathTracer::new(stage.scene())),
+        options: &[options::LIGHTS],
+        start: |stage, values, _| volpath(stage, values, VolumeTracking::Delta),
     },
     MethodEntry {
         name: "volpath-decomposition",
@@ -59,10 +63,8 @@ pub const METHODS: &[MethodEntry] = &[
             media: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[],
-        start: |stage, _, _| {
-            samples(VolumePathTracer::new(stage.scene()).with_tracking(VolumeTracking::Decomposition))
-        },
+        options: &[options::LIGHTS],
+        start: |stage, values, _| volpath(stage, values, VolumeTracking::Decomposition),
     },
     MethodEntry {
         name: "restir-volume",
@@ -85,15 +87,7 @@ pub const METHODS: &[MethodEntry] = &[
             ..MethodCapabilities::SAMPLES
         },
         options: &[options::LIGHTS, options::LIGHT_SAMPLES],
-        start: |stage, values, _| match values.light_choosing() {
-            None if values.has(&options::LIGHT_SAMPLES) => Err("light-samples asks for lights".to_owned()),
-            None => samples(DirectLight::new(stage.scene())),
-            Some(choosing) => {
-                let selection = LightSelection::new(stage.scene(), choosing).map_err(reason)?;
-                let direct = SelectedDirectLight::new(stage.scene(), selection, values.light_samples(), 1);
-                samples(direct.map_err(reason)?)
-            }
-        },
+        start: direct,
     },
     MethodEntry {
         name: "lightcuts",
@@ -116,8 +110,12 @@ pub const METHODS: &[MethodEntry] = &[
         name: "path-reuse",
         help: "Path tracing by tiles of 16 pixels that share their paths",
         capabilities: MethodCapabilities::FRAMES,
-        options: &[],
-        start: |stage, _, _| Ok(Started::Frames(Box::new(PathReuse::new(stage.scene())))),
+        options: &[options::LIGHTS],
+        start: |stage, values, _| {
+            by_emitters!(stage, values, sampler => {
+                Ok(Started::Frames(Box::new(PathReuse::new(stage.scene(), sampler))))
+            })
+        },
     },
     MethodEntry {
         name: "restir-di",
@@ -148,11 +146,12 @@ pub const METHODS: &[MethodEntry] = &[
             biased: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[],
-        start: |stage, _, motion| {
-            Ok(Started::Frames(Box::new(
-                RestirGi::new(stage.scene()).with_motion(motion.camera),
-            )))
+        options: &[options::LIGHTS],
+        start: |stage, values, motion| {
+            by_emitters!(stage, values, sampler => {
+                let method = RestirGi::new(stage.scene(), sampler, RestirDiSettings::UNBIASED);
+                frames(method.map(|method| method.with_motion(motion.camera)))
+            })
         },
     },
     MethodEntry {
@@ -162,10 +161,14 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::SHIFT],
+        options: &[options::SHIFT, options::LIGHTS],
         start: |stage, values, motion| {
-            let options = RestirPtOptions::real_time(values.path_mapping());
-            frames(RestirPt::new(stage.world(), options, motion.camera))
+            restir_pt(
+                stage,
+                values,
+                motion,
+                RestirPtOptions::real_time(values.path_mapping()),
+            )
         },
     },
     MethodEntry {
@@ -175,10 +178,14 @@ pub const METHODS: &[MethodEntry] = &[
             camera_motion: true,
             ..MethodCapabilities::FRAMES
         },
-        options: &[options::SHIFT],
+        options: &[options::SHIFT, options::LIGHTS],
         start: |stage, values, motion| {
-            let options = RestirPtOptions::offline(values.path_mapping());
-            frames(RestirPt::new(stage.world(), options, motion.camera))
+            restir_pt(
+                stage,
+                values,
+                motion,
+                RestirPtOptions::offline(values.path_mapping()),
+            )
         },
     },
     MethodEntry {
@@ -196,12 +203,11 @@ pub const METHODS: &[MethodEntry] = &[
             options::SHADOW_SPREAD,
             options::SHADOW_FILTER,
             options::INTERLEAVE,
+            options::LIGHTS,
         ],
         start: |stage, values, _| {
-            frames(VplGrid::new(
-                stage.scene(),
-                values.vpl_grid_options(stage.scene()),
-            ))
+            let options = values.vpl_grid_options(stage.scene());
+            by_emitters!(stage, values, sampler => frames(VplGrid::new(stage.scene(), sampler, options)))
         },
     },
     MethodEntry {
@@ -213,8 +219,9 @@ pub const METHODS: &[MethodEntry] = &[
             options::VPL_CLAMP,
             options::VPL_FIXED,
             options::VPL_SUBSET,
+            options::LIGHTS,
         ],
-        start: vpl_brute,
+        start: |stage, values, _| by_emitters!(stage, values, sampler => vpl_brute(stage, values, sampler)),
     },
 ];
 
@@ -231,15 +238,42 @@ fn restir_di<'b>(
     motion: Motion<'b>,
     settings: RestirDiSettings,
 ) -> Start<'b> {
+    by_emitters!(stage, values, sampler => {
+        let method = RestirDi::new(stage.scene(), sampler, settings);
+        frames(method.map(|method| method.with_motion(motion.camera)))
+    })
+}
+
+fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
+    let mut options = DirectLightOptions::default();
+    if values.light_choosing().is_some() {
+        options.emitter_samples = values.light_samples();
+        options.bsdf_samples_where_diffuse = false;
+    } else if values.has(&options::LIGHT_SAMPLES) {
+        return Err("light-samples asks for lights".to_owned());
+    }
+    by_emitters!(stage, values, sampler => {
+        samples(DirectLight::new(stage.scene(), sampler, options).map_err(reason)?)
+    })
+}
+
+fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTracking) -> Start<'b> {
+    by_emitters!(stage, values, sampler => {
+        samples(VolumePathTracer::new(stage.scene(), sampler).with_tracking(tracking))
+    })
+}
+
+fn restir_pt<'b>(
+    stage: &'b Stage<'_>,
+    values: &MethodValues,
+    motion: Motion<'b>,
+    options: RestirPtOptions,
+) -> Start<'b> {
     match values.light_choosing() {
-        None => {
-            let method = RestirDi::with_settings(stage.scene(), settings);
-            frames(method.map(|method| method.with_motion(motion.camera)))
-        }
+        None => frames(RestirPt::new(stage.world(), options, motion.camera)),
         Some(choosing) => {
-            let selection = stage.selection(choosing).map_err(reason)?;
-            let method = RestirDi::with_sampler(stage.scene(), selection, settings);
-            frames(method.map(|method| method.with_motion(motion.camera)))
+            let world = stage.world_by(choosing).map_err(reason)?;
+            frames(RestirPt::new(world, options, motion.camera))
         }
     }
 }
@@ -262,9 +296,13 @@ fn restir_volume<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion
     }
 }
 
-fn vpl_brute<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
-    let scene = stage.scene();
-    let method = VplBrute::new(scene, values.vpl_options(scene), values.vpl_min_distance(scene));
+fn vpl_brute<'b, S: EmitterSampler + Send + 'b>(
+    stage: &'b Stage<'_>,
+    values: &MethodValues,
+    sampler: S,
+) -> Start<'b> {
+    let (scene, distance) = (stage.scene(), values.vpl_min_distance(stage.scene()));
+    let method = VplBrute::new(scene, sampler, values.vpl_options(scene), distance);
     let mut method = method.map_err(reason)?;
     if let Some(lights) = values.get(&options::VPL_SUBSET) {
         method = method.with_lights_per_point(lights);

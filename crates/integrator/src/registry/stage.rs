@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 pub struct Stage<'a> {
     scene: &'a Scene,
     world: OnceLock<SceneWorld<'a>>,
-    selections: [OnceLock<LightSelection<'a>>; LightChoosing::ALL.len()],
+    worlds: [OnceLock<SceneWorld<'a, LightSelection<'a>>>; LightChoosing::ALL.len()],
 }
 
 /// What moves from frame to frame.
@@ -54,7 +54,7 @@ impl<'a> Stage<'a> {
         Self {
             scene,
             world: OnceLock::new(),
-            selections: std::array::from_fn(|_| OnceLock::new()),
+            worlds: std::array::from_fn(|_| OnceLock::new()),
         }
     }
 
@@ -63,9 +63,10 @@ impl<'a> Stage<'a> {
         self.scene
     }
 
-    /// The scene as paths see it.
+    /// The scene as paths see it, with emitters chosen by power.
     pub fn world(&self) -> &SceneWorld<'a> {
-        self.world.get_or_init(|| SceneWorld::new(self.scene))
+        self.world
+            .get_or_init(|| SceneWorld::new(self.scene, self.scene.emitters_by_power()))
     }
 
     /// Emitters chosen in this way.
@@ -73,13 +74,24 @@ impl<'a> Stage<'a> {
     /// # Errors
     /// Lights that a sampler refuses.
     pub fn selection(&self, choosing: LightChoosing) -> Result<&LightSelection<'a>, LightError> {
+        Ok(self.world_by(choosing)?.sampler())
+    }
+
+    /// The scene as paths see it, with emitters chosen in this way.
+    ///
+    /// # Errors
+    /// Lights that a sampler refuses.
+    pub fn world_by(
+        &self,
+        choosing: LightChoosing,
+    ) -> Result<&SceneWorld<'a, LightSelection<'a>>, LightError> {
         let place = LightChoosing::ALL.iter().position(|&other| other == choosing);
-        let place = &self.selections[place.expect("all are in the list")];
-        if let Some(selection) = place.get() {
-            return Ok(selection);
+        let place = &self.worlds[place.expect("all are in the list")];
+        if let Some(world) = place.get() {
+            return Ok(world);
         }
         let selection = LightSelection::new(self.scene, choosing)?;
-        Ok(place.get_or_init(|| selection))
+        Ok(place.get_or_init(|| SceneWorld::new(self.scene, selection)))
     }
 }
 

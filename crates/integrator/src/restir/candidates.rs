@@ -1,67 +1,12 @@
 //! Fresh endpoints for a surface: candidates of an emitter sampler and one of the BSDF, resampled.
 
-use super::light::{DirectReservoir, EndpointSpace, LightSample, lit_by};
+use super::light::{DirectReservoir, EndpointSpace, LightSample, lit_over};
 use super::primary::Primary;
-use crate::light_selection::LightSelection;
+use crate::emitter_sampler::EmitterSampler;
+use crate::light_selection::shading_point;
 use lightshed_resampling::{ContributionWeight, MixtureRis, balance_over_techniques};
 use lightshed_sampling::CounterRng;
-use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Bsdf, EmitterEndpoint, Emitters, Scene, SurfacePoint};
-
-/// A surface point that light is wanted for.
-#[derive(Clone, Copy, Debug)]
-pub struct LitPoint<'a> {
-    /// The point.
-    pub point: &'a SurfacePoint,
-    /// What scatters there.
-    pub bsdf: &'a Bsdf,
-    /// Towards the viewer, in the shading frame.
-    pub wo: Vec3,
-}
-
-/// Proposes endpoints on emitters for a surface point: chooses an emitter, or all those at infinity, and leaves the place on it to
-/// the scene ([`Emitters::endpoint_on`], [`Emitters::endpoint_at_infinity`]).
-///
-/// Lights that are points or directions must have a positive probability wherever they shine; what the BSDF can hit may
-/// have none.
-pub trait EndpointSampler: Sync {
-    /// An endpoint for light at `from`, by uniform numbers, and [`EndpointSampler::probability`] of it; `None` counts as a
-    /// candidate of value zero.
-    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)>;
-
-    /// The probability with which [`EndpointSampler::propose`] at `from` chooses the emitter of `endpoint`; of one at infinity,
-    /// that of choosing any of those.
-    fn probability(&self, from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32;
-}
-
-/// By power: the scene's own choice.
-impl EndpointSampler for Emitters {
-    #[inline]
-    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)> {
-        let endpoint = self.sample_endpoint(from.point.position, u_select, u)?;
-        Some((endpoint, self.endpoint_probability(&endpoint)))
-    }
-
-    #[inline]
-    fn probability(&self, _from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32 {
-        self.endpoint_probability(endpoint)
-    }
-}
-
-/// For the point, by one of the light samplers.
-impl EndpointSampler for LightSelection<'_> {
-    #[inline]
-    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)> {
-        let at = self.receiver(from.point, from.bsdf, from.wo);
-        self.sample_endpoint(&at, u_select, u)
-    }
-
-    #[inline]
-    fn probability(&self, from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32 {
-        let at = self.receiver(from.point, from.bsdf, from.wo);
-        self.endpoint_probability(&at, endpoint)
-    }
-}
+use lightshed_scene::EmitterEndpoint;
 
 /// The technique that a candidate came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,31 +68,26 @@ impl Survivors {
 /// Resamples `count` candidates of `sampler` and one of the BSDF (`by_bsdf`, the endpoint that its ray met, if it met any) by
 /// the target without occlusion, with balance weights over the two techniques (Lin 2022 eq. 6.5), each kind for itself.
 pub(crate) fn resample_candidates(
-    scene: &Scene,
-    sampler: &(impl EndpointSampler + ?Sized),
+    sampler: &impl EmitterSampler,
     primary: &Primary,
     count: u32,
     by_bsdf: Option<EmitterEndpoint>,
     rng: &mut CounterRng,
 ) -> Survivors {
     let mut kinds = [const { MixtureRis::<(LightSample, Technique), EndpointSpace>::new() }; KINDS];
-    let from = LitPoint {
-        point: &primary.point,
-        bsdf: &primary.bsdf,
-        wo: primary.wo,
-    };
+    let from = primary.point.position;
+    let site = sampler.site(|| shading_point(&primary.point, &primary.bsdf, primary.wo));
     let mut offer = |endpoint: EmitterEndpoint, probability: Option<f32>, rng: &mut CounterRng| {
-        let Some(lit) = lit_by(scene, primary, &endpoint) else {
-            return;
-        };
         let technique = match probability {
             Some(_) => Technique::Emitter,
             None => Technique::Bsdf,
         };
-        let probability = probability.unwrap_or_else(|| sampler.probability(&from, &endpoint));
-        let emitters = scene.emitters();
-        let pdf_emitter = emitters.pdf_endpoint_given(&endpoint, &lit.connection, probability);
-        let densities = [pdf_emitter, lit.pdf_bsdf].map(f64::from);
+        let probability = probability.unwrap_or_else(|| sampler.endpoint_probability(from, &site, &endpoint));
+        let connection = sampler.connect_chosen(from, &endpoint, probability);
+        let Some(lit) = connection.and_then(|connection| lit_over(primary, connection)) else {
+            return;
+        };
+        let densities = [lit.connection.pdf_endpoint, lit.pdf_bsdf].map(f64::from);
         let techniques = [(count, densities[0]), (1, densities[1])];
         let mis = balance_over_techniques(&techniques, technique as usize);
         let Ok(weight) = ContributionWeight::<_, f64>::new(1.0 / densities[technique as usize]) else {
@@ -161,7 +101,7 @@ pub(crate) fn resample_candidates(
     };
     for _ in 0..count {
         let (u_select, u) = (rng.next_u64(), rng.next_2d());
-        if let Some((endpoint, probability)) = sampler.propose(&from, u_select, u) {
+        if let Some((endpoint, probability)) = sampler.sample_endpoint(from, &site, u_select, u) {
             offer(endpoint, Some(probability), rng);
         }
     }

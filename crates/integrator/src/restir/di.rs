@@ -1,21 +1,22 @@
 //! ReSTIR DI: direct light from many emitters by reuse among pixels and frames.
 
-use super::candidates::{EndpointSampler, KINDS, Survivors, resample_candidates};
+use super::candidates::{KINDS, Survivors, resample_candidates};
 use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, in_batches};
 use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::passes::{MAX_ROUNDS, PASSES, Pass};
 use super::primary::{Primary, trace_primaries};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
-use crate::path::next_event::met_emission;
-use crate::path::walk::NOWHERE;
+use crate::emitter_sampler::EmitterSampler;
+use crate::path::transport::met_emission;
+use crate::ray_batch::NOWHERE;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
     Contribution, Extent, MergeRule, Mis, Pattern, PatternError, Reuse, ReuseError, Topology,
 };
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{Camera, EmitterEndpoint, Emitters, Hit, Ray, Rgb, Scene};
+use lightshed_scene::{Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Rgb, Scene};
 use rayon::prelude::*;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -133,7 +134,7 @@ impl std::error::Error for RestirDiError {
 /// what they reuse.
 ///
 /// ```
-/// use lightshed_integrator::RestirDi;
+/// use lightshed_integrator::{RestirDi, RestirDiSettings};
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
 /// use lightshed_scene::{Scene, builtin};
 /// use std::sync::atomic::AtomicBool;
@@ -142,14 +143,15 @@ impl std::error::Error for RestirDiError {
 /// (description.settings.width, description.settings.height) = (16, 16);
 /// let scene = Scene::new(&description)?;
 /// let options = RenderOptions::new(16, 16, Budget::Samples(4));
-/// let outcome = render_frames(&mut RestirDi::new(&scene), &options, &|_| (), &AtomicBool::new(false))?;
+/// let mut method = RestirDi::new(&scene, scene.emitters_by_power(), RestirDiSettings::UNBIASED)?;
+/// let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false))?;
 /// assert!(outcome.film.mean_image().mean()[1] > 0.05);
 /// assert_eq!(outcome.rays.map(|rays| rays.camera), Some(4 * 16 * 16));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct RestirDi<'a, S: EndpointSampler + ?Sized = Emitters> {
+pub struct RestirDi<'a, S = EmittersByPower<'a>> {
     scene: &'a Scene,
-    sampler: &'a S,
+    sampler: S,
     settings: RestirDiSettings,
     pattern: Pattern,
     motion: CameraMotion,
@@ -160,56 +162,14 @@ pub struct RestirDi<'a, S: EndpointSampler + ?Sized = Emitters> {
     reservoirs: Reservoirs<Primary>,
 }
 
-impl<'a> RestirDi<'a> {
-    /// Unbiased, with candidates by the emitters' power.
-    pub fn new(scene: &'a Scene) -> Self {
-        let (settings, pattern) = UNBIASED;
-        Self::assembled(scene, scene.emitters(), settings, pattern)
-    }
-
-    /// The cheaper variant, **biased**: see [`RestirDiSettings::biased`].
-    pub fn biased(scene: &'a Scene) -> Self {
-        let (settings, pattern) = BIASED;
-        Self::assembled(scene, scene.emitters(), settings, pattern)
-    }
-
-    /// With other settings.
-    ///
-    /// # Errors
-    /// See [`RestirDiError`].
-    pub fn with_settings(scene: &'a Scene, settings: RestirDiSettings) -> Result<Self, RestirDiError> {
-        Self::with_sampler(scene, scene.emitters(), settings)
-    }
-}
-
-/// Settings with their pattern.
-const UNBIASED: (RestirDiSettings, Pattern) = with_pattern(RestirDiSettings::UNBIASED);
-const BIASED: (RestirDiSettings, Pattern) = with_pattern(RestirDiSettings::BIASED);
-
-/// Fails at compile time only.
-const fn with_pattern(settings: RestirDiSettings) -> (RestirDiSettings, Pattern) {
-    match Pattern::disk(settings.radius_pixels, settings.neighbours) {
-        Ok(pattern) => (settings, pattern),
-        Err(_) => panic!("the settings are sound"),
-    }
-}
-
-impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
+impl<'a, S: EmitterSampler> RestirDi<'a, S> {
     /// Candidates by `sampler`.
     ///
     /// # Errors
     /// See [`RestirDiError`].
-    pub fn with_sampler(
-        scene: &'a Scene,
-        sampler: &'a S,
-        settings: RestirDiSettings,
-    ) -> Result<Self, RestirDiError> {
+    pub fn new(scene: &'a Scene, sampler: S, settings: RestirDiSettings) -> Result<Self, RestirDiError> {
         let pattern = settings.check()?;
-        Ok(Self::assembled(scene, sampler, settings, pattern))
-    }
-
-    fn assembled(scene: &'a Scene, sampler: &'a S, settings: RestirDiSettings, pattern: Pattern) -> Self {
-        Self {
+        Ok(Self {
             scene,
             sampler,
             settings,
@@ -218,7 +178,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
             tally: RayTally::default(),
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
-        }
+        })
     }
 
     /// Moves the camera from frame to frame.
@@ -288,7 +248,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
             let (ray, hit) = (rays[index], hits[index]);
             let (place, delta) = owners[index];
             let point = hit.map(|hit| scene.surface(&ray, &hit));
-            let radiance = met_emission(scene, &ray, point.as_ref(), None);
+            let radiance = met_emission(scene, &ray, point.as_ref());
             if radiance == Rgb::ZERO {
                 continue;
             }
@@ -339,8 +299,7 @@ impl<'a, S: EndpointSampler + ?Sized> RestirDi<'a, S> {
         let mut survivors = [None; MAX_BATCH];
         for (place, primary) in surfaces(pixels).filter(|(_, primary)| primary.bsdf.has_non_delta()) {
             survivors[place] = Some(resample_candidates(
-                self.scene,
-                self.sampler,
+                &self.sampler,
                 primary,
                 self.settings.emitter_candidates,
                 by_bsdf[place],
@@ -501,7 +460,7 @@ fn weighted(value: Rgb, weight: f64) -> Rgb {
     (value.as_dvec3() * weight).as_vec3()
 }
 
-impl<S: EndpointSampler + ?Sized> FrameMethod for RestirDi<'_, S> {
+impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
     fn size(&self) -> [u32; 2] {
         [self.extent().width, self.extent().height]
     }

@@ -1,20 +1,26 @@
 //! ReSTIR GI: indirect light by reusing the points that send it.
 
-use super::di::RestirDi;
+use super::di::{RestirDi, RestirDiError, RestirDiSettings};
 use super::frames::{Reservoirs, TwoFrames, extent_of, in_batches};
 use super::indirect::{IndirectPixel, IndirectReservoir, Sender, ToSender};
 use super::passes::{PASSES, Pass};
 use super::primary::Primary;
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
-use crate::path::next_event::{Bounce, SampleCounts, Shadow};
-use crate::path::walk::{Lengths, NOWHERE, Walk, add_unhidden, trace_walks};
+use crate::emitter_sampler::EmitterSampler;
+use crate::light_selection::shading_point;
+use crate::path::batch::follow;
+use crate::path::guide::DirectionGuide;
+use crate::path::paths::Paths;
+use crate::path::purpose::Purpose;
+use crate::path::transport::{Bounce, PathState, Transport};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
+use lightshed_lanes::Lanes;
 use lightshed_resampling::{Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Ris, Topology, Tractable};
-use lightshed_sampling::FrameNumbers;
+use lightshed_sampling::{CounterRng, FrameNumbers};
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{Rgb, Scene};
+use lightshed_scene::{EmittersByPower, HitBatch, Ray, Rgb, Scene, SurfacePoint};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -45,7 +51,7 @@ const RADIUS: f32 = 0.1;
 /// What is shaded does not feed the next frame: history holds temporal reuse alone.
 ///
 /// ```
-/// use lightshed_integrator::RestirGi;
+/// use lightshed_integrator::{RestirDiSettings, RestirGi};
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
 /// use lightshed_scene::{Scene, builtin};
 /// use std::sync::atomic::AtomicBool;
@@ -54,15 +60,15 @@ const RADIUS: f32 = 0.1;
 /// (description.settings.width, description.settings.height) = (16, 16);
 /// let scene = Scene::new(&description)?;
 /// let options = RenderOptions::new(16, 16, Budget::Samples(4));
-/// let outcome = render_frames(&mut RestirGi::new(&scene), &options, &|_| (), &AtomicBool::new(false))?;
+/// let mut method = RestirGi::new(&scene, scene.emitters_by_power(), RestirDiSettings::UNBIASED)?;
+/// let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false))?;
 /// assert!(outcome.film.mean_image().mean()[0] > 0.1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct RestirGi<'a> {
-    scene: &'a Scene,
-    direct: RestirDi<'a>,
+pub struct RestirGi<'a, S = EmittersByPower<'a>> {
+    transport: Transport<'a, S>,
+    direct: RestirDi<'a, S>,
     motion: CameraMotion,
-    lengths: Lengths,
     pattern: Pattern,
     tally: RayTally,
     /// What pixels see.
@@ -71,20 +77,22 @@ pub struct RestirGi<'a> {
     reservoirs: Reservoirs<IndirectPixel>,
 }
 
-impl<'a> RestirGi<'a> {
-    /// Paths as long as the scene's settings ask for.
-    pub fn new(scene: &'a Scene) -> Self {
+impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
+    /// Paths as long as the scene's settings ask for, and direct light as `direct` says.
+    ///
+    /// # Errors
+    /// See [`RestirDiError`]: of the settings for direct light.
+    pub fn new(scene: &'a Scene, sampler: S, direct: RestirDiSettings) -> Result<Self, RestirDiError> {
         let radius = (RADIUS * scene.settings().width as f32).max(1.0);
-        Self {
-            scene,
-            direct: RestirDi::new(scene),
+        Ok(Self {
+            direct: RestirDi::new(scene, sampler.clone(), direct)?,
+            transport: Transport::new(scene, sampler),
             motion: CameraMotion::STILL,
-            lengths: Lengths::of(scene),
             pattern: Pattern::disk(radius, NEIGHBOURS).expect("a positive radius and a few neighbours"),
             tally: RayTally::default(),
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
-        }
+        })
     }
 
     /// Moves the camera from frame to frame.
@@ -98,25 +106,34 @@ impl<'a> RestirGi<'a> {
     }
 
     fn extent(&self) -> Extent {
-        extent_of(self.scene)
+        extent_of(self.transport.scene)
     }
 
     /// One sender for each of up to [`MAX_BATCH`] pixels from `first` on, and light by delta lobes into the image.
     fn sample_senders(
         &self,
+        (frame, seed): (u32, u64),
         numbers: FrameNumbers,
         first: usize,
         pixels: &[Option<Primary>],
         reservoirs: &mut [IndirectReservoir],
         image: &mut [Rgb],
     ) {
-        let scene = self.scene;
+        let (width, pass) = (self.extent().width, numbers.pass(Pass::Indirect));
         reservoirs.fill(IndirectReservoir::empty(0.0));
-        let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
-        let mut walks: Vec<Walk> = Vec::with_capacity(MAX_BATCH);
+        let (mut paths, mut count) = (Paths::new(), 0);
+        let mut found = Senders {
+            seed,
+            first_block: pass.first_block(),
+            tally: &self.tally,
+            points: [None; MAX_BATCH],
+            radiances: [Rgb::ZERO; MAX_BATCH],
+        };
+        // Density, if there is one, and weight of the directions.
+        let mut sampled = [const { None }; MAX_BATCH];
         for (place, pixel) in pixels.iter().enumerate() {
             let Some(primary) = pixel else { continue };
-            let mut rng = numbers.pass(Pass::Indirect).pixel(first + place);
+            let mut rng = pass.pixel(first + place);
             // Its technique can find senders, whether it does or not.
             if primary.bsdf.has_non_delta() {
                 reservoirs[place] = IndirectReservoir::empty(1.0);
@@ -126,77 +143,44 @@ impl<'a> RestirGi<'a> {
             let Some(sample) = primary.bsdf.sample(primary.wo, u_lobe, u) else {
                 continue;
             };
-            let ray = primary.point.spawn(primary.point.shading.to_world(sample.wi));
-            rays[walks.len()] = ray;
-            walks.push(Walk {
-                owner: place,
-                rng,
-                ray,
-                bounce: Bounce {
+            let sampler = &self.transport.sampler;
+            let state = PathState {
+                throughput: Rgb::ONE,
+                // Roulette judges by the product of this and the throughput.
+                eta_squared: sample.eta * sample.eta * sample.weight.max_element(),
+                bounce: Some(Bounce {
                     from: primary.point.position,
+                    site: sampler.site(|| shading_point(&primary.point, &primary.bsdf, primary.wo)),
                     pdf: sample.pdf,
                     is_delta: sample.is_delta,
-                    counts: SampleCounts::ONE_EACH,
-                },
-                before: sample.weight,
-                throughput: Rgb::ONE,
-                eta_squared: sample.eta * sample.eta,
-                radiance: Rgb::ZERO,
-                keep_apart: false,
-                met: None,
-            });
-        }
-        let count = walks.len();
-        self.tally.add(RayKind::Path, count);
-        scene
-            .accelerator()
-            .intersect_many(&rays[..count], &mut hits[..count]);
-        // What x₂ emits is direct light, which is taken care of.
-        let mut senders = [None; MAX_BATCH];
-        let mut shadows: Vec<(usize, Shadow)> = Vec::with_capacity(count);
-        let mut hit = hits.iter();
-        let mut finished: Vec<(usize, Rgb)> = Vec::with_capacity(count);
-        walks.retain_mut(|walk| {
-            let Some(hit) = hit.next().copied().flatten() else {
-                return false;
+                }),
             };
-            let point = scene.surface(&walk.ray, &hit);
-            let density = (!walk.bounce.is_delta).then_some(walk.bounce.pdf);
-            senders[walk.owner] = Some((point, density, walk.before));
-            let scattered = walk.scatter(scene, &point, 2, self.lengths);
-            shadows.extend(scattered.shadow.map(|shadow| (walk.owner, shadow)));
-            scattered.goes_on
-        });
-        add_unhidden(scene, &self.tally, &shadows, |place, radiance| {
-            finished.push((place, radiance));
-        });
-        trace_walks(scene, &self.tally, self.lengths, 3, &mut walks, |walk| {
-            finished.push((walk.owner, walk.radiance));
-        });
-        let mut radiance = [Rgb::ZERO; MAX_BATCH];
-        for (place, light) in finished {
-            radiance[place] += light;
+            let ray = primary.point.spawn(primary.point.shading.to_world(sample.wi));
+            let (x, y) = ((first + place) as u32 % width, (first + place) as u32 / width);
+            paths.begin(count, &state, &ray, [y << 16 | x, frame], place);
+            sampled[place] = Some(((!sample.is_delta).then_some(sample.pdf), sample.weight, rng));
+            count += 1;
         }
-        for (place, sender) in senders.into_iter().enumerate().take(pixels.len()) {
-            let Some((point, density, weight)) = sender else {
+        follow(&self.transport, &mut paths, count, TO_SENDER, &mut found);
+        let senders = found.points.into_iter().zip(sampled);
+        let senders = senders.map(|(point, sampled)| Some((point?, sampled?)));
+        let radiance = found.radiances;
+        for (place, sender) in senders.enumerate().take(pixels.len()) {
+            let Some((point, (density, weight, mut rng))) = sender else {
                 continue;
             };
-            match density {
-                None => image[place] += weight * radiance[place],
-                Some(density) => {
-                    // One candidate: nothing is left to chance.
-                    let mut rng = numbers.pass(Pass::Indirect).pixel(first + place);
-                    let sender = Sender {
-                        point,
-                        radiance: radiance[place],
-                    };
-                    let Ok(tractable) = Tractable::try_from(density) else {
-                        continue;
-                    };
-                    let mut ris = Ris::new();
-                    ris.candidate(sender, sender.target(), tractable.weight(), &mut rng);
-                    reservoirs[place] = ris.finish(1.0);
-                }
+            let Some(density) = density else {
+                image[place] += weight * radiance[place];
+                continue;
+            };
+            let sender = Sender {
+                point,
+                radiance: radiance[place],
+            };
+            if let Ok(tractable) = Tractable::try_from(density) {
+                let mut ris = Ris::new();
+                ris.candidate(sender, sender.target(), tractable.weight(), &mut rng);
+                reservoirs[place] = ris.finish(1.0);
             }
         }
     }
@@ -210,13 +194,13 @@ impl<'a> RestirGi<'a> {
     ) -> Result<(), ReuseError> {
         let (extent, pixels) = (self.extent(), self.pixels.of(frame));
         let shift = |visibility| ToSender {
-            scene: self.scene,
+            scene: self.transport.scene,
             tally: &self.tally,
             visibility,
         };
         let (in_time, in_space) = (shift(false), shift(true));
         if frame > 0 {
-            let camera = self.motion.camera(self.scene, frame - 1);
+            let camera = self.motion.camera(self.transport.scene, frame - 1);
             let before = self.pixels.of(frame - 1);
             let seen_at = |pixel: usize, _: &[IndirectReservoir]| {
                 let position = pixels[pixel].as_ref()?.point.position;
@@ -266,7 +250,67 @@ fn alike(own: &Option<IndirectPixel>, other: &Option<IndirectPixel>) -> bool {
     matches!((own, other), (Some(own), Some(other)) if own.resembles(other))
 }
 
-impl FrameMethod for RestirGi<'_> {
+/// What paths from the pixels' surfaces on find: the points that they meet first, and what those send.
+struct Senders<'a> {
+    seed: u64,
+    /// Of the pass's random numbers.
+    first_block: u32,
+    tally: &'a RayTally,
+    points: [Option<SurfacePoint>; MAX_BATCH],
+    radiances: [Rgb; MAX_BATCH],
+}
+
+/// Number of the edge that leads to senders.
+const TO_SENDER: u32 = 2;
+
+impl Purpose for Senders<'_> {
+    #[inline(always)]
+    fn words<L: Lanes>(&self, [pixel, frame]: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        CounterRng::block_lanes::<L>(self.seed, pixel, frame, self.first_block + block)
+    }
+
+    fn hit<K: Copy + Default>(
+        &mut self,
+        scene: &Scene,
+        depth: u32,
+        (paths, count): (&Paths<K>, usize),
+        hits: &HitBatch,
+    ) {
+        for index in (0..count).filter(|_| depth == TO_SENDER) {
+            let point = hits
+                .get(index)
+                .map(|hit| scene.surface(&paths.rays.get(index), &hit));
+            self.points[paths.owner.get_word(index) as usize] = point;
+        }
+    }
+
+    fn arrive<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        transport: &Transport<'_, S, G>,
+        place: usize,
+        depth: u32,
+        path: &PathState<S::Site>,
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+    ) {
+        // What senders emit is direct light, which is taken care of.
+        if depth > TO_SENDER {
+            let met = path.met(transport.scene, &transport.sampler, ray, point);
+            self.radiances[place] += path.throughput * met;
+        }
+    }
+
+    fn connect(&mut self, place: usize, _length: u32, radiance: Rgb) {
+        self.radiances[place] += radiance;
+    }
+
+    fn count(&mut self, path: usize, emitter: usize) {
+        self.tally.add(RayKind::Path, path);
+        self.tally.add(RayKind::Emitter, emitter);
+    }
+}
+
+impl<S: EmitterSampler + Clone + Send> FrameMethod for RestirGi<'_, S> {
     fn size(&self) -> [u32; 2] {
         [self.extent().width, self.extent().height]
     }
@@ -280,7 +324,7 @@ impl FrameMethod for RestirGi<'_> {
     ) -> Option<RayCounts> {
         let mut counts = self.direct.render_frame(frame, seed, image, cancel)?;
         // Indirect paths have three edges at least.
-        if self.lengths.max_depth < 3 {
+        if self.transport.max_depth < 3 {
             return Some(counts);
         }
         let extent = self.extent();
@@ -298,7 +342,7 @@ impl FrameMethod for RestirGi<'_> {
             .zip(image.par_chunks_mut(MAX_BATCH));
         let batches = seen.par_chunks(MAX_BATCH).zip(results);
         let done = in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
-            self.sample_senders(numbers, first, pixels, reservoirs, image);
+            self.sample_senders((frame, seed), numbers, first, pixels, reservoirs, image);
         });
         // Fails for slices of other lengths only.
         if done && self.reuse(numbers, frame, &mut reservoirs).is_ok() {

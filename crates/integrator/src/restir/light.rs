@@ -60,8 +60,14 @@ pub(crate) struct Lit {
 /// Light from `endpoint` at `primary`; `None` where there is none.
 #[inline]
 pub(crate) fn lit_by(scene: &Scene, primary: &Primary, endpoint: &EmitterEndpoint) -> Option<Lit> {
+    let connection = scene.emitters().connect(primary.point.position, endpoint)?;
+    lit_over(primary, connection)
+}
+
+/// Light that a connection brings.
+#[inline]
+pub(crate) fn lit_over(primary: &Primary, connection: EmitterConnection) -> Option<Lit> {
     let point = &primary.point;
-    let connection = scene.emitters().connect(point.position, endpoint)?;
     let wi = point.shading.to_local(connection.direction);
     let scattered = primary.bsdf.evaluate(primary.wo, wi);
     let per_endpoint = connection.solid_angle_per_endpoint;

@@ -10,6 +10,5 @@ mod passes;
 mod primary;
 pub(crate) mod pt;
 
-pub use candidates::{EndpointSampler, LitPoint};
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};
 pub use gi::RestirGi;

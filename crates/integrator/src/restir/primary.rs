@@ -2,7 +2,7 @@
 
 use super::frames::{FrameView, trace_camera_rays};
 use super::passes::Pass;
-use crate::path::next_event::met_emission;
+use crate::path::transport::met_emission;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Bsdf, Rgb, Scene, SurfacePoint};
 use std::sync::atomic::AtomicBool;
@@ -74,7 +74,7 @@ pub(crate) fn trace_primaries(
         cancel,
         |_, ray, hit, pixel, value| {
             let point = hit.map(|hit| scene.surface(ray, hit));
-            *value = met_emission(scene, ray, point.as_ref(), None);
+            *value = met_emission(scene, ray, point.as_ref());
             *pixel = point.zip(hit).map(|(point, hit)| Primary {
                 bsdf: scene.bsdf(&point),
                 wo: point.shading.to_local(-ray.direction),

@@ -2,10 +2,12 @@
 
 use super::camera::camera_sample;
 use super::trace::{VplError, VplOptions, VplSet};
+use crate::emitter_sampler::EmitterSampler;
 use crate::path::camera_ray;
+use crate::path::transport::Transport;
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_sampling::CounterRng;
-use lightshed_scene::{Rgb, Scene};
+use lightshed_scene::{EmittersByPower, Rgb, Scene};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -26,8 +28,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// - light that reaches the point from a light by a mirror, which is not looked for.
 ///
 /// In scenes of diffuse surfaces only the first remains.
-pub struct VplBrute<'a> {
-    scene: &'a Scene,
+pub struct VplBrute<'a, S = EmittersByPower<'a>> {
+    transport: Transport<'a, S>,
     options: VplOptions,
     min_distance: f32,
     lights_per_point: Option<u32>,
@@ -36,17 +38,22 @@ pub struct VplBrute<'a> {
     traced: bool,
 }
 
-impl<'a> VplBrute<'a> {
+impl<'a, S: EmitterSampler> VplBrute<'a, S> {
     /// Every light has its shadow ray; lights nearer than `min_distance` count as if they were that far.
     ///
     /// # Errors
     ///
     /// Numbers out of range, or a distance that is negative or not finite.
-    pub fn new(scene: &'a Scene, options: VplOptions, min_distance: f32) -> Result<Self, VplError> {
+    pub fn new(
+        scene: &'a Scene,
+        sampler: S,
+        options: VplOptions,
+        min_distance: f32,
+    ) -> Result<Self, VplError> {
         options.check()?;
         check_distance(min_distance)?;
         Ok(Self {
-            scene,
+            transport: Transport::new(scene, sampler),
             options,
             min_distance,
             lights_per_point: None,
@@ -71,11 +78,11 @@ impl<'a> VplBrute<'a> {
     }
 
     fn pixel(&self, x: u32, y: u32, frame: u32, seed: u64) -> (Rgb, RayCounts) {
-        let (scene, lights) = (self.scene, self.set.lights());
+        let (scene, lights) = (self.transport.scene, self.set.lights());
         let mut rays = RayCounts::default();
         let mut rng = CounterRng::new(seed, y << 16 | x, frame);
         let ray = camera_ray(scene, x, y, &mut rng);
-        let sample = camera_sample(scene, ray, &mut rng, &mut rays);
+        let sample = camera_sample(&self.transport, ray, &mut rng, &mut rays);
         let Some(receiver) = &sample.receiver else {
             return (sample.direct, rays);
         };
@@ -112,9 +119,9 @@ pub(super) fn check_distance(min_distance: f32) -> Result<(), VplError> {
     }
 }
 
-impl FrameMethod for VplBrute<'_> {
+impl<S: EmitterSampler + Send> FrameMethod for VplBrute<'_, S> {
     fn size(&self) -> [u32; 2] {
-        let settings = self.scene.settings();
+        let settings = self.transport.scene.settings();
         [settings.width, settings.height]
     }
 
@@ -128,7 +135,7 @@ impl FrameMethod for VplBrute<'_> {
         if !(self.fixed_lights && self.traced) {
             let seed = light_seed(seed, frame, self.fixed_lights);
             // The options were checked.
-            self.set.trace(self.scene, &self.options, seed).ok()?;
+            self.set.trace(self.transport.scene, &self.options, seed).ok()?;
             self.traced = true;
         }
         let columns = self.size()[0] as usize;

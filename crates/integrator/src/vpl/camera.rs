@@ -1,21 +1,20 @@
 //! What the camera sees: the diffuse point that VPLs shine on, and everything that does not come from VPLs.
 
-use crate::path::next_event::{Bounce, SampleCounts, met_emission, sample_emission};
+use crate::emitter_sampler::EmitterSampler;
+use crate::path::scattering::{SurfaceVertex, Vertex};
+use crate::path::transport::{Bounce, PathState, Transport, VertexStream};
 use lightshed_film::RayCounts;
 use lightshed_sampling::CounterRng;
-use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Bsdf, Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Bsdf, Ray, Rgb};
 
 /// Mirrors and panes that a camera path may meet.
 const MAX_DELTA_BOUNCES: u32 = 16;
 
 /// A point that virtual point lights shine on, as one pixel sample sees it.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Receiver {
-    pub point: SurfacePoint,
-    pub bsdf: Bsdf,
-    /// Towards the viewer, in the shading frame.
-    pub wo: Vec3,
+    pub vertex: SurfaceVertex,
     /// Share of what leaves the point that reaches the pixel.
     pub throughput: Rgb,
     /// Length of the way from the camera.
@@ -23,7 +22,7 @@ pub(super) struct Receiver {
 }
 
 /// One sample of a pixel, but for the light of VPLs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub(super) struct CameraSample {
     /// Light from emitters: seen, by one scattering, and by any number of mirrors in between.
     pub direct: Rgb,
@@ -36,14 +35,15 @@ pub(super) struct CameraSample {
 /// The direct part is a path tracer's: emission with the weight of how it was found, one emitter sample at the receiver, and
 /// one sample of its BSDF. That sample goes on through mirrors as well, where it alone can find the light, so caustics of area
 /// lights are seen. Where a surface both mirrors and scatters, one of the two is followed, by its probability.
-pub(super) fn camera_sample(
-    scene: &Scene,
+pub(super) fn camera_sample<S: EmitterSampler>(
+    transport: &Transport<'_, S>,
     ray: Ray,
     rng: &mut CounterRng,
     rays: &mut RayCounts,
 ) -> CameraSample {
+    let scene = transport.scene;
     let mut sample = CameraSample::default();
-    let (mut ray, mut throughput, mut bounce) = (ray, Rgb::ONE, None);
+    let (mut ray, mut path) = (ray, PathState::START);
     let mut distance = 0.0;
     for depth in 0..=MAX_DELTA_BOUNCES {
         if depth == 0 {
@@ -52,29 +52,27 @@ pub(super) fn camera_sample(
             rays.path += 1;
         }
         let met = scene.intersect(&ray);
-        sample.direct += throughput * met_emission(scene, &ray, met.as_ref(), bounce);
+        sample.direct += path.throughput * path.met(scene, &transport.sampler, &ray, met.as_ref());
         let Some(point) = met else {
             break;
         };
         distance += point.position.distance(ray.origin);
-        let bsdf = scene.bsdf(&point);
-        let wo = point.shading.to_local(-ray.direction);
-        let u_lobe = rng.next_f32();
-        let next = bsdf.sample(wo, u_lobe, Vec2::from(rng.next_2d()));
-        let is_delta = next.is_some_and(|next| next.is_delta) || !bsdf.has_non_delta();
+        let vertex = SurfaceVertex::new(scene, &ray, point);
+        let (at, site) = (transport.scattering(&vertex), transport.site(&vertex));
+        let u_lobe = rng.lobe();
+        let next = at.sample(u_lobe, rng.direction());
+        let is_delta = next.is_some_and(|next| next.is_delta) || !vertex.has_non_delta();
         let receives = sample.receiver.is_none() && !is_delta;
         if receives {
-            let throughput = throughput / scattering_probability(&bsdf, wo);
-            if let Some(shadow) = sample_emission(scene, &point, &bsdf, wo, SampleCounts::ONE_EACH, rng) {
+            let throughput = path.throughput / scattering_probability(&vertex.bsdf, vertex.wo);
+            if let Some(light) = transport.emitter_light(&at, &site, rng.emitter()) {
                 rays.emitter += 1;
-                if !scene.occluded(&shadow.ray) {
-                    sample.direct += throughput * shadow.radiance;
+                if !scene.occluded(&light.ray) {
+                    sample.direct += throughput * SurfaceVertex::weighted(&light);
                 }
             }
             sample.receiver = Some(Receiver {
-                point,
-                bsdf,
-                wo,
+                vertex: vertex.clone(),
                 throughput,
                 distance,
             });
@@ -82,17 +80,17 @@ pub(super) fn camera_sample(
         let Some(next) = next.filter(|_| receives || is_delta) else {
             break;
         };
-        throughput *= next.weight;
-        if throughput == Rgb::ZERO {
+        path.throughput *= next.weight;
+        if path.throughput == Rgb::ZERO {
             break;
         }
-        bounce = Some(Bounce {
+        path.bounce = Some(Bounce {
             from: point.position,
+            site,
             pdf: next.pdf,
             is_delta: next.is_delta,
-            counts: SampleCounts::ONE_EACH,
         });
-        ray = point.spawn(point.shading.to_world(next.wi));
+        ray = point.spawn(next.direction);
     }
     sample
 }

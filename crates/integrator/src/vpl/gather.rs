@@ -1,6 +1,7 @@
 //! What one virtual point light gives to a receiver, and whether it is seen.
 
 use super::camera::Receiver;
+use crate::path::scattering::Vertex;
 use lightshed_film::RayCounts;
 use lightshed_lights::PointLight;
 use lightshed_scene::glam::Vec3;
@@ -13,14 +14,13 @@ impl Receiver {
     /// `f(ω_o, ω) |cos θ| T` for light from the unit `direction`: what of irradiance on a facing plane reaches the pixel.
     #[inline(always)]
     pub fn response(&self, direction: Vec3) -> Rgb {
-        let wi = self.point.shading.to_local(direction);
-        self.throughput * self.bsdf.evaluate(self.wo, wi).value
+        self.throughput * self.vertex.evaluate(direction).value
     }
 
     /// What `light` gives if it is seen: `T f |cos θ| I(−ω) / max(d², d_min²)`.
     #[inline]
     pub fn unshadowed(&self, light: &PointLight, min_distance_squared: f32) -> Rgb {
-        let to_light = light.position - self.point.position;
+        let to_light = light.position - self.vertex.point.position;
         let distance_squared = to_light.length_squared();
         let in_range = (f32::MIN_POSITIVE..f32::INFINITY).contains(&distance_squared);
         if !in_range {
@@ -39,7 +39,10 @@ impl Receiver {
     #[inline]
     pub fn sees(&self, scene: &Scene, target: Vec3, rays: &mut RayCounts) -> bool {
         rays.emitter += 1;
-        let origin = self.point.origin_towards(target - self.point.position);
+        let origin = self
+            .vertex
+            .point
+            .origin_towards(target - self.vertex.point.position);
         !scene.occluded(&Ray::segment(origin, target - origin, SEGMENT_END))
     }
 }

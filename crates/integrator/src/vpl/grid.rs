@@ -4,12 +4,14 @@ use super::atrous::{Guide, filter, similarity};
 use super::brute::{check_distance, light_seed};
 use super::camera::{Receiver, camera_sample};
 use super::trace::{VplError, VplOptions, VplSet};
+use crate::emitter_sampler::EmitterSampler;
 use crate::path::camera_ray;
+use crate::path::transport::Transport;
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_lights::{GridOptions, GridQuery, LightingGrid, MAX_SHADOW_SAMPLES};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Rgb, Scene};
+use lightshed_scene::{EmittersByPower, Rgb, Scene};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -91,8 +93,8 @@ struct Pixel {
 /// - [`ShadowTargets::Spread`] darkens.
 ///
 /// Lights, hierarchy and images keep their memory from frame to frame. Threads do not change the image.
-pub struct VplGrid<'a> {
-    scene: &'a Scene,
+pub struct VplGrid<'a, S = EmittersByPower<'a>> {
+    transport: Transport<'a, S>,
     options: VplGridOptions,
     set: VplSet,
     grid: Option<LightingGrid>,
@@ -103,13 +105,13 @@ pub struct VplGrid<'a> {
     scratch: Vec<f32>,
 }
 
-impl<'a> VplGrid<'a> {
+impl<'a, S: EmitterSampler> VplGrid<'a, S> {
     /// The method for a scene and its image size.
     ///
     /// # Errors
     ///
     /// Numbers out of range.
-    pub fn new(scene: &'a Scene, options: VplGridOptions) -> Result<Self, VplError> {
+    pub fn new(scene: &'a Scene, sampler: S, options: VplGridOptions) -> Result<Self, VplError> {
         options.lights.check()?;
         options.grid.check().map_err(VplError::Grid)?;
         check_distance(options.min_distance)?;
@@ -123,7 +125,7 @@ impl<'a> VplGrid<'a> {
             return Err(VplError::FilterIterations(options.filter_iterations));
         }
         Ok(Self {
-            scene,
+            transport: Transport::new(scene, sampler),
             options,
             set: VplSet::default(),
             grid: None,
@@ -146,8 +148,11 @@ impl<'a> VplGrid<'a> {
         if fixed && self.traced {
             return Ok(());
         }
-        self.set
-            .trace(self.scene, &self.options.lights, light_seed(seed, frame, fixed))?;
+        self.set.trace(
+            self.transport.scene,
+            &self.options.lights,
+            light_seed(seed, frame, fixed),
+        )?;
         self.traced = true;
         let lights = self.set.lights();
         if lights.is_empty() {
@@ -163,8 +168,8 @@ impl<'a> VplGrid<'a> {
     /// Adds up light and tests shadows at one pixel.
     fn pixel(&self, x: u32, y: u32, frame: u32, seed: u64, rays: &mut RayCounts) -> (Pixel, Guide, f32) {
         let mut rng = CounterRng::new(seed, y << 16 | x, frame);
-        let ray = camera_ray(self.scene, x, y, &mut rng);
-        let sample = camera_sample(self.scene, ray, &mut rng, rays);
+        let ray = camera_ray(self.transport.scene, x, y, &mut rng);
+        let sample = camera_sample(&self.transport, ray, &mut rng, rays);
         let mut pixel = Pixel {
             direct: sample.direct,
             ..Pixel::default()
@@ -181,13 +186,13 @@ impl<'a> VplGrid<'a> {
         };
         let least = self.options.min_distance * self.options.min_distance;
         let samples = self.options.shadow_samples as usize;
-        let position = receiver.point.position;
+        let position = receiver.vertex.point.position;
         let gathered = grid.gather(position, &query, samples, &mut rng, |influence| {
             let falloff = 1.0 / influence.distance_squared.max(least);
             receiver.response(influence.direction) * influence.intensity * falloff
         });
         pixel.unshadowed = gathered.unshadowed;
-        pixel.albedo = receiver.throughput * receiver.bsdf.albedo_hint();
+        pixel.albedo = receiver.throughput * receiver.vertex.bsdf.albedo_hint();
         let (mut seen, mut tested) = (0, 0);
         for id in gathered.samples() {
             let target = match self.options.shadow_targets {
@@ -198,7 +203,7 @@ impl<'a> VplGrid<'a> {
                 ShadowTargets::Spread => grid.shadow_target(id, std::array::from_fn(|_| rng.next_f32())),
             };
             tested += 1;
-            seen += u32::from(receiver.sees(self.scene, target, rays));
+            seen += u32::from(receiver.sees(self.transport.scene, target, rays));
         }
         let visibility = if tested > 0 {
             seen as f32 / tested as f32
@@ -239,10 +244,14 @@ impl<'a> VplGrid<'a> {
 
 fn guide(receiver: &Receiver) -> Guide {
     // Towards the viewer, so that both sides of a sheet differ.
-    let normal = receiver.point.shading.to_world(Vec3::Z);
+    let normal = receiver.vertex.point.shading.to_world(Vec3::Z);
     Guide {
-        position: receiver.point.position,
-        normal: if receiver.wo.z < 0.0 { -normal } else { normal },
+        position: receiver.vertex.point.position,
+        normal: if receiver.vertex.wo.z < 0.0 {
+            -normal
+        } else {
+            normal
+        },
         distance: receiver.distance,
     }
 }
@@ -256,9 +265,9 @@ fn demodulated(pixel: &Pixel) -> Rgb {
     pixel.unshadowed / floored(pixel.albedo)
 }
 
-impl FrameMethod for VplGrid<'_> {
+impl<S: EmitterSampler + Send> FrameMethod for VplGrid<'_, S> {
     fn size(&self) -> [u32; 2] {
-        let settings = self.scene.settings();
+        let settings = self.transport.scene.settings();
         [settings.width, settings.height]
     }
 

@@ -4,7 +4,7 @@
 
 use crate::rendered::Rendered;
 use lightshed_film::{Budget, PixelEstimator, RenderOptions, render};
-use lightshed_integrator::{DirectLight, PathTracer};
+use lightshed_integrator::{DirectLight, DirectLightOptions, PathTracer};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{
     ColorTexture, ConductorIor, EmitterDescription, FloatTexture, Geometry, Material, Microfacet, Projection,
@@ -106,7 +106,12 @@ fn a_white_diffuse_sphere_is_white_sample_by_sample() {
     // Cosine sampling has the integrand's own shape: no noise at all. Albedo 0.999 is the planted fault.
     check_faults(&[0.999], |fault| {
         let scene = Scene::new(&furnace_with(sphere(), diffuse(fault.unwrap_or(1.0)))).unwrap();
-        let estimator = DirectLight::with_samples(&scene, 0, 1).unwrap();
+        let estimator = DirectLight::new(
+            &scene,
+            scene.emitters_by_power(),
+            DirectLightOptions::samples(0, 1),
+        )
+        .unwrap();
         let deviation = worst_deviation(&Rendered::new(&estimator, SIZE, 4, 1));
         if deviation < 1e-4 { Ok(()) } else { Err(deviation) }
     })
@@ -122,14 +127,24 @@ fn emitter_sampling_keeps_the_furnace_white() {
     for (emitter_samples, bsdf_samples) in [(1, 1), (1, 0), (3, 2)] {
         check_faults(&["albedo 0.98"], |fault| {
             let scene = if fault.is_some() { &darker } else { &scene };
-            let estimator = DirectLight::with_samples(scene, emitter_samples, bsdf_samples).unwrap();
+            let estimator = DirectLight::new(
+                scene,
+                scene.emitters_by_power(),
+                DirectLightOptions::samples(emitter_samples, bsdf_samples),
+            )
+            .unwrap();
             white(&Rendered::new(&estimator, SIZE, 128, 2))
         })
         .unwrap();
     }
     check_faults(&["albedo 0.98"], |fault| {
         let scene = if fault.is_some() { &darker } else { &scene };
-        white(&Rendered::new(&PathTracer::new(scene), SIZE, 128, 3))
+        white(&Rendered::new(
+            &PathTracer::new(scene, scene.emitters_by_power()),
+            SIZE,
+            128,
+            3,
+        ))
     })
     .unwrap();
 }
@@ -156,7 +171,7 @@ fn lossless_smooth_materials_are_white_at_every_angle() {
         let scene = Scene::new(&furnace_with(geometry.clone(), material.clone())).unwrap();
         // Each path's weight is one, so that one sample shows the whole of it. Paths that total reflection holds for
         // long end at an edge that none of them reaches in practice.
-        let tracer = PathTracer::with_depths(&scene, Some(10_000), u32::MAX);
+        let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(10_000), u32::MAX);
         worst_deviation(&Rendered::new(&tracer, SIZE, 4, 4))
     };
     for geometry in &solids() {
@@ -211,7 +226,12 @@ fn no_material_gives_more_light_than_it_gets() {
             radiance: Rgb::splat(radiance),
         }];
         let scene = Scene::new(&description).unwrap();
-        let image = Rendered::new(&PathTracer::with_depths(&scene, None, 8), SIZE, 32, 5);
+        let image = Rendered::new(
+            &PathTracer::new(&scene, scene.emitters_by_power()).with_depths(None, 8),
+            SIZE,
+            32,
+            5,
+        );
         let truth = vec![1.0; image.mean.len()];
         let exact = ImageMoments {
             mean: &truth,
@@ -241,7 +261,12 @@ fn one_edge_shows_emitters_and_none_shows_nothing() {
     let description = builtin::cornell();
     let scene = Scene::new(&description).unwrap();
     let radiance = description.shapes.iter().find_map(|s| s.emission).unwrap();
-    let none = Rendered::new(&PathTracer::with_depths(&scene, Some(0), 1000), SIZE, 1, 6);
+    let none = Rendered::new(
+        &PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(0), 1000),
+        SIZE,
+        1,
+        6,
+    );
     assert!(none.mean.iter().all(|&v| v == 0.0));
     let camera = Scene::new(&SceneDescription {
         settings: lightshed_scene::RenderSettings {
@@ -252,7 +277,12 @@ fn one_edge_shows_emitters_and_none_shows_nothing() {
         ..description
     })
     .unwrap();
-    let one = Rendered::new(&PathTracer::with_depths(&camera, Some(1), 1000), SIZE, 4, 6);
+    let one = Rendered::new(
+        &PathTracer::new(&camera, camera.emitters_by_power()).with_depths(Some(1), 1000),
+        SIZE,
+        4,
+        6,
+    );
     let whole = one.mean.chunks(3).filter(|p| {
         p.iter()
             .zip(radiance.to_array())
@@ -289,7 +319,7 @@ fn two_edges_are_direct_light() {
     let scene = Scene::new(&glossy_box()).unwrap();
     let path = |edges, seed| {
         Rendered::new(
-            &PathTracer::with_depths(&scene, Some(edges), 1000),
+            &PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(edges), 1000),
             SIZE,
             64,
             seed,
@@ -297,15 +327,30 @@ fn two_edges_are_direct_light() {
     };
     let two = path(2, 7);
     for (emitter_samples, bsdf_samples) in [(1, 1), (4, 1), (1, 3), (0, 2), (2, 0)] {
-        let direct = DirectLight::with_samples(&scene, emitter_samples, bsdf_samples).unwrap();
+        let direct = DirectLight::new(
+            &scene,
+            scene.emitters_by_power(),
+            DirectLightOptions::samples(emitter_samples, bsdf_samples),
+        )
+        .unwrap();
         agree(&Rendered::new(&direct, SIZE, 64, 8), &two).unwrap();
     }
     // What must be told apart: a bounce more, a bounce less, and both techniques without weights.
     agree(&path(3, 9), &two).unwrap_err();
     agree(&path(1, 9), &two).unwrap_err();
     let unweighted = Sum(
-        DirectLight::with_samples(&scene, 1, 0).unwrap(),
-        DirectLight::with_samples(&scene, 0, 1).unwrap(),
+        DirectLight::new(
+            &scene,
+            scene.emitters_by_power(),
+            DirectLightOptions::samples(1, 0),
+        )
+        .unwrap(),
+        DirectLight::new(
+            &scene,
+            scene.emitters_by_power(),
+            DirectLightOptions::samples(0, 1),
+        )
+        .unwrap(),
     );
     agree(&Rendered::new(&unweighted, SIZE, 64, 9), &two).unwrap_err();
 }
@@ -313,9 +358,30 @@ fn two_edges_are_direct_light() {
 #[test]
 fn impossible_numbers_of_samples_are_errors() {
     let scene = Scene::new(&builtin::furnace()).unwrap();
-    assert!(DirectLight::with_samples(&scene, 0, 0).is_err());
-    assert!(DirectLight::with_samples(&scene, 1, u32::MAX).is_err());
-    assert!(DirectLight::with_samples(&scene, 0, 1).is_ok());
+    assert!(
+        DirectLight::new(
+            &scene,
+            scene.emitters_by_power(),
+            DirectLightOptions::samples(0, 0)
+        )
+        .is_err()
+    );
+    assert!(
+        DirectLight::new(
+            &scene,
+            scene.emitters_by_power(),
+            DirectLightOptions::samples(1, u32::MAX)
+        )
+        .is_err()
+    );
+    assert!(
+        DirectLight::new(
+            &scene,
+            scene.emitters_by_power(),
+            DirectLightOptions::samples(0, 1)
+        )
+        .is_ok()
+    );
 }
 
 #[test]
@@ -326,7 +392,7 @@ fn roulette_changes_no_mean() {
     description.shapes[5].material = description.materials.len() as u32 - 1;
     let scene = Scene::new(&description).unwrap();
     let image = |edges, roulette, seed| {
-        let tracer = PathTracer::with_depths(&scene, Some(edges), roulette);
+        let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(edges), roulette);
         Rendered::new(&tracer, SIZE, 128, seed)
     };
     let without = image(6, 1000, 10);
@@ -367,7 +433,12 @@ fn squares(projection: Projection) -> SceneDescription {
 fn a_lens_shows_the_plane_in_focus_as_a_pinhole_does() {
     let image = |projection, seed| {
         let scene = Scene::new(&squares(projection)).unwrap();
-        Rendered::new(&PathTracer::with_depths(&scene, Some(1), 1000), SIZE, 256, seed)
+        Rendered::new(
+            &PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), 1000),
+            SIZE,
+            256,
+            seed,
+        )
     };
     let lens = |focus_distance| Projection::ThinLens {
         aperture_radius: 0.3,
@@ -399,7 +470,7 @@ fn threads_do_not_change_the_image() {
         let mut options = RenderOptions::new(SIZE[0], SIZE[1], Budget::Samples(6));
         (options.threads, options.seed) = (threads, seed);
         render(
-            &PathTracer::new(&scene),
+            &PathTracer::new(&scene, scene.emitters_by_power()),
             &options,
             &|_| (),
             &AtomicBool::new(false),

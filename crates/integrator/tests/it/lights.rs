@@ -7,8 +7,8 @@ use crate::common::data_folder;
 use crate::rendered::Rendered;
 use lightshed_film::{Film, FrameMethod, MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{
-    CutTree, DirectLight, LightChoosing, LightSelection, LightcutOptions, Lightcuts, PathTracer,
-    SelectedDirectLight, SelectedPathTracer,
+    CutTree, DirectLight, DirectLightOptions, EmitterSampler, LightChoosing, LightSelection, LightcutOptions,
+    Lightcuts, PathTracer,
 };
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::import::load;
@@ -83,7 +83,12 @@ struct Mask(Vec<bool>);
 
 impl Mask {
     fn new(scene: &Scene, size: [u32; 2]) -> Self {
-        let seen = Rendered::new(&PathTracer::with_depths(scene, Some(1), 1), size, 2048, 99);
+        let seen = Rendered::new(
+            &PathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(1), 1),
+            size,
+            2048,
+            99,
+        );
         Self(seen.mean.iter().map(|&value| value > 0.0501).collect())
     }
 
@@ -101,14 +106,29 @@ static MIXED_MASK: LazyLock<Mask> =
 /// Their direct light, chosen by power.
 static MIXED_DIRECT_LIGHT: LazyLock<Rendered> = LazyLock::new(|| {
     let scene = Scene::new(&mixed_lights()).unwrap();
-    let mut image = Rendered::new(&DirectLight::new(&scene), [32, 32], 4096, 1);
+    let mut image = Rendered::new(
+        &DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(),
+        [32, 32],
+        4096,
+        1,
+    );
     MIXED_MASK.apply(&mut image);
     image
 });
 
-fn selected(scene: &Scene, choosing: LightChoosing, each: u32) -> SelectedDirectLight<'_> {
+fn selected(
+    scene: &Scene,
+    choosing: LightChoosing,
+    each: u32,
+    camera_strata: u32,
+) -> DirectLight<'_, LightSelection<'_>> {
     let selection = LightSelection::new(scene, choosing).unwrap();
-    SelectedDirectLight::new(scene, selection, each, 1).unwrap()
+    let options = DirectLightOptions {
+        bsdf_samples_where_diffuse: false,
+        camera_strata,
+        ..DirectLightOptions::samples(each, 1)
+    };
+    DirectLight::new(scene, selection, options).unwrap()
 }
 
 #[test]
@@ -133,7 +153,7 @@ fn every_selection_gives_the_same_direct_light() {
                 description.emitters.remove(1);
             }
             let scene = Scene::new(&description).unwrap();
-            let estimator = selected(&scene, choosing, 4).with_camera_strata(2);
+            let estimator = selected(&scene, choosing, 4, 2);
             let mut found = Rendered::new(&estimator, size, 64, seed);
             if let Some(Fault::Brighter) = fault {
                 found.mean.iter_mut().for_each(|value| *value *= 1.04);
@@ -220,7 +240,12 @@ fn every_selection_gives_the_same_paths() {
     let scene = Scene::new(&description).unwrap();
     let size = [32, 32];
     let mask = &*MIXED_MASK;
-    let mut expected = Rendered::new(&PathTracer::with_depths(&scene, Some(4), 3), size, 1024, 1);
+    let mut expected = Rendered::new(
+        &PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(4), 3),
+        size,
+        1024,
+        1,
+    );
     mask.apply(&mut expected);
     for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
         let faults: &[bool] = if choosing == LightChoosing::Bvh {
@@ -230,7 +255,7 @@ fn every_selection_gives_the_same_paths() {
         };
         check_faults(faults, |fault| {
             let selection = LightSelection::new(&scene, choosing).unwrap();
-            let estimator = SelectedPathTracer::new(&scene, selection, Some(4), 3);
+            let estimator = PathTracer::new(&scene, selection).with_depths(Some(4), 3);
             let mut found = Rendered::new(&estimator, size, 256, seed);
             if fault.is_some() {
                 found.mean.iter_mut().for_each(|value| *value *= 1.1);
@@ -260,7 +285,7 @@ fn a_sample_does_not_depend_on_its_batch() {
         (LightChoosing::OpenBvh, 8, 1),
         (LightChoosing::Bvh, 3, 20),
     ] {
-        let estimator = selected(&scene, choosing, each).with_camera_strata(strata);
+        let estimator = selected(&scene, choosing, each, strata);
         let alone: Vec<Rgb> = ids
             .iter()
             .map(|id| estimator.sample(id.x, id.y, id.index, 5))
@@ -281,7 +306,7 @@ fn a_sample_does_not_depend_on_its_batch() {
 fn nothing_to_choose_from() {
     let mut description = builtin::furnace();
     let scene = Scene::new(&description).unwrap();
-    let estimator = selected(&scene, LightChoosing::Tree, 4);
+    let estimator = selected(&scene, LightChoosing::Tree, 4, 1);
     assert_eq!(estimator.sample(0, 0, 0, 1), Rgb::ONE);
     description.emitters.clear();
     description.materials = vec![Material::Diffuse {
@@ -289,7 +314,7 @@ fn nothing_to_choose_from() {
     }];
     let scene = Scene::new(&description).unwrap();
     for choosing in LightChoosing::ALL {
-        assert_eq!(selected(&scene, choosing, 4).sample(32, 32, 0, 1), Rgb::ZERO);
+        assert_eq!(selected(&scene, choosing, 4, 1).sample(32, 32, 0, 1), Rgb::ZERO);
     }
 }
 
@@ -308,7 +333,7 @@ fn densities_of_samples_and_of_hits_agree() {
         let bsdf = scene.bsdf(&point);
         let wo = point.shading.to_local(-ray.direction);
         let at = lightshed_integrator::shading_point(&point, &bsdf, wo);
-        let Some(sample) = selection.sample(&at, rng.next_u64(), rng.next_2d()) else {
+        let Some(sample) = selection.sample(point.position, &at, rng.next_u64(), rng.next_2d()) else {
             continue;
         };
         let Some(met) = scene.intersect(&point.spawn(sample.direction)) else {
@@ -317,7 +342,7 @@ fn densities_of_samples_and_of_hits_agree() {
         if sample.is_delta || met.emitter != sample.emitter {
             continue;
         }
-        let again = selection.pdf(&at, &met).value();
+        let again = selection.pdf(point.position, &at, &met).value();
         let ratio = again / sample.pdf.value();
         assert!(
             (ratio - 1.0).abs() < 0.02,
@@ -343,7 +368,7 @@ fn published_scenes_look_the_same_by_every_selection() {
         [description.settings.width, description.settings.height] = size;
         let scene = Scene::new(&description).unwrap();
         let mask = Mask::new(&scene, size);
-        let mut expected = Rendered::new(&selected(&scene, LightChoosing::OpenBvh, 8), size, 64, 1);
+        let mut expected = Rendered::new(&selected(&scene, LightChoosing::OpenBvh, 8, 1), size, 64, 1);
         mask.apply(&mut expected);
         for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
             // A few of twenty thousand emitters light most of this room: chosen uniformly they are rarely met.
@@ -351,7 +376,7 @@ fn published_scenes_look_the_same_by_every_selection() {
                 ("classroom", LightChoosing::Uniform) => 1024,
                 _ => 64,
             };
-            let mut found = Rendered::new(&selected(&scene, choosing, 8), size, samples, seed);
+            let mut found = Rendered::new(&selected(&scene, choosing, 8, 1), size, samples, seed);
             mask.apply(&mut found);
             compare(&found, &expected, tile_size(choosing, size))
                 .unwrap_or_else(|e| panic!("{name}, {}: {e}", choosing.name()));

@@ -96,10 +96,11 @@ impl Case {
         let (depth, roulette) = (Some(max_depth), settings.roulette_depth);
         let size = [settings.width, settings.height];
         let mut image = if scene.media().is_empty() {
-            let tracer = PathTracer::with_depths(&scene, depth, roulette);
+            let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(depth, roulette);
             Rendered::new(&tracer, size, self.samples_per_pixel, 1)
         } else {
-            let tracer = VolumePathTracer::with_depths(&scene, depth, roulette);
+            let tracer =
+                VolumePathTracer::new(&scene, scene.emitters_by_power()).with_depths(depth, roulette);
             Rendered::new(&tracer, size, self.samples_per_pixel, 1)
         };
         let mut expected = reference.mean.clone();
@@ -240,7 +241,13 @@ fn the_built_in_cornell_box_renders_as_the_file_does() {
     let file = load(scenes.join("cornell/scene.xml"), &[]).unwrap().description;
     let image = |description: &SceneDescription, seed| {
         let scene = Scene::new(description).unwrap();
-        Rendered::new(&PathTracer::new(&scene), [256, 256], 4, seed).mean
+        Rendered::new(
+            &PathTracer::new(&scene, scene.emitters_by_power()),
+            [256, 256],
+            4,
+            seed,
+        )
+        .mean
     };
     let differing = |a: &[f64], b: &[f64]| {
         let differ = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-4 * a.max(*b);
@@ -422,7 +429,8 @@ fn suite_case(suite: &Path, scene: &str, reference: &str, max_depth: u32) -> Res
     let size = [image.width(), image.height()];
     [description.settings.width, description.settings.height] = size;
     let scene = Scene::new(&description).unwrap();
-    let tracer = PathTracer::with_depths(&scene, Some(max_depth), description.settings.roulette_depth);
+    let tracer = PathTracer::new(&scene, scene.emitters_by_power())
+        .with_depths(Some(max_depth), description.settings.roulette_depth);
     let mut found = Rendered::new(&tracer, size, SAMPLES, 4);
     let mean: Vec<f64> = image.pixels().iter().flatten().map(|&v| f64::from(v)).collect();
     if max_depth == 1 {

@@ -120,7 +120,7 @@ fn frame_means(method: &mut impl FrameMethod, frames: u32, seed: u64) -> MeanTes
 
 /// The same of the path tracer.
 fn path_means(scene: &Scene, max_depth: u32, samples: u32) -> MeanTest {
-    let tracer = PathTracer::with_depths(scene, Some(max_depth), 1000);
+    let tracer = PathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(max_depth), 1000);
     let (width, height) = (scene.settings().width, scene.settings().height);
     let mut means = MeanTest::new();
     for index in 0..samples {
@@ -141,7 +141,7 @@ fn lights_one_by_one_give_what_paths_give() {
         let bounces = if fault == Some("a bounce less") { 1 } else { 2 };
         let min_distance = if fault == Some("clamped") { 1.5 } else { 0.0 };
         let options = VplOptions { paths: 48, bounces };
-        let mut brute = VplBrute::new(&scene, options, min_distance).unwrap();
+        let mut brute = VplBrute::new(&scene, scene.emitters_by_power(), options, min_distance).unwrap();
         frame_means(&mut brute, 700, 3).test_equal(&paths, 1e-6)
     })
     .unwrap();
@@ -170,7 +170,11 @@ fn choices_stand_for_all() {
     };
     let clamp = 0.02 * scene.extent();
     check_faults(&["clamped"], |fault| {
-        let brute = |clamp| VplBrute::new(&scene, lights, clamp).unwrap().with_fixed_lights();
+        let brute = |clamp| {
+            VplBrute::new(&scene, scene.emitters_by_power(), lights, clamp)
+                .unwrap()
+                .with_fixed_lights()
+        };
         let farther = if fault.is_some() { 10.0 * clamp } else { clamp };
         same_mean(
             &mut brute(clamp),
@@ -193,7 +197,7 @@ fn choices_stand_for_all() {
                 shadow_samples,
                 ..VplGridOptions::new(clamp)
             };
-            VplGrid::new(&scene, options).unwrap()
+            VplGrid::new(&scene, scene.emitters_by_power(), options).unwrap()
         };
         same_mean(&mut grid(16), &mut grid(if fault.is_some() { 0 } else { 1 }), 150)
     })
@@ -237,7 +241,9 @@ fn the_grid_gives_nearly_what_the_sum_gives() {
     };
     let clamp = 0.02 * scene.extent();
     let sum = |frames| {
-        let mut brute = VplBrute::new(&scene, lights, clamp).unwrap().with_fixed_lights();
+        let mut brute = VplBrute::new(&scene, scene.emitters_by_power(), lights, clamp)
+            .unwrap()
+            .with_fixed_lights();
         mean_image(&mut brute, frames, 7, 0)
     };
     let expected = sum(4);
@@ -253,7 +259,14 @@ fn the_grid_gives_nearly_what_the_sum_gives() {
         fixed_lights: true,
         ..VplGridOptions::new(clamp)
     };
-    let image = |options, frames| mean_image(&mut VplGrid::new(&scene, options).unwrap(), frames, 7, 0);
+    let image = |options, frames| {
+        mean_image(
+            &mut VplGrid::new(&scene, scene.emitters_by_power(), options).unwrap(),
+            frames,
+            7,
+            0,
+        )
+    };
     let difference = |options| relative_difference(&image(options, 4), &expected);
     let fine = difference(options);
     let rough = difference(VplGridOptions {
@@ -309,9 +322,16 @@ fn threads_do_not_change_the_image() {
         interleaving: 2,
         ..VplGridOptions::new(0.03)
     };
-    let grid = |seed, threads| mean_image(&mut VplGrid::new(&scene, options).unwrap(), 3, seed, threads);
+    let grid = |seed, threads| {
+        mean_image(
+            &mut VplGrid::new(&scene, scene.emitters_by_power(), options).unwrap(),
+            3,
+            seed,
+            threads,
+        )
+    };
     let brute = |seed, threads| {
-        let method = VplBrute::new(&scene, options.lights, 0.03).unwrap();
+        let method = VplBrute::new(&scene, scene.emitters_by_power(), options.lights, 0.03).unwrap();
         mean_image(&mut method.with_lights_per_point(50), 3, seed, threads)
     };
     assert_eq!(grid(1, 1), grid(1, 3));
@@ -343,7 +363,11 @@ fn the_direct_part_is_that_of_the_path_tracer() {
         let scene = Scene::new(&description).unwrap();
         let paths = path_means(&scene, 10, 600);
         let options = VplOptions { paths: 4, bounces: 1 };
-        let means = frame_means(&mut VplBrute::new(&scene, options, 0.0).unwrap(), 600, 9);
+        let means = frame_means(
+            &mut VplBrute::new(&scene, scene.emitters_by_power(), options, 0.0).unwrap(),
+            600,
+            9,
+        );
         means.test_equal(&paths, 1e-6).unwrap();
         assert!(means.test_equal(&path_means(&scene, 1, 600), 1e-6).is_err());
     }
@@ -353,7 +377,11 @@ fn the_direct_part_is_that_of_the_path_tracer() {
 fn impossible_options_are_refused() {
     let scene = cornell(4, 4);
     let sound = VplGridOptions::new(0.1);
-    let refuse = |options: VplGridOptions| VplGrid::new(&scene, options).err().unwrap();
+    let refuse = |options: VplGridOptions| {
+        VplGrid::new(&scene, scene.emitters_by_power(), options)
+            .err()
+            .unwrap()
+    };
     assert!(matches!(
         refuse(VplGridOptions {
             min_distance: f32::NAN,
@@ -392,7 +420,7 @@ fn impossible_options_are_refused() {
     ));
     let lights = VplOptions { paths: 0, bounces: 1 };
     assert_eq!(refuse(VplGridOptions { lights, ..sound }), VplError::Paths(0));
-    assert!(VplBrute::new(&scene, VplOptions::default(), -1.0).is_err());
+    assert!(VplBrute::new(&scene, scene.emitters_by_power(), VplOptions::default(), -1.0).is_err());
 }
 
 /// Where no light arrives at all there are no lights, and the image is black.
@@ -404,7 +432,7 @@ fn the_dark_is_dark() {
     }
     (description.settings.width, description.settings.height) = (4, 4);
     let scene = Scene::new(&description).unwrap();
-    let mut grid = VplGrid::new(&scene, VplGridOptions::new(0.1)).unwrap();
+    let mut grid = VplGrid::new(&scene, scene.emitters_by_power(), VplGridOptions::new(0.1)).unwrap();
     assert_eq!(mean_image(&mut grid, 2, 0, 1).mean(), [0.0; 3]);
     assert!(grid.grid().is_none());
 }

@@ -6,21 +6,10 @@ use glam::Vec3;
 use lightshed_sampling::{Area, Density, Frame, SolidAngle, UniformCone, UniformSphere, UniformTriangle};
 use std::f32::consts::{PI, TAU};
 
-/// A surface that emits, as the scene's builder hands it over.
-pub struct AreaEmitter {
-    pub radiance: Rgb,
-    pub shape: AreaShape,
-}
-
-/// Its geometry.
-pub enum AreaShape {
-    Triangle { corners: [Vec3; 3], normal: Vec3 },
-    Sphere { sphere: Sphere, inwards: bool },
-}
-
-/// A surface that emits, as sampling reads it.
+/// A surface that emits. Its densities are those of sampling it, times the probability of having chosen it, which is 1 unless
+/// [`AreaEmitter::chosen_with`] says otherwise.
 #[derive(Clone, Debug)]
-pub enum AreaRecord {
+pub enum AreaEmitter {
     Triangle(TriangleEmitter),
     Sphere(SphereEmitter),
 }
@@ -33,7 +22,7 @@ pub struct TriangleEmitter {
     pub(super) edges: [Vec3; 2],
     pub(super) normal: Vec3,
     pub(super) radiance: Rgb,
-    /// `p_sel / area`.
+    /// `P / area`, with `P` the probability of having chosen it.
     pub(super) pdf_area: f32,
 }
 
@@ -43,30 +32,32 @@ pub struct SphereEmitter {
     pub(super) sphere: Sphere,
     pub(super) orientation: f32,
     pub(super) radiance: Rgb,
-    pub(super) selection_probability: f32,
+    /// Of having chosen it.
+    pub(super) probability: f32,
 }
 
-impl AreaRecord {
-    pub fn new(emitter: &AreaEmitter) -> Self {
-        let radiance = emitter.radiance;
-        match emitter.shape {
-            AreaShape::Triangle {
-                corners: [a, b, c],
-                normal,
-            } => Self::Triangle(TriangleEmitter {
-                corner: a,
-                edges: [b - a, c - a],
-                normal,
-                radiance,
-                pdf_area: 0.0,
-            }),
-            AreaShape::Sphere { sphere, inwards } => Self::Sphere(SphereEmitter {
-                sphere,
-                orientation: if inwards { -1.0 } else { 1.0 },
-                radiance,
-                selection_probability: 0.0,
-            }),
-        }
+impl AreaEmitter {
+    /// A triangle that emits to the side of its unit `normal`.
+    pub fn triangle([a, b, c]: [Vec3; 3], normal: Vec3, radiance: Rgb) -> Self {
+        let mut triangle = TriangleEmitter {
+            corner: a,
+            edges: [b - a, c - a],
+            normal,
+            radiance,
+            pdf_area: 0.0,
+        };
+        triangle.pdf_area = (1.0 / triangle.area()) as f32;
+        Self::Triangle(triangle)
+    }
+
+    /// A sphere that emits outwards or inwards.
+    pub fn sphere(sphere: Sphere, inwards: bool, radiance: Rgb) -> Self {
+        Self::Sphere(SphereEmitter {
+            sphere,
+            orientation: if inwards { -1.0 } else { 1.0 },
+            radiance,
+            probability: 1.0,
+        })
     }
 
     /// Luminous flux `π A L`.
@@ -80,11 +71,13 @@ impl AreaRecord {
         f64::from(PI) * area * luminance_f64(self.radiance())
     }
 
-    pub fn set_selection_probability(&mut self, probability: f32) {
-        match self {
+    /// The same, had it been chosen with `probability`.
+    pub fn chosen_with(mut self, probability: f32) -> Self {
+        match &mut self {
             Self::Triangle(triangle) => triangle.pdf_area = (f64::from(probability) / triangle.area()) as f32,
-            Self::Sphere(sphere) => sphere.selection_probability = probability,
+            Self::Sphere(sphere) => sphere.probability = probability,
         }
+        self
     }
 
     #[inline(always)]
@@ -103,7 +96,7 @@ impl AreaRecord {
         }
     }
 
-    /// Density, selection included, of sampling `point` from `from`.
+    /// Density of sampling `point` from `from`.
     #[inline(always)]
     pub fn pdf(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
         match self {
@@ -194,11 +187,11 @@ impl SphereEmitter {
     }
 
     fn pdf_area(&self) -> Density<Area> {
-        Density::new(self.selection_probability / (2.0 * TAU * self.sphere.radius * self.sphere.radius))
+        Density::new(self.probability / (2.0 * TAU * self.sphere.radius * self.sphere.radius))
     }
 
-    /// A direction from the centre to the place on the sphere that `u` maps to as seen from `from`, and the density,
-    /// selection included; `None` where the sphere shines the other way.
+    /// A direction from the centre to the place on the sphere that `u` maps to as seen from `from`, and the density;
+    /// `None` where the sphere shines the other way.
     #[inline]
     pub(super) fn place(&self, from: Vec3, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
         let Sphere { center, radius } = self.sphere;
@@ -216,10 +209,7 @@ impl SphereEmitter {
                 let along = distance * local.z - half_chord;
                 let direction = Frame::from_normal(axis).to_world(local);
                 let outward = (direction * along - axis * distance).normalize_or(-axis);
-                Some((
-                    outward,
-                    Density::new(self.selection_probability / cone.solid_angle()),
-                ))
+                Some((outward, Density::new(self.probability / cone.solid_angle())))
             }
             None => {
                 let outward = UniformSphere::sample(u);
@@ -228,11 +218,11 @@ impl SphereEmitter {
         }
     }
 
-    /// Density of the point `position` on the sphere, of unit normal `normal`, as seen from `from`; selection included.
+    /// Density of the point `position` on the sphere, of unit normal `normal`, as seen from `from`.
     #[inline]
     pub(super) fn pdf_at(&self, from: Vec3, position: Vec3, normal: Vec3) -> Density<SolidAngle> {
         match self.cone(from) {
-            Some((cone, _, _)) => Density::new(self.selection_probability / cone.solid_angle()),
+            Some((cone, _, _)) => Density::new(self.probability / cone.solid_angle()),
             None => {
                 let d = position - from;
                 let distance_squared = d.length_squared();

@@ -4,8 +4,9 @@
 //! `p(x, ω)` in the measure `dω dA` (of area, or of the disk across the scene for light from infinity; solid angle alone for points)
 //! and carries `L_e |cos θ| / p`, so that the sum over what happens to it estimates `Σ` without bias.
 
-use super::area::{AreaRecord, SphereEmitter, TriangleEmitter};
-use super::{Emitters, PointEmitter, Selected, target_on_surface};
+use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
+use super::by_power::Selected;
+use super::{EmittersByPower, PointEmitter, target_on_surface};
 use crate::{Ray, Rgb};
 use glam::Vec3;
 use lightshed_sampling::{
@@ -41,7 +42,7 @@ impl Surroundings {
     }
 }
 
-impl Emitters {
+impl EmittersByPower<'_> {
     /// See [`Scene::sample_emission`](crate::Scene::sample_emission).
     pub(crate) fn sample_emission(
         &self,
@@ -50,23 +51,24 @@ impl Emitters {
         u_place: [f32; 2],
         u_direction: [f32; 2],
     ) -> Option<EmittedRay> {
+        let emitters = self.emitters();
         let emitted = match self.select(u_select) {
-            Selected::Finite { index, pmf } => match self.areas.get(index as usize) {
-                Some(AreaRecord::Triangle(triangle)) => triangle.emit(index, u_place, u_direction),
-                Some(AreaRecord::Sphere(sphere)) => sphere.emit(index, u_place, u_direction),
+            Selected::Finite { index, pmf } => match self.area(index) {
+                Some(AreaEmitter::Triangle(triangle)) => triangle.emit(index, u_place, u_direction),
+                Some(AreaEmitter::Sphere(sphere)) => sphere.emit(index, u_place, u_direction),
                 None => {
-                    let point = self.points.get(index as usize - self.areas.len())?;
-                    point.emit(index, pmf * self.group_probability, u_direction)
+                    let point = emitters.points.get(index as usize - emitters.areas.len())?;
+                    point.emit(index, pmf * self.group_probability(), u_direction)
                 }
             },
             Selected::Infinite(number) => {
-                let index = (self.areas.len() + self.points.len() + number) as u32;
+                let index = (emitters.finite_count() + number) as u32;
                 // Towards the light, and the flux through a unit of area across it.
-                let (towards, irradiance) = match self.directionals.get(number) {
-                    Some(light) => (light.towards, light.irradiance / self.group_probability),
+                let (towards, irradiance) = match emitters.directionals.get(number) {
+                    Some(light) => (light.towards, light.irradiance / self.group_probability()),
                     None => {
-                        let (towards, radiance, pdf) = self.environment()?.sample(u_direction)?;
-                        (towards, radiance / (pdf * self.group_probability).value())
+                        let (towards, radiance, pdf) = emitters.environment()?.sample(u_direction)?;
+                        (towards, radiance / (pdf * self.group_probability()).value())
                     }
                 };
                 let on_disk = ConcentricDisk::sample(u_place) * around.radius;
@@ -114,7 +116,7 @@ impl SphereEmitter {
                 target_on_surface(point, normal, magnitude, radius, point + normal),
                 direction,
             ),
-            flux: self.radiance * (PI * 2.0 * TAU * radius * radius / self.selection_probability),
+            flux: self.radiance * (PI * 2.0 * TAU * radius * radius / self.probability),
             emitter,
         }
     }
@@ -155,7 +157,7 @@ mod tests {
     use lightshed_testkit::{MeanTest, check_faults};
     use std::sync::Arc;
 
-    /// The flux through a triangle, by rays from the emitters and by the irradiance at its points as `Emitters::sample` sees it.
+    /// The flux through a triangle, by rays from the emitters and by the irradiance at its points as `EmittersByPower::sample` sees it.
     fn fluxes(scene: &Scene, corners: [Vec3; 3], count: u32, fault: f64) -> (MeanTest, MeanTest) {
         let (mut from_light, mut at_surface) = (MeanTest::new(), MeanTest::new());
         let [a, b, c] = corners;
@@ -172,7 +174,9 @@ mod tests {
             from_light.push(fault * arrived.map_or(0.0, |emitted| f64::from(emitted.flux.x)));
             let [v, w, _] = UniformTriangle::sample(rng.next_2d());
             let point = a + (b - a) * v + (c - a) * w;
-            let sample = scene.emitters().sample(point, rng.next_u64(), rng.next_2d());
+            let sample = scene
+                .emitters_by_power()
+                .sample(point, rng.next_u64(), rng.next_2d());
             let irradiance = sample.map_or(0.0, |s| f64::from(s.weight.x * s.direction.dot(normal).max(0.0)));
             at_surface.push(irradiance * area);
         }

@@ -9,8 +9,8 @@
 //! where `|dω/de| = |cos θ_e| / d²` on surfaces and 1 otherwise. The space of all `e` is the union of the three, and none of
 //! it depends on `x`: a sample keeps its contribution weight at another point as it is, with Jacobian 1.
 
-use super::area::{AreaRecord, SphereEmitter, TriangleEmitter};
-use super::{Emitters, Selected, ray_towards, shadow_ray, target_on_surface};
+use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
+use super::{Emitters, ray_towards, shadow_ray, target_on_surface};
 use crate::{Ray, Rgb, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, UniformTriangle, octahedral_decode, octahedral_encode};
@@ -44,21 +44,32 @@ pub struct EmitterConnection {
     pub direction: Vec3,
     /// Radiance that arrives from there; of lights that are a point or a direction: the irradiance on a plane facing them.
     pub radiance: Rgb,
-    /// Density `p_sel · p_ω` with which [`Emitters::sample`] at the point chooses this direction by this emitter; zero for
-    /// emitters that no other technique can hit.
+    /// Density `P p_ω` of this direction by an emitter sample at the point, where `P` is the probability with which the emitter
+    /// (or any of those at infinity) was chosen, which is 1 unless something else is said; zero for emitters that no other
+    /// technique can hit.
     pub pdf: Density<SolidAngle>,
     /// Whether no other technique can hit the emitter.
     pub is_delta: bool,
     /// `|dω/de|`, solid angle per measure of endpoints: `|cos θ_e| / d²` on surfaces, else 1.
     pub solid_angle_per_endpoint: f32,
-    /// Density `p(e)` with which [`Emitters::sample`] at the point chooses this endpoint, in the measure of endpoints: per area,
-    /// per solid angle, or a probability.
+    /// Density `P p(e)` of this endpoint by the same, in the measure of endpoints: per area, per solid angle, or a probability.
     pub pdf_endpoint: f32,
     /// The point aimed at, moved off the emitter's surface; `None` at infinity.
     target: Option<Vec3>,
 }
 
 impl EmitterConnection {
+    /// The same, had the emitter been chosen with `probability`, where it was given before.
+    #[inline(always)]
+    #[must_use]
+    pub fn chosen_with(self, probability: f32) -> Self {
+        Self {
+            pdf: self.pdf * probability,
+            pdf_endpoint: self.pdf_endpoint * probability,
+            ..self
+        }
+    }
+
     /// The segment that must be free for the endpoint to be seen from `from`.
     #[inline(always)]
     pub fn shadow_ray(&self, from: &SurfacePoint) -> Ray {
@@ -73,18 +84,8 @@ impl EmitterConnection {
 }
 
 impl Emitters {
-    /// The endpoint that [`Emitters::sample`] aims at for the same arguments; `None` where nothing emits or a sphere shines
-    /// the other way. Whether it sends anything to `from`, [`Emitters::connect`] says.
-    #[inline]
-    pub fn sample_endpoint(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
-        match self.select(u_select) {
-            Selected::Finite { index, .. } => self.endpoint_on(from, index, u),
-            Selected::Infinite(index) => self.endpoint_of_infinite(index, u),
-        }
-    }
-
-    /// An endpoint on the finite emitter `emitter`, as [`Emitters::sample_endpoint`] aims at it once it has chosen; `None` for
-    /// any other index too.
+    /// An endpoint on the finite emitter `emitter`; `None` where a sphere shines the other way, and for any other index. Whether it
+    /// sends anything to `from`, [`Emitters::connect`] says.
     #[inline]
     pub fn endpoint_on(&self, from: Vec3, emitter: u32, u: [f32; 2]) -> Option<EmitterEndpoint> {
         match self.areas.get(emitter as usize) {
@@ -96,6 +97,16 @@ impl Emitters {
         }
     }
 
+    /// Density with which [`endpoint_on`](Self::endpoint_on) at `from` chooses `point` on its emitter, per solid angle there; zero if
+    /// it lies on none.
+    #[inline]
+    pub fn endpoint_pdf_on(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
+        match self.areas.get(point.emitter as usize) {
+            Some(area) => area.pdf(from, point),
+            None => Density::ZERO,
+        }
+    }
+
     /// An endpoint of one of the emitters at infinity, which are chosen by `u_select` uniformly; `None` where there are none.
     #[inline]
     pub fn endpoint_at_infinity(&self, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
@@ -104,7 +115,7 @@ impl Emitters {
         (count > 0).then(|| self.endpoint_of_infinite(which, u)).flatten()
     }
 
-    fn endpoint_of_infinite(&self, index: usize, u: [f32; 2]) -> Option<EmitterEndpoint> {
+    pub(super) fn endpoint_of_infinite(&self, index: usize, u: [f32; 2]) -> Option<EmitterEndpoint> {
         if index < self.directionals.len() {
             return Some(EmitterEndpoint::Delta {
                 emitter: (self.finite_count() + index) as u32,
@@ -126,47 +137,38 @@ impl Emitters {
         }
     }
 
-    /// Probability with which [`Emitters::sample_endpoint`] chooses the emitter of an endpoint; of one at infinity that of
-    /// choosing any of those.
-    #[inline]
-    pub fn endpoint_probability(&self, endpoint: &EmitterEndpoint) -> f32 {
-        match self.finite_emitter(endpoint) {
-            Some(emitter) => self.selection_probability(emitter),
-            None => self.group_probability * self.infinite_count() as f32,
-        }
-    }
-
-    /// What [`EmitterConnection::pdf_endpoint`] of an endpoint would be had its emitter (or any of those at infinity) been
-    /// chosen with `probability` instead of [`Emitters::endpoint_probability`].
-    #[inline]
-    pub fn pdf_endpoint_given(
-        &self,
-        endpoint: &EmitterEndpoint,
-        connection: &EmitterConnection,
-        probability: f32,
-    ) -> f32 {
-        let own = self.endpoint_probability(endpoint);
-        if own > 0.0 {
-            connection.pdf_endpoint * (probability / own)
-        } else {
-            0.0
-        }
-    }
-
-    /// What `endpoint` sends to `from`, and the densities with which [`Emitters::sample`] finds it there. `None` where it
-    /// sends nothing: from behind, outside of a spot's cone, or where `from` is so near that no `f32` holds the figures.
+    /// What `endpoint` sends to `from`, and the densities with which endpoints on its emitter
+    /// ([`endpoint_on`](Self::endpoint_on)), or on those at infinity ([`endpoint_at_infinity`](Self::endpoint_at_infinity)), are
+    /// that one. `None` where it sends nothing: from behind, outside of a spot's cone, or where `from` is so near that no `f32`
+    /// holds the figures.
     #[inline]
     pub fn connect(&self, from: Vec3, endpoint: &EmitterEndpoint) -> Option<EmitterConnection> {
+        let at_infinity = 1.0 / self.infinite_count() as f32;
+        self.connect_among(&self.areas, |_| 1.0, at_infinity, from, endpoint)
+    }
+
+    /// [`connect`](Self::connect), where surfaces have been chosen as these say, points and spots with the probability `point`,
+    /// and each emitter at infinity with the other.
+    #[inline(always)]
+    pub(super) fn connect_among(
+        &self,
+        areas: &[AreaEmitter],
+        point: impl FnOnce(u32) -> f32,
+        at_infinity: f32,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+    ) -> Option<EmitterConnection> {
         match *endpoint {
-            EmitterEndpoint::Surface { emitter, coordinates } => match self.areas.get(emitter as usize)? {
-                AreaRecord::Triangle(triangle) => triangle.connect(from, coordinates),
-                AreaRecord::Sphere(sphere) => sphere.connect(from, coordinates),
+            EmitterEndpoint::Surface { emitter, coordinates } => match areas.get(emitter as usize)? {
+                AreaEmitter::Triangle(triangle) => triangle.connect(from, coordinates),
+                AreaEmitter::Sphere(sphere) => sphere.connect(from, coordinates),
             },
             EmitterEndpoint::Environment { direction } => {
-                let pdf = self.pdf_environment(direction);
-                pdf.is_positive().then_some(EmitterConnection {
+                let environment = self.environment()?;
+                let pdf = environment.pdf(direction) * at_infinity;
+                pdf.is_positive().then(|| EmitterConnection {
                     direction,
-                    radiance: self.environment()?.radiance(direction),
+                    radiance: environment.radiance(direction),
                     pdf,
                     is_delta: false,
                     solid_angle_per_endpoint: 1.0,
@@ -174,11 +176,17 @@ impl Emitters {
                     target: None,
                 })
             }
-            EmitterEndpoint::Delta { emitter } => self.connect_delta(from, emitter),
+            EmitterEndpoint::Delta { emitter } => self.connect_delta(from, emitter, point, at_infinity),
         }
     }
 
-    fn connect_delta(&self, from: Vec3, emitter: u32) -> Option<EmitterConnection> {
+    fn connect_delta(
+        &self,
+        from: Vec3,
+        emitter: u32,
+        point_probability: impl FnOnce(u32) -> f32,
+        at_infinity: f32,
+    ) -> Option<EmitterConnection> {
         let delta = |direction, radiance, probability, target| EmitterConnection {
             direction,
             radiance,
@@ -191,14 +199,9 @@ impl Emitters {
         let number = (emitter as usize).checked_sub(self.areas.len())?;
         let Some(point) = self.points.get(number) else {
             let light = self.directionals.get(number - self.points.len())?;
-            return Some(delta(
-                light.towards,
-                light.irradiance,
-                self.group_probability,
-                None,
-            ));
+            return Some(delta(light.towards, light.irradiance, at_infinity, None));
         };
-        let probability = self.finite.as_ref()?.pmf(emitter) * self.group_probability;
+        let probability = point_probability(emitter);
         let (position, intensity) = point.towards(from);
         let to_emitter = position - from;
         let distance_squared = to_emitter.length_squared();
@@ -215,8 +218,8 @@ impl Emitters {
     }
 }
 
-impl AreaRecord {
-    /// Coordinates of the point that [`AreaRecord::sample`] aims at.
+impl AreaEmitter {
+    /// Coordinates of the point that [`AreaEmitter::sample`] aims at.
     #[inline]
     fn sample_coordinates(&self, from: Vec3, u: [f32; 2]) -> Option<[f32; 2]> {
         match self {
@@ -368,7 +371,7 @@ mod tests {
     #[test]
     fn connecting_from_where_it_was_sampled_gives_the_sample() {
         let scene = every_kind();
-        let emitters = scene.emitters();
+        let emitters = scene.emitters_by_power();
         let faults = [
             Fault::OtherCoordinates,
             Fault::Direction,
@@ -433,11 +436,11 @@ mod tests {
         .unwrap();
     }
 
-    /// From any other point: densities are those of [`Emitters::pdf`], and the place is the same place.
+    /// From any other point: densities are those of [`EmittersByPower::pdf`], and the place is the same place.
     #[test]
     fn connecting_from_elsewhere_aims_at_the_same_place() {
         let scene = every_kind();
-        let emitters = scene.emitters();
+        let emitters = scene.emitters_by_power();
         let mut rng = CounterRng::new(9, 0, 0);
         let mut seen = 0;
         for _ in 0..20_000 {
@@ -457,13 +460,13 @@ mod tests {
             let Some(connection) = emitters.connect(elsewhere, &endpoint) else {
                 let towards = place.position - elsewhere;
                 let outside_in = place.emitter == 2 && elsewhere.length() > 20.0;
-                assert!(emitters.radiance(&place, towards) == Rgb::ZERO || outside_in);
+                assert!(scene.emitters().radiance(&place, towards) == Rgb::ZERO || outside_in);
                 continue;
             };
             seen += 1;
             let towards = (place.position - elsewhere).normalize();
             assert!(connection.direction.dot(towards) > 1.0 - 1e-6);
-            assert_eq!(connection.radiance, emitters.radiance(&place, towards));
+            assert_eq!(connection.radiance, scene.emitters().radiance(&place, towards));
             agree(
                 "density",
                 connection.pdf.value(),
@@ -488,7 +491,7 @@ mod tests {
     #[test]
     fn what_does_not_exist_sends_nothing() {
         let scene = every_kind();
-        let emitters = scene.emitters();
+        let emitters = scene.emitters_by_power();
         let none = |endpoint| assert!(emitters.connect(Vec3::ZERO, &endpoint).is_none(), "{endpoint:?}");
         none(EmitterEndpoint::Surface {
             emitter: 3,

@@ -1,13 +1,13 @@
-//! Choosing and sampling emitters for eight points at a time.
+//! Choosing by power and sampling emitters for eight points at a time.
 
-use super::area::{AreaRecord, TriangleEmitter};
-use super::{EmitterSample, Emitters, SEGMENT_END};
+use super::area::{AreaEmitter, TriangleEmitter};
+use super::{EmitterSample, EmittersByPower, SEGMENT_END};
 use crate::surface::{DiffuseLanes, offset_along_lanes, offset_for_lanes};
 use glam::Vec3;
 use lightshed_lanes::{LANES, LaneMask, LaneWords, Lanes, Vec3Lanes};
 use lightshed_sampling::UniformTriangle;
 
-/// Eight results of [`Emitters::sample`], bit for bit.
+/// Eight samples of emitters.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterLanes<L: Lanes> {
     /// [`EmitterSample::direction`].
@@ -26,6 +26,18 @@ pub struct EmitterLanes<L: Lanes> {
 }
 
 impl<L: Lanes> EmitterLanes<L> {
+    /// Those that `sample` gives for the lanes `wanted`.
+    #[inline(always)]
+    pub fn one_by_one(wanted: u32, mut sample: impl FnMut(usize) -> Option<EmitterSample>) -> Self {
+        let mut samples = Others::NONE;
+        for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
+            if let Some(sample) = sample(lane) {
+                samples.set(lane, &sample);
+            }
+        }
+        samples.load()
+    }
+
     /// [`EmitterSample::shadow_ray`]: origin, direction and end.
     #[inline(always)]
     pub fn shadow_rays(&self, from: &DiffuseLanes<L>) -> (Vec3Lanes<L>, Vec3Lanes<L>, L) {
@@ -36,7 +48,7 @@ impl<L: Lanes> EmitterLanes<L> {
     }
 }
 
-/// Results of [`Emitters::sample`], lane by lane.
+/// Samples, lane by lane.
 struct Others {
     direction: [[f32; LANES]; 3],
     weight: [[f32; LANES]; 3],
@@ -91,8 +103,8 @@ fn load_vectors<L: Lanes>(rows: &[[f32; LANES]; 3]) -> Vec3Lanes<L> {
     Vec3Lanes::new(L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2]))
 }
 
-impl Emitters {
-    /// [`Emitters::sample`] for eight points, those in the lanes `wanted`; `u_select` are the low and the high halves.
+impl EmittersByPower<'_> {
+    /// [`EmittersByPower::sample`] for eight points, those in the lanes `wanted`; `u_select` are the low and the high halves. Bit for bit.
     #[inline(always)]
     pub fn sample_lanes<L: Lanes>(
         &self,
@@ -109,30 +121,24 @@ impl Emitters {
             if wanted >> lane & 1 == 0 {
                 continue;
             }
-            match self.triangle(u64::from(high[lane]) << 32 | u64::from(low[lane])) {
-                Some(record) => {
+            match self.select_area(u64::from(high[lane]) << 32 | u64::from(low[lane])) {
+                Some(AreaEmitter::Triangle(record)) => {
                     records[lane] = record;
                     triangles |= 1 << lane;
                 }
-                None => others |= 1 << lane,
+                _ => others |= 1 << lane,
             }
         }
         let sampled = sample_triangles::<L>(records, from, u, L::Mask::from_bits(triangles));
         if others == 0 {
             return sampled;
         }
-        let mut rest = Others::NONE;
         let (from, u0, u1) = (from.store(), u[0].store(), u[1].store());
-        for lane in 0..LANES {
-            if others >> lane & 1 == 1 {
-                let u_select = u64::from(high[lane]) << 32 | u64::from(low[lane]);
-                let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
-                if let Some(sample) = self.sample(from, u_select, [u0[lane], u1[lane]]) {
-                    rest.set(lane, &sample);
-                }
-            }
-        }
-        let rest = rest.load::<L>();
+        let rest = EmitterLanes::<L>::one_by_one(others, |lane| {
+            let u_select = u64::from(high[lane]) << 32 | u64::from(low[lane]);
+            let from = Vec3::new(from[0][lane], from[1][lane], from[2][lane]);
+            self.sample(from, u_select, [u0[lane], u1[lane]])
+        });
         let mask = L::Mask::from_bits(others);
         EmitterLanes {
             direction: rest.direction.select(mask, sampled.direction),
@@ -142,20 +148,6 @@ impl Emitters {
             found: sampled.found | rest.found,
             target: rest.target.select(mask, sampled.target),
             finite: sampled.finite | rest.finite,
-        }
-    }
-
-    /// The emitting triangle that `u_select` chooses, if it chooses one.
-    #[inline(always)]
-    fn triangle(&self, u_select: u64) -> Option<&TriangleEmitter> {
-        let table = self.finite.as_ref()?;
-        let routed = u128::from(u_select) * u128::from(self.groups);
-        if routed >> 64 != 0 {
-            return None;
-        }
-        match self.areas.get(table.sample_index(routed as u64) as usize) {
-            Some(AreaRecord::Triangle(triangle)) => Some(triangle),
-            _ => None,
         }
     }
 }

@@ -1,53 +1,46 @@
-//! Emitters: choosing one, sampling a direction towards it, and the density of having done so.
+//! Emitters: sampling a direction towards one, the density of having done so, and choosing one by power.
 
 mod area;
+mod by_power;
 mod emission;
 mod endpoint;
 mod environment;
 mod infinite;
 mod lanes;
+mod on_one;
 mod point;
-mod selection;
 
 #[cfg(test)]
 mod tests;
 
-pub(crate) use area::{AreaEmitter, AreaShape};
+pub(crate) use area::AreaEmitter;
+pub use by_power::EmittersByPower;
+pub(crate) use by_power::PowerTable;
 pub use emission::EmittedRay;
 pub(crate) use emission::Surroundings;
 pub use endpoint::{EmitterConnection, EmitterEndpoint};
 pub use environment::Environment;
 pub use lanes::EmitterLanes;
-pub use selection::{EmitterExtent, EmitterOrientation};
+pub use on_one::{EmitterExtent, EmitterOrientation};
 
+use crate::SceneError;
 use crate::surface::offset_along;
-use crate::{EmitterDescription, FlatDelta, FlatEmitter, Ray, Rgb, SceneError, SurfacePoint, luminance};
-use area::AreaRecord;
+use crate::{EmitterDescription, FlatDelta, Ray, Rgb, SurfacePoint, luminance};
 use glam::Vec3;
 use infinite::Directional;
-use lightshed_sampling::{AliasEntry, AliasTable, Density, SolidAngle};
+use lightshed_sampling::{Density, SolidAngle};
 use point::{Point, Spot};
 
-/// All emitters of a scene.
-///
-/// An emitter is chosen in two steps: uniformly among the emitters at infinity and, as one more choice, all finite
-/// ones together (the power of an emitter at infinity, which depends on the size of the scene, cannot be set against that
-/// of a lamp); then among the finite ones in proportion to their power (luminous flux). So every emitter that emits has a
-/// positive probability `p_sel`, the same at every point.
+/// All emitters of a scene, by index: what they emit, and the densities of sampling one that was chosen. Who chooses multiplies
+/// them by the probability of the choice.
 pub struct Emitters {
     /// Emitters `0 ..` by index: surfaces, …
-    areas: Vec<AreaRecord>,
+    areas: Vec<AreaEmitter>,
     /// … then points and spots, …
     points: Vec<PointEmitter>,
     /// … then those at infinity.
     directionals: Vec<Directional>,
     environment: Option<Environment>,
-    /// Over `areas` and `points`; `None` where there are none.
-    finite: Option<AliasTable>,
-    /// Emitters at infinity, and one more if there are finite ones.
-    groups: u32,
-    /// One over `groups`.
-    group_probability: f32,
 }
 
 /// Emitters at a point.
@@ -57,14 +50,6 @@ enum PointEmitter {
     Spot(Spot),
 }
 
-/// A chosen emitter.
-enum Selected {
-    /// By index, with its probability among the finite ones.
-    Finite { index: u32, pmf: f32 },
-    /// By its number among those at infinity, the environment last.
-    Infinite(usize),
-}
-
 /// A sampled direction towards an emitter, from a given reference point.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
@@ -72,11 +57,11 @@ pub struct EmitterSample {
     pub emitter: u32,
     /// Unit direction from the reference point.
     pub direction: Vec3,
-    /// Incident radiance over density, `L_i / p_ω`, selection included: the sum over emitters of `∫ L_i f cosθ dω` is
-    /// estimated by `weight · f cosθ` without bias (but for occlusion). For emitters that are a point or a direction: the
-    /// irradiance on a plane facing them, over the selection probability.
+    /// Incident radiance over density, `L_i / (P p_ω)`, where `P` is the probability with which the emitter was chosen: the sum
+    /// over emitters of `∫ L_i f cosθ dω` is estimated by `weight · f cosθ` without bias (but for occlusion). For emitters
+    /// that are a point or a direction: the irradiance on a plane facing them, over `P`.
     pub weight: Rgb,
-    /// Density `p_sel · p_ω` of this direction by this technique; zero for emitters that no other technique can hit.
+    /// Density `P p_ω` of this direction by this technique; zero for emitters that no other technique can hit.
     pub pdf: Density<SolidAngle>,
     /// Whether no other technique can hit the emitter, so that the sample has MIS weight 1.
     pub is_delta: bool,
@@ -89,6 +74,18 @@ pub struct EmitterSample {
 const SEGMENT_END: f32 = 1.0 - 16.0 * f32::EPSILON;
 
 impl EmitterSample {
+    /// The same, had the emitter been chosen with `probability`, where it was given before. `None` where the weight is no number
+    /// then.
+    #[inline(always)]
+    pub fn chosen_with(self, probability: f32) -> Option<Self> {
+        let sample = Self {
+            weight: self.weight / probability,
+            pdf: self.pdf * probability,
+            ..self
+        };
+        sample.weight.is_finite().then_some(sample)
+    }
+
     /// The segment that must be free for the emitter to be seen from `from`.
     #[inline(always)]
     pub fn shadow_ray(&self, from: &SurfacePoint) -> Ray {
@@ -118,8 +115,7 @@ fn ray_towards(origin: Vec3, direction: Vec3, target: Option<Vec3>) -> Ray {
 }
 
 impl Emitters {
-    pub(crate) fn new(areas: &[AreaEmitter], others: &[EmitterDescription]) -> Result<Self, SceneError> {
-        let mut areas: Vec<AreaRecord> = areas.iter().map(AreaRecord::new).collect();
+    pub(crate) fn new(areas: Vec<AreaEmitter>, others: &[EmitterDescription]) -> Result<Self, SceneError> {
         let (mut points, mut directionals, mut environment) = (Vec::new(), Vec::new(), None);
         for (index, emitter) in others.iter().enumerate() {
             let refuse = |reason| SceneError::Emitter {
@@ -156,37 +152,18 @@ impl Emitters {
                 }
             }
         }
-        let power = areas
-            .iter()
-            .map(AreaRecord::power)
-            .chain(points.iter().map(PointEmitter::power));
-        let power: Vec<f64> = power.collect();
-        let finite = power
-            .iter()
-            .any(|&p| p > 0.0)
-            .then(|| AliasTable::new(&power))
-            .transpose()
-            .map_err(|_| SceneError::Emitter {
-                emitter: "all emitters".to_owned(),
-                reason: "their power overflows",
-            })?;
-        let infinite = directionals.len() + usize::from(environment.is_some());
-        let groups = infinite as u32 + u32::from(finite.is_some());
-        let group_probability = if groups > 0 { 1.0 / groups as f32 } else { 0.0 };
-        if let Some(table) = &finite {
-            for (index, area) in areas.iter_mut().enumerate() {
-                area.set_selection_probability(table.pmf(index as u32) * group_probability);
-            }
-        }
         Ok(Self {
             areas,
             points,
             directionals,
             environment,
-            finite,
-            groups,
-            group_probability,
         })
+    }
+
+    /// Luminous flux of the finite emitters.
+    fn power(&self) -> impl Iterator<Item = f64> {
+        let areas = self.areas.iter().map(AreaEmitter::power);
+        areas.chain(self.points.iter().map(PointEmitter::power))
     }
 
     /// Number of emitters.
@@ -197,9 +174,9 @@ impl Emitters {
             + usize::from(self.environment().is_some())
     }
 
-    /// Whether nothing emits.
+    /// Whether there is no emitter.
     pub fn is_empty(&self) -> bool {
-        self.groups == 0
+        self.len() == 0
     }
 
     /// Number of emitting triangles and spheres.
@@ -207,43 +184,9 @@ impl Emitters {
         self.areas.len()
     }
 
-    /// An emitting triangle as a shader reads it; `None` if the emitter of this index is none.
-    pub(crate) fn flat_triangle(&self, index: u32) -> Option<FlatEmitter> {
-        match self.areas.get(index as usize)? {
-            AreaRecord::Triangle(triangle) => Some(triangle.flat()),
-            AreaRecord::Sphere(_) => None,
-        }
-    }
-
-    /// Emitters at a point, then those of a single direction, as shaders read them.
-    pub(crate) fn flat_deltas(&self) -> Vec<FlatDelta> {
-        let first = self.areas.len() as u32;
-        let points = (first..).zip(&self.points).map(|(index, point)| FlatDelta {
-            probability: self.selection_probability(index),
-            ..point.flat()
-        });
-        let directions = self.directionals.iter().map(|light| FlatDelta {
-            place: light.towards,
-            probability: self.group_probability,
-            intensity: light.irradiance,
-            ..FlatDelta::default()
-        });
-        points.chain(directions).collect()
-    }
-
-    /// How many of [`Emitters::flat_deltas`] are emitters at a point.
+    /// Number of emitters at a point.
     pub(crate) fn point_count(&self) -> usize {
         self.points.len()
-    }
-
-    /// The table by which one of the finite emitters is chosen; empty if there are none.
-    pub(crate) fn finite_table(&self) -> &[AliasEntry] {
-        self.finite.as_ref().map_or(&[], AliasTable::entries)
-    }
-
-    /// Emitters at infinity, and one more if there are finite ones.
-    pub(crate) fn group_count(&self) -> u32 {
-        self.groups
     }
 
     /// What surrounds the scene.
@@ -255,38 +198,9 @@ impl Emitters {
         self.environment.as_ref()
     }
 
-    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` where nothing emits, or where the
-    /// chosen emitter sends nothing to `from`: that outcome counts as a sample of value zero.
-    #[inline]
-    pub fn sample(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
-        match self.select(u_select) {
-            Selected::Finite { index, pmf } => self.sample_finite(from, index, pmf, u),
-            Selected::Infinite(index) => self.sample_infinite(index, u),
-        }
-    }
-
-    /// Chooses an emitter; one at infinity if nothing emits.
+    /// Towards a point or spot that was chosen with `probability`.
     #[inline(always)]
-    fn select(&self, u_select: u64) -> Selected {
-        // The high part of the product is the group, the low part a fresh uniform number within it.
-        let routed = u128::from(u_select) * u128::from(self.groups);
-        let group = (routed >> 64) as usize;
-        match &self.finite {
-            Some(table) if group == 0 => {
-                let (index, pmf) = table.sample(routed as u64);
-                Selected::Finite { index, pmf }
-            }
-            Some(_) => Selected::Infinite(group - 1),
-            None => Selected::Infinite(group),
-        }
-    }
-
-    #[inline(always)]
-    fn sample_finite(&self, from: Vec3, index: u32, pmf: f32, u: [f32; 2]) -> Option<EmitterSample> {
-        if let Some(area) = self.areas.get(index as usize) {
-            return area.sample(from, index, u);
-        }
-        let probability = pmf * self.group_probability;
+    fn sample_point(&self, from: Vec3, index: u32, probability: f32) -> Option<EmitterSample> {
         let (position, intensity) = self.points[index as usize - self.areas.len()].towards(from);
         let to_emitter = position - from;
         let distance_squared = to_emitter.length_squared();
@@ -308,21 +222,22 @@ impl Emitters {
         })
     }
 
+    /// Towards an emitter at infinity, by its number among those, that was chosen with `probability`.
     #[inline(always)]
-    fn sample_infinite(&self, index: usize, u: [f32; 2]) -> Option<EmitterSample> {
+    fn sample_infinite(&self, index: usize, probability: f32, u: [f32; 2]) -> Option<EmitterSample> {
         let emitter = (self.areas.len() + self.points.len() + index) as u32;
         if let Some(light) = self.directionals.get(index) {
             return Some(EmitterSample {
                 emitter,
                 direction: light.towards,
-                weight: light.irradiance / self.group_probability,
+                weight: light.irradiance / probability,
                 pdf: Density::ZERO,
                 is_delta: true,
                 target: None,
             });
         }
         let (direction, radiance, pdf) = self.environment()?.sample(u)?;
-        let pdf = pdf * self.group_probability;
+        let pdf = pdf * probability;
         Some(EmitterSample {
             emitter,
             direction,
@@ -339,25 +254,6 @@ impl Emitters {
         match self.areas.get(point.emitter as usize) {
             Some(area) if incoming.dot(point.geometric_normal) < 0.0 => area.radiance(),
             _ => Rgb::ZERO,
-        }
-    }
-
-    /// Density with which [`Emitters::sample`] at `from` would have chosen the direction to `point`, which lies on an
-    /// area emitter; zero if it does not.
-    #[inline(always)]
-    pub fn pdf(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
-        match self.areas.get(point.emitter as usize) {
-            Some(area) => area.pdf(from, point),
-            None => Density::ZERO,
-        }
-    }
-
-    /// Density with which [`Emitters::sample`] would have chosen `direction` towards the environment.
-    #[inline(always)]
-    pub fn pdf_environment(&self, direction: Vec3) -> Density<SolidAngle> {
-        match self.environment() {
-            Some(environment) => environment.pdf(direction) * self.group_probability,
-            None => Density::ZERO,
         }
     }
 }

@@ -61,7 +61,7 @@ fn irradiance(scene: &Scene, from: Vec3, normal: Vec3, strata: u64) -> f64 {
                 ((cell % 64) as f32 + 0.5) / 64.0,
                 ((cell / 64) as f32 + 0.5) / 64.0,
             ];
-            if let Some(sample) = scene.emitters().sample(from, u_select, u) {
+            if let Some(sample) = scene.emitters_by_power().sample(from, u_select, u) {
                 sum += f64::from(sample.weight.x * sample.direction.dot(normal).max(0.0));
             }
         }
@@ -272,7 +272,7 @@ fn environment_images_give_the_irradiance_of_a_quadrature() {
     }
 }
 
-/// What [`super::Emitters::pdf`] says of a point that a ray meets is the density that sampling it reports.
+/// What [`super::EmittersByPower::pdf`] says of a point that a ray meets is the density that sampling it reports.
 #[test]
 fn densities_of_samples_are_those_of_hits() {
     let corners = [
@@ -294,11 +294,14 @@ fn densities_of_samples_are_those_of_hits() {
     for _ in 0..20_000 {
         let from = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) - 0.5;
         let (u_select, u) = (rng.next_u64(), rng.next_2d());
-        let Some(sample) = scene.emitters().sample(from, u_select, u) else {
+        let Some(sample) = scene.emitters_by_power().sample(from, u_select, u) else {
             continue;
         };
         if sample.emitter as usize == scene.emitters().area_count() {
-            assert_eq!(scene.emitters().pdf_environment(sample.direction), sample.pdf);
+            assert_eq!(
+                scene.emitters_by_power().pdf_environment(sample.direction),
+                sample.pdf
+            );
             seen[4] += 1;
             continue;
         }
@@ -310,7 +313,7 @@ fn densities_of_samples_are_those_of_hits() {
             continue;
         }
         seen[sample.emitter as usize] += 1;
-        let pdf = scene.emitters().pdf(from, &point).value();
+        let pdf = scene.emitters_by_power().pdf(from, &point).value();
         assert!(
             (pdf / sample.pdf.value() - 1.0).abs() < 2e-3,
             "{pdf} for {:?}",

@@ -79,11 +79,11 @@ impl FlatScene {
                 return Err(FlatError::Material(index));
             }
         }
-        let emitters = scene.emitters();
+        let (emitters, by_power) = (scene.emitters(), scene.emitters_by_power());
         let environment = emitters.environment();
         let constant = environment.and_then(Environment::constant_radiance);
         let rows = (0..emitters.area_count() as u32)
-            .map(|index| emitters.flat_triangle(index).ok_or(FlatError::Spheres))
+            .map(|index| by_power.flat_triangle(index).ok_or(FlatError::Spheres))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             triangles: scene.triangle_records().to_vec(),
@@ -100,15 +100,15 @@ impl FlatScene {
             touching: scene.slack_of_touching().to_vec(),
             materials,
             emitters: rows,
-            deltas: emitters.flat_deltas(),
+            deltas: by_power.flat_deltas(),
             points: emitters.point_count() as u32,
-            emitter_table: emitters.finite_table().to_vec(),
+            emitter_table: by_power.finite_table().to_vec(),
             camera: scene
                 .camera()
                 .flat([scene.settings().width, scene.settings().height]),
             surroundings: constant.unwrap_or(Vec3::ZERO),
             sky: environment.and_then(Environment::flat),
-            groups: emitters.group_count(),
+            groups: by_power.group_count(),
         })
     }
 

@@ -6,7 +6,7 @@ use super::touching::{OpaqueSurfaces, touching};
 use super::{EmittingSurfaces, Scene};
 use crate::SceneError;
 use crate::accel::Accelerator;
-use crate::emitter::{AreaEmitter, AreaShape};
+use crate::emitter::{AreaEmitter, PowerTable};
 use crate::medium::build_media;
 use crate::{
     AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription,
@@ -104,8 +104,8 @@ impl Scene {
         media.look_for_surfaces(&corners, &spheres);
         let bounds = bounds(&corners, &spheres);
         let camera = Camera::new(camera, settings.width, settings.height)?;
-        let emitters = Emitters::new(&flat.emitters, emitters)?;
         let emitting = EmittingSurfaces::build(&flat, options);
+        let emitters = Emitters::new(flat.emitters, emitters)?;
         let mut scene = Self {
             accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
             opaque: None,
@@ -118,6 +118,7 @@ impl Scene {
             spheres: flat.spheres,
             diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
             materials: materials.clone(),
+            by_power: PowerTable::new(&emitters)?,
             emitters,
             camera,
             settings: *settings,
@@ -233,13 +234,9 @@ impl Flattened {
         } = *geometry;
         let sphere = Sphere { center, radius };
         let orientation = if flip_normals { -1.0 } else { 1.0 };
-        let emitter = self.emit(
-            emission,
-            AreaShape::Sphere {
-                sphere,
-                inwards: flip_normals,
-            },
-        );
+        let emitter = self.emit(emission, |radiance| {
+            AreaEmitter::sphere(sphere, flip_normals, radiance)
+        });
         self.spheres.push(SphereRecord {
             sphere,
             orientation,
@@ -249,9 +246,9 @@ impl Flattened {
     }
 
     /// Registers an emitter; returns its index.
-    fn emit(&mut self, emission: Option<Rgb>, shape: AreaShape) -> u32 {
+    fn emit(&mut self, emission: Option<Rgb>, emitter: impl FnOnce(Rgb) -> AreaEmitter) -> u32 {
         let Some(radiance) = emission else { return NONE };
-        self.emitters.push(AreaEmitter { radiance, shape });
+        self.emitters.push(emitter(radiance));
         self.emitters.len() as u32 - 1
     }
 
@@ -284,7 +281,9 @@ impl Flattened {
                 self.uvs.push(pick.map(|i| mesh.uvs[i]));
                 self.uvs.len() as u32 - 1
             };
-            let emitter = self.emit(emission, AreaShape::Triangle { corners, normal });
+            let emitter = self.emit(emission, |radiance| {
+                AreaEmitter::triangle(corners, normal, radiance)
+            });
             self.triangles.push(TriangleRecord {
                 corners,
                 normal,

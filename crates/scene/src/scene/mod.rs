@@ -8,7 +8,7 @@ mod touching;
 pub use build::BuildOptions;
 
 use crate::accel::Accelerator;
-use crate::emitter::{EmittedRay, Surroundings};
+use crate::emitter::{EmittedRay, EmittersByPower, PowerTable, Surroundings};
 use crate::medium::{Boundaries, Medium, MediumSides};
 use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, SurfacePoint};
 use glam::{Vec2, Vec3};
@@ -39,6 +39,7 @@ pub struct Scene {
     /// The materials as lanes read them.
     diffuse_rows: Vec<DiffuseRow>,
     emitters: Emitters,
+    by_power: PowerTable,
     camera: Camera,
     settings: RenderSettings,
     dropped_triangles: usize,
@@ -211,6 +212,12 @@ impl Scene {
         &self.emitters
     }
 
+    /// The emitters, chosen by power.
+    #[inline(always)]
+    pub fn emitters_by_power(&self) -> EmittersByPower<'_> {
+        EmittersByPower::new(&self.emitters, &self.by_power)
+    }
+
     /// A ray of light from an emitter chosen by `u_select`, from a place on it by `u_place` in a direction by `u_direction`; `None` where
     /// nothing emits. For tracing from the light: the mean of what the rays bring about, weighted by their flux, is what the
     /// emitters bring about. Areas emit with the cosine, points uniformly over their solid angle, light from infinity through
@@ -222,8 +229,12 @@ impl Scene {
         u_place: [f32; 2],
         u_direction: [f32; 2],
     ) -> Option<EmittedRay> {
-        self.emitters
-            .sample_emission(Surroundings::of_box(self.bounds), u_select, u_place, u_direction)
+        self.emitters_by_power().sample_emission(
+            Surroundings::of_box(self.bounds),
+            u_select,
+            u_place,
+            u_direction,
+        )
     }
 
     /// The camera, for images of the size in [`Scene::settings`].

@@ -262,7 +262,7 @@ fn look(
         }
         for _ in 0..20 {
             let Some(light) = scene
-                .emitters()
+                .emitters_by_power()
                 .sample(point.position, rng.next_u64(), rng.next_2d())
             else {
                 continue;

@@ -110,7 +110,7 @@ fn emitters_are_sampled_alike() {
         let [x, y, z, _, _, u, v] = words.map(f32::from_bits);
         let from = Vec3::new(x, y, z);
         let u_select = u64::from(words[3]) | u64::from(words[4]) << 32;
-        let Some(sample) = scene.emitters().sample(from, u_select, [u, v]) else {
+        let Some(sample) = scene.emitters_by_power().sample(from, u_select, [u, v]) else {
             return [0; 10];
         };
         let ray = sample.shadow_ray_from(from);

@@ -3,11 +3,11 @@
 mod share;
 mod tree;
 
-use crate::path::walk::Lengths;
-use lightshed_film::RayTally;
-use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
+use crate::emitter_sampler::EmitterSampler;
+use crate::path::transport::Transport;
+use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayTally};
 use lightshed_resampling::{Extent, Pattern};
-use lightshed_scene::{Rgb, Scene};
+use lightshed_scene::{EmittersByPower, Rgb, Scene};
 use rayon::prelude::*;
 use share::{Sharing, TILE_PIXELS};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,8 +28,8 @@ use tree::Ground;
 /// The estimate is unbiased and frames are independent; within a frame the pixels of a tile are correlated, which shows.
 ///
 /// ```
-/// use lightshed_integrator::PathReuse;
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
+/// use lightshed_integrator::PathReuse;
 /// use lightshed_scene::{Scene, builtin};
 /// use std::sync::atomic::AtomicBool;
 ///
@@ -37,14 +37,14 @@ use tree::Ground;
 /// (description.settings.width, description.settings.height) = (16, 16);
 /// let scene = Scene::new(&description)?;
 /// let options = RenderOptions::new(16, 16, Budget::Samples(4));
-/// let outcome = render_frames(&mut PathReuse::new(&scene), &options, &|_| (), &AtomicBool::new(false))?;
+/// let mut method = PathReuse::new(&scene, scene.emitters_by_power());
+/// let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false))?;
 /// let rays = outcome.rays.unwrap();
 /// assert!(rays.reconnection > 4 * rays.camera);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct PathReuse<'a> {
-    scene: &'a Scene,
-    lengths: Lengths,
+pub struct PathReuse<'a, S = EmittersByPower<'a>> {
+    transport: Transport<'a, S>,
     tally: RayTally,
     tiles: Pattern,
 }
@@ -52,21 +52,20 @@ pub struct PathReuse<'a> {
 /// Side of the squares that tiles are laid out in.
 const SQUARE: usize = TILE_PIXELS;
 
-impl<'a> PathReuse<'a> {
+impl<'a, S: EmitterSampler> PathReuse<'a, S> {
     /// Paths as long as the scene's settings ask for.
-    pub fn new(scene: &'a Scene) -> Self {
+    pub fn new(scene: &'a Scene, sampler: S) -> Self {
         Self {
-            scene,
-            lengths: Lengths::of(scene),
+            transport: Transport::new(scene, sampler),
             tally: RayTally::default(),
             tiles: Pattern::rooks_tiles(TILE_PIXELS as u32).expect("a fixed side in range"),
         }
     }
 }
 
-impl PathReuse<'_> {
+impl<S: EmitterSampler> PathReuse<'_, S> {
     fn extent(&self) -> Extent {
-        let settings = self.scene.settings();
+        let settings = self.transport.scene.settings();
         Extent {
             width: settings.width,
             height: settings.height,
@@ -101,9 +100,8 @@ impl PathReuse<'_> {
     /// Renders the squares that start in row `top`, into the rows of the image from there on.
     fn render_band(&self, top: usize, frame: u32, seed: u64, band: &mut [Rgb], cancel: &AtomicBool) {
         let ground = Ground {
-            scene: self.scene,
+            transport: &self.transport,
             tally: &self.tally,
-            lengths: self.lengths,
             width: self.extent().width,
             frame,
             seed,
@@ -121,7 +119,7 @@ impl PathReuse<'_> {
             let mut rest = trees.as_mut_slice();
             for tile_end in ends {
                 let (tile, others) = rest.split_at_mut((tile_end - start).min(rest.len()));
-                sharing.share(self.scene, &self.tally, tile);
+                sharing.share(self.transport.scene, &self.tally, tile);
                 for tree in tile {
                     band[tree.pixel - top * ground.width as usize] = tree.own;
                 }
@@ -132,7 +130,7 @@ impl PathReuse<'_> {
     }
 }
 
-impl FrameMethod for PathReuse<'_> {
+impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
     fn size(&self) -> [u32; 2] {
         [self.extent().width, self.extent().height]
     }
@@ -165,7 +163,7 @@ mod tests {
             let mut description = builtin::cornell();
             (description.settings.width, description.settings.height) = (width, height);
             let scene = Scene::new(&description).unwrap();
-            let method = PathReuse::new(&scene);
+            let method = PathReuse::new(&scene, scene.emitters_by_power());
             let mut all = Vec::new();
             for top in (0..height as usize).step_by(SQUARE) {
                 let (pixels, ends) = method.tiles(top);

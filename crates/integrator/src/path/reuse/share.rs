@@ -1,6 +1,7 @@
 //! Sharing the trees of a tile: every pixel connects to every `x₂`.
 
-use super::tree::{Shared, SharedEmitter, Tree, Vertex};
+use super::tree::{Shared, SharedEmitter, Tree};
+use crate::path::scattering::SurfaceVertex;
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::balance_over_techniques;
 use lightshed_sampling::{Density, SolidAngle, power_heuristic};
@@ -103,7 +104,7 @@ impl Sharing {
 
 impl Connection {
     /// `None` where no light could come that way.
-    fn new(first: &Vertex, shared: &Shared) -> Option<Self> {
+    fn new(first: &SurfaceVertex, shared: &Shared) -> Option<Self> {
         let second = &shared.second;
         let between = second.point.position - first.point.position;
         let distance_squared = between.length_squared();

@@ -1,32 +1,20 @@
 //! Path trees of pixels, grown many at a time.
 
-use crate::path::next_event::{Bounce, SampleCounts, Shadow, met_emission, sample_emission};
-use crate::path::walk::{Lengths, NOWHERE, Walk, add_unhidden, see_emitters, trace_walks};
-use lightshed_film::MAX_BATCH;
-use lightshed_film::{RayKind, RayTally};
+use crate::emitter_sampler::EmitterSampler;
+use crate::path::batch::follow;
+use crate::path::camera_ray;
+use crate::path::guide::DirectionGuide;
+use crate::path::numbers::VertexNumbers;
+use crate::path::paths::Paths;
+use crate::path::purpose::Purpose;
+use crate::path::scattering::{SurfaceVertex, Vertex};
+use crate::path::transport::{Bounce, PathState, Transport, met_emission};
+use crate::ray_batch::{NOWHERE, add_unhidden, see_emitters};
+use lightshed_film::{MAX_BATCH, RayKind, RayTally};
+use lightshed_lanes::Lanes;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::{Bsdf, Hit, Ray, Rgb, Scene, SurfacePoint};
-
-/// A surface point of a path.
-#[derive(Clone)]
-pub struct Vertex {
-    pub point: SurfacePoint,
-    pub bsdf: Bsdf,
-    /// Towards the vertex before, in the shading frame.
-    pub wo: Vec3,
-}
-
-impl Vertex {
-    fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
-        let point = scene.surface(ray, hit);
-        Self {
-            bsdf: scene.bsdf(&point),
-            wo: point.shading.to_local(-ray.direction),
-            point,
-        }
-    }
-}
+use lightshed_scene::{Ray, Rgb, SurfacePoint};
 
 /// The light that a pixel's path tree found.
 pub struct Tree {
@@ -35,7 +23,7 @@ pub struct Tree {
     /// What only this pixel can use.
     pub own: Rgb,
     /// `x₁`.
-    pub first: Option<Vertex>,
+    pub first: Option<SurfaceVertex>,
     /// What is behind `x₁`, for any pixel.
     pub shared: Option<Shared>,
 }
@@ -43,7 +31,7 @@ pub struct Tree {
 /// A tree from `x₂` on, as its sampling left it, without the scattering at `x₂`.
 pub struct Shared {
     /// `x₂`; its `wo` is towards the tree's own `x₁`.
-    pub second: Vertex,
+    pub second: SurfaceVertex,
     /// An emitter sampled at `x₂` that it sees.
     pub emitter: Option<SharedEmitter>,
     /// The direction sampled at `x₂`, in its shading frame.
@@ -73,98 +61,97 @@ impl Shared {
 }
 
 /// What trees are grown in.
-#[derive(Clone, Copy)]
-pub struct Ground<'a> {
-    pub scene: &'a Scene,
+pub struct Ground<'a, S> {
+    pub transport: &'a Transport<'a, S>,
     pub tally: &'a RayTally,
-    pub lengths: Lengths,
     pub width: u32,
     pub frame: u32,
     pub seed: u64,
 }
 
-/// How a tree goes on from `x₁`.
-struct Start {
+/// How a tree goes on: a path, its ray and the tree that it belongs to.
+struct Onward<K> {
     tree: usize,
-    rng: CounterRng,
     ray: Ray,
-    bounce: Bounce,
-    throughput: Rgb,
+    path: PathState<K>,
 }
 
-impl Ground<'_> {
+/// A segment of a tree with the light that it brings, if nothing is in between.
+type Brought = (usize, Ray, Rgb);
+
+impl<S: EmitterSampler> Ground<'_, S> {
     /// Grows a tree for each pixel, at most [`MAX_BATCH`].
     pub fn grow(&self, pixels: &[usize], trees: &mut Vec<Tree>) {
         trees.clear();
-        if self.lengths.max_depth == 0 {
+        if self.transport.max_depth == 0 {
             return;
         }
         let starts = self.first_vertices(pixels, trees);
-        let mut walks = match self.lengths.max_depth {
-            1 => return,
-            2 => {
-                self.last_edges(&starts, trees);
-                return;
-            }
-            _ => self.second_vertices(starts, trees),
-        };
-        trace_walks(self.scene, self.tally, self.lengths, 3, &mut walks, |walk| {
-            let tree = &mut trees[walk.owner];
-            match &mut tree.shared {
-                Some(shared) if shared.wi.is_some() => {
-                    (shared.met, shared.beyond) = (walk.met, walk.radiance);
-                }
-                _ => tree.own += walk.before * walk.radiance,
-            }
-        });
+        match self.transport.max_depth {
+            1 => (),
+            2 => self.last_edges(&starts, trees),
+            _ => self.follow(self.second_vertices(starts, trees), trees),
+        }
+    }
+
+    /// Names of a pixel's random numbers.
+    fn names(&self, pixel: usize) -> [u32; 2] {
+        let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+        [y << 16 | x, self.frame]
+    }
+
+    /// Those of the vertex at the end of edge `depth`.
+    fn numbers(&self, pixel: usize, depth: u32) -> VertexNumbers {
+        let [pixel, sample] = self.names(pixel);
+        VertexNumbers::draw(&mut CounterRng::new(self.seed, pixel, sample), depth)
     }
 
     /// `x₁` with its emission, a sample of the emitters, and a direction.
-    fn first_vertices(&self, pixels: &[usize], trees: &mut Vec<Tree>) -> Vec<Start> {
-        let (scene, camera) = (self.scene, self.scene.camera());
+    fn first_vertices(&self, pixels: &[usize], trees: &mut Vec<Tree>) -> Vec<Onward<S::Site>> {
+        let (transport, scene) = (self.transport, self.transport.scene);
         let count = pixels.len().min(MAX_BATCH);
         let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
-        let mut rngs = Vec::with_capacity(count);
         for (ray, &pixel) in rays.iter_mut().zip(pixels) {
-            let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
-            let mut rng = CounterRng::new(self.seed, y << 16 | x, self.frame);
-            let film = Vec2::new(x as f32, y as f32) + Vec2::from(rng.next_2d());
-            let u_lens = if camera.has_lens() {
-                rng.next_2d()
-            } else {
-                [0.5; 2]
-            };
-            *ray = camera.ray(film, u_lens);
-            rngs.push(rng);
+            let [name, sample] = self.names(pixel);
+            let mut rng = CounterRng::new(self.seed, name, sample);
+            *ray = camera_ray(scene, name & 0xffff, name >> 16, &mut rng);
         }
         self.tally.add(RayKind::Camera, count);
         scene
             .accelerator()
             .intersect_many(&rays[..count], &mut hits[..count]);
         let mut starts = Vec::with_capacity(count);
-        let mut shadows = Vec::with_capacity(count);
-        for (((&pixel, ray), hit), mut rng) in pixels.iter().zip(&rays).zip(&hits).zip(rngs) {
-            let first = hit.map(|hit| Vertex::new(scene, ray, &hit));
-            let own = met_emission(scene, ray, first.as_ref().map(|first| &first.point), None);
-            let tree = trees.len();
-            if let Some(Vertex { point, bsdf, wo }) = first.as_ref().filter(|_| self.lengths.max_depth > 1) {
-                let shadow = sample_emission(scene, point, bsdf, *wo, SampleCounts::ONE_EACH, &mut rng);
-                shadows.extend(shadow.map(|shadow| (tree, shadow)));
-                let u_lobe = rng.next_f32();
-                if let Some(sample) = bsdf.sample(*wo, u_lobe, Vec2::from(rng.next_2d()))
+        let mut brought: Vec<Brought> = Vec::with_capacity(count);
+        for ((&pixel, ray), hit) in pixels.iter().zip(&rays).zip(&hits) {
+            let point = hit.map(|hit| scene.surface(ray, &hit));
+            let own = met_emission(scene, ray, point.as_ref());
+            let (tree, first) = (
+                trees.len(),
+                point.map(|point| SurfaceVertex::new(scene, ray, point)),
+            );
+            if let Some(vertex) = first.as_ref().filter(|_| transport.max_depth > 1) {
+                let numbers = self.numbers(pixel, 1);
+                let (at, site) = (transport.scattering(vertex), transport.site(vertex));
+                let u = (numbers.u_emitter, numbers.u_on_emitter);
+                let light = transport.emitter_light(&at, &site, u);
+                brought.extend(light.map(|light| (tree, light.ray, SurfaceVertex::weighted(&light))));
+                if let Some(sample) = at.sample(numbers.u_lobe, numbers.u_direction)
                     && sample.weight != Rgb::ZERO
                 {
-                    starts.push(Start {
+                    let bounce = Bounce {
+                        from: vertex.position(),
+                        site,
+                        pdf: sample.pdf,
+                        is_delta: sample.is_delta,
+                    };
+                    starts.push(Onward {
                         tree,
-                        ray: point.spawn(point.shading.to_world(sample.wi)),
-                        bounce: Bounce {
-                            from: point.position,
-                            pdf: sample.pdf,
-                            is_delta: sample.is_delta,
-                            counts: SampleCounts::ONE_EACH,
+                        ray: vertex.point.spawn(sample.direction),
+                        path: PathState {
+                            throughput: sample.weight,
+                            eta_squared: sample.eta * sample.eta,
+                            bounce: Some(bounce),
                         },
-                        throughput: sample.weight,
-                        rng,
                     });
                 }
             }
@@ -175,14 +162,15 @@ impl Ground<'_> {
                 shared: None,
             });
         }
-        add_unhidden(scene, self.tally, &shadows, |tree, radiance| {
+        add_unhidden(scene, self.tally, &brought, |tree, radiance| {
             trees[tree].own += radiance;
         });
         starts
     }
 
     /// Edges from `x₁` where paths have two: only what they meet emits counts.
-    fn last_edges(&self, starts: &[Start], trees: &mut [Tree]) {
+    fn last_edges(&self, starts: &[Onward<S::Site>], trees: &mut [Tree]) {
+        let scene = self.transport.scene;
         let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
         let (mut hidden, count) = ([false; MAX_BATCH], starts.len());
         for (ray, start) in rays.iter_mut().zip(starts) {
@@ -190,64 +178,51 @@ impl Ground<'_> {
         }
         self.tally.add(RayKind::Path, count);
         see_emitters(
-            self.scene,
+            scene,
             &mut rays[..count],
             &mut hits[..count],
             &mut hidden[..count],
         );
         for ((start, hit), _) in starts.iter().zip(hits).zip(hidden).filter(|(_, hidden)| !hidden) {
-            self.collect(start, hit.as_ref(), trees);
+            let point = hit.map(|hit| scene.surface(&start.ray, &hit));
+            self.collect(start, point.as_ref(), trees);
         }
     }
 
     /// What the edge from `x₁` met, seen by its own pixel alone: direct light, weighted against the emitter sample at `x₁`.
-    fn collect(&self, start: &Start, hit: Option<&Hit>, trees: &mut [Tree]) {
-        let point = hit.map(|hit| self.scene.surface(&start.ray, hit));
-        let emitted = met_emission(self.scene, &start.ray, point.as_ref(), Some(start.bounce));
-        trees[start.tree].own += start.throughput * emitted;
+    fn collect(&self, start: &Onward<S::Site>, point: Option<&SurfacePoint>, trees: &mut [Tree]) {
+        let (scene, sampler) = (self.transport.scene, &self.transport.sampler);
+        let met = start.path.met(scene, sampler, &start.ray, point);
+        trees[start.tree].own += start.path.throughput * met;
     }
 
-    /// `x₂` with a sample of the emitters and a direction; walks go on from there.
-    fn second_vertices(&self, starts: Vec<Start>, trees: &mut [Tree]) -> Vec<Walk> {
+    /// `x₂` with a sample of the emitters and a direction; paths go on from there.
+    fn second_vertices(&self, mut starts: Vec<Onward<S::Site>>, trees: &mut [Tree]) -> Vec<Onward<S::Site>> {
+        let (transport, scene) = (self.transport, self.transport.scene);
         let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
         for (ray, start) in rays.iter_mut().zip(&starts) {
             *ray = start.ray;
         }
         let count = starts.len();
         self.tally.add(RayKind::Path, count);
-        self.scene
+        scene
             .accelerator()
             .intersect_many(&rays[..count], &mut hits[..count]);
-        let mut walks = Vec::with_capacity(count);
+        let mut onward = Vec::with_capacity(count);
         // Light for the own pixel alone, and for all.
-        let (mut shadows, mut shared_shadows) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for (start, hit) in starts.into_iter().zip(hits) {
-            self.collect(&start, hit.as_ref(), trees);
-            let Some(hit) = hit else { continue };
-            let second = Vertex::new(self.scene, &start.ray, &hit);
-            let is_delta = start.bounce.is_delta;
-            let mut walk = Walk {
-                owner: start.tree,
-                rng: start.rng,
-                ray: start.ray,
-                bounce: start.bounce,
-                before: start.throughput,
-                throughput: Rgb::ONE,
-                eta_squared: 1.0,
-                radiance: Rgb::ZERO,
-                keep_apart: false,
-                met: None,
-            };
-            if is_delta {
+        let mut brought: Vec<Brought> = Vec::with_capacity(count);
+        let mut shared_brought: Vec<Brought> = Vec::with_capacity(count);
+        for (start, hit) in starts.iter_mut().zip(hits) {
+            let point = hit.map(|hit| scene.surface(&start.ray, &hit));
+            self.collect(start, point.as_ref(), trees);
+            let Some(point) = point else { continue };
+            let (tree, numbers) = (start.tree, self.numbers(trees[start.tree].pixel, 2));
+            if start.path.bounce.as_ref().is_some_and(|bounce| bounce.is_delta) {
                 // No other pixel can reach this point: an ordinary path.
-                let scattered = walk.scatter(self.scene, &second.point, 2, self.lengths);
-                let before = start.throughput;
-                let shadow = scattered.shadow.map(|Shadow { ray, radiance }| Shadow {
-                    ray,
-                    radiance: before * radiance,
-                });
-                shadows.extend(shadow.map(|shadow| (start.tree, shadow)));
-                walks.extend(scattered.goes_on.then_some(walk));
+                let mut path = start.path.clone();
+                let next = transport.advance(&mut path, &start.ray, &point, 2, &mut &numbers, |_| ());
+                brought.extend(next.shadow.map(|shadow| (tree, shadow.ray, shadow.radiance)));
+                onward.extend(next.ray.map(|ray| Onward { tree, ray, path }));
                 continue;
             }
             let mut shared = Shared {
@@ -255,83 +230,171 @@ impl Ground<'_> {
                 wi: None,
                 met: None,
                 beyond: Rgb::ZERO,
-                second,
+                second: SurfaceVertex::new(scene, &start.ray, point),
             };
-            if let Some((shadow, emitter)) = self.sample_emitter(&shared.second, &mut walk.rng) {
+            let site = transport.site(&shared.second);
+            if let Some((ray, emitter)) = self.sample_emitter(&shared.second, &site, &numbers) {
+                shared_brought.push((tree, ray, emitter.weight));
                 shared.emitter = Some(emitter);
-                shared_shadows.push((start.tree, shadow));
             }
-            if let Some(walk) = self.leave_second(walk, &mut shared) {
-                walks.push(walk);
-            }
-            trees[start.tree].shared = Some(shared);
+            onward.extend(self.leave_second(start, site, &mut shared, &numbers));
+            trees[tree].shared = Some(shared);
         }
-        add_unhidden(self.scene, self.tally, &shadows, |tree, radiance| {
+        add_unhidden(scene, self.tally, &brought, |tree, radiance| {
             trees[tree].own += radiance;
         });
         let mut seen = [false; MAX_BATCH];
-        add_unhidden(self.scene, self.tally, &shared_shadows, |tree, _| {
-            seen[tree] = true
-        });
-        for (tree, _) in shared_shadows {
+        add_unhidden(scene, self.tally, &shared_brought, |tree, _| seen[tree] = true);
+        for (tree, ..) in shared_brought {
             if let Some(shared) = trees[tree].shared.as_mut().filter(|_| !seen[tree]) {
                 shared.emitter = None;
             }
         }
-        walks
+        onward
     }
 
-    /// An emitter sample at `x₂`, whatever the direction that it is scattered to.
-    fn sample_emitter(&self, second: &Vertex, rng: &mut CounterRng) -> Option<(Shadow, SharedEmitter)> {
-        let (u_select, u) = (rng.next_u64(), rng.next_2d());
-        if !second.bsdf.has_non_delta() {
+    /// An emitter sample at `x₂`, whatever the direction that it is scattered to, and the segment that must be free.
+    fn sample_emitter(
+        &self,
+        second: &SurfaceVertex,
+        site: &S::Site,
+        numbers: &VertexNumbers,
+    ) -> Option<(Ray, SharedEmitter)> {
+        if !second.has_non_delta() {
             return None;
         }
-        let light = self.scene.emitters().sample(second.point.position, u_select, u)?;
+        let (u_select, u) = (numbers.u_emitter, numbers.u_on_emitter);
+        let light = self
+            .transport
+            .sampler
+            .sample(second.position(), site, u_select, u)?;
         let wi = second.point.shading.to_local(light.direction);
         // A sample that this pixel cannot use is left out, and so does not count as its technique's.
         if second.bsdf.evaluate(second.wo, wi).value == Rgb::ZERO {
             return None;
         }
-        let shadow = Shadow {
-            ray: light.shadow_ray(&second.point),
-            radiance: light.weight,
-        };
         let emitter = SharedEmitter {
             wi,
             weight: light.weight,
             pdf: light.pdf.value(),
             is_delta: light.is_delta,
         };
-        Some((shadow, emitter))
+        Some((second.shadow_ray(&light), emitter))
     }
 
     /// A direction at `x₂`. By a delta lobe it is of use to the own pixel alone.
-    fn leave_second(&self, mut walk: Walk, shared: &mut Shared) -> Option<Walk> {
-        let Vertex { point, bsdf, wo } = &shared.second;
-        let u_lobe = walk.rng.next_f32();
-        let sample = bsdf.sample(*wo, u_lobe, Vec2::from(walk.rng.next_2d()))?;
+    fn leave_second(
+        &self,
+        start: &Onward<S::Site>,
+        site: S::Site,
+        shared: &mut Shared,
+        numbers: &VertexNumbers,
+    ) -> Option<Onward<S::Site>> {
+        let SurfaceVertex { point, bsdf, wo, .. } = &shared.second;
+        let sample = bsdf.sample(*wo, numbers.u_lobe, Vec2::from(numbers.u_direction))?;
         if sample.weight == Rgb::ZERO {
             return None;
         }
-        walk.before = if sample.is_delta {
-            walk.before * sample.weight
-        } else {
-            // For roulette alone. Colours are left out: what is black here, red times green say, may not be so from elsewhere.
-            Rgb::splat(walk.before.max_element() * sample.weight.max_element())
+        let (before, eta_squared) = (start.path.throughput, sample.eta * sample.eta);
+        let mut path = PathState {
+            throughput: before * sample.weight,
+            eta_squared,
+            bounce: Some(Bounce {
+                from: point.position,
+                site,
+                pdf: sample.pdf,
+                is_delta: sample.is_delta,
+            }),
         };
-        walk.eta_squared = sample.eta * sample.eta;
-        walk.bounce = Bounce {
-            from: point.position,
-            pdf: sample.pdf,
-            is_delta: sample.is_delta,
-            counts: SampleCounts::ONE_EACH,
-        };
-        walk.ray = point.spawn(point.shading.to_world(sample.wi));
         if !sample.is_delta {
-            walk.keep_apart = true;
+            path.throughput = Rgb::ONE;
+            // For roulette alone. Colours are left out: what is black here, red times green say, may not be so from elsewhere.
+            path.eta_squared *= before.max_element() * sample.weight.max_element();
             shared.wi = Some(sample.wi);
         }
-        Some(walk)
+        Some(Onward {
+            tree: start.tree,
+            ray: point.spawn(point.shading.to_world(sample.wi)),
+            path,
+        })
+    }
+
+    /// Traces paths from `x₂` on to their ends.
+    fn follow(&self, onward: Vec<Onward<S::Site>>, trees: &mut [Tree]) {
+        let mut paths = Paths::new();
+        let mut found = Behind {
+            seed: self.seed,
+            tally: self.tally,
+            is_apart: [false; MAX_BATCH],
+            met: [None; MAX_BATCH],
+            radiances: [Rgb::ZERO; MAX_BATCH],
+        };
+        for (index, Onward { tree, ray, path }) in onward.iter().enumerate() {
+            paths.begin(index, path, ray, self.names(trees[*tree].pixel), *tree);
+            found.is_apart[*tree] = trees[*tree]
+                .shared
+                .as_ref()
+                .is_some_and(|shared| shared.wi.is_some());
+        }
+        follow(self.transport, &mut paths, onward.len(), BEHIND, &mut found);
+        for Onward { tree, .. } in onward {
+            match &mut trees[tree].shared {
+                Some(shared) if found.is_apart[tree] => {
+                    (shared.met, shared.beyond) = (found.met[tree], found.radiances[tree]);
+                }
+                _ => trees[tree].own += found.radiances[tree],
+            }
+        }
+    }
+}
+
+/// Number of the edge that leads away from `x₂`.
+const BEHIND: u32 = 3;
+
+/// What paths find behind `x₂`, by tree.
+struct Behind<'a> {
+    seed: u64,
+    tally: &'a RayTally,
+    /// Whether what the first edge meets is kept apart.
+    is_apart: [bool; MAX_BATCH],
+    /// Radiance that the first edge met, without MIS weight, and the density with which sampling emitters would have found
+    /// it, in the solid-angle measure.
+    met: [Option<(Rgb, f32)>; MAX_BATCH],
+    radiances: [Rgb; MAX_BATCH],
+}
+
+impl Purpose for Behind<'_> {
+    #[inline(always)]
+    fn words<L: Lanes>(&self, [pixel, frame]: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        CounterRng::block_lanes::<L>(self.seed, pixel, frame, block)
+    }
+
+    fn arrive<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        transport: &Transport<'_, S, G>,
+        place: usize,
+        depth: u32,
+        path: &PathState<S::Site>,
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+    ) {
+        let (scene, sampler) = (transport.scene, &transport.sampler);
+        if depth > BEHIND || !self.is_apart[place] {
+            self.radiances[place] += path.throughput * path.met(scene, sampler, ray, point);
+            return;
+        }
+        let radiance = met_emission(scene, ray, point);
+        if let Some(bounce) = path.bounce.as_ref().filter(|_| radiance != Rgb::ZERO) {
+            self.met[place] = Some((radiance, bounce.emitter_pdf(sampler, ray, point).value()));
+        }
+    }
+
+    fn connect(&mut self, place: usize, _length: u32, radiance: Rgb) {
+        self.radiances[place] += radiance;
+    }
+
+    fn count(&mut self, path: usize, emitter: usize) {
+        self.tally.add(RayKind::Path, path);
+        self.tally.add(RayKind::Emitter, emitter);
     }
 }

@@ -6,6 +6,7 @@ pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, Restir
 
 use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use crate::camera_motion::pixel_seeing;
+use crate::emitter_sampler::EmitterSampler;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
@@ -14,7 +15,7 @@ use lightshed_resampling::{
 };
 use lightshed_sampling::{FramePasses, PathSeed};
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Camera, Hit, Ray, Rgb};
+use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
 use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldLighting,
 };
@@ -22,8 +23,8 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-type Domain<'a> = PathDomain<'a, SceneWorld<'a>>;
-type PathReservoir<'a> = DomainReservoir<Domain<'a>>;
+type Domain<'a, E> = PathDomain<'a, SceneWorld<'a, E>>;
+type PathReservoir<'a, E> = DomainReservoir<Domain<'a, E>>;
 
 /// ReSTIR PT: estimates the light transport equation by paths that pixels share, within a frame and from frame to frame.
 ///
@@ -41,28 +42,27 @@ type PathReservoir<'a> = DomainReservoir<Domain<'a>>;
 ///
 /// Roulette works on the candidates' walks alone, from `roulette_depth` edges on as in the path tracer.
 /// The shift is [`PathShift`] unless another is given.
-pub struct RestirPt<'a, S = PathShift> {
+pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> {
     shift: S,
-    world: &'a SceneWorld<'a>,
+    world: &'a SceneWorld<'a, E>,
     options: RestirPtOptions,
     connectability: Connectability,
     pattern: Option<Pattern>,
     motion: CameraMotion,
     extent: Extent,
-    pixels: TwoFrames<PathPixels<'a>>,
-    reservoirs: Reservoirs<Domain<'a>>,
+    pixels: TwoFrames<PathPixels<'a, E>>,
+    reservoirs: Reservoirs<Domain<'a, E>>,
 }
 
 /// What a pixel sees.
-#[derive(Clone)]
-struct PathPixel<'a> {
+struct PathPixel<'a, E: EmitterSampler> {
     /// The paths behind it.
-    domain: Option<Domain<'a>>,
+    domain: Option<Domain<'a, E>>,
     /// Geometric normal at the middle of the pixel, or where the frame's paths start.
     normal: Option<Vec3>,
 }
 
-impl PathPixel<'_> {
+impl<E: EmitterSampler> PathPixel<'_, E> {
     const NOTHING: Self = Self {
         domain: None,
         normal: None,
@@ -79,18 +79,24 @@ impl PathPixel<'_> {
 }
 
 /// The pixels of a frame.
-#[derive(Default)]
-struct PathPixels<'a>(Vec<PathPixel<'a>>);
+struct PathPixels<'a, E: EmitterSampler>(Vec<PathPixel<'a, E>>);
 
-impl<'a> Domains for PathPixels<'a> {
-    type Domain = Domain<'a>;
+// Not derived: a derive would ask for `E: Default`.
+impl<E: EmitterSampler> Default for PathPixels<'_, E> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<'a, E: EmitterSampler> Domains for PathPixels<'a, E> {
+    type Domain = Domain<'a, E>;
 
     fn count(&self) -> usize {
         self.0.len()
     }
 
     #[inline(always)]
-    fn domain(&self, index: usize) -> Option<&Domain<'a>> {
+    fn domain(&self, index: usize) -> Option<&Domain<'a, E>> {
         self.0.get(index)?.domain.as_ref()
     }
 }
@@ -119,13 +125,13 @@ const PASSES: FramePasses = match FramePasses::new(Pass::Spatial as u32 + 1, MAX
 /// Trees that are traced together.
 const TREES: usize = 64;
 
-impl<'a> RestirPt<'a> {
+impl<'a, E: EmitterSampler> RestirPt<'a, E> {
     /// For images of the size that the scene's settings ask for, with paths as long as they ask for.
     ///
     /// # Errors
     /// [`RestirPtError`] for options out of range.
     pub fn new(
-        world: &'a SceneWorld<'a>,
+        world: &'a SceneWorld<'a, E>,
         options: RestirPtOptions,
         motion: CameraMotion,
     ) -> Result<Self, RestirPtError> {
@@ -143,7 +149,7 @@ impl<'a> RestirPt<'a> {
     }
 
     /// With another shift among the same domains.
-    pub fn with_shift<S>(self, shift: S) -> RestirPt<'a, S> {
+    pub fn with_shift<S>(self, shift: S) -> RestirPt<'a, E, S> {
         RestirPt {
             shift,
             world: self.world,
@@ -158,7 +164,7 @@ impl<'a> RestirPt<'a> {
     }
 }
 
-impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
+impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> RestirPt<'a, E, S> {
     /// Number of the frame whose pixels are kept: without reuse in time, one is enough.
     fn kept(&self, frame: u32) -> u32 {
         if self.options.temporal_cap.is_some() {
@@ -176,29 +182,31 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
         let camera = Arc::new(view.camera.clone());
         let kept = self.kept(view.number);
         let pixels = &mut self.pixels.of_mut(kept).0;
-        pixels.resize(extent.len(), PathPixel::NOTHING);
-        let see = |index: usize, ray: &Ray, hit: Option<&Hit>, pixel: &mut PathPixel<'a>, value: &mut Rgb| {
-            let vertex = hit.map(|hit| world.arrive(ray, hit));
-            pixel.normal = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
-            if at_sensor {
-                let [x, y] = extent.place(index).map(|at| at as u32);
-                let camera = Arc::clone(&camera);
-                let sensor = PixelSensor {
-                    camera,
-                    pixel: [x, y],
+        pixels.resize_with(extent.len(), || PathPixel::NOTHING);
+        let see =
+            |index: usize, ray: &Ray, hit: Option<&Hit>, pixel: &mut PathPixel<'a, E>, value: &mut Rgb| {
+                let vertex = hit.map(|hit| world.arrive(ray, hit));
+                pixel.normal = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
+                if at_sensor {
+                    let [x, y] = extent.place(index).map(|at| at as u32);
+                    let camera = Arc::clone(&camera);
+                    let sensor = PixelSensor {
+                        camera,
+                        pixel: [x, y],
+                    };
+                    *value = Rgb::ZERO;
+                    pixel.domain = Some(PathDomain::of_sensor(world, sensor, connectability, max_length));
+                    return;
+                }
+                *value = match &vertex {
+                    _ if max_length == 0 => Rgb::ZERO,
+                    Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
+                    None => world.environment(ray.direction),
                 };
-                *value = Rgb::ZERO;
-                pixel.domain = Some(PathDomain::of_sensor(world, sensor, connectability, max_length));
-                return;
-            }
-            *value = match &vertex {
-                _ if max_length == 0 => Rgb::ZERO,
-                Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
-                None => world.environment(ray.direction),
+                pixel.domain = vertex.map(|vertex| {
+                    PathDomain::behind(world, vertex, -ray.direction, connectability, max_length)
+                });
             };
-            pixel.domain = vertex
-                .map(|vertex| PathDomain::behind(world, vertex, -ray.direction, connectability, max_length));
-        };
         let numbers = view.numbers.pass(Pass::Camera);
         trace_camera_rays((scene, view.camera), numbers, (pixels, image), cancel, see)
     }
@@ -207,7 +215,7 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
     fn resample_candidates(
         &self,
         view: FrameView<'_>,
-        reservoirs: &mut [PathReservoir<'a>],
+        reservoirs: &mut [PathReservoir<'a, E>],
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) {
@@ -277,7 +285,7 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
     fn reuse(
         &self,
         view: FrameView<'_>,
-        reservoirs: &mut Reservoirs<Domain<'a>>,
+        reservoirs: &mut Reservoirs<Domain<'a, E>>,
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Result<(), ReuseError> {
@@ -288,7 +296,7 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
         if self.options.temporal_cap.is_some() && frame > 0 {
             let before = self.pixels.of(frame - 1);
             let camera = self.motion.camera(self.world.scene(), frame - 1);
-            let seen_at = |index: usize, _: &[PathReservoir<'a>]| {
+            let seen_at = |index: usize, _: &[PathReservoir<'a, E>]| {
                 let pixel = &pixels.0[index];
                 let source = match pixel.domain.as_ref()?.first() {
                     Some((first, _)) if !self.motion.is_still() => {
@@ -303,7 +311,7 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
             reservoirs.in_time(&in_time, before, seen_at, |pixel| numbers.pixel(pixel))?;
         }
         let Some(pattern) = self.pattern else {
-            shade(&reservoirs.now, image);
+            shade::<E>(&reservoirs.now, image);
             return Ok(());
         };
         let in_space = Reuse::new(pixels, rule);
@@ -325,7 +333,7 @@ impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> RestirPt<'a, S> {
 }
 
 /// Adds what each pixel's reservoir is worth.
-fn shade(reservoirs: &[PathReservoir<'_>], image: &mut [Rgb]) {
+fn shade<E: EmitterSampler>(reservoirs: &[PathReservoir<'_, E>], image: &mut [Rgb]) {
     for (value, reservoir) in image.iter_mut().zip(reservoirs) {
         if let Some((sample, weight)) = reservoir.weighted_sample() {
             *value += sample.contribution() * weight.value();
@@ -333,7 +341,7 @@ fn shade(reservoirs: &[PathReservoir<'_>], image: &mut [Rgb]) {
     }
 }
 
-impl<'a, S: ShiftMapping<Domain<'a>> + Send + Sync> FrameMethod for RestirPt<'a, S> {
+impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameMethod for RestirPt<'a, E, S> {
     fn size(&self) -> [u32; 2] {
         [self.extent.width, self.extent.height]
     }

@@ -157,7 +157,8 @@ impl Evaluation<'_> {
                 } else {
                     rng.next_2d()
                 };
-                let endpoint = emitters.sample_endpoint(walk.vertex.position(), rng.next_u64(), u);
+                let by_power = self.volumes.scene.emitters_by_power();
+                let endpoint = by_power.sample_endpoint(walk.vertex.position(), rng.next_u64(), u);
                 let is_last = scattered + 1 == scatterings && !emits_behind;
                 let looks = self.looks_for_emitters(&walk.vertex, is_last);
                 if let Some(endpoint) = endpoint
@@ -219,7 +220,7 @@ impl Evaluation<'_> {
         let seen = self
             .volumes
             .scene
-            .emitters()
+            .emitters_by_power()
             .connect(walk.vertex.position(), &endpoint)?;
         let per_endpoint = f64::from(seen.solid_angle_per_endpoint);
         let part = pdf_direction.map_or(1.0, |pdf| {
@@ -437,7 +438,7 @@ mod tests {
                 };
                 let at = vertex.position();
                 let endpoint = scene
-                    .emitters()
+                    .emitters_by_power()
                     .sample_endpoint(at, rng.next_u64(), rng.next_2d());
                 let endpoint = endpoint.expect("there is a lamp");
                 let Some(lit) = evaluation.light_from(&vertex, &endpoint, &mut Transmittance::Target) else {
@@ -498,7 +499,8 @@ mod tests {
             (pixel.corner, pixel.film) = (Vec2::from(place), Vec2::splat(0.5));
             let ray = scene.camera().ray(pixel.corner + pixel.film, pixel.lens);
             pixel.look(evaluation.volumes, ray, scene.camera_medium(scene.camera()), 1);
-            let tracer = VolumePathTracer::with_depths(&scene, Some(scatterings + 1), u32::MAX);
+            let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power())
+                .with_depths(Some(scatterings + 1), u32::MAX);
             let mut traced = MeanTest::new();
             for sample in 0..60_000 {
                 let mut rng = CounterRng::new(2, 0, sample);

@@ -92,7 +92,7 @@ impl<'a> Evaluation<'a> {
         let connection = self
             .volumes
             .scene
-            .emitters()
+            .emitters_by_power()
             .connect(vertex.position(), endpoint)?;
         let per_endpoint = f64::from(connection.solid_angle_per_endpoint);
         let scattered = vertex.scattered(connection.direction);

@@ -293,7 +293,8 @@ fn walked_and_traced(
     scatterings: u32,
 ) -> (Vec<Shown>, MeanTest) {
     let scene = method.volumes(0).scene;
-    let tracer = crate::VolumePathTracer::with_depths(scene, Some(scatterings + 1), u32::MAX);
+    let tracer = crate::VolumePathTracer::new(scene, scene.emitters_by_power())
+        .with_depths(Some(scatterings + 1), u32::MAX);
     let mut traced = MeanTest::new();
     for sample in 0..60_000 {
         let mut rng = CounterRng::new(2, 0, sample);

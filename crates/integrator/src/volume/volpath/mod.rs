@@ -7,16 +7,19 @@ mod tests;
 
 pub use flight::VolumeTracking;
 use flight::{Channels, fly};
+use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 pub(crate) use shadow::{Crossing, end_of};
 
 use crate::PathTracer;
+use crate::emitter_sampler::EmitterSampler;
 use crate::path::camera_ray;
-use crate::path::next_event::{Bounce, SampleCounts, emission_sample, met_emission};
-use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
-use lightshed_sampling::{CounterRng, Density, power_heuristic};
-use lightshed_scene::glam::{Vec2, Vec3};
-use lightshed_scene::volume::PhaseFunction;
-use lightshed_scene::{Hit, Material, Medium, Ray, Rgb, Scene, SurfacePoint};
+use crate::path::guide::{DirectionGuide, NoGuide};
+use crate::path::observer::{NoObserver, PathObserver, Trail};
+use crate::path::scattering::{MediumVertex, SurfaceVertex, Vertex};
+use crate::path::transport::{PathState, Transport, VertexStream, path_vertex};
+use lightshed_sampling::CounterRng;
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, SurfacePoint};
 
 /// Estimates the radiative transfer equation by paths from the camera.
 ///
@@ -30,6 +33,8 @@ use lightshed_scene::{Hit, Material, Medium, Ray, Rgb, Scene, SurfacePoint};
 /// - *Light from emitters* is found in two ways, by sampling an emitter and by the direction that a phase function or BSDF samples,
 ///   weighted by the power heuristic of their densities in the solid-angle measure. The transmittance up to the sampled emitter is
 ///   estimated by ratio tracking, without bias.
+/// - *Directions* are those of phase functions and BSDFs, or of their mixture with a [`DirectionGuide`]; a [`PathObserver`] is told of
+///   every path, of which collisions are vertices like others.
 /// - *Extinction that differs by channel* is sampled at the rate of a channel chosen uniformly for each path; the channels' densities
 ///   are weighted by the balance heuristic over the whole path (spectral MIS: Wilkie et al. 2014, Miller et al. 2019).
 /// - Light passes shapes of [`Material::Null`] unchanged; they are no vertices, and do not count as edges.
@@ -37,21 +42,17 @@ use lightshed_scene::{Hit, Material, Medium, Ray, Rgb, Scene, SurfacePoint};
 /// Unbiased for paths of up to `max_depth` edges: 1 shows emitters, 2 adds light that is scattered once. Longer paths than
 /// `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`. In a scene without media and without [`Material::Null`] its
 /// samples are those of [`PathTracer`], which is the faster one there.
-pub struct VolumePathTracer<'a> {
-    scene: &'a Scene,
-    max_depth: u32,
-    roulette_depth: u32,
+pub struct VolumePathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver> {
+    /// What happens at vertices, and what samples scenes without anything to pass through.
+    tracer: PathTracer<'a, S, G, O>,
     /// The medium around the camera.
     camera_medium: Option<u32>,
     /// Whether some medium has extinction that differs by channel.
     spectral: bool,
     tracking: VolumeTracking,
-    /// What samples scenes without anything to pass through.
-    plain: Option<PathTracer<'a>>,
+    /// Whether there is nothing to pass through.
+    is_opaque: bool,
 }
-
-/// Probability at which roulette keeps even the brightest path.
-const SURVIVAL_CAP: f32 = 0.95;
 
 /// Surfaces that a path may cross without scattering, in all: more than any scene has, but an end.
 pub(crate) const MOST_CROSSINGS: u32 = 1 << 16;
@@ -66,41 +67,46 @@ fn is_passed(scene: &Scene, primitive: u32) -> bool {
 }
 
 /// A path on its way.
-struct State {
+struct State<K> {
     ray: Ray,
     /// Which the ray is in.
     medium: Option<u32>,
-    /// Product of albedos, BSDF weights and roulette; collisions cancel.
-    throughput: Rgb,
+    /// Its throughput is the product of albedos, BSDF weights and roulette; collisions cancel.
+    path: PathState<K>,
     channels: Channels,
-    eta_squared: f32,
-    /// How the ray left its vertex; `None` from the camera.
-    bounce: Option<Bounce>,
     /// Number of the edge that the ray is part of.
     depth: u32,
     radiance: Rgb,
+    /// What there is to tell, if somebody watches.
+    trail: Option<Trail>,
 }
 
-impl<'a> VolumePathTracer<'a> {
+impl<'a, S: EmitterSampler> VolumePathTracer<'a, S> {
     /// A path tracer with the lengths that the scene's settings ask for.
-    pub fn new(scene: &'a Scene) -> Self {
-        let settings = scene.settings();
-        Self::with_depths(scene, settings.max_depth, settings.roulette_depth)
+    pub fn new(scene: &'a Scene, sampler: S) -> Self {
+        Self::of_tracer(PathTracer::new(scene, sampler))
     }
+}
 
-    /// A path tracer with the given longest path in edges (`None` is unbounded) and first edge at which roulette may end a path.
-    pub fn with_depths(scene: &'a Scene, max_depth: Option<u32>, roulette_depth: u32) -> Self {
+impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'a, S, G, O> {
+    /// With the vertices of a path tracer: its emitter sampler, lengths, guide and observer.
+    pub fn of_tracer(tracer: PathTracer<'a, S, G, O>) -> Self {
+        let scene = tracer.transport.scene;
         let is_null = |material: &Material| matches!(material, Material::Null);
-        let opaque = scene.media().is_empty() && !scene.materials().iter().any(is_null);
         Self {
-            scene,
-            max_depth: max_depth.unwrap_or(u32::MAX),
-            roulette_depth,
             camera_medium: scene.camera_medium(scene.camera()),
             spectral: !scene.media().iter().all(Medium::is_grey),
             tracking: VolumeTracking::Delta,
-            plain: opaque.then(|| PathTracer::with_depths(scene, max_depth, roulette_depth)),
+            is_opaque: scene.media().is_empty() && !scene.materials().iter().any(is_null),
+            tracer,
         }
+    }
+
+    /// With the given longest path in edges (`None` is unbounded) and first edge at which roulette may end a path.
+    #[must_use]
+    pub fn with_depths(mut self, max_depth: Option<u32>, roulette_depth: u32) -> Self {
+        self.tracer = self.tracer.with_depths(max_depth, roulette_depth);
+        self
     }
 
     /// With other flights and transmittances.
@@ -109,163 +115,180 @@ impl<'a> VolumePathTracer<'a> {
         Self { tracking, ..self }
     }
 
-    /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path.
+    fn transport(&self) -> &Transport<'a, S, G> {
+        &self.tracer.transport
+    }
+
+    /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path that nobody watches.
     pub fn radiance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
-        self.walk(ray, medium, None, rng)
+        self.walk(ray, medium, None, rng, None).radiance
     }
 
     /// [`radiance`](Self::radiance), where it is known what `ray` hits, or not yet.
     #[inline]
-    fn walk(&self, ray: Ray, medium: Option<u32>, known: Option<Option<Hit>>, rng: &mut CounterRng) -> Rgb {
+    fn walk(
+        &self,
+        ray: Ray,
+        medium: Option<u32>,
+        known: Option<Option<Hit>>,
+        rng: &mut CounterRng,
+        trail: Option<Trail>,
+    ) -> State<S::Site> {
+        let (scene, sampler) = (self.transport().scene, &self.transport().sampler);
         let hero = if self.spectral { rng.next_u32() } else { 0 };
-        let mut path = State {
+        let mut state = State {
             ray,
             medium,
-            throughput: Rgb::ONE,
+            path: PathState::START,
             channels: Channels::new(hero),
-            eta_squared: 1.0,
-            bounce: None,
             depth: 1,
             radiance: Rgb::ZERO,
+            trail,
         };
-        let settled = |hit: Hit| self.scene.settled(&ray, hit);
+        let settled = |hit: Hit| scene.settled(&ray, hit);
         let (mut known, mut crossings) = (known.map(|hit| hit.map(settled)), 0);
-        while self.max_depth > 0 && crossings < MOST_CROSSINGS {
-            let scene = self.scene;
+        while self.transport().max_depth > 0 && crossings < MOST_CROSSINGS {
             // Where no surface can come before a collision, none is looked for before.
             let mut hit = known.take();
-            if hit.is_none() && !path.medium.is_some_and(|medium| scene.medium_is_clear(medium)) {
-                hit = Some(scene.nearest(&path.ray));
+            if hit.is_none() && !state.medium.is_some_and(|medium| scene.medium_is_clear(medium)) {
+                hit = Some(scene.nearest(&state.ray));
             }
-            if let Some(medium) = path.medium.map(|index| &scene.media()[index as usize]) {
-                let t_max = hit.flatten().map_or(path.ray.t_max, |hit| hit.t);
-                if let Some(t) = fly(medium, &path.ray, t_max, self.tracking, &mut path.channels, rng) {
-                    let position = path.ray.origin + path.ray.direction * t;
-                    if self.collide(&mut path, medium, position, rng).is_none() {
+            if let Some(medium) = state.medium.map(|index| &scene.media()[index as usize]) {
+                let t_max = hit.flatten().map_or(state.ray.t_max, |hit| hit.t);
+                if let Some(t) = fly(medium, &state.ray, t_max, self.tracking, &mut state.channels, rng) {
+                    let position = state.ray.origin + state.ray.direction * t;
+                    if self.collide(&mut state, medium, position, rng).is_none() {
                         break;
                     }
                     continue;
                 }
             }
-            let hit = hit.unwrap_or_else(|| scene.nearest(&path.ray));
+            let hit = hit.unwrap_or_else(|| scene.nearest(&state.ray));
             if let Some(hit) = hit
                 && is_passed(scene, hit.primitive)
             {
                 crossings += 1;
-                path.cross(scene, &scene.surface(&path.ray, &hit));
+                state.cross(scene, &scene.surface(&state.ray, &hit));
                 continue;
             }
-            let point = hit.map(|hit| scene.surface(&path.ray, &hit));
-            path.radiance += path.weighted(met_emission(scene, &path.ray, point.as_ref(), path.bounce));
+            let point = hit.map(|hit| scene.surface(&state.ray, &hit));
+            let met = state.path.met(scene, sampler, &state.ray, point.as_ref());
+            state.add(state.depth, false, state.weighted(met));
             let Some(point) = point else { break };
             if matches!(scene.materials()[point.material as usize], Material::Null) {
                 crossings += 1;
-                path.cross(scene, &point);
+                state.cross(scene, &point);
                 continue;
             }
-            if self.bounce(&mut path, &point, rng).is_none() {
+            if self.bounce(&mut state, &point, rng).is_none() {
                 break;
             }
         }
-        path.radiance
+        state
     }
 
     /// A collision: emission, an emitter sample and the next direction. `None` ends the path.
     #[inline]
-    fn collide(&self, path: &mut State, medium: &Medium, position: Vec3, rng: &mut CounterRng) -> Option<()> {
+    fn collide(
+        &self,
+        state: &mut State<S::Site>,
+        medium: &Medium,
+        position: Vec3,
+        rng: &mut CounterRng,
+    ) -> Option<()> {
         if medium.emission().is_some() {
-            path.radiance += path.weighted(medium.emission_per_collision(position));
+            let emitted = medium.emission_per_collision(position);
+            state.add(state.depth, false, state.weighted(emitted));
         }
-        if path.depth >= self.max_depth {
+        let before = state.path.throughput;
+        if state.depth >= self.transport().max_depth {
             return None;
         }
-        path.throughput *= medium.albedo();
-        if path.throughput == Rgb::ZERO {
+        state.path.throughput *= medium.albedo();
+        if state.path.throughput == Rgb::ZERO {
             return None;
         }
-        let (phase, incoming) = (medium.phase(), path.ray.direction);
-        let (u_select, u) = (rng.next_u64(), rng.next_2d());
-        if let Some(light) = self.scene.emitters().sample(position, u_select, u) {
-            let scattered = phase.phase_between(incoming, light.direction);
-            let weight = if light.is_delta {
-                1.0
-            } else {
-                power_heuristic(light.pdf, Density::new(scattered))
-            };
-            if scattered > 0.0 {
-                let transmittance = self.transmittance(light.shadow_ray_from(position), path.medium, rng);
-                path.radiance += path.weighted(light.weight * (scattered * weight) * transmittance);
-            }
-        }
-        let sample = phase.sample(incoming, rng.next_2d());
-        path.bounce = Some(Bounce {
-            from: position,
-            pdf: Density::new(sample.pdf_solid_angle),
-            is_delta: false,
-            counts: SampleCounts::ONE_EACH,
-        });
-        path.ray = Ray::new(position, sample.direction);
-        self.survives(path, rng)
+        let incoming = state.ray.direction;
+        let vertex = MediumVertex {
+            medium,
+            position,
+            incoming,
+        };
+        let same = state.medium;
+        let direction = self.scatter(state, &vertex, before, |_| same, rng)?;
+        state.ray = Ray::new(position, direction);
+        Some(())
     }
 
     /// A surface that scatters: an emitter sample and the next direction. `None` ends the path.
-    fn bounce(&self, path: &mut State, point: &SurfacePoint, rng: &mut CounterRng) -> Option<()> {
-        if path.depth >= self.max_depth {
+    fn bounce(&self, state: &mut State<S::Site>, point: &SurfacePoint, rng: &mut CounterRng) -> Option<()> {
+        if state.depth >= self.transport().max_depth {
             return None;
         }
-        let scene = self.scene;
-        let bsdf = scene.bsdf(point);
-        let wo = point.shading.to_local(-path.ray.direction);
-        let sides = scene.medium_sides(point.primitive);
-        let towards = |direction: Vec3, same: Option<u32>| match sides {
+        let scene = self.transport().scene;
+        let vertex = SurfaceVertex::new(scene, &state.ray, *point);
+        let (sides, same) = (scene.medium_sides(point.primitive), state.medium);
+        let medium_towards = |direction: Vec3| match sides {
             Some(sides) => sides.towards(direction.dot(point.geometric_normal)),
             None => same,
         };
-        let numbers = (rng.next_u64(), rng.next_2d());
-        if let Some(shadow) = emission_sample(scene, point, &bsdf, wo, SampleCounts::ONE_EACH, numbers) {
-            let medium = towards(shadow.ray.direction, path.medium);
-            let transmittance = self.transmittance(shadow.ray, medium, rng);
-            path.radiance += path.weighted(shadow.radiance * transmittance);
-        }
-        let u_lobe = rng.next_f32();
-        let sample = bsdf.sample(wo, u_lobe, Vec2::from(rng.next_2d()))?;
-        path.throughput *= sample.weight;
-        path.eta_squared *= sample.eta * sample.eta;
-        path.bounce = Some(Bounce {
-            from: point.position,
-            pdf: sample.pdf,
-            is_delta: sample.is_delta,
-            counts: SampleCounts::ONE_EACH,
-        });
-        path.ray = point.spawn(point.shading.to_world(sample.wi));
-        path.medium = towards(path.ray.direction, path.medium);
-        self.survives(path, rng)
+        let before = state.path.throughput;
+        let direction = self.scatter(state, &vertex, before, medium_towards, rng)?;
+        state.ray = point.spawn(direction);
+        state.medium = medium_towards(direction);
+        Some(())
     }
 
-    /// Roulette, and the step to the next edge. `None` ends the path.
+    /// Samples an emitter at a vertex, and the direction in which the path goes on. `None` ends the path.
     #[inline(always)]
-    fn survives(&self, path: &mut State, rng: &mut CounterRng) -> Option<()> {
-        let brightness = path.throughput.max_element();
-        if brightness == 0.0 {
-            return None;
+    fn scatter<V: Vertex>(
+        &self,
+        state: &mut State<S::Site>,
+        vertex: &V,
+        before: Rgb,
+        medium_towards: impl Fn(Vec3) -> Option<u32>,
+        rng: &mut CounterRng,
+    ) -> Option<Vec3> {
+        let (transport, depth) = (self.transport(), state.depth);
+        let (at, site) = (transport.scattering(vertex), transport.site(vertex));
+        let light = transport.emitter_light(&at, &site, rng.emitter());
+        if let Some(light) = &light {
+            let medium = medium_towards(light.ray.direction);
+            let transmittance = self.transmittance(light.ray, medium, rng);
+            let radiance = V::weighted(light) * transmittance;
+            state.add(depth + 1, true, state.weighted(radiance));
         }
-        if path.depth >= self.roulette_depth {
-            let survival = (brightness * path.eta_squared).min(SURVIVAL_CAP);
-            if rng.next_f32() >= survival {
-                return None;
+        let u_lobe = if V::HAS_LOBES { rng.lobe() } else { 0.0 };
+        let direction = transport.scatter(&mut state.path, &at, site, depth, u_lobe, rng);
+        if let Some(trail) = &mut state.trail {
+            let mut seen = path_vertex(&state.path, before, vertex, depth, light.as_ref(), direction);
+            // Channels weigh the whole path.
+            let weight = state.channels.weight();
+            seen.throughput *= weight;
+            if let Some(onward) = &mut seen.onward {
+                onward.throughput *= weight;
             }
-            path.throughput /= survival;
+            trail.vertices.push(seen);
         }
-        path.depth += 1;
-        Some(())
+        state.depth += 1;
+        direction
     }
 }
 
-impl State {
+impl<K> State<K> {
     /// What radiance at the end of the ray contributes to the pixel.
     #[inline(always)]
     fn weighted(&self, radiance: Rgb) -> Rgb {
-        self.throughput * self.channels.weight() * radiance
+        self.path.throughput * self.channels.weight() * radiance
+    }
+
+    /// Light that the path has found.
+    #[inline(always)]
+    fn add(&mut self, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
+        if let Some(trail) = &mut self.trail {
+            trail.contribute(edges, is_sampled_emitter, radiance);
+        }
+        self.radiance += radiance;
     }
 
     /// Goes on behind a surface that lets all light pass.
@@ -276,33 +299,56 @@ impl State {
     }
 }
 
-impl PixelEstimator for VolumePathTracer<'_> {
+impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_, S, G, O> {
+    /// The value of a sample whose camera ray is `ray`, where it is known what that hits, or not yet.
+    fn value(
+        &self,
+        id: SampleId,
+        seed: u64,
+        ray: Ray,
+        known: Option<Option<Hit>>,
+        rng: &mut CounterRng,
+    ) -> Rgb {
+        let watched = O::IS_ACTIVE && !cfg!(lightshed_without = "observer");
+        let trail = watched.then(Trail::default);
+        let state = self.walk(ray, self.camera_medium, known, rng, trail);
+        if let Some(trail) = &state.trail {
+            trail.tell(&self.tracer.observer, id, seed, state.radiance);
+        }
+        state.radiance
+    }
+}
+
+impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for VolumePathTracer<'_, S, G, O> {
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
-        if let Some(plain) = &self.plain {
-            return plain.sample(x, y, sample_index, seed);
+        if self.is_opaque {
+            return self.tracer.sample(x, y, sample_index, seed);
         }
         let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
-        let ray = camera_ray(self.scene, x, y, &mut rng);
-        self.radiance(ray, self.camera_medium, &mut rng)
+        let ray = camera_ray(self.transport().scene, x, y, &mut rng);
+        let index = sample_index;
+        self.value(SampleId { x, y, index }, seed, ray, None, &mut rng)
     }
 
     fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
-        if let Some(plain) = &self.plain {
-            return plain.sample_many(ids, seed, values);
+        if self.is_opaque {
+            return self.tracer.sample_many(ids, seed, values);
         }
+        let scene = self.transport().scene;
         let mut rngs: [CounterRng; MAX_BATCH] = std::array::from_fn(|_| CounterRng::new(seed, 0, 0));
         let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); MAX_BATCH];
         let mut hits = [None; MAX_BATCH];
         for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
             for ((id, ray), rng) in ids.iter().zip(&mut rays).zip(&mut rngs) {
                 *rng = CounterRng::new(seed, id.y << 16 | id.x, id.index);
-                *ray = camera_ray(self.scene, id.x, id.y, rng);
+                *ray = camera_ray(scene, id.x, id.y, rng);
             }
             let count = ids.len().min(values.len());
             let (rays, hits) = (&rays[..count], &mut hits[..count]);
-            self.scene.accelerator().intersect_many(rays, hits);
-            for (((value, ray), hit), rng) in values.iter_mut().zip(rays).zip(hits).zip(&mut rngs) {
-                *value = self.walk(*ray, self.camera_medium, Some(*hit), rng);
+            scene.accelerator().intersect_many(rays, hits);
+            let samples = ids.iter().zip(rays).zip(hits).zip(&mut rngs);
+            for ((((id, ray), hit), rng), value) in samples.zip(values) {
+                *value = self.value(*id, seed, *ray, Some(*hit), rng);
             }
         }
     }

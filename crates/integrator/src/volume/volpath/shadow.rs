@@ -2,6 +2,9 @@
 
 use super::flight::transmittance;
 use super::{MOST_CROSSINGS, VolumePathTracer};
+use crate::emitter_sampler::EmitterSampler;
+use crate::path::guide::DirectionGuide;
+use crate::path::observer::PathObserver;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Material, Ray, Rgb, Scene, SurfacePoint};
@@ -65,11 +68,11 @@ fn rest_of(ray: &Ray, origin: Vec3, end: Vec3) -> Ray {
 /// Parts of a segment in media that wait until it is known that no surface is in between.
 const WAITING: usize = 4;
 
-impl VolumePathTracer<'_> {
+impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_, S, G, O> {
     /// An unbiased estimate of the transmittance along the segment `ray`, which starts in the medium of that index: zero if a surface
     /// is in between.
     pub(super) fn transmittance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
-        let scene = self.scene;
+        let scene = self.transport().scene;
         if let Some(index) = medium
             && let Some(passes) = scene.passes_grid_alone(&ray, index)
         {

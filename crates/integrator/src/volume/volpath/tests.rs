@@ -63,7 +63,7 @@ fn means(scene: &SceneDescription, from: f32, samples: u32) -> [MeanTest; 3] {
 
 fn means_by(scene: &SceneDescription, from: f32, samples: u32, tracking: VolumeTracking) -> [MeanTest; 3] {
     let scene = Scene::new(scene).unwrap();
-    let tracer = VolumePathTracer::new(&scene).with_tracking(tracking);
+    let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power()).with_tracking(tracking);
     let origin = Vec3::new(0.0, 0.0, from);
     let medium = scene.medium_around(origin);
     let mut means = [MeanTest::new(), MeanTest::new(), MeanTest::new()];
@@ -229,12 +229,12 @@ fn paths_of_one_edge_show_what_is_behind() {
     scene.camera.fov_x = 1e-3;
     let scene = Scene::new(&scene).unwrap();
     let mut mean = MeanTest::new();
-    let tracer = VolumePathTracer::with_depths(&scene, Some(1), u32::MAX);
+    let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), u32::MAX);
     for sample in 0..40_000 {
         mean.push(f64::from(tracer.sample(0, 0, sample, 4).x));
     }
     judge(&mean, (-1.0f64).exp(), 1e-6).unwrap();
-    let dark = VolumePathTracer::with_depths(&scene, Some(0), u32::MAX);
+    let dark = VolumePathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(0), u32::MAX);
     assert_eq!(dark.sample(0, 0, 0, 4), Rgb::ZERO);
 }
 
@@ -260,7 +260,10 @@ fn without_media_samples_are_the_path_tracers() {
     let mut description = builtin::cornell_glossy();
     (description.settings.width, description.settings.height) = (8, 8);
     let scene = Scene::new(&description).unwrap();
-    let (ours, plain) = (VolumePathTracer::new(&scene), PathTracer::new(&scene));
+    let (ours, plain) = (
+        VolumePathTracer::new(&scene, scene.emitters_by_power()),
+        PathTracer::new(&scene, scene.emitters_by_power()),
+    );
     let ids: Vec<SampleId> = (0..128u32)
         .map(|i| SampleId {
             x: i % 8,
@@ -368,7 +371,7 @@ fn a_path_does_not_depend_on_its_batch() {
         let mut description = builtin::by_name(name).unwrap();
         (description.settings.width, description.settings.height) = (12, 12);
         let scene = Scene::new(&description).unwrap();
-        let tracer = VolumePathTracer::new(&scene);
+        let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power());
         let ids: Vec<SampleId> = (0..144u32)
             .map(|i| SampleId {
                 x: i % 12,
@@ -425,9 +428,15 @@ fn no_light_comes_through_a_floor_that_bounds_a_medium() {
         let place = turn.transform_point3(Vec3::new(1.6 * x - 0.8, 0.0, 1.6 * z - 0.8));
         let steep = turn.transform_vector3(Vec3::new(x - 0.5, -1.0, z - 0.5).normalize());
         let ray = Ray::new(place, steep);
-        let seen = VolumePathTracer::with_depths(&white, Some(1), u32::MAX).radiance(ray, Some(0), &mut rng);
+        let seen = VolumePathTracer::new(&white, white.emitters_by_power())
+            .with_depths(Some(1), u32::MAX)
+            .radiance(ray, Some(0), &mut rng);
         assert_eq!(seen, Rgb::ZERO, "camera ray {sample}");
-        let scattered = VolumePathTracer::new(&lit).radiance(Ray::new(place, -steep), Some(0), &mut rng);
+        let scattered = VolumePathTracer::new(&lit, lit.emitters_by_power()).radiance(
+            Ray::new(place, -steep),
+            Some(0),
+            &mut rng,
+        );
         assert_eq!(scattered, Rgb::ZERO, "path {sample}");
     }
 }
@@ -448,14 +457,15 @@ fn boundaries_hide_nothing() {
             with.shapes.last_mut().unwrap().material = 0;
         }
         let [with, without] = [&with, &without].map(|scene| Scene::new(scene).unwrap());
-        let [ours, plain] =
-            [&with, &without].map(|scene| VolumePathTracer::with_depths(scene, Some(4), u32::MAX));
+        let [ours, plain] = [&with, &without].map(|scene| {
+            VolumePathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(4), u32::MAX)
+        });
         let (mut differing, samples) = (0, 20_000);
         for sample in 0..samples {
             let (x, y) = (sample % 100, sample / 100);
             let [a, b] = [&ours, &plain].map(|tracer| {
                 let mut rng = CounterRng::new(3, 0, sample);
-                let ray = camera_ray(tracer.scene, 2 * x, y, &mut rng);
+                let ray = camera_ray(tracer.transport().scene, 2 * x, y, &mut rng);
                 tracer.radiance(ray, None, &mut rng)
             });
             differing += u32::from(!a.abs_diff_eq(b, 1e-3 * (1.0 + b.max_element())));

@@ -3,11 +3,13 @@
 use super::ensemble::Ensemble;
 use super::scenes::{cornell_without_light, every_emitter, small};
 use lightshed_integrator::{
-    CameraMotion, DirectLight, EndpointSampler, LightChoosing, LightSelection, LitPoint, RestirDi,
+    CameraMotion, DirectLight, DirectLightOptions, EmitterSampler, LightChoosing, LightSelection, RestirDi,
     RestirDiError, RestirDiSettings,
 };
+use lightshed_lights::ShadingPoint;
+use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::glam::{Affine3A, Vec3};
-use lightshed_scene::{EmitterEndpoint, Scene, builtin};
+use lightshed_scene::{EmitterConnection, EmitterEndpoint, EmitterSample, Scene, SurfacePoint, builtin};
 use lightshed_testkit::check_faults;
 
 /// Cheap enough for a test, with every kind of reuse.
@@ -21,20 +23,62 @@ fn settings() -> RestirDiSettings {
 
 fn truth(scene: &Scene, images: u32) -> Ensemble {
     let size = [scene.settings().width, scene.settings().height];
-    Ensemble::of_estimator(&DirectLight::new(scene), size, 16, images)
+    Ensemble::of_estimator(
+        &DirectLight::new(scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(),
+        size,
+        16,
+        images,
+    )
 }
 
 /// Candidates whose probability is stated wrong by a factor.
 struct Misstated<'a, S>(&'a S, f32);
 
-impl<S: EndpointSampler> EndpointSampler for Misstated<'_, S> {
-    fn propose(&self, from: &LitPoint<'_>, u_select: u64, u: [f32; 2]) -> Option<(EmitterEndpoint, f32)> {
-        let (endpoint, probability) = self.0.propose(from, u_select, u)?;
-        Some((endpoint, self.1 * probability))
+impl<S: EmitterSampler> EmitterSampler for Misstated<'_, S> {
+    type Site = S::Site;
+
+    fn site(&self, at: impl FnOnce() -> ShadingPoint) -> S::Site {
+        self.0.site(at)
     }
 
-    fn probability(&self, from: &LitPoint<'_>, endpoint: &EmitterEndpoint) -> f32 {
-        self.1 * self.0.probability(from, endpoint)
+    fn sample(&self, from: Vec3, site: &S::Site, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+        self.0.sample(from, site, u_select, u)
+    }
+
+    fn pdf(&self, from: Vec3, site: &S::Site, point: &SurfacePoint) -> Density<SolidAngle> {
+        self.0.pdf(from, site, point)
+    }
+
+    fn pdf_environment(&self, from: Vec3, site: &S::Site, direction: Vec3) -> Density<SolidAngle> {
+        self.0.pdf_environment(from, site, direction)
+    }
+
+    fn sample_endpoint(
+        &self,
+        from: Vec3,
+        site: &S::Site,
+        u_select: u64,
+        u: [f32; 2],
+    ) -> Option<(EmitterEndpoint, f32)> {
+        self.0.sample_endpoint(from, site, u_select, u)
+    }
+
+    fn endpoint_pdf(&self, from: Vec3, site: &S::Site, point: &SurfacePoint) -> Density<SolidAngle> {
+        self.0.endpoint_pdf(from, site, point)
+    }
+
+    fn endpoint_probability(&self, from: Vec3, site: &S::Site, endpoint: &EmitterEndpoint) -> f32 {
+        self.0.endpoint_probability(from, site, endpoint)
+    }
+
+    fn connect_chosen(
+        &self,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+        probability: f32,
+    ) -> Option<EmitterConnection> {
+        let connection = self.0.connect_chosen(from, endpoint, probability)?;
+        Some(connection.chosen_with(self.1))
     }
 }
 
@@ -62,11 +106,12 @@ fn frames_agree_with_direct_light() {
             let mut settings = settings();
             settings.biased = fault == Some(Fault::Biased);
             let frames = if fault == Some(Fault::Density) {
-                let sampler = Misstated(scene.emitters(), 1.05);
-                let make = || RestirDi::with_sampler(&scene, &sampler, settings).unwrap();
+                let by_power = scene.emitters_by_power();
+                let sampler = Misstated(&by_power, 1.05);
+                let make = || RestirDi::new(&scene, &sampler, settings).unwrap();
                 Ensemble::of_chains(make, 1..4, chains, 1)
             } else {
-                let make = || RestirDi::with_settings(&scene, settings).unwrap();
+                let make = || RestirDi::new(&scene, scene.emitters_by_power(), settings).unwrap();
                 Ensemble::of_chains(make, 1..4, chains, 1)
             };
             let agreement = frames.compare(&truth);
@@ -91,7 +136,7 @@ fn candidates_of_light_samplers_agree_with_direct_light() {
         };
         check_faults(faults, |fault| {
             let sampler = Misstated(&selection, if fault.is_some() { 1.1 } else { 1.0 });
-            let make = || RestirDi::with_sampler(&scene, &sampler, settings()).unwrap();
+            let make = || RestirDi::new(&scene, &sampler, settings()).unwrap();
             let agreement = Ensemble::of_chains(make, 1..4, 60, 1).compare(&truth);
             println!("{}, {fault:?}: {agreement:?}", choosing.name());
             agreement.verdict()
@@ -110,7 +155,7 @@ fn frames_of_a_moving_camera_agree_with_direct_light() {
     let there = Scene::new(&there).unwrap();
     let motion = CameraMotion::translation(per_frame).unwrap();
     let make = || {
-        RestirDi::with_settings(&scene, settings())
+        RestirDi::new(&scene, scene.emitters_by_power(), settings())
             .unwrap()
             .with_motion(motion)
     };
@@ -128,7 +173,9 @@ fn settings_out_of_range_are_refused() {
     let refused = |change: &dyn Fn(&mut RestirDiSettings)| {
         let mut settings = RestirDiSettings::default();
         change(&mut settings);
-        RestirDi::with_settings(&scene, settings).err().unwrap()
+        RestirDi::new(&scene, scene.emitters_by_power(), settings)
+            .err()
+            .unwrap()
     };
     assert_eq!(refused(&|s| s.emitter_candidates = 0), RestirDiError::Candidates);
     assert_eq!(refused(&|s| s.spatial_rounds = 65), RestirDiError::Rounds);

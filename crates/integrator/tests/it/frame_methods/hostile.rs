@@ -3,7 +3,8 @@
 use super::scenes::{every_emitter, small_description};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
-    CameraMotion, PathMapping, PathReuse, RestirDi, RestirGi, RestirPt, RestirPtOptions, SceneWorld,
+    CameraMotion, PathMapping, PathReuse, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions,
+    SceneWorld,
 };
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{
@@ -32,13 +33,34 @@ fn methods<'a>(
             restir_pt(RestirPtOptions::real_time(PathMapping::Reconnection)),
         ),
         ("restir-pt-offline", restir_pt(offline)),
-        ("restir-di", Box::new(RestirDi::new(scene).with_motion(motion))),
+        (
+            "restir-di",
+            Box::new(
+                RestirDi::new(scene, scene.emitters_by_power(), RestirDiSettings::UNBIASED)
+                    .unwrap()
+                    .with_motion(motion),
+            ),
+        ),
         (
             "restir-di-biased",
-            Box::new(RestirDi::biased(scene).with_motion(motion)),
+            Box::new(
+                RestirDi::new(scene, scene.emitters_by_power(), RestirDiSettings::BIASED)
+                    .unwrap()
+                    .with_motion(motion),
+            ),
         ),
-        ("restir-gi", Box::new(RestirGi::new(scene).with_motion(motion))),
-        ("path-reuse", Box::new(PathReuse::new(scene))),
+        (
+            "restir-gi",
+            Box::new(
+                RestirGi::new(scene, scene.emitters_by_power(), RestirDiSettings::UNBIASED)
+                    .unwrap()
+                    .with_motion(motion),
+            ),
+        ),
+        (
+            "path-reuse",
+            Box::new(PathReuse::new(scene, scene.emitters_by_power())),
+        ),
     ]
 }
 
@@ -132,7 +154,7 @@ fn hostile_scenes_give_finite_images() {
     for (name, description) in hostile_scenes() {
         let scene = Scene::new(&description).unwrap();
         let motion = CameraMotion::translation(Vec3::new(0.05, 0.0, -0.02)).unwrap();
-        let world = SceneWorld::new(&scene);
+        let world = SceneWorld::new(&scene, scene.emitters_by_power());
         for (method, mut frames_of) in methods(&world, motion) {
             let images = frames(&mut *frames_of, 3);
             let finite = images.iter().flatten().all(|value| value.is_finite());
@@ -152,7 +174,7 @@ fn hostile_scenes_give_finite_images() {
 fn frames_do_not_depend_on_threads() {
     let scene = every_emitter(33, 4);
     let motion = CameraMotion::translation(Vec3::new(0.02, 0.0, 0.0)).unwrap();
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     let render = |index: usize, threads, seed| {
         let (name, mut method) = methods(&world, motion).swap_remove(index);
         let options = RenderOptions {
@@ -177,7 +199,7 @@ fn rays_are_traced_for_light_only() {
     let scenes = hostile_scenes();
     let (_, black) = scenes.iter().find(|(name, _)| *name == "black").unwrap();
     let scene = Scene::new(black).unwrap();
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     for (name, mut method) in methods(&world, CameraMotion::STILL) {
         let mut image = vec![Rgb::ZERO; 400];
         let counts = method

@@ -1,7 +1,7 @@
 //! ReSTIR GI where its premises hold, so that it has no bias.
 
 use super::ensemble::Ensemble;
-use lightshed_integrator::{DirectLight, PathTracer, RestirGi};
+use lightshed_integrator::{DirectLight, DirectLightOptions, PathTracer, RestirDiSettings, RestirGi};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
     ColorTexture, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, builtin,
@@ -65,12 +65,27 @@ fn open_corner(side: u32) -> Scene {
 #[test]
 fn an_open_corner_has_no_bias() {
     let scene = open_corner(24);
-    let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 100);
-    let frames = Ensemble::of_chains(|| RestirGi::new(&scene), 1..3, 300, 1);
+    let truth = Ensemble::of_estimator(
+        &PathTracer::new(&scene, scene.emitters_by_power()),
+        [24, 24],
+        16,
+        100,
+    );
+    let frames = Ensemble::of_chains(
+        || RestirGi::new(&scene, scene.emitters_by_power(), RestirDiSettings::UNBIASED).unwrap(),
+        1..3,
+        300,
+        1,
+    );
     let agreement = frames.compare(&truth);
     println!("{agreement:?}");
     agreement.verdict().unwrap();
     // The control: a tenth of the light is indirect, and its absence would be seen.
-    let direct = Ensemble::of_estimator(&DirectLight::new(&scene), [24, 24], 16, 100);
+    let direct = Ensemble::of_estimator(
+        &DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(),
+        [24, 24],
+        16,
+        100,
+    );
     frames.compare(&direct).verdict().unwrap_err();
 }

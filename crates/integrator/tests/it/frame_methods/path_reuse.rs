@@ -19,8 +19,13 @@ fn frames_agree_with_path_tracing() {
         ("every emitter", every_emitter(24, 4)),
     ];
     for (name, scene) in scenes {
-        let truth = Ensemble::of_estimator(&PathTracer::new(&scene), [24, 24], 16, 60);
-        let frames = Ensemble::of_chains(|| PathReuse::new(&scene), 0..1, 350, 1);
+        let truth = Ensemble::of_estimator(
+            &PathTracer::new(&scene, scene.emitters_by_power()),
+            [24, 24],
+            16,
+            60,
+        );
+        let frames = Ensemble::of_chains(|| PathReuse::new(&scene, scene.emitters_by_power()), 0..1, 350, 1);
         let agreement = frames.compare(&truth);
         println!("{name}: {agreement:?}");
         agreement.verdict().unwrap();

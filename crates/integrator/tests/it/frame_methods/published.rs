@@ -2,7 +2,9 @@
 //! `LIGHTSHED_CHAINS` multiplies the number of chains, and with it the work.
 
 use super::ensemble::Ensemble;
-use lightshed_integrator::{DirectLight, PathReuse, PathTracer, RestirDi};
+use lightshed_integrator::{
+    DirectLight, DirectLightOptions, PathReuse, PathTracer, RestirDi, RestirDiSettings,
+};
 use lightshed_scene::Scene;
 use lightshed_scene::import::load;
 
@@ -37,8 +39,18 @@ fn size(scene: &Scene) -> [u32; 2] {
 fn direct_light_by_reuse_agrees_in_published_scenes() {
     let Some((scenes, times)) = scenes() else { return };
     for (name, scene) in scenes {
-        let truth = Ensemble::of_estimator(&DirectLight::new(&scene), size(&scene), 6, 16 * times);
-        let frames = Ensemble::of_chains(|| RestirDi::new(&scene), 1..4, 16 * u64::from(times), 1);
+        let truth = Ensemble::of_estimator(
+            &DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(),
+            size(&scene),
+            6,
+            16 * times,
+        );
+        let frames = Ensemble::of_chains(
+            || RestirDi::new(&scene, scene.emitters_by_power(), RestirDiSettings::UNBIASED).unwrap(),
+            1..4,
+            16 * u64::from(times),
+            1,
+        );
         let agreement = frames.compare(&truth);
         println!("restir-di, {name}: {agreement:?}");
         agreement.verdict().unwrap();
@@ -49,8 +61,18 @@ fn direct_light_by_reuse_agrees_in_published_scenes() {
 fn path_reuse_agrees_in_published_scenes() {
     let Some((scenes, times)) = scenes() else { return };
     for (name, scene) in scenes {
-        let truth = Ensemble::of_estimator(&PathTracer::new(&scene), size(&scene), 6, 16 * times);
-        let frames = Ensemble::of_chains(|| PathReuse::new(&scene), 0..1, 32 * u64::from(times), 1);
+        let truth = Ensemble::of_estimator(
+            &PathTracer::new(&scene, scene.emitters_by_power()),
+            size(&scene),
+            6,
+            16 * times,
+        );
+        let frames = Ensemble::of_chains(
+            || PathReuse::new(&scene, scene.emitters_by_power()),
+            0..1,
+            32 * u64::from(times),
+            1,
+        );
         let agreement = frames.compare(&truth);
         println!("path-reuse, {name}: {agreement:?}");
         agreement.verdict().unwrap();

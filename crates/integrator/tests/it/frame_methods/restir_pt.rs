@@ -127,7 +127,12 @@ fn scenes() -> [(&'static str, Scene); 2] {
 
 fn truth(scene: &Scene, images: u32) -> Ensemble {
     let size = [scene.settings().width, scene.settings().height];
-    Ensemble::of_estimator(&PathTracer::new(scene), size, 16, images)
+    Ensemble::of_estimator(
+        &PathTracer::new(scene, scene.emitters_by_power()),
+        size,
+        16,
+        images,
+    )
 }
 
 /// Chains of four frames in real time, those with reuse in time, and single frames offline, with both shifts, in scenes with every kind of emitter and
@@ -136,7 +141,7 @@ fn truth(scene: &Scene, images: u32) -> Ensemble {
 fn frames_agree_with_path_tracing() {
     for (name, scene) in scenes() {
         let truth = truth(&scene, 75);
-        let world = SceneWorld::new(&scene);
+        let world = SceneWorld::new(&scene, scene.emitters_by_power());
         for mapping in [PathMapping::Hybrid, PathMapping::Reconnection] {
             for (options, frames, chains) in [(real_time(mapping), 1..4, 100), (offline(mapping), 0..1, 90)] {
                 let make = || RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
@@ -162,7 +167,7 @@ fn faults_are_detected_in_images() {
     };
     let scene = lit_by_the_ceiling(24);
     let truth = truth(&scene, 120);
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     check_faults(&[Fault::JacobianDropped, Fault::ShareLost], |fault| {
         let shift = Faulty { world: &world, fault };
         let make = || {
@@ -225,7 +230,7 @@ fn floor_and_lamp() -> Scene {
 #[test]
 fn wrong_emitter_density_is_detected_between_two_points() {
     let scene = floor_and_lamp();
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     let domain = |x: f32| {
         let ray = Ray::new(Vec3::new(x, 0.4, 0.1), -Vec3::Y);
         let hit = scene.accelerator().intersect(&ray).unwrap();
@@ -266,7 +271,7 @@ fn frames_of_a_moving_camera_agree_with_path_tracing() {
     there.camera.to_world = Affine3A::from_translation(per_frame * 3.0) * there.camera.to_world;
     let there = Scene::new(&there).unwrap();
     let motion = CameraMotion::translation(per_frame).unwrap();
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     let make = || RestirPt::new(&world, real_time(PathMapping::Hybrid), motion).unwrap();
     let agreement = Ensemble::of_chains(make, 3..4, 160, 1).compare(&truth(&there, 80));
     println!("{agreement:?}");
@@ -274,7 +279,7 @@ fn frames_of_a_moving_camera_agree_with_path_tracing() {
 }
 
 fn frame(scene: &Scene, options: RestirPtOptions, threads: usize) -> (Vec<Rgb>, RayCounts) {
-    let world = SceneWorld::new(scene);
+    let world = SceneWorld::new(scene, scene.emitters_by_power());
     let mut method = RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
     let [width, height] = method.size();
     let mut image = vec![Rgb::ZERO; (width * height) as usize];
@@ -328,7 +333,7 @@ fn diffuse_scenes_replay_nothing_and_short_paths_shift_nothing() {
 #[test]
 fn options_out_of_range_are_refused() {
     let scene = small(builtin::cornell(), 8);
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     let refused = |change: &dyn Fn(&mut RestirPtOptions)| {
         let mut options = RestirPtOptions::real_time(PathMapping::Hybrid);
         change(&mut options);
@@ -350,7 +355,7 @@ fn options_out_of_range_are_refused() {
         RestirPtError::Pattern(_)
     ));
     let scene = small(builtin::cornell_glossy(), 8);
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     let options = RestirPtOptions {
         min_roughness: 0.0,
         ..RestirPtOptions::real_time(PathMapping::Hybrid)

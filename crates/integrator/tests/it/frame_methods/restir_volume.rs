@@ -22,7 +22,8 @@ fn small(mut description: SceneDescription, [width, height]: [u32; 2], g: f32) -
 
 fn truth(scene: &Scene, scatterings: u32, samples: u32, images: u32) -> Ensemble {
     let size = [scene.settings().width, scene.settings().height];
-    let tracer = VolumePathTracer::with_depths(scene, Some(scatterings + 1), u32::MAX);
+    let tracer =
+        VolumePathTracer::new(scene, scene.emitters_by_power()).with_depths(Some(scatterings + 1), u32::MAX);
     Ensemble::of_estimator(&tracer, size, samples, images)
 }
 
@@ -98,7 +99,7 @@ fn rays_that_find_nothing_count() {
         .map(|index| if index % 20 < 7 { 0.0 } else { 1.0 })
         .collect();
     let scene = Scene::new(&description).unwrap();
-    let tracer = VolumePathTracer::with_depths(&scene, Some(2), u32::MAX);
+    let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(2), u32::MAX);
     let options = RestirVolumeOptions::new(1).with_neighbours();
     let mut method = RestirVolume::new(&scene, options, CameraMotion::STILL).unwrap();
     let column = |image: &[Rgb], x: usize| {

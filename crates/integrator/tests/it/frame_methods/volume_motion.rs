@@ -73,7 +73,7 @@ fn cost(frames: &Seen, truth: &Seen) -> Cost {
 
 fn truth(description: &SceneDescription) -> Seen {
     let scene = Scene::new(description).unwrap();
-    let tracer = VolumePathTracer::with_depths(&scene, Some(3), u32::MAX);
+    let tracer = VolumePathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(3), u32::MAX);
     let mut seen = Seen::new();
     for image in 0..60 {
         let pixel = |index: u32| {

@@ -14,8 +14,8 @@ use lightshed_testkit::MeanTest;
 fn trees_find_the_light_of_the_path_tracer() {
     for name in ["zoo", "cornell-glossy"] {
         let scene = scene(name);
-        let world = SceneWorld::new(&scene);
-        let tracer = PathTracer::new(&scene);
+        let world = SceneWorld::new(&scene, scene.emitters_by_power());
+        let tracer = PathTracer::new(&scene, scene.emitters_by_power());
         let samples = 60_000u32;
         let place = |sample: u32| (sample % 32, sample / 32 % 32);
         let mut expected = MeanTest::new();

@@ -21,7 +21,7 @@ fn shifted<'w>(x: &PathSample, from: &Domain<'w>, to: &Domain<'w>) -> Option<(Pa
 
 fn tally(name: &str, mapping: usize, count: usize) -> ShiftTally {
     let scene = scene(name);
-    let world = SceneWorld::new(&scene);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
     let (label, connectability) = mappings()[mapping];
     let same = |a: &PathSample, b: &PathSample| a.is_same_path(b);
     let mut kit = ShiftConformance::new(&shifted, &same, RECIPROCITY);

@@ -20,8 +20,8 @@ const LIMITS: SuffixLimits = SuffixLimits {
 /// Suffixes that begin at what the camera sees, and what both tracers find of each.
 fn found(name: &str, count: u32) -> Vec<[Vec<SuffixLight>; 2]> {
     let scene = scene(name);
-    let world = SceneWorld::new(&scene);
-    let suffixes: Vec<Suffix<Ray, Vec3>> = (0..count)
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
+    let suffixes: Vec<Suffix<Ray, (Vec3, ())>> = (0..count)
         .filter_map(|number| {
             let mut rng = CounterRng::new(5, number, 0);
             let film = Vec2::from(rng.next_2d()) * 32.0;

@@ -239,7 +239,7 @@ impl LaneKernel for Samples<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let points = self.scene.diffuse_lanes::<L>(self.hits, 0, self.wanted);
-        let samples: EmitterLanes<L> = self.scene.emitters().sample_lanes::<L>(
+        let samples: EmitterLanes<L> = self.scene.emitters_by_power().sample_lanes::<L>(
             points.position,
             [
                 L::Words::load(&self.u_select.map(|u| u as u32)),
@@ -299,7 +299,9 @@ fn emitter_samples_in_lanes_are_those_alone() {
                             Some(Fault::MovedPoint) => from.x += 1e-3,
                             _ => {}
                         }
-                        let sample = scene.emitters().sample(from, select, [u[0][lane], u[1][lane]]);
+                        let sample = scene
+                            .emitters_by_power()
+                            .sample(from, select, [u[0][lane], u[1][lane]]);
                         if (found >> lane & 1 == 1) != sample.is_some() {
                             return Err(format!("{sample:?}"));
                         }

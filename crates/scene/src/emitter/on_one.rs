@@ -1,7 +1,7 @@
-//! For guests that choose among the finite emitters by themselves: what there is to know of each, and samples of a given one.
+//! What there is to know of a finite emitter for who chooses among them, and samples of one that was chosen.
 
 use super::area::TriangleEmitter;
-use super::{AreaRecord, EmitterSample, Emitters, PointEmitter, target_on_surface};
+use super::{AreaEmitter, EmitterSample, Emitters, PointEmitter, target_on_surface};
 use crate::{SurfacePoint, luminance};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, SphericalTriangle};
@@ -89,90 +89,56 @@ impl Emitters {
             .collect()
     }
 
-    /// Probability with which [`Emitters::sample`] chooses a finite emitter, at every point; 0 for any other index.
-    #[inline(always)]
-    pub fn selection_probability(&self, index: u32) -> f32 {
-        match &self.finite {
-            Some(table) => table.pmf(index) * self.group_probability,
-            None => 0.0,
-        }
-    }
-
-    /// A direction towards the finite emitter `index`, which was chosen with `probability`. `None` where the emitter sends
-    /// nothing to `from`, and for any other index.
+    /// A direction towards the finite emitter `index`. `None` where the emitter sends nothing to `from`, and for any other index.
     ///
-    /// As [`Emitters::sample`] does once it has chosen, but near triangles are sampled by solid angle: there `L_i / p_ω` is
-    /// bounded, while by area it has no bound.
+    /// Near triangles are sampled by solid angle: there `L_i / p_ω` is bounded, while by area it has no bound.
     #[inline(always)]
-    pub fn sample_emitter(
-        &self,
-        from: Vec3,
-        index: u32,
-        probability: f32,
-        u: [f32; 2],
-    ) -> Option<EmitterSample> {
-        let own = self.finite.as_ref()?.pmf(index);
-        if !(own > 0.0 && probability > 0.0) {
-            return None;
+    pub fn sample_on(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
+        match self.areas.get(index as usize) {
+            Some(AreaEmitter::Triangle(triangle)) if let Some(seen) = triangle.seen_near(from) => {
+                triangle.sample_seen(from, &seen, index, u)
+            }
+            Some(area) => area.sample(from, index, u),
+            None if (index as usize) < self.finite_count() => self.sample_point(from, index, 1.0),
+            None => None,
         }
-        if let Some(AreaRecord::Triangle(triangle)) = self.areas.get(index as usize)
-            && let Some(seen) = triangle.seen_near(from)
-        {
-            return triangle.sample_seen(from, &seen, index, probability, u);
-        }
-        let mut sample = self.sample_finite(from, index, own, u)?;
-        let scale = probability / (own * self.group_probability);
-        sample.pdf = sample.pdf * scale;
-        sample.weight /= scale;
-        // A probability so small that the weight is no number any more.
-        sample.weight.is_finite().then_some(sample)
     }
 
-    /// A direction towards one of the emitters at infinity, which are chosen by `u_select` uniformly, all together with
-    /// `probability`. `None` where there are none, or where nothing comes from there.
+    /// Density with which [`sample_on`](Self::sample_on) at `from` chooses the direction to `point` on its emitter; zero if it
+    /// lies on none.
+    #[inline(always)]
+    pub fn pdf_on(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
+        match self.areas.get(point.emitter as usize) {
+            Some(AreaEmitter::Triangle(triangle)) if let Some(seen) = triangle.seen_near(from) => {
+                seen.density()
+            }
+            Some(area) => area.pdf(from, point),
+            None => Density::ZERO,
+        }
+    }
+
+    /// A direction towards one of the emitters at infinity, which are chosen by `u_select` uniformly. `None` where there are
+    /// none, or where nothing comes from there.
     #[inline]
-    pub fn sample_infinity(&self, u_select: u64, probability: f32, u: [f32; 2]) -> Option<EmitterSample> {
+    pub fn sample_at_infinity(&self, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
         let count = self.infinite_count();
-        if count == 0 || !(probability > 0.0) {
-            return None;
-        }
         let which = ((u128::from(u_select) * count as u128) >> 64) as usize;
-        let mut sample = self.sample_infinite(which, u)?;
-        let scale = probability / (self.group_probability * count as f32);
-        sample.pdf = sample.pdf * scale;
-        sample.weight /= scale;
-        Some(sample)
+        (count > 0)
+            .then(|| self.sample_infinite(which, 1.0 / count as f32, u))
+            .flatten()
     }
 
-    /// Density with which [`Emitters::sample_emitter`] at `from` would have chosen the direction to `point`, had the emitter
-    /// that it lies on been chosen with `probability`; zero if it lies on none.
+    /// Density with which [`sample_at_infinity`](Self::sample_at_infinity) chooses `direction` towards the environment.
     #[inline(always)]
-    pub fn pdf_given(&self, from: Vec3, point: &SurfacePoint, probability: f32) -> Density<SolidAngle> {
-        if let Some(AreaRecord::Triangle(triangle)) = self.areas.get(point.emitter as usize)
-            && let Some(seen) = triangle.seen_near(from)
-        {
-            return seen.density() * probability;
-        }
-        let own = self.selection_probability(point.emitter);
-        if own > 0.0 {
-            self.pdf(from, point) * (probability / own)
-        } else {
-            Density::ZERO
-        }
-    }
-
-    /// Density with which [`Emitters::sample_infinity`] with `probability` would have chosen `direction` towards the
-    /// environment.
-    #[inline(always)]
-    pub fn pdf_environment_given(&self, direction: Vec3, probability: f32) -> Density<SolidAngle> {
+    pub fn pdf_at_infinity(&self, direction: Vec3) -> Density<SolidAngle> {
         match self.environment() {
-            Some(environment) => environment.pdf(direction) * (probability / self.infinite_count() as f32),
+            Some(environment) => environment.pdf(direction) * (1.0 / self.infinite_count() as f32),
             None => Density::ZERO,
         }
     }
 }
 
-impl AreaRecord {
+impl AreaEmitter {
     fn extent(&self) -> EmitterExtent {
         let radiance = luminance(self.radiance());
         match self {
@@ -233,7 +199,6 @@ impl TriangleEmitter {
         from: Vec3,
         seen: &SphericalTriangle,
         index: u32,
-        probability: f32,
         u: [f32; 2],
     ) -> Option<EmitterSample> {
         let sample = seen.sample(u);
@@ -241,7 +206,7 @@ impl TriangleEmitter {
         let (along, across) = (self.edges[0] * v, self.edges[1] * w);
         let point = self.corner + along + across;
         let direction = (point - from).try_normalize()?;
-        let pdf = seen.density() * probability;
+        let pdf = seen.density();
         if !(self.normal.dot(direction) < 0.0 && pdf.is_positive()) {
             return None;
         }

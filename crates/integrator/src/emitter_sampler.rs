@@ -1,0 +1,298 @@
+//! How emitters are chosen for a point that they light.
+
+use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
+use lightshed_lights::ShadingPoint;
+use lightshed_sampling::{Density, SolidAngle};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SurfacePoint,
+};
+
+/// Chooses emitters of a scene: what every method that samples emitters is generic over.
+///
+/// With `p_sel(i | x)` the probability of choosing emitter `i` for the point `x`, and `p_i` the density of sampling it once it is
+/// chosen, directions have the density `p = p_sel p_i` (in the solid-angle measure at `x`) and endpoints `p_sel p_i` in their own
+/// measure ([`EmitterEndpoint`]). Densities that this trait reports include `p_sel`.
+///
+/// **Unbiased** if `p_sel` is positive wherever the emitter sends light that `x` scatters, and if the density that is reported is
+/// that with which samples are taken. Lights that are points or directions must have a positive probability wherever they shine;
+/// what a BSDF can hit may have none.
+///
+/// All functions are pure: the same arguments give the same result, bit for bit.
+pub trait EmitterSampler: Sync {
+    /// What the choice knows of a point besides its position: nothing, or a normal and a reflectance.
+    type Site: Copy + Default + Send + Sync;
+
+    /// What the choice knows of a point. `at` describes it to those who ask.
+    fn site(&self, at: impl FnOnce() -> ShadingPoint) -> Self::Site;
+
+    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` counts as a sample of value zero.
+    fn sample(&self, from: Vec3, site: &Self::Site, u_select: u64, u: [f32; 2]) -> Option<EmitterSample>;
+
+    /// Density with which [`sample`](Self::sample) chooses the direction to `point`, which lies on an area emitter; zero if it
+    /// does not.
+    fn pdf(&self, from: Vec3, site: &Self::Site, point: &SurfacePoint) -> Density<SolidAngle>;
+
+    /// Density with which [`sample`](Self::sample) chooses `direction` towards the environment.
+    fn pdf_environment(&self, from: Vec3, site: &Self::Site, direction: Vec3) -> Density<SolidAngle>;
+
+    /// Chooses an emitter by `u_select` and a place on it by `u`; with
+    /// [`endpoint_probability`](Self::endpoint_probability) of it. `None` counts as a sample of value zero.
+    fn sample_endpoint(
+        &self,
+        from: Vec3,
+        site: &Self::Site,
+        u_select: u64,
+        u: [f32; 2],
+    ) -> Option<(EmitterEndpoint, f32)>;
+
+    /// Density with which [`sample_endpoint`](Self::sample_endpoint) chooses `point`, which lies on an area emitter, per solid angle
+    /// at `from`; zero if it does not. Endpoints may be sampled by area where directions are sampled by solid angle.
+    fn endpoint_pdf(&self, from: Vec3, site: &Self::Site, point: &SurfacePoint) -> Density<SolidAngle>;
+
+    /// Probability of choosing the emitter of `endpoint`; of one at infinity that of choosing any of those.
+    fn endpoint_probability(&self, from: Vec3, site: &Self::Site, endpoint: &EmitterEndpoint) -> f32;
+
+    /// What `endpoint` sends to `from`, with the densities of having chosen it where its emitter is chosen with `probability`, which
+    /// is [`endpoint_probability`](Self::endpoint_probability). `None` where it sends nothing.
+    fn connect_chosen(
+        &self,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+        probability: f32,
+    ) -> Option<EmitterConnection>;
+
+    /// [`connect_chosen`](Self::connect_chosen) where the probability is to be found out.
+    #[inline]
+    fn connect(
+        &self,
+        from: Vec3,
+        site: &Self::Site,
+        endpoint: &EmitterEndpoint,
+    ) -> Option<EmitterConnection> {
+        self.connect_chosen(from, endpoint, self.endpoint_probability(from, site, endpoint))
+    }
+
+    /// Samples for one point, each by a number of `u_select`: `take` gets those that are not `None`, in order. Each draws two numbers
+    /// from `u`, those that choose nothing perhaps none.
+    #[inline]
+    fn sample_many(
+        &self,
+        from: Vec3,
+        site: &Self::Site,
+        u_select: &[u64],
+        mut u: impl FnMut() -> [f32; 2],
+        mut take: impl FnMut(EmitterSample),
+    ) {
+        for &u_select in u_select {
+            if let Some(sample) = self.sample(from, site, u_select, u()) {
+                take(sample);
+            }
+        }
+    }
+
+    /// [`sample`](Self::sample) for eight points, those in the lanes `wanted`, bit for bit; `u_select` are the low and the high
+    /// halves. One after the other unless overridden.
+    #[inline(always)]
+    fn sample_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        sites: &[Self::Site; LANES],
+        u_select: [L::Words; 2],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        let numbers = LaneNumbers::new(from, u_select, u);
+        EmitterLanes::one_by_one(wanted, |lane| {
+            let (from, u_select, u) = numbers.get(lane);
+            self.sample(from, &sites[lane], u_select, u)
+        })
+    }
+}
+
+/// Points and random numbers of eight lanes, in memory.
+pub(crate) struct LaneNumbers {
+    from: [[f32; LANES]; 3],
+    u_select: [[u32; LANES]; 2],
+    u: [[f32; LANES]; 2],
+}
+
+impl LaneNumbers {
+    #[inline(always)]
+    pub fn new<L: Lanes>(from: Vec3Lanes<L>, u_select: [L::Words; 2], u: [L; 2]) -> Self {
+        use lightshed_lanes::LaneWords;
+        Self {
+            from: from.store(),
+            u_select: u_select.map(|words| words.store()),
+            u: u.map(|u| u.store()),
+        }
+    }
+
+    /// Those of one lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> (Vec3, u64, [f32; 2]) {
+        let [low, high] = self.u_select.map(|words| words[lane]);
+        (
+            self.from.map(|row| row[lane]).into(),
+            u64::from(high) << 32 | u64::from(low),
+            self.u.map(|row| row[lane]),
+        )
+    }
+}
+
+/// By power, whatever the point.
+impl EmitterSampler for EmittersByPower<'_> {
+    type Site = ();
+
+    #[inline(always)]
+    fn site(&self, _at: impl FnOnce() -> ShadingPoint) {}
+
+    #[inline(always)]
+    fn sample(&self, from: Vec3, (): &(), u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+        self.sample(from, u_select, u)
+    }
+
+    #[inline(always)]
+    fn pdf(&self, from: Vec3, (): &(), point: &SurfacePoint) -> Density<SolidAngle> {
+        self.pdf(from, point)
+    }
+
+    #[inline(always)]
+    fn pdf_environment(&self, _from: Vec3, (): &(), direction: Vec3) -> Density<SolidAngle> {
+        self.pdf_environment(direction)
+    }
+
+    #[inline]
+    fn sample_endpoint(
+        &self,
+        from: Vec3,
+        (): &(),
+        u_select: u64,
+        u: [f32; 2],
+    ) -> Option<(EmitterEndpoint, f32)> {
+        let endpoint = self.sample_endpoint(from, u_select, u)?;
+        Some((endpoint, self.endpoint_probability(&endpoint)))
+    }
+
+    #[inline(always)]
+    fn endpoint_pdf(&self, from: Vec3, (): &(), point: &SurfacePoint) -> Density<SolidAngle> {
+        self.pdf(from, point)
+    }
+
+    #[inline]
+    fn endpoint_probability(&self, _from: Vec3, (): &(), endpoint: &EmitterEndpoint) -> f32 {
+        self.endpoint_probability(endpoint)
+    }
+
+    #[inline]
+    fn connect_chosen(
+        &self,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+        _probability: f32,
+    ) -> Option<EmitterConnection> {
+        self.connect(from, endpoint)
+    }
+
+    #[inline]
+    fn connect(&self, from: Vec3, (): &(), endpoint: &EmitterEndpoint) -> Option<EmitterConnection> {
+        self.connect(from, endpoint)
+    }
+
+    #[inline(always)]
+    fn sample_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        _sites: &[(); LANES],
+        u_select: [L::Words; 2],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        self.sample_lanes(from, u_select, u, wanted)
+    }
+}
+
+/// Samplers may be shared.
+impl<S: EmitterSampler> EmitterSampler for &S {
+    type Site = S::Site;
+
+    #[inline(always)]
+    fn site(&self, at: impl FnOnce() -> ShadingPoint) -> S::Site {
+        S::site(self, at)
+    }
+
+    #[inline(always)]
+    fn sample(&self, from: Vec3, site: &S::Site, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+        S::sample(self, from, site, u_select, u)
+    }
+
+    #[inline(always)]
+    fn pdf(&self, from: Vec3, site: &S::Site, point: &SurfacePoint) -> Density<SolidAngle> {
+        S::pdf(self, from, site, point)
+    }
+
+    #[inline(always)]
+    fn pdf_environment(&self, from: Vec3, site: &S::Site, direction: Vec3) -> Density<SolidAngle> {
+        S::pdf_environment(self, from, site, direction)
+    }
+
+    #[inline(always)]
+    fn sample_endpoint(
+        &self,
+        from: Vec3,
+        site: &S::Site,
+        u_select: u64,
+        u: [f32; 2],
+    ) -> Option<(EmitterEndpoint, f32)> {
+        S::sample_endpoint(self, from, site, u_select, u)
+    }
+
+    #[inline(always)]
+    fn endpoint_pdf(&self, from: Vec3, site: &S::Site, point: &SurfacePoint) -> Density<SolidAngle> {
+        S::endpoint_pdf(self, from, site, point)
+    }
+
+    #[inline(always)]
+    fn endpoint_probability(&self, from: Vec3, site: &S::Site, endpoint: &EmitterEndpoint) -> f32 {
+        S::endpoint_probability(self, from, site, endpoint)
+    }
+
+    #[inline(always)]
+    fn connect_chosen(
+        &self,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+        probability: f32,
+    ) -> Option<EmitterConnection> {
+        S::connect_chosen(self, from, endpoint, probability)
+    }
+
+    #[inline(always)]
+    fn connect(&self, from: Vec3, site: &S::Site, endpoint: &EmitterEndpoint) -> Option<EmitterConnection> {
+        S::connect(self, from, site, endpoint)
+    }
+
+    #[inline(always)]
+    fn sample_many(
+        &self,
+        from: Vec3,
+        site: &S::Site,
+        u_select: &[u64],
+        u: impl FnMut() -> [f32; 2],
+        take: impl FnMut(EmitterSample),
+    ) {
+        S::sample_many(self, from, site, u_select, u, take);
+    }
+
+    #[inline(always)]
+    fn sample_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        sites: &[S::Site; LANES],
+        u_select: [L::Words; 2],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        S::sample_lanes(self, from, sites, u_select, u, wanted)
+    }
+}

@@ -1,0 +1,303 @@
+//! How light scatters at a vertex of a path: at a surface or in a medium, by itself or in a mixture with a guide.
+
+use super::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE};
+use crate::light_selection::shading_point;
+use lightshed_lights::ShadingPoint;
+use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::volume::PhaseFunction;
+use lightshed_scene::{Bsdf, EmitterSample, Medium, Ray, Rgb, Scene, SurfacePoint};
+
+/// A point of a path that scatters light. Directions are unit vectors of the world and point away from it.
+pub(crate) trait Vertex {
+    /// Whether a lobe is chosen before a direction.
+    const HAS_LOBES: bool;
+
+    fn position(&self) -> Vec3;
+    /// As the choice among emitters sees it.
+    fn shading_point(&self) -> ShadingPoint;
+    fn guided(&self) -> GuidedVertex;
+    /// Whether there is a lobe of some width.
+    fn has_non_delta(&self) -> bool;
+    /// Value and density of the lobes of some width.
+    fn evaluate(&self, direction: Vec3) -> Scattered;
+    fn sample(&self, u_lobe: f32, u: [f32; 2]) -> Option<ScatteredDirection>;
+    /// What must be free for a sampled emitter to be seen.
+    fn shadow_ray(&self, light: &EmitterSample) -> Ray;
+    /// `w_e f |cos θ| L_e / p_e`, multiplied in the order of the vertex's kind.
+    fn weighted(light: &EmitterLight) -> Rgb;
+}
+
+/// A sample of the emitters at a vertex.
+pub(crate) struct EmitterLight {
+    /// The segment that must be free.
+    pub ray: Ray,
+    /// Towards the emitter, and the density with which it was sampled.
+    pub sampled: (Vec3, Density<SolidAngle>),
+    /// `f |cos θ|`.
+    pub scattered: Rgb,
+    /// `L_e / p_e`.
+    pub weight: Rgb,
+    /// `w_e`.
+    pub mis: f32,
+}
+
+/// `f |cos θ|` towards a direction, in a medium `p(ω → ω′)`, and the density of sampling it.
+#[derive(Clone, Copy)]
+pub(crate) struct Scattered {
+    pub value: Rgb,
+    pub pdf: Density<SolidAngle>,
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy)]
+pub(crate) struct ScatteredDirection {
+    pub direction: Vec3,
+    /// `f |cos θ| / p`.
+    pub weight: Rgb,
+    /// Over all lobes of some width; infinite for a lobe without.
+    pub pdf: Density<SolidAngle>,
+    pub is_delta: bool,
+    /// Relative index of refraction, see [`BsdfSample::eta`](lightshed_scene::BsdfSample::eta).
+    pub eta: f32,
+}
+
+/// On a surface.
+#[derive(Clone)]
+pub(crate) struct SurfaceVertex {
+    pub point: SurfacePoint,
+    pub bsdf: Bsdf,
+    /// Towards the vertex before, in the shading frame.
+    pub wo: Vec3,
+    /// The same in the world.
+    outgoing: Vec3,
+}
+
+impl SurfaceVertex {
+    /// Where `ray` met a surface.
+    #[inline(always)]
+    pub fn new(scene: &Scene, ray: &Ray, point: SurfacePoint) -> Self {
+        Self {
+            bsdf: scene.bsdf(&point),
+            wo: point.shading.to_local(-ray.direction),
+            outgoing: -ray.direction,
+            point,
+        }
+    }
+}
+
+impl Vertex for SurfaceVertex {
+    const HAS_LOBES: bool = true;
+
+    #[inline(always)]
+    fn position(&self) -> Vec3 {
+        self.point.position
+    }
+
+    #[inline(always)]
+    fn shading_point(&self) -> ShadingPoint {
+        shading_point(&self.point, &self.bsdf, self.wo)
+    }
+
+    #[inline(always)]
+    fn guided(&self) -> GuidedVertex {
+        GuidedVertex {
+            position: self.point.position,
+            normal: Some(self.point.shading.normal),
+            outgoing: self.outgoing,
+        }
+    }
+
+    #[inline(always)]
+    fn has_non_delta(&self) -> bool {
+        self.bsdf.has_non_delta()
+    }
+
+    #[inline(always)]
+    fn evaluate(&self, direction: Vec3) -> Scattered {
+        let scattered = self
+            .bsdf
+            .evaluate(self.wo, self.point.shading.to_local(direction));
+        Scattered {
+            value: scattered.value,
+            pdf: scattered.pdf,
+        }
+    }
+
+    #[inline(always)]
+    fn sample(&self, u_lobe: f32, u: [f32; 2]) -> Option<ScatteredDirection> {
+        let sample = self.bsdf.sample(self.wo, u_lobe, Vec2::from(u))?;
+        Some(ScatteredDirection {
+            direction: self.point.shading.to_world(sample.wi),
+            weight: sample.weight,
+            pdf: sample.pdf,
+            is_delta: sample.is_delta,
+            eta: sample.eta,
+        })
+    }
+
+    #[inline(always)]
+    fn shadow_ray(&self, light: &EmitterSample) -> Ray {
+        light.shadow_ray(&self.point)
+    }
+
+    #[inline(always)]
+    fn weighted(light: &EmitterLight) -> Rgb {
+        light.scattered * light.weight * light.mis
+    }
+}
+
+/// A collision in a medium. Its albedo is part of the path's throughput already.
+pub(crate) struct MediumVertex<'a> {
+    pub medium: &'a Medium,
+    pub position: Vec3,
+    /// Unit direction of travel of the ray that came.
+    pub incoming: Vec3,
+}
+
+impl Vertex for MediumVertex<'_> {
+    const HAS_LOBES: bool = false;
+
+    #[inline(always)]
+    fn position(&self) -> Vec3 {
+        self.position
+    }
+
+    #[inline(always)]
+    fn shading_point(&self) -> ShadingPoint {
+        ShadingPoint::without_normal(self.position)
+    }
+
+    #[inline(always)]
+    fn guided(&self) -> GuidedVertex {
+        GuidedVertex {
+            position: self.position,
+            normal: None,
+            outgoing: -self.incoming,
+        }
+    }
+
+    #[inline(always)]
+    fn has_non_delta(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn evaluate(&self, direction: Vec3) -> Scattered {
+        let scattered = self.medium.phase().phase_between(self.incoming, direction);
+        Scattered {
+            value: Rgb::splat(scattered),
+            pdf: Density::new(scattered),
+        }
+    }
+
+    #[inline(always)]
+    fn sample(&self, _u_lobe: f32, u: [f32; 2]) -> Option<ScatteredDirection> {
+        let sample = self.medium.phase().sample(self.incoming, u);
+        Some(ScatteredDirection {
+            direction: sample.direction,
+            weight: Rgb::ONE,
+            pdf: Density::new(sample.pdf_solid_angle),
+            is_delta: false,
+            eta: 1.0,
+        })
+    }
+
+    #[inline(always)]
+    fn shadow_ray(&self, light: &EmitterSample) -> Ray {
+        light.shadow_ray_from(self.position)
+    }
+
+    #[inline(always)]
+    fn weighted(light: &EmitterLight) -> Rgb {
+        light.weight * (light.scattered * light.mis)
+    }
+}
+
+/// A vertex with its guide: the mixture `(1 − α) p_s + α p_g` of [`DirectionGuide`].
+pub(crate) struct Scattering<'v, V, D> {
+    pub vertex: &'v V,
+    guide: Option<(D, f32)>,
+}
+
+impl<'v, V: Vertex, D: DirectionDistribution> Scattering<'v, V, D> {
+    #[inline(always)]
+    pub fn new<'g, G: DirectionGuide<Distribution<'g> = D>>(vertex: &'v V, guide: &'g G) -> Self {
+        if !G::IS_ACTIVE || cfg!(lightshed_without = "guide") || !vertex.has_non_delta() {
+            return Self { vertex, guide: None };
+        }
+        let guide = guide.guide(&vertex.guided());
+        // Neither zero nor not a number.
+        let guide = guide.filter(|(_, share)| *share > 0.0);
+        Self {
+            vertex,
+            guide: guide.map(|(directions, share)| (directions, share.min(MAX_GUIDE_SHARE))),
+        }
+    }
+
+    /// Density of the mixture where that of what scatters is `pdf`.
+    #[inline(always)]
+    fn mixed(&self, direction: Vec3, pdf: Density<SolidAngle>) -> Density<SolidAngle> {
+        match &self.guide {
+            Some((directions, share)) => {
+                Density::new(pdf.value() * (1.0 - share) + directions.pdf(direction).value() * share)
+            }
+            None => pdf,
+        }
+    }
+
+    /// What scatters, and the density of the mixture.
+    #[inline(always)]
+    pub fn evaluate(&self, direction: Vec3) -> Scattered {
+        let scattered = self.vertex.evaluate(direction);
+        Scattered {
+            pdf: self.mixed(direction, scattered.pdf),
+            ..scattered
+        }
+    }
+
+    /// A direction by the mixture. `u_lobe` chooses its part, and what is left of it the lobe.
+    #[inline(always)]
+    pub fn sample(&self, u_lobe: f32, u: [f32; 2]) -> Option<ScatteredDirection> {
+        match &self.guide {
+            Some((directions, share)) => self.sample_mixture(directions, *share, u_lobe, u),
+            None => self.vertex.sample(u_lobe, u),
+        }
+    }
+
+    fn sample_mixture(
+        &self,
+        directions: &D,
+        share: f32,
+        u_lobe: f32,
+        u: [f32; 2],
+    ) -> Option<ScatteredDirection> {
+        if u_lobe < share {
+            let (direction, _) = directions.sample(u)?;
+            let Scattered { value, pdf } = self.evaluate(direction);
+            let weight = value / pdf.value();
+            return (pdf.is_positive() && weight.is_finite()).then_some(ScatteredDirection {
+                direction,
+                weight,
+                pdf,
+                is_delta: false,
+                eta: 1.0,
+            });
+        }
+        let own = 1.0 - share;
+        let u_lobe = ((u_lobe - share) / own).min(1.0 - f32::EPSILON);
+        let sample = self.vertex.sample(u_lobe, u)?;
+        if sample.is_delta {
+            return Some(ScatteredDirection {
+                weight: sample.weight / own,
+                ..sample
+            });
+        }
+        let pdf = self.mixed(sample.direction, sample.pdf);
+        Some(ScatteredDirection {
+            weight: sample.weight * (sample.pdf.value() / pdf.value()),
+            pdf,
+            ..sample
+        })
+    }
+}

@@ -1,0 +1,284 @@
+//! What every path does at its vertices.
+//!
+//! At a point `x` seen from `ω_o`, the direct part of the scattered radiance is `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the
+//! solid-angle measure. It is found in two ways, by a sample of the emitters with density `p_e` and by the direction in which
+//! the path goes on, of density `p_b`, which are combined with the power heuristic `w_e = p_e² / (p_e² + p_b²)`, `w_b = 1 − w_e`
+//! (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4, eq. 9.10). Where only one of them can find an emitter its weight is 1.
+
+use super::guide::{DirectionGuide, NoGuide};
+use super::observer::{PathDirection, PathVertex};
+use super::scattering::{EmitterLight, Scattering, SurfaceVertex, Vertex};
+use crate::emitter_sampler::EmitterSampler;
+use lightshed_lanes::LaneChoice;
+use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, power_heuristic};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
+
+/// Probability at which roulette keeps even the brightest path, so that paths between mirrors end.
+pub(crate) const SURVIVAL_CAP: f32 = 0.95;
+
+/// Where paths are traced and how they choose.
+pub(crate) struct Transport<'a, S, G = NoGuide> {
+    pub scene: &'a Scene,
+    pub sampler: S,
+    pub guide: G,
+    /// Longest path, in edges.
+    pub max_depth: u32,
+    /// Edges from which on roulette may end a path.
+    pub roulette_depth: u32,
+    pub lanes: LaneChoice,
+}
+
+/// A path on its way, but for its ray and its random numbers. `K` is what the choice among emitters knows of a vertex.
+#[derive(Clone)]
+pub(crate) struct PathState<K> {
+    pub throughput: Rgb,
+    /// Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
+    /// scaling that refraction undoes on the way out.
+    pub eta_squared: f32,
+    /// How the current ray left its vertex; `None` from the camera.
+    pub bounce: Option<Bounce<K>>,
+}
+
+/// How a ray left its vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct Bounce<K> {
+    /// The point that it left …
+    pub from: Vec3,
+    /// … and what the choice among emitters knows of it.
+    pub site: K,
+    /// Density of its direction over all lobes of some width.
+    pub pdf: Density<SolidAngle>,
+    /// Whether it left by a lobe for which no emitter sample counts.
+    pub is_delta: bool,
+}
+
+/// Light on its way from an emitter to a point and on, if nothing is in between.
+pub(crate) struct Shadow {
+    /// The segment that must be free.
+    pub ray: Ray,
+    /// What then arrives.
+    pub radiance: Rgb,
+}
+
+/// Random numbers of a vertex, of which each is asked for at most once and in this order.
+pub(crate) trait VertexStream {
+    fn emitter(&mut self) -> (u64, [f32; 2]);
+    fn lobe(&mut self) -> f32;
+    fn direction(&mut self) -> [f32; 2];
+    fn roulette(&mut self) -> f32;
+}
+
+/// Emitted radiance that `ray` meets at `point`, at infinity if that is `None`.
+#[inline(always)]
+pub(crate) fn met_emission(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
+    let emitters = scene.emitters();
+    match (point, emitters.environment()) {
+        (Some(point), _) if point.emitter == SurfacePoint::NO_EMITTER => Rgb::ZERO,
+        (Some(point), _) => emitters.radiance(point, ray.direction),
+        (None, Some(environment)) => environment.radiance(ray.direction),
+        (None, None) => Rgb::ZERO,
+    }
+}
+
+impl<K> Bounce<K> {
+    /// Density with which an emitter sample finds the direction of `ray`, which left by this bounce and met an emitter at `point`.
+    #[inline(always)]
+    pub fn emitter_pdf<S>(&self, sampler: &S, ray: &Ray, point: Option<&SurfacePoint>) -> Density<SolidAngle>
+    where
+        S: EmitterSampler<Site = K>,
+    {
+        match point {
+            Some(point) => sampler.pdf(self.from, &self.site, point),
+            None => sampler.pdf_environment(self.from, &self.site, ray.direction),
+        }
+    }
+}
+
+impl<K> PathState<K> {
+    /// At the camera.
+    pub const START: Self = Self {
+        throughput: Rgb::ONE,
+        eta_squared: 1.0,
+        bounce: None,
+    };
+
+    /// Emitted radiance that the path's ray meets, times the MIS weight of having found it; from the camera that is 1.
+    #[inline(always)]
+    pub fn met<S>(&self, scene: &Scene, sampler: &S, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb
+    where
+        S: EmitterSampler<Site = K>,
+    {
+        let emitted = met_emission(scene, ray, point);
+        match &self.bounce {
+            Some(bounce) if emitted != Rgb::ZERO => {
+                if !cfg!(lightshed_without = "specular") && bounce.is_delta {
+                    return emitted;
+                }
+                emitted * power_heuristic(bounce.pdf, bounce.emitter_pdf(sampler, ray, point))
+            }
+            _ => emitted,
+        }
+    }
+}
+
+impl<'a, S: EmitterSampler> Transport<'a, S> {
+    /// Without a guide, of paths as long as the scene's settings ask for.
+    pub fn new(scene: &'a Scene, sampler: S) -> Self {
+        let settings = scene.settings();
+        Self {
+            scene,
+            sampler,
+            guide: NoGuide,
+            max_depth: settings.max_depth.unwrap_or(u32::MAX),
+            roulette_depth: settings.roulette_depth,
+            lanes: LaneChoice::best(),
+        }
+    }
+}
+
+impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
+    /// A vertex with its guide.
+    #[inline(always)]
+    pub fn scattering<'v, 'g, V: Vertex>(&'g self, vertex: &'v V) -> Scattering<'v, V, G::Distribution<'g>> {
+        Scattering::new(vertex, &self.guide)
+    }
+
+    /// What the choice among emitters knows of a vertex.
+    #[inline(always)]
+    pub fn site(&self, vertex: &impl Vertex) -> S::Site {
+        self.sampler.site(|| vertex.shading_point())
+    }
+
+    /// One sample of the light that reaches a vertex from the emitters and is scattered along the path. `None` is a sample of value
+    /// zero, for which no ray need be traced.
+    #[inline(always)]
+    pub fn emitter_light<V: Vertex, D: DirectionDistribution>(
+        &self,
+        at: &Scattering<'_, V, D>,
+        site: &S::Site,
+        (u_select, u): (u64, [f32; 2]),
+    ) -> Option<EmitterLight> {
+        if !at.vertex.has_non_delta() {
+            return None;
+        }
+        let light = self.sampler.sample(at.vertex.position(), site, u_select, u)?;
+        let scattered = at.evaluate(light.direction);
+        if scattered.value == Rgb::ZERO {
+            return None;
+        }
+        Some(EmitterLight {
+            ray: at.vertex.shadow_ray(&light),
+            sampled: (light.direction, light.pdf),
+            scattered: scattered.value,
+            weight: light.weight,
+            mis: if light.is_delta {
+                1.0
+            } else {
+                power_heuristic(light.pdf, scattered.pdf)
+            },
+        })
+    }
+
+    /// Lets a path go on from the vertex at the end of its edge number `depth`; the unit direction, or `None` if it ends.
+    #[inline(always)]
+    pub fn scatter<V: Vertex, D: DirectionDistribution>(
+        &self,
+        path: &mut PathState<S::Site>,
+        at: &Scattering<'_, V, D>,
+        site: S::Site,
+        depth: u32,
+        u_lobe: f32,
+        numbers: &mut impl VertexStream,
+    ) -> Option<Vec3> {
+        let sample = at.sample(u_lobe, numbers.direction())?;
+        path.throughput *= sample.weight;
+        if path.throughput == Rgb::ZERO {
+            return None;
+        }
+        path.eta_squared *= sample.eta * sample.eta;
+        if depth >= self.roulette_depth {
+            let survival = (path.throughput.max_element() * path.eta_squared).min(SURVIVAL_CAP);
+            if numbers.roulette() >= survival {
+                return None;
+            }
+            path.throughput /= survival;
+        }
+        path.bounce = Some(Bounce {
+            from: at.vertex.position(),
+            site,
+            pdf: sample.pdf,
+            is_delta: sample.is_delta,
+        });
+        Some(sample.direction)
+    }
+
+    /// At the end of a path's ray, its edge number `depth`, on a surface: samples an emitter and the next direction. `seen` gets the
+    /// vertex.
+    #[inline(always)]
+    pub fn advance(
+        &self,
+        path: &mut PathState<S::Site>,
+        ray: &Ray,
+        point: &SurfacePoint,
+        depth: u32,
+        numbers: &mut impl VertexStream,
+        seen: impl FnOnce(PathVertex),
+    ) -> Next {
+        let vertex = SurfaceVertex::new(self.scene, ray, *point);
+        let (at, site) = (self.scattering(&vertex), self.site(&vertex));
+        let before = path.throughput;
+        let light = self.emitter_light(&at, &site, numbers.emitter());
+        let u_lobe = numbers.lobe();
+        let direction = self.scatter(path, &at, site, depth, u_lobe, numbers);
+        seen(path_vertex(
+            path,
+            before,
+            &vertex,
+            depth,
+            light.as_ref(),
+            direction,
+        ));
+        Next {
+            shadow: light.map(|light| Shadow {
+                ray: light.ray,
+                radiance: before * SurfaceVertex::weighted(&light),
+            }),
+            ray: direction.map(|direction| point.spawn(direction)),
+        }
+    }
+}
+
+/// What follows from a vertex.
+pub(crate) struct Next {
+    pub shadow: Option<Shadow>,
+    pub ray: Option<Ray>,
+}
+
+/// A vertex for who watches, of a path that had a throughput `before` it.
+#[inline(always)]
+pub(crate) fn path_vertex<K>(
+    path: &PathState<K>,
+    before: Rgb,
+    vertex: &impl Vertex,
+    depth: u32,
+    light: Option<&EmitterLight>,
+    direction: Option<Vec3>,
+) -> PathVertex {
+    let guided = vertex.guided();
+    let onward = direction.zip(path.bounce.as_ref());
+    PathVertex {
+        depth,
+        position: guided.position,
+        normal: guided.normal,
+        incoming: -guided.outgoing,
+        throughput: before,
+        emitter: light.map(|light| light.sampled),
+        onward: onward.map(|(direction, bounce)| PathDirection {
+            direction,
+            pdf: bounce.pdf,
+            is_delta: bounce.is_delta,
+            throughput: path.throughput,
+        }),
+    }
+}
