@@ -90,7 +90,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     bsdf_samples: 1,
                     bsdf_samples_where_diffuse: false,
                     camera_strata: 4,
-                    ..DirectLightOptions::default()
                 },
             )?;
             measure(&estimator, width, height, options.reference.div_ceil(128), 4242)?.0

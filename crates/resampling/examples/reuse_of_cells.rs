@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let reuse = Reuse::new(&rooms, MergeRule::new(IdentityShift));
     let uniform = Tractable::<Counting>::from_density(1.0 / 64.0)?.weight();
     // Of room 3, where every third lamp is hidden.
-    let light = |lamp: &u32| Room(3.5).target(lamp) * if lamp % 3 == 0 { 0.0 } else { 1.0 };
+    let light = |lamp: &u32| Room(3.5).target(lamp) * if lamp.is_multiple_of(3) { 0.0 } else { 1.0 };
     let (mut alone, mut shared) = (Moments::new(), Moments::new());
     for chain in 0..4000 {
         let mut held = vec![DomainReservoir::<Room>::empty(0.0); rooms.len()];

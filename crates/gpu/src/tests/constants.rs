@@ -75,8 +75,11 @@ const SAME: &[(&str, &str, &[&str])] = &[
     ("shadow_filter", "integrator", &["PLANE_TOLERANCE"]),
 ];
 
+/// A shader's constant and the variant of the enumeration that it stands for.
+type NamedVariant = (&'static str, &'static str);
+
 /// Variants of an enumeration, by the names that a module of shaders has for them.
-const VARIANTS: &[(&str, &str, &str, &[(&str, &str)])] = &[
+const VARIANTS: &[(&str, &str, &str, &[NamedVariant])] = &[
     (
         "path_shift",
         "resampling",
