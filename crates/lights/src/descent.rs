@@ -1,130 +1,47 @@
-//! From the root of a tree to a leaf, the same way for every tree.
+//! Descents from the root of a tree to a leaf, alone or in batches, and their probabilities.
 
-use crate::block::NodeBlock;
-use crate::receiver::Receiver;
-use crate::route::{Route, Shares};
-use crate::{LightChoice, LightSampler};
-use lightshed_lanes::{LaneChoice, LaneKernel, LaneMask, Lanes};
+use crate::child_cdf::ChildCdf;
+use crate::sampler::LightChoice;
+use crate::traversal::TraversalState;
+use crate::tree::{Child, LeafPath, Tree};
+use crate::weighing::Receiver;
+use lightshed_lanes::{LaneMask, Lanes};
 
-/// Where a step leads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step<P> {
-    /// To more children.
-    Inner(P),
-    /// To the only light that is left.
-    Leaf(u32),
-}
+/// Most random numbers that descend together.
+pub(crate) const BATCH: usize = 16;
 
-/// A tree whose nodes have up to eight children, and a light at each leaf.
-pub trait Tree: Sync {
-    /// Names the children of one node.
-    type Place: Copy + PartialEq;
-
-    /// The children of the root.
-    fn root(&self) -> Step<Self::Place>;
-
-    /// Shares of the children that are `among` those to choose from.
-    fn shares<L: Lanes, R: Receiver>(&self, at: &R, place: Self::Place, among: L::Mask) -> Shares<L>;
-
-    /// The nodes of the children.
-    fn nodes(&self, place: Self::Place) -> NodeBlock;
-
-    /// Asks for the nodes of the children to be brought near.
-    fn prefetch(&self, place: Self::Place);
-
-    /// Asks for what [`below`](Self::below) needs to be brought near.
-    fn prefetch_below(&self, place: Self::Place);
-
-    /// Any place.
-    fn nowhere(&self) -> Self::Place {
-        self.decode(0)
-    }
-
-    /// A place as a number, …
-    fn encode(&self, place: Self::Place) -> u64;
-
-    /// … and back.
-    fn decode(&self, place: u64) -> Self::Place;
-
-    /// What is below one of the children; its share must be positive.
-    fn below(&self, place: Self::Place, lane: usize) -> Step<Self::Place>;
-
-    /// The way to a light from the root on, place and child at each step; `None` where there is no such light.
-    fn way_to(&self, light: u32) -> Option<Way<Self::Place>>;
-
-    fn lights(&self) -> usize;
-}
-
-/// No way is longer.
-pub(crate) const MAX_DEPTH: usize = 64;
-
-/// Steps from the root to a light: places and children.
-pub struct Way<P> {
-    steps: [Option<(P, u8)>; MAX_DEPTH],
-    count: usize,
-}
-
-impl<P: Copy> Way<P> {
-    pub const EMPTY: Self = Self {
-        steps: [None; MAX_DEPTH],
-        count: 0,
-    };
-
-    /// One step more; false where there is no room for it.
-    #[inline(always)]
-    pub fn push(&mut self, place: P, lane: usize) -> bool {
-        let room = self.count < MAX_DEPTH;
-        if room {
-            self.steps[self.count] = Some((place, lane as u8));
-            self.count += 1;
-        }
-        room
-    }
-
-    /// From the last step to the first.
-    #[inline(always)]
-    pub fn reverse(&mut self) {
-        self.steps[..self.count].reverse();
-    }
-
-    /// Step `i`, if there are as many.
-    #[inline(always)]
-    pub fn step(&self, i: usize) -> Option<(P, usize)> {
-        let (place, lane) = (*self.steps.get(i)?)?;
-        Some((place, usize::from(lane)))
-    }
-}
-
-/// Most numbers that go down together.
-pub(crate) const COMPANY: usize = 16;
-
-/// Shares of all children of a place.
+/// The distribution over all children of `node`.
 #[inline(always)]
-pub(crate) fn shares<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, place: T::Place) -> Shares<L> {
-    tree.shares(at, place, L::Mask::from_bits(u32::MAX))
+pub(crate) fn cdf_of_all<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, node: T::NodeId) -> ChildCdf<L> {
+    tree.child_cdf(at, node, L::Mask::from_bits(u32::MAX))
 }
 
-/// Follows a route to a leaf; `None` at a dead node.
+/// Descends from the root to a light; `None` at a node none of whose children contributes.
 #[inline(always)]
-pub(crate) fn descend<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, route: &mut Route) -> Option<u32> {
-    descend_from::<L, T, R>(tree, at, tree.root(), route)
-}
-
-#[inline(always)]
-pub(crate) fn descend_from<L: Lanes, T: Tree, R: Receiver>(
+pub(crate) fn descend<L: Lanes, T: Tree, R: Receiver>(
     tree: &T,
     at: &R,
-    mut step: Step<T::Place>,
-    route: &mut Route,
+    state: &mut TraversalState,
+) -> Option<u32> {
+    descend_from::<L, T, R>(tree, at, tree.root(), state)
+}
+
+/// As [`descend`], from `child` on.
+#[inline(always)]
+fn descend_from<L: Lanes, T: Tree, R: Receiver>(
+    tree: &T,
+    at: &R,
+    mut child: Child<T::NodeId>,
+    state: &mut TraversalState,
 ) -> Option<u32> {
     loop {
-        match step {
-            Step::Leaf(light) => return Some(light),
-            Step::Inner(place) => {
-                // What is below is asked for last, and should have come by then.
-                tree.prefetch_below(place);
-                let lane = route.step::<L>(&shares::<L, T, R>(tree, at, place))?;
-                step = tree.below(place, lane);
+        match child {
+            Child::Leaf(light) => return Some(light),
+            Child::Inner(node) => {
+                // The child is read after its probability: by then it should be in cache.
+                tree.prefetch_children(node);
+                let lane = state.choose_child::<L>(&cdf_of_all::<L, T, R>(tree, at, node))?;
+                child = tree.child(node, lane);
             }
         }
     }
@@ -136,7 +53,7 @@ pub(crate) fn probability_of<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, l
     probability_onwards::<L, T, R>(1.0, tree, at, light)
 }
 
-/// The same for a root that is reached with probability `before`; the product in the order in which [`descend`] forms it.
+/// As [`probability_of`] where the root is reached with probability `before`; the product in the order in which [`descend`] forms it.
 #[inline(always)]
 pub(crate) fn probability_onwards<L: Lanes, T: Tree, R: Receiver>(
     before: f64,
@@ -144,80 +61,80 @@ pub(crate) fn probability_onwards<L: Lanes, T: Tree, R: Receiver>(
     at: &R,
     light: u32,
 ) -> f64 {
-    match tree.way_to(light) {
-        Some(way) => probability_along::<L, T, R>(before, tree, at, &way, 0),
+    match tree.path_to(light) {
+        Some(path) => probability_along::<L, T, R>(before, tree, at, &path, 0),
         None => 0.0,
     }
 }
 
-/// The same for the steps of a way from step `first` on.
+/// As [`probability_onwards`] along a path from its step `first` on.
 #[inline(always)]
 pub(crate) fn probability_along<L: Lanes, T: Tree, R: Receiver>(
     before: f64,
     tree: &T,
     at: &R,
-    way: &Way<T::Place>,
+    path: &LeafPath<T::NodeId>,
     first: usize,
 ) -> f64 {
     let mut product = before;
     let mut i = first;
-    while let Some((place, lane)) = way.step(i) {
+    while let Some((node, lane)) = path.step(i) {
         if !(product > 0.0) {
             return 0.0;
         }
-        product *= shares::<L, T, R>(tree, at, place).probability(lane);
+        product *= cdf_of_all::<L, T, R>(tree, at, node).probability(lane);
         i += 1;
     }
     product
 }
 
-/// The choice of a light that was reached with this probability: none where `f32` cannot state it.
+/// The choice of a light that is reached with `probability`; `None` where an `f32` cannot represent it.
 #[inline(always)]
 pub(crate) fn choice(light: u32, probability: f64) -> Option<LightChoice> {
     let pmf = probability as f32;
     (pmf > 0.0).then_some(LightChoice { light, pmf })
 }
 
-/// Where numbers enter a tree.
-pub(crate) trait Entry<T: Tree> {
-    /// What number `i` comes to first; `None` where nothing can be chosen.
+/// Where the numbers of a batch enter a tree.
+pub(crate) trait EntryPoint<T: Tree> {
+    /// Where number `i` enters; `None` where nothing can be chosen.
     fn enter<L: Lanes, R: Receiver>(
         &self,
         i: usize,
         tree: &T,
         at: &R,
-        route: &mut Route,
-    ) -> Option<Step<T::Place>>;
+        state: &mut TraversalState,
+    ) -> Option<Child<T::NodeId>>;
 }
 
 /// Every number enters at the root.
 pub(crate) struct AtRoot;
 
-impl<T: Tree> Entry<T> for AtRoot {
+impl<T: Tree> EntryPoint<T> for AtRoot {
     #[inline(always)]
     fn enter<L: Lanes, R: Receiver>(
         &self,
         _: usize,
         tree: &T,
         _: &R,
-        _: &mut Route,
-    ) -> Option<Step<T::Place>> {
+        _: &mut TraversalState,
+    ) -> Option<Child<T::NodeId>> {
         Some(tree.root())
     }
 }
 
-/// Whose numbers go down together.
-pub(crate) trait Receivers<R> {
-    /// Whether number `i` and the one before it are of one receiver.
+/// The receivers of a batch.
+pub(crate) trait BatchReceivers<R> {
+    /// Whether all numbers are of one receiver.
     const SAME: bool;
-    /// That of number `i`.
+    /// The receiver of number `i`.
     fn get(&self, i: usize) -> &R;
 }
 
 /// All numbers are of one receiver.
-pub(crate) struct One<'a, R>(pub &'a R);
+pub(crate) struct OneReceiver<'a, R>(pub &'a R);
 
-impl<R> Receivers<R> for One<'_, R> {
+impl<R> BatchReceivers<R> for OneReceiver<'_, R> {
     const SAME: bool = true;
     #[inline(always)]
     fn get(&self, _: usize) -> &R {
@@ -226,9 +143,9 @@ impl<R> Receivers<R> for One<'_, R> {
 }
 
 /// Each number has a receiver of its own.
-struct Each<'a, R>(&'a [R]);
+pub(crate) struct ReceiverEach<'a, R>(pub &'a [R]);
 
-impl<R> Receivers<R> for Each<'_, R> {
+impl<R> BatchReceivers<R> for ReceiverEach<'_, R> {
     const SAME: bool = false;
     #[inline(always)]
     fn get(&self, i: usize) -> &R {
@@ -236,211 +153,85 @@ impl<R> Receivers<R> for Each<'_, R> {
     }
 }
 
-/// Takes up to [`COMPANY`] numbers down together, a step of each after the other: while one waits for memory or for a division the next
-/// goes on, and numbers of one receiver that are next to each other at the same place share its weights.
+/// Descends with up to [`BATCH`] numbers together, one step of each in turn: while one waits for memory or for a division the next
+/// proceeds, and consecutive numbers of one receiver at the same node share its distribution.
 #[inline(always)]
-pub(crate) fn descend_together<L: Lanes, T: Tree, R: Receiver, A: Receivers<R>>(
+pub(crate) fn descend_batch<L: Lanes, T: Tree, R: Receiver, A: BatchReceivers<R>>(
     tree: &T,
     at: &A,
-    entry: &impl Entry<T>,
+    entry: &impl EntryPoint<T>,
     u: &[u64],
     choices: &mut [Option<LightChoice>],
 ) {
-    let count = u.len().min(choices.len()).min(COMPANY);
-    let mut routes = [Route::new(0); COMPANY];
-    let mut places = [tree.nowhere(); COMPANY];
-    let mut left = 0u32;
+    let count = u.len().min(choices.len()).min(BATCH);
+    let mut states = [TraversalState::new(0); BATCH];
+    let mut nodes = [tree.placeholder(); BATCH];
+    let mut active = 0u32;
     for i in 0..count {
-        routes[i] = Route::new(u[i]);
-        let step = if at.get(i).is_black() {
+        states[i] = TraversalState::new(u[i]);
+        let child = if at.get(i).is_black() {
             None
         } else {
-            entry.enter::<L, R>(i, tree, at.get(i), &mut routes[i])
+            entry.enter::<L, R>(i, tree, at.get(i), &mut states[i])
         };
-        arrive(i, step, &routes, &mut places, &mut left, choices);
+        record(i, child, &states, &mut nodes, &mut active, choices);
     }
-    // Shares of each number's place, or that of the number whose place is the same.
-    let mut known = [Shares::new(L::splat(0.0)); COMPANY];
-    let mut of = [0u8; COMPANY];
-    while left != 0 {
-        let mut before = COMPANY;
-        let mut here = left;
-        while here != 0 {
-            let i = here.trailing_zeros() as usize % COMPANY;
-            here &= here - 1;
-            if A::SAME && before < COMPANY && places[before] == places[i] {
-                of[i] = of[before];
+    // `cdfs[cdf_of[i]]` is the distribution at the node of number `i`.
+    let mut cdfs = [ChildCdf::new(L::splat(0.0)); BATCH];
+    let mut cdf_of = [0u8; BATCH];
+    while active != 0 {
+        let mut previous = BATCH;
+        let mut pending = active;
+        while pending != 0 {
+            let i = pending.trailing_zeros() as usize % BATCH;
+            pending &= pending - 1;
+            if A::SAME && previous < BATCH && nodes[previous] == nodes[i] {
+                cdf_of[i] = cdf_of[previous];
             } else {
-                of[i] = i as u8;
-                known[i] = shares::<L, T, R>(tree, at.get(i), places[i]);
+                cdf_of[i] = i as u8;
+                cdfs[i] = cdf_of_all::<L, T, R>(tree, at.get(i), nodes[i]);
             }
-            before = i;
+            previous = i;
         }
-        let mut here = left;
-        while here != 0 {
-            let i = here.trailing_zeros() as usize % COMPANY;
-            here &= here - 1;
-            let mut step = None;
-            if let Some(lane) = routes[i].step(&known[of[i] as usize % COMPANY]) {
-                let next = tree.below(places[i], lane);
-                if let Step::Inner(next) = next {
+        let mut pending = active;
+        while pending != 0 {
+            let i = pending.trailing_zeros() as usize % BATCH;
+            pending &= pending - 1;
+            let mut child = None;
+            if let Some(lane) = states[i].choose_child(&cdfs[cdf_of[i] as usize % BATCH]) {
+                let next = tree.child(nodes[i], lane);
+                if let Child::Inner(next) = next {
                     tree.prefetch(next);
                 }
-                step = Some(next);
+                child = Some(next);
             }
-            arrive(i, step, &routes, &mut places, &mut left, choices);
+            record(i, child, &states, &mut nodes, &mut active, choices);
         }
     }
 }
 
-/// Number `i` has come to a step, or nowhere.
+/// Number `i` has come to a child, or nowhere.
 #[inline(always)]
-fn arrive<P: Copy>(
+fn record<N: Copy>(
     i: usize,
-    step: Option<Step<P>>,
-    routes: &[Route; COMPANY],
-    places: &mut [P; COMPANY],
-    left: &mut u32,
+    child: Option<Child<N>>,
+    states: &[TraversalState; BATCH],
+    nodes: &mut [N; BATCH],
+    active: &mut u32,
     choices: &mut [Option<LightChoice>],
 ) {
-    match step {
-        Some(Step::Inner(place)) => {
-            places[i] = place;
-            *left |= 1 << i;
+    match child {
+        Some(Child::Inner(node)) => {
+            nodes[i] = node;
+            *active |= 1 << i;
         }
-        Some(Step::Leaf(light)) => {
-            choices[i] = choice(light, routes[i].probability);
-            *left &= !(1 << i);
+        Some(Child::Leaf(light)) => {
+            choices[i] = choice(light, states[i].probability);
+            *active &= !(1 << i);
         }
         None => {
             choices[i] = None;
-            *left &= !(1 << i);
-        }
-    }
-}
-
-/// Every tree is a sampler.
-macro_rules! impl_sampler {
-    ($tree:ty) => {
-        impl<R: Receiver> LightSampler<R> for $tree {
-            fn light_count(&self) -> usize {
-                self.lights()
-            }
-
-            #[inline]
-            fn sample(&self, at: &R, u: u64) -> Option<LightChoice> {
-                LaneChoice::best().run(Sample { tree: self, at, u })
-            }
-
-            #[inline]
-            fn pmf(&self, at: &R, light: u32) -> f32 {
-                LaneChoice::best().run(Pmf {
-                    tree: self,
-                    at,
-                    light,
-                })
-            }
-
-            fn sample_many(&self, at: &R, u: &[u64], choices: &mut [Option<LightChoice>]) {
-                LaneChoice::best().run(SampleMany {
-                    tree: self,
-                    at,
-                    u,
-                    choices,
-                });
-            }
-
-            fn sample_each(&self, at: &[R], u: &[u64], choices: &mut [Option<LightChoice>]) {
-                LaneChoice::best().run(SampleEach {
-                    tree: self,
-                    at,
-                    u,
-                    choices,
-                });
-            }
-        }
-    };
-}
-
-impl_sampler!(crate::PerfectTree);
-impl_sampler!(crate::LightBvh);
-
-struct Sample<'a, T, R> {
-    tree: &'a T,
-    at: &'a R,
-    u: u64,
-}
-
-impl<T: Tree, R: Receiver> LaneKernel for Sample<'_, T, R> {
-    type Output = Option<LightChoice>;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
-        if self.at.is_black() {
-            return None;
-        }
-        let mut route = Route::new(self.u);
-        let light = descend::<L, T, R>(self.tree, self.at, &mut route)?;
-        choice(light, route.probability)
-    }
-}
-
-struct Pmf<'a, T, R> {
-    tree: &'a T,
-    at: &'a R,
-    light: u32,
-}
-
-impl<T: Tree, R: Receiver> LaneKernel for Pmf<'_, T, R> {
-    type Output = f32;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> f32 {
-        if self.at.is_black() {
-            return 0.0;
-        }
-        probability_of::<L, T, R>(self.tree, self.at, self.light) as f32
-    }
-}
-
-struct SampleMany<'a, T, R> {
-    tree: &'a T,
-    at: &'a R,
-    u: &'a [u64],
-    choices: &'a mut [Option<LightChoice>],
-}
-
-impl<T: Tree, R: Receiver> LaneKernel for SampleMany<'_, T, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for (u, choices) in self.u.chunks(COMPANY).zip(self.choices.chunks_mut(COMPANY)) {
-            descend_together::<L, T, R, _>(self.tree, &One(self.at), &AtRoot, u, choices);
-        }
-    }
-}
-
-struct SampleEach<'a, T, R> {
-    tree: &'a T,
-    at: &'a [R],
-    u: &'a [u64],
-    choices: &'a mut [Option<LightChoice>],
-}
-
-impl<T: Tree, R: Receiver> LaneKernel for SampleEach<'_, T, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let count = self.at.len().min(self.u.len()).min(self.choices.len());
-        let mut first = 0;
-        while first < count {
-            let end = count.min(first + COMPANY);
-            let at = Each(&self.at[first..end]);
-            let (u, choices) = (&self.u[first..end], &mut self.choices[first..end]);
-            descend_together::<L, T, R, _>(self.tree, &at, &AtRoot, u, choices);
-            first = end;
+            *active &= !(1 << i);
         }
     }
 }

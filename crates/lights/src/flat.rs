@@ -1,7 +1,7 @@
 //! Samplers that do not look at the receiver: all lights alike, or by intensity.
 
 use crate::light::check_lights;
-use crate::receiver::Receiver;
+use crate::weighing::Receiver;
 use crate::{Light, LightChoice, LightError, LightSampler};
 use lightshed_sampling::AliasTable;
 

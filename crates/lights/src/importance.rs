@@ -11,12 +11,13 @@
 //! weight of zero means that no light of the node reaches the point: a bound where it matters, and an estimate
 //! everywhere else. Spreads are widened by [`MARGIN`], so that rounding does not undo this.
 
+use crate::approximate::{MAX_INVERSE_SQRT_TIMES_ROOT, approximate_inverse_sqrt};
 use crate::block::{NodeBlock, WIDTH};
+use crate::child_cdf::ChildCdf;
 use crate::normals::{BallLanes, CENTER_STEPS, NormalBall};
 use crate::receiver::{Facing, RaySegment, ShadingPoint};
-use crate::route::Shares;
 use glam::Vec3;
-use lightshed_lanes::{LaneMask, LaneWords, Lanes, Vec3Lanes};
+use lightshed_lanes::{LaneMask, Lanes, Vec3Lanes};
 
 /// How the distance to a node enters its weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,31 +37,16 @@ pub enum Weighting {
 /// Widening of a spread, relative to the distance: far above the rounding errors of cosines in `f32`.
 const MARGIN: f32 = 1e-5;
 /// Squared distances are at least this.
-const LEAST_SQUARED: f32 = 1e-28;
+const MIN_SQUARED: f32 = 1e-28;
 /// A least squared distance is at least this part of the greatest one.
-const INSIDE: f32 = 1e-5;
+const MIN_RATIO: f32 = 1e-5;
 /// The same where nodes of different size are compared: large boxes around the point must not have it all.
-const WITHIN: f32 = 1e-3;
-/// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an [`about_inverse`].
-const LARGEST: f32 = f32::from_bits(247 << 23);
-/// Added to shares, which add up to about one or two: it keeps every light in reach, and bounds what an underestimated one can be worth.
-const LEAST_SHARE: f32 = 1.0 / (1 << 19) as f32;
-
-/// `1/√x` within 3.5 %, for positive finite `x`, by the logarithm that a float's bits are.
-#[inline(always)]
-fn about_inverse_root<L: Lanes>(x: L) -> L {
-    let halved = x.to_bits().shift_right::<1>();
-    L::from_bits(L::Words::splat(0x5f37_59e0) + (halved ^ L::Words::splat(u32::MAX)))
-}
-
-/// What [`about_inverse_root`] is at most, times the root.
-const ABOUT_ONE: f32 = 1.04;
-
-/// `1/x` within 13 %, for normal `x` up to 2¹²³; finite for those that are smaller.
-#[inline(always)]
-pub(crate) fn about_inverse<L: Lanes>(x: L) -> L {
-    L::from_bits(L::Words::splat(0x7ef3_11c8) + (x.to_bits() ^ L::Words::splat(u32::MAX)))
-}
+const MIN_RATIO_BETWEEN_BLOCKS: f32 = 1e-3;
+/// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an [`approximate_inverse`](crate::approximate::approximate_inverse).
+const MAX_WEIGHT: f32 = f32::from_bits(247 << 23);
+/// Added to each of the weights, whose sum is about one or two, so that every light can be chosen and an underestimated one has a bounded
+/// contribution.
+const MIN_SHARE: f32 = 1.0 / (1 << 19) as f32;
 
 /// `4 s E(m, s)` by the ends `m + s` and `m − s` of the interval: the difference of the squares of their positive parts.
 #[inline(always)]
@@ -69,8 +55,8 @@ fn clamped_mean_4s<L: Lanes>(high: L, low: L) -> L {
     (high - low) * (high + low)
 }
 
-/// Eight boxes as a point sees them, lengths doubled: no cancellation but that of the corners' own differences from the point.
-struct Seen<L> {
+/// Eight boxes relative to a point, lengths doubled: nothing cancels but the corners' own differences from the point.
+struct BoxesSeen<L> {
     /// To the centres.
     d: Vec3Lanes<L>,
     /// Extents.
@@ -79,7 +65,7 @@ struct Seen<L> {
     h_squared: L,
 }
 
-impl<L: Lanes> Seen<L> {
+impl<L: Lanes> BoxesSeen<L> {
     #[inline(always)]
     fn new(x: Vec3, block: &NodeBlock) -> Self {
         let x = Vec3Lanes::<L>::splat(x.to_array());
@@ -97,7 +83,7 @@ impl<L: Lanes> Seen<L> {
     /// Squared distance to the centre, at least half the diagonal squared.
     #[inline(always)]
     fn clamped(&self) -> L {
-        self.d_squared.max(self.h_squared).max(L::splat(LEAST_SQUARED))
+        self.d_squared.max(self.h_squared).max(L::splat(MIN_SQUARED))
     }
 
     /// Squared least and greatest distances.
@@ -107,27 +93,27 @@ impl<L: Lanes> Seen<L> {
         let near = d - self.h;
         let near = Vec3Lanes::new(near.x.max(zero), near.y.max(zero), near.z.max(zero));
         let far = d + self.h;
-        (near.dot(near), far.dot(far).max(L::splat(LEAST_SQUARED)))
+        (near.dot(near), far.dot(far).max(L::splat(MIN_SQUARED)))
     }
 }
 
 /// `I E E` of eight nodes as numerators and denominators, in a unit of its own; where a numerator is positive.
-struct Directed<L: Lanes> {
+struct WeightParts<L: Lanes> {
     numerator: L,
     denominator: L,
     positive: L::Mask,
 }
 
 #[inline(always)]
-fn directed<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &Seen<L>) -> Directed<L> {
-    let Seen { d, h, .. } = *seen;
+fn weight_parts<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &BoxesSeen<L>) -> WeightParts<L> {
+    let BoxesSeen { d, h, .. } = *seen;
     // Finite for zero, too.
-    let inverse = about_inverse_root(seen.d_squared.max(seen.h_squared));
+    let inverse = approximate_inverse_sqrt(seen.d_squared.max(seen.h_squared));
     let BallLanes { center, radius } = BallLanes::<L>::unpack(&block.normals);
     // Means and spreads times the distance; their sums do not wait for its inverse.
     let mean = -center.dot(d);
     let spread = center.abs().dot(h) + radius * (h.x + h.y + h.z);
-    let margin = radius * L::splat(ABOUT_ONE) + L::splat(MARGIN * CENTER_STEPS);
+    let margin = radius * L::splat(MAX_INVERSE_SQRT_TIMES_ROOT) + L::splat(MARGIN * CENTER_STEPS);
     let emitted = clamped_mean_4s(
         (mean + spread) * inverse + margin,
         (mean - spread) * inverse - margin,
@@ -136,7 +122,7 @@ fn directed<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &Seen<L>) -> D
     let intensity = L::load(&block.intensity);
     let zero = L::splat(0.0);
     if at.facing == Facing::All {
-        return Directed {
+        return WeightParts {
             numerator: intensity * emitted,
             denominator: emitted_spread * L::splat(0.25),
             positive: zero.less(emitted) & zero.less(intensity),
@@ -151,7 +137,7 @@ fn directed<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &Seen<L>) -> D
         received = received + clamped_mean_4s(-low, -high);
     }
     let both = emitted * received;
-    Directed {
+    WeightParts {
         // What is known first is multiplied first.
         numerator: (intensity * received) * emitted,
         denominator: emitted_spread * (spread * inverse + margin),
@@ -159,10 +145,10 @@ fn directed<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &Seen<L>) -> D
     }
 }
 
-impl<L: Lanes> Directed<L> {
-    /// Nothing but these nodes.
+impl<L: Lanes> WeightParts<L> {
+    /// Without the other nodes.
     #[inline(always)]
-    fn among(self, nodes: L::Mask) -> Self {
+    fn masked(self, nodes: L::Mask) -> Self {
         Self {
             positive: self.positive & nodes,
             ..self
@@ -172,7 +158,7 @@ impl<L: Lanes> Directed<L> {
     /// Divided by a squared distance; zero where nothing is positive. Finite: denominators are no less than about 1e-44.
     #[inline(always)]
     fn over(&self, squared: L) -> L {
-        let finite = (self.numerator / (self.denominator * squared)).min(L::splat(LARGEST));
+        let finite = (self.numerator / (self.denominator * squared)).min(L::splat(MAX_WEIGHT));
         finite.select(self.positive, L::splat(0.0))
     }
 }
@@ -182,57 +168,56 @@ impl<L: Lanes> Directed<L> {
 /// times the variance.
 #[inline(always)]
 pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) -> L {
-    let seen = Seen::<L>::new(at.position, block);
-    let directed = directed(at, block, &seen);
+    let seen = BoxesSeen::<L>::new(at.position, block);
+    let weight_parts = weight_parts(at, block, &seen);
     let (near, far) = seen.range();
-    let weights = directed.over((near.max(far * L::splat(WITHIN)) * far).sqrt());
+    let weights = weight_parts.over((near.max(far * L::splat(MIN_RATIO_BETWEEN_BLOCKS)) * far).sqrt());
     weights
         .max(L::splat(f32::MIN_POSITIVE))
-        .select(directed.positive, L::splat(0.0))
+        .select(weight_parts.positive, L::splat(0.0))
 }
 
-/// Shares of the nodes of `block` that are `among` those to choose from: of one, of two, or of nothing if nothing reaches the surface
-/// point.
+/// The distribution over the nodes of `block` that are in `mask`: its sum is about one, two, or zero if nothing reaches the surface point.
 #[inline(always)]
-pub(crate) fn surface_shares<L: Lanes>(
+pub(crate) fn surface_cdf<L: Lanes>(
     at: &ShadingPoint,
     block: &NodeBlock,
     weighting: Weighting,
-    among: L::Mask,
-) -> Shares<L> {
-    let seen = Seen::<L>::new(at.position, block);
-    let directed = directed(at, block, &seen).among(among);
+    mask: L::Mask,
+) -> ChildCdf<L> {
+    let seen = BoxesSeen::<L>::new(at.position, block);
+    let weight_parts = weight_parts(at, block, &seen).masked(mask);
     match weighting {
         Weighting::MinMax => {
             let (near, far) = seen.range();
             // Known long before the numerators are.
-            let ratio = far / near.max(far * L::splat(INSIDE));
-            let by_max = directed.over(far);
-            let by_min = (by_max * ratio).min(L::splat(LARGEST));
-            let least = Shares::new(least_parts(directed.positive));
-            Shares::of_one(by_min).plus(Shares::of_one(by_max).plus(least))
+            let ratio = far / near.max(far * L::splat(MIN_RATIO));
+            let by_max = weight_parts.over(far);
+            let by_min = (by_max * ratio).min(L::splat(MAX_WEIGHT));
+            let least = ChildCdf::new(minimum_shares(weight_parts.positive));
+            ChildCdf::normalized(by_min).plus(ChildCdf::normalized(by_max).plus(least))
         }
-        Weighting::Center => shares_of(directed.over(seen.clamped()), directed.positive),
+        Weighting::Center => cdf_of(weight_parts.over(seen.clamped()), weight_parts.positive),
         Weighting::Yuksel => {
             let (near, _) = seen.range();
-            let diagonal = seen.h_squared.max(L::splat(LEAST_SQUARED));
-            let too_near = near.less_equal(diagonal) & directed.positive;
+            let diagonal = seen.h_squared.max(L::splat(MIN_SQUARED));
+            let too_near = near.less_equal(diagonal) & weight_parts.positive;
             let distance = if too_near.bits() == 0 { near } else { L::splat(1.0) };
-            shares_of(directed.over(distance), directed.positive)
+            cdf_of(weight_parts.over(distance), weight_parts.positive)
         }
     }
 }
 
-/// What every node gets that can contribute: more than rounding can take from it.
+/// The least weight of every node that can contribute: more than rounding can take from it.
 #[inline(always)]
-fn least_parts<L: Lanes>(positive: L::Mask) -> L {
-    L::splat(LEAST_SHARE).select(positive, L::splat(0.0))
+fn minimum_shares<L: Lanes>(positive: L::Mask) -> L {
+    L::splat(MIN_SHARE).select(positive, L::splat(0.0))
 }
 
-/// Shares by weights that are zero where they are not positive.
+/// The distribution of weights that are zero where they are not positive.
 #[inline(always)]
-fn shares_of<L: Lanes>(weights: L, positive: L::Mask) -> Shares<L> {
-    Shares::of_one(weights).plus(Shares::new(least_parts(positive)))
+fn cdf_of<L: Lanes>(weights: L, positive: L::Mask) -> ChildCdf<L> {
+    ChildCdf::normalized(weights).plus(ChildCdf::new(minimum_shares(positive)))
 }
 
 /// Squared ratio of distance and half-diagonal below which a node is near. Half of it opens too few nodes in a game level, twice as much takes
@@ -242,7 +227,7 @@ const NEAR_SQUARED: f32 = 2.0;
 /// Nodes near a point, a bit each.
 #[inline(always)]
 pub(crate) fn near_point<L: Lanes>(x: Vec3, block: &NodeBlock) -> u32 {
-    let seen = Seen::<L>::new(x, block);
+    let seen = BoxesSeen::<L>::new(x, block);
     let reach = seen.h_squared * L::splat(NEAR_SQUARED);
     seen.d_squared.less(reach).bits()
 }
@@ -268,12 +253,12 @@ pub(crate) fn near_segment(at: &RaySegment, block: &NodeBlock) -> u32 {
     near
 }
 
-/// As [`surface_shares`] for a stretch of a ray, whatever the weighting.
+/// As [`surface_cdf`] for a stretch of a ray, whatever the weighting.
 #[inline(always)]
-pub(crate) fn segment_shares<L: Lanes>(at: &RaySegment, block: &NodeBlock, among: L::Mask) -> Shares<L> {
+pub(crate) fn segment_cdf<L: Lanes>(at: &RaySegment, block: &NodeBlock, mask: L::Mask) -> ChildCdf<L> {
     let zero = L::splat(0.0);
-    let weights = L::load(&segment_weights(at, block)).select(among, zero);
-    shares_of(weights, zero.less(weights))
+    let weights = L::load(&segment_weights(at, block)).select(mask, zero);
+    cdf_of(weights, zero.less(weights))
 }
 
 /// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch of one over the squared
@@ -289,7 +274,7 @@ pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH
         let length = 2.0 * length;
         let along = d.dot(direction);
         let off_squared = (d - direction * along).length_squared().max(h.length_squared());
-        let off = off_squared.max(LEAST_SQUARED).sqrt();
+        let off = off_squared.max(MIN_SQUARED).sqrt();
         let seen = (off * length).atan2(off * off - along * (length - along));
 
         let ball = NormalBall::unpack(block.normals[lane]);
@@ -306,7 +291,7 @@ pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH
         let w = block.intensity[lane] * emitted * (seen / off);
         *weight = if emitted > 0.0 && block.intensity[lane] > 0.0 {
             // NaN, of an infinity that met a zero, is the largest too.
-            let finite = w.min(LARGEST);
+            let finite = w.min(MAX_WEIGHT);
             finite.max(f32::MIN_POSITIVE)
         } else {
             0.0

@@ -12,13 +12,16 @@
 //! - `parallel`: builds over a rayon pool. Same result, bit for bit.
 #![forbid(unsafe_code)]
 
+mod approximate;
 mod block;
 mod bvh;
+mod child_cdf;
 mod cone;
 mod descent;
 mod flat;
 mod grid;
 mod importance;
+mod instance;
 mod light;
 mod lightcut;
 mod normals;
@@ -27,11 +30,14 @@ mod perfect;
 #[cfg(test)]
 mod properties;
 mod receiver;
-mod route;
 mod sampler;
 #[cfg(test)]
 mod testing;
+mod traversal;
+mod tree;
+mod tree_sampler;
 mod two_level;
+mod weighing;
 
 pub use bvh::{BvhBuild, LightBvh};
 pub use cone::OrientationCone;
@@ -43,14 +49,16 @@ pub use grid::{
     UpdateReport,
 };
 pub use importance::Weighting;
+pub use instance::LightInstance;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use lightcut::{LightSubtrees, Lightcut};
 pub use lightshed_spatial::{Bounds, Curve};
 pub use opened::OpenedTree;
 pub use perfect::{LightRecord, PerfectTree, PerfectTreeOptions, Stride, TreeLayout, TreeUpdate};
-pub use receiver::{Facing, RaySegment, Receiver, SegmentError, ShadingPoint};
+pub use receiver::{Facing, RaySegment, SegmentError, ShadingPoint};
 pub use sampler::{LightChoice, LightSampler};
-pub use two_level::{LightInstance, TwoLevelError, TwoLevelTree};
+pub use two_level::{TwoLevelError, TwoLevelTree};
+pub use weighing::Receiver;
 
 /// The guide's code is a test.
 #[cfg(doctest)]

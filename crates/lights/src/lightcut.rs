@@ -1,9 +1,11 @@
 //! Cuts of a few subtrees that neighbouring receivers share (Lin 2022 §4.3.3).
 
 use crate::block::WIDTH;
-use crate::descent::{COMPANY, Entry, One, Step, Tree, choice, descend_together, probability_along};
-use crate::receiver::{Receiver, Sealed};
-use crate::route::{Route, Shares};
+use crate::child_cdf::ChildCdf;
+use crate::descent::{BATCH, EntryPoint, OneReceiver, choice, descend_batch, probability_along};
+use crate::traversal::TraversalState;
+use crate::tree::{Child, Tree};
+use crate::weighing::{Receiver, Sealed};
 use crate::{LightBvh, LightChoice, PerfectTree, ShadingPoint};
 use lightshed_lanes::{LaneChoice, LaneKernel, LaneMask, Lanes};
 
@@ -35,16 +37,16 @@ impl Lightcut {
 /// What a subtree is, and how much it is likely to send to the receiver that the cut was chosen for.
 #[derive(Clone, Copy, Debug)]
 struct Subtree {
-    part: Part,
+    root: SubtreeRoot,
     weight: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Part {
+enum SubtreeRoot {
     /// One light.
     Light(u32),
-    /// Some of the children of a place.
-    Children { place: u64, from: u8, to: u8 },
+    /// Some of the children of a node.
+    Children { node: u64, from: u8, to: u8 },
 }
 
 /// A light tree that can be cut: a [`PerfectTree`] or a [`LightBvh`].
@@ -153,37 +155,37 @@ impl<T: Tree> LaneKernel for Choose<'_, T> {
         subtrees.clear();
         subtrees.reserve(count);
         let whole = |step| match step {
-            Step::Leaf(light) => Part::Light(light),
-            Step::Inner(place) => Part::Children {
-                place: tree.encode(place),
+            Child::Leaf(light) => SubtreeRoot::Light(light),
+            Child::Inner(node) => SubtreeRoot::Children {
+                node: tree.encode(node),
                 from: 0,
                 to: WIDTH as u8,
             },
         };
         subtrees.push(Subtree {
-            part: whole(tree.root()),
+            root: whole(tree.root()),
             weight: f32::MAX,
         });
-        // Everything below a place that is off is left out with it.
+        // Everything below a node that is off is left out with it.
         while subtrees.len() < count {
             let mut greatest = None;
             for (i, subtree) in subtrees.iter().enumerate() {
                 let more = greatest.is_none_or(|(_, weight)| subtree.weight > weight);
-                if more && subtree.weight > 0.0 && matches!(subtree.part, Part::Children { .. }) {
+                if more && subtree.weight > 0.0 && matches!(subtree.root, SubtreeRoot::Children { .. }) {
                     greatest = Some((i, subtree.weight));
                 }
             }
             let Some((i, weight)) = greatest else { break };
-            let Part::Children { place, from, to } = subtrees[i].part else {
+            let SubtreeRoot::Children { node, from, to } = subtrees[i].root else {
                 break;
             };
-            let place_of = tree.decode(place);
+            let own_node = tree.decode(node);
             if to - from == 1 {
-                let part = whole(tree.below(place_of, usize::from(from)));
-                subtrees[i] = Subtree { part, weight };
+                let root = whole(tree.child(own_node, usize::from(from)));
+                subtrees[i] = Subtree { root, weight };
                 continue;
             }
-            let nodes = tree.nodes(place_of);
+            let nodes = tree.siblings(own_node);
             let weights = at.weights::<L>(&nodes).store();
             let middle = (from + to) / 2;
             let mut halves = [None; 2];
@@ -192,8 +194,8 @@ impl<T: Tree> LaneKernel for Choose<'_, T> {
                 let weight = weights[lanes.clone()].iter().sum();
                 let shines = nodes.intensity[lanes].iter().any(|&intensity| intensity > 0.0);
                 if shines {
-                    let part = Part::Children { place, from, to };
-                    *half = Some(Subtree { part, weight });
+                    let root = SubtreeRoot::Children { node, from, to };
+                    *half = Some(Subtree { root, weight });
                 }
             }
             match halves {
@@ -210,36 +212,36 @@ impl<T: Tree> LaneKernel for Choose<'_, T> {
     }
 }
 
-/// Shares of the children `from .. to` of a place alone.
+/// The distribution over the children `from .. to` of `node` alone.
 #[inline(always)]
-fn shares_of<L: Lanes, T: Tree, R: Receiver>(
+fn cdf_of<L: Lanes, T: Tree, R: Receiver>(
     tree: &T,
     at: &R,
-    place: T::Place,
+    node: T::NodeId,
     from: u8,
     to: u8,
-) -> Shares<L> {
+) -> ChildCdf<L> {
     let mask = ((1u32 << to) - 1) & !((1u32 << from) - 1);
-    tree.shares(at, place, L::Mask::from_bits(mask))
+    tree.child_cdf(at, node, L::Mask::from_bits(mask))
 }
 
 struct Subtrees<'a>(&'a [Subtree]);
 
-impl<T: Tree> Entry<T> for Subtrees<'_> {
+impl<T: Tree> EntryPoint<T> for Subtrees<'_> {
     #[inline(always)]
     fn enter<L: Lanes, R: Receiver>(
         &self,
         i: usize,
         tree: &T,
         at: &R,
-        route: &mut Route,
-    ) -> Option<Step<T::Place>> {
-        match self.0[i].part {
-            Part::Light(light) => Some(Step::Leaf(light)),
-            Part::Children { place, from, to } => {
-                let place = tree.decode(place);
-                let lane = route.step(&shares_of::<L, T, R>(tree, at, place, from, to))?;
-                Some(tree.below(place, lane))
+        state: &mut TraversalState,
+    ) -> Option<Child<T::NodeId>> {
+        match self.0[i].root {
+            SubtreeRoot::Light(light) => Some(Child::Leaf(light)),
+            SubtreeRoot::Children { node, from, to } => {
+                let node = tree.decode(node);
+                let lane = state.choose_child(&cdf_of::<L, T, R>(tree, at, node, from, to))?;
+                Some(tree.child(node, lane))
             }
         }
     }
@@ -263,10 +265,10 @@ impl<T: Tree> LaneKernel for Sample<'_, T> {
         self.choices[there..count].fill(None);
         let mut first = 0;
         while first < there {
-            let end = there.min(first + COMPANY);
+            let end = there.min(first + BATCH);
             let entry = Subtrees(&self.subtrees[first..end]);
             let (u, choices) = (&self.u[first..end], &mut self.choices[first..end]);
-            descend_together::<L, T, ShadingPoint, _>(self.tree, &One(self.at), &entry, u, choices);
+            descend_batch::<L, T, ShadingPoint, _>(self.tree, &OneReceiver(self.at), &entry, u, choices);
             first = end;
         }
     }
@@ -293,21 +295,21 @@ impl<T: Tree> LaneKernel for Pmf<'_, T> {
         if at.is_black() {
             return 0.0;
         }
-        let way = tree.way_to(light);
+        let path = tree.path_to(light);
         for subtree in subtrees {
-            match subtree.part {
-                Part::Light(own) if own == light => return 1.0,
-                Part::Light(_) => (),
-                Part::Children { place, from, to } => {
-                    let (Some(way), place) = (&way, tree.decode(place)) else {
+            match subtree.root {
+                SubtreeRoot::Light(own) if own == light => return 1.0,
+                SubtreeRoot::Light(_) => (),
+                SubtreeRoot::Children { node, from, to } => {
+                    let (Some(path), node) = (&path, tree.decode(node)) else {
                         continue;
                     };
                     let mut steps = 0;
-                    while let Some((passed, lane)) = way.step(steps) {
+                    while let Some((passed, lane)) = path.step(steps) {
                         steps += 1;
-                        if passed == place && (usize::from(from)..usize::from(to)).contains(&lane) {
-                            let here = shares_of::<L, T, _>(tree, at, place, from, to).probability(lane);
-                            let probability = probability_along::<L, T, _>(here, tree, at, way, steps);
+                        if passed == node && (usize::from(from)..usize::from(to)).contains(&lane) {
+                            let here = cdf_of::<L, T, _>(tree, at, node, from, to).probability(lane);
+                            let probability = probability_along::<L, T, _>(here, tree, at, path, steps);
                             return choice(light, probability).map_or(0.0, |choice| choice.pmf);
                         }
                     }

@@ -9,9 +9,11 @@
 //! samples.
 
 use crate::block::WIDTH;
-use crate::descent::{COMPANY, Entry, One, Step, Tree, Way, descend_together, probability_along};
-use crate::receiver::Receiver;
-use crate::route::{self, Route};
+use crate::child_cdf::probability_at;
+use crate::descent::{BATCH, EntryPoint, OneReceiver, descend_batch, probability_along};
+use crate::traversal::{MIN_SHARE, TraversalState};
+use crate::tree::{Child, LeafPath, Tree};
+use crate::weighing::Receiver;
 use crate::{LightChoice, LightSampler};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
@@ -42,8 +44,8 @@ pub struct OpenedTree<T> {
 
 /// Most nodes of a cut; what is near beyond them stays closed. Room for more costs every receiver the time to clear it.
 const CAPACITY: usize = 96;
-/// Most places waiting to be opened: siblings of the way down.
-const WAITING: usize = CAPACITY;
+/// Most nodes that wait to be opened: siblings along the descent.
+const MAX_PENDING: usize = CAPACITY;
 
 impl<T: Tree> OpenedTree<T> {
     /// Opens near nodes of `tree`.
@@ -53,73 +55,93 @@ impl<T: Tree> OpenedTree<T> {
 
     /// The nodes of the cut with their probabilities.
     #[cfg(test)]
-    pub(crate) fn cut_for<R: Receiver>(&self, at: &R) -> Vec<(Step<T::Place>, f64)> {
+    pub(crate) fn cut_for<R: Receiver>(&self, at: &R) -> Vec<(Child<T::NodeId>, f64)> {
         let (cut, _) = Cut::new::<lightshed_lanes::ArrayLanes, T, R>(&self.tree, at, None);
         (0..cut.count)
-            .map(|i| (cut.steps[i], route::share_of(&cut.shares[..cut.count], i)))
+            .map(|i| (cut.nodes[i], probability_at(&cut.cdf[..cut.count], i)))
             .collect()
     }
 }
 
+/// A node that is to be opened, or to become part of the cut.
+#[derive(Clone, Copy)]
+struct Pending<N> {
+    node: Child<N>,
+    weight: f32,
+    /// Whether it is large as seen from the receiver.
+    open: bool,
+    /// Number of steps of the given path that lead to it, or [`OFF_PATH`].
+    path_steps: u8,
+}
+
 /// A cut: nodes in the order of the tree, with their cumulative weights.
-struct Cut<P> {
-    steps: [Step<P>; CAPACITY],
-    shares: [f64; CAPACITY],
+struct Cut<N> {
+    nodes: [Child<N>; CAPACITY],
+    cdf: [f64; CAPACITY],
     count: usize,
 }
 
-impl<P: Copy> Cut<P> {
-    /// Opens what is near. With `way`, also tells which node of the cut is on it, and how many of its steps lead there.
+impl<N: Copy> Cut<N> {
+    /// Opens near nodes. With `path`, also tells which node of the cut is on it, and how many of its steps lead there.
     #[inline(always)]
-    fn new<L: Lanes, T: Tree<Place = P>, R: Receiver>(
+    fn new<L: Lanes, T: Tree<NodeId = N>, R: Receiver>(
         tree: &T,
         at: &R,
-        way: Option<&Way<P>>,
+        path: Option<&LeafPath<N>>,
     ) -> (Self, Option<(usize, usize)>) {
         let mut cut = Self {
-            steps: [tree.root(); CAPACITY],
-            shares: [0.0; CAPACITY],
+            nodes: [tree.root(); CAPACITY],
+            cdf: [0.0; CAPACITY],
             count: 0,
         };
-        // A node, its weight, whether it is to be opened, and the number of steps of the way that lead to it.
-        let mut waiting = [(tree.root(), 1.0f32, true, 0u8); WAITING];
+        let root = Pending {
+            node: tree.root(),
+            weight: 1.0,
+            open: true,
+            path_steps: 0,
+        };
+        let mut pending = [root; MAX_PENDING];
         let mut left = 1;
         let mut found = None;
         while left > 0 {
             left -= 1;
-            let (step, weight, open, on_way) = waiting[left];
+            let Pending {
+                node: child,
+                weight,
+                open,
+                path_steps,
+            } = pending[left];
             let room = cut.count + left + WIDTH <= CAPACITY;
-            let place = match step {
-                Step::Inner(place) if open && room => place,
+            let node = match child {
+                Child::Inner(node) if open && room => node,
                 _ => {
-                    if on_way != OFF {
-                        found = Some((cut.count, usize::from(on_way)));
+                    if path_steps != OFF_PATH {
+                        found = Some((cut.count, usize::from(path_steps)));
                     }
-                    cut.steps[cut.count] = step;
-                    cut.shares[cut.count] = f64::from(weight);
+                    cut.nodes[cut.count] = child;
+                    cut.cdf[cut.count] = f64::from(weight);
                     cut.count += 1;
                     continue;
                 }
             };
-            let nodes = tree.nodes(place);
-            let (weights, near) = (at.weights::<L>(&nodes).store(), at.near::<L>(&nodes));
-            let taken = match way {
-                Some(way) if on_way != OFF => match way.step(usize::from(on_way)) {
+            let siblings = tree.siblings(node);
+            let (weights, near) = (at.weights::<L>(&siblings).store(), at.near::<L>(&siblings));
+            let lane_on_path = match path {
+                Some(path) if path_steps != OFF_PATH => match path.step(usize::from(path_steps)) {
                     Some((_, lane)) => lane,
                     None => WIDTH,
                 },
                 _ => WIDTH,
             };
-            // The first is opened first.
+            // The last pushed is opened first: children are opened in order.
             for lane in (0..WIDTH).rev() {
                 if weights[lane] > 0.0 {
-                    let on_way = if taken == lane { on_way + 1 } else { OFF };
-                    waiting[left] = (
-                        tree.below(place, lane),
-                        weights[lane],
-                        near >> lane & 1 == 1,
-                        on_way,
-                    );
+                    pending[left] = Pending {
+                        node: tree.child(node, lane),
+                        weight: weights[lane],
+                        open: near >> lane & 1 == 1,
+                        path_steps: if lane == lane_on_path { path_steps + 1 } else { OFF_PATH },
+                    };
                     left += 1;
                 }
             }
@@ -128,12 +150,12 @@ impl<P: Copy> Cut<P> {
         (cut, found)
     }
 
-    /// From weights to cumulative shares; each weight is raised to at least a small part of the sum, as everywhere.
+    /// From weights to cumulative weights; each is raised to at least a small part of the sum, as everywhere.
     #[inline(always)]
     fn accumulate(&mut self) {
-        let weights = &mut self.shares[..self.count];
+        let weights = &mut self.cdf[..self.count];
         let sum: f64 = weights.iter().sum();
-        let least = sum * route::LEAST_SHARE;
+        let least = sum * MIN_SHARE;
         let mut total = 0.0;
         for weight in weights {
             total += weight.max(least);
@@ -142,22 +164,22 @@ impl<P: Copy> Cut<P> {
     }
 }
 
-impl<T: Tree> Entry<T> for Cut<T::Place> {
+impl<T: Tree> EntryPoint<T> for Cut<T::NodeId> {
     #[inline(always)]
     fn enter<L: Lanes, R: Receiver>(
         &self,
         _: usize,
         _: &T,
         _: &R,
-        route: &mut Route,
-    ) -> Option<Step<T::Place>> {
-        let index = route.enter(&self.shares[..self.count])?;
-        Some(self.steps[index])
+        state: &mut TraversalState,
+    ) -> Option<Child<T::NodeId>> {
+        let index = state.choose(&self.cdf[..self.count])?;
+        Some(self.nodes[index])
     }
 }
 
-/// Marks what is not on the way.
-const OFF: u8 = u8::MAX;
+/// Marks nodes that are not on the path.
+const OFF_PATH: u8 = u8::MAX;
 
 impl<T: Tree, R: Receiver> LightSampler<R> for OpenedTree<T> {
     fn light_count(&self) -> usize {
@@ -207,8 +229,8 @@ impl<T: Tree, R: Receiver> LaneKernel for SampleMany<'_, T, R> {
             return;
         }
         let (cut, _) = Cut::new::<L, T, R>(tree, at, None);
-        for (u, choices) in u.chunks(COMPANY).zip(choices.chunks_mut(COMPANY)) {
-            descend_together::<L, T, R, _>(tree, &One(at), &cut, u, choices);
+        for (u, choices) in u.chunks(BATCH).zip(choices.chunks_mut(BATCH)) {
+            descend_batch::<L, T, R, _>(tree, &OneReceiver(at), &cut, u, choices);
         }
     }
 }
@@ -225,16 +247,16 @@ impl<T: Tree, R: Receiver> LaneKernel for Pmf<'_, T, R> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> f32 {
         let Self { tree, at, light } = self;
-        let Some(way) = tree.way_to(light) else {
+        let Some(path) = tree.path_to(light) else {
             return 0.0;
         };
         if at.is_black() {
             return 0.0;
         }
-        let (cut, Some((index, steps))) = Cut::new::<L, T, R>(tree, at, Some(&way)) else {
+        let (cut, Some((index, steps))) = Cut::new::<L, T, R>(tree, at, Some(&path)) else {
             return 0.0;
         };
-        let here = route::share_of(&cut.shares[..cut.count], index);
-        probability_along::<L, T, R>(here, tree, at, &way, steps) as f32
+        let here = probability_at(&cut.cdf[..cut.count], index);
+        probability_along::<L, T, R>(here, tree, at, &path, steps) as f32
     }
 }

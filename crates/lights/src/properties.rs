@@ -1,9 +1,10 @@
 //! What every sampler must hold to, and faults that these tests must find.
 
 use crate::block::WIDTH;
-use crate::descent::{Step, Tree, probability_of, shares};
-use crate::receiver::Receiver;
+use crate::descent::{cdf_of_all, probability_of};
 use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
+use crate::tree::{Child, Tree};
+use crate::weighing::Receiver;
 use crate::{
     BvhBuild, Light, LightBvh, LightChoice, LightSampler, OpenedTree, PerfectTree, PerfectTreeOptions,
     PowerLights, ShadingPoint, Stride, UniformLights, Weighting,
@@ -18,34 +19,38 @@ pub(crate) fn enumerate<T: Tree, R: Receiver>(tree: &T, at: &R) -> (Vec<f64>, f6
 }
 
 /// The same from some nodes with their probabilities.
-fn enumerate_from<T: Tree, R: Receiver>(tree: &T, at: &R, from: &[(Step<T::Place>, f64)]) -> (Vec<f64>, f64) {
+fn enumerate_from<T: Tree, R: Receiver>(
+    tree: &T,
+    at: &R,
+    from: &[(Child<T::NodeId>, f64)],
+) -> (Vec<f64>, f64) {
     fn visit<T: Tree, R: Receiver>(
         tree: &T,
         at: &R,
-        step: Step<T::Place>,
+        child: Child<T::NodeId>,
         here: f64,
         found: &mut (Vec<f64>, f64),
     ) {
-        let place = match step {
-            Step::Leaf(light) => return found.0[light as usize] += here,
-            Step::Inner(place) => place,
+        let node = match child {
+            Child::Leaf(light) => return found.0[light as usize] += here,
+            Child::Inner(node) => node,
         };
-        // Zero only where the node cannot contribute, as shares are.
-        let parts = at.weights::<ArrayLanes>(&tree.nodes(place)).store();
-        let shares = shares::<ArrayLanes, T, R>(tree, at, place);
-        if shares.total() == 0.0 {
+        // Zero only where the node cannot contribute, as probabilities are.
+        let parts = at.weights::<ArrayLanes>(&tree.siblings(node)).store();
+        let cdf = cdf_of_all::<ArrayLanes, T, R>(tree, at, node);
+        if cdf.total() == 0.0 {
             assert_eq!(parts, [0.0; WIDTH]);
             found.1 += here;
             return;
         }
         for (lane, part) in parts.into_iter().enumerate() {
-            let probability = shares.probability(lane);
+            let probability = cdf.probability(lane);
             assert!(
                 (probability > 0.0) == (part > 0.0),
                 "lane {lane} has {probability}: {parts:?}"
             );
             if part > 0.0 {
-                visit(tree, at, tree.below(place, lane), here * probability, found);
+                visit(tree, at, tree.child(node, lane), here * probability, found);
             }
         }
     }
@@ -205,7 +210,7 @@ fn sample_and_pmf_are_the_same_number() {
     }
 }
 
-/// Receivers that go down together choose what each chooses alone; black ones choose nothing.
+/// BatchReceivers that go down together choose what each chooses alone; black ones choose nothing.
 #[test]
 fn company_changes_no_choice() {
     for count in [1, 9, 4096] {
@@ -349,20 +354,20 @@ fn check_reached<T: Tree + LightSampler>(
 ) -> Result<(), String> {
     let (mut possible, mut refreshed) = (0, 0);
     for light in (0..tree.lights() as u32).step_by(7) {
-        let Some(way) = tree.way_to(light) else { continue };
+        let Some(path) = tree.path_to(light) else { continue };
         if !(tree.pmf(at, light) > 0.0) {
             continue;
         }
         possible += 1;
         // The middle of the light's share, as far as the number's first bits tell.
         let (mut low, mut width, mut i) = (0.0, 1.0, 0);
-        while let Some((place, lane)) = way.step(i) {
-            let shares = shares::<ArrayLanes, T, _>(tree, at, place);
-            let before: f64 = (0..lane).map(|lane| shares.probability(lane)).sum();
+        while let Some((node, lane)) = path.step(i) {
+            let cdf = cdf_of_all::<ArrayLanes, T, _>(tree, at, node);
+            let before: f64 = (0..lane).map(|lane| cdf.probability(lane)).sum();
             low += width * before;
-            width *= shares.probability(lane);
+            width *= cdf.probability(lane);
             i += 1;
-            // From here on other bits decide: any that lead this way will do.
+            // From here on other bits decide: any that lead this path will do.
             if width < 1.0 / (1u64 << 26) as f64 {
                 refreshed += 1;
                 break;
@@ -376,7 +381,7 @@ fn check_reached<T: Tree + LightSampler>(
         let middle = number(low + 0.5 * width);
         // Where bits are made anew within the share, so many numbers of it are tried that one that fails to lead there has a chance
         // of less than 1e-9.
-        let tries = if way.step(i).is_some() { 1 << 16 } else { 0 };
+        let tries = if path.step(i).is_some() { 1 << 16 } else { 0 };
         let others = (0..tries).map(|k| number(low + width * ((f64::from(k) + 0.5) / f64::from(tries))));
         if !found(middle) && !others.into_iter().any(found) {
             return Err(format!(

@@ -1,13 +1,6 @@
 //! What receives light: surface points, and segments of rays in a medium.
 
-use crate::block::NodeBlock;
-use crate::importance::{
-    Weighting, near_point, near_segment, segment_shares, segment_weights, surface_shares, surface_weights,
-};
-use crate::route::Shares;
-use crate::two_level::LightInstance;
 use glam::Vec3;
-use lightshed_lanes::Lanes;
 use std::fmt;
 
 /// The sides from which a surface takes light.
@@ -126,93 +119,5 @@ impl RaySegment {
     /// Its length.
     pub fn length(&self) -> f32 {
         self.length
-    }
-}
-
-/// What samplers choose lights for: a [`ShadingPoint`] or a [`RaySegment`].
-pub trait Receiver: Sealed {}
-
-impl Receiver for ShadingPoint {}
-impl Receiver for RaySegment {}
-
-/// Receivers as nodes see them.
-pub trait Sealed: Sync + Sized {
-    /// The receiver as a mesh at rest sees it whose instance this is.
-    fn in_mesh(&self, instance: &LightInstance) -> Self;
-
-    /// Whether nothing can be received, whatever shines.
-    fn is_black(&self) -> bool;
-
-    /// Shares of those of eight siblings that are `among` the ones to choose from, about one or two together, or nothing: zero only where a
-    /// node cannot contribute.
-    fn shares<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting, among: L::Mask) -> Shares<L>;
-
-    /// Weights that can be compared with those of other blocks: not negative, finite, with a finite sum; zero only where the node cannot
-    /// contribute.
-    fn weights<L: Lanes>(&self, block: &NodeBlock) -> L;
-
-    /// Which of them are so near that their weights say little, a bit each.
-    fn near<L: Lanes>(&self, block: &NodeBlock) -> u32;
-}
-
-impl Sealed for ShadingPoint {
-    #[inline(always)]
-    fn in_mesh(&self, instance: &LightInstance) -> Self {
-        Self {
-            position: instance.to_mesh(self.position),
-            normal: instance.direction_to_mesh(self.normal),
-            ..*self
-        }
-    }
-
-    #[inline(always)]
-    fn is_black(&self) -> bool {
-        !(self.reflectance_bound > 0.0)
-    }
-
-    #[inline(always)]
-    fn shares<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting, among: L::Mask) -> Shares<L> {
-        surface_shares(self, block, weighting, among)
-    }
-
-    #[inline(always)]
-    fn weights<L: Lanes>(&self, block: &NodeBlock) -> L {
-        surface_weights(self, block)
-    }
-
-    #[inline(always)]
-    fn near<L: Lanes>(&self, block: &NodeBlock) -> u32 {
-        near_point::<L>(self.position, block)
-    }
-}
-
-impl Sealed for RaySegment {
-    #[inline(always)]
-    fn in_mesh(&self, instance: &LightInstance) -> Self {
-        Self {
-            start: instance.to_mesh(self.start),
-            direction: instance.direction_to_mesh(self.direction),
-            length: self.length / instance.scale,
-        }
-    }
-
-    #[inline(always)]
-    fn is_black(&self) -> bool {
-        !(self.length > 0.0)
-    }
-
-    #[inline(always)]
-    fn shares<L: Lanes>(&self, block: &NodeBlock, _: Weighting, among: L::Mask) -> Shares<L> {
-        segment_shares(self, block, among)
-    }
-
-    #[inline(always)]
-    fn weights<L: Lanes>(&self, block: &NodeBlock) -> L {
-        L::load(&segment_weights(self, block))
-    }
-
-    #[inline(always)]
-    fn near<L: Lanes>(&self, block: &NodeBlock) -> u32 {
-        near_segment(self, block)
     }
 }

@@ -4,87 +4,18 @@
 //! another (Lin 2022 §4.3.1). That respects meshes of very different sizes, which one Morton curve through all lights cuts
 //! apart; a mesh may stand in many places at the cost of one; and when things move, only the tree of instances is built again.
 
-use crate::descent::{Tree, choice, descend, probability_onwards};
+use crate::descent::{choice, descend, probability_onwards};
+use crate::instance::LightInstance;
 use crate::normals::NormalBall;
 use crate::perfect::PerfectTree;
-use crate::receiver::Receiver;
-use crate::route::Route;
-use crate::{Bounds, Light, LightChoice, LightError, LightSampler, OrientationCone};
-use glam::{Quat, Vec3};
+use crate::traversal::TraversalState;
+use crate::tree::Tree;
+use crate::weighing::{Receiver, Sealed};
+use crate::{Light, LightChoice, LightError, LightSampler, OrientationCone};
+use glam::Vec3;
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::fmt;
-
-/// A mesh's place in the scene: `x ↦ translation + scale · rotation x`. Distances keep their ratios and angles are kept, so
-/// probabilities within the mesh are those of the mesh at rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightInstance {
-    /// Index of the mesh.
-    pub mesh: u32,
-    /// Rotation, a unit quaternion.
-    pub rotation: Quat,
-    /// Translation.
-    pub translation: Vec3,
-    /// Scale, positive. Intensities grow with its square, as areas do.
-    pub scale: f32,
-}
-
-impl LightInstance {
-    /// The mesh as it is.
-    pub fn at_rest(mesh: u32) -> Self {
-        Self {
-            mesh,
-            rotation: Quat::IDENTITY,
-            translation: Vec3::ZERO,
-            scale: 1.0,
-        }
-    }
-
-    /// Into the mesh's own space.
-    #[inline(always)]
-    pub(crate) fn to_mesh(self, point: Vec3) -> Vec3 {
-        self.rotation.conjugate() * (point - self.translation) / self.scale
-    }
-
-    /// A direction, into the mesh's own space.
-    #[inline(always)]
-    pub(crate) fn direction_to_mesh(self, direction: Vec3) -> Vec3 {
-        self.rotation.conjugate() * direction
-    }
-
-    fn is_valid(&self) -> bool {
-        self.rotation.is_finite()
-            && self.rotation.is_normalized()
-            && self.translation.is_finite()
-            && self.scale > 0.0
-            && self.scale.is_finite()
-    }
-
-    /// What the mesh's root looks like from outside.
-    fn light(&self, root: &Light) -> Light {
-        let Bounds { min, max } = root.bounds;
-        let corner = |i: u32| {
-            let pick = |bit: u32, low: f32, high: f32| if i >> bit & 1 == 0 { low } else { high };
-            Vec3::new(
-                pick(0, min.x, max.x),
-                pick(1, min.y, max.y),
-                pick(2, min.z, max.z),
-            )
-        };
-        let place = |x: Vec3| self.translation + self.rotation * x * self.scale;
-        let bounds = Bounds::of_points((0..8).map(|i| place(corner(i))));
-        // Rotation rounds: outwards.
-        let slack = (bounds.min.abs().max(bounds.max.abs())) * (4.0 * f32::EPSILON);
-        Light {
-            bounds: Bounds::new(bounds.min - slack, bounds.max + slack),
-            intensity: root.intensity * self.scale * self.scale,
-            cone: root.cone.map(|cone| OrientationCone {
-                axis: (self.rotation * cone.axis).normalize_or(Vec3::Z),
-                ..cone
-            }),
-        }
-    }
-}
 
 /// Why a two-level tree is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -282,15 +213,15 @@ impl<R: Receiver> LaneKernel for Sample<'_, R> {
         if at.is_black() {
             return None;
         }
-        let mut route = Route::new(u);
-        let index = descend::<L, _, R>(&tree.top, at, &mut route)? as usize;
+        let mut state = TraversalState::new(u);
+        let index = descend::<L, _, R>(&tree.top, at, &mut state)? as usize;
         let instance = &tree.instances[index];
         let light = descend::<L, _, R>(
             &tree.meshes[instance.mesh as usize],
             &at.in_mesh(instance),
-            &mut route,
+            &mut state,
         )?;
-        choice(tree.first_light[index] + light, route.probability)
+        choice(tree.first_light[index] + light, state.probability)
     }
 }
 
@@ -324,8 +255,8 @@ mod tests {
     use super::*;
     use crate::ShadingPoint;
     use crate::properties::enumerate;
-    use crate::receiver::Sealed;
     use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
+    use glam::Quat;
     use lightshed_sampling::CounterRng;
 
     fn instances() -> Vec<LightInstance> {

@@ -4,7 +4,7 @@
 //! *Fast agglomerative clustering for rendering*, the locally ordered algorithm). Partners are found by descending a hierarchy of
 //! boxes over the groups that are left, as far as a union with something in a box could still be the cheapest.
 
-use super::build::{Group, Source};
+use super::build::{Group, SplitSource};
 use super::extent::{Extent, Item};
 use glam::Vec3A;
 
@@ -17,7 +17,7 @@ const NONE: u32 = u32::MAX;
 
 /// What is kept from one build to the next.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Joining {
+pub(super) struct Merges {
     groups: Vec<Extent>,
     /// The node of each group; [`NONE`] where there is no group any more.
     nodes: Vec<u32>,
@@ -70,7 +70,7 @@ impl Region {
     }
 }
 
-impl Joining {
+impl Merges {
     /// Joins `items` until one group is left, and puts them in the order of its leaves.
     pub fn join(&mut self, items: &mut [Item]) {
         let count = items.len();
@@ -239,12 +239,12 @@ impl Joining {
 
 /// Items in the order of the leaves, divided as they were joined.
 #[derive(Clone, Copy)]
-pub(super) struct Joined<'a> {
+pub(super) struct MergedTree<'a> {
     pub items: &'a [Item],
-    pub joining: &'a Joining,
+    pub joining: &'a Merges,
 }
 
-impl Joined<'_> {
+impl MergedTree<'_> {
     /// The node of the whole: the last one.
     pub fn root(&self) -> u32 {
         (2 * self.items.len()).saturating_sub(2) as u32
@@ -262,7 +262,7 @@ impl Joined<'_> {
     }
 }
 
-impl Source for Joined<'_> {
+impl SplitSource for MergedTree<'_> {
     fn item(&self, place: usize) -> &Item {
         &self.items[place]
     }

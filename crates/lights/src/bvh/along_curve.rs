@@ -4,7 +4,7 @@
 //! searches, then between the smaller groups in the two next to that place, down to lights. A search looks at no more
 //! than some fifty places, however many lights there are.
 
-use super::build::{Group, Source};
+use super::build::{Group, SplitSource};
 use super::extent::{Extent, Item};
 use lightshed_sampling::parallel::for_each_chunk;
 
@@ -193,7 +193,7 @@ impl AlongCurve<'_> {
     }
 }
 
-impl Source for AlongCurve<'_> {
+impl SplitSource for AlongCurve<'_> {
     fn item(&self, place: usize) -> &Item {
         &self.items[place]
     }
@@ -220,7 +220,7 @@ impl Source for AlongCurve<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::build::gather;
+    use crate::bvh::build::collect_items;
     use crate::testing::{LAYOUTS, Layout, lights_of};
     use lightshed_sampling::CounterRng;
     use lightshed_spatial::{Curve, CurveOrder};
@@ -230,7 +230,7 @@ mod tests {
         let lights = lights_of(layout, count, 9);
         let (mut order, mut items, mut pyramid) = (CurveOrder::default(), Vec::new(), Pyramid::default());
         order.encode(&lights, |light| light.bounds, Curve::Hilbert);
-        gather(&lights, Some(order.sort()), &mut items);
+        collect_items(&lights, Some(order.sort()), &mut items);
         pyramid.build(&items);
         (items, pyramid)
     }

@@ -1,6 +1,6 @@
 //! Where to divide a group of lights, found anew for each group by bins along the axes.
 
-use super::build::{Group, Source};
+use super::build::{Group, SplitSource};
 use super::extent::{Extent, Item};
 use glam::Vec3A;
 
@@ -17,7 +17,7 @@ pub(super) struct Binned<'a> {
     pub first: usize,
 }
 
-impl Source for Binned<'_> {
+impl SplitSource for Binned<'_> {
     fn item(&self, place: usize) -> &Item {
         &self.items[place - self.first]
     }

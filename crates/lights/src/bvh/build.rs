@@ -1,7 +1,7 @@
 //! The build, from the root down.
 
 use super::extent::{Extent, Item};
-use super::{LEAF, WideNode};
+use super::node::{LEAF, WideNode};
 use crate::Light;
 use crate::block::{NodeBlock, WIDTH};
 use crate::normals::{BallLanes, CENTER_STEPS};
@@ -9,7 +9,7 @@ use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::{for_each_chunk, join};
 use lightshed_spatial::SortedIndices;
 
-/// Depth from which groups are halved by number, so that no way is longer than [`crate::descent::MAX_DEPTH`].
+/// Depth from which groups are halved by number, so that no way is longer than [`crate::tree::MAX_DEPTH`].
 const HALVE_FROM: usize = 36;
 /// Groups of fewer lights are built on one thread.
 const APART: usize = 1 << 12;
@@ -18,10 +18,10 @@ const PARTS: usize = 32;
 /// Lights that a thread gathers at once.
 const CHUNK: usize = 1 << 13;
 /// How many lights ahead of their turn are asked for.
-const AHEAD: usize = 32;
+const PREFETCH_DISTANCE: usize = 32;
 
 /// Items that can be divided, by places in the order of all of them.
-pub(super) trait Source: Sized + Send {
+pub(super) trait SplitSource: Sized + Send {
     fn item(&self, place: usize) -> &Item;
 
     /// Divides a group of at least two into two that have some each; `by_half` into equal numbers.
@@ -69,7 +69,7 @@ struct Groups {
 impl WideNode {
     const EMPTY: Self = Self {
         nodes: NodeBlock::BOGUS,
-        below: [0; WIDTH],
+        children: [0; WIDTH],
     };
 }
 
@@ -89,7 +89,7 @@ impl Spares {
 
 /// Blocks of the tree, the root's first. The same for any number of threads. `root` is what the source calls all together.
 pub(super) fn build(
-    source: impl Source,
+    source: impl SplitSource,
     root: u32,
     count: usize,
     blocks: &mut Vec<WideNode>,
@@ -124,7 +124,7 @@ impl Job {
     /// Appends the tree of a group to `blocks`, its root first.
     fn build_below(
         self,
-        mut source: impl Source,
+        mut source: impl SplitSource,
         group: &Group,
         depth: usize,
         blocks: &mut Vec<WideNode>,
@@ -136,7 +136,7 @@ impl Job {
             for (lane, place) in (group.start..group.end).enumerate() {
                 let item = source.item(place);
                 blocks[root].nodes.set(lane, &item.node());
-                blocks[root].below[lane] = LEAF | item.light;
+                blocks[root].children[lane] = LEAF | item.light;
             }
             return;
         }
@@ -154,7 +154,7 @@ impl Job {
     /// Builds what is below `groups`, children of block `root` from a lane on.
     fn build_children(
         self,
-        mut source: impl Source,
+        mut source: impl SplitSource,
         groups: &[Group],
         depth: usize,
         (root, lane): (usize, usize),
@@ -181,17 +181,17 @@ impl Job {
             );
             let base = blocks.len() as u32 - 1;
             for block in second.iter_mut() {
-                for below in &mut block.below {
+                for below in &mut block.children {
                     *below += if *below & LEAF == 0 && *below > 0 { base } else { 0 };
                 }
             }
             let lanes = lane_high..lane_high + high.len();
-            blocks[root].below[lanes.clone()].copy_from_slice(&second[0].below[lanes]);
+            blocks[root].children[lanes.clone()].copy_from_slice(&second[0].children[lanes]);
             blocks.extend_from_slice(&second[1..]);
             return;
         }
         for (lane, group) in (lane..).zip(groups) {
-            blocks[root].below[lane] = if group.len() == 1 {
+            blocks[root].children[lane] = if group.len() == 1 {
                 LEAF | source.item(group.start).light
             } else {
                 blocks.len() as u32
@@ -206,7 +206,7 @@ impl Job {
 }
 
 /// The costliest is divided again and again.
-fn divide(source: &mut impl Source, group: &Group, by_half: bool) -> Groups {
+fn divide(source: &mut impl SplitSource, group: &Group, by_half: bool) -> Groups {
     let mut groups = [*group; WIDTH];
     let mut count = 1;
     while count < WIDTH {
@@ -227,7 +227,7 @@ fn divide(source: &mut impl Source, group: &Group, by_half: bool) -> Groups {
 }
 
 /// Items of all lights that are on, in the order given, or else in their own.
-pub(super) fn gather(lights: &[Light], order: Option<SortedIndices>, items: &mut Vec<Item>) {
+pub(super) fn collect_items(lights: &[Light], order: Option<SortedIndices>, items: &mut Vec<Item>) {
     items.resize(lights.len(), Item::default());
     for_each_chunk(items, CHUNK, |first, items| {
         LaneChoice::best().run(Gather {
@@ -269,7 +269,7 @@ impl LaneKernel for Gather<'_> {
             let mut index = [0; WIDTH];
             for lane in 0..count {
                 let place = self.first + done + lane;
-                if let Some(later) = self.light_at(place + AHEAD)
+                if let Some(later) = self.light_at(place + PREFETCH_DISTANCE)
                     && let Some(light) = self.lights.get(later)
                 {
                     // A light lies in one line or in two.

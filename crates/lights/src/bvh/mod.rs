@@ -9,19 +9,22 @@ mod along_curve;
 mod binned;
 mod build;
 mod extent;
+mod node;
 
 use crate::block::{NodeBlock, WIDTH};
-use crate::descent::{Step, Tree, Way};
-use crate::receiver::Receiver;
-use crate::route::Shares;
+use crate::child_cdf::ChildCdf;
+use crate::tree::{Child, LeafPath, Tree};
+use crate::tree_sampler::impl_sampler;
+use crate::weighing::Receiver;
 use crate::{Curve, Light, LightError, Weighting};
-use agglomerative::{Joined, Joining};
+use agglomerative::{MergedTree, Merges};
 use along_curve::{AlongCurve, Pyramid};
 use binned::Binned;
-use build::{Spares, gather};
+use build::{Spares, collect_items};
 use extent::Item;
 use lightshed_lanes::{Lanes, prefetch};
 use lightshed_spatial::CurveOrder;
+use node::{LEAF, NO_LEAF, WideNode};
 
 /// A bounding volume hierarchy over lights: slower to build than a [`PerfectTree`](crate::PerfectTree), with better
 /// probabilities.
@@ -47,7 +50,7 @@ pub struct LightBvh {
     blocks: Vec<WideNode>,
     /// For each block its place among its parent's children, `8 · block + lane`.
     parents: Vec<u32>,
-    /// For each light its place, or [`NOWHERE`] if it is off.
+    /// For each light its place, or [`NO_LEAF`] if it is off.
     leaf_of: Vec<u32>,
     build: BvhBuild,
     /// Kept for the next build.
@@ -74,23 +77,9 @@ struct Scratch {
     items: Vec<Item>,
     order: CurveOrder,
     pyramid: Pyramid,
-    joining: Joining,
+    joining: Merges,
     spares: Spares,
 }
-
-/// Up to eight children: their nodes, and what is below each.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C)]
-struct WideNode {
-    nodes: NodeBlock,
-    /// A block, or a light with [`LEAF`] set.
-    below: [u32; WIDTH],
-}
-
-/// Marks a child that is a light.
-const LEAF: u32 = 1 << 31;
-/// In place of a light's leaf.
-const NOWHERE: u32 = u32::MAX;
 
 impl LightBvh {
     /// Builds the hierarchy.
@@ -136,13 +125,13 @@ impl LightBvh {
         } = &mut self.scratch;
         match self.build {
             BvhBuild::Binned => {
-                gather(lights, None, items);
+                collect_items(lights, None, items);
                 let count = items.len();
                 build::build(Binned { items, first: 0 }, 0, count, &mut self.blocks, spares);
             }
             BvhBuild::AlongCurve => {
                 order.encode(lights, |light| light.bounds, Curve::Hilbert);
-                gather(lights, Some(order.sort()), items);
+                collect_items(lights, Some(order.sort()), items);
                 pyramid.build(items);
                 let source = AlongCurve { items, pyramid };
                 build::build(source, 0, items.len(), &mut self.blocks, spares);
@@ -150,22 +139,22 @@ impl LightBvh {
             BvhBuild::Agglomerative => {
                 // In the order of the curve, so that boxes over neighbours are small.
                 order.encode(lights, |light| light.bounds, Curve::Hilbert);
-                gather(lights, Some(order.sort()), items);
+                collect_items(lights, Some(order.sort()), items);
                 joining.join(items);
-                let source = Joined { items, joining };
+                let source = MergedTree { items, joining };
                 build::build(source, source.root(), items.len(), &mut self.blocks, spares);
             }
         }
         self.parents.clear();
         // As many as there are blocks next time, too.
         self.parents.reserve(self.blocks.capacity());
-        self.parents.resize(self.blocks.len(), NOWHERE);
+        self.parents.resize(self.blocks.len(), NO_LEAF);
         self.leaf_of.clear();
-        self.leaf_of.resize(lights.len(), NOWHERE);
+        self.leaf_of.resize(lights.len(), NO_LEAF);
         for (index, block) in self.blocks.iter().enumerate() {
             for lane in (0..WIDTH).filter(|&lane| block.nodes.intensity[lane] > 0.0) {
                 let place = (index * WIDTH + lane) as u32;
-                match block.below[lane] {
+                match block.children[lane] {
                     light if light & LEAF != 0 => self.leaf_of[(light & !LEAF) as usize] = place,
                     below => self.parents[below as usize] = place,
                 }
@@ -175,68 +164,70 @@ impl LightBvh {
     }
 }
 
+impl_sampler!(LightBvh);
+
 impl Tree for LightBvh {
-    type Place = u32;
+    type NodeId = u32;
 
     #[inline(always)]
-    fn root(&self) -> Step<u32> {
-        Step::Inner(0)
+    fn root(&self) -> Child<u32> {
+        Child::Inner(0)
     }
 
     #[inline(always)]
-    fn shares<L: Lanes, R: Receiver>(&self, at: &R, place: u32, among: L::Mask) -> Shares<L> {
-        at.shares(&self.blocks[place as usize].nodes, Weighting::MinMax, among)
+    fn child_cdf<L: Lanes, R: Receiver>(&self, at: &R, node: u32, mask: L::Mask) -> ChildCdf<L> {
+        at.child_cdf(&self.blocks[node as usize].nodes, Weighting::MinMax, mask)
     }
 
     #[inline(always)]
-    fn prefetch_below(&self, place: u32) {
-        prefetch(&self.blocks[place as usize].below);
+    fn prefetch_children(&self, node: u32) {
+        prefetch(&self.blocks[node as usize].children);
     }
 
     #[inline(always)]
-    fn prefetch(&self, place: u32) {
-        let block = &self.blocks[place as usize];
+    fn prefetch(&self, node: u32) {
+        let block = &self.blocks[node as usize];
         block.nodes.prefetch();
-        prefetch(&block.below);
+        prefetch(&block.children);
     }
 
     #[inline(always)]
-    fn nodes(&self, place: u32) -> NodeBlock {
-        self.blocks[place as usize].nodes
+    fn siblings(&self, node: u32) -> NodeBlock {
+        self.blocks[node as usize].nodes
     }
 
     #[inline(always)]
-    fn encode(&self, place: u32) -> u64 {
-        u64::from(place)
+    fn encode(&self, node: u32) -> u64 {
+        u64::from(node)
     }
 
     #[inline(always)]
-    fn decode(&self, place: u64) -> u32 {
-        place as u32
+    fn decode(&self, node: u64) -> u32 {
+        node as u32
     }
 
     #[inline(always)]
-    fn below(&self, place: u32, lane: usize) -> Step<u32> {
-        let below = self.blocks[place as usize].below[lane];
-        if below & LEAF != 0 {
-            Step::Leaf(below & !LEAF)
+    fn child(&self, node: u32, lane: usize) -> Child<u32> {
+        let child = self.blocks[node as usize].children[lane];
+        if child & LEAF != 0 {
+            Child::Leaf(child & !LEAF)
         } else {
-            Step::Inner(below)
+            Child::Inner(child)
         }
     }
 
     #[inline(always)]
-    fn way_to(&self, light: u32) -> Option<Way<u32>> {
+    fn path_to(&self, light: u32) -> Option<LeafPath<u32>> {
         let mut place = *self.leaf_of.get(light as usize)?;
-        if place == NOWHERE {
+        if place == NO_LEAF {
             return None;
         }
-        let mut way = Way::EMPTY;
-        while place != NOWHERE && way.push(place / WIDTH as u32, place as usize % WIDTH) {
+        let mut path = LeafPath::EMPTY;
+        while place != NO_LEAF && path.push(place / WIDTH as u32, place as usize % WIDTH) {
             place = self.parents[place as usize / WIDTH];
         }
-        way.reverse();
-        Some(way)
+        path.reverse();
+        Some(path)
     }
 
     #[inline(always)]

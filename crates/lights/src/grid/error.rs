@@ -1,6 +1,6 @@
 //! Why a grid cannot be built.
 
-use super::options::{MAX_ALPHA, MAX_LEVELS};
+use super::limits::{MAX_ALPHA, MAX_LEVELS};
 use crate::MAX_LIGHTS;
 use std::fmt;
 

@@ -3,20 +3,12 @@
 use super::blend::BlendingFunctions;
 use super::grid_light::GridLight;
 use super::level::Level;
+use super::scratch::UpdateScratch;
 use super::{Construction, GridError, GridOptions, Levels, PointLight};
 use crate::{Bounds, MAX_LIGHTS};
 use glam::DVec3;
 use lightshed_sampling::parallel::{fill, reduce};
 use lightshed_spatial::{CellRanges, CubicGrid, KEY_BITS, KeyedIndex, finest_bits_below, sort_by_key};
-
-/// Names a light of the hierarchy: of level 0, the lights themselves in the grid's own order, or of a level of grid lights.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LightId {
-    /// 0 for the lights themselves, else the level ℓ of S_ℓ.
-    pub level: u32,
-    /// Place within the level.
-    pub index: u32,
-}
 
 /// A lighting grid hierarchy (Lin 2022 ch. 3, after Yuksel and Yuksel 2017): many point lights at several resolutions.
 ///
@@ -73,7 +65,7 @@ pub struct LightingGrid {
     /// S₁, S₂, … up to `level_count`; more are kept for their memory.
     pub(super) levels: Vec<Level>,
     pub(super) level_count: u32,
-    pub(super) update: super::update::Scratch,
+    pub(super) update: UpdateScratch,
 }
 
 impl LightingGrid {
@@ -95,7 +87,7 @@ impl LightingGrid {
             cells: CellRanges::default(),
             levels: Vec::new(),
             level_count: 0,
-            update: super::update::Scratch::default(),
+            update: UpdateScratch::default(),
         };
         grid.rebuild(lights)?;
         Ok(grid)

@@ -1,6 +1,7 @@
 //! The lights that a grid is built over.
 
-use super::GridError;
+use super::error::GridError;
+use super::limits::MAX_COORDINATE;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -67,9 +68,6 @@ impl PointLight {
         }
     }
 }
-
-/// Greatest magnitude of a coordinate, so that squared distances stay finite.
-pub(super) const MAX_COORDINATE: f32 = 1e18;
 
 /// Luminance of linear RGB (Rec. 709 primaries).
 #[inline(always)]

@@ -1,14 +1,8 @@
 //! What a grid may be asked for.
 
 use super::GridError;
-use super::light::MAX_COORDINATE;
+use super::limits::{MAX_ALPHA, MAX_COORDINATE, MAX_LEVELS};
 use crate::Bounds;
-
-/// Most levels above the lights themselves: the finest then has 1,024 cells an axis.
-pub const MAX_LEVELS: u32 = 11;
-
-/// Greatest α.
-pub const MAX_ALPHA: f32 = 64.0;
 
 /// How many levels there are above the lights themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

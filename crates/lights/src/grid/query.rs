@@ -1,7 +1,8 @@
 //! What reaches a point: a look-up in every level.
 
 use super::grid_light::REACH_FACTOR;
-use super::hierarchy::{LightId, LightingGrid};
+use super::hierarchy::LightingGrid;
+use super::light_id::LightId;
 use glam::Vec3;
 use lightshed_spatial::for_each_row_within;
 

@@ -2,6 +2,7 @@
 
 use super::hierarchy::LightingGrid;
 use super::level::{Level, moments_of_finer, moments_of_lights};
+use super::scratch::{UpdateScratch, sort_unique, vertex};
 use super::{GridError, PointLight};
 use lightshed_spatial::{KEY_BITS, KeyedIndex, ensure_capacity, morton30_decode};
 
@@ -25,39 +26,8 @@ pub struct UpdateReport {
     pub rebuilt: bool,
 }
 
-/// Memory that updates keep.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
-    /// Indices of changed lights, in order.
-    indices: Vec<u32>,
-    /// Codes of the finest cells that a changed light is or was in.
-    cells: Vec<u32>,
-    /// Numbers of vertices whose sums change, in order; those of the next level.
-    dirty: Vec<u32>,
-    next: Vec<u32>,
-    pairs: Vec<KeyedIndex>,
-    changed: Vec<u64>,
-    sorted: Vec<PointLight>,
-    levels: Vec<Level>,
-}
-
 /// Where more than one in so many lights change, all sums are taken anew.
 const MANY: usize = 64;
-
-/// A vertex as one number, in the order of places.
-#[inline(always)]
-fn number([x, y, z]: [u32; 3], side: u32) -> u32 {
-    (z * side + y) * side + x
-}
-
-fn vertex(number: u32, side: u32) -> [u32; 3] {
-    [number % side, number / side % side, number / side / side]
-}
-
-fn sort_unique(numbers: &mut Vec<u32>) {
-    numbers.sort_unstable();
-    numbers.dedup();
-}
 
 impl LightingGrid {
     /// Changes some lights. The result has the bits of [`LightingGrid::rebuild`] with all lights, over the same box and with the
@@ -123,9 +93,9 @@ impl LightingGrid {
     }
 
     /// Takes the changes over; lists changed lights and the cells that they are or were in. Returns how many changed cells.
-    fn apply(&mut self, changes: &[GridChange], scratch: &mut Scratch) -> usize {
+    fn apply(&mut self, changes: &[GridChange], scratch: &mut UpdateScratch) -> usize {
         let (frame, shift) = (self.key_frame(), self.cell_shift());
-        let Scratch { indices, cells, .. } = scratch;
+        let UpdateScratch { indices, cells, .. } = scratch;
         indices.clear();
         ensure_capacity(indices, changes.len());
         indices.extend(changes.iter().map(|change| change.index));
@@ -155,7 +125,7 @@ impl LightingGrid {
     }
 
     /// The lights of the changed cells in order again, none having come or gone.
-    fn resort_cells(&mut self, scratch: &Scratch) {
+    fn resort_cells(&mut self, scratch: &UpdateScratch) {
         let frame = self.key_frame();
         for &cell in &scratch.cells {
             let Some(cell) = self.cells.grid().find(morton30_decode(cell)) else {
@@ -175,9 +145,9 @@ impl LightingGrid {
     }
 
     /// Takes the changed lights out of the order and puts them in where they belong now.
-    fn merge_lights(&mut self, scratch: &mut Scratch) {
+    fn merge_lights(&mut self, scratch: &mut UpdateScratch) {
         let frame = self.key_frame();
-        let Scratch {
+        let UpdateScratch {
             indices,
             pairs: incoming,
             changed,
@@ -224,7 +194,7 @@ impl LightingGrid {
 
     /// Sums around changed lights anew, level by level. With `structure` vertices may have come and gone, and those that
     /// stayed as they were are copied. Returns how many were summed.
-    fn refresh(&mut self, scratch: &mut Scratch, structure: bool) -> usize {
+    fn refresh(&mut self, scratch: &mut UpdateScratch, structure: bool) -> usize {
         let mut refreshed = 0;
         while scratch.levels.len() < self.level_count as usize {
             scratch.levels.push(Level::default());
@@ -262,43 +232,5 @@ impl LightingGrid {
             }
         }
         refreshed
-    }
-}
-
-impl Scratch {
-    /// Lists the corners of the changed cells, as numbers of vertices of level 1.
-    fn list_corners(&mut self, side: u32) {
-        self.dirty.clear();
-        ensure_capacity(&mut self.dirty, 8 * self.cells.len());
-        for &cell in &self.cells {
-            let [x, y, z] = morton30_decode(cell);
-            for corner in 0..8 {
-                let at = [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)];
-                self.dirty.push(number(at, side));
-            }
-        }
-        sort_unique(&mut self.dirty);
-    }
-
-    /// From listed vertices of a level with `side` to those of the next coarser level that depend on them.
-    fn list_coarser(&mut self, side: u32) {
-        let coarser_side = side / 2 + 1;
-        self.next.clear();
-        // The two change places, so both get the room.
-        let count = 8 * self.dirty.len();
-        ensure_capacity(&mut self.next, count);
-        ensure_capacity(&mut self.dirty, count);
-        for &finer in &self.dirty {
-            let [x, y, z] = vertex(finer, side);
-            for z in z / 2..=z.div_ceil(2) {
-                for y in y / 2..=y.div_ceil(2) {
-                    for x in x / 2..=x.div_ceil(2) {
-                        self.next.push(number([x, y, z], coarser_side));
-                    }
-                }
-            }
-        }
-        sort_unique(&mut self.next);
-        std::mem::swap(&mut self.dirty, &mut self.next);
     }
 }

@@ -1,27 +1,21 @@
 //! Building, and building again.
 
-use super::PerfectTree;
+use super::tree::PerfectTree;
 use crate::block::{NodeBlock, WIDTH};
 use crate::light::check_lights;
 use crate::{Light, LightError};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::join;
-use lightshed_spatial::{CurveOrder, SortedIndices};
-
-/// What is kept from one build to the next, so that the next allocates nothing.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
-    order: CurveOrder,
-}
+use lightshed_spatial::SortedIndices;
 
 /// Levels that are built of a part of the leaves while it is in cache, that of the leaves among them.
 const LOW_LEVELS: usize = 10;
 /// Blocks of leaves in such a part: one block of the last of these levels.
 const PART: usize = 1 << (LOW_LEVELS - 1);
 /// Lights in such a part.
-pub(super) const LIGHTS_OF_PART: usize = PART * WIDTH;
+pub(super) const PART_LIGHTS: usize = PART * WIDTH;
 /// How many lights ahead of their turn are asked for.
-const AHEAD: usize = 32;
+const PREFETCH_DISTANCE: usize = 32;
 
 impl PerfectTree {
     /// Builds the tree again for other lights, in the memory that it has: nothing is allocated unless there are more than ever
@@ -33,18 +27,17 @@ impl PerfectTree {
     pub fn rebuild(&mut self, lights: &[Light]) -> Result<(), LightError> {
         check_lights(lights)?;
         self.lay_out(lights.len());
-        self.scratch
-            .order
+        self.order
             .encode(lights, |light| light.bounds, self.options.curve);
         let Self {
             blocks,
             levels,
             light_at,
             leaf_of,
-            scratch,
+            order,
             ..
         } = self;
-        let sorted = scratch.order.sort();
+        let sorted = order.sort();
         join(
             || {
                 for (place, leaf) in (0..leaf_of.len()).zip(0..) {
@@ -96,7 +89,7 @@ pub(super) fn build_levels(
         let end = levels
             .get(level + 1)
             .map_or(below.len(), |&end| (end - levels[level]) as usize);
-        LaneChoice::best().run(Halve {
+        LaneChoice::best().run(BuildParents {
             below: &below[..end],
             level: &mut above[levels[level - 1] as usize..],
         });
@@ -126,7 +119,7 @@ fn build_low(source: &Leaves, first: usize, low: &mut [&mut [NodeBlock]; LOW_LEV
         return;
     }
     let [leaves, above @ ..] = low;
-    LaneChoice::best().run(FillLeaves {
+    LaneChoice::best().run(BuildLeaves {
         source,
         first,
         leaves,
@@ -134,20 +127,20 @@ fn build_low(source: &Leaves, first: usize, low: &mut [&mut [NodeBlock]; LOW_LEV
     });
     let mut below: &[NodeBlock] = leaves;
     for level in above.iter_mut().filter(|level| !level.is_empty()) {
-        LaneChoice::best().run(Halve { below, level });
+        LaneChoice::best().run(BuildParents { below, level });
         below = level;
     }
 }
 
 /// Copies lights into leaves, in order.
-struct FillLeaves<'a> {
+struct BuildLeaves<'a> {
     source: &'a Leaves<'a>,
     first: usize,
     leaves: &'a mut [NodeBlock],
     light_at: &'a mut [u32],
 }
 
-impl LaneKernel for FillLeaves<'_> {
+impl LaneKernel for BuildLeaves<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -164,7 +157,12 @@ impl LaneKernel for FillLeaves<'_> {
             .zip(self.light_at.chunks(WIDTH))
             .enumerate()
         {
-            for later in self.light_at.iter().skip(i * WIDTH + AHEAD).take(WIDTH) {
+            for later in self
+                .light_at
+                .iter()
+                .skip(i * WIDTH + PREFETCH_DISTANCE)
+                .take(WIDTH)
+            {
                 // A light lies in one line or in two.
                 let light = &lights[*later as usize];
                 prefetch(&light.bounds);
@@ -180,12 +178,12 @@ impl LaneKernel for FillLeaves<'_> {
 }
 
 /// A level from the one below it: node `i` is the union of nodes `2i` and `2i + 1`.
-struct Halve<'a> {
+struct BuildParents<'a> {
     below: &'a [NodeBlock],
     level: &'a mut [NodeBlock],
 }
 
-impl LaneKernel for Halve<'_> {
+impl LaneKernel for BuildParents<'_> {
     type Output = ();
 
     #[inline(always)]

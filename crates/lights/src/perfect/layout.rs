@@ -1,6 +1,7 @@
 //! A tree as memory: what shaders read, and what a tree that a device has built is compared with.
 
-use super::{PerfectTree, Stride};
+use super::options::Stride;
+use super::tree::PerfectTree;
 use crate::block::Node;
 use crate::{Light, Weighting};
 use bytemuck::{Pod, Zeroable};

@@ -1,7 +1,8 @@
 //! Trees for lights that move a little: the order is kept as long as it is good.
 
-use super::PerfectTree;
-use super::build::{self, LIGHTS_OF_PART};
+use super::build::{self, PART_LIGHTS};
+use super::drift::{Cost, Drift};
+use super::tree::PerfectTree;
 use crate::block::{Node, WIDTH};
 use crate::light::check_lights;
 use crate::{Bounds, Light, LightError};
@@ -16,29 +17,6 @@ pub enum TreeUpdate {
     PartlySorted(usize),
     /// All lights were sorted anew.
     Rebuilt,
-}
-
-/// How large the nodes of each part are, when it was sorted.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Drift {
-    costs: Vec<Cost>,
-    codes: Vec<u64>,
-    keys: Vec<(u64, u32)>,
-}
-
-/// `Σ I |diagonal|²` over the nodes of eight lights in a part, and over the part's root.
-#[derive(Clone, Copy, Debug, Default)]
-struct Cost {
-    small: f64,
-    root: f64,
-}
-
-impl Cost {
-    /// How many times larger than `before`, the greater of both numbers; 1 where there is nothing to compare.
-    fn growth(&self, before: &Self) -> f64 {
-        let ratio = |now: f64, before: f64| if before > 0.0 { now / before } else { 1.0 };
-        ratio(self.small, before.small).max(ratio(self.root, before.root))
-    }
 }
 
 impl PerfectTree {
@@ -90,7 +68,7 @@ impl PerfectTree {
     pub(super) fn note_costs(&mut self) {
         let mut costs = std::mem::take(&mut self.drift.costs);
         costs.clear();
-        costs.extend((0..self.leaf_of.len().div_ceil(LIGHTS_OF_PART)).map(|part| self.cost(part)));
+        costs.extend((0..self.leaf_of.len().div_ceil(PART_LIGHTS)).map(|part| self.cost(part)));
         self.drift.costs = costs;
     }
 
@@ -105,24 +83,24 @@ impl PerfectTree {
         // `down` levels above the leaves, if there are as many.
         let level = |down: u32| (self.depth().saturating_sub(down), down.min(self.depth()));
         let (small, down) = level(WIDTH.trailing_zeros());
-        let first = (part * LIGHTS_OF_PART) >> down;
+        let first = (part * PART_LIGHTS) >> down;
         let end = self
             .leaf_of
             .len()
-            .min((part + 1) * LIGHTS_OF_PART)
+            .min((part + 1) * PART_LIGHTS)
             .div_ceil(1 << down);
         let node = |level: u32, node: usize| self.block(level, node as u32).node(node % WIDTH);
-        let (root, down) = level(LIGHTS_OF_PART.trailing_zeros());
+        let (root, down) = level(PART_LIGHTS.trailing_zeros());
         Cost {
             small: (first..end).map(|i| size(node(small, i))).sum(),
-            root: size(node(root, (part * LIGHTS_OF_PART) >> down)),
+            root: size(node(root, (part * PART_LIGHTS) >> down)),
         }
     }
 
     /// Sorts the lights of a part along the curve through their own box.
     fn sort_part(&mut self, lights: &[Light], part: usize) {
-        let first = part * LIGHTS_OF_PART;
-        let end = self.light_at.len().min(first + LIGHTS_OF_PART);
+        let first = part * PART_LIGHTS;
+        let end = self.light_at.len().min(first + PART_LIGHTS);
         let own = &mut self.light_at[first..end];
         let bounds = |&light: &u32| lights[light as usize].bounds;
         let cube = CurveCube::around(&Bounds::of_points(own.iter().map(|light| bounds(light).center())));
