@@ -37,6 +37,16 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "CounterRng::next_2d CounterRng::next_f32 SobolSampler::next_2d SobolSampler::next_f32",
     ),
     (
+        "lightshed-sampling",
+        "through the trait, the functions of the same type that have rows, with the density of the rounded direction; held to it bit for bit",
+        "DirectionDistribution::pdf DirectionDistribution::sample Oriented::new with_density",
+    ),
+    (
+        "lightshed-sampling",
+        "sums of integers, the same in any order, by the crate's tests",
+        "FixedMean::add FixedMean::value FixedSum::add FixedSum::value",
+    ),
+    (
         "lightshed-spatial",
         "called by the rows of the same type, which measure what comes of it",
         "Bounds::contains Bounds::is_valid Bounds::union",
@@ -136,7 +146,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-volume",
         "gives what it holds, or checks and stores",
-        "Blend::new DenseGrid::from_fn DenseGrid::new DensityField::bounds Draine::new EquiAngular::new FieldBounds::max \
+        "Blend::new DenseGrid::from_fn DenseGrid::new DensityField::bounds Draine::new EquiAngular::new ScatteredDirections::new FieldBounds::max \
          FieldBounds::min FieldBounds::new FieldRay::new MipLevel::ray ScatteringAngle::reversed HenyeyGreenstein::asymmetry HenyeyGreenstein::new Homogeneous::new MajorantGrid::new \
          Procedural::new TentativeCollisions::new VoxelGrid::corners VoxelGrid::voxel",
     ),

@@ -100,7 +100,7 @@ fn directions() -> Vec<Row> {
                     let (a, b) = (along.as_dvec3(), sample.direction.as_dvec3());
                     w.add(b.length(), 1.0);
                     w.add(f64::from(sample.cos_theta), a.dot(b));
-                    w.exactly(sample.pdf_solid_angle > 0.0 && sample.pdf_solid_angle.is_finite());
+                    w.exactly(sample.pdf.value() > 0.0 && sample.pdf.value().is_finite());
                 });
             },
         ),
@@ -113,8 +113,7 @@ fn directions() -> Vec<Row> {
                 each_phase(64, |phase, rng| {
                     let along = direction(rng);
                     let sample = phase.sample(along, rng.next_2d());
-                    let found =
-                        f64::from(phase.phase_between(along, sample.direction) / sample.pdf_solid_angle);
+                    let found = f64::from(phase.phase_between(along, sample.direction) / sample.pdf.value());
                     let again = f64::from(phase.phase(sample.cos_theta));
                     w.exactly(again > 0.0 && again.is_finite());
                     // By how much a hundredth of a lobe's width changes it.

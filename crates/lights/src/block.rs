@@ -26,7 +26,7 @@ const _: () = assert!(size_of::<NodeBlock>() == 32 * WIDTH);
 
 /// One node of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
+pub struct LightNode {
     pub bounds: Bounds,
     pub intensity: f32,
     pub normals: u32,
@@ -36,7 +36,7 @@ pub struct Node {
 /// all of it. Nodes store four times the latter's, so that both count alike.
 const ALL_AROUND: f32 = 4.0;
 
-impl Node {
+impl LightNode {
     pub const BOGUS: Self = Self {
         bounds: Bounds {
             min: Vec3::ZERO,
@@ -83,9 +83,9 @@ impl NodeBlock {
     };
 
     #[inline(always)]
-    pub fn node(&self, lane: usize) -> Node {
+    pub fn node(&self, lane: usize) -> LightNode {
         let corner = |c: &[[f32; WIDTH]; 3]| Vec3::new(c[0][lane], c[1][lane], c[2][lane]);
-        Node {
+        LightNode {
             bounds: Bounds::new(corner(&self.min), corner(&self.max)),
             intensity: self.intensity[lane],
             normals: self.normals[lane],
@@ -101,7 +101,7 @@ impl NodeBlock {
         prefetch(&self.intensity);
     }
 
-    /// Leaves of up to eight lights; [`Node::BOGUS`] for those that are off, and where there is none.
+    /// Leaves of up to eight lights; [`LightNode::BOGUS`] for those that are off, and where there is none.
     #[inline(always)]
     pub fn leaves<L: Lanes>(lights: &[Option<&Light>; WIDTH]) -> Self {
         let mut block = Self::BOGUS;
@@ -164,7 +164,7 @@ impl NodeBlock {
     }
 
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, node: &Node) {
+    pub fn set(&mut self, lane: usize, node: &LightNode) {
         for axis in 0..3 {
             self.min[axis][lane] = node.bounds.min[axis];
             self.max[axis][lane] = node.bounds.max[axis];

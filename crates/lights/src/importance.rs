@@ -164,8 +164,8 @@ impl<L: Lanes> WeightParts<L> {
 }
 
 /// Weights of the nodes of `block` at a surface point, comparable with those of any other block: over the product of the least and the greatest
-/// distance. What is near is underestimated by the distance to the centre, of which a room with a lamp behind a row of dim lights had ten
-/// times the variance.
+/// distance. The distance to the centre underestimates near nodes: a room with a lamp behind a row of dim lights had ten times the
+/// variance.
 #[inline(always)]
 pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) -> L {
     let seen = BoxesSeen::<L>::new(at.position, block);

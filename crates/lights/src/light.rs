@@ -1,4 +1,4 @@
-//! What is known of a light.
+//! A light as samplers know it.
 
 use crate::{Bounds, OrientationCone};
 use lightshed_sampling::parallel::reduce;

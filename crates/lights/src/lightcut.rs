@@ -34,7 +34,7 @@ impl Lightcut {
     }
 }
 
-/// What a subtree is, and how much it is likely to send to the receiver that the cut was chosen for.
+/// A subtree, and its weight for the receiver that the cut was chosen for.
 #[derive(Clone, Copy, Debug)]
 struct Subtree {
     root: SubtreeRoot,

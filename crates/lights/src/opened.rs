@@ -140,7 +140,11 @@ impl<N: Copy> Cut<N> {
                         node: tree.child(node, lane),
                         weight: weights[lane],
                         open: near >> lane & 1 == 1,
-                        path_steps: if lane == lane_on_path { path_steps + 1 } else { OFF_PATH },
+                        path_steps: if lane == lane_on_path {
+                            path_steps + 1
+                        } else {
+                            OFF_PATH
+                        },
                     };
                     left += 1;
                 }

@@ -1,4 +1,4 @@
-//! What every sampler must hold to, and faults that these tests must find.
+//! Properties of every sampler, and faults that these tests must find.
 
 use crate::block::WIDTH;
 use crate::descent::{cdf_of_all, probability_of};
@@ -155,7 +155,7 @@ fn check_opened<T: Tree + Clone>(name: &str, tree: &T, at: &[ShadingPoint]) {
     }
 }
 
-/// What is sampled has the pmf that is reported, bit for bit; alone and in company.
+/// Samples have the pmf that is reported, bit for bit; alone and in a batch.
 fn check_agreement<S: LightSampler<R>, R>(name: &str, sampler: &S, at: &R, count: u32) {
     let mut rng = CounterRng::new(17, count, 0);
     let mut u: Vec<u64> = (0..count).map(|_| rng.next_u64()).collect();
@@ -169,7 +169,7 @@ fn check_agreement<S: LightSampler<R>, R>(name: &str, sampler: &S, at: &R, count
         sampler.sample_many(at, &u, &mut together);
         for (&u, &together) in u.iter().zip(&together) {
             let alone = sampler.sample(at, u);
-            assert_eq!(alone, together, "{name}: {u:#x} alone and in company");
+            assert_eq!(alone, together, "{name}: {u:#x} alone and in a batch");
             if let Some(LightChoice { light, pmf }) = alone {
                 assert!(pmf > 0.0);
                 assert_eq!(pmf.to_bits(), sampler.pmf(at, light).to_bits(), "{name}");
@@ -212,7 +212,7 @@ fn sample_and_pmf_are_the_same_number() {
 
 /// BatchReceivers that go down together choose what each chooses alone; black ones choose nothing.
 #[test]
-fn company_changes_no_choice() {
+fn batches_change_no_choice() {
     for count in [1, 9, 4096] {
         let lights = lights_of(Layout::Clustered, count, 23);
         let mut at = points(&lights, 50, 9);

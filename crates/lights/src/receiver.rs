@@ -54,9 +54,9 @@ impl ShadingPoint {
 /// A stretch of a ray in a medium, every point of which takes light from all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RaySegment {
-    start: Vec3,
-    direction: Vec3,
-    length: f32,
+    pub(crate) start: Vec3,
+    pub(crate) direction: Vec3,
+    pub(crate) length: f32,
 }
 
 /// Why a segment is refused.

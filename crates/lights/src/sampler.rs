@@ -1,4 +1,4 @@
-//! What all light samplers are.
+//! The interface of all light samplers.
 
 use crate::ShadingPoint;
 

@@ -73,9 +73,7 @@ impl TraversalState {
         }
         let x = self.u * total;
         // Below the total up to rounding.
-        let index = cdf
-            .partition_point(|&sum| sum <= x)
-            .min(cdf.len() - 1);
+        let index = cdf.partition_point(|&sum| sum <= x).min(cdf.len() - 1);
         let low = if index == 0 { 0.0 } else { cdf[index - 1] };
         self.advance(probability_at(cdf, index), (x - low) / (cdf[index] - low));
         Some(index)

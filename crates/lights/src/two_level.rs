@@ -10,7 +10,7 @@ use crate::normals::NormalBall;
 use crate::perfect::PerfectTree;
 use crate::traversal::TraversalState;
 use crate::tree::Tree;
-use crate::weighing::{Receiver, Sealed};
+use crate::weighing::Receiver;
 use crate::{Light, LightChoice, LightError, LightSampler, OrientationCone};
 use glam::Vec3;
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
@@ -256,6 +256,7 @@ mod tests {
     use crate::ShadingPoint;
     use crate::properties::enumerate;
     use crate::testing::{LAYOUTS, Layout, lights_of, points, segments};
+    use crate::weighing::Sealed;
     use glam::Quat;
     use lightshed_sampling::CounterRng;
 
@@ -343,9 +344,9 @@ mod tests {
         }
     }
 
-    /// Choices in company are those made alone, bit for bit.
+    /// Choices in a batch are those made alone, bit for bit.
     #[test]
-    fn company_changes_no_choice() {
+    fn batches_change_no_choice() {
         let tree = tree_of(Layout::Clustered);
         let at = points(&lights_of(Layout::Clustered, 77, 3), 40, 8);
         let u: Vec<u64> = (0..40).map(|i| i * (u64::MAX / 40)).collect();

@@ -1,6 +1,6 @@
 //! One place on a strip light out of many candidates, and what that does to the noise.
 //!
-//! `cargo run --release -p lightshed-resampling --example resampling_guest`
+//! `cargo run --release -p lightshed-resampling --example resampling_user`
 use lightshed_resampling::{Moments, Ris, Tractable};
 use lightshed_sampling::{Area, CounterRng, f64_from_u64};
 use std::error::Error;

@@ -1,27 +1,135 @@
-//! Directions that can be sampled.
+//! What can be asked of any distribution of directions.
 
-use crate::{Density, SolidAngle};
+use crate::{
+    CosineHemisphere, Density, Frame, SolidAngle, UniformCone, UniformHemisphere, UniformSphere,
+    VonMisesFisher,
+};
 use glam::Vec3;
 
-/// A distribution of unit directions with a known density: a lobe, a guide's record of where light comes from, a mixture.
+/// Directions that can be sampled and whose density `p(ω)` is known: lobes, environments, phase functions, and what
+/// learns where light comes from.
 ///
-/// `∫ p(ω) dω ≤ 1` over the sphere; what is missing is the probability of no direction at all. For any integrand `f` that is zero
-/// where `p` is, `∫ f(ω) dω = E[f(ω) / p(ω)]`, where a sample that is none counts as zero.
+/// An implementation keeps to the following; `DirectionConformance` of the crate `lightshed-testkit` checks it where the
+/// integral is 1.
+///
+/// - Samples are distributed by `p`, and `∫ p dω ≤ 1` over the sphere: what is missing is the probability of no direction,
+///   a sample of value zero. So `∫ f dω = E[f(ω) / p(ω)]` for any `f` that is zero where `p` is.
+/// - The density that comes with a sample is [`pdf`](Self::pdf) of its direction, bit for bit. A mixture, or a weight
+///   of multiple importance sampling, asks for the density of a direction that another technique sampled, and must see
+///   the same number.
+/// - Samples are unit directions of positive finite density, for all `u` in [0, 1)².
+///
+/// The inherent `sample` functions of this crate's warps keep the density that they know before rounding; through this
+/// trait they have that of the rounded direction.
+///
+/// ```
+/// use lightshed_sampling::glam::Vec3;
+/// use lightshed_sampling::{DirectionDistribution, Oriented, VonMisesFisher, CosineHemisphere};
+///
+/// /// `∫ f dω` by one sample.
+/// fn estimate(lobe: &impl DirectionDistribution, u: [f32; 2], f: impl Fn(Vec3) -> f32) -> f32 {
+///     lobe.sample(u).map_or(0.0, |(direction, density)| f(direction) / density.value())
+/// }
+/// let normal = Vec3::new(0.6, 0.0, 0.8);
+/// let floor = Oriented::new(CosineHemisphere, normal);
+/// // The integral of the cosine is π, whatever the sample.
+/// assert!((estimate(&floor, [0.3, 0.9], |d| d.dot(normal)) - std::f32::consts::PI).abs() < 1e-5);
+/// let lobe = VonMisesFisher::new(normal, 50.0);
+/// let (direction, density) = DirectionDistribution::sample(&lobe, [0.2, 0.4]).expect("a lobe has samples");
+/// assert_eq!(density, lobe.pdf(direction));
+/// ```
 pub trait DirectionDistribution {
-    /// Maps `u`, uniform in [0, 1)², to a direction and its density, which is that of [`pdf`](Self::pdf) to rounding. `None` is a
-    /// sample of value zero.
+    /// Maps `u` in [0, 1)² to a unit direction and its density. `None` where there is no direction of positive density:
+    /// a sample of value zero, which counts.
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)>;
 
-    /// Density of a unit direction, finite and not negative.
+    /// Density with which [`sample`](Self::sample) returns the unit `direction`, finite and not negative; zero where it never
+    /// does.
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle>;
 }
 
 impl<D: DirectionDistribution + ?Sized> DirectionDistribution for &D {
+    #[inline(always)]
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
         (**self).sample(u)
     }
 
+    #[inline(always)]
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
         (**self).pdf(direction)
+    }
+}
+
+/// `direction` with the density that `distribution` states of it; `None` where that is not positive. What an
+/// implementation of [`DirectionDistribution::sample`] ends with.
+#[inline(always)]
+pub fn with_density<D: DirectionDistribution + ?Sized>(
+    distribution: &D,
+    direction: Vec3,
+) -> Option<(Vec3, Density<SolidAngle>)> {
+    let density = distribution.pdf(direction);
+    density.is_positive().then_some((direction, density))
+}
+
+macro_rules! implement {
+    ($distribution:ty, |$self:ident, $u:ident| $sample:expr, |$direction:ident| $pdf:expr) => {
+        impl DirectionDistribution for $distribution {
+            #[inline]
+            fn sample(&$self, $u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+                with_density($self, $sample)
+            }
+
+            #[inline]
+            fn pdf(&$self, $direction: Vec3) -> Density<SolidAngle> {
+                $pdf
+            }
+        }
+    };
+}
+
+// Around the local z axis.
+implement!(CosineHemisphere, |self, u| Self::sample(u), |direction| {
+    Self::density(direction.z)
+});
+implement!(UniformHemisphere, |self, u| Self::sample(u), |direction| {
+    Self::density(direction.z)
+});
+implement!(UniformSphere, |self, u| Self::sample(u), |_direction| {
+    Self::density()
+});
+implement!(UniformCone, |self, u| Self::sample(self, u), |direction| self
+    .density(direction));
+// Around its mean.
+implement!(VonMisesFisher, |self, u| Self::sample(self, u), |direction| self
+    .density(direction));
+
+/// A distribution around the local z axis, turned to another axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oriented<D> {
+    local: D,
+    frame: Frame,
+}
+
+impl<D: DirectionDistribution> Oriented<D> {
+    /// `local` with its z axis along `axis` (normalised; z if it has no direction).
+    #[inline]
+    pub fn new(local: D, axis: Vec3) -> Self {
+        Self {
+            local,
+            frame: Frame::from_normal(axis.normalize_or(Vec3::Z)),
+        }
+    }
+}
+
+impl<D: DirectionDistribution> DirectionDistribution for Oriented<D> {
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+        let (local, _) = self.local.sample(u)?;
+        with_density(self, self.frame.to_world(local))
+    }
+
+    #[inline]
+    fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        self.local.pdf(self.frame.to_local(direction))
     }
 }

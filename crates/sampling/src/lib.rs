@@ -10,13 +10,15 @@
 //! | environment maps, tabulated densities | [`PiecewiseConstant1d`], [`PiecewiseConstant2d`] | the density is the one realised; monotone in `u`; integers |
 //! | densities that carry their measure, MIS heuristics | [`Density`], [`balance_heuristic`], [`power_heuristic`] | mixing measures does not compile |
 //! | points on disks, spheres, triangles; lobes; distances | [`CosineHemisphere`], [`UniformCone`], [`SphericalTriangle`], [`Ggx`], [`VonMisesFisher`], [`FreeFlight`], … | a sample's density is the inverse's Jacobian |
+//! | any of those directions, and those of other crates | [`DirectionDistribution`], [`Oriented`] | a sample's density is that of its direction, bit for bit |
 //! | frames | [`Frame`] | orthonormal to 5·10⁻⁷ |
 //! | directions in a square, in 32 or 16 bits | [`octahedral_encode`], [`octahedral_pack32`], … | `snorm` packing bit for bit as WGSL's |
 //! | linear RGB and its luminance | [`Rgb`], [`luminance`] | |
 //! | passes over slices, on any number of threads | [`parallel`] | the same bits |
+//! | sums with the same bits in any order | [`FixedSum`], [`FixedMean`] | integers; saturate, and say so |
 //! | sums that keep their small terms | [`CompensatedSum`], [`pairwise_sum`] | |
 //!
-//! # What a guest writes
+//! # What a renderer writes
 //!
 //! ```
 //! use lightshed_sampling::{CounterRng, PiecewiseConstant2d};
@@ -40,7 +42,7 @@
 //! # Ok::<(), lightshed_sampling::WeightsError>(())
 //! ```
 //!
-//! The example `sampling_guest` estimates a harder integral by uniform, importance-driven and stratified samples.
+//! The example `sampling_user` estimates a harder integral by uniform, importance-driven and stratified samples.
 //!
 //! # Conventions
 //!
@@ -57,6 +59,7 @@
 mod alias;
 mod color;
 mod direction;
+mod fixed;
 mod frame;
 mod measure;
 mod octahedral;
@@ -72,8 +75,9 @@ mod warp;
 mod weights;
 
 pub use alias::{AliasEntry, AliasTable};
-pub use color::{Rgb, luminance};
-pub use direction::DirectionDistribution;
+pub use color::{LUMINANCE, Rgb, luminance};
+pub use direction::{DirectionDistribution, Oriented, with_density};
+pub use fixed::{FixedMean, FixedSum};
 pub use frame::{Frame, FrameLanes};
 pub use glam;
 pub use measure::{

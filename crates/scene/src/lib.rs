@@ -8,6 +8,7 @@ pub mod builtin;
 mod camera;
 mod description;
 mod emitter;
+mod environment_directions;
 mod error;
 mod features;
 mod flat;

@@ -8,6 +8,7 @@
 //! | does a histogram match a density? | [`chi_squared_test`], [`kolmogorov_smirnov_test`] |
 //! | is a Monte Carlo mean right? | [`MeanTest`] |
 //! | does a density integrate to one? | [`integrate`], [`integrate_rectangle`], [`integrate_sphere`], [`integrate_lobe`] |
+//! | is a distribution of directions one? | [`DirectionConformance`] |
 //! | is a Jacobian right? | [`jacobian_determinant`] |
 //! | does a shift mapping keep its laws? | [`ShiftConformance`] |
 //! | do two images agree? | [`compare_tiles`] |
@@ -21,6 +22,7 @@
 
 mod chi2;
 mod conformance;
+mod directions;
 mod enumerate;
 mod fault;
 mod jacobian;
@@ -36,6 +38,7 @@ mod uniform;
 
 pub use chi2::{ChiSquaredReport, chi_squared_test, family_significance};
 pub use conformance::{Shift, ShiftConformance, ShiftTally};
+pub use directions::{DirectionConformance, DirectionFault};
 pub use enumerate::{
     Chooser, Expectation, VectorExpectation, distribution, expectation, expectation_vector, for_each_outcome,
 };

@@ -23,6 +23,64 @@ pub fn integrate_hemisphere(f: impl Fn([f64; 3]) -> f64, tolerance: f64) -> Inte
 /// As [`integrate_sphere`] for an `f` that is concentrated within an angle of about `width` radians around
 /// the unit vector `axis`. The width may be off by a factor of ten either way.
 pub fn integrate_lobe(f: impl Fn([f64; 3]) -> f64, axis: [f64; 3], width: f64, tolerance: f64) -> Integral {
+    integrate_polar(&f, axis, &lobe_cuts(width), tolerance)
+}
+
+/// The sphere in cells around an axis, and the integral over each.
+pub(crate) struct LobeCells {
+    /// Ends of the cells in θ, from 0 to π.
+    cuts: Vec<f64>,
+    /// `∫_cell f dω`, θ by θ.
+    pub integrals: Vec<f64>,
+}
+
+impl LobeCells {
+    /// The cell of a direction in the frame of the axis.
+    pub fn index(&self, local: [f64; 3]) -> usize {
+        let theta = local[0].hypot(local[1]).atan2(local[2]);
+        let row = self
+            .cuts
+            .partition_point(|&cut| cut <= theta)
+            .clamp(1, self.cuts.len() - 1)
+            - 1;
+        let turns = local[1].atan2(local[0]) / TAU;
+        let sector = ((turns - turns.floor()) * SECTORS as f64) as usize;
+        row * SECTORS + sector.min(SECTORS - 1)
+    }
+}
+
+/// Cells around the axis.
+const SECTORS: usize = 8;
+
+/// Integrals of a lobe as in [`integrate_lobe`], cell by cell, their sum to about `tolerance`.
+pub(crate) fn lobe_cells(
+    f: &impl Fn([f64; 3]) -> f64,
+    axis: [f64; 3],
+    width: f64,
+    tolerance: f64,
+) -> LobeCells {
+    let cuts = lobe_cuts(width);
+    let integrand = polar(f, axis);
+    let step = TAU / SECTORS as f64;
+    let each = tolerance / ((cuts.len() - 1) * SECTORS) as f64;
+    let integrals = cuts
+        .windows(2)
+        .flat_map(|theta| (0..SECTORS).map(move |sector| (theta, sector as f64 * step)))
+        .map(|(theta, phi)| {
+            integrate_cells(&integrand, &[([theta[0], phi], [theta[1], phi + step])], each).value
+        })
+        .collect();
+    LobeCells { cuts, integrals }
+}
+
+/// A direction in the frame of the axis, in which [`lobe_cells`] measures angles.
+pub(crate) fn to_lobe(direction: [f64; 3], axis: [f64; 3]) -> [f64; 3] {
+    let (tangent, bitangent) = frame(axis);
+    [tangent, bitangent, axis].map(|a| a.iter().zip(direction).map(|(a, d)| a * d).sum())
+}
+
+/// Ends of cells in θ: the first at a quarter of the width, then twice as far each.
+fn lobe_cuts(width: f64) -> Vec<f64> {
     let mut cuts = vec![0.0];
     let mut theta = 0.25 * width.clamp(1e-9, 1.0);
     while theta < 0.75 * PI {
@@ -30,16 +88,11 @@ pub fn integrate_lobe(f: impl Fn([f64; 3]) -> f64, axis: [f64; 3], width: f64, t
         theta *= 2.0;
     }
     cuts.push(PI);
-    integrate_polar(&f, axis, &cuts, tolerance)
+    cuts
 }
 
 fn integrate_polar(f: &impl Fn([f64; 3]) -> f64, axis: [f64; 3], cuts: &[f64], tolerance: f64) -> Integral {
-    let (tangent, bitangent) = frame(axis);
-    let integrand = |theta: f64, phi: f64| {
-        let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (theta.sin_cos(), phi.sin_cos());
-        let (x, y) = (sin_theta * cos_phi, sin_theta * sin_phi);
-        sin_theta * f([0, 1, 2].map(|i| x * tangent[i] + y * bitangent[i] + cos_theta * axis[i]))
-    };
+    let integrand = polar(f, axis);
     let mut cells = Vec::new();
     for theta in cuts.windows(2) {
         for sector in 0..8 {
@@ -48,6 +101,16 @@ fn integrate_polar(f: &impl Fn([f64; 3]) -> f64, axis: [f64; 3], cuts: &[f64], t
         }
     }
     integrate_cells(&integrand, &cells, tolerance)
+}
+
+/// `f sin θ` by the angles around an axis.
+fn polar(f: &impl Fn([f64; 3]) -> f64, axis: [f64; 3]) -> impl Fn(f64, f64) -> f64 {
+    let (tangent, bitangent) = frame(axis);
+    move |theta, phi| {
+        let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (theta.sin_cos(), phi.sin_cos());
+        let (x, y) = (sin_theta * cos_phi, sin_theta * sin_phi);
+        sin_theta * f([0, 1, 2].map(|i| x * tangent[i] + y * bitangent[i] + cos_theta * axis[i]))
+    }
 }
 
 /// Two unit vectors orthogonal to the unit vector `n` and to each other.

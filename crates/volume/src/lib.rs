@@ -82,7 +82,7 @@ pub use majorant::{MAX_MAJORANTS, MajorantError, MajorantGrid, Segment, Segments
 pub use mip::{MAX_MIP_LEVELS, MipError, MipLevel, MipPyramid};
 pub use phase::{
     Blend, Draine, HenyeyGreenstein, Isotropic, MAX_ASYMMETRY, MAX_DRAINE_ALPHA, PhaseError, PhaseFunction,
-    PhaseSample, ScatteringAngle,
+    PhaseSample, ScatteredDirections, ScatteringAngle,
 };
 pub use regular::{RegularDepth, regular_depth, regular_flight};
 pub use spectral::{SpectralFlight, spectral_delta_tracking};

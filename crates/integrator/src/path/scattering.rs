@@ -197,7 +197,7 @@ impl Vertex for MediumVertex<'_> {
         Some(ScatteredDirection {
             direction: sample.direction,
             weight: Rgb::ONE,
-            pdf: Density::new(sample.pdf_solid_angle),
+            pdf: sample.pdf,
             is_delta: false,
             eta: 1.0,
         })

@@ -27,7 +27,7 @@ pub(super) trait SplitSource: Sized + Send {
     /// Divides a group of at least two into two that have some each; `by_half` into equal numbers.
     fn divide(&mut self, group: &Group, by_half: bool) -> [Group; 2];
 
-    /// What is before a place, and the rest.
+    /// Splits into the items before `place`, and the rest.
     fn apart(self, place: usize) -> (Self, Self);
 }
 

@@ -1,7 +1,7 @@
 //! Groups of lights as builds see them.
 
 use crate::Bounds;
-use crate::block::Node;
+use crate::block::LightNode;
 use crate::normals::NormalBall;
 use glam::{Vec3, Vec3A};
 
@@ -26,8 +26,8 @@ impl Item {
     }
 
     /// Its node, a leaf.
-    pub fn node(&self) -> Node {
-        Node {
+    pub fn node(&self) -> LightNode {
+        LightNode {
             bounds: Bounds::new(self.min.into(), self.max.into()),
             intensity: self.intensity,
             normals: self.packed,
@@ -122,8 +122,8 @@ impl Extent {
     }
 
     /// The node of all together.
-    pub fn node(&self) -> Node {
-        Node {
+    pub fn node(&self) -> LightNode {
+        LightNode {
             bounds: self.bounds(),
             intensity: self.intensity.min(f64::from(f32::MAX)) as f32,
             normals: self.ball().pack(),

@@ -2,7 +2,7 @@
 
 use super::options::Stride;
 use super::tree::PerfectTree;
-use crate::block::Node;
+use crate::block::LightNode;
 use crate::{Light, Weighting};
 use bytemuck::{Pod, Zeroable};
 
@@ -44,7 +44,7 @@ const _: () = assert!(size_of::<LightRecord>() == 32);
 impl LightRecord {
     /// The record of a light that is [sound](Light::check).
     pub fn new(light: &Light) -> Self {
-        let leaf = Node::leaf(light);
+        let leaf = LightNode::leaf(light);
         Self {
             min: light.bounds.min.to_array(),
             intensity: leaf.intensity,

@@ -3,7 +3,7 @@
 use super::build::{self, PART_LIGHTS};
 use super::drift::{Cost, Drift};
 use super::tree::PerfectTree;
-use crate::block::{Node, WIDTH};
+use crate::block::{LightNode, WIDTH};
 use crate::light::check_lights;
 use crate::{Bounds, Light, LightError};
 use lightshed_spatial::CurveCube;
@@ -79,7 +79,7 @@ impl PerfectTree {
 
     fn cost(&self, part: usize) -> Cost {
         let size =
-            |node: Node| f64::from(node.intensity) * f64::from(node.bounds.diagonal().length_squared());
+            |node: LightNode| f64::from(node.intensity) * f64::from(node.bounds.diagonal().length_squared());
         // `down` levels above the leaves, if there are as many.
         let level = |down: u32| (self.depth().saturating_sub(down), down.min(self.depth()));
         let (small, down) = level(WIDTH.trailing_zeros());

@@ -1,17 +1,20 @@
 //! The tree's structure; what it samples is tested for all samplers alike.
 
 use super::*;
+use crate::block::{LightNode, WIDTH};
 use crate::normals::BallLanes;
 use crate::testing::{Layout, lights_of};
+use crate::tree::Tree;
+use crate::{Light, LightError};
 use lightshed_lanes::{ArrayLanes, LaneWords};
 
 /// A level built from the leaves in one go, by halving again and again.
-fn level_from_leaves(tree: &PerfectTree, level: u32) -> Vec<Node> {
+fn level_from_leaves(tree: &PerfectTree, level: u32) -> Vec<LightNode> {
     let count = tree.lights();
     let mut nodes: Vec<_> = (0..count.next_power_of_two())
         .map(|leaf| match leaf < count {
             true => tree.block(tree.depth(), leaf as u32).node(leaf % WIDTH),
-            false => Node::BOGUS,
+            false => LightNode::BOGUS,
         })
         .collect();
     for _ in level..tree.depth() {
@@ -21,8 +24,8 @@ fn level_from_leaves(tree: &PerfectTree, level: u32) -> Vec<Node> {
 }
 
 /// Both together, one by one; bogus nodes do not count.
-fn union(a: &Node, b: &Node) -> Node {
-    let lanes = |node: &Node, lane: usize| {
+fn union(a: &LightNode, b: &LightNode) -> LightNode {
+    let lanes = |node: &LightNode, lane: usize| {
         let mut block = crate::block::NodeBlock::BOGUS;
         block.set(lane, node);
         block.normals
@@ -30,7 +33,7 @@ fn union(a: &Node, b: &Node) -> Node {
     match (a.intensity > 0.0, b.intensity > 0.0) {
         (false, _) => *b,
         (_, false) => *a,
-        _ => Node {
+        _ => LightNode {
             bounds: a.bounds.union(&b.bounds),
             intensity: a.intensity + b.intensity,
             normals: BallLanes::<ArrayLanes>::union(&lanes(a, 0), &lanes(b, 0)).store()[0],
@@ -64,7 +67,7 @@ fn beyond_the_last_light_nodes_are_bogus() {
         let real = 1001usize.div_ceil(1 << (tree.depth() - level));
         let block = tree.block(level, real as u32 - 1);
         for lane in (real - 1) % WIDTH + 1..WIDTH {
-            assert_eq!(block.node(lane), Node::BOGUS, "level {level}");
+            assert_eq!(block.node(lane), LightNode::BOGUS, "level {level}");
         }
     }
 }

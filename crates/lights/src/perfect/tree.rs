@@ -2,7 +2,7 @@
 
 use super::drift::Drift;
 use super::options::{PerfectTreeOptions, Stride};
-use crate::block::{Node, NodeBlock, WIDTH};
+use crate::block::{LightNode, NodeBlock, WIDTH};
 use crate::child_cdf::ChildCdf;
 use crate::light::{Light, LightError};
 use crate::tree::{Child, LeafPath, Tree};
@@ -80,7 +80,7 @@ impl PerfectTree {
     }
 
     /// The node of all lights together.
-    pub(crate) fn root_node(&self) -> Node {
+    pub(crate) fn root_node(&self) -> LightNode {
         self.block(0, 0).node(0)
     }
 

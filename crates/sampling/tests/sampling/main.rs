@@ -3,6 +3,8 @@
 
 mod alias;
 mod choose;
+mod direction;
+mod fixed;
 mod frame;
 mod lanes;
 mod measure;

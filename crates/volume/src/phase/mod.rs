@@ -18,7 +18,7 @@ pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
 
 use glam::Vec3;
-use lightshed_sampling::{Frame, sin_cos_turns};
+use lightshed_sampling::{Density, DirectionDistribution, Frame, SolidAngle, sin_cos_turns, with_density};
 use std::fmt;
 
 /// A scattered direction.
@@ -28,8 +28,8 @@ pub struct PhaseSample {
     pub direction: Vec3,
     /// `ω · ω′`.
     pub cos_theta: f32,
-    /// The phase function, and with it the density of the sample per solid angle: in 1/sr.
-    pub pdf_solid_angle: f32,
+    /// The density of the sample, which is the phase function: a sample's weight is 1.
+    pub pdf: Density<SolidAngle>,
 }
 
 /// The angle between two directions of travel, by `1 − cos θ` and `1 + cos θ`, both in [0, 2].
@@ -134,8 +134,49 @@ pub trait PhaseFunction {
         PhaseSample {
             direction: Frame::from_normal(direction).to_world(local),
             cos_theta,
-            pdf_solid_angle: self.phase_at(angle),
+            pdf: Density::new(self.phase_at(angle)),
         }
+    }
+}
+
+/// Directions scattered from a direction of travel: a phase function as a [`DirectionDistribution`].
+///
+/// Its densities are those of [`PhaseFunction::phase_between`]. [`PhaseFunction::sample`] has that of the angle before
+/// the direction is rounded, which differs for narrow lobes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScatteredDirections<P> {
+    phase: P,
+    direction: Vec3,
+}
+
+impl<P: PhaseFunction> ScatteredDirections<P> {
+    /// Scattering by `phase` from the unit direction of travel `direction`.
+    pub fn new(phase: P, direction: Vec3) -> Self {
+        Self { phase, direction }
+    }
+}
+
+impl<P: PhaseFunction> DirectionDistribution for ScatteredDirections<P> {
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+        with_density(self, self.phase.sample(self.direction, u).direction)
+    }
+
+    #[inline]
+    fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        Density::new(self.phase.phase_between(self.direction, direction))
+    }
+}
+
+impl<P: PhaseFunction + ?Sized> PhaseFunction for &P {
+    #[inline(always)]
+    fn phase_at(&self, angle: ScatteringAngle) -> f32 {
+        (**self).phase_at(angle)
+    }
+
+    #[inline(always)]
+    fn sample_angle(&self, u: f32) -> ScatteringAngle {
+        (**self).sample_angle(u)
     }
 }
 

@@ -1,7 +1,8 @@
 use super::*;
 use core::f64::consts::{PI, TAU};
 use lightshed_testkit::{
-    check_faults, chi_squared_test, family_significance, integrate, relative_error, rng, uniform_f32,
+    DirectionConformance, check_faults, chi_squared_test, family_significance, integrate, relative_error,
+    rng, uniform_f32,
 };
 
 fn all() -> Vec<(String, Box<dyn PhaseFunction>)> {
@@ -208,17 +209,70 @@ fn sampled_directions_agree_with_what_is_said_of_them() {
                 "{name}"
             );
             assert!(
-                sample.pdf_solid_angle > 0.0 && sample.pdf_solid_angle.is_finite(),
+                sample.pdf.is_positive() && sample.pdf.value().is_finite(),
                 "{name}"
             );
             // The directions' rounding moves narrow lobes' values.
             let again = f64::from(phase.phase_between(travel, sample.direction));
             assert!(
-                relative_error(again, f64::from(sample.pdf_solid_angle)) < 0.05,
+                relative_error(again, f64::from(sample.pdf.value())) < 0.05,
                 "{name}"
             );
         }
     }
+}
+
+/// Phase functions keep the laws of distributions of directions; one that hands on the density of the angle before
+/// rounding, or scatters backwards, does not.
+#[test]
+fn scattered_directions_keep_their_laws() {
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        DensityBeforeRounding,
+        Backwards,
+    }
+    let travel = Vec3::new(0.48, -0.6, 0.64);
+    let check = |phase: &dyn PhaseFunction, width: f64, fault: Option<Fault>| {
+        let scattered = ScatteredDirections::new(phase, travel);
+        let sample = |u: [f32; 2]| {
+            let (direction, density) = match fault {
+                Some(Fault::DensityBeforeRounding) => {
+                    let sample = phase.sample(travel, u);
+                    (sample.direction, sample.pdf)
+                }
+                Some(Fault::Backwards) => {
+                    let direction = phase.sample(-travel, u).direction;
+                    (direction, DirectionDistribution::pdf(&scattered, direction))
+                }
+                None => DirectionDistribution::sample(&scattered, u)?,
+            };
+            Some((direction.to_array(), density.value()))
+        };
+        DirectionConformance {
+            sample: &sample,
+            pdf: &|direction| scattered.pdf(Vec3::from(direction)).value(),
+            axis: travel.as_dvec3().normalize().to_array(),
+            width,
+            tolerance: 2e-3,
+        }
+        .check(20_000, family_significance(1e-6, 8))
+    };
+    let lobe = HenyeyGreenstein::new(0.9).unwrap();
+    let draine = Draine::new(-0.5, 4.0).unwrap();
+    let phases: [(&dyn PhaseFunction, f64); 5] = [
+        (&Isotropic, 1.0),
+        (&HenyeyGreenstein::new(-0.6).unwrap(), 1.0),
+        (&lobe, 0.1),
+        (&draine, 1.0),
+        (&Blend::new(lobe, draine, 0.3).unwrap(), 0.2),
+    ];
+    for (i, (phase, width)) in phases.into_iter().enumerate() {
+        check(phase, width, None).unwrap_or_else(|e| panic!("phase function {i}: {e}"));
+    }
+    check_faults(&[Fault::DensityBeforeRounding, Fault::Backwards], |fault| {
+        check(&lobe, 0.1, fault)
+    })
+    .unwrap();
 }
 
 #[test]
@@ -238,7 +292,7 @@ fn bad_parameters_are_refused_and_hostile_arguments_defined() {
         for u in [0.0, 1.0 - 1.0 / 16_777_216.0] {
             let sample = phase.sample(Vec3::Z, [u, u]);
             assert!(
-                sample.direction.is_finite() && sample.pdf_solid_angle.is_finite(),
+                sample.direction.is_finite() && sample.pdf.value().is_finite(),
                 "{name}"
             );
         }

@@ -81,7 +81,7 @@ fn angles_and_densities() {
             bits([
                 angle.one_minus_cos,
                 angle.one_plus_cos,
-                sample.pdf_solid_angle,
+                sample.pdf.value(),
                 sample.direction.x,
                 sample.direction.z,
             ])

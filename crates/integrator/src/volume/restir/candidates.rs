@@ -289,7 +289,7 @@ impl Evaluation<'_> {
         let (direction, pdf, towards) = match &walk.vertex {
             Vertex::Medium { medium, incoming, .. } => {
                 let sample = medium.phase().sample(*incoming, u);
-                let pdf = f64::from(sample.pdf_solid_angle);
+                let pdf = f64::from(sample.pdf.value());
                 (sample.direction, pdf, walk.vertex.scattered(sample.direction))
             }
             Vertex::Surface { point, bsdf, wo, .. } => match bsdf.sample(*wo, u_lobe, Vec2::from(u)) {

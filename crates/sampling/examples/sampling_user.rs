@@ -1,6 +1,6 @@
-//! What a guest renderer writes: a direction of an environment map by importance, and noise that falls.
+//! A direction of an environment map by importance, and noise that falls.
 //!
-//! `cargo run --release -p lightshed-sampling --example sampling_guest`
+//! `cargo run --release -p lightshed-sampling --example sampling_user`
 use std::error::Error;
 
 use lightshed_sampling::{CompensatedSum, CounterRng, PiecewiseConstant2d, SobolSampler};

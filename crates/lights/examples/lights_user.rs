@@ -1,6 +1,6 @@
-//! What a guest writes: ten thousand lamps over a floor, and the noise of asking one of them, chosen in four ways.
+//! Ten thousand lamps over a floor, and the noise of an estimate by a few of them, chosen in five ways.
 //!
-//! `cargo run --release -p lightshed-lights --example lights_guest`
+//! `cargo run --release -p lightshed-lights --example lights_user`
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
     Bounds, Light, LightBvh, LightSampler, OpenedTree, OrientationCone, PerfectTree, PowerLights,
