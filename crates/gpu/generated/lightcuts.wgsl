@@ -26,7 +26,7 @@ var<storage, read_write> hits: array<package_lightshed_ray_Hit>;
 
 const BLOCK_DIMENSION: u32 = 4294967295u;
 
-const COMPANY: u32 = 16u;
+const BATCH: u32 = 16u;
 
 fn ray_through(place: vec2u) -> package_lightshed_ray_Ray {
     return package_memory_pixels__1pixel_ray(place, package_lightshed_rng__1random_block(package_memory_scene_settings.seed, package_memory_pixels__1place_name(place), asked.frame, 0u));
@@ -131,9 +131,9 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
         if package_memory_scene__1HAS_EMITTERS && asked.has_tree == 1u {
             var words: array<vec2u, 16>;
             for (var i = begin; i < end; i++) {
-                let of_company = (i - begin) % COMPANY;
+                let of_company = (i - begin) % BATCH;
                 if of_company == 0u {
-                    for (var k = 0u; k < min(end - i, COMPANY); k++) {
+                    for (var k = 0u; k < min(end - i, BATCH); k++) {
                         let low = package_lightshed_stream__1next_word(&stream);
                         words[k] = vec2u(low, package_lightshed_stream__1next_word(&stream));
                     }
@@ -1447,8 +1447,6 @@ struct package_lightshed_importance_Eight {
     high: vec4f
 }
 
-const package_lightshed_importance_INSIDE: f32 = 1e-5;
-
 const package_lightshed_importance_LARGEST: f32 = 1.329228e36;
 
 const package_lightshed_importance_MARGIN: f32 = 1e-5;
@@ -1483,10 +1481,6 @@ struct package_lightshed_importance_ShadingPoint {
     facing: u32
 }
 
-const package_lightshed_importance_WITHIN: f32 = 0.001;
-
-const package_lightshed_importance__1ABOUT_ONE: f32 = 1.04;
-
 const package_lightshed_importance__1CENTER_STEPS: f32 = 127.0;
 
 const package_lightshed_importance__1F32_MAX: f32 = 3.4028235e38;
@@ -1497,9 +1491,11 @@ const package_lightshed_importance__1FACING_BOTH: u32 = 1u;
 
 const package_lightshed_importance__1FACING_FRONT: u32 = 0u;
 
-const package_lightshed_importance__1LEAST_SHARE: f32 = 1.9073486e-6;
+const package_lightshed_importance__1MIN_RATIO: f32 = 1e-5;
 
-const package_lightshed_importance__1LEAST_SQUARED: f32 = 1e-28;
+const package_lightshed_importance__1MIN_SHARE: f32 = 1.9073486e-6;
+
+const package_lightshed_importance__1MIN_SQUARED: f32 = 1e-28;
 
 const package_lightshed_importance__1RADIUS_STEP: f32 = 0.49803925;
 
@@ -1522,11 +1518,11 @@ fn package_lightshed_importance__1ends_of(a: package_lightshed_importance_Seen, 
         let b_min = min(b_max * package_lightshed_importance_nearer(b), vec4f(package_lightshed_importance_LARGEST));
         return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_min, b_min), package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_max, b_max), least));
     }
-    var a_distance = max(max(a.d_squared, a.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
-    var b_distance = max(max(b.d_squared, b.h_squared), vec4f(package_lightshed_importance__1LEAST_SQUARED));
+    var a_distance = max(max(a.d_squared, a.h_squared), vec4f(package_lightshed_importance__1MIN_SQUARED));
+    var b_distance = max(max(b.d_squared, b.h_squared), vec4f(package_lightshed_importance__1MIN_SQUARED));
     if weighting == package_lightshed_importance__1WEIGHTING_YUKSEL {
-        let a_near = (a.near_squared <= max(a.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & a.positive;
-        let b_near = (b.near_squared <= max(b.h_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED))) & b.positive;
+        let a_near = (a.near_squared <= max(a.h_squared, vec4f(package_lightshed_importance__1MIN_SQUARED))) & a.positive;
+        let b_near = (b.near_squared <= max(b.h_squared, vec4f(package_lightshed_importance__1MIN_SQUARED))) & b.positive;
         let too_near = any(a_near | b_near);
         a_distance = select(a.near_squared, vec4f(1.0), too_near);
         b_distance = select(b.near_squared, vec4f(1.0), too_near);
@@ -1543,7 +1539,7 @@ fn package_lightshed_importance__1lanes_of(bits: u32) -> vec4<bool> {
 }
 
 fn package_lightshed_importance__1least_ends(low: vec4<bool>, high: vec4<bool>) -> package_lightshed_importance_Eight {
-    let least = vec4f(package_lightshed_importance__1LEAST_SHARE);
+    let least = vec4f(package_lightshed_importance__1MIN_SHARE);
     return package_lightshed_importance__1running_sums(package_lightshed_importance_Eight(select(vec4f(0.0), least, low), select(vec4f(0.0), least, high)));
 }
 
@@ -1607,7 +1603,7 @@ fn package_lightshed_importance__1seen_from(at: package_lightshed_importance_Sha
     let far_x = abs(dx) + hx;
     let far_y = abs(dy) + hy;
     let far_z = abs(dz) + hz;
-    seen.far_squared = max(package_lightshed_importance__1dot_rows(far_x, far_y, far_z, far_x, far_y, far_z), vec4f(package_lightshed_importance__1LEAST_SQUARED));
+    seen.far_squared = max(package_lightshed_importance__1dot_rows(far_x, far_y, far_z, far_x, far_y, far_z), vec4f(package_lightshed_importance__1MIN_SQUARED));
     let inverse = package_lightshed_importance__2about_inverse_root(max(seen.d_squared, seen.h_squared));
     let vx = vec4f(rows.normals >> vec4u(24u)) - package_lightshed_importance__1CENTER_STEPS;
     let vy = vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS;
@@ -1615,7 +1611,7 @@ fn package_lightshed_importance__1seen_from(at: package_lightshed_importance_Sha
     let radius = package_lightshed_importance__2as_it_is(vec4f(rows.normals & vec4u(255u)) * package_lightshed_importance__1RADIUS_STEP);
     let emitted_mean = -package_lightshed_importance__1dot_rows(vx, vy, vz, dx, dy, dz);
     let emitted_reach = package_lightshed_importance__1dot_rows(abs(vx), abs(vy), abs(vz), hx, hy, hz) + radius * (hx + hy + hz);
-    let emitted_margin = package_lightshed_importance__2as_it_is(radius * package_lightshed_importance__1ABOUT_ONE + package_lightshed_importance_MARGIN * package_lightshed_importance__1CENTER_STEPS);
+    let emitted_margin = package_lightshed_importance__2as_it_is(radius * package_lightshed_importance__4MAX_INVERSE_SQRT_TIMES_ROOT + package_lightshed_importance_MARGIN * package_lightshed_importance__1CENTER_STEPS);
     let emitted = package_lightshed_importance__2clamped_mean_4s((emitted_mean + emitted_reach) * inverse + emitted_margin, (emitted_mean - emitted_reach) * inverse - emitted_margin);
     let emitted_spread = emitted_reach * inverse + emitted_margin;
     let shines = rows.intensity > vec4f(0.0);
@@ -1668,7 +1664,7 @@ fn package_lightshed_importance__1segment_weights(at: package_lightshed_importan
     let off_z = dz - to.z * along;
     let h_squared = package_lightshed_importance__1dot_rows(hx, hy, hz, hx, hy, hz);
     let off_squared = max(package_lightshed_importance__1dot_rows(off_x, off_y, off_z, off_x, off_y, off_z), h_squared);
-    let off = sqrt(max(off_squared, vec4f(package_lightshed_importance__1LEAST_SQUARED)));
+    let off = sqrt(max(off_squared, vec4f(package_lightshed_importance__1MIN_SQUARED)));
     let seen = atan2(off * length, off * off - along * (length - along));
     let vx = (vec4f(rows.normals >> vec4u(24u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
     let vy = (vec4f((rows.normals >> vec4u(16u)) & vec4u(255u)) - package_lightshed_importance__1CENTER_STEPS) / package_lightshed_importance__1CENTER_STEPS;
@@ -1696,7 +1692,7 @@ fn package_lightshed_importance__1surface_ends(at: package_lightshed_importance_
 
 fn package_lightshed_importance__1surface_weights(at: package_lightshed_importance_ShadingPoint, rows: package_lightshed_importance_Rows) -> vec4f {
     let seen = package_lightshed_importance__1seen_from(at, rows);
-    let near_squared = max(seen.near_squared, seen.far_squared * package_lightshed_importance_WITHIN);
+    let near_squared = max(seen.near_squared, seen.far_squared * package_lightshed_importance__3MIN_RATIO_BETWEEN_BLOCKS);
     let weights = package_lightshed_importance_over(seen, sqrt(near_squared * seen.far_squared));
     return select(vec4f(0.0), max(weights, vec4f(package_lightshed_importance__2F32_MIN_POSITIVE)), seen.positive);
 }
@@ -1727,8 +1723,12 @@ fn package_lightshed_importance__2surface_ends_among(at: package_lightshed_impor
     return package_lightshed_importance__1ends_of(a, b, weighting);
 }
 
+const package_lightshed_importance__3MIN_RATIO_BETWEEN_BLOCKS: f32 = 0.001;
+
+const package_lightshed_importance__4MAX_INVERSE_SQRT_TIMES_ROOT: f32 = 1.04;
+
 fn package_lightshed_importance_nearer(seen: package_lightshed_importance_Seen) -> vec4f {
-    return seen.far_squared / max(seen.near_squared, seen.far_squared * package_lightshed_importance_INSIDE);
+    return seen.far_squared / max(seen.near_squared, seen.far_squared * package_lightshed_importance__1MIN_RATIO);
 }
 
 fn package_lightshed_importance_over(seen: package_lightshed_importance_Seen, squared: vec4f) -> vec4f {
