@@ -115,6 +115,7 @@ impl LaneWords for ArrayWords {
 }
 
 impl Lanes for ArrayLanes {
+    const IN_REGISTERS: bool = false;
     type Mask = ArrayMask;
     type Words = ArrayWords;
 

@@ -133,6 +133,7 @@ impl LaneWords for Avx2Words {
 }
 
 impl Lanes for Avx2Lanes {
+    const IN_REGISTERS: bool = true;
     type Mask = Avx2Mask;
     type Words = Avx2Words;
 

@@ -33,9 +33,15 @@ impl LaneChoice {
     #[inline(always)]
     pub fn run<K: LaneKernel>(self, kernel: K) -> K::Output {
         match self.0 {
-            Choice::Array => kernel.run::<ArrayLanes>(),
+            Choice::Array => run_array(kernel),
             #[cfg(target_arch = "x86_64")]
             Choice::Avx2(avx2) => avx2.run(kernel),
         }
     }
+}
+
+/// A kernel on plain arrays is much code: it is compiled once, beside the one of AVX2, and not into every caller.
+#[inline(never)]
+fn run_array<K: LaneKernel>(kernel: K) -> K::Output {
+    kernel.run::<ArrayLanes>()
 }

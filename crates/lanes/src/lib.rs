@@ -89,6 +89,10 @@ pub trait LaneWords:
 pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
+    /// Whether all lanes lie in one register and an operation is one or a few instructions. Where it is not, it is eight times the code of one
+    /// lane: a kernel may put a large part into a function of its own.
+    const IN_REGISTERS: bool;
+
     /// What comparisons give.
     type Mask: LaneMask;
     /// Bits of as many lanes.

@@ -264,7 +264,7 @@ pub(crate) fn segment_cdf<L: Lanes>(at: &RaySegment, block: &NodeBlock, mask: L:
 /// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch of one over the squared
 /// distance to the box's centre, `∫ dt / (h² + t²) = γ / h`, with `γ` the angle under which the stretch is seen from the centre
 /// and `h` its distance from the ray's line (Conty Estevez and Kulla 2018, §6), at least half the diagonal.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH] {
     let (start, direction, length) = (at.start(), at.direction(), at.length());
     let mut weights = [0.0; WIDTH];

@@ -35,6 +35,18 @@ pub trait Sealed: Sync + Sized {
     fn near<L: Lanes>(&self, block: &NodeBlock) -> u32;
 }
 
+/// [`surface_cdf`] as a function of its own: without registers of eight lanes it is too much code
+/// for every place that asks.
+#[inline(never)]
+fn surface_cdf_apart<L: Lanes>(
+    at: &ShadingPoint,
+    block: &NodeBlock,
+    weighting: Weighting,
+    mask: L::Mask,
+) -> ChildCdf<L> {
+    surface_cdf(at, block, weighting, mask)
+}
+
 impl Sealed for ShadingPoint {
     #[inline(always)]
     fn in_mesh(&self, instance: &LightInstance) -> Self {
@@ -52,7 +64,11 @@ impl Sealed for ShadingPoint {
 
     #[inline(always)]
     fn child_cdf<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting, mask: L::Mask) -> ChildCdf<L> {
-        surface_cdf(self, block, weighting, mask)
+        if L::IN_REGISTERS {
+            surface_cdf(self, block, weighting, mask)
+        } else {
+            surface_cdf_apart(self, block, weighting, mask)
+        }
     }
 
     #[inline(always)]

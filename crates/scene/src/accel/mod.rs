@@ -99,7 +99,6 @@ impl Accelerator {
     }
 
     /// The nearest hit in the open segment.
-    #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect(ray),
@@ -115,7 +114,6 @@ impl Accelerator {
     }
 
     /// Whether anything lies in the open segment.
-    #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded(ray),
@@ -131,7 +129,6 @@ impl Accelerator {
     }
 
     /// The nearest hit of each ray: as [`Accelerator::intersect`] for each, and faster. The shorter slice's length counts.
-    #[inline]
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect_many(rays, hits),
@@ -157,7 +154,6 @@ impl Accelerator {
 
     /// Whether anything lies in each open segment: as [`Accelerator::occluded`] for each, and faster. The shorter
     /// slice's length counts.
-    #[inline]
     pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded_many(rays, occluded),
@@ -182,7 +178,6 @@ impl Accelerator {
     }
 
     /// The nearest hit of each of the first `count` rays of a batch, as [`Accelerator::intersect`] finds it.
-    #[inline]
     pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect_batch(rays, count, hits),
@@ -196,7 +191,6 @@ impl Accelerator {
     }
 
     /// Whether anything lies in the segments of each of the first `count` rays of a batch: bit `i` for ray `i`.
-    #[inline]
     pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded_batch(rays, count),
