@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Features, and methods with built-in scenes that lack them.
-const FEATURES: [(&str, &[[&str; 2]]); 9] = [
+const FEATURES: [(&str, &[[&str; 2]]); 11] = [
     (
         "media",
         &[
@@ -53,6 +53,19 @@ const FEATURES: [(&str, &[[&str; 2]]); 9] = [
             ["path-by-power", "cornell"],
             ["path-by-power", "many-lights"],
         ],
+    ),
+    (
+        "guide",
+        &[
+            ["path", "cornell"],
+            ["path", "cornell-glossy"],
+            ["volpath", "smoke-in-cornell"],
+            ["restir-pt", "cornell"],
+        ],
+    ),
+    (
+        "observer",
+        &[["path", "cornell"], ["volpath", "smoke-in-cornell"]],
     ),
     ("replay", &[["restir-pt", "cornell"]]),
     (

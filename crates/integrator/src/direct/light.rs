@@ -203,7 +203,10 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
                 vertex,
             };
             let id = ids[place / each];
-            let shift = CounterRng::at(seed, id.y << 16 | id.x, id.index, SHIFT_DIMENSION);
+            let shift = match each {
+                1 => 0,
+                _ => CounterRng::at(seed, id.y << 16 | id.x, id.index, SHIFT_DIMENSION),
+            };
             self.sample_emitters(&at, (place % each) as u32, shift, rng, |ray, radiance| {
                 waiting.push(scene, ray, place / each, radiance, &mut from_emitters);
             });
