@@ -185,7 +185,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
          Emitters::connect Emitters::endpoint_at_infinity Emitters::endpoint_on Emitters::endpoint_pdf_on Emitters::pdf_at_infinity \
          Emitters::pdf_on Emitters::radiance Emitters::sample_at_infinity Emitters::sample_on EmittersByPower::connect \
          EmittersByPower::endpoint_probability EmittersByPower::pdf EmittersByPower::pdf_environment EmittersByPower::probability \
-         EmittersByPower::sample EmittersByPower::sample_endpoint \
+         EmittersByPower::sample_endpoint \
          Scene::locate Scene::sample_emission \
          SurfacePoint::segment_to ",
     ),

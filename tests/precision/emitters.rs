@@ -69,8 +69,8 @@ const BOXES: [(f32, f32); 5] = [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 100.0
 pub fn rows() -> Vec<Row> {
     vec![
         worst(
-            "Emitters::sample",
-            "a lamp in boxes of 10⁻⁶ to 10⁶, up to 100 sizes off the origin: density against `Emitters::pdf` where a ray meets it",
+            "EmittersByPower::sample",
+            "a lamp in boxes of 10⁻⁶ to 10⁶, up to 100 sizes off the origin: density against `EmittersByPower::pdf` where a ray meets it",
             Kind::Relative,
             |w| {
                 let mut rng = rng(451);
