@@ -74,7 +74,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-resampling",
         "gives what it holds, or checks and stores",
         "Carried::pulled Carried::shifted ContributionWeight::new ContributionWeight::value Input::canonical Input::neighbour Pairwise::new \
-         Pattern::disk Pulled::density Reservoir::is_empty Reservoir::map Reservoir::new Reservoir::sample Reservoir::weight Reservoir::weighted_sample \
+         NeighbourLists::new Pattern::disk Pulled::density Reservoir::is_empty Reservoir::map Reservoir::new Reservoir::sample Reservoir::weight Reservoir::weighted_sample \
          History::new MergeRule::new MergeRule::with_confidence_cap Reuse::new Storage::from_f64 Storage::to_f64 Moments::count Moments::new Reservoir::within",
     ),
     (
@@ -116,7 +116,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-shift",
         "held to densities and determinants of whole paths by the crate's tests and the integrator's",
-        "FollowPaths::estimate FollowPaths::settled path_target trace_suffix",
+        "FollowPaths::estimate FollowPaths::settled trace_suffix",
     ),
     (
         "lightshed-lights",
@@ -223,7 +223,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "gives what it holds, or checks and stores",
-        "CameraMotion::orbit CameraMotion::translation RestirPtOptions::thresholds SceneVertex::point VplBrute::new VplGridOptions::new \
+        "CameraMotion::orbit CameraMotion::translation MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point VplBrute::new VplGridOptions::new \
          scene_lights shading_point",
     ),
     (

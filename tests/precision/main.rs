@@ -108,7 +108,7 @@ fn no_public_function_is_missing() {
     for function in [
         "power_heuristic",
         "Bounds::half_area",
-        "World::emitted",
+        "WorldLighting::emitted",
         "PixelStatistics::variance",
     ] {
         let without = text.replace(&format!("`{function}`"), "");

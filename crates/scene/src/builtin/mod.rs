@@ -14,6 +14,7 @@ pub use cornell::{cornell, cornell_glossy};
 pub use doorway::doorway;
 pub use furnace::furnace;
 pub use many_lights::many_lights;
+#[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
 pub use volumes::{cloud, fire, smoke_in_cornell};

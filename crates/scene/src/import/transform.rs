@@ -1,8 +1,12 @@
 //! Affine maps in `f64` and what they do to meshes.
 
+#[cfg(any(feature = "gltf", feature = "mitsuba"))]
 use crate::TriangleMesh;
+#[cfg(feature = "mitsuba")]
 use crate::builtin::turn;
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+#[cfg(feature = "mitsuba")]
+use glam::Vec3;
+use glam::{DAffine3, DMat3, DVec3};
 
 /// Moves a mesh by `map`, in `f64` with one rounding a coordinate. Normals move by the inverse transpose; where `map`
 /// mirrors they are negated, so that they stay on the side that the winding calls the front. `None` if `map` is
