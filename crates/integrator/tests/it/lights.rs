@@ -223,7 +223,7 @@ fn lightcuts_give_the_same_direct_light() {
             }
             let mut found = Rendered::of(&film, size, frames);
             if let Some(Fault::Brighter) = fault {
-                found.mean.iter_mut().for_each(|value| *value *= 1.04);
+                found.mean.iter_mut().for_each(|value| *value *= 1.05);
             }
             mask.apply(&mut found);
             compare(&found, expected, 16)
