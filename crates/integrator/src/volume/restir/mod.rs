@@ -3,6 +3,7 @@
 mod candidates;
 mod coarse;
 mod evaluation;
+mod lobe;
 mod options;
 mod pixel;
 mod still;

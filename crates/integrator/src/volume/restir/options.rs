@@ -1,7 +1,7 @@
 //! What a frame does, and why options are refused.
 
 use super::coarse::MAX_COARSENESS;
-use super::vertex::has_lobe;
+use super::lobe::has_lobe;
 use lightshed_resampling::{Pattern, PatternError};
 use lightshed_scene::{Material, Scene};
 use lightshed_shift::MAX_SCATTERINGS;

@@ -1,7 +1,7 @@
 //! What lies along a ray: optical depths, boundaries of media, the first surface.
 
 use super::coarse::CoarseMedium;
-use super::vertex::has_lobe;
+use super::lobe::has_lobe;
 use crate::volume::volpath::{Crossing, MOST_CROSSINGS, end_of};
 use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::DVec3;

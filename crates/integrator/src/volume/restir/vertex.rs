@@ -4,7 +4,6 @@ use super::through::Volumes;
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::volume::{DensityField, PhaseFunction};
 use lightshed_scene::{Bsdf, EmitterConnection, Emitters, Medium, MediumDensity, Ray, SurfacePoint};
-use std::f32::consts::PI;
 
 /// Light by way of a lobe without width.
 pub(crate) struct Reflected {
@@ -148,13 +147,6 @@ impl Vertex<'_> {
             },
         }
     }
-}
-
-/// Whether a medium scatters into a lobe more than 5 times as bright as the mean; where it does, directions of the phase function find what emitter
-/// samples seldom do.
-pub(crate) fn has_lobe(medium: &Medium) -> bool {
-    // Measured at asymmetries of 0 and 0.8: between them this is at about 0.45.
-    medium.phase().phase(1.0).max(medium.phase().phase(-1.0)) * 4.0 * PI > 5.0
 }
 
 /// `σ_t(x)` by channel.
