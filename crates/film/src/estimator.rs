@@ -32,7 +32,7 @@ pub struct SampleId {
     pub index: u32,
 }
 
-/// Samples that [`render`] asks an estimator for at once, at most.
+/// Samples that [`render`](crate::render) asks an estimator for at once, at most.
 pub const MAX_BATCH: usize = 64;
 
 impl<E: PixelEstimator + ?Sized> PixelEstimator for &E {

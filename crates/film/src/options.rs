@@ -41,7 +41,7 @@ impl RenderOptions {
         }
     }
 
-    /// Tells what [`render`] would refuse, without allocating a film or starting a thread.
+    /// Tells what [`render`](crate::render) would refuse, without allocating a film or starting a thread.
     ///
     /// # Errors
     ///
