@@ -9,6 +9,7 @@
 //! | [`spatial`] | `lightshed-spatial` | curve orders, sparse grids, neighbour search, indices of surface sites |
 //! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
 //! | [`lights`] | `lightshed-lights` | choosing among many lights: trees, cuts, light BVH, lighting grid |
+//! | [`guiding`] | `lightshed-guiding` | guides that learn from paths where light comes from, caches of visible lights |
 //! | [`shift`] | `lightshed-shift` | paths, shift mappings and their Jacobians for ReSTIR path tracing |
 //! | [`volume`] | `lightshed-volume` | density grids, majorants, free flight, transmittance, phase functions |
 //! | [`scene`] | `lightshed-scene` | geometry, materials, emitters, cameras, importers, ray queries |
@@ -46,6 +47,8 @@ pub use lightshed_evaluate as evaluate;
 pub use lightshed_film as film;
 #[cfg(feature = "gpu")]
 pub use lightshed_gpu as gpu;
+#[cfg(feature = "guiding")]
+pub use lightshed_guiding as guiding;
 #[cfg(feature = "integrator")]
 pub use lightshed_integrator as integrator;
 #[cfg(feature = "lights")]

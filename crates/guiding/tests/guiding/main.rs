@@ -1,0 +1,1 @@
+//! Guides and caches against naive second implementations, closed forms and quadrature.
