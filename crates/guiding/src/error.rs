@@ -19,6 +19,9 @@ pub enum GuidingError {
     /// The region of space that a field is to cover is empty or not finite.
     #[error("the bounds of a field must be finite, with the least corner first")]
     Bounds,
+    /// More regions would be needed than this, the limit.
+    #[error("a field of more than {0} regions")]
+    TooManyRegions(usize),
     /// A saved structure contradicts itself.
     #[error("the saved data are damaged: {0}")]
     Damaged(&'static str),

@@ -14,7 +14,31 @@
 //! - `serde`: saves and loads what was learnt.
 #![forbid(unsafe_code)]
 
+mod binary_tree;
 mod error;
+mod field;
+mod model;
+mod options;
+mod partition;
+mod quadtree;
+mod ranges;
+mod recorder;
+mod sample;
+mod share;
+mod square;
+mod weighted_tree;
 
+pub use binary_tree::BinaryTree;
 pub use error::GuidingError;
+pub use field::{FieldUpdate, Guidance, GuidingField};
 pub use glam;
+pub use model::DirectionalModel;
+pub use options::{FieldOptions, Interpolation};
+pub use partition::Partition;
+pub use quadtree::{
+    CompressedQuadtree, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeModel, QuadtreeOptions,
+};
+pub use sample::{GuidingSample, TrainingSample};
+pub use weighted_tree::{
+    WeightedDirections, WeightedNode, WeightedTree, WeightedTreeModel, WeightedTreeOptions,
+};

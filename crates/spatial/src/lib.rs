@@ -12,6 +12,7 @@
 //! | a grid of cubic cells | [`CubicGrid`] | `f64` |
 //! | the occupied places of a grid, and who is in them | [`SparseGrid`], [`CellRanges`] | integers |
 //! | points near a point | [`PointGrid`] | none is missed |
+//! | leaves that follow the samples | [`AdaptiveOctree`], [`OctreeNeighbours`] | cells found in `f32`, the rest integers |
 //! | the cell of a surface point | [`SpatialIndex`], [`SurfaceSite`] | |
 //!
 //! # Features
@@ -26,6 +27,7 @@ mod cubic_grid;
 mod curve;
 mod index;
 mod morton;
+mod octree;
 mod order;
 mod point_grid;
 mod radix;
@@ -39,6 +41,10 @@ pub use curve::{CellLanes, Curve, CurveCube};
 pub use glam;
 pub use index::{SpatialIndex, SurfaceSite};
 pub use morton::{morton30_decode, morton30_encode, morton63_decode, morton63_encode};
+pub use octree::{
+    AdaptiveOctree, Correspondence, MAX_OCTREE_DEPTH, MAX_OCTREE_NODES, OctreeCell, OctreeError,
+    OctreeNeighbours, OctreeNode, OctreeOptions,
+};
 pub use order::{CurveOrder, SortedIndices};
 pub use point_grid::{PointGrid, PointGridError};
 pub use radix::{KeyedIndex, sort_by_key};

@@ -2,6 +2,7 @@
 
 mod curves;
 mod morton;
+mod octree;
 
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_spatial::glam::{DVec3, Vec3};

@@ -1,0 +1,335 @@
+//! A field of distributions over space.
+
+use crate::GuidingError;
+use crate::model::DirectionalModel;
+use crate::options::{FieldOptions, Interpolation};
+use crate::partition::Partition;
+use crate::recorder::Recorder;
+use crate::sample::{GuidingSample, TrainingSample};
+use crate::share::learn_share;
+use glam::Vec3;
+use lightshed_sampling::parallel::{fill, for_each_chunk};
+use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
+use lightshed_spatial::{AdaptiveOctree, Bounds};
+
+/// Learns, region by region, from which directions light comes: what a renderer guides its paths by.
+///
+/// [`record`](Self::record) takes samples from any number of threads while paths are traced; [`update`](Self::update) learns from all
+/// that were recorded since the last; [`at`](Self::at) tells what was learnt. The result does not depend on the number of threads, nor
+/// on the order in which samples were recorded.
+///
+/// Regions follow the samples (`P`): by default those of an octree. What they learn is a [`DirectionalModel`] (`M`).
+#[derive(Debug)]
+pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
+    pub(crate) partition: P,
+    model: M,
+    options: FieldOptions,
+    /// [`DirectionalModel::stride`] for each slot.
+    pub(crate) records: Vec<M::Record>,
+    pub(crate) regions: Vec<Region>,
+    recorder: Recorder,
+    /// Kept for their memory.
+    samples: Vec<TrainingSample>,
+    sorted: Vec<TrainingSample>,
+    slots: Vec<u32>,
+}
+
+/// What a field keeps of a region besides what it learnt.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Region {
+    /// Share of directions that its guide gets.
+    pub share: f32,
+    /// Whether it has learnt from any sample.
+    pub has_learnt: bool,
+}
+
+/// What a field knows at a position.
+#[derive(Clone, Copy, Debug)]
+pub struct Guidance<D> {
+    /// The directions from which light comes.
+    pub directions: D,
+    /// The share of them that is best mixed with directions of what scatters there.
+    pub share: f32,
+}
+
+impl<D: DirectionDistribution> DirectionDistribution for Guidance<D> {
+    #[inline(always)]
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+        self.directions.sample(u)
+    }
+
+    #[inline(always)]
+    fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        self.directions.pdf(direction)
+    }
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FieldUpdate {
+    /// Samples that were learnt from.
+    pub samples: usize,
+    /// Samples outside the field's box.
+    pub outside: usize,
+    /// Regions that got samples.
+    pub regions: usize,
+}
+
+/// No slot.
+const NOWHERE: u32 = u32::MAX;
+
+impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
+    /// A field over a box that has learnt nothing.
+    ///
+    /// # Errors
+    /// [`GuidingError::Bounds`], [`GuidingError::Option`].
+    pub fn new(bounds: Bounds, model: M, options: FieldOptions) -> Result<Self, GuidingError> {
+        options.check()?;
+        let partition = P::over(bounds)?;
+        let slots = partition.slot_count();
+        let mut records = vec![M::Record::default(); slots * model.stride()];
+        records
+            .chunks_mut(model.stride())
+            .for_each(|records| model.reset(records));
+        let region = Region {
+            share: options.first_share,
+            has_learnt: false,
+        };
+        Ok(Self {
+            partition,
+            model,
+            options,
+            records,
+            regions: vec![region; slots],
+            recorder: Recorder::default(),
+            samples: Vec::new(),
+            sorted: Vec::new(),
+            slots: Vec::new(),
+        })
+    }
+
+    /// What is learnt.
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// How it is learnt.
+    pub fn options(&self) -> &FieldOptions {
+        &self.options
+    }
+
+    /// The partition of space.
+    pub fn partition(&self) -> &P {
+        &self.partition
+    }
+
+    /// Regions that have learnt from any sample.
+    pub fn learnt_regions(&self) -> usize {
+        self.regions.iter().filter(|region| region.has_learnt).count()
+    }
+
+    /// Mean share of the guides of regions that have learnt.
+    pub fn mean_share(&self) -> f32 {
+        let shares = self.regions.iter().filter(|region| region.has_learnt);
+        let sum: f64 = shares.map(|region| f64::from(region.share)).sum();
+        (sum / (self.learnt_regions() as f64).max(1.0)) as f32
+    }
+
+    /// Samples that wait for the next update.
+    pub fn recorded(&self) -> usize {
+        self.recorder.count()
+    }
+
+    /// Records samples, those of a path at once as a rule; from any thread. Samples that teach nothing are left out.
+    #[inline]
+    pub fn record(&self, samples: &[GuidingSample]) {
+        self.recorder.record(samples);
+    }
+
+    /// What is known at a position: `None` outside the box, where nothing was learnt, and where a guide is of no use. A pure
+    /// function until the next update.
+    #[inline]
+    pub fn at(&self, position: Vec3) -> Option<Guidance<M::Distribution<'_>>> {
+        let mut slot = self.partition.slot(position)?;
+        if self.options.interpolation == Interpolation::Jitter {
+            let place = position + self.partition.extent(slot) * offset(position);
+            // On a surface half of the places around are empty.
+            if let Some(other) = self.partition.slot(place)
+                && self.regions[other as usize].has_learnt
+            {
+                slot = other;
+            }
+        }
+        let Region { share, has_learnt } = self.regions[slot as usize];
+        if !has_learnt || share < self.options.min_share {
+            return None;
+        }
+        let directions = self.model.directions(self.records_of(slot), position);
+        let share = share.min(self.options.max_share);
+        Some(Guidance { directions, share })
+    }
+
+    #[inline(always)]
+    fn records_of(&self, slot: u32) -> &[M::Record] {
+        let stride = self.model.stride();
+        &self.records[slot as usize * stride..][..stride]
+    }
+
+    /// Forgets all samples that wait for an update.
+    pub fn forget_samples(&mut self) {
+        self.recorder.take(&mut self.samples);
+        self.samples.clear();
+    }
+
+    /// Learns from all samples that were recorded since the last update: divides space anew, then lets each region learn its share
+    /// and its directions from its own samples. A region without samples keeps what it knows.
+    ///
+    /// With the feature `parallel` it runs on the current rayon pool.
+    ///
+    /// # Errors
+    /// [`GuidingError::TooManyRegions`]: the field learns nothing then, and the samples are gone.
+    pub fn update(&mut self) -> Result<FieldUpdate, GuidingError> {
+        self.samples.clear();
+        self.recorder.take(&mut self.samples);
+        self.locate();
+        for _ in 0..self.options.levels {
+            let counts = self.counts();
+            let FieldOptions {
+                split_above,
+                collapse_below,
+                max_regions,
+                ..
+            } = self.options;
+            let changed = self
+                .partition
+                .adapt(&counts, split_above, collapse_below, max_regions)?;
+            if !changed {
+                break;
+            }
+            self.populate();
+            self.locate();
+        }
+        Ok(self.learn())
+    }
+
+    /// Finds the slot of each sample.
+    fn locate(&mut self) {
+        let (partition, samples) = (&self.partition, &self.samples);
+        self.slots.resize(samples.len(), NOWHERE);
+        fill(&mut self.slots, |i| {
+            partition.slot(samples[i].position()).unwrap_or(NOWHERE)
+        });
+    }
+
+    /// Samples of each slot.
+    fn counts(&self) -> Vec<u32> {
+        let mut counts = vec![0u32; self.partition.slot_count()];
+        for &slot in &self.slots {
+            if let Some(count) = counts.get_mut(slot as usize) {
+                *count += 1;
+            }
+        }
+        counts
+    }
+
+    /// Brings records and regions to the slots of the changed partition.
+    fn populate(&mut self) {
+        let stride = self.model.stride();
+        let slots = self.partition.slot_count();
+        let mut records = vec![M::Record::default(); slots * stride];
+        let mut regions = vec![Region::default(); slots];
+        for slot in 0..slots {
+            let own = &mut records[slot * stride..][..stride];
+            match self.partition.origin(slot as u32) {
+                Some(origin) => {
+                    own.clone_from_slice(&self.records[origin as usize * stride..][..stride]);
+                    regions[slot] = self.regions[origin as usize];
+                }
+                None => self.model.reset(own),
+            }
+        }
+        (self.records, self.regions) = (records, regions);
+    }
+
+    fn learn(&mut self) -> FieldUpdate {
+        let counts = self.counts();
+        let mut places = Vec::with_capacity(counts.len());
+        let mut end = 0;
+        for count in &counts {
+            places.push(end as usize);
+            end += count;
+        }
+        let found = end as usize;
+        self.sorted.clear();
+        self.sorted.resize(found, bytemuck::Zeroable::zeroed());
+        for (sample, &slot) in self.samples.iter().zip(&self.slots) {
+            if let Some(place) = places.get_mut(slot as usize) {
+                self.sorted[*place] = *sample;
+                *place += 1;
+            }
+        }
+        let stride = self.model.stride();
+        let mut tasks = Vec::new();
+        let mut rest = self.sorted.as_mut_slice();
+        let kept = self.records.chunks_mut(stride).zip(&mut self.regions);
+        for ((slot, count), (records, region)) in (0u32..).zip(&counts).zip(kept) {
+            let (samples, after) = rest.split_at_mut(*count as usize);
+            rest = after;
+            if *count > 0 {
+                tasks.push(Task {
+                    slot,
+                    samples,
+                    records,
+                    region,
+                });
+            }
+        }
+        let update = FieldUpdate {
+            samples: found,
+            outside: self.samples.len() - found,
+            regions: tasks.len(),
+        };
+        let (model, partition, options) = (&self.model, &self.partition, &self.options);
+        for_each_chunk(&mut tasks, 4, |_, tasks| {
+            for task in tasks {
+                if M::ORDERED {
+                    task.samples.sort_unstable_by(TrainingSample::order);
+                }
+                let bounds = partition.bounds(task.slot);
+                if task.region.has_learnt {
+                    let guide = model.directions(task.records, 0.5 * (bounds.min + bounds.max));
+                    let share = learn_share(task.samples, &guide, task.region.share, options.share_prior);
+                    task.region.share = share;
+                }
+                model.learn(task.records, task.samples, &bounds);
+                task.region.has_learnt = true;
+            }
+        });
+        update
+    }
+}
+
+/// What one region learns from.
+struct Task<'a, R> {
+    slot: u32,
+    samples: &'a mut [TrainingSample],
+    records: &'a mut [R],
+    region: &'a mut Region,
+}
+
+/// Three numbers in [−½, ½) that the bits of a position choose.
+#[inline(always)]
+fn offset(position: Vec3) -> Vec3 {
+    let [x, y, z] = position.to_array().map(f32::to_bits);
+    // Rounds of the finaliser of MurmurHash3.
+    let mix = |hash: u32| {
+        let hash = (hash ^ hash >> 16).wrapping_mul(0x85eb_ca6b);
+        let hash = (hash ^ hash >> 13).wrapping_mul(0xc2b2_ae35);
+        hash ^ hash >> 16
+    };
+    let first = mix(x ^ mix(y ^ mix(z)));
+    let (second, third) = (mix(first ^ 0x9e37_79b9), mix(first ^ 0x3c6e_f372));
+    let unit = |bits: u32| lightshed_sampling::f32_from_u32(bits) - 0.5;
+    Vec3::new(unit(first), unit(second), unit(third))
+}

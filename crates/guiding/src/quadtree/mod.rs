@@ -1,0 +1,14 @@
+//! Directional quadtrees of a few bits (§5.5).
+
+mod bits;
+mod learn;
+mod migrate;
+mod model;
+mod options;
+mod sample;
+mod view;
+
+pub use bits::{MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH};
+pub use model::QuadtreeModel;
+pub use options::QuadtreeOptions;
+pub use view::{CompressedQuadtree, QuadtreeCell};

@@ -1,0 +1,35 @@
+//! How trees learn.
+
+use super::bits::MAX_QUADTREE_BITS;
+
+/// How quadtrees of a few bits learn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuadtreeOptions {
+    /// Bits of a tree: a multiple of 32, up to 1,024.
+    pub bits: u32,
+    /// Most leaves that an update moves in a tree.
+    pub migrations: u32,
+    /// A leaf is split if this times what it carries is more than what the leaves carry that are given up for it; in (0, 1]. The
+    /// thesis has 0.1, against noise; samples of several frames need less.
+    pub eagerness: f32,
+    /// A leaf with fewer samples is not split.
+    pub least_samples: u32,
+    /// So many samples weigh as much as the assumption that light comes from everywhere.
+    pub prior_samples: f32,
+    /// Whether trees follow the root of the second moment rather than the mean.
+    pub second_moment: bool,
+}
+
+impl Default for QuadtreeOptions {
+    /// 64 bits, which may all change in an update.
+    fn default() -> Self {
+        Self {
+            bits: 64,
+            migrations: MAX_QUADTREE_BITS / 4,
+            eagerness: 0.7,
+            least_samples: 8,
+            prior_samples: 16.0,
+            second_moment: false,
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Samples from many threads.
+
+use crate::sample::{GuidingSample, TrainingSample};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Lists that threads add to, each to its own as a rule.
+const LISTS: usize = 32;
+
+static THREADS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    /// Number of this thread among those that record.
+    static THREAD: usize = THREADS.fetch_add(1, Ordering::Relaxed);
+}
+
+/// Collects samples from any number of threads at the same time. Who takes them must not depend on their order.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    lists: Vec<Mutex<Vec<TrainingSample>>>,
+}
+
+impl Default for Recorder {
+    fn default() -> Self {
+        let lists = (0..LISTS).map(|_| Mutex::default()).collect();
+        Self { lists }
+    }
+}
+
+impl Recorder {
+    /// Adds samples; those that teach nothing are left out.
+    #[inline]
+    pub fn record(&self, samples: &[GuidingSample]) {
+        let list = &self.lists[THREAD.with(|number| *number) % LISTS];
+        // A list is sound after each element: a panic elsewhere breaks nothing here.
+        let mut list = list.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        list.extend(samples.iter().filter_map(TrainingSample::new));
+    }
+
+    /// Samples that were recorded.
+    pub fn count(&self) -> usize {
+        let count = |list: &Mutex<Vec<_>>| list.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).len();
+        self.lists.iter().map(count).sum()
+    }
+
+    /// Moves all samples behind those of `samples`, in any order.
+    pub fn take(&mut self, samples: &mut Vec<TrainingSample>) {
+        for list in &mut self.lists {
+            let list = list.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
+            samples.append(list);
+        }
+    }
+}

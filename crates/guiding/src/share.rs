@@ -1,0 +1,62 @@
+//! The share of a guide in the mixture with what scatters.
+//!
+//! Directions have the density `(1 − α) p_s + α p_g`. The share `α` that is nearest to the target `f` in the sense of Kullback and Leibler
+//! maximises `Σ w_i ln((1 − α) p_s(ω_i) + α p_g(ω_i))` over samples of weights `w_i = f/p`: a concave function of one number. Each step
+//! of expectation maximisation, `α ← Σ w_i r_i / Σ w_i` with the responsibility `r_i = α p_g / ((1 − α) p_s + α p_g)`, raises it. Unlike
+//! Adam, which Müller 2019 uses for the same target, it has no rate to be tuned and does not depend on the order of the samples.
+
+use crate::sample::TrainingSample;
+use glam::Vec3;
+use lightshed_sampling::DirectionDistribution;
+
+/// Steps of an update. The share is remembered, so that it goes on from there.
+const STEPS: u32 = 6;
+/// Where the steps start at least: a share of zero would stay zero.
+const LEAST_START: f64 = 0.05;
+/// Bits after the binary point of sums that do not depend on the order of their terms.
+const SCALE: f64 = (1u64 << 32) as f64;
+
+/// The share after an update. `guide` is what the samples did not teach yet: a guide is judged by samples that it has not seen. `prior`
+/// samples that vote for one half are added.
+pub(crate) fn learn_share(
+    samples: &[TrainingSample],
+    guide: &impl DirectionDistribution,
+    share: f32,
+    prior: f32,
+) -> f32 {
+    let largest = samples.iter().map(TrainingSample::weight).fold(0.0, f32::max);
+    if !(largest > 0.0) {
+        return share;
+    }
+    let fixed = |x: f64| (x * SCALE) as u64;
+    let densities: Vec<[f64; 3]> = samples
+        .iter()
+        .map(|sample| {
+            let direction: Vec3 = sample.direction();
+            [
+                f64::from(sample.weight() / largest),
+                f64::from(sample.scattering_pdf()),
+                f64::from(guide.pdf(direction).value()),
+            ]
+        })
+        .collect();
+    let total: u64 = densities.iter().map(|[weight, ..]| fixed(*weight)).sum();
+    let total = total as f64 / SCALE;
+    // Samples of mean weight.
+    let prior = f64::from(prior) * total / samples.len() as f64;
+    let mut share = f64::from(share).max(LEAST_START);
+    for _ in 0..STEPS {
+        let responsible = |&[weight, scattering, guide]: &[f64; 3]| {
+            let own = share * guide;
+            let together = (1.0 - share) * scattering + own;
+            if together > 0.0 {
+                fixed(weight * (own / together))
+            } else {
+                fixed(0.5 * weight)
+            }
+        };
+        let sum: u64 = densities.iter().map(responsible).sum();
+        share = (sum as f64 / SCALE + 0.5 * prior) / (total + prior);
+    }
+    share as f32
+}

@@ -1,0 +1,273 @@
+//! Densities against quadrature and histograms, whatever is sampled.
+
+use lightshed_guiding::glam::Vec3;
+use lightshed_guiding::{
+    CompressedQuadtree, DirectionalModel, GuidingSample, QuadtreeModel, QuadtreeOptions, TrainingSample,
+    WeightedTreeModel, WeightedTreeOptions,
+};
+use lightshed_sampling::{
+    CounterRng, Density, DirectionDistribution, SolidAngle, UniformSphere, VonMisesFisher,
+};
+use lightshed_spatial::Bounds;
+use lightshed_testkit::{check_faults, chi_squared_test};
+use std::f64::consts::{PI, TAU};
+
+pub const UNIT: Bounds = Bounds {
+    min: Vec3::ZERO,
+    max: Vec3::ONE,
+};
+
+/// Samples whose weights are those of two narrow lobes and a little from everywhere, taken uniformly.
+pub fn lobes(count: u32, seed: u64) -> Vec<GuidingSample> {
+    let lobes = [
+        (Vec3::new(0.2, -0.3, -0.8), 120.0, 1.0),
+        (Vec3::new(-0.9, 0.1, 0.3), 20.0, 2.0),
+    ];
+    (0..count)
+        .map(|i| {
+            let mut rng = CounterRng::new(seed, i, 0);
+            let direction = UniformSphere::sample(rng.next_2d());
+            let brightness = |(axis, kappa, power): (Vec3, f32, f32)| {
+                VonMisesFisher::new(axis.normalize(), kappa)
+                    .density(direction)
+                    .value()
+                    * power
+            };
+            let f = 0.02 + lobes.map(brightness).iter().sum::<f32>();
+            GuidingSample {
+                position: Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()),
+                direction,
+                distance: 1.0,
+                weight: f / UniformSphere::density().value(),
+                pdf: UniformSphere::density(),
+                scattering_pdf: UniformSphere::density(),
+            }
+        })
+        .collect()
+}
+
+/// A model's records after learning from some samples.
+pub fn learnt<M: DirectionalModel>(model: &M, samples: &[GuidingSample]) -> Vec<M::Record> {
+    let mut records = vec![M::Record::default(); model.stride()];
+    model.reset(&mut records);
+    let samples: Vec<TrainingSample> = samples.iter().filter_map(TrainingSample::new).collect();
+    model.learn(&mut records, &samples, &UNIT);
+    assert!(model.is_sound(&records));
+    records
+}
+
+pub fn quadtree(bits: u32) -> QuadtreeModel {
+    QuadtreeModel::new(QuadtreeOptions {
+        bits,
+        ..QuadtreeOptions::default()
+    })
+    .unwrap()
+}
+
+/// Rows and columns of cells of equal solid angle, and points of quadrature along each side of a cell.
+const CELLS: [usize; 2] = [16, 32];
+const POINTS: usize = 40;
+
+/// Holds a distribution to its integral, within 2·10⁻³, its histogram, at a significance of 10⁻⁶, and the density of its samples.
+fn check_directions(directions: &impl DirectionDistribution, seed: u64) -> Result<(), String> {
+    let [rows, columns] = CELLS;
+    let mut expected = vec![0.0; rows * columns];
+    for (row, points) in expected.chunks_mut(columns).enumerate() {
+        for (column, cell) in points.iter_mut().enumerate() {
+            for i in 0..POINTS * POINTS {
+                let place = |number: usize, of: usize, point: usize| {
+                    (number as f64 + (point as f64 + 0.5) / POINTS as f64) / of as f64
+                };
+                let z = 2.0 * place(row, rows, i / POINTS) - 1.0;
+                let phi = TAU * place(column, columns, i % POINTS);
+                let r = (1.0 - z * z).sqrt();
+                let direction = Vec3::new((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32);
+                *cell += f64::from(directions.pdf(direction).value());
+            }
+            *cell *= 4.0 * PI / (rows * columns * POINTS * POINTS) as f64;
+        }
+    }
+    let total: f64 = expected.iter().sum();
+    if !((total - 1.0).abs() < 2e-3) {
+        return Err(format!("the integral is {total}"));
+    }
+    let samples = 100_000;
+    let mut observed = vec![0u64; rows * columns];
+    for i in 0..samples {
+        let u = CounterRng::new(seed, i, 1).next_2d();
+        let (direction, density) = directions.sample(u).ok_or("no sample")?;
+        if directions.pdf(direction) != density || !density.is_positive() {
+            return Err(format!("{u:?} has density {density:?}"));
+        }
+        if (direction.length() - 1.0).abs() > 1e-5 {
+            return Err(format!("{direction} is no unit vector"));
+        }
+        let row = (0.5 * (f64::from(direction.z) + 1.0) * rows as f64) as usize;
+        let phi = f64::from(direction.y)
+            .atan2(f64::from(direction.x))
+            .rem_euclid(TAU);
+        let column = (phi / TAU * columns as f64) as usize;
+        observed[row.min(rows - 1) * columns + column.min(columns - 1)] += 1;
+    }
+    let expected: Vec<f64> = expected.iter().map(|p| p / total * f64::from(samples)).collect();
+    chi_squared_test(&observed, &expected, 1e-6).map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+/// What can be wrong with a density.
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    /// The octahedral factor is left out.
+    NoFactor,
+    /// The density is that of another tree.
+    OtherTree,
+}
+
+struct Faulty<D>(D, D, Option<Fault>);
+
+impl<D: DirectionDistribution> DirectionDistribution for Faulty<D> {
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+        let (direction, _) = self.0.sample(u)?;
+        Some((direction, self.pdf(direction)))
+    }
+
+    fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        match self.2 {
+            None => self.0.pdf(direction),
+            Some(Fault::NoFactor) => {
+                let norm = direction.abs().element_sum();
+                self.0.pdf(direction) * (norm * norm * norm / 5.2) * 4.0
+            }
+            Some(Fault::OtherTree) => self.1.pdf(direction),
+        }
+    }
+}
+
+#[test]
+fn densities_are_those_of_the_samples() {
+    for (seed, bits) in [(1, 32), (2, 64), (3, 96), (4, 1024)] {
+        let model = quadtree(bits);
+        let [records, others] = [5, 6].map(|seed| {
+            let mut samples = lobes(3000, seed);
+            samples
+                .iter_mut()
+                .for_each(|sample| sample.direction.x *= if seed == 6 { -1.0 } else { 1.0 });
+            learnt(&model, &samples)
+        });
+        let faults: &[Fault] = if bits == 64 {
+            &[Fault::NoFactor, Fault::OtherTree]
+        } else {
+            &[]
+        };
+        check_faults(faults, |fault| {
+            let [own, other] = [&records, &others].map(|records| model.directions(records, Vec3::ZERO));
+            check_directions(&Faulty(own, other, fault), seed)
+        })
+        .unwrap();
+    }
+    let model = WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
+    let records = learnt(&model, &lobes(20_000, 5));
+    check_directions(&model.directions(&records, Vec3::ZERO), 7).unwrap();
+    // Nothing learnt: all directions alike on the square.
+    check_directions(&model.directions(&[], Vec3::ZERO), 8).unwrap();
+}
+
+/// Leaves fill the square, each is where the density says it is, and the leaf that a naive search finds has the density of eq. 5.1.
+#[test]
+fn leaves_are_where_their_bits_say() {
+    for bits in (32..=1024).step_by(32) {
+        let model = quadtree(bits);
+        let records = learnt(&model, &lobes(1000, u64::from(bits)));
+        let tree = CompressedQuadtree::new(&records).unwrap();
+        let leaves: Vec<_> = (0..tree.leaf_count())
+            .map(|number| tree.leaf(number).unwrap())
+            .collect();
+        assert_eq!(leaves.len() as u32, 3 * bits / 4 + 1);
+        assert_eq!(tree.leaf(tree.leaf_count()), None);
+        assert_eq!(leaves.iter().map(|leaf| f64::from(leaf.area())).sum::<f64>(), 1.0);
+        for i in 0..200 {
+            let direction = UniformSphere::sample(CounterRng::new(1, i, bits).next_2d());
+            let square = lightshed_sampling::octahedral_encode(direction);
+            let has = |depth: u32, place: [u32; 2]| {
+                let scaled = square * (1u32 << depth) as f32;
+                (scaled.x.floor() as u32, scaled.y.floor() as u32) == (place[0], place[1])
+            };
+            let mut found = leaves.iter().filter(|leaf| has(leaf.depth, leaf.place));
+            let leaf = found.next().expect("leaves fill the square");
+            assert!(found.next().is_none());
+            let q = (direction / direction.abs().element_sum()).length();
+            let expected = q * q * q / 4.0 / (leaf.area() * leaves.len() as f32);
+            let density = tree.pdf(direction).value();
+            assert!(
+                (density / expected - 1.0).abs() < 1e-5,
+                "{density} and {expected}"
+            );
+        }
+    }
+    assert!(CompressedQuadtree::new(&[0]).is_err());
+    assert!(CompressedQuadtree::new(&[]).is_err());
+}
+
+/// Neighbouring numbers give neighbouring directions: a net of 64 × 64 numbers leaves no leaf of a 64-bit tree empty, and none has far more than
+/// its share.
+#[test]
+fn the_warp_keeps_strata() {
+    let model = quadtree(64);
+    let records = learnt(&model, &lobes(3000, 9));
+    let tree = CompressedQuadtree::new(&records).unwrap();
+    let mut counts = vec![0u32; tree.leaf_count() as usize];
+    let leaves: Vec<_> = (0..tree.leaf_count())
+        .map(|number| tree.leaf(number).unwrap())
+        .collect();
+    for i in 0..4096u32 {
+        let u = [(i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5].map(|u| u / 64.0);
+        let square = lightshed_sampling::octahedral_encode(tree.sample(u).unwrap().0);
+        let number = leaves.iter().position(|leaf| {
+            let place = square * (1u32 << leaf.depth) as f32;
+            [place.x as u32, place.y as u32] == leaf.place
+        });
+        counts[number.unwrap()] += 1;
+    }
+    let mean = 4096.0 / f64::from(tree.leaf_count());
+    let squares: f64 = counts
+        .iter()
+        .map(|&count| (f64::from(count) - mean).powi(2))
+        .sum();
+    let variance = squares / f64::from(tree.leaf_count());
+    // Independent numbers would have a variance of the mean, 83.6.
+    assert!(variance < 0.6 * mean, "variance {variance} at a mean of {mean}");
+}
+
+/// The more bits, the nearer: the mean of `f²/p` over directions falls towards the squared integral, in at most two updates of fresh trees.
+#[test]
+fn more_bits_are_nearer_to_the_target() {
+    let samples = lobes(20_000, 3);
+    let second_moment = |directions: &dyn Fn(Vec3) -> f32| {
+        let terms = samples.iter().map(|sample| {
+            let f = f64::from(sample.weight) / (4.0 * PI);
+            f * f / f64::from(directions(sample.direction)) * 4.0 * PI
+        });
+        terms.sum::<f64>() / samples.len() as f64
+    };
+    let uniform = second_moment(&|_| UniformSphere::density().value());
+    let of_bits = |bits| {
+        let model = quadtree(bits);
+        let records = learnt(&model, &samples);
+        second_moment(&|direction| model.directions(&records, Vec3::ZERO).pdf(direction).value())
+    };
+    let found = [32, 64, 128, 512].map(of_bits);
+    println!("uniform {uniform}, quadtrees {found:?}");
+    assert!(found.windows(2).all(|pair| pair[1] < pair[0]), "{found:?}");
+    assert!(found[1] < 0.35 * uniform, "{found:?} and {uniform}");
+    let model = WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
+    let records = learnt(&model, &samples);
+    let weighted = second_moment(&|direction| {
+        model
+            .directions(&records, Vec3::ZERO)
+            .pdf(direction)
+            .value()
+            .max(1e-3)
+    });
+    println!("with weights {weighted}");
+    assert!(weighted < found[0]);
+}

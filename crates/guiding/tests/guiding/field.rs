@@ -1,0 +1,204 @@
+//! Fields: the same for any threads and order, and what their regions learn.
+
+use crate::directions::{UNIT, lobes, quadtree};
+use lightshed_guiding::glam::Vec3;
+use lightshed_guiding::{
+    BinaryTree, DirectionalModel, FieldOptions, GuidingError, GuidingField, GuidingSample, Interpolation,
+    Partition, QuadtreeModel, QuadtreeOptions, WeightedTreeModel, WeightedTreeOptions,
+};
+use lightshed_sampling::{CounterRng, DirectionDistribution, UniformSphere};
+use lightshed_spatial::{AdaptiveOctree, Bounds};
+use rayon::prelude::*;
+
+const OPTIONS: FieldOptions = FieldOptions {
+    split_above: 500,
+    collapse_below: 250,
+    ..FieldOptions {
+        split_above: 0,
+        collapse_below: 0,
+        max_regions: 1 << 16,
+        levels: 20,
+        interpolation: Interpolation::Jitter,
+        first_share: 0.5,
+        max_share: 0.9,
+        min_share: 0.05,
+        share_prior: 16.0,
+    }
+};
+
+/// Where densities are compared.
+fn probes() -> impl Iterator<Item = (Vec3, Vec3)> {
+    (0..500).map(|i| {
+        let mut rng = CounterRng::new(77, i, 0);
+        let position = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+        (position, UniformSphere::sample(rng.next_2d()))
+    })
+}
+
+/// What a field knows, as bits.
+fn bits<M: DirectionalModel, P: Partition>(field: &GuidingField<M, P>) -> Vec<[u32; 2]> {
+    let at = |(position, direction): (Vec3, Vec3)| {
+        let known = field.at(position);
+        known.map_or([0; 2], |known| {
+            [known.share, known.pdf(direction).value()].map(f32::to_bits)
+        })
+    };
+    probes().map(at).collect()
+}
+
+/// Three updates from samples that so many threads record, in another order each.
+fn trained<M: DirectionalModel, P: Partition>(model: M, threads: usize) -> Vec<[u32; 2]> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap();
+    pool.install(|| {
+        let mut field = GuidingField::<M, P>::new(UNIT, model, OPTIONS).unwrap();
+        for update in 0..3 {
+            let mut samples = lobes(6000, update);
+            if threads > 1 {
+                samples.reverse();
+            }
+            samples.par_chunks(7).for_each(|path| field.record(path));
+            assert_eq!(field.recorded(), 6000);
+            let done = field.update().unwrap();
+            assert_eq!((done.samples, done.outside, field.recorded()), (6000, 0, 0));
+        }
+        assert!(field.learnt_regions() >= 8);
+        bits(&field)
+    })
+}
+
+#[test]
+fn fields_do_not_depend_on_threads() {
+    let weighted = || WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
+    let second = || {
+        QuadtreeModel::new(QuadtreeOptions {
+            second_moment: true,
+            bits: 128,
+            ..QuadtreeOptions::default()
+        })
+        .unwrap()
+    };
+    let one = (
+        trained::<_, AdaptiveOctree>(quadtree(64), 1),
+        trained::<_, AdaptiveOctree>(second(), 1),
+        trained::<_, BinaryTree>(weighted(), 1),
+    );
+    assert!(one.0.iter().any(|known| *known != [0; 2]));
+    for threads in [2, 7] {
+        assert_eq!(trained::<_, AdaptiveOctree>(quadtree(64), threads), one.0);
+        assert_eq!(trained::<_, AdaptiveOctree>(second(), threads), one.1);
+        assert_eq!(trained::<_, BinaryTree>(weighted(), threads), one.2);
+    }
+}
+
+/// Light from `+z` above the plane `x = ½` and from `−z` below it, of samples that were taken uniformly.
+fn halves(count: u32, seed: u64) -> Vec<GuidingSample> {
+    let mut samples = lobes(count, seed);
+    for sample in &mut samples {
+        let side = if sample.position.x > 0.5 { 1.0 } else { -1.0 };
+        sample.weight = if sample.direction.z * side > 0.9 { 1.0 } else { 0.0 };
+    }
+    samples
+}
+
+#[test]
+fn regions_learn_what_is_theirs() {
+    let options = FieldOptions {
+        interpolation: Interpolation::None,
+        ..OPTIONS
+    };
+    let mut field = GuidingField::<_, AdaptiveOctree>::new(UNIT, quadtree(64), options).unwrap();
+    assert!(field.at(Vec3::splat(0.5)).is_none());
+    for update in 0..3 {
+        field.record(&halves(40_000, update));
+        field.update().unwrap();
+    }
+    for x in [0.2, 0.8] {
+        let known = field.at(Vec3::new(x, 0.4, 0.6)).unwrap();
+        let up = if x > 0.5 { 1.0 } else { -1.0 };
+        let inside = (0..1000).filter(|&i| {
+            let (direction, _) = known.sample(CounterRng::new(5, i, 0).next_2d()).unwrap();
+            direction.z * up > 0.85
+        });
+        let inside = inside.count();
+        assert!(inside > 450, "{inside} of 1000 at {x}");
+        // Samples that were taken uniformly are explained by the guide alone.
+        assert!(known.share > 0.85, "{}", known.share);
+    }
+    assert!(field.at(Vec3::splat(2.0)).is_none() && field.at(Vec3::NAN).is_none());
+    // A region without samples keeps what it knows.
+    let before = bits(&field);
+    let update = field.update().unwrap();
+    assert_eq!((update.samples, update.regions), (0, 0));
+    assert!(field.at(Vec3::new(0.8, 0.4, 0.6)).is_some(), "{before:?}");
+}
+
+/// Where light comes as what scatters would have it, a guide gets no share, and is not asked.
+#[test]
+fn useless_guides_lose_their_share() {
+    let options = FieldOptions {
+        share_prior: 1.0,
+        ..OPTIONS
+    };
+    let model = WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
+    let mut field = GuidingField::<_, BinaryTree>::new(UNIT, model, options).unwrap();
+    for update in 0..40 {
+        // What scatters has the density of the light itself, which is narrow, and samples come from it.
+        let mut samples = lobes(20_000, update);
+        samples.retain(|sample| sample.direction.z > 0.98);
+        for sample in &mut samples {
+            sample.weight = 1.0 + sample.direction.x;
+            sample.scattering_pdf = sample.pdf * 2.0 * (1.0 + sample.direction.x) * 50.0;
+        }
+        field.record(&samples);
+        field.update().unwrap();
+    }
+    assert!(field.mean_share() < 0.2, "{}", field.mean_share());
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let wrong = |options: QuadtreeOptions| QuadtreeModel::new(options).unwrap_err();
+    for bits in [0, 31, 48, 1056] {
+        let error = wrong(QuadtreeOptions {
+            bits,
+            ..QuadtreeOptions::default()
+        });
+        assert!(matches!(error, GuidingError::Option { name: "bits", .. }));
+    }
+    let nowhere = Bounds {
+        min: Vec3::ONE,
+        max: Vec3::ZERO,
+    };
+    let error = GuidingField::<_, AdaptiveOctree>::new(nowhere, quadtree(64), OPTIONS).unwrap_err();
+    assert_eq!(error, GuidingError::Bounds);
+    // Samples that teach nothing are left out, those outside are counted.
+    let mut field = GuidingField::<_, AdaptiveOctree>::new(UNIT, quadtree(64), OPTIONS).unwrap();
+    let sound = lobes(1, 0)[0];
+    let with = |change: &dyn Fn(&mut GuidingSample)| {
+        let mut sample = sound;
+        change(&mut sample);
+        sample
+    };
+    field.record(&[
+        sound,
+        with(&|sample| sample.weight = f32::NAN),
+        with(&|sample| sample.weight = 0.0),
+        with(&|sample| sample.weight = f32::INFINITY),
+        with(&|sample| sample.position.x = f32::NAN),
+        with(&|sample| sample.direction.x = f32::INFINITY),
+        with(&|sample| sample.position.x = 7.0),
+    ]);
+    let update = field.update().unwrap();
+    assert_eq!((update.samples, update.outside, update.regions), (1, 1, 1));
+    // More regions than allowed.
+    let few = FieldOptions {
+        max_regions: 16,
+        ..OPTIONS
+    };
+    let mut field = GuidingField::<_, AdaptiveOctree>::new(UNIT, quadtree(64), few).unwrap();
+    field.record(&lobes(40_000, 1));
+    assert_eq!(field.update(), Err(GuidingError::TooManyRegions(16)));
+}
