@@ -2,7 +2,7 @@
 
 use crate::{FrameMethod, MAX_BATCH, PixelEstimator, RayCounts, SampleId};
 use lightshed_sampling::Rgb;
-use rayon::prelude::*;
+use lightshed_sampling::parallel;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A frame is the mean of some samples in every pixel.
@@ -43,42 +43,39 @@ impl<E: PixelEstimator + Send + Sync> FrameMethod for SampledFrames<E> {
     ) -> Option<RayCounts> {
         let (width, samples) = (self.size[0] as usize, self.samples as usize);
         let (estimator, first) = (&self.estimator, frame.wrapping_mul(self.samples));
-        image
-            .par_chunks_mut(width * BLOCK)
-            .enumerate()
-            .for_each(|(band, rows)| {
-                let mut ids = [SampleId::default(); MAX_BATCH];
-                let mut values = [Rgb::ZERO; MAX_BATCH];
-                let height = rows.len() / width;
-                for left in (0..width).step_by(BLOCK) {
-                    if cancel.load(Ordering::Relaxed) {
-                        return;
+        parallel::for_each(image.chunks_mut(width * BLOCK), |band, rows| {
+            let mut ids = [SampleId::default(); MAX_BATCH];
+            let mut values = [Rgb::ZERO; MAX_BATCH];
+            let height = rows.len() / width;
+            for left in (0..width).step_by(BLOCK) {
+                if cancel.load(Ordering::Relaxed) {
+                    return;
+                }
+                let columns = BLOCK.min(width - left);
+                let place = |number: usize| {
+                    let pixel = number / samples;
+                    (left + pixel % columns, pixel / columns)
+                };
+                let total = columns * height * samples;
+                (0..height).for_each(|y| rows[y * width + left..][..columns].fill(Rgb::ZERO));
+                for start in (0..total).step_by(MAX_BATCH) {
+                    let count = MAX_BATCH.min(total - start);
+                    for (id, number) in ids.iter_mut().zip(start..start + count) {
+                        let (x, y) = place(number);
+                        *id = SampleId {
+                            x: x as u32,
+                            y: (band * BLOCK + y) as u32,
+                            index: first.wrapping_add((number % samples) as u32),
+                        };
                     }
-                    let columns = BLOCK.min(width - left);
-                    let place = |number: usize| {
-                        let pixel = number / samples;
-                        (left + pixel % columns, pixel / columns)
-                    };
-                    let total = columns * height * samples;
-                    (0..height).for_each(|y| rows[y * width + left..][..columns].fill(Rgb::ZERO));
-                    for start in (0..total).step_by(MAX_BATCH) {
-                        let count = MAX_BATCH.min(total - start);
-                        for (id, number) in ids.iter_mut().zip(start..start + count) {
-                            let (x, y) = place(number);
-                            *id = SampleId {
-                                x: x as u32,
-                                y: (band * BLOCK + y) as u32,
-                                index: first.wrapping_add((number % samples) as u32),
-                            };
-                        }
-                        estimator.sample_many(&ids[..count], seed, &mut values[..count]);
-                        for (value, number) in values[..count].iter().zip(start..) {
-                            let (x, y) = place(number);
-                            rows[y * width + x] += *value / samples as f32;
-                        }
+                    estimator.sample_many(&ids[..count], seed, &mut values[..count]);
+                    for (value, number) in values[..count].iter().zip(start..) {
+                        let (x, y) = place(number);
+                        rows[y * width + x] += *value / samples as f32;
                     }
                 }
-            });
+            }
+        });
         (!cancel.load(Ordering::Relaxed)).then(RayCounts::default)
     }
 }

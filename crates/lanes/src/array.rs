@@ -34,7 +34,8 @@ macro_rules! operators {
     ($($type:ident $each:ident: $($trait:ident $method:ident $f:expr),+;)+) => {$($(
         impl $trait for $type {
             type Output = Self;
-            #[inline(always)]
+            #[cfg_attr(target_arch = "x86_64", inline(never))]
+            #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
             fn $method(self, other: Self) -> Self {
                 $each(self, other, $f)
             }
@@ -49,7 +50,8 @@ operators! {
 
 impl Neg for ArrayLanes {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn neg(self) -> Self {
         Self(self.0.map(|value| -value))
     }
@@ -103,12 +105,14 @@ impl LaneWords for ArrayWords {
     fn store(self) -> [u32; LANES] {
         self.0
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn rotate<const LEFT: i32, const RIGHT: i32>(self) -> Self {
         const { assert!(LEFT + RIGHT == 32) };
         Self(self.0.map(|word| word.rotate_left(LEFT as u32)))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn shift_right<const BITS: i32>(self) -> Self {
         Self(self.0.map(|word| word >> BITS))
     }
@@ -131,39 +135,48 @@ impl Lanes for ArrayLanes {
     fn store(self) -> [f32; LANES] {
         self.0
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn load_transposed(rows: [&[f32; LANES]; LANES]) -> [Self; LANES] {
         core::array::from_fn(|j| Self(core::array::from_fn(|i| rows[i][j])))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn load_pairs(pairs: [&[f32; 2]; LANES]) -> [Self; 2] {
         core::array::from_fn(|j| Self(pairs.map(|pair| pair[j])))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn pick(table: &[f32; 4], index: ArrayWords) -> Self {
         Self(index.0.map(|index| table[index as usize % 4]))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn min(self, other: Self) -> Self {
         lanewise(self, other, |a, b| if a < b { a } else { b })
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn max(self, other: Self) -> Self {
         lanewise(self, other, |a, b| if a > b { a } else { b })
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sqrt(self) -> Self {
         Self(self.0.map(f32::sqrt))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn abs(self) -> Self {
         Self(self.0.map(f32::abs))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn copysign(self, sign: Self) -> Self {
         lanewise(self, sign, f32::copysign)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn select(self, mask: ArrayMask, other: Self) -> Self {
         Self(core::array::from_fn(|i| {
             if mask.0 >> i & 1 == 1 {
@@ -173,27 +186,33 @@ impl Lanes for ArrayLanes {
             }
         }))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn to_bits(self) -> ArrayWords {
         ArrayWords(self.0.map(f32::to_bits))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn from_bits(bits: ArrayWords) -> Self {
         Self(bits.0.map(f32::from_bits))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn from_integers(words: ArrayWords) -> Self {
         Self(words.0.map(|word| word as f32))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn to_integers(self) -> ArrayWords {
         ArrayWords(self.0.map(|value| value as u32))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn compress(self, mask: u32, flip: u32) -> Self {
         Self(crate::tables::COMPRESS[mask as usize & 255].map(|bit| self.0[(bit ^ flip) as usize & 7]))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn least_of(self, mask: u32) -> Self {
         let chosen = (0..LANES)
             .filter(|lane| mask >> lane & 1 == 1)
@@ -213,21 +232,25 @@ impl Lanes for ArrayLanes {
     fn lane(self, index: usize) -> f32 {
         self.0[index % LANES]
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn delayed(self) -> Self {
         Self(core::array::from_fn(|i| if i == 0 { 0.0 } else { self.0[i - 1] }))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn evens_and_odds(self, next: Self) -> [Self; 2] {
         let at = |i: usize| if i < LANES { self.0[i] } else { next.0[i - LANES] };
         [0, 1].map(|odd| Self(core::array::from_fn(|i| at(2 * i + odd))))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn total(self) -> Self {
         let v = self.0;
         Self([((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7])); LANES])
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn running_sums(self) -> Self {
         // Each step adds to all lanes, zero to some: that matters to −0 alone.
         let v = self.0;
@@ -237,19 +260,23 @@ impl Lanes for ArrayLanes {
         let v = core::array::from_fn(|i| fours[i] + if i >= 4 { fours[3] } else { 0.0 });
         Self(v)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn equal(self, other: Self) -> ArrayMask {
         mask(self, other, |a, b| a == b)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn less(self, other: Self) -> ArrayMask {
         mask(self, other, |a, b| a < b)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn less_equal(self, other: Self) -> ArrayMask {
         mask(self, other, |a, b| a <= b)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn count_at_most(self, bound: f64) -> usize {
         self.0
             .into_iter()

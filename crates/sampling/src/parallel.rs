@@ -3,30 +3,84 @@
 //! With the feature `parallel` they run on rayon's current pool, without it on the calling thread. How the work is
 //! divided depends on the length alone, so what each part computes is the same in both.
 
-#[cfg(feature = "parallel")]
-use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Elements below which work is not split.
 const GRAIN: usize = 4096;
 
-/// Calls `work(start, part)` for consecutive parts of `chunk` items, `start` the index of each part's first item.
-pub fn for_each_chunk<T: Send>(items: &mut [T], chunk: usize, work: impl Fn(usize, &mut [T]) + Sync + Send) {
+/// Calls `task(i)` for `i < count`. The one place where work is handed to threads: rayon's code is much, and compiled
+/// here it is not compiled again for every loop.
+fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
-    if items.len() > chunk {
-        items
-            .par_chunks_mut(chunk)
-            .enumerate()
-            .for_each(|(i, items)| work(i * chunk, items));
+    if count > 1 {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().for_each(task);
         return;
     }
-    for (i, items) in items.chunks_mut(chunk).enumerate() {
-        work(i * chunk, items);
+    (0..count).for_each(task);
+}
+
+/// Whether there is more than one thread. On one thread no pass allocates.
+fn has_threads() -> bool {
+    #[cfg(feature = "parallel")]
+    return rayon::current_num_threads() > 1;
+    #[cfg(not(feature = "parallel"))]
+    false
+}
+
+/// A value that one task puts or takes.
+struct Slot<T>(Mutex<Option<T>>);
+
+impl<T> Slot<T> {
+    fn full(value: T) -> Self {
+        Self(Mutex::new(Some(value)))
+    }
+
+    fn take(&self) -> Option<T> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
+/// Calls `work(i, part)` for each part, `i` its number. Parts should be worth some microseconds each: chunks of a
+/// slice, or of several (`a.chunks_mut(n).zip(b.chunks_mut(n))`).
+pub fn for_each<P: Send>(parts: impl Iterator<Item = P>, work: impl Fn(usize, P) + Sync) {
+    // Called from two places, compiled once.
+    let work: &(dyn Fn(usize, P) + Sync) = &work;
+    if !has_threads() {
+        parts.enumerate().for_each(|(i, part)| work(i, part));
+        return;
+    }
+    let slots: Vec<_> = parts.map(Slot::full).collect();
+    run(slots.len(), &|i| {
+        if let Some(part) = slots[i].take() {
+            work(i, part);
+        }
+    });
+}
+
+/// `work(i, part)` of each part, in the parts' order.
+pub fn map<P: Send, V: Send>(parts: impl Iterator<Item = P>, work: impl Fn(usize, P) -> V + Sync) -> Vec<V> {
+    let slots: Vec<_> = parts
+        .map(|part| (Slot::full(part), Slot(Mutex::new(None))))
+        .collect();
+    run(slots.len(), &|i| {
+        let (part, value) = &slots[i];
+        if let Some(part) = part.take() {
+            let found = work(i, part);
+            *value.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+        }
+    });
+    slots.iter().filter_map(|(_, value)| value.take()).collect()
+}
+
+/// Calls `work(start, part)` for consecutive parts of `chunk` items, `start` the index of each part's first item.
+pub fn for_each_chunk<T: Send>(items: &mut [T], chunk: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+    for_each(items.chunks_mut(chunk), |i, part| work(i * chunk, part));
+}
+
 /// `out[i] = f(i)`.
-pub fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Sync + Send) {
+pub fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Sync) {
     for_each_chunk(out, GRAIN, |start, part| {
         for (i, value) in (start..).zip(part) {
             *value = f(i);
@@ -39,50 +93,67 @@ pub fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Sync + Send) {
 pub fn for_each_slab<T: Send>(
     out: &mut [T],
     slabs: Range<u32>,
-    start: &(impl Fn(u32) -> usize + Sync),
-    work: &(impl Fn(u32, &mut [T]) + Sync),
+    start: &(dyn Fn(u32) -> usize + Sync),
+    work: &(dyn Fn(u32, &mut [T]) + Sync),
 ) {
-    #[cfg(feature = "parallel")]
-    if slabs.len() > 1 && out.len() > GRAIN / 4 {
-        let middle = slabs.start + slabs.len() as u32 / 2;
-        let (left, right) = out.split_at_mut(start(middle) - start(slabs.start));
-        rayon::join(
-            || for_each_slab(left, slabs.start..middle, start, work),
-            || for_each_slab(right, middle..slabs.end, start, work),
-        );
-        return;
-    }
-    let mut rest = out;
-    for slab in slabs {
-        let (part, after) = rest.split_at_mut(start(slab + 1) - start(slab));
-        work(slab, part);
+    let (mut rest, mut slabs) = (out, slabs);
+    // Consecutive slabs that together are worth a task.
+    let groups = std::iter::from_fn(|| {
+        let first = slabs.start;
+        let mut length = 0;
+        while length < GRAIN / 4 {
+            slabs.next()?;
+            length = start(slabs.start) - start(first);
+            if slabs.is_empty() {
+                break;
+            }
+        }
+        let (part, after) = std::mem::take(&mut rest).split_at_mut(length);
         rest = after;
-    }
+        Some((first..slabs.start, part))
+    });
+    for_each(groups, |_, (slabs, mut rest): (Range<u32>, &mut [T])| {
+        for slab in slabs {
+            let (part, after) = rest.split_at_mut(start(slab + 1) - start(slab));
+            work(slab, part);
+            rest = after;
+        }
+    });
 }
 
-/// Combines the values of consecutive parts of `chunk` items; `None` of no items.
-///
-/// The grouping depends on the threads. The result does not if `combine` is associative: exact minima, maxima, unions
-/// of boxes, sums of integers. For sums of floats add integers instead.
+/// Combines the values of consecutive parts of `chunk` items, from the first to the last; `None` of no items.
 pub fn reduce<T: Sync, V: Send>(
     items: &[T],
     chunk: usize,
-    of: impl Fn(&[T]) -> V + Sync + Send,
-    combine: impl Fn(V, V) -> V + Sync + Send,
+    of: impl Fn(&[T]) -> V + Sync,
+    combine: impl Fn(V, V) -> V,
 ) -> Option<V> {
-    #[cfg(feature = "parallel")]
-    if items.len() > chunk {
-        return items.par_chunks(chunk).map(of).reduce_with(combine);
+    if has_threads() && items.len() > chunk {
+        let values = map(items.chunks(chunk), |_, part| of(part));
+        return values.into_iter().reduce(combine);
     }
     items.chunks(chunk).map(of).reduce(combine)
 }
 
 /// Runs both, at the same time where there are threads.
 pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    let (mut a, mut b) = (Some(a), Some(b));
+    let (mut of_a, mut of_b) = (None, None);
+    run_both(&mut || of_a = a.take().map(|a| a()), &mut || {
+        of_b = b.take().map(|b| b());
+    });
+    match (of_a, of_b) {
+        (Some(a), Some(b)) => (a, b),
+        _ => unreachable!("both have run"),
+    }
+}
+
+/// [`join`], compiled once.
+fn run_both(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
     #[cfg(feature = "parallel")]
-    return rayon::join(a, b);
+    rayon::join(a, b);
     #[cfg(not(feature = "parallel"))]
-    (a(), b())
+    (a(), b());
 }
 
 #[cfg(test)]
@@ -110,7 +181,7 @@ mod tests {
             // Slabs of unequal sizes, some of them empty.
             let start = |slab: u32| (slab as usize * slab as usize).min(count);
             found.fill(0);
-            for_each_slab(&mut found, 0..200, &start, &|slab, part| {
+            for_each_slab(&mut found, 0..200, &start, &|slab, part: &mut [usize]| {
                 for (i, value) in (start(slab)..).zip(part) {
                     *value = i * i;
                 }
@@ -118,5 +189,12 @@ mod tests {
             assert_eq!(found[..start(200)], expected[..start(200)]);
         }
         assert_eq!(join(|| 1, || 2), (1, 2));
+        let squares = map((0..100).rev(), |i, part: usize| (i, part * part));
+        assert!(
+            squares
+                .into_iter()
+                .enumerate()
+                .all(|(i, found)| found == (i, (99 - i).pow(2)))
+        );
     }
 }

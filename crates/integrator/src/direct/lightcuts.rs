@@ -8,10 +8,9 @@ use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_lights::{
     BvhBuild, LightBvh, LightChoice, LightError, LightSubtrees, Lightcut, PerfectTree, ShadingPoint,
 };
-use lightshed_sampling::{CounterRng, power_heuristic};
+use lightshed_sampling::{CounterRng, parallel, power_heuristic};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Bsdf, EmitterSample, Ray, Rgb, Scene, SurfacePoint};
-use rayon::prelude::*;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -423,31 +422,28 @@ impl FrameMethod for Lightcuts<'_> {
         }
         let (width, k) = (self.size()[0] as usize, self.options.block as usize);
         let this = &*self;
-        image
-            .par_chunks_mut(width * k)
-            .enumerate()
-            .map(|(band, pixels)| {
-                let mut scratch = Scratch {
-                    cut: Lightcut::default(),
-                    seen: Vec::new(),
-                    scattered: Vec::new(),
-                };
-                let mut rays = RayCounts::default();
-                for left in (0..width).step_by(k) {
-                    if cancel.load(Ordering::Relaxed) {
-                        return None;
-                    }
-                    let right = width.min(left + k);
-                    let mut rows: Vec<&mut [Rgb]> = pixels
-                        .chunks_mut(width)
-                        .map(|row| &mut row[left..right])
-                        .collect();
-                    let corner = [left as u32, (band * k) as u32];
-                    rays += this.block(corner, frame, seed, &mut rows, &mut scratch);
+        let rays = parallel::map(image.chunks_mut(width * k), |band, pixels| {
+            let mut scratch = Scratch {
+                cut: Lightcut::default(),
+                seen: Vec::new(),
+                scattered: Vec::new(),
+            };
+            let mut rays = RayCounts::default();
+            for left in (0..width).step_by(k) {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
                 }
-                Some(rays)
-            })
-            .reduce(|| Some(RayCounts::default()), |a, b| Some(a? + b?))
+                let right = width.min(left + k);
+                let mut rows: Vec<&mut [Rgb]> = pixels
+                    .chunks_mut(width)
+                    .map(|row| &mut row[left..right])
+                    .collect();
+                let corner = [left as u32, (band * k) as u32];
+                rays += this.block(corner, frame, seed, &mut rows, &mut scratch);
+            }
+            Some(rays)
+        });
+        rays.into_iter().sum()
     }
 }
 

@@ -15,9 +15,9 @@ use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
     Contribution, Extent, MergeRule, Mis, Pattern, PatternError, Reuse, ReuseError, Topology,
 };
+use lightshed_sampling::parallel;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Rgb, Scene};
-use rayon::prelude::*;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -204,10 +204,8 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> bool {
-        let results = reservoirs
-            .par_chunks_mut(MAX_BATCH)
-            .zip(image.par_chunks_mut(MAX_BATCH));
-        let batches = self.pixels(view.number).par_chunks(MAX_BATCH).zip(results);
+        let results = reservoirs.chunks_mut(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
+        let batches = self.pixels(view.number).chunks(MAX_BATCH).zip(results);
         in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
             let mut by_bsdf = [None; MAX_BATCH];
             self.meet_emitters(view, first, pixels, &mut by_bsdf, image);
@@ -405,11 +403,9 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
 
     /// Adds `f(Y) W` to each pixel, `f` with occlusion.
     fn shade(&self, frame: u32, reservoirs: &[DirectReservoir], image: &mut [Rgb]) {
-        let pixels = self.pixels(frame).par_chunks(MAX_BATCH);
-        let results = reservoirs
-            .par_chunks(MAX_BATCH)
-            .zip(image.par_chunks_mut(MAX_BATCH));
-        pixels.zip(results).for_each(|(pixels, (reservoirs, image))| {
+        let pixels = self.pixels(frame).chunks(MAX_BATCH);
+        let results = reservoirs.chunks(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
+        parallel::for_each(pixels.zip(results), |_, (pixels, (reservoirs, image))| {
             let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [0; MAX_BATCH], 0);
             let mut light = [Rgb::ZERO; MAX_BATCH];
             for (place, primary) in surfaces(pixels) {

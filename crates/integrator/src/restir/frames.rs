@@ -6,10 +6,10 @@ use lightshed_resampling::{
     Choose, Contribution, Domain, DomainReservoir, Domains, Extent, History, Reservoir, Reuse, ReuseError,
     ShiftMapping, Storage, Sums, Topology,
 };
+use lightshed_sampling::parallel;
 use lightshed_sampling::{FrameNumbers, PassNumbers};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, Hit, Ray, Rgb, Scene};
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A frame: its camera, its number and its random numbers.
@@ -38,12 +38,12 @@ pub(crate) fn corner_of(extent: Extent, index: usize) -> Vec2 {
 
 /// Does `work(first, batch)` for each of `batches`, chunks of [`MAX_BATCH`] pixels of which `first` is the first, as long as
 /// nobody cancels. False if somebody did.
-pub(crate) fn in_batches<I: IndexedParallelIterator>(
-    batches: I,
+pub(crate) fn in_batches<B: Send>(
+    batches: impl Iterator<Item = B>,
     cancel: &AtomicBool,
-    work: impl Fn(usize, I::Item) + Send + Sync,
+    work: impl Fn(usize, B) + Sync,
 ) -> bool {
-    batches.enumerate().for_each(|(batch, item)| {
+    parallel::for_each(batches, |batch, item| {
         if !cancel.load(Ordering::Relaxed) {
             work(batch * MAX_BATCH, item);
         }
@@ -61,9 +61,7 @@ pub(crate) fn trace_camera_rays<P: Send>(
     see: impl Fn(usize, &Ray, Option<&Hit>, &mut P, &mut Rgb) + Sync,
 ) -> bool {
     let extent = extent_of(scene);
-    let batches = pixels
-        .par_chunks_mut(MAX_BATCH)
-        .zip(image.par_chunks_mut(MAX_BATCH));
+    let batches = pixels.chunks_mut(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
     in_batches(batches, cancel, |first, (pixels, image)| {
         let count = pixels.len().min(MAX_BATCH);
         let rays: [Ray; MAX_BATCH] = std::array::from_fn(|place| {

@@ -18,10 +18,9 @@ use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_lanes::Lanes;
 use lightshed_resampling::{Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Ris, Topology, Tractable};
-use lightshed_sampling::{CounterRng, FrameNumbers};
+use lightshed_sampling::{CounterRng, FrameNumbers, parallel};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{EmittersByPower, HitBatch, Ray, Rgb, Scene, SurfacePoint};
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most confidence of a pixel's history, in frames.
@@ -221,21 +220,29 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
 
     /// Adds `f(x₁) |cos θ| L̂ W` to each pixel.
     fn shade(&self, frame: u32, reservoirs: &[IndirectReservoir], image: &mut [Rgb]) {
-        let pixels = self.direct.pixels(frame).par_iter().zip(reservoirs);
-        pixels.zip(image).for_each(|((pixel, reservoir), value)| {
-            let (Some(primary), Some((sender, weight))) = (pixel, reservoir.weighted_sample()) else {
-                return;
-            };
-            let between = sender.point.position - primary.point.position;
-            let Some(direction) = between.try_normalize() else {
-                return;
-            };
-            let wi = primary.point.shading.to_local(direction);
-            let scattered = primary.bsdf.evaluate(primary.wo, wi).value;
-            let light = (scattered * sender.radiance).as_dvec3() * f64::from(weight.value());
-            *value += light.as_vec3();
+        let pixels = self.direct.pixels(frame).chunks(MAX_BATCH);
+        let batches = pixels
+            .zip(reservoirs.chunks(MAX_BATCH))
+            .zip(image.chunks_mut(MAX_BATCH));
+        parallel::for_each(batches, |_, ((pixels, reservoirs), image)| {
+            for ((pixel, reservoir), value) in pixels.iter().zip(reservoirs).zip(image) {
+                if let (Some(primary), Some((sender, weight))) = (pixel, reservoir.weighted_sample()) {
+                    *value += received(primary, sender, f64::from(weight.value()));
+                }
+            }
         });
     }
+}
+
+/// `f(x₁) |cos θ| L̂ W`.
+fn received(primary: &Primary, sender: &Sender, weight: f64) -> Rgb {
+    let between = sender.point.position - primary.point.position;
+    let Some(direction) = between.try_normalize() else {
+        return Rgb::ZERO;
+    };
+    let wi = primary.point.shading.to_local(direction);
+    let scattered = primary.bsdf.evaluate(primary.wo, wi).value;
+    ((scattered * sender.radiance).as_dvec3() * weight).as_vec3()
 }
 
 /// By constant weights: as published, biased.
@@ -338,9 +345,9 @@ impl<S: EmitterSampler + Clone + Send> FrameMethod for RestirGi<'_, S> {
         reservoirs.begin(extent.len());
         let results = reservoirs
             .now
-            .par_chunks_mut(MAX_BATCH)
-            .zip(image.par_chunks_mut(MAX_BATCH));
-        let batches = seen.par_chunks(MAX_BATCH).zip(results);
+            .chunks_mut(MAX_BATCH)
+            .zip(image.chunks_mut(MAX_BATCH));
+        let batches = seen.chunks(MAX_BATCH).zip(results);
         let done = in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
             self.sample_senders((frame, seed), numbers, first, pixels, reservoirs, image);
         });

@@ -1,7 +1,7 @@
 //! An edge-avoiding filter for values that surfaces carry.
 
+use lightshed_sampling::parallel;
 use lightshed_scene::glam::Vec3;
-use rayon::prelude::*;
 
 /// What a pixel shows, as the filter judges it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ pub(super) fn filter(
     for iteration in 0..iterations {
         let step = 1isize << iteration;
         let source = &*values;
-        scratch.par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
+        parallel::for_each(scratch.chunks_mut(columns), |y, out| {
             for (x, out) in out.iter_mut().enumerate() {
                 *out = tap(source, guides, [columns, rows], [x, y], step);
             }

@@ -6,9 +6,8 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::camera_ray;
 use crate::path::transport::Transport;
 use lightshed_film::{FrameMethod, RayCounts};
-use lightshed_sampling::CounterRng;
+use lightshed_sampling::{CounterRng, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Direct light, and indirect light from virtual point lights one by one: `vpl-brute`.
@@ -140,22 +139,19 @@ impl<S: EmitterSampler + Send> FrameMethod for VplBrute<'_, S> {
         }
         let columns = self.size()[0] as usize;
         let this = &*self;
-        let rays = image
-            .par_chunks_mut(columns)
-            .enumerate()
-            .map(|(y, row)| {
-                let mut rays = RayCounts::default();
-                for (x, value) in row.iter_mut().enumerate() {
-                    if cancel.load(Ordering::Relaxed) {
-                        return None;
-                    }
-                    let (radiance, counts) = this.pixel(x as u32, y as u32, frame, seed);
-                    *value = radiance;
-                    rays += counts;
+        let rays = parallel::map(image.chunks_mut(columns), |y, row| {
+            let mut rays = RayCounts::default();
+            for (x, value) in row.iter_mut().enumerate() {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
                 }
-                Some(rays)
-            })
-            .reduce(|| Some(RayCounts::default()), |a, b| Some(a? + b?))?;
+                let (radiance, counts) = this.pixel(x as u32, y as u32, frame, seed);
+                *value = radiance;
+                rays += counts;
+            }
+            Some(rays)
+        });
+        let rays: RayCounts = rays.into_iter().sum::<Option<_>>()?;
         Some(RayCounts {
             path: rays.path + self.set.rays(),
             ..rays

@@ -9,10 +9,9 @@ use crate::path::camera_ray;
 use crate::path::transport::Transport;
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_lights::{GridOptions, GridQuery, LightingGrid, MAX_SHADOW_SAMPLES};
-use lightshed_sampling::CounterRng;
+use lightshed_sampling::{CounterRng, parallel};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most iterations of the shadow filter: its taps then lie 512 pixels apart.
@@ -288,23 +287,21 @@ impl<S: EmitterSampler + Send> FrameMethod for VplGrid<'_, S> {
         visibility.resize(image.len(), 1.0);
         self.scratch.resize(image.len(), 0.0);
         let this = &*self;
-        let rays = pixels
-            .par_chunks_mut(columns)
-            .zip(guides.par_chunks_mut(columns))
-            .zip(visibility.par_chunks_mut(columns))
-            .enumerate()
-            .map(|(y, ((pixels, guides), visibility))| {
-                let mut rays = RayCounts::default();
-                for x in 0..pixels.len() {
-                    if cancel.load(Ordering::Relaxed) {
-                        return None;
-                    }
-                    (pixels[x], guides[x], visibility[x]) =
-                        this.pixel(x as u32, y as u32, frame, seed, &mut rays);
+        let rows = pixels
+            .chunks_mut(columns)
+            .zip(guides.chunks_mut(columns))
+            .zip(visibility.chunks_mut(columns));
+        let rays = parallel::map(rows, |y, ((pixels, guides), visibility)| {
+            let mut rays = RayCounts::default();
+            for x in 0..pixels.len() {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
                 }
-                Some(rays)
-            })
-            .reduce(|| Some(RayCounts::default()), |a, b| Some(a? + b?));
+                (pixels[x], guides[x], visibility[x]) =
+                    this.pixel(x as u32, y as u32, frame, seed, &mut rays);
+            }
+            Some(rays)
+        });
         filter(
             &mut visibility,
             &mut self.scratch,
@@ -313,10 +310,10 @@ impl<S: EmitterSampler + Send> FrameMethod for VplGrid<'_, S> {
             self.options.filter_iterations,
         );
         (self.pixels, self.guides, self.visibility) = (pixels, guides, visibility);
-        let rays = rays?;
+        let rays: RayCounts = rays.into_iter().sum::<Option<_>>()?;
         let this = &*self;
         let size = [columns, image.len() / columns];
-        image.par_chunks_mut(columns).enumerate().for_each(|(y, row)| {
+        parallel::for_each(image.chunks_mut(columns), |y, row| {
             for (x, value) in row.iter_mut().enumerate() {
                 let place = y * columns + x;
                 *value = this.pixels[place].direct + this.unshadowed(x, y, size) * this.visibility[place];

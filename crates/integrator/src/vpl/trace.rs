@@ -1,10 +1,9 @@
 //! Virtual point lights: where light paths meet diffuse surfaces.
 
 use lightshed_lights::PointLight;
-use lightshed_sampling::SobolSampler;
+use lightshed_sampling::{SobolSampler, parallel};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Rgb, Scene};
-use rayon::prelude::*;
 use std::fmt;
 
 /// Most light paths of a set.
@@ -144,19 +143,23 @@ impl VplSet {
         self.places
             .resize(options.paths as usize * bounces, PointLight::default());
         let per_path = 1.0 / options.paths as f32;
-        self.rays = self
-            .places
-            .par_chunks_mut(bounces)
-            .with_min_len(64)
-            .enumerate()
-            .map(|(path, places)| trace_path(scene, places, per_path, seed, path as u32))
-            .sum();
+        let groups = self.places.chunks_mut(bounces * PATHS_IN_GROUP);
+        let rays = parallel::map(groups, |group, places| -> u64 {
+            let paths = (group * PATHS_IN_GROUP..).zip(places.chunks_mut(bounces));
+            paths
+                .map(|(path, places)| trace_path(scene, places, per_path, seed, path as u32))
+                .sum()
+        });
+        self.rays = rays.iter().sum();
         self.lights.clear();
         self.lights
             .extend(self.places.iter().filter(|light| light.intensity != Vec3::ZERO));
         Ok(())
     }
 }
+
+/// Paths that one thread takes at a time.
+const PATHS_IN_GROUP: usize = 64;
 
 /// Fills `places` from the first one on; returns how many rays that took.
 fn trace_path(scene: &Scene, places: &mut [PointLight], per_path: f32, seed: u64, path: u32) -> u64 {

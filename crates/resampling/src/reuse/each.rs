@@ -1,12 +1,16 @@
 //! Loops over the domains of a pass.
 
 use super::error::ReuseError;
+use lightshed_sampling::parallel;
+
+/// Domains that one thread takes at a time, with the same scratch.
+const IN_GROUP: usize = 64;
 
 /// [`each_pair`] for one slice.
 pub(super) fn each<X: Send, S>(
     elements: &mut [X],
-    scratch: impl Fn() -> S + Sync + Send,
-    run: impl Fn(&mut S, usize, &mut X) -> Result<(), ReuseError> + Sync + Send,
+    scratch: impl Fn() -> S + Sync,
+    run: impl Fn(&mut S, usize, &mut X) -> Result<(), ReuseError> + Sync,
 ) -> Result<(), ReuseError> {
     // Units take no room: this allocates nothing.
     let mut units = vec![(); elements.len()];
@@ -15,39 +19,21 @@ pub(super) fn each<X: Send, S>(
     })
 }
 
-/// Runs `run` for each pair of elements of two slices of one length, with per-thread scratch made by `scratch`. Pairs are
-/// independent of each other.
-#[cfg(feature = "parallel")]
+/// Runs `run` for each pair of elements of two slices of one length, with scratch made by `scratch`. Pairs are
+/// independent of each other. Returns the error of the first pair that fails.
 pub(super) fn each_pair<X: Send, A: Send, S>(
     elements: &mut [X],
     others: &mut [A],
-    scratch: impl Fn() -> S + Sync + Send,
-    run: impl Fn(&mut S, usize, &mut X, &mut A) -> Result<(), ReuseError> + Sync + Send,
+    scratch: impl Fn() -> S + Sync,
+    run: impl Fn(&mut S, usize, &mut X, &mut A) -> Result<(), ReuseError> + Sync,
 ) -> Result<(), ReuseError> {
-    use rayon::prelude::*;
-    elements
-        .par_iter_mut()
-        .zip(others)
-        .enumerate()
-        .with_min_len(64)
-        .try_for_each_init(scratch, |scratch, (index, (element, other))| {
-            run(scratch, index, element, other)
-        })
-}
-
-/// Runs `run` for each pair of elements of two slices of one length, with scratch made by `scratch`. Pairs are independent of
-/// each other.
-#[cfg(not(feature = "parallel"))]
-pub(super) fn each_pair<X, A, S>(
-    elements: &mut [X],
-    others: &mut [A],
-    scratch: impl Fn() -> S,
-    run: impl Fn(&mut S, usize, &mut X, &mut A) -> Result<(), ReuseError>,
-) -> Result<(), ReuseError> {
-    let mut scratch = scratch();
-    elements
-        .iter_mut()
-        .zip(others)
-        .enumerate()
-        .try_for_each(|(index, (element, other))| run(&mut scratch, index, element, other))
+    let groups = elements.chunks_mut(IN_GROUP).zip(others.chunks_mut(IN_GROUP));
+    let results = parallel::map(groups, |group, (elements, others)| {
+        let scratch = &mut scratch();
+        let pairs = elements.iter_mut().zip(others);
+        (group * IN_GROUP..)
+            .zip(pairs)
+            .try_for_each(|(index, (element, other))| run(scratch, index, element, other))
+    });
+    results.into_iter().collect()
 }

@@ -95,7 +95,7 @@ fn levels_are_positive_wherever_the_density_is_and_bounded() {
                     let coarse = p / (1 << level) as f32;
                     let proxy = match fault {
                         None => mip.density().density(coarse),
-                        Some(PlainMeans) => plain.at(coarse.as_uvec3().to_array()) as f32,
+                        Some(PlainMeans) => plain.at(coarse.to_array().map(|x| x as u32)) as f32,
                     };
                     if density > 0.0 && !(proxy > 0.0) {
                         return Err(format!("{density} at {p}, level {level} has {proxy}"));

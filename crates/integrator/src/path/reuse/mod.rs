@@ -7,8 +7,8 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::transport::Transport;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayTally};
 use lightshed_resampling::{Extent, Pattern};
+use lightshed_sampling::parallel;
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
-use rayon::prelude::*;
 use share::{Sharing, TILE_PIXELS};
 use std::sync::atomic::{AtomicBool, Ordering};
 use tree::Ground;
@@ -143,9 +143,10 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
         cancel: &AtomicBool,
     ) -> Option<RayCounts> {
         let rows = SQUARE * self.extent().width as usize;
-        let bands = image.par_chunks_mut(rows).enumerate();
         let this = &*self;
-        bands.for_each(|(index, band)| this.render_band(index * SQUARE, frame, seed, band, cancel));
+        parallel::for_each(image.chunks_mut(rows), |index, band| {
+            this.render_band(index * SQUARE, frame, seed, band, cancel)
+        });
         let counts = self.tally.take();
         (!cancel.load(Ordering::Relaxed)).then_some(counts)
     }

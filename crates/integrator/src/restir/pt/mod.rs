@@ -13,13 +13,12 @@ use lightshed_resampling::{
     Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, Pattern, Reuse, ReuseError,
     ShiftMapping, Topology,
 };
-use lightshed_sampling::{FramePasses, PathSeed};
+use lightshed_sampling::{FramePasses, PathSeed, parallel};
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
 use lightshed_shift::{
     Connectability, Finding, PathDomain, PathSample, PathShift, TreeTracer, WorldLighting,
 };
-use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -125,6 +124,9 @@ const PASSES: FramePasses = match FramePasses::new(Pass::Spatial as u32 + 1, MAX
 /// Trees that are traced together.
 const TREES: usize = 64;
 
+/// Chunks of pixels that one thread takes at a time, with the same working memory.
+const CHUNKS_IN_GROUP: usize = 16;
+
 impl<'a, E: EmitterSampler> RestirPt<'a, E> {
     /// For images of the size that the scene's settings ask for, with paths as long as they ask for.
     ///
@@ -226,16 +228,17 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let roulette_from = self.world.scene().settings().roulette_depth;
         // A chunk of pixels fills a batch of trees, or a pixel fills several.
         let pixels = (TREES / trees).max(1);
-        let chunks = reservoirs
-            .par_chunks_mut(pixels)
-            .zip(image.par_chunks_mut(pixels));
-        chunks.enumerate().with_min_len(16).for_each_init(
-            || (TreeTracer::new(roulette_from), Vec::new(), Vec::new(), Vec::new()),
-            |(tracer, streams, starts, owners), (chunk, (reservoirs, image))| {
+        let in_group = pixels * CHUNKS_IN_GROUP;
+        let groups = reservoirs.chunks_mut(in_group).zip(image.chunks_mut(in_group));
+        parallel::for_each(groups, |group, (reservoirs, image)| {
+            let mut tracer = TreeTracer::new(roulette_from);
+            let (mut streams, mut starts, mut owners) = (Vec::new(), Vec::new(), Vec::new());
+            let chunks = reservoirs.chunks_mut(pixels).zip(image.chunks_mut(pixels));
+            for (chunk, (reservoirs, image)) in chunks.enumerate() {
                 if cancel.load(Ordering::Relaxed) {
                     return;
                 }
-                let first = chunk * pixels;
+                let first = group * in_group + chunk * pixels;
                 let pixels = &all[first..first + reservoirs.len()];
                 streams.clear();
                 streams.extend((0..reservoirs.len()).map(|place| {
@@ -254,7 +257,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                             owners.extend((0..count).map(|_| place));
                         }
                     }
-                    tracer.trace(starts, |tree, finding| {
+                    tracer.trace(&starts, |tree, finding| {
                         let place = owners[tree];
                         match finding {
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
@@ -277,8 +280,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                 for (reservoir, (_, ris)) in reservoirs.iter_mut().zip(streams.drain(..)) {
                     *reservoir = ris.finish(1.0);
                 }
-            },
-        );
+            }
+        });
     }
 
     /// All reuse of a frame, which shades `image`.

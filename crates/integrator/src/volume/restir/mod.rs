@@ -31,7 +31,6 @@ use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::{Rgb, Scene};
 use lightshed_shift::{ConnectionReach, FollowPaths, VolumePathShift};
 use pixel::{VolumePath, VolumePixel, VolumeReservoir};
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use through::Volumes;
 
@@ -282,9 +281,7 @@ impl<'a> RestirVolume<'a> {
         cancel: &AtomicBool,
     ) -> bool {
         let evaluation = self.evaluation(view.frame.number);
-        let batches = pixels
-            .par_chunks_mut(MAX_BATCH)
-            .zip(image.par_chunks_mut(MAX_BATCH));
+        let batches = pixels.chunks_mut(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
         in_batches(batches, cancel, |first, (pixels, image)| {
             self.tally.add(RayKind::Camera, pixels.len());
             for (place, (pixel, value)) in pixels.iter_mut().zip(image).enumerate() {
@@ -321,7 +318,7 @@ impl<'a> RestirVolume<'a> {
         cancel: &AtomicBool,
     ) -> bool {
         let evaluation = self.evaluation(view.frame.number);
-        let batches = pixels.par_chunks(MAX_BATCH).zip(fresh.par_chunks_mut(MAX_BATCH));
+        let batches = pixels.chunks(MAX_BATCH).zip(fresh.chunks_mut(MAX_BATCH));
         in_batches(batches, cancel, |first, (pixels, fresh)| {
             for (place, (pixel, fresh)) in pixels.iter().zip(fresh).enumerate() {
                 // From here on with the target of reuse: W stays.
@@ -438,14 +435,8 @@ impl<'a> RestirVolume<'a> {
         cancel: &AtomicBool,
     ) -> bool {
         let evaluation = self.evaluation(view.frame.number);
-        let results = reservoirs
-            .par_chunks(MAX_BATCH)
-            .zip(image.par_chunks_mut(MAX_BATCH));
-        let batches = self
-            .pixels
-            .of(view.frame.number)
-            .par_chunks(MAX_BATCH)
-            .zip(results);
+        let results = reservoirs.chunks(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
+        let batches = self.pixels.of(view.frame.number).chunks(MAX_BATCH).zip(results);
         in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
             for (place, ((pixel, reservoir), value)) in pixels.iter().zip(reservoirs).zip(image).enumerate() {
                 if let Some((path, weight)) = self.shared(reservoir) {

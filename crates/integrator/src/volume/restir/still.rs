@@ -3,12 +3,11 @@
 use super::evaluation::Evaluation;
 use super::pixel::{VolumePixel, VolumeReservoir};
 use super::{Pass, RestirVolume, View, bounded, shift_of};
-use lightshed_film::MAX_BATCH;
-use lightshed_film::RayKind;
+use lightshed_film::{MAX_BATCH, RayKind};
 use lightshed_resampling::{IdentityShift, Input, MergeRule, Mis};
+use lightshed_sampling::parallel;
 use lightshed_scene::Rgb;
 use lightshed_shift::FollowPaths;
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 impl RestirVolume<'_> {
@@ -19,10 +18,10 @@ impl RestirVolume<'_> {
         held.resize(self.extent().len() * reservoirs, VolumeReservoir::empty(0.0));
         let evaluation = self.evaluation(view.frame.number);
         let chunks = image
-            .par_chunks_mut(MAX_BATCH)
-            .zip(held.par_chunks_mut(MAX_BATCH * reservoirs))
-            .enumerate();
-        chunks.for_each_init(VolumePixel::default, |pixel, (chunk, (image, held))| {
+            .chunks_mut(MAX_BATCH)
+            .zip(held.chunks_mut(MAX_BATCH * reservoirs));
+        parallel::for_each(chunks, |chunk, (image, held)| {
+            let pixel = &mut VolumePixel::default();
             if cancel.load(Ordering::Relaxed) {
                 return;
             }
