@@ -104,14 +104,25 @@ impl Film {
     /// Where a pixel inside the film is stored.
     #[inline]
     fn index(&self, x: u32, y: u32) -> usize {
-        let (tile_x, tile_y) = (x - x % TILE_SIZE, y - y % TILE_SIZE);
-        let tile_width = TILE_SIZE.min(self.width - tile_x) as usize;
-        let tile_height = TILE_SIZE.min(self.height - tile_y) as usize;
-        // Whole bands of tiles above, whole tiles to the left, whole rows of the tile, pixels of the row.
-        tile_y as usize * self.width as usize
-            + tile_x as usize * tile_height
-            + (y - tile_y) as usize * tile_width
-            + (x - tile_x) as usize
+        let tile_y = y - y % TILE_SIZE;
+        let (width, rows) = (self.width as usize, TILE_SIZE.min(self.height - tile_y) as usize);
+        // Whole bands of tiles above.
+        tile_y as usize * width + index_in_band(width, rows, x as usize, (y - tile_y) as usize)
+    }
+
+    /// The pixels of every band of [`TILE_SIZE`] rows, from the top; where one is within them says [`index_in_band`].
+    pub(crate) fn bands_mut(&mut self) -> impl Iterator<Item = &mut [PixelStatistics]> {
+        self.pixels.chunks_mut(self.width as usize * TILE_SIZE as usize)
+    }
+
+    /// Column, row and number of samples, finite or not, of a pixel that has not had `samples`.
+    pub(crate) fn first_pixel_without(&self, samples: u64) -> Option<(u32, u32, u64)> {
+        let places = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
+        let mut counts = places.map(|(x, y)| {
+            let pixel = &self.pixels[self.index(x, y)];
+            (x, y, pixel.count() + pixel.non_finite())
+        });
+        counts.find(|&(_, _, count)| count != samples)
     }
 
     /// All tiles, from the top left in rows. They share no pixel, so each may be given to a thread of its own.
@@ -185,6 +196,16 @@ impl Film {
         })
         .expect("a film's size is valid and its statistics are finite")
     }
+}
+
+/// Where the pixel in column `x` of a band's row `y` is stored within the band of `rows` rows of a film of `width` columns.
+#[inline]
+pub(crate) fn index_in_band(width: usize, rows: usize, x: usize, y: usize) -> usize {
+    let side = TILE_SIZE as usize;
+    let tile_x = x - x % side;
+    let tile_width = side.min(width - tile_x);
+    // Whole tiles to the left, whole rows of the tile, pixels of the row.
+    tile_x * rows + y * tile_width + (x - tile_x)
 }
 
 impl FilmTile<'_> {

@@ -18,7 +18,7 @@ pub trait FrameMethod: Send {
     fn size(&self) -> [u32; 2];
 
     /// Estimates frame number `frame`: `image[y · width + x]` becomes the value of pixel `(x, y)`. Called with 0, 1, 2, … in
-    /// order, inside a thread pool on which it may spread its work; the result must not depend on the number of threads.
+    /// order (from [`RenderOptions::first`] on, which is for methods whose frames are independent), inside a thread pool on which it may spread its work; the result must not depend on the number of threads.
     /// `None` if `cancel` was set before the frame was complete.
     fn render_frame(
         &mut self,
@@ -101,8 +101,14 @@ fn render_frames_dyn(
 
     let (start, cpu_before) = (Instant::now(), process_cpu_seconds());
     let (mut frames, mut rays) = (0, RayCounts::default());
-    while !spent(options.budget, frames, start.elapsed().as_secs_f64()) && !cancel.load(Ordering::Relaxed) {
-        let Some(counts) = pool.install(|| method.render_frame(frames, options.seed, &mut image, cancel))
+    // Numbers end somewhere.
+    let numbered = |frames: u32| options.first.checked_add(frames).is_some();
+    while !spent(options.budget, frames, start.elapsed().as_secs_f64())
+        && numbered(frames)
+        && !cancel.load(Ordering::Relaxed)
+    {
+        let Some(counts) =
+            pool.install(|| method.render_frame(options.first + frames, options.seed, &mut image, cancel))
         else {
             break;
         };
@@ -153,6 +159,7 @@ mod tests {
 
     /// Frame `f` is `f + 1` everywhere, but `y` in the blue channel.
     struct Counter {
+        first: u32,
         frames: u32,
         still: bool,
         cancel_at: Option<u32>,
@@ -170,7 +177,7 @@ mod tests {
             image: &mut [Rgb],
             cancel: &AtomicBool,
         ) -> Option<RayCounts> {
-            assert_eq!((frame, seed), (self.frames, 9));
+            assert_eq!((frame, seed), (self.first + self.frames, 9));
             self.frames += 1;
             if self.cancel_at == Some(frame) {
                 cancel.store(true, Ordering::Relaxed);
@@ -192,6 +199,7 @@ mod tests {
 
     fn run(still: bool, cancel_at: Option<u32>) -> RenderOutcome {
         let mut method = Counter {
+            first: 0,
             frames: 0,
             still,
             cancel_at,
@@ -215,6 +223,23 @@ mod tests {
     }
 
     #[test]
+    fn frames_are_numbered_from_the_first_asked_for() {
+        let mut method = Counter {
+            first: 40,
+            frames: 0,
+            still: true,
+            cancel_at: None,
+        };
+        let options = RenderOptions {
+            first: 40,
+            seed: 9,
+            ..RenderOptions::new(5, 3, Budget::Samples(3))
+        };
+        let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false)).unwrap();
+        assert_eq!(outcome.film.mean_image().get(0, 0), Some([42.0, 0.0, 0.0]));
+    }
+
+    #[test]
     fn an_interrupted_frame_is_discarded() {
         let outcome = run(true, Some(2));
         assert!(outcome.interrupted);
@@ -225,6 +250,7 @@ mod tests {
     #[test]
     fn another_size_is_refused() {
         let mut method = Counter {
+            first: 0,
             frames: 0,
             still: true,
             cancel_at: None,

@@ -10,6 +10,7 @@
 //! | processor time of the process | [`process_cpu_seconds`] |
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
+//! | parts of an image's samples in files, merged to the same bits in any order | [`Shard`], [`ShardSet`], [`merge_shards`] |
 //! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
 //!
 //! # Features
@@ -30,6 +31,7 @@ mod ray_counts;
 mod ray_tally;
 mod render;
 mod sampled_frames;
+mod shard;
 mod statistics;
 
 pub use cpu_time::process_cpu_seconds;
@@ -53,6 +55,10 @@ pub use ray_counts::RayCounts;
 pub use ray_tally::{RayKind, RayTally};
 pub use render::render;
 pub use sampled_frames::SampledFrames;
+pub use shard::{
+    ImageKey, MissingSamples, Shard, ShardError, ShardFile, ShardHeader, ShardPart, ShardPartError, ShardSet,
+    merge_shards,
+};
 pub use statistics::PixelStatistics;
 
 /// The guide's code is a test.

@@ -22,6 +22,9 @@ pub struct RenderOptions {
     pub height: u32,
     /// When the rendering is done.
     pub budget: Budget,
+    /// Number of the first sample, or frame: 0 unless others have those before. Those of a [`FrameMethod`](crate::FrameMethod) whose frames
+    /// depend on each other begin with 0.
+    pub first: u32,
     /// Handed to the estimator. Images of different seeds are independent.
     pub seed: u64,
     /// Number of threads; 0 is one for every processor. It does not change the image.
@@ -29,13 +32,14 @@ pub struct RenderOptions {
 }
 
 impl RenderOptions {
-    /// Options with seed 0 and a thread for every processor.
+    /// Options with seed 0 and a thread for every processor, from the first sample on.
     pub fn new(width: u32, height: u32, budget: Budget) -> Self {
-        let (seed, threads) = (0, 0);
+        let (first, seed, threads) = (0, 0, 0);
         Self {
             width,
             height,
             budget,
+            first,
             seed,
             threads,
         }
@@ -49,7 +53,8 @@ impl RenderOptions {
     pub fn check(&self) -> Result<(), RenderError> {
         pixel_count(self.width, self.height).map_err(RenderError::Size)?;
         match self.budget {
-            Budget::Samples(samples) if samples > 0 => (),
+            Budget::Samples(samples) if samples > 0 && self.first.checked_add(samples).is_some() => (),
+            Budget::Samples(samples) if samples > 0 => return Err(RenderError::First(self.first, samples)),
             Budget::Seconds(seconds) if seconds > 0.0 && seconds.is_finite() => (),
             budget => return Err(RenderError::Budget(budget)),
         }
@@ -71,6 +76,8 @@ pub enum RenderError {
     Size(ImageError),
     /// A budget of no samples, or of a time that is not positive and finite.
     Budget(Budget),
+    /// More samples than numbers are left for: the first one's, and how many there should be.
+    First(u32, u32),
     /// More than [`MAX_THREADS`] threads.
     Threads(usize),
     /// A method made for frames of another size than the options ask for; width and height of both.
@@ -93,6 +100,12 @@ impl fmt::Display for RenderError {
             }
             Self::Budget(Budget::Seconds(seconds)) => {
                 write!(f, "a budget of {seconds} seconds is not a positive time")
+            }
+            Self::First(first, samples) => {
+                write!(
+                    f,
+                    "{samples} samples from number {first} on are more than there are numbers"
+                )
             }
             Self::Threads(threads) => write!(f, "{threads} threads are more than the {MAX_THREADS} allowed"),
             Self::OtherSize {

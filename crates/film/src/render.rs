@@ -16,7 +16,7 @@ const PASS_SECONDS: f64 = 0.25;
 /// Renders: asks `estimator` for samples of every pixel until the budget is spent or `cancel` is set.
 ///
 /// Work goes out in passes, a pass in tiles of [`TILE_SIZE`](crate::TILE_SIZE)². The first pass takes one sample a pixel, and each
-/// later one as many as fit into a quarter of a second or what is left of the budget. A pass counts whole or not at
+/// later one as many as fit into a quarter of a second or what is left of the budget. Samples are numbered from [`RenderOptions::first`] on. A pass counts whole or not at
 /// all: samples of an interrupted one are discarded, so all pixels have the same number. A pixel's samples are added in
 /// their order, so the film is the same, bit for bit, for any number of threads and any lengths of passes.
 ///
@@ -81,14 +81,10 @@ fn render_dyn(
     let cpu_before = process_cpu_seconds();
     let mut samples_per_pixel = 0;
     let mut seconds_per_sample = f64::INFINITY;
-    while let Some(batch) = next_batch(
-        options.budget,
-        samples_per_pixel,
-        report.seconds(),
-        seconds_per_sample,
-    ) {
+    while let Some(batch) = next_batch(options, samples_per_pixel, report.seconds(), seconds_per_sample) {
         let pass_start = Instant::now();
         let last = samples_per_pixel + batch;
+        let numbers = options.first + samples_per_pixel..options.first + last;
         let whole = pool.install(|| {
             let tiles = film
                 .tiles_mut()
@@ -97,13 +93,7 @@ fn render_dyn(
                 .with_max_len(1);
             tiles.all(|(before, mut tile)| {
                 tile.copy_from(&before);
-                let whole = sample_tile(
-                    estimator,
-                    &mut tile,
-                    samples_per_pixel..last,
-                    options.seed,
-                    cancel,
-                );
+                let whole = sample_tile(estimator, &mut tile, numbers.clone(), options.seed, cancel);
                 if whole {
                     report.tile_done(u64::from(tile.width() * tile.height()) * u64::from(batch));
                 }
@@ -126,7 +116,7 @@ fn render_dyn(
         Budget::Samples(samples) => samples_per_pixel < samples,
         Budget::Seconds(_) => {
             cancel.load(Ordering::Relaxed)
-                && next_batch(options.budget, samples_per_pixel, seconds, seconds_per_sample).is_some()
+                && next_batch(options, samples_per_pixel, seconds, seconds_per_sample).is_some()
         }
     };
     Ok(RenderOutcome {
@@ -141,10 +131,11 @@ fn render_dyn(
 
 /// Samples a pixel of the next pass, or `None` if the budget is spent. `elapsed` is the time since the start and
 /// `per_sample` that of one sample in every pixel, both in seconds.
-fn next_batch(budget: Budget, done: u32, elapsed: f64, per_sample: f64) -> Option<u32> {
+fn next_batch(options: &RenderOptions, done: u32, elapsed: f64, per_sample: f64) -> Option<u32> {
+    let budget = options.budget;
     let most = match budget {
         Budget::Samples(samples) => samples - done,
-        Budget::Seconds(_) => u32::MAX - done,
+        Budget::Seconds(_) => u32::MAX - options.first - done,
     };
     if done == 0 || most == 0 {
         return (most > 0).then_some(1);
@@ -288,6 +279,26 @@ mod tests {
         assert_ne!(other.film, expected);
     }
 
+    /// Samples from a later one on are those that a whole rendering has there.
+    #[test]
+    fn samples_from_any_number_on_are_those_of_the_whole() {
+        let mut expected = Film::new(19, 10).unwrap();
+        for s in 30..53 {
+            for y in 0..10 {
+                (0..19).for_each(|x| expected.add(x, y, Noise.sample(x, y, s, 5)));
+            }
+        }
+        let options = RenderOptions {
+            first: 30,
+            seed: 5,
+            threads: 2,
+            ..RenderOptions::new(19, 10, Budget::Samples(23))
+        };
+        let outcome = run(&Noise, &options);
+        assert_eq!((outcome.samples_per_pixel, outcome.interrupted), (23, false));
+        assert_eq!(outcome.film, expected);
+    }
+
     #[test]
     fn a_time_budget_ends_near_its_time_with_equal_counts() {
         let options = RenderOptions {
@@ -358,6 +369,9 @@ mod tests {
 
     #[test]
     fn batches_fill_passes_and_end_with_the_budget() {
+        let next_batch = |budget, done, elapsed, per_sample| {
+            super::next_batch(&RenderOptions::new(1, 1, budget), done, elapsed, per_sample)
+        };
         let samples = Budget::Samples(100);
         assert_eq!(next_batch(samples, 0, 0.0, f64::INFINITY), Some(1));
         assert_eq!(next_batch(samples, 1, 1.0, 0.01), Some(25));
@@ -390,6 +404,13 @@ mod tests {
                 ..sound
             })
             .contains("0 samples")
+        );
+        assert!(
+            attempt(RenderOptions {
+                first: u32::MAX,
+                ..sound
+            })
+            .contains("1 samples from number 4294967295 on")
         );
         for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let budget = Budget::Seconds(seconds);

@@ -56,6 +56,28 @@ impl PixelStatistics {
         self.non_finite += other.non_finite;
     }
 
+    /// Statistics from their parts; `None` if no samples have them.
+    #[inline]
+    pub(crate) fn from_parts(count: u64, non_finite: u64, mean: [f64; 3], m2: [f64; 3]) -> Option<Self> {
+        let sound = (0..3).all(|channel| {
+            let possible = mean[channel].is_finite() && (0.0..f64::INFINITY).contains(&m2[channel]);
+            let none = mean[channel] == 0.0 && m2[channel] == 0.0;
+            possible && (count > 0 || none)
+        });
+        sound.then_some(Self {
+            count,
+            non_finite,
+            mean,
+            m2,
+        })
+    }
+
+    /// Sum of squared deviations from the mean, `M₂`.
+    #[inline]
+    pub(crate) fn squared_deviations(&self) -> [f64; 3] {
+        self.m2
+    }
+
     /// Number of finite samples.
     #[inline]
     pub fn count(&self) -> u64 {

@@ -11,6 +11,7 @@ mod emitter;
 mod environment_directions;
 mod error;
 mod features;
+mod fingerprint;
 mod flat;
 mod flat_scene;
 pub mod import;

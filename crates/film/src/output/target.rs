@@ -46,6 +46,8 @@ pub enum OutputError {
     Io(PathBuf, io::Error),
     /// Encoding as OpenEXR failed.
     Exr(PathBuf, exr::error::Error),
+    /// A shard cannot be written like this: its file is no OpenEXR file, or its header would be too long.
+    Shard(PathBuf, String),
 }
 
 impl fmt::Display for OutputError {
@@ -58,6 +60,7 @@ impl fmt::Display for OutputError {
             ),
             Self::Folder(path) => write!(f, "cannot write {}: its folder does not exist", path.display()),
             Self::NotAFile(path) => write!(f, "cannot write {}: it exists and is no file", path.display()),
+            Self::Shard(path, reason) => write!(f, "cannot write the shard {}: {reason}", path.display()),
             Self::Io(path, _) | Self::Exr(path, _) => write!(f, "cannot write {}", path.display()),
         }
     }
@@ -140,18 +143,39 @@ impl OutputTarget {
     /// The file system refuses or is full; the path then holds what it held before.
     pub fn write(&self, image: &RgbImage) -> Result<(), OutputError> {
         let io_error = |error| OutputError::Io(self.path.clone(), error);
-        // A link is followed, so that the file it points to is replaced and not the link.
-        let path = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
-        let mut temporary = Temporary::create(&path).map_err(io_error)?;
-        let mut writer = BufWriter::new(&mut temporary.file);
-        match self.format {
-            ImageFormat::Exr => match write_exr(image, &mut writer) {
+        self.replace(|writer| match self.format {
+            ImageFormat::Exr => match write_exr(image, writer) {
                 Ok(()) => Ok(()),
                 Err(exr::error::Error::Io(error)) => Err(io_error(error)),
                 Err(error) => Err(OutputError::Exr(self.path.clone(), error)),
             },
-            ImageFormat::Png => write_png(image, self.exposure, &mut writer).map_err(io_error),
-        }?;
+            ImageFormat::Png => write_png(image, self.exposure, writer).map_err(io_error),
+        })
+    }
+
+    /// Puts the OpenEXR file that `write` writes in place of whatever file was there.
+    pub(crate) fn replace_exr(
+        &self,
+        write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        if self.format != ImageFormat::Exr {
+            let reason = "the name must end in .exr".to_owned();
+            return Err(OutputError::Shard(self.path.clone(), reason));
+        }
+        self.replace(|writer| write(writer).map_err(|error| OutputError::Io(self.path.clone(), error)))
+    }
+
+    /// Writes a temporary file and renames it.
+    fn replace(
+        &self,
+        write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), OutputError>,
+    ) -> Result<(), OutputError> {
+        let io_error = |error| OutputError::Io(self.path.clone(), error);
+        // A link is followed, so that the file it points to is replaced and not the link.
+        let path = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
+        let mut temporary = Temporary::create(&path).map_err(io_error)?;
+        let mut writer = BufWriter::new(&mut temporary.file);
+        write(&mut writer)?;
         writer.flush().map_err(io_error)?;
         drop(writer);
         temporary.replace(&path).map_err(io_error)

@@ -1,5 +1,6 @@
 //! A scene as data: what importers write and guests can write by hand.
 
+mod content;
 mod medium;
 
 pub use medium::{

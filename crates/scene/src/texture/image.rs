@@ -1,6 +1,8 @@
 //! Pixels in memory: linear `f32`, or eight bits a channel decoded on the fly.
 
 use crate::Rgb;
+use crate::fingerprint::Fingerprint;
+use std::fmt;
 use std::sync::LazyLock;
 
 /// `[s/255]` decoded by the sRGB transfer function (IEC 61966-2-1).
@@ -33,12 +35,31 @@ enum Texels {
 }
 
 /// An RGB image, row 0 at the top. Texels are read as linear RGB whatever they are stored as.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Image {
     width: u32,
     height: u32,
     texels: Texels,
     mean: Rgb,
+}
+
+/// Shows the size and a fingerprint of the texels, of which there may be millions.
+impl fmt::Debug for Image {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut sum = Fingerprint::new();
+        let (words, table) = self.words();
+        sum.words(words.into_iter());
+        sum.reals(
+            table
+                .into_iter()
+                .flatten()
+                .map(|&value| [value])
+                .collect::<Vec<_>>()
+                .into_iter(),
+        );
+        let Self { width, height, .. } = self;
+        write!(f, "Image {width}x{height} {:016x}", sum.value())
+    }
 }
 
 impl Image {

@@ -1,0 +1,91 @@
+//! Shards merged a few rows at a time: what is read of one shard is merged while it is still in the cache.
+//!
+//! Memory is that of the film and, for each thread, of eight rows of a shard, however many shards there are.
+
+use super::Shard;
+use super::checksum::Checksum;
+use super::error::ShardError;
+use super::file::ShardFile;
+use crate::film::index_in_band;
+use crate::{Film, PixelStatistics, TILE_SIZE};
+use lightshed_sampling::parallel;
+use std::io;
+
+impl ShardFile {
+    /// Reads all of it.
+    ///
+    /// # Errors
+    ///
+    /// [`ShardError::Io`], [`ShardError::Damaged`], and [`ShardError::Values`] for statistics that no samples have.
+    pub fn read(&self) -> Result<Shard, ShardError> {
+        let film = merge_bands(std::slice::from_ref(self))?;
+        Shard::new(self.header().clone(), film)
+    }
+}
+
+/// What a band tells of each file.
+struct Band {
+    /// Checksum of its rows.
+    checksums: Vec<Checksum>,
+    /// The first file whose values are none of samples.
+    unsound: Option<usize>,
+}
+
+/// Merges files of one image in the order given. A film is given back only if every checksum fits.
+pub fn merge_bands(files: &[ShardFile]) -> Result<Film, ShardError> {
+    let first = files.first().ok_or(ShardError::None)?;
+    let mut film = first.empty_film()?;
+    let width = film.width() as usize;
+    let bands = parallel::map(film.bands_mut(), |band, pixels| {
+        merge_band(files, band * TILE_SIZE as usize, width, pixels)
+    });
+    let bands: Vec<Band> = bands.into_iter().collect::<Result<_, _>>()?;
+    for (place, file) in files.iter().enumerate() {
+        let mut checksum = file
+            .checksum_before_rows()
+            .map_err(|error| file.io_error(error))?;
+        bands
+            .iter()
+            .for_each(|band| checksum.append(&band.checksums[place]));
+        file.check(&checksum)?;
+    }
+    // Where the checksum fits, it was written like this.
+    for (band, y) in bands.iter().zip((0..).step_by(TILE_SIZE as usize)) {
+        if let Some(place) = band.unsound {
+            return Err(ShardError::Values {
+                shard: files[place].name(),
+                y,
+            });
+        }
+    }
+    Ok(film)
+}
+
+/// Merges the rows from `top` on that `pixels` are, into them.
+fn merge_band(
+    files: &[ShardFile],
+    top: usize,
+    width: usize,
+    pixels: &mut [PixelStatistics],
+) -> Result<Band, ShardError> {
+    let rows = pixels.len() / width;
+    let mut bytes = Vec::new();
+    let mut band = Band {
+        checksums: Vec::with_capacity(files.len()),
+        unsound: None,
+    };
+    for (place, file) in files.iter().enumerate() {
+        let read: io::Result<()> = file.read_rows(top, rows, &mut bytes);
+        read.map_err(|error| file.io_error(error))?;
+        let mut checksum = Checksum::default();
+        checksum.update(&bytes);
+        band.checksums.push(checksum);
+        let sound = file.each_pixel(&bytes, |x, y, pixel| {
+            pixels[index_in_band(width, rows, x, y)].merge(pixel)
+        });
+        if !sound {
+            band.unsound = band.unsound.or(Some(place));
+        }
+    }
+    Ok(band)
+}

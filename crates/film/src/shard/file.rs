@@ -1,0 +1,187 @@
+//! Files of shards: written whole, opened by their headers, read in bands.
+
+use super::Shard;
+use super::checksum::Checksum;
+use super::error::ShardError;
+use super::header::ShardHeader;
+use super::layout::{Layout, MOST_HEADER_BYTES, stamped};
+use crate::{Film, OutputError, OutputTarget, PixelStatistics};
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+impl Shard {
+    /// Writes the shard and puts it in place of whatever file was there: a file of a shard is whole, or it is not there.
+    ///
+    /// # Errors
+    ///
+    /// The target is no OpenEXR file, a text of the header is too long, or the file system refuses; the path then holds what it held before.
+    pub fn write(&self, target: &OutputTarget) -> Result<(), OutputError> {
+        let layout = Layout::new(self.header())
+            .map_err(|reason| OutputError::Shard(target.path().to_owned(), reason))?;
+        target.replace_exr(|writer| self.write_to(&layout, writer))
+    }
+
+    /// Writes the header with an empty checksum, the rows, and then the header again.
+    fn write_to(&self, layout: &Layout, writer: &mut (impl Write + Seek)) -> io::Result<()> {
+        let offsets = layout.offsets();
+        let mut checksum = Checksum::default();
+        for bytes in [&layout.header, &offsets] {
+            checksum.update(bytes);
+            writer.write_all(bytes)?;
+        }
+        let mut row = vec![0; layout.row_bytes()];
+        let columns = self.header().image().size[0];
+        for y in 0..layout.height() {
+            let pixels = (0..columns).filter_map(|x| self.film().get(x, y as u32));
+            layout.write_row(y, pixels, &mut row);
+            checksum.update(&row);
+            writer.write_all(&row)?;
+        }
+        writer.seek(SeekFrom::Start(0))?;
+        writer.write_all(&stamped(layout, checksum.value()))
+    }
+}
+
+/// A file of a shard whose header is sound and whose length is right. Its pixels are read, and its checksum is tested, by
+/// [`ShardFile::read`] and [`ShardSet::merge`](super::ShardSet::merge).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShardFile {
+    path: PathBuf,
+    header: ShardHeader,
+    layout: Layout,
+    /// Checksum of the content, as the header states it.
+    checksum: u32,
+}
+
+impl ShardFile {
+    /// Reads the header.
+    ///
+    /// # Errors
+    ///
+    /// [`ShardError::Io`], [`ShardError::NotAShard`], [`ShardError::Damaged`] where the header's checksum does not fit, [`ShardError::Length`].
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self, ShardError> {
+        let path = path.into();
+        let read = || {
+            let file = File::open(&path)?;
+            let length = file.metadata()?.len();
+            let mut start = Vec::new();
+            file.take(MOST_HEADER_BYTES as u64).read_to_end(&mut start)?;
+            Ok((start, length))
+        };
+        let (start, found) = match read() {
+            Ok(read) => read,
+            Err(source) => return Err(ShardError::Io { path, source }),
+        };
+        let (header, layout, [stated, checksum]) = match Layout::read(&start) {
+            Ok(read) => read,
+            Err(reason) => return Err(ShardError::NotAShard { path, reason }),
+        };
+        let own = layout.header_checksum();
+        if own != stated {
+            return Err(ShardError::Damaged {
+                path,
+                part: "header",
+                found: own,
+                expected: stated,
+            });
+        }
+        let expected = layout.file_bytes();
+        if found != expected {
+            return Err(ShardError::Length {
+                path,
+                found,
+                expected,
+            });
+        }
+        Ok(Self {
+            path,
+            header,
+            layout,
+            checksum,
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the shard says of itself.
+    pub fn header(&self) -> &ShardHeader {
+        &self.header
+    }
+
+    /// Its name in messages.
+    pub(super) fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    pub(super) fn io_error(&self, source: io::Error) -> ShardError {
+        ShardError::Io {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
+    /// Checksum of what comes before the rows.
+    pub(super) fn checksum_before_rows(&self) -> io::Result<Checksum> {
+        let mut start = vec![0; self.layout.rows_at()];
+        File::open(&self.path)?.read_exact(&mut start)?;
+        let mut checksum = Checksum::default();
+        checksum.update_without(&start, &self.layout.checksums);
+        Ok(checksum)
+    }
+
+    /// Reads `count` rows from row `first` on into `bytes`.
+    pub(super) fn read_rows(&self, first: usize, count: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
+        let row_bytes = self.layout.row_bytes();
+        bytes.resize(count * row_bytes, 0);
+        let mut file = File::open(&self.path)?;
+        file.seek(SeekFrom::Start(
+            (self.layout.rows_at() + first * row_bytes) as u64,
+        ))?;
+        file.read_exact(bytes)
+    }
+
+    /// Calls `each(x, y, pixel)` for the pixels of the rows in `bytes`, `y` from 0. False if one is none of the shard's samples.
+    #[inline]
+    pub(super) fn each_pixel(
+        &self,
+        bytes: &[u8],
+        mut each: impl FnMut(usize, usize, &PixelStatistics),
+    ) -> bool {
+        let samples = u64::from(self.header.end() - self.header.first());
+        let mut sound = true;
+        for (y, row) in bytes.chunks_exact(self.layout.row_bytes()).enumerate() {
+            let row = self.layout.row(row);
+            for x in 0..self.layout.width() {
+                match row.pixel(x, samples) {
+                    Some(pixel) => each(x, y, &pixel),
+                    None => sound = false,
+                }
+            }
+        }
+        sound
+    }
+
+    /// Whether the checksum of the content is the one that the header states.
+    pub(super) fn check(&self, found: &Checksum) -> Result<(), ShardError> {
+        let (found, expected) = (found.value(), self.checksum);
+        if found == expected {
+            return Ok(());
+        }
+        Err(ShardError::Damaged {
+            path: self.path.clone(),
+            part: "content",
+            found,
+            expected,
+        })
+    }
+
+    /// A film of the image's size.
+    pub(super) fn empty_film(&self) -> Result<Film, ShardError> {
+        let [width, height] = self.header.image().size;
+        Ok(Film::new(width, height)?)
+    }
+}

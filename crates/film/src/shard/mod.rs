@@ -1,0 +1,84 @@
+//! Shards: parts of one image's samples, rendered apart, kept in files and merged to the same bits in any order of arrival.
+//!
+//! A shard has samples `first … end − 1` of every pixel. Its file holds, for each pixel and channel, the number of samples `n`, their
+//! mean `x̄` and the sum of squared deviations `M₂ = Σ (x_i − x̄)²`, in `f64`, so that variances survive merging: the spread *between*
+//! the means of shards is part of the variance, and a mean of variances would forget it.
+//!
+//! Shards are merged one after the other in the order of their samples, by Chan, Golub and LeVeque's update
+//! ([`PixelStatistics::merge`](crate::PixelStatistics::merge)). That order is fixed by what a shard is and not by when it arrives.
+//!
+//! The file is OpenEXR without compression, [`ShardHeader`] in its attributes, the mean also as `R`, `G`, `B` for viewers. Two checksums
+//! (CRC-32), of the header and of the whole file, find every changed bit. What is wrong with a file is a [`ShardError`] that names it.
+
+mod bands;
+mod checksum;
+mod error;
+mod file;
+mod header;
+mod layout;
+mod order;
+mod part;
+mod set;
+
+pub use error::{MissingSamples, ShardError};
+pub use file::ShardFile;
+pub use header::{ImageKey, ShardHeader};
+pub use order::merge_shards;
+pub use part::{ShardPart, ShardPartError};
+pub use set::ShardSet;
+
+use crate::Film;
+
+/// Some samples of every pixel of an image, and which they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shard {
+    header: ShardHeader,
+    film: Film,
+}
+
+impl Shard {
+    /// A shard of the samples that `film` holds.
+    ///
+    /// # Errors
+    ///
+    /// [`ShardError::Size`] if the film has another size than the header says, [`ShardError::Counts`] if a pixel has not had as many samples
+    /// as the header's range has.
+    pub fn new(header: ShardHeader, film: Film) -> Result<Self, ShardError> {
+        let found = [film.width(), film.height()];
+        if found != header.image().size {
+            return Err(ShardError::Size {
+                found,
+                expected: header.image().size,
+            });
+        }
+        let samples = u64::from(header.end() - header.first());
+        if let Some((x, y, found)) = film.first_pixel_without(samples) {
+            return Err(ShardError::Counts {
+                shard: header.name(),
+                x,
+                y,
+                found,
+                expected: samples,
+            });
+        }
+        Ok(Self { header, film })
+    }
+
+    /// Which samples of which image.
+    pub fn header(&self) -> &ShardHeader {
+        &self.header
+    }
+
+    /// Their statistics.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// The statistics alone.
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+}
+
+#[cfg(test)]
+mod tests;
