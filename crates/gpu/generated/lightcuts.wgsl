@@ -131,14 +131,14 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) grou
         if package_memory_scene__1HAS_EMITTERS && asked.has_tree == 1u {
             var words: array<vec2u, 16>;
             for (var i = begin; i < end; i++) {
-                let of_company = (i - begin) % BATCH;
-                if of_company == 0u {
+                let of_batch = (i - begin) % BATCH;
+                if of_batch == 0u {
                     for (var k = 0u; k < min(end - i, BATCH); k++) {
                         let low = package_lightshed_stream__1next_word(&stream);
                         words[k] = vec2u(low, package_lightshed_stream__1next_word(&stream));
                     }
                 }
-                let choice = package_lightshed_lightcut__1subtree_sample(asked.tree, seen.at, package_cuts__1load_subtree(first_subtree + i), words[of_company]);
+                let choice = package_lightshed_lightcut__1subtree_sample(asked.tree, seen.at, package_cuts__1load_subtree(first_subtree + i), words[of_batch]);
                 if !(choice.pmf > 0.0) {
                     continue;
                 }
@@ -1447,8 +1447,6 @@ struct package_lightshed_importance_Eight {
     high: vec4f
 }
 
-const package_lightshed_importance_LARGEST: f32 = 1.329228e36;
-
 const package_lightshed_importance_MARGIN: f32 = 1e-5;
 
 struct package_lightshed_importance_Rows {
@@ -1491,6 +1489,8 @@ const package_lightshed_importance__1FACING_BOTH: u32 = 1u;
 
 const package_lightshed_importance__1FACING_FRONT: u32 = 0u;
 
+const package_lightshed_importance__1MAX_WEIGHT: f32 = 1.329228e36;
+
 const package_lightshed_importance__1MIN_RATIO: f32 = 1e-5;
 
 const package_lightshed_importance__1MIN_SHARE: f32 = 1.9073486e-6;
@@ -1514,8 +1514,8 @@ fn package_lightshed_importance__1ends_of(a: package_lightshed_importance_Seen, 
     if weighting == package_lightshed_importance__2WEIGHTING_MIN_MAX {
         let a_max = package_lightshed_importance_over(a, a.far_squared);
         let b_max = package_lightshed_importance_over(b, b.far_squared);
-        let a_min = min(a_max * package_lightshed_importance_nearer(a), vec4f(package_lightshed_importance_LARGEST));
-        let b_min = min(b_max * package_lightshed_importance_nearer(b), vec4f(package_lightshed_importance_LARGEST));
+        let a_min = min(a_max * package_lightshed_importance_nearer(a), vec4f(package_lightshed_importance__1MAX_WEIGHT));
+        let b_min = min(b_max * package_lightshed_importance_nearer(b), vec4f(package_lightshed_importance__1MAX_WEIGHT));
         return package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_min, b_min), package_lightshed_importance_plus(package_lightshed_importance__1of_one(a_max, b_max), least));
     }
     var a_distance = max(max(a.d_squared, a.h_squared), vec4f(package_lightshed_importance__1MIN_SQUARED));
@@ -1682,7 +1682,7 @@ fn package_lightshed_importance__1segment_weights(at: package_lightshed_importan
     let emitted = t * t / (4.0 * spread) + max(mean - spread, vec4f(0.0));
     let weight = rows.intensity * emitted * (seen / off);
     let positive = (emitted > vec4f(0.0)) & (rows.intensity > vec4f(0.0));
-    let finite = select(vec4f(package_lightshed_importance_LARGEST), weight, weight < vec4f(package_lightshed_importance_LARGEST));
+    let finite = select(vec4f(package_lightshed_importance__1MAX_WEIGHT), weight, weight < vec4f(package_lightshed_importance__1MAX_WEIGHT));
     return select(vec4f(0.0), max(finite, vec4f(package_lightshed_importance__2F32_MIN_POSITIVE)), positive);
 }
 
@@ -1732,7 +1732,7 @@ fn package_lightshed_importance_nearer(seen: package_lightshed_importance_Seen) 
 }
 
 fn package_lightshed_importance_over(seen: package_lightshed_importance_Seen, squared: vec4f) -> vec4f {
-    let finite = min(seen.numerator / (seen.denominator * squared), vec4f(package_lightshed_importance_LARGEST));
+    let finite = min(seen.numerator / (seen.denominator * squared), vec4f(package_lightshed_importance__1MAX_WEIGHT));
     return select(vec4f(0.0), finite, seen.positive);
 }
 
