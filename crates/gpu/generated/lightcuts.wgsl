@@ -770,6 +770,12 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
 }
 
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
+}
+
 struct package_lightshed_cwbvh_BoxRay {
     origin: vec3f,
     inverse: vec3f,
@@ -2797,7 +2803,7 @@ fn package_selected__1shading_point(point: package_lightshed_surface_SurfacePoin
     var bound = package_lightshed_importance__1F32_MAX;
     if package_lightshed_bsdf__2is_diffuse_alone(point.material) {
         let albedo = package_lightshed_bsdf__1first_color(point.material);
-        bound = package_lightshed_vector_dot3(albedo, vec3f(0.212671, 0.71516, 0.072169)) * package_selected__1INVERSE_PI;
+        bound = package_lightshed_color_luminance(albedo) * package_selected__1INVERSE_PI;
     }
     let side = vec3f(0.0, 0.0, select(1.0, -1.0, wo.z < 0.0));
     return package_lightshed_importance_ShadingPoint(point.position, bound, package_lightshed_frame__1to_world(point.shading, side), package_lightshed_importance__1FACING_FRONT);

@@ -464,8 +464,6 @@ struct package_lightshed__1grid_light_GridPoint {
 
 const package_lightshed__1grid_light__1F32_MAX: f32 = 3.4028235e38;
 
-const package_lightshed__1grid_moments_LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
-
 struct package_lightshed__1grid_moments_Moments {
     first: vec3f,
     weight: f32,
@@ -517,7 +515,7 @@ fn package_lightshed__1grid_moments__1with_light(sum: package_lightshed__1grid_m
         return sum;
     }
     let share = along_axes.x * along_axes.y * along_axes.z;
-    let weight = share * package_lightshed_vector_dot3(intensity, package_lightshed__1grid_moments_LUMINANCE);
+    let weight = share * package_lightshed_color_luminance(intensity);
     let weighted = normal * weight;
     let squares = weighted * normal;
     let first = offset * weight;
@@ -531,6 +529,12 @@ fn package_lightshed__1grid_moments__1with_vertex(sum: package_lightshed__1grid_
     let first = 0.5 * finer.first + s * finer.weight;
     let second = 0.25 * finer.second + s * finer.first + s * s * finer.weight;
     return package_lightshed__1grid_moments_Moments(sum.first + share * first, sum.weight + share * finer.weight, sum.second + share * second, sum.square_xx + share * finer.square_xx, sum.intensity + share * finer.intensity, sum.square_yy + share * finer.square_yy, sum.normal + share * finer.normal, sum.square_zz + share * finer.square_zz, sum.square_across + share * finer.square_across, 0u);
+}
+
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
 }
 
 const package_lightshed_double_INFINITE: u32 = 2146435072u;

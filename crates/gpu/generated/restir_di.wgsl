@@ -174,7 +174,7 @@ fn package__1restir_di_candidates__1candidate_of(pixel: u32) -> package__1restir
     if both.selection.item == 2u {
         kept = around;
     }
-    let weight = package_lightshed_reservoir__1contribution_weight(both.selection, package__1restir_di_light_luminance(kept.value));
+    let weight = package_lightshed_reservoir__1contribution_weight(both.selection, package_lightshed_color_luminance(kept.value));
     return package__1restir_di_light_Light(kept.value, weight, kept.place, kept.emitter, 1.0, 0u, 0u, 0u);
 }
 
@@ -206,7 +206,7 @@ fn package__1restir_di_candidates__1probability_of(at: package_lightshed_importa
 
 fn package__1restir_di_candidates__1with_candidate(so_far: package__1restir_di_candidates_Candidates, lit: package__1restir_di_target_Lit, emitter: u32, place: vec3f, met: bool, u: f32) -> package__1restir_di_candidates_Candidates {
     let density = f32(package__1restir_di_light_frame.candidates) * lit.pdf_emitter + lit.pdf_bsdf;
-    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package__1restir_di_light_luminance(lit.value) / density, u);
+    let offered = package_lightshed_reservoir_offer(so_far.selection, 1u, package_lightshed_color_luminance(lit.value) / density, u);
     var next = so_far;
     next.selection = offered.selection;
     if offered.accepted {
@@ -263,10 +263,6 @@ var<storage, read_write> package__1restir_di_light_given: array<package__1restir
 
 @group(2) @binding(5)
 var<storage, read_write> package__1restir_di_light_image: array<vec4f>;
-
-fn package__1restir_di_light_luminance(v: vec3f) -> f32 {
-    return package_lightshed_vector_dot3(v, vec3f(0.212671, 0.71516, 0.072169));
-}
 
 @group(2) @binding(4)
 var<storage, read_write> package__1restir_di_light_made: array<package__1restir_di_light_Light>;
@@ -981,6 +977,12 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
     let low = package_memory_scene__1load_coat(place);
     return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+}
+
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
 }
 
 struct package_lightshed_cwbvh_BoxRay {
@@ -2977,7 +2979,7 @@ fn package_reuse__1held_by(i: u32) -> package__1restir_di_light_Light {
 
 fn package_reuse__1merge_input(i: u32) -> package_lightshed_merge_MergeInput {
     let light = package_reuse__1held_by(i);
-    return package_lightshed_merge_MergeInput(light.confidence, light.weight, package__1restir_di_light_luminance(light.value));
+    return package_lightshed_merge_MergeInput(light.confidence, light.weight, package_lightshed_color_luminance(light.value));
 }
 
 fn package_reuse__1merge_keep(i: u32) {
@@ -2995,7 +2997,7 @@ fn package_reuse__1merge_shift(i: u32, j: u32) -> package_lightshed_merge_MergeI
         light.value = value;
         package_reuse_carried = light;
     }
-    return package_lightshed_merge_MergeImage(package__1restir_di_light_luminance(value), 1.0);
+    return package_lightshed_merge_MergeImage(package_lightshed_color_luminance(value), 1.0);
 }
 
 fn package_reuse__1merge_visit(i: u32, weight: f32) {
@@ -3055,7 +3057,7 @@ fn package_selected__1shading_point(point: package_lightshed_surface_SurfacePoin
     var bound = package_lightshed_importance__1F32_MAX;
     if package_lightshed_bsdf__2is_diffuse_alone(point.material) {
         let albedo = package_lightshed_bsdf__1first_color(point.material);
-        bound = package_lightshed_vector_dot3(albedo, vec3f(0.212671, 0.71516, 0.072169)) * package_selected__1INVERSE_PI;
+        bound = package_lightshed_color_luminance(albedo) * package_selected__1INVERSE_PI;
     }
     let side = vec3f(0.0, 0.0, select(1.0, -1.0, wo.z < 0.0));
     return package_lightshed_importance_ShadingPoint(point.position, bound, package_lightshed_frame__1to_world(point.shading, side), package_lightshed_importance__1FACING_FRONT);

@@ -345,7 +345,7 @@ fn package_lightshed__1path_sample__1pack_shape(shape: package_lightshed__1path_
 }
 
 fn package_lightshed__1path_sample__1path_target(contribution: vec3f) -> f32 {
-    return package_lightshed_vector_dot3(contribution, vec3f(0.2126, 0.7152, 0.0722));
+    return package_lightshed_color_luminance(contribution);
 }
 
 fn package_lightshed__1path_sample__1reservoir_confidence(reservoir: package_lightshed__1path_sample_PathReservoir) -> f32 {
@@ -1541,6 +1541,12 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
     let low = package_memory_scene__1load_coat(place);
     return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+}
+
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
 }
 
 struct package_lightshed_connectability_Connectability {

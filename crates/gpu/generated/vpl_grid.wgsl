@@ -183,8 +183,6 @@ struct package_gathering_Gatherer {
     samples: u32
 }
 
-const package_gathering_LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
-
 fn package_gathering__1begin_gathering(by: package_gathering_Gatherer, stream: package_lightshed_stream_Stream) {
     package_gathering_gatherer = by;
     package_gathering_unshadowed = vec3f(0.0);
@@ -200,7 +198,7 @@ fn package_gathering__1visit_influence(influence: package_lightshed__1lighting_g
     let falloff = 1.0 / max(influence.distance_squared, package_gathering_gatherer.least_distance_squared);
     let light = response * influence.intensity * falloff;
     package_gathering_unshadowed += light;
-    let weight = package_lightshed_vector_dot3(light, package_gathering_LUMINANCE);
+    let weight = package_lightshed_color_luminance(light);
     for (var i = 0u; i < package_gathering_gatherer.samples; i++) {
         let selection = package_lightshed__1jump_selection__1jump_added(package_gathering_chosen[i], weight);
         package_gathering_chosen[i] = selection;
@@ -314,8 +312,6 @@ struct package_lightshed__1grid_moments_Moments {
     padding: u32
 }
 
-const package_lightshed__1grid_shadow__1GRID_LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
-
 const package_lightshed__1grid_shadow__1LEAST_EMISSION: f32 = 1e-6;
 
 const package_lightshed__1grid_shadow__1SQRT_THREE: f32 = 1.7320508;
@@ -375,7 +371,7 @@ fn package_lightshed__1grid_shadow__1represented_light(level_of_light: u32, inde
             let away = fraction - vec3f(vec3u(vertex.x - x, vertex.y - y, vertex.z - z));
             let along = max(vec3f(1.0) - abs(away), vec3f(0.0));
             let emission = package_lightshed__1grid_light__1point_emission(light.normal, package_lightshed_vector__1normalized_or(point - light.position, vec3f(0.0)));
-            let weight = along.x * along.y * along.z * package_lightshed_vector_dot3(light.intensity, package_lightshed__1grid_shadow__1GRID_LUMINANCE);
+            let weight = along.x * along.y * along.z * package_lightshed_color_luminance(light.intensity);
             chosen = package_lightshed__1grid_shadow_offered(chosen, vec2u(place, 0u), weight * (emission + package_lightshed__1grid_shadow__1LEAST_EMISSION), stream);
         }
     }
@@ -1020,6 +1016,12 @@ fn package_lightshed_coat__1coat_transmittance(coat: package_lightshed_coat_Roug
     let place = coat.table * (package_lightshed_coat__1COAT_STEPS + 1u) + node;
     let low = package_memory_scene__1load_coat(place);
     return clamp(low + (package_memory_scene__1load_coat(place + 1u) - low) * (position - f32(node)), 0.0, 1.0);
+}
+
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
 }
 
 struct package_lightshed_cwbvh_BoxRay {

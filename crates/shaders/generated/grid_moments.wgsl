@@ -13,8 +13,6 @@ struct Moments {
     padding: u32
 }
 
-const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
-
 fn no_moments() -> Moments {
     let zero = vec3f(0.0);
     return Moments(zero, 0.0, zero, 0.0, zero, 0.0, zero, 0.0, zero, 0u);
@@ -26,7 +24,7 @@ fn with_light(sum: Moments, offset: vec3f, intensity: vec3f, normal: vec3f) -> M
         return sum;
     }
     let share = along_axes.x * along_axes.y * along_axes.z;
-    let weight = share * package_lightshed_vector_dot3(intensity, LUMINANCE);
+    let weight = share * package_lightshed_color_luminance(intensity);
     let weighted = normal * weight;
     let squares = weighted * normal;
     let first = offset * weight;
@@ -83,6 +81,12 @@ struct package_lightshed__1grid_light_GridLight {
 }
 
 const package_lightshed__1grid_light__1F32_MAX: f32 = 3.4028235e38;
+
+const package_lightshed_color_LUMINANCE: vec3f = vec3f(0.212671, 0.71516, 0.072169);
+
+fn package_lightshed_color_luminance(rgb: vec3f) -> f32 {
+    return package_lightshed_vector_dot3(rgb, package_lightshed_color_LUMINANCE);
+}
 
 fn package_lightshed_vector_dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -51,6 +51,7 @@ pub const MODULES: &[Module] = &[
     ),
     module!("camera"),
     module!("coat", ["load_coat"]),
+    module!("color"),
     module!("connectability"),
     module!("curve"),
     module!(

@@ -4,11 +4,11 @@ use crate::domain::{PathDomain, Start};
 use crate::jacobian::MeasuredJacobian;
 use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
-use crate::sample::{ALL_LOBES, AnchorKind, PathSample, Shape, Technique, luminance};
+use crate::sample::{ALL_LOBES, AnchorKind, PathSample, Shape, Technique};
 use crate::world::{End, Endpoint, RayKind, Sight, World, max_roughness};
 use lightshed_resampling::{Pulled, ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::glam::Vec3;
-use lightshed_sampling::{Density, PrimarySample};
+use lightshed_sampling::{Density, PrimarySample, luminance};
 
 /// The hybrid of random replay and reconnection (Lin 2022 §6.6.4), with its two limits.
 ///

@@ -3,7 +3,7 @@
 use crate::world::{Endpoint, MAX_LOBES, Place};
 use bytemuck::{Pod, Zeroable};
 use lightshed_sampling::glam::{Vec2, Vec3};
-use lightshed_sampling::{PathSeed, octahedral_decode, octahedral_encode};
+use lightshed_sampling::{PathSeed, luminance, octahedral_decode, octahedral_encode};
 
 /// A path from the first surface vertex `x₁` of its domain to an emitter, in 64 bytes.
 ///
@@ -250,12 +250,6 @@ impl PathSample {
         };
         bytemuck::bytes_of(&bare(self)) == bytemuck::bytes_of(&bare(other))
     }
-}
-
-/// Luminance of linear RGB with Rec. 709 primaries.
-#[inline(always)]
-pub(crate) fn luminance(rgb: Vec3) -> f32 {
-    rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// A direction as it is stored.

@@ -290,6 +290,33 @@ fn variants_have_the_libraries_numbers() {
     }
 }
 
+/// Shaders weigh colours by the libraries' luminance, and no module by numbers of its own.
+#[test]
+fn there_is_one_luminance() {
+    let weights = |text: &str| -> Vec<Vec<f32>> {
+        text.split("const LUMINANCE: vec3f = vec3f(")
+            .skip(1)
+            .filter_map(|rest| rest.split_once(')'))
+            .map(|(numbers, _)| numbers.split(", ").filter_map(|n| n.parse().ok()).collect())
+            .collect()
+    };
+    assert_eq!(
+        weights(&shader("color")),
+        [lightshed_sampling::LUMINANCE.to_array()]
+    );
+    assert_ne!(
+        weights("const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);"),
+        weights(&shader("color"))
+    );
+    for module in MODULES.iter().filter(|module| module.name != "color") {
+        assert!(
+            !module.wesl.contains("0.21"),
+            "{} has a luminance of its own",
+            module.name
+        );
+    }
+}
+
 /// What both languages write is read, and other numbers are noticed.
 #[test]
 fn numbers_are_read() {

@@ -69,12 +69,6 @@ impl PointLight {
     }
 }
 
-/// Luminance of linear RGB (Rec. 709 primaries).
-#[inline(always)]
-pub(super) fn luminance(rgb: Vec3) -> f32 {
-    rgb.dot(Vec3::new(0.212_6, 0.715_2, 0.072_2))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,8 +2,8 @@
 
 use super::PointLight;
 use super::grid_light::{GridLight, emission_moments};
-use super::light::luminance;
 use glam::{DVec3, Vec3};
+use lightshed_sampling::luminance;
 
 /// `Σ w q` over the lights of the eight cells around a vertex, `w = Π_a (1 − |δ_a|)` the trilinear share and `δ` the offset
 /// from the vertex in cells.

@@ -1,11 +1,11 @@
 //! Choosing lights whose shadows are to be tested, in the pass that adds up their light.
 
 use super::level::{cells_around, finer_around};
-use super::light::luminance;
 use super::query::{GridQuery, Influence};
 use super::{LightId, LightingGrid};
 use glam::Vec3;
 use lightshed_resampling::JumpSelection;
+use lightshed_sampling::luminance;
 use lightshed_sampling::rand::Rng;
 
 /// Most shadow samples at a point.

@@ -1,8 +1,8 @@
 //! What grid lights are, and what levels conserve.
 
 use super::*;
-use crate::grid::light::luminance;
 use glam::DVec3;
+use lightshed_sampling::luminance;
 use lightshed_testkit::check_faults;
 
 /// What a vertex should be by definition: sums over all lights with trilinear shares.

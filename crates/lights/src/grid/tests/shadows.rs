@@ -1,7 +1,7 @@
 //! Which lights are chosen for shadow rays, and where these go.
 
 use super::*;
-use crate::grid::light::luminance;
+use lightshed_sampling::luminance;
 use lightshed_testkit::{MeanTest, check_faults, chi_squared_test};
 use std::collections::HashMap;
 
