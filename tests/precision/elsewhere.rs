@@ -86,7 +86,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ),
     (
         "lightshed-resampling",
-        "a trait's function, written by a guest",
+        "a trait's function, written by a user",
         "Domain::target Domain::tractable_density ShiftMapping::pull ShiftMapping::shift",
     ),
     (

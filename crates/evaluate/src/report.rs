@@ -272,7 +272,7 @@ mod tests {
         })
     }
 
-    /// A page as guests get it.
+    /// The page as users get it.
     pub(in crate::report) fn example_page() -> String {
         with_scene(|scene| {
             html_report("Title", "a machine", "a command", &[scene]).expect("the scene is sound")

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 /// A ray in a field's space: `x(t) = origin + t · direction`.
 ///
-/// `t` is the parameter in which all distances of this crate are given and per unit of which extinction is counted. A guest
+/// `t` is the parameter in which all distances of this crate are given and per unit of which extinction is counted. A user
 /// transforms a world ray by the inverse of the field's placement *without normalising the direction*: `t` then stays the
 /// world's distance.
 ///

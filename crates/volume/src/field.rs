@@ -31,7 +31,7 @@ impl DensityRange {
     }
 }
 
-/// A density `ρ(x) ≥ 0` over a box, without unit: extinction is `σ_t(x) = k ρ(x)` with a guest's coefficient `k` per unit of a
+/// A density `ρ(x) ≥ 0` over a box, without unit: extinction is `σ_t(x) = k ρ(x)` with a user's coefficient `k` per unit of a
 /// ray's parameter ([`FieldRay`](crate::FieldRay)), one number or one a channel.
 ///
 /// Outside of its bounds there is no medium: trackers cut rays to them, and never look there.

@@ -1,12 +1,12 @@
 //! Participating media: density fields, majorants, free flight, transmittance and phase functions.
 //!
-//! Scene-agnostic: a medium is a [`DensityField`] `ρ(x) ≥ 0` in a space of its own and a guest's coefficient `k`, so that extinction is
-//! `σ_t = k ρ` per unit of a ray's parameter `t`. A [`FieldRay`] is the guest's ray transformed into that space without normalising its
-//! direction; `t` stays the guest's distance.
+//! Scene-agnostic: a medium is a [`DensityField`] `ρ(x) ≥ 0` in a space of its own and a user's coefficient `k`, so that extinction is
+//! `σ_t = k ρ` per unit of a ray's parameter `t`. A [`FieldRay`] is the user's ray transformed into that space without normalising its
+//! direction; `t` stays the user's distance.
 //!
 //! | what | where |
 //! |---|---|
-//! | densities | [`DenseGrid`], [`SparseGrid`], [`Grid8`], [`Grid4`], [`Homogeneous`], [`Procedural`], or a guest's own [`DensityField`] |
+//! | densities | [`DenseGrid`], [`SparseGrid`], [`Grid8`], [`Grid4`], [`Homogeneous`], [`Procedural`], or a user's own [`DensityField`] |
 //! | coarser versions of a grid | [`MipPyramid`] |
 //! | bounds of densities along rays | [`MajorantGrid`] |
 //! | where light collides, density known | [`regular_flight`], [`homogeneous_flight`], [`ray_marching_flight`], [`EquiAngular`] |
@@ -14,7 +14,7 @@
 //! | how much light comes through, exactly | [`regular_depth`] |
 //! | the same, unbiased | [`ratio_tracking`], [`residual_ratio_tracking`], [`delta_transmittance`], [`next_flight_transmittance`], [`power_series_transmittance`], [`unbiased_ray_marching`] |
 //! | the same, biased | [`ray_marching_transmittance`], [`ray_marching_depth`] |
-//! | a guest's own null-collision method | [`TentativeCollisions`] |
+//! | a user's own null-collision method | [`TentativeCollisions`] |
 //! | where light scatters to | [`HenyeyGreenstein`], [`Draine`], [`Isotropic`], [`Blend`] |
 //!
 //! # Example

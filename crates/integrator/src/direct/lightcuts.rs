@@ -146,7 +146,7 @@ impl Tree {
 const BLOCK_DIMENSION: u32 = u32::MAX;
 
 /// Subtrees sampled together.
-const COMPANY: usize = 16;
+const BATCH: usize = 16;
 
 /// What a pixel sees.
 struct Seen {
@@ -324,10 +324,10 @@ impl<'a> Lightcuts<'a> {
     ) {
         let emitters = self.scene.emitters();
         if let Some(tree) = &self.tree {
-            let (mut u, mut choices) = ([0; COMPANY], [None::<LightChoice>; COMPANY]);
+            let (mut u, mut choices) = ([0; BATCH], [None::<LightChoice>; BATCH]);
             let mut first = part.start;
             while first < part.end {
-                let count = (part.end - first).min(COMPANY);
+                let count = (part.end - first).min(BATCH);
                 u[..count].fill_with(|| seen.rng.next_u64());
                 let (u, choices) = (&u[..count], &mut choices[..count]);
                 tree.subtrees().sample_subtrees(cut, first, &seen.at, u, choices);

@@ -1,4 +1,4 @@
-//! Media as data: what importers write and guests can write by hand.
+//! Media as data: what importers write and users can write by hand.
 
 use crate::Rgb;
 use glam::Affine3A;

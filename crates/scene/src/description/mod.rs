@@ -1,4 +1,4 @@
-//! A scene as data: what importers write and guests can write by hand.
+//! A scene as data: what importers write and users can write by hand.
 
 mod content;
 mod medium;

@@ -1,6 +1,6 @@
-//! What a guest writes: a sampler of his own, broken in three ways, and which test finds which.
+//! A user's example: a sampler of its own, broken in three ways, and which test finds which.
 //!
-//! `cargo run --release -p lightshed-testkit --example testkit_guest`
+//! `cargo run --release -p lightshed-testkit --example testkit_user`
 use lightshed_testkit::{FaultError, check_faults, integrate, jacobian_determinant};
 use lightshed_testkit::{kolmogorov_smirnov_test, rng, uniform_f64};
 

@@ -1,6 +1,6 @@
-//! What a guest writes: an estimator of his own beside the library's, on one film, and noise that falls.
+//! A user's example: an estimator of its own beside the library's, on one film, and noise that falls.
 //!
-//! `cargo run --release -p lightshed-integrator --example integrator_guest`
+//! `cargo run --release -p lightshed-integrator --example integrator_user`
 use lightshed_film::{Budget, PixelEstimator, RenderOptions, RgbImage, render};
 use lightshed_integrator::{DirectLight, DirectLightOptions};
 use lightshed_sampling::{CosineHemisphere, CounterRng};

@@ -1,6 +1,6 @@
-//! What a guest writes: a program of his own, linked with modules of the library into plain WGSL.
+//! A user's example: a program of its own, linked with modules of the library into plain WGSL.
 //!
-//! `cargo run -p lightshed-shaders --features link --example shaders_guest`
+//! `cargo run -p lightshed-shaders --features link --example shaders_user`
 use lightshed_shaders::{Linker, MODULES};
 use std::error::Error;
 

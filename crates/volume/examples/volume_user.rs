@@ -1,6 +1,6 @@
-//! What a guest writes: a ball of fog, and three estimates of how much light comes through it.
+//! A user's example: a ball of fog, and three estimates of how much light comes through it.
 //!
-//! `cargo run --release -p lightshed-volume --example volume_guest`
+//! `cargo run --release -p lightshed-volume --example volume_user`
 use lightshed_sampling::CounterRng;
 use lightshed_volume::glam::Vec3;
 use lightshed_volume::{

@@ -1,6 +1,6 @@
-//! What a guest writes: eight pixels of the Mandelbrot set at a time, with the same bits on any machine.
+//! A user's example: eight pixels of the Mandelbrot set at a time, with the same bits on any machine.
 //!
-//! `cargo run --release -p lightshed-lanes --example lanes_guest`
+//! `cargo run --release -p lightshed-lanes --example lanes_user`
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes};
 
 /// Steps until `z² + c` leaves the disk of radius 2, for eight `c` on a row.

@@ -1,6 +1,6 @@
-//! What a guest writes: two estimators of direct light race each other, and the page that shows it.
+//! A user's example: two estimators of direct light race each other, and the page that shows it.
 //!
-//! `cargo run --release -p lightshed-evaluate --example evaluate_guest`
+//! `cargo run --release -p lightshed-evaluate --example evaluate_user`
 use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, ReportScene, html_report, run};
 use lightshed_film::SampledFrames;
 use lightshed_integrator::{DirectLight, DirectLightOptions, PathTracer};
@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         images: &contested.images,
         chains: &[],
     };
-    let page = std::env::temp_dir().join("lightshed-guest.html");
+    let page = std::env::temp_dir().join("lightshed-user.html");
     std::fs::write(
         &page,
         html_report("Direct light", "this machine", "this example", &[section])?,

@@ -1,6 +1,6 @@
-//! What a guest writes: a scene in a string, and what its camera sees, without any lighting.
+//! A user's example: a scene in a string, and what its camera sees, without any lighting.
 //!
-//! `cargo run --release -p lightshed-scene --example scene_guest`
+//! `cargo run --release -p lightshed-scene --example scene_user`
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Scene, SurfacePoint, import::parse_mitsuba};
 use std::error::Error;
@@ -21,7 +21,7 @@ const XML: &str = r#"<scene version="3.0.0">
 </scene>"#;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let loaded = parse_mitsuba(XML, "guest.xml", &[])?;
+    let loaded = parse_mitsuba(XML, "user.xml", &[])?;
     for warning in &loaded.warnings {
         eprintln!("{warning}");
     }
