@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
 //! | [`spatial`] | `lightshed-spatial` | curve orders, sparse grids, neighbour search, indices of surface sites |
+//! | [`bvh`] | `lightshed-bvh` | bounding volume hierarchies over boxes, built fast; refits, instances |
 //! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
 //! | [`lights`] | `lightshed-lights` | choosing among many lights: trees, cuts, light BVH, lighting grid |
 //! | [`guiding`] | `lightshed-guiding` | guides that learn from paths where light comes from, caches of visible lights |
@@ -41,6 +42,8 @@
 //! # }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#[cfg(feature = "bvh")]
+pub use lightshed_bvh as bvh;
 #[cfg(feature = "evaluate")]
 pub use lightshed_evaluate as evaluate;
 #[cfg(feature = "film")]

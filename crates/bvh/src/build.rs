@@ -1,0 +1,142 @@
+//! Builds of all kinds.
+
+use crate::binned::Group;
+use crate::curve;
+use crate::error::BuildError;
+use crate::interior::Interior;
+use crate::item::BoxItem;
+use crate::morton::Morton;
+use crate::node::Node;
+use crate::options::{BuildOptions, Method};
+use crate::ploc;
+use crate::primitive::Primitive;
+use crate::source::Source;
+use crate::subset;
+use crate::traverse::MAX_DEPTH;
+use crate::tree::Bvh;
+use lightshed_lanes::LaneChoice;
+
+/// Builds trees, and keeps the memory for the next one.
+///
+/// ```
+/// use lightshed_bvh::glam::Vec3;
+/// use lightshed_bvh::{Bounds, Builder, Bvh, Preset};
+///
+/// let boxes = [0.0, 5.0, 1.0].map(|x| Bounds::new(Vec3::splat(x), Vec3::splat(x + 0.5)));
+/// let (mut builder, mut tree) = (Builder::new(Preset::Fastest.options())?, Bvh::default());
+/// builder.rebuild(&boxes, &mut tree)?;
+/// assert_eq!(tree.len(), 3);
+/// assert!(tree.check(&boxes).is_ok());
+/// # Ok::<(), lightshed_bvh::BuildError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Builder {
+    options: BuildOptions,
+    items: Vec<BoxItem>,
+    morton: Morton,
+    ploc: ploc::Scratch,
+    subset: subset::Scratch,
+}
+
+impl Builder {
+    /// Of trees built in this way.
+    ///
+    /// # Errors
+    /// [`BuildError::Option`].
+    pub fn new(options: BuildOptions) -> Result<Self, BuildError> {
+        options.validate()?;
+        Ok(Self {
+            options,
+            ..Self::default()
+        })
+    }
+
+    /// Builds a tree in the memory of `tree`. The same primitives give the same tree on any number of threads.
+    ///
+    /// Equal boxes and boxes without extent are primitives like others. Trees have at most [`MAX_DEPTH`] levels.
+    ///
+    /// # Errors
+    /// [`BuildError::Bounds`] and [`BuildError::TooMany`]; `tree` is as it was then.
+    pub fn rebuild<P: Primitive>(&mut self, primitives: &[P], tree: &mut Bvh) -> Result<(), BuildError> {
+        let source = Source::new(primitives)?;
+        let count = source.len();
+        tree.nodes.resize((2 * count).saturating_sub(1), Node::default());
+        tree.order.resize(count, 0);
+        if count == 0 {
+            return Ok(());
+        }
+        self.build(&source, self.options.method, tree);
+        if let Some(reinsertion) = &self.options.reinsertion {
+            tree.reinsert(reinsertion);
+        }
+        // Bottom-up trees and moved subtrees may be too deep to be traversed; the others are not.
+        let top_down = matches!(self.options.method, Method::Binned | Method::Curve);
+        if (!top_down || self.options.reinsertion.is_some()) && tree.depth() > MAX_DEPTH {
+            self.build(&source, Method::Binned, tree);
+        }
+        if source.is_scaled() {
+            tree.fit(primitives);
+        }
+        Ok(())
+    }
+
+    fn build<P: Primitive>(&mut self, source: &Source<P>, method: Method, tree: &mut Bvh) {
+        let Self {
+            items,
+            morton,
+            ploc,
+            subset,
+            ..
+        } = self;
+        let lanes = LaneChoice::best();
+        let cells: &mut [BoxItem] = bytemuck::cast_slice_mut(&mut tree.nodes);
+        let order = &mut tree.order[..];
+        match method {
+            Method::Curve => {
+                morton.sort(source);
+                curve::build(source, morton, cells, order);
+            }
+            Method::Ploc { radius } => {
+                morton.sort(source);
+                morton.gather(source, items);
+                ploc.build(items, cells, order, 0, radius as usize);
+            }
+            Method::Subset(options) => {
+                morton.sort(source);
+                morton.gather(source, items);
+                subset::build(items, cells, order, &options, subset);
+            }
+            Method::Binned | Method::Agglomerative => {
+                source.collect(items);
+                let group = Group {
+                    items,
+                    cells,
+                    in_cells: false,
+                    order,
+                    first: 0,
+                    depth: 0,
+                };
+                let interior = match method {
+                    Method::Agglomerative => Interior::Agglomerative,
+                    _ => Interior::Binned,
+                };
+                interior.build(group, lanes);
+            }
+        }
+    }
+}
+
+impl Bvh {
+    /// Builds a tree.
+    ///
+    /// # Errors
+    /// See [`BuildError`].
+    pub fn build<P: Primitive>(
+        primitives: &[P],
+        options: impl Into<BuildOptions>,
+    ) -> Result<Self, BuildError> {
+        let mut tree = Self::default();
+        Builder::new(options.into())?.rebuild(primitives, &mut tree)?;
+        Ok(tree)
+    }
+}

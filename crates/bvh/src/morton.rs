@@ -1,0 +1,193 @@
+//! Items in the order of Morton's curve.
+//!
+//! The sort moves one word for each item: the upper bits of its code, as many as the index leaves room for, and the index,
+//! by which ties are broken. So the order is total, and the same however it is found.
+
+use crate::item::BoxItem;
+use crate::primitive::Primitive;
+use crate::source::Source;
+use lightshed_lanes::prefetch;
+use lightshed_sampling::parallel::{for_each_chunk, join};
+use lightshed_spatial::morton63_encode;
+
+/// Items that a thread takes at once.
+const CHUNK: usize = 1 << 13;
+/// How many items ahead of their turn are asked for.
+pub const PREFETCH_DISTANCE: usize = 24;
+/// So few words are sorted by comparisons.
+const SMALL: usize = 192;
+/// Words that one thread takes at once.
+const APART: usize = 1 << 14;
+/// Bits of a digit, and of the first one of many words.
+const DIGIT: u32 = 8;
+const FIRST_DIGIT: u32 = 11;
+
+/// Codes and indices of items, in order. Kept for its memory, too.
+#[derive(Clone, Debug, Default)]
+pub struct Morton {
+    words: Vec<u64>,
+    spare: Vec<u64>,
+    index_bits: u32,
+}
+
+impl Morton {
+    /// Sorts items along the curve through a cube around their centres.
+    pub fn sort<P: Primitive>(&mut self, source: &Source<P>) {
+        let count = source.len();
+        self.index_bits = count.max(2).next_power_of_two().trailing_zeros();
+        self.words.resize(count, 0);
+        self.spare.resize(count, 0);
+        encode(source, &mut self.words, self.index_bits);
+        sort(&mut self.words, &mut self.spare, 64, false);
+    }
+
+    /// Index of the item at `place`; the last one's beyond.
+    #[inline(always)]
+    pub fn index(&self, place: usize) -> usize {
+        let word = self.words[place.min(self.words.len() - 1)];
+        (word & ((1 << self.index_bits) - 1)) as usize
+    }
+
+    /// The items in order.
+    pub fn gather<P: Primitive>(&self, source: &Source<P>, sorted: &mut Vec<BoxItem>) {
+        sorted.resize(source.len(), BoxItem::EMPTY);
+        for_each_chunk(sorted, CHUNK, |start, sorted| {
+            for (i, item) in sorted.iter_mut().enumerate() {
+                prefetch(source.primitive(self.index(start + i + PREFETCH_DISTANCE)));
+                *item = source.item(self.index(start + i));
+            }
+        });
+    }
+
+    /// Where the places from `start` to `end` are to be divided: before the first word that has a one in the highest bit in which they differ.
+    /// Words of equal codes differ in their indices.
+    pub fn split(&self, start: usize, end: usize) -> usize {
+        let words = &self.words[start..end];
+        let (Some(first), Some(last)) = (words.first(), words.last()) else {
+            return start;
+        };
+        let highest = 63 - (first ^ last).leading_zeros().min(63);
+        start + words.partition_point(|word| word >> highest & 1 == 0)
+    }
+}
+
+fn encode<P: Primitive>(source: &Source<P>, words: &mut [u64], index_bits: u32) {
+    let (min, max) = source.centers;
+    let extent = (max - min).truncate().max_element();
+    // 21 bits a coordinate; a little less, so that the end is in.
+    let scale = if extent > 0.0 { 2_097_151.0 / extent } else { 0.0 };
+    let scale = if scale.is_finite() { scale } else { 0.0 };
+    for_each_chunk(words, CHUNK, |start, words| {
+        for (i, word) in words.iter_mut().enumerate() {
+            let cell = (source.item(start + i).doubled_center() - min) * scale;
+            // Bits of a sum with 2²³ are those of the nearest integer.
+            let cell = (cell + 8_388_608.0).to_array().map(|c| c.to_bits() & 0x1f_ffff);
+            let code = morton63_encode([cell[0], cell[1], cell[2]]);
+            *word = code << 1 >> index_bits << index_bits | (start + i) as u64;
+        }
+    });
+}
+
+/// Sorts words that agree in all bits from `top` up. The result is in `other` if `moved`, else in `words`.
+fn sort(words: &mut [u64], other: &mut [u64], top: u32, moved: bool) {
+    if words.len() <= SMALL || top == 0 {
+        words.sort_unstable();
+        if moved {
+            other.copy_from_slice(words);
+        }
+        return;
+    }
+    let digit = if words.len() > APART { FIRST_DIGIT } else { DIGIT }.min(top);
+    let shift = top - digit;
+    let mut counts = [0u32; 1 << FIRST_DIGIT];
+    let counts = &mut counts[..1 << digit];
+    count(words, shift, counts);
+    // All in one bucket: the next digit.
+    let mask = counts.len() - 1;
+    if counts[(words[0] >> shift) as usize & mask] as usize == words.len() {
+        return sort(words, other, shift, moved);
+    }
+    scatter(words, other, counts, shift, 0, mask);
+    sort_buckets(other, words, counts, shift, !moved);
+}
+
+fn count(words: &[u64], shift: u32, counts: &mut [u32]) {
+    if words.len() > APART {
+        let (low, high) = words.split_at(words.len() / 2);
+        let mut others = [0u32; 1 << FIRST_DIGIT];
+        let others = &mut others[..counts.len()];
+        join(|| count(low, shift, counts), || count(high, shift, others));
+        counts
+            .iter_mut()
+            .zip(others)
+            .for_each(|(own, other)| *own += *other);
+        return;
+    }
+    let mask = counts.len() - 1;
+    for &word in words {
+        counts[(word >> shift) as usize & mask] += 1;
+    }
+}
+
+/// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on, which go into `to`. Many words are
+/// moved by two threads, each of which reads all of them and fills half of the buckets.
+fn scatter(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize, mask: usize) {
+    if cfg!(feature = "parallel") && words.len() > APART && counts.len() == mask + 1 {
+        // Halves of the words, not of the digits.
+        let mut middle = 0;
+        let mut before = 0;
+        while before < words.len() / 2 {
+            before += counts[middle] as usize;
+            middle += 1;
+        }
+        let (low, high) = counts.split_at(middle);
+        let (to_low, to_high) = to.split_at_mut(before);
+        join(
+            || scatter_part(words, to_low, low, shift, 0, mask),
+            || scatter_part(words, to_high, high, shift, middle, mask),
+        );
+        return;
+    }
+    scatter_part(words, to, counts, shift, base, mask);
+}
+
+fn scatter_part(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize, mask: usize) {
+    let mut next = [0u32; 1 << FIRST_DIGIT];
+    let next = &mut next[..counts.len()];
+    let mut sum = 0;
+    for (next, count) in next.iter_mut().zip(counts) {
+        *next = sum;
+        sum += count;
+    }
+    for &word in words {
+        let bucket = ((word >> shift) as usize & mask).wrapping_sub(base);
+        if let Some(next) = next.get_mut(bucket) {
+            to[*next as usize] = word;
+            *next += 1;
+        }
+    }
+}
+
+/// Sorts consecutive buckets of these sizes, the larger ones apart.
+fn sort_buckets(words: &mut [u64], other: &mut [u64], sizes: &[u32], top: u32, moved: bool) {
+    if cfg!(feature = "parallel") && sizes.len() > 1 && words.len() > APART {
+        let (low, high) = sizes.split_at(sizes.len() / 2);
+        let middle: usize = low.iter().map(|&size| size as usize).sum();
+        let (words_low, words_high) = words.split_at_mut(middle);
+        let (other_low, other_high) = other.split_at_mut(middle);
+        join(
+            || sort_buckets(words_low, other_low, low, top, moved),
+            || sort_buckets(words_high, other_high, high, top, moved),
+        );
+        return;
+    }
+    let (mut words, mut other) = (words, other);
+    for &size in sizes {
+        let (bucket, words_rest) = words.split_at_mut(size as usize);
+        let (other_bucket, other_rest) = other.split_at_mut(size as usize);
+        if size > 0 {
+            sort(bucket, other_bucket, top, moved);
+        }
+        (words, other) = (words_rest, other_rest);
+    }
+}

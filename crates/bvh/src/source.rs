@@ -1,0 +1,177 @@
+//! Items out of primitives, one by one.
+
+use crate::error::BuildError;
+use crate::item::BoxItem;
+use crate::primitive::{MAX_PRIMITIVES, Primitive};
+use core::ops::Range;
+use glam::Vec4;
+use lightshed_sampling::parallel::for_each_chunk;
+use lightshed_spatial::Bounds;
+
+/// Items that a thread makes at once.
+const CHUNK: usize = 1 << 13;
+
+/// Coordinates between which areas times counts neither overflow nor vanish.
+const LARGEST: f32 = 1e12;
+const SMALLEST: f32 = 1e-9;
+
+/// Primitives that have boxes, and the box around all of them.
+pub struct Source<'a, P> {
+    primitives: &'a [P],
+    /// Boxes are multiplied by this power of two, so that areas neither overflow nor vanish: the tree is then to be fitted to the
+    /// primitives.
+    factor: f64,
+    /// Least and greatest doubled centre.
+    pub centers: (Vec4, Vec4),
+}
+
+impl<P> Clone for Source<'_, P> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<P> Copy for Source<'_, P> {}
+
+/// What is known of some items.
+#[derive(Clone, Copy)]
+struct Part {
+    bounds: BoxItem,
+    centers: (Vec4, Vec4),
+    /// The first that has no box.
+    wrong: usize,
+}
+
+impl Part {
+    const NONE: Self = Self {
+        bounds: BoxItem::EMPTY,
+        centers: (Vec4::INFINITY, Vec4::NEG_INFINITY),
+        wrong: usize::MAX,
+    };
+
+    #[inline(always)]
+    fn union(&self, other: &Self) -> Self {
+        Self {
+            bounds: self.bounds.union(&other.bounds),
+            centers: (
+                self.centers.0.min(other.centers.0),
+                self.centers.1.max(other.centers.1),
+            ),
+            wrong: self.wrong.min(other.wrong),
+        }
+    }
+}
+
+impl<'a, P: Primitive> Source<'a, P> {
+    /// Checks the primitives.
+    pub fn new(primitives: &'a [P]) -> Result<Self, BuildError> {
+        if primitives.len() > MAX_PRIMITIVES {
+            return Err(BuildError::TooMany(primitives.len()));
+        }
+        let mut source = Self {
+            primitives,
+            factor: 1.0,
+            centers: (Vec4::ZERO, Vec4::ZERO),
+        };
+        let Some(all) = source.look() else {
+            return Ok(source);
+        };
+        if all.wrong < usize::MAX {
+            return Err(BuildError::Bounds(all.wrong as u32));
+        }
+        source.factor = factor(&all.bounds);
+        source.centers = all.centers;
+        if source.is_scaled() {
+            source.centers = source.look().map_or(all.centers, |all| all.centers);
+        }
+        Ok(source)
+    }
+
+    fn look(&self) -> Option<Part> {
+        let mut parts = vec![Part::NONE; self.primitives.len().div_ceil(CHUNK)];
+        for_each_chunk(&mut parts, 1, |chunk, part| {
+            let end = ((chunk + 1) * CHUNK).min(self.primitives.len());
+            part[0] = self.look_at(chunk * CHUNK..end);
+        });
+        parts.into_iter().reduce(|a, b| a.union(&b))
+    }
+
+    fn look_at(&self, range: Range<usize>) -> Part {
+        let mut part = Part::NONE;
+        let mut valid = true;
+        for primitive in &self.primitives[range.clone()] {
+            let bounds = primitive.bounds();
+            valid &= bounds.is_valid();
+            let item = self.scaled(&bounds, 0);
+            let center = item.doubled_center();
+            part = part.union(&Part {
+                bounds: item,
+                centers: (center, center),
+                wrong: usize::MAX,
+            });
+        }
+        if !valid {
+            let wrong = range
+                .into_iter()
+                .find(|&i| !self.primitives[i].bounds().is_valid());
+            part.wrong = wrong.unwrap_or(usize::MAX);
+        }
+        part
+    }
+
+    /// Number of primitives.
+    pub fn len(&self) -> usize {
+        self.primitives.len()
+    }
+
+    /// Whether boxes are not those of the primitives.
+    pub fn is_scaled(&self) -> bool {
+        self.factor != 1.0
+    }
+
+    /// The primitive at an index, to be asked for ahead of its turn.
+    #[inline(always)]
+    pub fn primitive(&self, index: usize) -> &P {
+        &self.primitives[index]
+    }
+
+    /// The item of this index.
+    #[inline(always)]
+    pub fn item(&self, index: usize) -> BoxItem {
+        self.scaled(&self.primitives[index].bounds(), index as u32)
+    }
+
+    /// All items, in the order of the primitives.
+    pub fn collect(&self, items: &mut Vec<BoxItem>) {
+        items.resize(self.len(), BoxItem::EMPTY);
+        for_each_chunk(items, CHUNK, |start, items| {
+            for (i, item) in items.iter_mut().enumerate() {
+                *item = self.item(start + i);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn scaled(&self, bounds: &Bounds, index: u32) -> BoxItem {
+        if self.factor == 1.0 {
+            return BoxItem::new(bounds, index);
+        }
+        let scale = |value: f32| (f64::from(value) * self.factor) as f32;
+        BoxItem::new(&Bounds::new(bounds.min.map(scale), bounds.max.map(scale)), index)
+    }
+}
+
+/// A power of two by which coordinates are to be multiplied.
+fn factor(all: &BoxItem) -> f64 {
+    let farthest = f64::from(all.min().abs().max(all.max().abs()).max_element());
+    let extent = (all.max().as_dvec3() - all.min().as_dvec3()).max_element();
+    let most = (f64::from(LARGEST) / farthest).log2().floor();
+    if farthest > f64::from(LARGEST) {
+        return most.exp2();
+    }
+    if extent > 0.0 && extent < f64::from(SMALLEST) {
+        // Not so much that what is far away overflows.
+        return (1.0 / extent).log2().floor().min(most).exp2();
+    }
+    1.0
+}

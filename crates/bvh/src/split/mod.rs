@@ -1,0 +1,21 @@
+//! Builders over any split cost.
+//!
+//! A [`SplitSource`] divides a group of items in two; what is built of that, a binary tree ([`split_tree`]) or the children of wide nodes
+//! ([`SplitGroups`]), is up to the caller. Costs are an [`Extent`]: the surface area here, the surface area and orientation heuristic
+//! in light trees.
+
+mod agglomerative;
+mod along_curve;
+mod area;
+mod binary;
+mod binned;
+mod extent;
+mod group;
+
+pub use agglomerative::{MergedTree, Merges};
+pub use along_curve::{AlongCurve, Pyramid};
+pub use area::{AreaExtent, AreaItem};
+pub use binary::split_tree;
+pub use binned::Binned;
+pub use extent::{Extent, SplitItem};
+pub use group::{SplitGroup, SplitGroups, SplitSource};

@@ -1,0 +1,445 @@
+//! Stochastic subsets: upper levels from a few primitives that stand for all.
+//!
+//! Dittebrandt 2025 ch. 8 (Tessari et al. 2023, *Stochastic Subsets for BVH Construction*):
+//!
+//! 1. primitives are sorted along Morton's curve;
+//! 2. a subset is drawn by clamped diagonals, stratified along the curve;
+//! 3. the interior builder builds the tree of the subset, whose lowest groups are the clusters;
+//! 4. every other primitive goes into one of the clusters around it on the curve, where the tree's cost grows least;
+//! 5. the interior builder builds the tree of each cluster.
+
+mod clamp;
+mod insert;
+mod sample;
+
+pub use clamp::{WeightHistogram, stratum_beside_uniform};
+pub use sample::{Sampling, sample};
+
+use crate::binned::{Group, Task, WAITING, build_alone};
+use crate::curve::joined;
+use crate::error::BuildError;
+use crate::interior::Interior;
+use crate::item::BoxItem;
+use crate::linked::count_below;
+use crate::node::Node;
+use crate::tree::children;
+use crate::treelet;
+use insert::Clusters;
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
+use lightshed_sampling::CounterRng;
+use lightshed_sampling::parallel::{for_each_chunk, join};
+
+/// Primitives that a thread inserts at once.
+const CHUNK: usize = 1 << 12;
+/// Groups of fewer items are built on one thread.
+const APART: usize = 1 << 13;
+
+/// How subsets are drawn and what becomes of the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubsetOptions {
+    /// Share of the primitives in the subset, in `(0, 1]`.
+    pub fraction: f32,
+    /// Share of uniform weights, in `[0, 1)`: keeps dense regions represented.
+    pub uniform: f32,
+    /// Primitives of the subset before and after a primitive on the curve whose clusters are its candidates; at least 1.
+    pub window: u32,
+    /// Most primitives of the subset in a cluster; at least 1.
+    pub cluster: u32,
+    /// Seed of the strata's offset.
+    pub seed: u64,
+    /// What builds the tree of the subset and those of the clusters.
+    pub interior: Interior,
+}
+
+impl Default for SubsetOptions {
+    fn default() -> Self {
+        Self {
+            fraction: 0.1,
+            uniform: 0.1,
+            window: 4,
+            cluster: 4,
+            seed: 0,
+            interior: Interior::Binned,
+        }
+    }
+}
+
+impl SubsetOptions {
+    /// Checks that all options lie in their ranges.
+    ///
+    /// # Errors
+    /// [`BuildError::Option`].
+    pub fn validate(&self) -> Result<(), BuildError> {
+        let wrong = |what| Err(BuildError::Option(what));
+        if !(self.fraction > 0.0 && self.fraction <= 1.0) {
+            return wrong("the fraction of a subset must lie in (0, 1]");
+        }
+        if !(self.uniform >= 0.0 && self.uniform < 1.0) {
+            return wrong("the share of uniform weights must lie in [0, 1)");
+        }
+        if self.window == 0 || self.cluster == 0 {
+            return wrong("the window and the clusters of a subset must be at least 1");
+        }
+        if matches!(self.interior, Interior::Ploc(0)) {
+            return wrong("the radius of PLOC must be at least 1");
+        }
+        Ok(())
+    }
+}
+
+/// Memory that is kept from one build to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    choices: Vec<u32>,
+}
+
+/// Builds the tree over items that are sorted along a curve, not none: `2n − 1` cells and `n` indices.
+pub fn build(
+    sorted: &mut [BoxItem],
+    cells: &mut [BoxItem],
+    order: &mut [u32],
+    options: &SubsetOptions,
+    scratch: &mut Scratch,
+) {
+    let count = sorted.len();
+    let sampling = Sampling {
+        fraction: f64::from(options.fraction),
+        uniform: f64::from(options.uniform),
+        offset: f64::from(CounterRng::new(options.seed, 0, 0).next_f32()),
+    };
+    let items = &*sorted;
+    let places = sample(count, |i| items[i].diagonal_squared(), &sampling);
+    let lanes = LaneChoice::best();
+    let subset = Subset::build(lanes, sorted, &places, options);
+    let clusters = Clusters::new(&subset.nodes, &subset.cluster_of, &subset.counts);
+    let Scratch { choices } = scratch;
+    choices.resize(count, 0);
+    for_each_chunk(choices, CHUNK, |start, choices| {
+        lanes.run(Insert {
+            items: &items[start..start + choices.len()],
+            start,
+            places: &places,
+            clusters: &clusters,
+            cluster_of: &subset.cluster_of,
+            window: options.window as usize,
+            choices,
+        });
+    });
+    let upper = Upper::new(subset.nodes, choices, subset.counts.len(), options.interior);
+    upper.scatter(sorted, choices, cells);
+    upper.build(lanes, 0, (sorted, cells, order), 0);
+}
+
+/// The tree of the subset, down to its clusters.
+struct Subset {
+    /// Nodes in depth-first order; the primitives of these are the clusters.
+    nodes: Vec<Node>,
+    /// The cluster of each primitive of the subset, along the curve.
+    cluster_of: Vec<u32>,
+    /// How many primitives of the subset each cluster has.
+    counts: Vec<u32>,
+}
+
+impl Subset {
+    fn build(lanes: LaneChoice, sorted: &[BoxItem], places: &[u32], options: &SubsetOptions) -> Self {
+        let count = places.len();
+        let mut items = vec![BoxItem::EMPTY; count];
+        for_each_chunk(&mut items, CHUNK, |start, items| {
+            for (index, item) in (start..).zip(items) {
+                *item = sorted[places[index] as usize].with_index(index as u32);
+            }
+        });
+        let mut cells = vec![BoxItem::EMPTY; 2 * count - 1];
+        let mut order = vec![0; count];
+        let group = Group {
+            items: &mut items,
+            cells: &mut cells,
+            in_cells: false,
+            order: &mut order,
+            first: 0,
+            depth: 0,
+        };
+        options.interior.build(group, lanes);
+        let mut nodes: Vec<Node> = Vec::new();
+        let mut cluster_of = vec![0; count];
+        let mut counts = Vec::new();
+        let mut index = 0;
+        while index < cells.len() {
+            let node: Node = bytemuck::cast(cells[index]);
+            let number = counts.len() as u32;
+            let is_cluster = node.count <= options.cluster;
+            nodes.push(Node {
+                first: number,
+                count: u32::from(is_cluster),
+                ..node
+            });
+            if is_cluster {
+                counts.push(node.count);
+                for &member in &order[node.first as usize..(node.first + node.count) as usize] {
+                    cluster_of[member as usize] = number;
+                }
+                index += 2 * node.count as usize - 1;
+            } else {
+                index += 1;
+            }
+        }
+        count_below(&mut nodes);
+        Self {
+            nodes,
+            cluster_of,
+            counts,
+        }
+    }
+}
+
+/// Chooses clusters for consecutive items.
+struct Insert<'a> {
+    items: &'a [BoxItem],
+    start: usize,
+    places: &'a [u32],
+    clusters: &'a Clusters,
+    cluster_of: &'a [u32],
+    window: usize,
+    choices: &'a mut [u32],
+}
+
+impl LaneKernel for Insert<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let start = self.start as u32;
+        // Primitives of the subset before the item.
+        let mut next = self.places.partition_point(|&place| place < start);
+        for i in 0..self.items.len() {
+            if next < self.places.len() && self.places[next] == start + i as u32 {
+                self.choices[i] = self.cluster_of[next];
+                next += 1;
+            } else {
+                self.choices[i] = self.clusters.choose::<L>(&self.items[i], next, self.window);
+            }
+        }
+    }
+}
+
+/// The upper tree, and where the items of each cluster go.
+struct Upper {
+    /// Nodes in depth-first order over the clusters.
+    nodes: Vec<Node>,
+    /// Where the items of each cluster begin in the order of all leaves, and where they end.
+    starts: Vec<u32>,
+    /// First cell of each cluster.
+    cells: Vec<u32>,
+    interior: Interior,
+}
+
+impl Upper {
+    fn new(nodes: Vec<Node>, choices: &[u32], clusters: usize, interior: Interior) -> Self {
+        let mut starts = vec![0u32; clusters + 1];
+        for &cluster in choices {
+            starts[cluster as usize + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut upper = Self {
+            nodes,
+            starts,
+            cells: vec![0; clusters],
+            interior,
+        };
+        let mut waiting = vec![(0, 0)];
+        while let Some((index, cell)) = waiting.pop() {
+            match children(&upper.nodes, index) {
+                Some([low, high]) => {
+                    let second = cell + 2 * upper.count(low) as u32;
+                    waiting.extend([(high, second), (low, cell + 1)]);
+                }
+                None => upper.cells[upper.nodes[index].first as usize] = cell,
+            }
+        }
+        upper
+    }
+
+    /// Where the items below a node begin.
+    #[inline(always)]
+    fn start(&self, index: usize) -> usize {
+        self.starts[self.nodes[index].first as usize] as usize
+    }
+
+    /// Items below a node.
+    #[inline(always)]
+    fn count(&self, index: usize) -> usize {
+        let Node { first, count, .. } = self.nodes[index];
+        (self.starts[(first + count) as usize] - self.starts[first as usize]) as usize
+    }
+
+    /// Moves items to the first cells of their clusters, those of a cluster in their order.
+    fn scatter(&self, items: &[BoxItem], choices: &[u32], cells: &mut [BoxItem]) {
+        let clusters = self.cells.len();
+        let half = self.starts[..clusters].partition_point(|&start| (start as usize) < items.len() / 2);
+        if cfg!(feature = "parallel") && half > 0 && half < clusters && items.len() > APART {
+            let (low, high) = cells.split_at_mut(self.cells[half] as usize);
+            join(
+                || scatter(items, choices, &self.cells[..half], 0, low),
+                || scatter(items, choices, &self.cells[half..], half as u32, high),
+            );
+            return;
+        }
+        scatter(items, choices, &self.cells, 0, cells);
+    }
+
+    /// Builds what is below a node. The first item's place among all is `first`.
+    fn build(&self, lanes: LaneChoice, index: usize, (items, cells, order): Buffers, depth: u32) {
+        let children = children(&self.nodes, index);
+        // Clusters of other builders are built one by one.
+        let apart = if self.interior == Interior::Binned {
+            APART
+        } else {
+            1
+        };
+        let Some([low, high]) = children.filter(|_| items.len() > apart) else {
+            let first = self.start(index) as u32;
+            if children.is_some() {
+                lanes.run(Below {
+                    upper: self,
+                    root: index,
+                    items,
+                    cells,
+                    order,
+                    depth,
+                });
+                return;
+            }
+            let group = Group {
+                items,
+                cells,
+                in_cells: true,
+                order,
+                first,
+                depth,
+            };
+            return self.interior.build(group, lanes);
+        };
+        let count = self.count(low);
+        let (low_items, high_items) = items.split_at_mut(count);
+        let (root, below) = cells.split_at_mut(1);
+        let (low_cells, high_cells) = below.split_at_mut(2 * count - 1);
+        let (low_order, high_order) = order.split_at_mut(count);
+        let low_buffers = (low_items, low_cells, low_order);
+        let high_buffers = (high_items, high_cells, high_order);
+        join(
+            || self.build(lanes, low, low_buffers, depth + 1),
+            || self.build(lanes, high, high_buffers, depth + 1),
+        );
+        root[0] = joined(&below[0], &below[2 * count - 1], self.start(index) as u32);
+    }
+}
+
+type Buffers<'a> = (&'a mut [BoxItem], &'a mut [BoxItem], &'a mut [u32]);
+
+/// `first_cells` are those of the clusters from `base` on, in `cells`.
+fn scatter(items: &[BoxItem], choices: &[u32], first_cells: &[u32], base: u32, cells: &mut [BoxItem]) {
+    // The first cluster may lie behind cells of nodes above it.
+    let origin = if base == 0 { 0 } else { first_cells[0] };
+    let mut next: Vec<u32> = first_cells.iter().map(|cell| cell - origin).collect();
+    for (item, choice) in items.iter().zip(choices) {
+        if let Some(next) = next.get_mut(choice.wrapping_sub(base) as usize) {
+            cells[*next as usize] = *item;
+            *next += 1;
+        }
+    }
+}
+
+/// A part of the upper tree on one thread.
+struct Below<'a> {
+    upper: &'a Upper,
+    root: usize,
+    items: &'a mut [BoxItem],
+    cells: &'a mut [BoxItem],
+    order: &'a mut [u32],
+    depth: u32,
+}
+
+impl LaneKernel for Below<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            upper,
+            root,
+            items,
+            cells,
+            order,
+            depth,
+        } = self;
+        let first = upper.start(root) as u32;
+        let mut waiting = [Task::default(); WAITING];
+        // Nodes of the upper tree, their cells and depths; a node whose parts are done is `DONE` more.
+        const DONE: u32 = 1 << 31;
+        let mut above = [(0u32, 0u32, 0u32); 3 * WAITING];
+        above[0] = (root as u32, 0, depth);
+        let mut left = 1;
+        while left > 0 {
+            left -= 1;
+            let (node, cell, depth) = above[left];
+            let index = (node & !DONE) as usize;
+            let start = upper.start(index) as u32 - first;
+            let count = upper.count(index);
+            let at = cell as usize;
+            if node & DONE != 0 {
+                let low = upper.count(index + 1);
+                cells[at] = joined(&cells[at + 1], &cells[at + 2 * low], first + start);
+                continue;
+            }
+            let range = start as usize..start as usize + count;
+            match children(&upper.nodes, index) {
+                Some(_) if count <= treelet::MOST => {
+                    let mut few = [BoxItem::EMPTY; treelet::MOST];
+                    let Node {
+                        first: cluster,
+                        count: clusters,
+                        ..
+                    } = upper.nodes[index];
+                    let origin = upper.cells[cluster as usize] as usize;
+                    let mut filled = 0;
+                    // The first cluster's first cell is as many behind this node's as there are nodes between.
+                    let mut above_first = 0;
+                    let mut down = index;
+                    while upper.nodes[down].count > 1 {
+                        down += 1;
+                        above_first += 1;
+                    }
+                    for cluster in cluster as usize..(cluster + clusters) as usize {
+                        let from = at + above_first + upper.cells[cluster] as usize - origin;
+                        let of_cluster = (upper.starts[cluster + 1] - upper.starts[cluster]) as usize;
+                        for i in 0..of_cluster {
+                            few[filled & 7] = cells[from + i];
+                            filled += 1;
+                        }
+                    }
+                    let cells = &mut cells[at..at + 2 * count - 1];
+                    treelet::build::<L>(&few, count, cells, &mut order[range], first + start);
+                }
+                Some([low, high]) => {
+                    let second = cell + 2 * upper.count(low) as u32;
+                    above[left] = (index as u32 | DONE, cell, depth);
+                    above[left + 1] = (high as u32, second, depth + 1);
+                    above[left + 2] = (low as u32, cell + 1, depth + 1);
+                    left += 3;
+                }
+                None => {
+                    let task = Task {
+                        start,
+                        end: start + count as u32,
+                        cell,
+                        depth,
+                        in_cells: true,
+                    };
+                    build_alone::<L>(items, cells, order, first, task, &mut waiting);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Trees over up to eight primitives, in lanes.
+//!
+//! The two groups whose union has the least area become one, until one is left: every pair is looked at, eight at a time.
+//! For so few that costs less than going through bins, and the trees are better.
+
+use crate::item::BoxItem;
+use lightshed_lanes::{LANES, LaneMask, Lanes};
+
+/// Most primitives of one.
+pub const MOST: usize = LANES;
+
+/// Inner nodes and leaves of a tree while it is made.
+const NODES: usize = 2 * MOST;
+
+/// Coordinates of eight boxes, greatest ones negated.
+struct Boxes<L>([L; 6]);
+
+impl<L: Lanes> Boxes<L> {
+    /// Half areas of the unions of `row` with each box.
+    #[inline(always)]
+    fn areas_with(&self, row: &[f32; 8]) -> L {
+        let [a, b, c, d, e, f] = self.0;
+        let x = a.min(L::splat(row[0])) + d.min(L::splat(row[4]));
+        let y = b.min(L::splat(row[1])) + e.min(L::splat(row[5]));
+        let z = c.min(L::splat(row[2])) + f.min(L::splat(row[6]));
+        x * y + y * z + z * x
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: L::Mask, row: &[f32; 8]) {
+        let values = [row[0], row[1], row[2], row[4], row[5], row[6]];
+        for i in 0..6 {
+            self.0[i] = L::splat(values[i]).select(lane, self.0[i]);
+        }
+    }
+}
+
+/// Writes the tree over the first `count` of `items`, one to eight: its nodes in depth-first order and the indices of its primitives. `first` is
+/// the place of the first of them in the order of all leaves.
+#[inline(always)]
+pub fn build<L: Lanes>(
+    items: &[BoxItem; MOST],
+    count: usize,
+    cells: &mut [BoxItem],
+    order: &mut [u32],
+    first: u32,
+) {
+    if count == 1 {
+        cells[0] = items[0].cell(first, 1);
+        order[0] = items[0].index();
+        return;
+    }
+    if count == 2 {
+        cells[0] = items[0].union(&items[1]).cell(first, 2);
+        for i in 0..2 {
+            cells[1 + i] = items[i].cell(first + i as u32, 1);
+            order[i] = items[i].index();
+        }
+        return;
+    }
+    if count > MOST {
+        return;
+    }
+    let mut groups = [BoxItem::EMPTY; NODES];
+    groups[..MOST].copy_from_slice(items);
+    let [x, y, z, _, u, v, w, _] = L::load_transposed([
+        groups[0].row(),
+        groups[1].row(),
+        groups[2].row(),
+        groups[3].row(),
+        groups[4].row(),
+        groups[5].row(),
+        groups[6].row(),
+        groups[7].row(),
+    ]);
+    let mut boxes = Boxes([x, y, z, u, v, w]);
+    let infinity = L::splat(f32::INFINITY);
+    let mut active = (1u32 << count) - 1;
+    // Cost of every pair; infinite with oneself and with what is not there.
+    let mut costs = [infinity; MOST];
+    for i in 0..count {
+        let others = L::Mask::from_bits(active & !(1 << i));
+        costs[i] = boxes.areas_with(groups[i].row()).select(others, infinity);
+    }
+    // The node in each lane, and both parts of each node.
+    let mut node_of = [0u8, 1, 2, 3, 4, 5, 6, 7];
+    let mut parts = [[0u8; 2]; NODES];
+    let mut sizes = [1u8; NODES];
+    for joined in count..2 * count - 1 {
+        let mut least = costs[0];
+        for i in 1..count {
+            least = costs[i].min(least);
+        }
+        let value = least.least_of(active);
+        let found = least.equal(value).bits() & active;
+        // Nothing is found where costs have overflowed: the first two are joined.
+        let low = if found == 0 { active } else { found }.trailing_zeros() as usize & 7;
+        let others = active & !(1 << low);
+        let found = costs[low].equal(value).bits() & others;
+        let high = if found == 0 { others } else { found }.trailing_zeros() as usize & 7;
+        parts[joined] = [node_of[low], node_of[high]];
+        sizes[joined] = sizes[node_of[low] as usize & 15] + sizes[node_of[high] as usize & 15];
+        groups[joined & 15] = groups[node_of[low] as usize & 15].union(&groups[node_of[high] as usize & 15]);
+        node_of[low] = joined as u8;
+        active &= !(1 << high);
+        let union = *groups[joined & 15].row();
+        let low_mask = L::Mask::from_bits(1 << low);
+        let high_mask = L::Mask::from_bits(1 << high);
+        boxes.set(low_mask, &union);
+        let others = L::Mask::from_bits(active & !(1 << low));
+        let own = boxes.areas_with(&union).select(others, infinity);
+        let own_values = own.store();
+        for i in 0..count {
+            let row = L::splat(own_values[i]).select(low_mask, costs[i]);
+            costs[i] = infinity.select(high_mask, row);
+        }
+        costs[low] = own;
+        costs[high] = infinity;
+    }
+    // Depth first.
+    let mut waiting = [0u8; NODES];
+    waiting[0] = (2 * count - 2) as u8;
+    let (mut left, mut cell, mut leaf) = (1, 0, 0);
+    while left > 0 {
+        left -= 1;
+        let group = waiting[left & 15] as usize & 15;
+        cells[cell] = groups[group].cell(first + leaf as u32, u32::from(sizes[group]));
+        cell += 1;
+        if group < count {
+            order[leaf] = groups[group].index();
+            leaf += 1;
+        } else {
+            waiting[left & 15] = parts[group][1];
+            waiting[(left + 1) & 15] = parts[group][0];
+            left += 2;
+        }
+    }
+}
