@@ -4,14 +4,15 @@ use crate::failure::one_line;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory, FromArgMatches, Parser, ValueEnum};
-use lightshed::film::MAX_THREADS;
+use lightshed::film::{MAX_THREADS, ShardPart, ShardPartError};
 use lightshed::integrator::{METHODS, Method, MethodOption};
 use std::ffi::OsString;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Renders a scene and compares the image with a reference.
-#[derive(Debug, Parser)]
+#[derive(Clone, Debug, Parser)]
 #[command(name = "render")]
 pub struct Arguments {
     /// A built-in scene or a file: Mitsuba 3 (.xml) or glTF 2.0 (.gltf, .glb).
@@ -28,8 +29,34 @@ pub struct Arguments {
 
     /// Samples in every pixel, or frames of methods that make whole frames; the scene's own number if neither this nor
     /// --seconds is given.
-    #[arg(long, value_name = "N", visible_alias = "frames", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
     pub spp: Option<u32>,
+
+    /// Frames A to B - 1 of a sequence, each an image of its own, numbered: image-0007.png; of methods whose frames are independent. A
+    /// single number N is the same as --spp N.
+    #[arg(long, value_name = "A..B", value_parser = frames, conflicts_with_all = ["seconds", "frame"])]
+    pub frames: Option<Frames>,
+
+    /// Renders the I-th of N parts of the samples, counted from 0, into a file of statistics beside the image's place
+    /// (image.shard-I-of-N.exr), which the program `merge` makes the image of. A file that is there and whole is kept.
+    #[arg(long, value_name = "I/N", value_parser = part, conflicts_with_all = ["seconds", "sequence", "shards"])]
+    pub shard: Option<ShardPart>,
+
+    /// Renders N shards one after the other and merges them: the same bits as from N processes and `merge`.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["seconds", "sequence"])]
+    pub shards: Option<u32>,
+
+    /// Renders a shard again though its file is there and whole.
+    #[arg(long, requires = "shard")]
+    pub again: bool,
+
+    /// Renders nothing, but writes a folder with what a scheduler needs to render --shards N of each of --frames.
+    #[arg(long, value_enum, value_name = "SYSTEM")]
+    pub submit: Option<Scheduler>,
+
+    /// The folder that --submit writes [default: beside the image, its name with .job]
+    #[arg(long, value_name = "FOLDER", requires = "submit")]
+    pub job: Option<PathBuf>,
 
     /// Wall time to render for instead of a number of samples.
     #[arg(long, value_name = "S", value_parser = positive_seconds)]
@@ -92,6 +119,48 @@ pub struct Arguments {
     /// Sets a parameter ($key) of a Mitsuba scene.
     #[arg(long = "define", value_name = "KEY=VALUE", value_parser = definition)]
     pub defines: Vec<(String, String)>,
+
+    /// All arguments as they were given, without the program's name.
+    #[arg(skip)]
+    pub words: Vec<OsString>,
+}
+
+/// What --frames asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Frames {
+    /// So many samples.
+    Count(u32),
+    /// These of a sequence.
+    Range(Range<u32>),
+}
+
+/// For whom --submit writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Scheduler {
+    /// A job array of Slurm.
+    Slurm,
+    /// Tasks of Ray.
+    Ray,
+    /// A template of Open Job Description.
+    Openjd,
+}
+
+impl Arguments {
+    /// Samples or frames that are asked for, by either name.
+    pub fn samples(&self) -> Option<u32> {
+        match self.frames {
+            Some(Frames::Count(frames)) => Some(frames),
+            _ => self.spp,
+        }
+    }
+
+    /// Frames of a sequence that are asked for.
+    pub fn sequence_frames(&self) -> Option<Range<u32>> {
+        match &self.frames {
+            Some(Frames::Range(frames)) => Some(frames.clone()),
+            _ => None,
+        }
+    }
 }
 
 /// Where an image is rendered.
@@ -159,6 +228,10 @@ fn command() -> Command {
 /// The arguments, with the options of the method set.
 fn from_matches(matches: &ArgMatches) -> Result<Arguments, clap::Error> {
     let mut arguments = Arguments::from_arg_matches(matches)?;
+    if arguments.spp.is_some() && matches!(arguments.frames, Some(Frames::Count(_))) {
+        let message = "--spp and --frames N are the same number: give one of them\n";
+        return Err(clap::Error::raw(ErrorKind::ArgumentConflict, message));
+    }
     for option in method_options() {
         let given = match option.value {
             None => matches.get_flag(option.name).then_some("true"),
@@ -176,9 +249,14 @@ fn from_matches(matches: &ArgMatches) -> Result<Arguments, clap::Error> {
 
 /// Parses the command line. In the other case what there is to say has been said and the program ends.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments, ExitCode> {
-    let matches = command().try_get_matches_from(arguments);
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    let matches = command().try_get_matches_from(&words);
     matches
         .and_then(|matches| from_matches(&matches))
+        .map(|arguments| Arguments {
+            words: words[1..].to_vec(),
+            ..arguments
+        })
         .map_err(|error| match error.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
                 // A closed pipe is nothing to complain about.
@@ -196,6 +274,26 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments,
                 ExitCode::from(2)
             }
         })
+}
+
+fn part(text: &str) -> Result<ShardPart, ShardPartError> {
+    text.parse()
+}
+
+fn frames(text: &str) -> Result<Frames, String> {
+    let number = |text: &str| text.parse::<u32>().ok();
+    match text.split_once("..") {
+        None => match number(text) {
+            Some(0) => Err("0 is not in 1..=4294967295".to_owned()),
+            Some(frames) => Ok(Frames::Count(frames)),
+            None => Err("not of the form 0..24, and no number".to_owned()),
+        },
+        Some((first, end)) => match (number(first), number(end)) {
+            (Some(first), Some(end)) if first < end => Ok(Frames::Range(first..end)),
+            (Some(_), Some(_)) => Err("there is no frame in it".to_owned()),
+            _ => Err("not of the form 0..24".to_owned()),
+        },
+    }
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {

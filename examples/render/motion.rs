@@ -2,6 +2,7 @@
 
 use crate::arguments::Motion;
 use crate::failure::Failure;
+use crate::shards::file_of;
 use lightshed::film::{
     FrameMethod, OutputTarget, Progress, RayCounts, RenderOptions, RenderOutcome, RgbImage, render_frames,
 };
@@ -220,11 +221,8 @@ fn write_frame(
     [width, height]: [u32; 2],
     image: &[Rgb],
 ) -> Result<(), Failure> {
-    let path = files.image.path();
-    let mut name = path.file_stem().unwrap_or_default().to_owned();
-    name.push(format!("-{frame:04}."));
-    name.push(path.extension().unwrap_or_default());
     let value = |x: u32, y: u32| image[(y * width + x) as usize].to_array();
-    let target = OutputTarget::prepare(path.with_file_name(name))?.with_exposure(files.exposure);
+    let target =
+        OutputTarget::prepare(file_of(files.image.path(), Some(frame), None))?.with_exposure(files.exposure);
     Ok(target.write(&RgbImage::from_fn(width, height, value)?)?)
 }

@@ -1,6 +1,6 @@
 //! What a rendering gave, as text or as one JSON object.
 
-use lightshed::film::{ImageComparison, RenderOutcome};
+use lightshed::film::{ImageComparison, RenderOutcome, ShardHeader};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -31,6 +31,8 @@ pub struct Report {
     pub output: Option<PathBuf>,
     /// The reference and how far from it the image is.
     pub comparison: Option<(PathBuf, ImageComparison)>,
+    /// Which shard it is; `None` for an image.
+    pub shard: Option<ShardHeader>,
 }
 
 impl Report {
@@ -88,6 +90,7 @@ impl Report {
             "non_finite_samples": outcome.film.non_finite(),
             "interrupted": outcome.interrupted,
             "warnings": self.warnings,
+            "shard": self.shard.as_ref().map(shard_json),
             "output": self.output,
             "reference": comparison,
         })
@@ -135,11 +138,25 @@ impl Report {
             });
             text += &format!(", mean {}", deviations.join(" "));
         }
+        if let Some(shard) = &self.shard {
+            text += &format!("\n{} of {}", shard.name(), shard.image().samples);
+        }
         if let Some(output) = &self.output {
             text += &format!("\nwrote {}", output.display());
         }
         text
     }
+}
+
+/// Which part of an image a shard is.
+pub fn shard_json(shard: &ShardHeader) -> Value {
+    json!({
+        "part": shard.part().to_string(),
+        "first": shard.first(),
+        "end": shard.end(),
+        "samples": shard.image().samples,
+        "frame": shard.image().frame,
+    })
 }
 
 /// Paths in a time; `None` in no measurable one.

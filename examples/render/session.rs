@@ -7,13 +7,20 @@ use crate::gpu::on_gpu;
 use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
 use crate::report::Report;
-use lightshed::film::{Budget, ImageComparison, OutputTarget, RenderOptions, RgbImage, read_exr, render};
+use crate::shards::{
+    check_frames, check_parts, default_out, done_already, file_of, header_of, image_key, is_done,
+    one_after_the_other, options_of, plain_key,
+};
+use crate::submit::submit;
+use lightshed::film::{
+    Budget, ImageComparison, OutputTarget, RenderOptions, RenderOutcome, RgbImage, Shard, ShardPart,
+    read_exr, render,
+};
 use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, SceneFeatures, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -22,9 +29,36 @@ const INTERRUPTED: u8 = 130;
 
 /// Does what the command line asks.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let Some(frames) = arguments.sequence_frames() else {
+        return one(arguments, None);
+    };
+    check_frames(arguments)?;
+    if arguments.submit.is_some() {
+        // The first frame tells what can be known to fail.
+        return one(arguments, Some(frames.start));
+    }
+    for frame in frames {
+        let exit = one(arguments, Some(frame))?;
+        if exit != ExitCode::SUCCESS {
+            return Ok(exit);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Renders an image or a part of it: all there is, or a frame of a sequence.
+fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     // The cheap checks come before a large scene is read.
-    let target = arguments.out.as_ref().map(OutputTarget::prepare).transpose()?;
+    check_parts(arguments)?;
+    let target = arguments.out.as_deref();
+    let target = target
+        .map(|out| OutputTarget::prepare(file_of(out, frame, arguments.shard)))
+        .transpose()?;
     let reference = arguments.reference.as_deref().map(read_reference).transpose()?;
+    // Frames of samples show one moment; others have their own number.
+    let moment = arguments
+        .frame
+        .or(frame.filter(|_| !arguments.method.capabilities().frames));
 
     let setup = Instant::now();
     let (mut description, mut warnings) = describe(arguments)?;
@@ -45,9 +79,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         samples_per_pixel,
         ..
     } = *settings;
+    let samples = match frame {
+        Some(_) if capabilities.frames => 1,
+        _ => arguments.samples().unwrap_or(samples_per_pixel),
+    };
     let budget = match arguments.seconds {
         Some(seconds) => Budget::Seconds(seconds),
-        None => Budget::Samples(arguments.spp.unwrap_or(samples_per_pixel)),
+        None => Budget::Samples(samples),
     };
     let threads = match arguments.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -55,6 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     };
     let seed = arguments.seed;
     let options = RenderOptions {
+        first: frame.filter(|_| capabilities.frames).unwrap_or(0),
         seed,
         threads,
         ..RenderOptions::new(width, height, budget)
@@ -69,8 +108,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             "{path} has {w}x{h} pixels, the image would have {width}x{height}"
         )));
     }
-    let media = media_motion(arguments, &description)?;
-    if let (Some(media), Some(frame)) = (&media, arguments.frame) {
+    let media = media_motion(arguments, moment, &description)?;
+    if let (Some(media), Some(frame)) = (&media, moment) {
         description = media.at(&description, frame);
     }
     let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
@@ -92,12 +131,25 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Some(motion) => camera_motion(motion, &scene, &description)?,
         None => CameraMotion::STILL,
     };
-    let moving = match (&media, arguments.frame, budget) {
+    if let Some(scheduler) = arguments.submit {
+        submit(arguments, scheduler, samples)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let moving = match (&media, moment, budget) {
         (Some(media), None, Budget::Samples(frames)) => {
             media.scenes(&arguments.scene, &description, frames)?
         }
         _ => Vec::new(),
     };
+    let header = arguments
+        .shard
+        .map(|part| header_of(image_key(arguments, &description, frame, samples), part));
+    let header = header.transpose()?;
+    let parts = ShardPart::all(arguments.shards.unwrap_or(0)).map(|part| {
+        let header = header_of(plain_key(&options, samples), part)?;
+        Ok(options_of(&header, capabilities, options))
+    });
+    let parts: Vec<RenderOptions> = parts.collect::<Result<_, Failure>>()?;
     drop(description);
     match scene.dropped_triangle_count() {
         0 => (),
@@ -105,9 +157,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     let target = match target {
         Some(target) => target,
-        None => default_target(&arguments.scene)?,
+        None => default_target(arguments, frame)?,
     }
     .with_exposure(arguments.exposure);
+    if let Some(header) = header
+        .as_ref()
+        .filter(|header| !arguments.again && is_done(header, &target))
+    {
+        println!("{}", done_already(header, &target, arguments.json));
+        return Ok(ExitCode::SUCCESS);
+    }
     let before = |_: u32, place: Vec3| media.map_or(place, |media| media.before(place));
     let moves = integrator::Motion {
         camera: motion,
@@ -117,10 +176,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }),
     };
     let stage = Stage::new(&scene);
-    let started = match arguments.device {
-        Device::Cpu => Some(arguments.method.start(&stage, moves)?),
-        Device::Gpu => None,
-    };
+    if arguments.device == Device::Cpu {
+        arguments.method.start(&stage, moves)?;
+    }
     let setup_seconds = setup.elapsed().as_secs_f64();
     for warning in &warnings {
         eprintln!("warning: {}", one_line(warning));
@@ -133,14 +191,20 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         image: &target,
         exposure: arguments.exposure,
     });
-    let (outcome, device) = match started {
-        None => on_gpu(arguments, &scene, &options, &observer, cancel)
+    let render_some = |options: &RenderOptions| -> Result<RenderOutcome, Failure> {
+        Ok(match arguments.method.start(&stage, moves)? {
+            Started::Samples(estimator) => render(&estimator, options, &observer, cancel)?,
+            Started::Frames(mut method) => {
+                render_sequence(&mut method, sequence, options, &observer, cancel)?
+            }
+        })
+    };
+    let (outcome, device) = match (arguments.device, &header, parts.as_slice()) {
+        (Device::Gpu, ..) => on_gpu(arguments, &scene, &options, &observer, cancel)
             .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
-        Some(Started::Samples(estimator)) => (render(&estimator, &options, &observer, cancel)?, None),
-        Some(Started::Frames(mut method)) => {
-            let outcome = render_sequence(&mut method, sequence, &options, &observer, cancel)?;
-            (outcome, None)
-        }
+        (Device::Cpu, Some(header), _) => (render_some(&options_of(header, capabilities, options))?, None),
+        (Device::Cpu, None, []) => (render_some(&options)?, None),
+        (Device::Cpu, None, parts) => (one_after_the_other(parts, render_some)?, None),
     };
     bar.finish();
     interruption.writing.store(true, Ordering::SeqCst);
@@ -158,6 +222,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         outcome,
         output: None,
         comparison: None,
+        shard: header,
     };
     finish(report, &target, reference, arguments.json)
 }
@@ -165,6 +230,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 /// The motion of media that the command line asks for, and whether frames can be written.
 fn media_motion(
     arguments: &Arguments,
+    moment: Option<u32>,
     description: &SceneDescription,
 ) -> Result<Option<MediaMotion>, Failure> {
     let method = &arguments.method;
@@ -187,7 +253,7 @@ fn media_motion(
     if !capabilities.media {
         return Err(meaningless("--media-motion"));
     }
-    match (capabilities.frames, arguments.frame) {
+    match (capabilities.frames, moment) {
         (true, Some(_)) => return Err(meaningless("--frame")),
         (true, None) if arguments.seconds.is_some() => {
             return Err(Failure::new(
@@ -236,8 +302,16 @@ fn finish(
     json: bool,
 ) -> Result<ExitCode, Failure> {
     let image = report.outcome.film.mean_image();
-    if report.outcome.samples_per_pixel > 0 {
-        target.write(&image)?;
+    // A shard is whole or not there.
+    let has_output = match &report.shard {
+        Some(header) => report.outcome.samples_per_pixel == header.end() - header.first(),
+        None => report.outcome.samples_per_pixel > 0,
+    };
+    if has_output {
+        match &report.shard {
+            Some(header) => Shard::new(header.clone(), report.outcome.film.clone())?.write(target)?,
+            None => target.write(&image)?,
+        }
         report.output = Some(target.path().to_owned());
         report.comparison = match reference {
             Some((path, reference)) => Some((path, ImageComparison::new(&image, &reference)?)),
@@ -258,6 +332,9 @@ fn finish(
     }
     match &report.output {
         Some(path) => eprintln!("interrupted; {} holds the passes done so far", path.display()),
+        None if report.shard.is_some() => {
+            eprintln!("interrupted; a shard is whole or not there: nothing was written")
+        }
         None => eprintln!("interrupted before the first pass was done; nothing was written"),
     }
     Ok(ExitCode::from(INTERRUPTED))
@@ -295,16 +372,12 @@ fn read_reference(path: &Path) -> Result<(PathBuf, RgbImage), Failure> {
     }
 }
 
-/// `out/<scene>.png`, in a folder made if need be.
-fn default_target(scene: &str) -> Result<OutputTarget, Failure> {
-    let folder = Path::new("out");
+/// `out/<scene>.png`, or a file numbered after it, in a folder made if need be.
+fn default_target(arguments: &Arguments, frame: Option<u32>) -> Result<OutputTarget, Failure> {
+    let path = default_out(arguments);
+    let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| Failure::because("cannot make the folder out", &e))?;
-    let mut name = Path::new(scene)
-        .file_stem()
-        .unwrap_or("image".as_ref())
-        .to_owned();
-    name.push(".png");
-    Ok(OutputTarget::prepare(folder.join(name))?)
+    Ok(OutputTarget::prepare(file_of(&path, frame, arguments.shard))?)
 }
 
 /// What interruptions do: the first cancels the rendering, the second ends the program, and none ends it while the image
@@ -315,18 +388,22 @@ struct Interruption {
 }
 
 impl Interruption {
-    fn catch() -> Result<Arc<Self>, Failure> {
-        let interruption = Arc::new(Self {
+    /// From now on. Images after the first are heard of in the same way.
+    fn catch() -> Result<&'static Self, Failure> {
+        static ONE: Interruption = Interruption {
             cancel: AtomicBool::new(false),
             writing: AtomicBool::new(false),
-        });
-        let caught = Arc::clone(&interruption);
-        ctrlc::set_handler(move || {
-            let again = caught.cancel.swap(true, Ordering::SeqCst);
-            if again && !caught.writing.load(Ordering::SeqCst) {
-                std::process::exit(i32::from(INTERRUPTED));
-            }
-        })?;
-        Ok(interruption)
+        };
+        static CAUGHT: AtomicBool = AtomicBool::new(false);
+        ONE.writing.store(false, Ordering::SeqCst);
+        if !CAUGHT.swap(true, Ordering::SeqCst) {
+            ctrlc::set_handler(|| {
+                let again = ONE.cancel.swap(true, Ordering::SeqCst);
+                if again && !ONE.writing.load(Ordering::SeqCst) {
+                    std::process::exit(i32::from(INTERRUPTED));
+                }
+            })?;
+        }
+        Ok(&ONE)
     }
 }

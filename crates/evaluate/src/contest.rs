@@ -12,7 +12,7 @@ use std::time::Instant;
 pub struct ContestOptions {
     /// Processor seconds for each method in each repeat; seconds of the clock where the platform does not tell.
     pub seconds: f64,
-    /// Independent repeats, for intervals: at least 2.
+    /// Independent repeats: at least 2 for intervals, of one record or of several that are [joined](Record::join).
     pub repeats: u32,
     /// Repeats of other seeds are independent of these.
     pub seed: u64,
@@ -234,6 +234,53 @@ pub fn run(
     Ok(Contested { record, images })
 }
 
+impl Record {
+    /// Puts records of one contest together that have been made apart: each of consecutive repeats, which the seeds say, with none missing
+    /// and none twice. The order in which they are given does not matter.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Record`] for records of different contests, incomplete ones, and repeats that are missing or twice there.
+    pub fn join(mut records: Vec<Self>) -> Result<Self, EvaluateError> {
+        let refused = |reason: String| Err(EvaluateError::Record(reason));
+        records.sort_by_key(|record| record.options.seed);
+        let mut records = records.into_iter();
+        let Some(mut whole) = records.next() else {
+            return refused("there is none".into());
+        };
+        for record in records.as_slice().iter().chain([&whole]) {
+            let (found, expected) = (record.repeats.len(), record.options.repeats);
+            if found != expected as usize {
+                let seed = record.options.seed;
+                return refused(format!(
+                    "the one from seed {seed} on has {found} of {expected} repeats"
+                ));
+            }
+        }
+        for record in records {
+            let key = |record: &Self| {
+                (
+                    record.scene.clone(),
+                    record.size,
+                    record.names.clone(),
+                    record.options.seconds.to_bits(),
+                )
+            };
+            if key(&record) != key(&whole) {
+                return refused("they are of different contests".into());
+            }
+            let next = whole.options.seed.wrapping_add(u64::from(whole.options.repeats));
+            let seed = record.options.seed;
+            if seed != next {
+                let what = if seed < next { "twice there" } else { "missing" };
+                return refused(format!("repeats from seed {} on are {what}", seed.min(next)));
+            }
+            whole.options.repeats += record.options.repeats;
+            whole.repeats.extend(record.repeats);
+        }
+        Ok(whole)
+    }
+}
+
 /// A record to go on with.
 fn begin(
     scene: &str,
@@ -258,10 +305,8 @@ fn begin(
     if !(options.seconds > 0.0 && options.seconds.is_finite()) {
         return Err(EvaluateError::Contest("a contest needs a positive time".into()));
     }
-    if options.repeats < 2 {
-        return Err(EvaluateError::Contest(
-            "intervals need at least two repeats".into(),
-        ));
+    if options.repeats == 0 {
+        return Err(EvaluateError::Contest("a contest needs a repeat".into()));
     }
     let fresh = Record {
         scene: scene.to_owned(),
@@ -290,4 +335,52 @@ fn begin(
         return Err(EvaluateError::Record("it lacks runs".into()));
     }
     Ok(Record { options, ..record })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(seed: u64, repeats: u32) -> Record {
+        let point = |repeat: u32| CurvePoint {
+            seconds: 1.0,
+            frames: (seed as u32 + repeat) * 10,
+            errors: Errors::default(),
+        };
+        let run = |repeat| Run {
+            curve: vec![point(repeat)],
+        };
+        Record {
+            scene: "none".into(),
+            size: [1, 1],
+            options: ContestOptions {
+                seconds: 1.0,
+                repeats,
+                seed,
+            },
+            names: vec!["base".into()],
+            repeats: (0..repeats).map(|repeat| vec![run(repeat)]).collect(),
+        }
+    }
+
+    #[test]
+    fn records_join_in_any_order_with_nothing_missing_or_twice() {
+        let whole = record(3, 6);
+        for order in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
+            let parts = order.map(|place| [record(3, 1), record(4, 3), record(7, 2)][place].clone());
+            assert_eq!(Record::join(parts.into()).unwrap(), whole);
+        }
+        let refused = |records: Vec<Record>| Record::join(records).unwrap_err().to_string();
+        assert!(refused(Vec::new()).contains("none"));
+        assert!(refused(vec![record(7, 2), record(3, 1)]).contains("from seed 4 on are missing"));
+        assert!(refused(vec![record(3, 2), record(4, 3)]).contains("from seed 4 on are twice there"));
+        let other = Record {
+            scene: "other".into(),
+            ..record(4, 1)
+        };
+        assert!(refused(vec![record(3, 1), other]).contains("different contests"));
+        let mut short = record(4, 2);
+        short.repeats.pop();
+        assert!(refused(vec![record(3, 1), short]).contains("has 1 of 2 repeats"));
+    }
 }

@@ -5,7 +5,8 @@
 //! again; its [`standings`](Record::standings) tell errors at equal time and time to equal error with intervals, from independent
 //! repeats. A [`Reference`] says what the truth is and how well it is known: its own noise is taken off squared errors.
 //! [`SingleFrames`] sets a frame of a chain against a plain method in the same time, [`TemporalStudy`] looks at how frames hang
-//! together, [`html_report`] shows all of it on a page.
+//! together, [`html_report`] shows all of it on a page. [`ShardMeans`] and [`Agreement`] say whether two methods have the same expectation, from
+//! independent shards of each.
 //!
 //! ```
 //! use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, run};
@@ -37,6 +38,7 @@
 //! - `flip`: the image metric FLIP in reports.
 #![forbid(unsafe_code)]
 
+mod agreement;
 mod brightness;
 mod contest;
 mod errors;
@@ -49,6 +51,9 @@ mod single;
 mod summary;
 mod temporal;
 
+pub use agreement::{
+    AGREEMENT_CHANNELS, Agreement, MeanDifference, RelativeInterval, ShardMeans, TileDifference, Verdict,
+};
 pub use contest::{ContestOptions, ContestProgress, Contestant, Contested, CurvePoint, Record, Run, run};
 pub use errors::{Errors, Metric};
 pub use failure::EvaluateError;

@@ -1,6 +1,7 @@
 //! What can be asked for.
 
 use clap::Parser;
+use lightshed::film::ShardPart;
 use lightshed::integrator::{Method, MethodError};
 use std::path::PathBuf;
 
@@ -40,9 +41,20 @@ pub struct Arguments {
     /// Go on with what an interrupted comparison has left in the output folder.
     #[arg(long)]
     pub resume: bool,
+    /// Does the I-th of N parts of the repeats of all scenes, counted from 0, and leaves its measurements in the output folder for --join.
+    #[arg(long, value_name = "I/N", value_parser = part, conflicts_with_all = ["resume", "join"])]
+    pub shard: Option<ShardPart>,
+    /// Measures nothing, but joins what all parts have left in the output folder.
+    #[arg(long, conflicts_with = "resume")]
+    pub join: bool,
     /// Output folder.
     #[arg(long, default_value = "target/compare")]
     pub out: PathBuf,
+}
+
+fn part(text: &str) -> Result<ShardPart, String> {
+    text.parse()
+        .map_err(|error: lightshed::film::ShardPartError| error.to_string())
 }
 
 fn method(text: &str) -> Result<Method, String> {

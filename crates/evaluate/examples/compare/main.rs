@@ -6,9 +6,11 @@
 //!
 //! takes about two minutes on two cores and writes `target/compare/report.html`. With `--scene`, `--methods`, `--seconds` and
 //! `--reference` it compares what you like; the first method is the baseline. Ctrl-C keeps what is complete, and the same command
-//! goes on from there with `--resume`.
+//! goes on from there with `--resume`. `--shard 2/8` measures an eighth of the repeats, on any machine, and `--join` puts what all parts have
+//! left in the output folder together.
 
 mod arguments;
+mod parts;
 mod scenes;
 mod show;
 
@@ -57,6 +59,9 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let cancel = Arc::new(AtomicBool::new(false));
     let heard = Arc::clone(&cancel);
     ctrlc::set_handler(move || heard.store(true, Ordering::Relaxed))?;
+    if let Some(part) = arguments.shard {
+        return parts::measure(arguments, part, subjects, &cancel);
+    }
     let mut compared = Vec::new();
     for subject in subjects {
         match one(arguments, subject, &cancel) {
@@ -110,21 +115,17 @@ fn one(arguments: &Arguments, subject: Subject, cancel: &AtomicBool) -> Result<C
     let folder = arguments.out.join(&subject.name);
     fs::create_dir_all(&folder)?;
     let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
-    let contestants: Vec<Contestant<'_>> = subject
-        .methods
-        .iter()
-        .map(|method| {
-            let started = method.clone();
-            Contestant::new(method.to_string(), move || start(stage, &started, SAMPLES))
-        })
-        .collect();
+    let contestants = contestants(&subject, stage);
     let options = ContestOptions {
         seconds: arguments.seconds,
         repeats: arguments.repeats,
         seed: arguments.seed,
     };
     let file = folder.join("record.json");
-    let kept = kept_record(arguments, &file)?;
+    let kept = match arguments.join {
+        true => Some(parts::joined(&folder, options)?),
+        false => kept_record(arguments, &file)?,
+    };
     let bar = bar(&subject.name);
     let observer = |progress: ContestProgress| {
         bar.set_length((progress.total * 1e3) as u64);
@@ -153,6 +154,17 @@ fn one(arguments: &Arguments, subject: Subject, cancel: &AtomicBool) -> Result<C
         contested,
         chains,
     })
+}
+
+/// Those who take part.
+fn contestants<'b>(subject: &Subject, stage: &'b Stage<'_>) -> Vec<Contestant<'b>> {
+    let methods = subject.methods.iter();
+    methods
+        .map(|method| {
+            let started = method.clone();
+            Contestant::new(method.to_string(), move || start(stage, &started, SAMPLES))
+        })
+        .collect()
 }
 
 /// The file that is asked for, or a fresh one, which is kept for the next time.

@@ -1,21 +1,23 @@
 //! The example `render` as a user meets it: as a program with arguments, streams, files and an exit status.
 
+mod shards;
+
 use lightshed::film::{RgbImage, read_exr, write_exr};
 use serde_json::Value;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The example's binary, which cargo builds beside the tests.
-fn binary() -> PathBuf {
+/// The binary of an example, which cargo builds beside the tests.
+fn binary(name: &str) -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let profile = test.ancestors().nth(2).unwrap();
     let path = profile
         .join("examples")
-        .join(format!("render{}", std::env::consts::EXE_SUFFIX));
+        .join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
     assert!(
         path.is_file(),
-        "{} is missing: run `cargo build --example render`",
+        "{} is missing: run `cargo build --example {name}`",
         path.display()
     );
     path
@@ -50,7 +52,12 @@ impl Folder {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(binary());
+        self.command_of("render", arguments)
+    }
+
+    /// Another example.
+    fn command_of(&self, program: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(binary(program));
         command.current_dir(&self.0).args(arguments);
         command
     }
@@ -460,6 +467,43 @@ fn bad_input_is_one_line_before_rendering_and_leaves_nothing() {
     );
     refused(&with(&["cornell", "--method", "restir-volume"]), 1, &["media"]);
     refused(&["cloud", "--frame", "2"], 2, &["--media-motion"]);
+    // Shards and frames.
+    let shard =
+        |part: &'static str, more: &[&'static str]| [&["--out", "a.exr", "--shard", part], more].concat();
+    refused(&shard("3/3", &[]), 2, &["--shard", "3/3", "from 0"]);
+    refused(&shard("3", &[]), 2, &["--shard", "2/8"]);
+    refused(&shard("0/2", &["--seconds", "1"]), 2, &["--shard", "--seconds"]);
+    refused(&shard("4/9", &["--spp", "3"]), 1, &["4/9", "3 samples"]);
+    refused(&["--shard", "0/2", "--out", "a.png"], 1, &[".exr"]);
+    refused(&["--shards", "4", "--spp", "3"], 1, &["0/4", "3 samples"]);
+    refused(
+        &["--shards", "4", "--spp", "3", "--submit", "ray"],
+        1,
+        &["3 samples", "4 shards"],
+    );
+    refused(
+        &["--shards", "2", "--spp", "3", "--submit", "ray", "--out", "a.png"],
+        1,
+        &[".exr"],
+    );
+    refused(&["--submit", "cron"], 2, &["slurm", "ray", "openjd"]);
+    refused(&["--frames", "2..2"], 2, &["no frame"]);
+    refused(&["--frames", "2", "--spp", "2"], 2, &["--spp"]);
+    refused(&["--frames", "2..4"], 1, &["moves"]);
+    refused(
+        &["--frames", "2..4", "--motion", "orbit:1", "--method", "restir-pt"],
+        1,
+        &["restir-pt", "follow"],
+    );
+    let offline = [
+        "--shard",
+        "0/2",
+        "--motion",
+        "orbit:1",
+        "--method",
+        "restir-pt-offline",
+    ];
+    refused(&[&offline[..], &["--spp", "4"]].concat(), 1, &["--frames A..B"]);
 }
 
 /// Smoke that drifts up: each frame is written, the last one is the image, and it is the light of the place where the smoke is by then.
@@ -528,6 +572,8 @@ fn help_is_no_error() {
         "--reference",
         "--json",
         "--define",
+        "--shard",
+        "--submit",
         "[default: cornell]",
     ] {
         assert!(text.contains(option), "no {option} in {text}");

@@ -1,0 +1,122 @@
+//! Shards of one method, of any number of seeds.
+
+use lightshed::evaluate::ShardMeans;
+use lightshed::film::{ImageKey, ShardFile, ShardSet};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Shards of one method that have no samples in common.
+pub struct Shards {
+    /// By seed, and by number of samples in all.
+    sets: BTreeMap<(u64, u32), ShardSet>,
+    key: ImageKey,
+}
+
+impl Shards {
+    /// Opens files, and all shards in folders.
+    pub fn open(paths: &[PathBuf]) -> Result<Self, String> {
+        let mut seeds: BTreeMap<(u64, u32), Vec<ShardFile>> = BTreeMap::new();
+        for path in paths {
+            for file in files_of(path)? {
+                let shard = ShardFile::open(file).map_err(|error| chain(&error))?;
+                let image = shard.header().image();
+                seeds.entry((image.seed, image.samples)).or_default().push(shard);
+            }
+        }
+        let mut sets: BTreeMap<(u64, u32), ShardSet> = BTreeMap::new();
+        let mut key: Option<ImageKey> = None;
+        for (seed, files) in seeds {
+            let set = ShardSet::new(files).map_err(|error| chain(&error))?;
+            let first = key.get_or_insert_with(|| set.image().clone());
+            let found = ImageKey {
+                seed: first.seed,
+                samples: first.samples,
+                ..set.image().clone()
+            };
+            if let Some(difference) = first.difference(&found) {
+                let path = set.files()[0].path().display();
+                return Err(format!("{path} is of another image: {difference}"));
+            }
+            if sets.keys().any(|(other, _)| *other == seed.0) {
+                let path = set.files()[0].path().display();
+                return Err(format!(
+                    "{path} may have samples of seed {} that others have",
+                    seed.0
+                ));
+            }
+            sets.insert(seed, set);
+        }
+        let key = key.ok_or("there are no shards")?;
+        Ok(Self { sets, key })
+    }
+
+    /// What the shards have in common, with the seed of the first.
+    pub fn key(&self) -> &ImageKey {
+        &self.key
+    }
+
+    /// Refuses what says nothing of two methods: other scenes, and random numbers in common.
+    pub fn check_against(&self, other: &Self) -> Result<(), String> {
+        let found = ImageKey {
+            method: self.key.method.clone(),
+            options: self.key.options.clone(),
+            seed: self.key.seed,
+            samples: self.key.samples,
+            ..other.key.clone()
+        };
+        if let Some(difference) = self.key.difference(&found) {
+            return Err(format!("the shards are of different images: {difference}"));
+        }
+        match self
+            .sets
+            .keys()
+            .find(|(seed, _)| other.sets.keys().any(|(others, _)| others == seed))
+        {
+            Some((seed, _)) => Err(format!(
+                "both methods have seed {seed}: their random numbers are not independent"
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// Means of all shards, read in the order of seeds and samples.
+    pub fn means(&self, tile: u32) -> Result<ShardMeans, String> {
+        let mut means = ShardMeans::new(self.key.size, tile);
+        for file in self.sets.values().flat_map(ShardSet::files) {
+            let shard = file.read().map_err(|error| chain(&error))?;
+            means.push(shard.film()).map_err(|error| error.to_string())?;
+        }
+        Ok(means)
+    }
+}
+
+/// The file itself, or those of shards in a folder.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>, String> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let failed = |error: std::io::Error| format!("{}: {error}", path.display());
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(failed)? {
+        let file = entry.map_err(failed)?.path();
+        let name = file
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if !name.starts_with('.') && name.contains(".shard-") && name.ends_with(".exr") {
+            files.push(file);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// An error and what is behind it.
+fn chain(error: &dyn Error) -> String {
+    match error.source() {
+        Some(source) => format!("{error}: {source}"),
+        None => error.to_string(),
+    }
+}
