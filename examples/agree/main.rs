@@ -45,6 +45,15 @@ struct Arguments {
     #[arg(long, value_name = "PIXELS", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     tile: u32,
 
+    /// Makes the other method's values so much larger, to see whether a bias of that size would be found.
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    plant: f64,
+
     /// Prints one JSON object, with all tiles, instead of text.
     #[arg(long)]
     json: bool,
@@ -74,7 +83,10 @@ fn agree(arguments: &Arguments) -> Result<ExitCode, String> {
     let (baseline, other) = (baseline?, other?);
     baseline.check_against(&other)?;
     let means = |shards: &Shards| shards.means(arguments.tile);
-    let (a, b) = (means(&baseline)?, means(&other)?);
+    let (a, b) = (
+        means(&baseline)?,
+        means(&other)?.scaled(1.0 + 1e-2 * arguments.plant),
+    );
     let agreement = a.compare(&b).map_err(|error| error.to_string())?;
     let intervals = agreement
         .whole

@@ -20,7 +20,7 @@ submit() {
 # The first process that renders shard $2 of the image $1, once it has worked for a while.
 process_of() {
     local pid ticks
-    for _ in $(seq 600); do
+    for _ in $(seq 2400); do
         for pid in $(pgrep -f -- "render .*--out $work/$1.exr --shard $2/$shards" || true); do
             # Only the program itself, not a shell that mentions it, and in the middle: 0.3 seconds of processor time or more.
             [[ "$(readlink "/proc/$pid/exe" || true)" == "$programs/render" ]] || continue

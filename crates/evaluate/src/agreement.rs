@@ -113,6 +113,16 @@ impl ShardMeans {
         Ok(())
     }
 
+    /// As if all values were `factor` times what they are: a bias planted, to see whether it would be found.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        for mean in self.parts.as_flattened_mut() {
+            mean.mean *= factor;
+            mean.squares *= factor * factor;
+        }
+        self
+    }
+
     /// Shards so far.
     pub fn shards(&self) -> u32 {
         self.parts[0][0].count
@@ -175,6 +185,8 @@ pub struct MeanDifference {
     pub difference: f64,
     /// Standard error of the difference.
     pub standard_error: f64,
+    /// Standard errors of the two means, the baseline's first.
+    pub standard_errors: [f64; 2],
     /// Standard error of the ratio of the two means less 1, to first order.
     pub relative_error: f64,
     /// Welch's and Satterthwaite's degrees of freedom.
@@ -233,6 +245,7 @@ impl MeanDifference {
             baseline: a.mean,
             difference: b.mean - a.mean,
             standard_error: sum.sqrt(),
+            standard_errors: variances.map(f64::sqrt),
             relative_error: (variances[1] + ratio * ratio * variances[0]).sqrt() / a.mean.abs(),
             degrees: sum * sum / (share(variances[0], a) + share(variances[1], b)),
         }
@@ -437,6 +450,10 @@ mod tests {
         };
         assert_eq!(verdict(1.0), Verdict::Agrees);
         assert_eq!(verdict(1.0003), Verdict::Differs);
+        // The same bias, planted afterwards.
+        let planted = means(&shards(1000, 150, 1.0, 0.004)).scaled(1.0003);
+        let whole = sound.compare(&planted).unwrap().whole[3];
+        assert_eq!(whole.relative(0.95).unwrap().verdict(1e-4), Verdict::Differs);
     }
 
     #[test]

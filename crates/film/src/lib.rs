@@ -65,3 +65,8 @@ pub use statistics::PixelStatistics;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/film.md")]
 struct Guide;
+
+/// So is that of the guide to shards.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/distribution.md")]
+struct DistributionGuide;
