@@ -132,7 +132,7 @@ fn add_key_lanes<W: LaneWords>(x: &mut [W; 4], schedule: &[W; 5], s: usize) {
 
 /// [`threefry4x32`] with twelve rounds of eight blocks, each under a key of its own.
 #[inline(always)]
-fn threefry4x32_12_lanes<W: LaneWords>(counter: [W; 4], key: [W; 4]) -> [W; 4] {
+pub(crate) fn threefry4x32_12_lanes<W: LaneWords>(counter: [W; 4], key: [W; 4]) -> [W; 4] {
     let [k0, k1, k2, k3] = key;
     let schedule = [k0, k1, k2, k3, W::splat(PARITY) ^ k0 ^ k1 ^ k2 ^ k3];
     let mut x = counter;
@@ -191,11 +191,16 @@ impl CounterRng {
     /// ```
     #[inline]
     pub fn at(seed: u64, pixel: u32, sample: u32, dimension: u32) -> u32 {
-        let block = threefry4x32::<{ Self::ROUNDS }>(
-            [dimension / 4, STREAM_PIXEL, 0, 0],
+        Self::block(seed, pixel, sample, dimension / 4)[dimension as usize % 4]
+    }
+
+    /// Words `4 · block` to `4 · block + 3` of a stream. `block` is below 2³⁰.
+    #[inline]
+    pub fn block(seed: u64, pixel: u32, sample: u32, block: u32) -> [u32; 4] {
+        threefry4x32::<{ Self::ROUNDS }>(
+            [block, STREAM_PIXEL, 0, 0],
             [seed as u32, (seed >> 32) as u32, pixel, sample],
-        );
-        block[dimension as usize % 4]
+        )
     }
 
     /// Words `4 · block` to `4 · block + 3` of eight streams at once: lane `i` of value `n` is

@@ -19,9 +19,10 @@
 
 use core::convert::Infallible;
 
+use lightshed_lanes::{LaneWords, Lanes};
 use rand::TryRng;
 
-use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32};
+use crate::rng::{CounterRng, STREAM_SOBOL, threefry4x32, threefry4x32_12_lanes};
 use crate::uniform::f32_from_u32;
 
 /// Dimensions that are stratified together.
@@ -113,12 +114,57 @@ fn permute_upwards(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
+/// [`permute_upwards`] of eight words.
+#[inline(always)]
+fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
+    x = x ^ x * W::splat(0x3d20_adea);
+    x = x + seed;
+    // An odd factor: `| 1`, of what words can do.
+    x = x * ((seed.shift_right::<16>() & W::splat(!1)) + W::splat(1));
+    x = x ^ x * W::splat(0x0552_6c56);
+    x ^ x * W::splat(0x53a2_2864)
+}
+
+/// Eight words with their bits in the opposite order.
+#[inline(always)]
+fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
+    // Neighbours of one, two and four bits change places, then bytes.
+    let x = (x.shift_right::<1>() & W::splat(0x5555_5555)) ^ (x & W::splat(0x5555_5555)).rotate::<1, 31>();
+    let x = (x.shift_right::<2>() & W::splat(0x3333_3333)) ^ (x & W::splat(0x3333_3333)).rotate::<2, 30>();
+    let x = (x.shift_right::<4>() & W::splat(0x0f0f_0f0f)) ^ (x & W::splat(0x0f0f_0f0f)).rotate::<4, 28>();
+    (x.rotate::<8, 24>() & W::splat(0x00ff_00ff)) ^ (x.rotate::<24, 8>() & W::splat(0xff00_ff00))
+}
+
+/// [`reversed_sobol`] of eight indices. The first dimension is the index: its directions are the bits themselves.
+#[inline(always)]
+fn reversed_sobol_lanes<W: LaneWords>(index: W) -> [W; GROUP] {
+    let mut point = [index, W::splat(0), W::splat(0), W::splat(0)];
+    let mut rest = index;
+    for directions in &REVERSED_DIRECTIONS {
+        // All bits of a lane are set where the index has this one.
+        let has = (rest & W::splat(1)) * W::splat(!0);
+        rest = rest.shift_right::<1>();
+        point[1] = point[1] ^ (has & W::splat(directions[1]));
+        point[2] = point[2] ^ (has & W::splat(directions[2]));
+        point[3] = point[3] ^ (has & W::splat(directions[3]));
+    }
+    point
+}
+
 /// Final mix of MurmurHash3: one more seed from those at hand.
 #[inline(always)]
 fn mix(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
     x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
     x ^ (x >> 16)
+}
+
+/// [`mix`] of eight words.
+#[inline(always)]
+fn mix_lanes<W: LaneWords>(x: W) -> W {
+    let x = (x ^ x.shift_right::<16>()) * W::splat(0x85eb_ca6b);
+    let x = (x ^ x.shift_right::<13>()) * W::splat(0xc2b2_ae35);
+    x ^ x.shift_right::<16>()
 }
 
 /// A stream of Owen-scrambled Sobol numbers for one sample of one pixel: [`CounterRng`]'s interface,
@@ -173,6 +219,33 @@ impl SobolSampler {
     pub fn at(seed: u64, pixel: u32, sample: u32, dimension: u32) -> u32 {
         let group = Self::new(seed, pixel, sample).group(dimension / GROUP as u32);
         group[dimension as usize % GROUP]
+    }
+
+    /// Words `4 · block` to `4 · block + 3`, which are stratified together.
+    #[inline]
+    pub fn block(seed: u64, pixel: u32, sample: u32, block: u32) -> [u32; 4] {
+        Self::new(seed, pixel, sample).group(block)
+    }
+
+    /// [`block`](Self::block) of eight samples: lane `i` of value `n` is
+    /// [`at`](Self::at)`(seed, pixel[i], sample[i], 4 · block + n)`.
+    #[inline(always)]
+    pub fn block_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words, block: u32) -> [L::Words; 4] {
+        const { assert!(CounterRng::ROUNDS == 12) };
+        let splat = L::Words::splat;
+        let seeds = threefry4x32_12_lanes(
+            [splat(block), splat(STREAM_SOBOL), splat(0), splat(0)],
+            [splat(seed as u32), splat((seed >> 32) as u32), pixel, splat(0)],
+        );
+        let order = mix_lanes(seeds[0] ^ seeds[1].rotate::<16, 16>());
+        let index = reverse_bits_lanes(permute_upwards_lanes(reverse_bits_lanes(sample), order));
+        let [a, b, c, d] = reversed_sobol_lanes(index);
+        [
+            reverse_bits_lanes(permute_upwards_lanes(a, seeds[0])),
+            reverse_bits_lanes(permute_upwards_lanes(b, seeds[1])),
+            reverse_bits_lanes(permute_upwards_lanes(c, seeds[2])),
+            reverse_bits_lanes(permute_upwards_lanes(d, seeds[3])),
+        ]
     }
 
     /// The four numbers of one group.
@@ -316,6 +389,28 @@ mod tests {
             let y = x ^ (y << shared);
             let images = permute_upwards(x, seed) ^ permute_upwards(y, seed);
             prop_assert_eq!(images.trailing_zeros(), (x ^ y).trailing_zeros());
+        }
+
+        /// In lanes, on arrays and on what the machine has.
+        #[test]
+        fn lanes_equal_one_by_one(seed: u64, pixel: [u32; 8], sample: [u32; 8], block in 0u32..1 << 30) {
+            struct Blocks(u64, [u32; 8], [u32; 8], u32);
+            impl lightshed_lanes::LaneKernel for Blocks {
+                type Output = [[u32; 8]; 4];
+                #[inline(always)]
+                fn run<L: Lanes>(self) -> Self::Output {
+                    let (pixel, sample) = (L::Words::load(&self.1), L::Words::load(&self.2));
+                    let [a, b, c, d] = SobolSampler::block_lanes::<L>(self.0, pixel, sample, self.3);
+                    [a.store(), b.store(), c.store(), d.store()]
+                }
+            }
+            for lanes in [lightshed_lanes::LaneChoice::ARRAY, lightshed_lanes::LaneChoice::best()] {
+                let found = lanes.run(Blocks(seed, pixel, sample, block));
+                for lane in 0..8 {
+                    let expected = SobolSampler::block(seed, pixel[lane], sample[lane], block);
+                    prop_assert_eq!(found.map(|words| words[lane]), expected);
+                }
+            }
         }
 
         #[test]

@@ -18,10 +18,10 @@ use crate::emitter_sampler::EmitterSampler;
 use batch::follow;
 use guide::{DirectionGuide, NoGuide};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
-use lightshed_sampling::CounterRng;
+use lightshed_sampling::{CounterRng, PointSet, f32_from_u32};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{EmittersByPower, Ray, Rgb, Scene};
-use numbers::VertexNumbers;
+use numbers::{PathWords, VertexNumbers};
 use observer::{NoObserver, PathObserver};
 use paths::Paths;
 use purpose::{Pixels, Purpose};
@@ -60,6 +60,7 @@ pub(crate) use suffix::trace_suffixes;
 pub struct PathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver> {
     pub(crate) transport: Transport<'a, S, G>,
     pub(crate) observer: O,
+    points: PointSet,
 }
 
 impl<'a, S: EmitterSampler> PathTracer<'a, S> {
@@ -68,6 +69,7 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
         Self {
             transport: Transport::new(scene, sampler),
             observer: NoObserver,
+            points: PointSet::Independent,
         }
     }
 }
@@ -78,6 +80,13 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
     pub fn with_depths(mut self, max_depth: Option<u32>, roulette_depth: u32) -> Self {
         self.transport.max_depth = max_depth.unwrap_or(u32::MAX);
         self.transport.roulette_depth = roulette_depth;
+        self
+    }
+
+    /// With samples whose numbers are those of `points`; independent ones unless told otherwise.
+    #[must_use]
+    pub fn with_points(mut self, points: PointSet) -> Self {
+        self.points = points;
         self
     }
 
@@ -103,6 +112,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
         PathTracer {
             transport,
             observer: self.observer,
+            points: self.points,
         }
     }
 
@@ -112,19 +122,27 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
         PathTracer {
             transport: self.transport,
             observer,
+            points: self.points,
         }
     }
 
     /// Radiance that arrives along `ray`, from one path that nobody watches. The vertex at the end of edge `d` uses words `8 d` to
     /// `8 d + 7` of `rng`, wherever that stands.
-    pub fn radiance(&self, ray: Ray, rng: CounterRng) -> Rgb {
-        let mut pixels = Pixels::new(0, &NoObserver, 1);
-        self.walk(ray, rng, &mut pixels);
+    pub fn radiance(&self, ray: Ray, mut rng: CounterRng) -> Rgb {
+        let (points, seed) = (PointSet::Independent, 0);
+        let mut pixels = Pixels::new(PathWords { points, seed }, &NoObserver, 1);
+        self.walk(ray, |depth| VertexNumbers::draw(&mut rng, depth), &mut pixels);
         pixels.finish(&[])[0]
     }
 
+    #[inline(always)]
+    fn words(&self, seed: u64) -> PathWords {
+        let points = self.points;
+        PathWords { points, seed }
+    }
+
     /// Traces one path by itself: what batches are held to, bit for bit.
-    fn walk(&self, ray: Ray, mut rng: CounterRng, purpose: &mut impl Purpose) {
+    fn walk(&self, ray: Ray, mut numbers: impl FnMut(u32) -> VertexNumbers, purpose: &mut impl Purpose) {
         let Transport { scene, max_depth, .. } = self.transport;
         let (mut path, mut ray) = (PathState::START, ray);
         for depth in 1..=max_depth {
@@ -134,7 +152,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
             let Some(point) = point.filter(|_| depth < max_depth) else {
                 break;
             };
-            let mut numbers = &VertexNumbers::draw(&mut rng, depth);
+            let mut numbers = &numbers(depth);
             let seen = |vertex| purpose.scatter(0, vertex);
             let next = self
                 .transport
@@ -154,11 +172,12 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
 
 impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for PathTracer<'_, S, G, O> {
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb {
-        let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
-        let ray = camera_ray(self.transport.scene, x, y, &mut rng);
-        let mut pixels = Pixels::new(seed, &self.observer, 1);
-        self.walk(ray, rng, &mut pixels);
-        let index = sample_index;
+        let (words, pixel, index) = (self.words(seed), y << 16 | x, sample_index);
+        let corner = Vec2::new(x as f32, y as f32);
+        let camera = words.camera(pixel, index).map(f32_from_u32);
+        let ray = PixelRay::through(self.transport.scene.camera(), corner, camera).ray;
+        let mut pixels = Pixels::new(words, &self.observer, 1);
+        self.walk(ray, |depth| words.vertex(pixel, index, depth), &mut pixels);
         pixels.finish(&[SampleId { x, y, index }])[0]
     }
 
@@ -169,10 +188,10 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for P
             transport.lanes.run(Start {
                 camera: transport.scene.camera(),
                 ids,
-                seed,
+                words: self.words(seed),
                 paths: &mut paths,
             });
-            let mut pixels = Pixels::new(seed, &self.observer, ids.len());
+            let mut pixels = Pixels::new(self.words(seed), &self.observer, ids.len());
             follow(transport, &mut paths, ids.len(), 1, &mut pixels);
             values.copy_from_slice(&pixels.finish(ids)[..values.len()]);
         }

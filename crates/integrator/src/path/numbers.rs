@@ -2,7 +2,7 @@
 
 use super::transport::VertexStream;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
-use lightshed_sampling::{CounterRng, f32_from_u32, f32_from_u32_lanes};
+use lightshed_sampling::{CounterRng, PointSet, f32_from_u32, f32_from_u32_lanes};
 
 /// Words set aside for each vertex; the camera has the first ones.
 const WORDS: u32 = 8;
@@ -28,6 +28,20 @@ impl VertexNumbers {
             u_lobe: rng.next_f32(),
             u_direction: rng.next_2d(),
             u_roulette: rng.next_f32(),
+        }
+    }
+}
+
+impl VertexNumbers {
+    /// Out of the vertex's two blocks of words.
+    #[inline(always)]
+    fn from_blocks([[low, high, a, b], [c, d, e, f]]: [[u32; 4]; 2]) -> Self {
+        Self {
+            u_emitter: u64::from(high) << 32 | u64::from(low),
+            u_on_emitter: [f32_from_u32(a), f32_from_u32(b)],
+            u_lobe: f32_from_u32(c),
+            u_direction: [f32_from_u32(d), f32_from_u32(e)],
+            u_roulette: f32_from_u32(f),
         }
     }
 }
@@ -140,10 +154,53 @@ impl<L: Lanes> VertexLanes<L> {
     }
 }
 
-/// The camera's words of eight paths: two for the place in the pixel, two for the lens if there is one.
+/// Where paths from the camera get their words: a point set under a seed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PathWords {
+    pub points: PointSet,
+    pub seed: u64,
+}
+
+impl PathWords {
+    /// The camera's words of eight paths: two for the place in the pixel, two for the lens if there is one.
+    #[inline(always)]
+    pub fn camera_lanes<L: Lanes>(self, pixel: L::Words, sample: L::Words) -> [L::Words; 4] {
+        self.points.block_lanes::<L>(self.seed, pixel, sample, 0)
+    }
+
+    /// A block of a vertex's words of eight paths.
+    #[inline(always)]
+    pub fn vertex_lanes<L: Lanes>(self, [pixel, sample]: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        let words = self.points.block_lanes::<L>(self.seed, pixel, sample, block);
+        arrange(self.points, block, words)
+    }
+
+    /// The camera's words of one path.
+    #[inline(always)]
+    pub fn camera(self, pixel: u32, sample: u32) -> [u32; 4] {
+        self.points.block(self.seed, pixel, sample, 0)
+    }
+
+    /// The numbers of one path's vertex at the end of edge `depth`.
+    #[inline(always)]
+    pub fn vertex(self, pixel: u32, sample: u32, depth: u32) -> VertexNumbers {
+        let first = depth.wrapping_mul(WORDS) / 4;
+        VertexNumbers::from_blocks([first, first.wrapping_add(1)].map(|block| {
+            let words = self.points.block(self.seed, pixel, sample, block);
+            arrange(self.points, block, words)
+        }))
+    }
+}
+
+/// Which dimensions of a block are what at a vertex. The first two of a Sobol block are stratified best: they are the
+/// place on an emitter, and the direction. The third chooses the emitter (the high half of its number), or the lobe.
 #[inline(always)]
-pub(super) fn camera_lanes<L: Lanes>(seed: u64, pixel: L::Words, sample: L::Words) -> [L::Words; 4] {
-    CounterRng::block_lanes::<L>(seed, pixel, sample, 0)
+fn arrange<W: Copy>(points: PointSet, block: u32, [a, b, c, d]: [W; 4]) -> [W; 4] {
+    match points {
+        PointSet::Independent => [a, b, c, d],
+        PointSet::Sobol if block.is_multiple_of(2) => [d, c, a, b],
+        PointSet::Sobol => [c, a, b, d],
+    }
 }
 
 /// Random words of eight vertices in memory.
@@ -154,12 +211,6 @@ impl StoredVertices {
     #[inline(always)]
     pub fn get(&self, lane: usize) -> VertexNumbers {
         let [low, high, a, b, c, d, e, f] = self.0.map(|words| words[lane % LANES]);
-        VertexNumbers {
-            u_emitter: u64::from(high) << 32 | u64::from(low),
-            u_on_emitter: [f32_from_u32(a), f32_from_u32(b)],
-            u_lobe: f32_from_u32(c),
-            u_direction: [f32_from_u32(d), f32_from_u32(e)],
-            u_roulette: f32_from_u32(f),
-        }
+        VertexNumbers::from_blocks([[low, high, a, b], [c, d, e, f]])
     }
 }

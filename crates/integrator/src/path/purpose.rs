@@ -1,5 +1,6 @@
 //! What paths are traced for.
 
+use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
 use super::transport::{PathState, Transport};
@@ -7,7 +8,6 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::guide::DirectionGuide;
 use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::Lanes;
-use lightshed_sampling::CounterRng;
 use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
 
 /// Who wants to know what the paths of a batch find. A path is known by its place among those that the batch began with.
@@ -54,7 +54,7 @@ pub(crate) trait Purpose {
 
 /// Radiance that arrives at a camera.
 pub(super) struct Pixels<'o, O = NoObserver> {
-    seed: u64,
+    words: PathWords,
     radiances: [Rgb; MAX_BATCH],
     observer: &'o O,
     /// Of each path that is watched.
@@ -64,10 +64,10 @@ pub(super) struct Pixels<'o, O = NoObserver> {
 impl<'o, O: PathObserver> Pixels<'o, O> {
     /// For so many paths.
     #[inline(always)]
-    pub fn new(seed: u64, observer: &'o O, count: usize) -> Self {
+    pub fn new(words: PathWords, observer: &'o O, count: usize) -> Self {
         let watched = if Self::OBSERVES { count } else { 0 };
         Self {
-            seed,
+            words,
             radiances: [Rgb::ZERO; MAX_BATCH],
             observer,
             trails: vec![Trail::default(); watched],
@@ -86,7 +86,7 @@ impl<'o, O: PathObserver> Pixels<'o, O> {
     #[inline(always)]
     pub fn finish(self, ids: &[SampleId]) -> [Rgb; MAX_BATCH] {
         for ((trail, id), radiance) in self.trails.iter().zip(ids).zip(self.radiances) {
-            trail.tell(self.observer, *id, self.seed, radiance);
+            trail.tell(self.observer, *id, self.words.seed, radiance);
         }
         self.radiances
     }
@@ -96,8 +96,8 @@ impl<O: PathObserver> Purpose for Pixels<'_, O> {
     const OBSERVES: bool = O::IS_ACTIVE && !cfg!(lightshed_without = "observer");
 
     #[inline(always)]
-    fn words<L: Lanes>(&self, [pixel, sample]: [L::Words; 2], block: u32) -> [L::Words; 4] {
-        CounterRng::block_lanes::<L>(self.seed, pixel, sample, block)
+    fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        self.words.vertex_lanes::<L>(names, block)
     }
 
     #[inline(always)]

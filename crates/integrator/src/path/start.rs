@@ -1,6 +1,6 @@
 //! The first rays of a batch.
 
-use super::numbers::camera_lanes;
+use super::numbers::PathWords;
 use super::paths::Paths;
 use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::{LANES, LaneKernel, LaneWords, Lanes};
@@ -11,7 +11,7 @@ use lightshed_scene::Camera;
 pub(super) struct Start<'a, K> {
     pub camera: &'a Camera,
     pub ids: &'a [SampleId],
-    pub seed: u64,
+    pub words: PathWords,
     pub paths: &'a mut Paths<K>,
 }
 
@@ -23,7 +23,7 @@ impl<K> LaneKernel for Start<'_, K> {
         let Self {
             camera,
             ids,
-            seed,
+            words,
             paths,
         } = self;
         let count = ids.len().min(MAX_BATCH);
@@ -35,7 +35,7 @@ impl<K> LaneKernel for Start<'_, K> {
         let mut place = 0;
         while place < count {
             let pixel = paths.name[0].load_words::<L>(place);
-            let words = camera_lanes::<L>(seed, pixel, paths.name[1].load_words::<L>(place));
+            let words = words.camera_lanes::<L>(pixel, paths.name[1].load_words::<L>(place));
             let (x, y) = (pixel & L::Words::splat(0xffff), pixel.shift_right::<16>());
             let film = [
                 L::from_integers(x) + f32_from_u32_lanes::<L>(words[0]),

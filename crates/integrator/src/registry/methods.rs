@@ -42,8 +42,12 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS],
-        start: |stage, values, _| by_emitters!(stage, values, sampler => samples(PathTracer::new(stage.scene(), sampler))),
+        options: &[options::LIGHTS, options::POINTS],
+        start: |stage, values, _| {
+            by_emitters!(stage, values, sampler => {
+                samples(PathTracer::new(stage.scene(), sampler).with_points(values.points()))
+            })
+        },
     },
     MethodEntry {
         name: "volpath",

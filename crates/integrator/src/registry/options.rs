@@ -6,6 +6,7 @@ use crate::{
     VplOptions,
 };
 use lightshed_lights::{GridOptions, Levels};
+use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
 
 /// How emitters are chosen.
@@ -15,6 +16,15 @@ pub const LIGHTS: MethodOption = MethodOption::new(
     "",
     |text| one_of(text, &LightChoosing::ALL.map(LightChoosing::name)),
     "How an emitter is chosen; by power and without regard to the point if not given",
+);
+
+/// The random numbers of a pixel's samples.
+pub const POINTS: MethodOption = MethodOption::new(
+    "points",
+    "SET",
+    "sobol",
+    |text| one_of(text, &PointSet::ALL.map(PointSet::name)),
+    "Random numbers of a pixel's samples: sobol, stratified over the samples, or independent",
 );
 
 /// Samples of emitters at a point.
@@ -176,6 +186,11 @@ impl MethodValues {
     /// How emitters are chosen, if not by power.
     pub fn light_choosing(&self) -> Option<LightChoosing> {
         self.get(&LIGHTS)
+    }
+
+    /// The random numbers of a pixel's samples: stratified unless told otherwise.
+    pub fn points(&self) -> PointSet {
+        self.get(&POINTS).unwrap_or(PointSet::Sobol)
     }
 
     /// Samples of emitters at a point.
