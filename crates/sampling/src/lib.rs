@@ -92,7 +92,7 @@ pub use octahedral::{
 pub use passes::{FrameNumbers, FramePasses, PassNumbers, TooManyPasses};
 pub use piecewise::{PiecewiseConstant1d, PiecewiseSample};
 pub use piecewise2d::{PiecewiseConstant2d, PiecewiseSample2d};
-pub use point_set::PointSet;
+pub use point_set::{PointSet, PointStream};
 pub use rand;
 pub use rng::{CounterRng, PathSeed, threefry4x32};
 pub use sobol::SobolSampler;

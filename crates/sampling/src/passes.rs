@@ -9,6 +9,7 @@
 
 use core::fmt;
 
+use crate::point_set::PointSet;
 use crate::rng::CounterRng;
 
 /// Words of one part.
@@ -78,6 +79,7 @@ impl FramePasses {
             frame,
             width: width.max(1),
             per_reservoir: self.per_reservoir,
+            points: PointSet::Independent,
         }
     }
 }
@@ -89,9 +91,17 @@ pub struct FrameNumbers {
     frame: u32,
     width: u32,
     per_reservoir: u32,
+    points: PointSet,
 }
 
 impl FrameNumbers {
+    /// With blocks ([`PassNumbers::block`]) of the given kind; independent ones unless told otherwise.
+    #[inline]
+    #[must_use]
+    pub fn with_points(self, points: PointSet) -> Self {
+        Self { points, ..self }
+    }
+
     /// Those of pass number `pass`: of its first round, of the first reservoir.
     #[inline]
     pub fn pass(self, pass: impl Into<u32>) -> PassNumbers {
@@ -147,6 +157,19 @@ impl PassNumbers {
     #[inline]
     pub fn first_block(&self) -> u32 {
         self.part.wrapping_mul(WORDS / 4)
+    }
+
+    /// The first four words of the pass in the pixel with index `y · width + x`, stratified over the frames if the
+    /// frame's points are. The same as those of [`pixel`](Self::pixel) if they are independent.
+    #[inline]
+    pub fn block(&self, index: usize) -> [u32; 4] {
+        let FrameNumbers {
+            seed, frame, width, ..
+        } = self.frame;
+        let (x, y) = (index as u32 % width, index as u32 / width);
+        self.frame
+            .points
+            .block(seed, y << 16 | x, frame, self.first_block())
     }
 
     /// Those of the pixel with index `y · width + x`: its stream, at the first word of the pass.

@@ -2,6 +2,7 @@
 
 use crate::rng::CounterRng;
 use crate::sobol::SobolSampler;
+use crate::uniform::f32_from_u32;
 use core::fmt;
 use core::str::FromStr;
 use lightshed_lanes::Lanes;
@@ -58,6 +59,51 @@ impl PointSet {
         match self {
             Self::Independent => CounterRng::block_lanes::<L>(seed, pixel, sample, block),
             Self::Sobol => SobolSampler::block_lanes::<L>(seed, pixel, sample, block),
+        }
+    }
+}
+
+/// The numbers of one sample of a pixel, one after the other. Draw the same ones in the same order in every sample of a
+/// pixel: what is stratified is a dimension's numbers over the samples.
+#[derive(Clone, Debug)]
+pub enum PointStream {
+    /// Of [`PointSet::Independent`].
+    Independent(CounterRng),
+    /// Of [`PointSet::Sobol`].
+    Sobol(SobolSampler),
+}
+
+impl PointStream {
+    /// The numbers of sample `sample` of pixel `pixel` under `seed`, from dimension 0 on.
+    #[inline]
+    pub fn new(points: PointSet, seed: u64, pixel: u32, sample: u32) -> Self {
+        match points {
+            PointSet::Independent => Self::Independent(CounterRng::new(seed, pixel, sample)),
+            PointSet::Sobol => Self::Sobol(SobolSampler::new(seed, pixel, sample)),
+        }
+    }
+
+    /// The next word; its high bits are the best stratified.
+    #[inline(always)]
+    pub fn next_u32(&mut self) -> u32 {
+        match self {
+            Self::Independent(rng) => rng.next_u32(),
+            Self::Sobol(sampler) => sampler.next_u32(),
+        }
+    }
+
+    /// The next number in [0, 1).
+    #[inline(always)]
+    pub fn next_f32(&mut self) -> f32 {
+        f32_from_u32(self.next_u32())
+    }
+
+    /// The next point of the unit square [0, 1)².
+    #[inline(always)]
+    pub fn next_2d(&mut self) -> [f32; 2] {
+        match self {
+            Self::Independent(rng) => rng.next_2d(),
+            Self::Sobol(sampler) => sampler.next_2d(),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::path::scattering::{SurfaceVertex, Vertex};
 use crate::path::transport::{Bounce, met_emission};
 use crate::ray_batch::{NOWHERE, see_emitters};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
-use lightshed_sampling::{CounterRng, power_heuristic};
+use lightshed_sampling::{CounterRng, PointSet, PointStream, power_heuristic};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{EmitterSample, EmittersByPower, Ray, Rgb, Scene};
 use std::fmt;
@@ -112,6 +112,7 @@ pub struct DirectLight<'a, S = EmittersByPower<'a>> {
     scene: &'a Scene,
     sampler: S,
     options: DirectLightOptions,
+    points: PointSet,
 }
 
 /// Choices that are made together.
@@ -146,8 +147,16 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
                 scene,
                 sampler,
                 options,
+                points: PointSet::Independent,
             }),
         }
+    }
+
+    /// With samples whose numbers are those of `points`; independent ones unless told otherwise.
+    #[must_use]
+    pub fn with_points(mut self, points: PointSet) -> Self {
+        self.points = points;
+        self
     }
 
     fn rays_per_sample(&self) -> u32 {
@@ -156,7 +165,7 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
 
     /// Ray number `part` of a sample, through that part of the pixel.
     #[inline(always)]
-    fn camera_ray(&self, id: SampleId, part: u32, rng: &mut CounterRng) -> Ray {
+    fn camera_ray(&self, id: SampleId, part: u32, rng: &mut PointStream) -> Ray {
         let camera = self.scene.camera();
         let k = self.options.camera_strata;
         let [dx, dy] = rng.next_2d();
@@ -173,10 +182,10 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
     fn trace_batch(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
         let (scene, each) = (self.scene, self.rays_per_sample() as usize);
         let count = ids.len().min(values.len()) * each;
-        let mut rngs: [CounterRng; MAX_BATCH] = std::array::from_fn(|place| {
+        let mut rngs: [PointStream; MAX_BATCH] = std::array::from_fn(|place| {
             let id = ids.get(place / each).copied().unwrap_or_default();
             let number = id.index.wrapping_mul(each as u32) + (place % each) as u32;
-            CounterRng::new(seed, id.y << 16 | id.x, number)
+            PointStream::new(self.points, seed, id.y << 16 | id.x, number)
         });
         let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
         for (place, (ray, rng)) in rays.iter_mut().zip(&mut rngs).enumerate().take(count) {
@@ -234,7 +243,7 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         lit: &Lit<S::Site>,
         part: u32,
         shift: u32,
-        rng: &mut CounterRng,
+        rng: &mut PointStream,
         mut cast: impl FnMut(Ray, Rgb),
     ) {
         if !lit.vertex.has_non_delta() {
@@ -287,7 +296,7 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
 
     /// For each point the mean of the samples of its BSDF.
     #[inline(never)]
-    fn sample_bsdfs(&self, lit: &[Option<Lit<S::Site>>], rngs: &mut [CounterRng]) -> [Rgb; MAX_BATCH] {
+    fn sample_bsdfs(&self, lit: &[Option<Lit<S::Site>>], rngs: &mut [PointStream]) -> [Rgb; MAX_BATCH] {
         let scene = self.scene;
         let mut sums = [Rgb::ZERO; MAX_BATCH];
         for round in 0..self.options.bsdf_samples {

@@ -156,7 +156,7 @@ impl<L: Lanes> VertexLanes<L> {
 
 /// Where paths from the camera get their words: a point set under a seed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PathWords {
+pub(crate) struct PathWords {
     pub points: PointSet,
     pub seed: u64,
 }

@@ -57,7 +57,7 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS],
+        options: &[options::LIGHTS, options::POINTS],
         start: |stage, values, _| volpath(stage, values, VolumeTracking::Delta),
     },
     MethodEntry {
@@ -67,7 +67,7 @@ pub const METHODS: &[MethodEntry] = &[
             media: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS],
+        options: &[options::LIGHTS, options::POINTS],
         start: |stage, values, _| volpath(stage, values, VolumeTracking::Decomposition),
     },
     MethodEntry {
@@ -79,7 +79,7 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::SCATTERINGS],
+        options: &[options::SCATTERINGS, options::POINTS],
         start: restir_volume,
     },
     MethodEntry {
@@ -90,7 +90,7 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS, options::LIGHT_SAMPLES],
+        options: &[options::LIGHTS, options::LIGHT_SAMPLES, options::POINTS],
         start: direct,
     },
     MethodEntry {
@@ -129,7 +129,7 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS],
+        options: &[options::LIGHTS, options::POINTS],
         start: |stage, values, motion| restir_di(stage, values, motion, RestirDiSettings::UNBIASED),
     },
     MethodEntry {
@@ -140,7 +140,7 @@ pub const METHODS: &[MethodEntry] = &[
             biased: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS],
+        options: &[options::LIGHTS, options::POINTS],
         start: |stage, values, motion| restir_di(stage, values, motion, RestirDiSettings::BIASED),
     },
     MethodEntry {
@@ -150,10 +150,14 @@ pub const METHODS: &[MethodEntry] = &[
             biased: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS],
+        options: &[options::LIGHTS, options::POINTS],
         start: |stage, values, motion| {
+            let settings = RestirDiSettings {
+                points: values.points(),
+                ..RestirDiSettings::UNBIASED
+            };
             by_emitters!(stage, values, sampler => {
-                let method = RestirGi::new(stage.scene(), sampler, RestirDiSettings::UNBIASED);
+                let method = RestirGi::new(stage.scene(), sampler, settings);
                 frames(method.map(|method| method.with_motion(motion.camera)))
             })
         },
@@ -165,13 +169,16 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::SHIFT, options::LIGHTS],
+        options: &[options::SHIFT, options::LIGHTS, options::POINTS],
         start: |stage, values, motion| {
             restir_pt(
                 stage,
                 values,
                 motion,
-                RestirPtOptions::real_time(values.path_mapping()),
+                RestirPtOptions {
+                    points: values.points(),
+                    ..RestirPtOptions::real_time(values.path_mapping())
+                },
             )
         },
     },
@@ -242,6 +249,10 @@ fn restir_di<'b>(
     motion: Motion<'b>,
     settings: RestirDiSettings,
 ) -> Start<'b> {
+    let settings = RestirDiSettings {
+        points: values.points(),
+        ..settings
+    };
     by_emitters!(stage, values, sampler => {
         let method = RestirDi::new(stage.scene(), sampler, settings);
         frames(method.map(|method| method.with_motion(motion.camera)))
@@ -257,13 +268,16 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
         return Err("light-samples asks for lights".to_owned());
     }
     by_emitters!(stage, values, sampler => {
-        samples(DirectLight::new(stage.scene(), sampler, options).map_err(reason)?)
+        let method = DirectLight::new(stage.scene(), sampler, options).map_err(reason)?;
+        samples(method.with_points(values.points()))
     })
 }
 
 fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTracking) -> Start<'b> {
     by_emitters!(stage, values, sampler => {
-        samples(VolumePathTracer::new(stage.scene(), sampler).with_tracking(tracking))
+        samples(VolumePathTracer::new(stage.scene(), sampler)
+            .with_tracking(tracking)
+            .with_points(values.points()))
     })
 }
 
@@ -285,6 +299,7 @@ fn restir_pt<'b>(
 fn restir_volume<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {
     let scene = stage.scene();
     let mut options = RestirVolumeOptions::of_scene(scene, scene.settings().max_depth);
+    options.points = values.points();
     options.scatterings = values.get(&options::SCATTERINGS).unwrap_or(options.scatterings);
     if motion.media.is_some() || !motion.camera.is_still() {
         options = options.under_motion(scene);

@@ -15,7 +15,7 @@ use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
     Contribution, Extent, MergeRule, Mis, Pattern, PatternError, Reuse, ReuseError, Topology,
 };
-use lightshed_sampling::parallel;
+use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Rgb, Scene};
 use std::fmt;
@@ -40,6 +40,8 @@ pub struct RestirDiSettings {
     /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j` that ask no technique whether
     /// it could have produced them, and targets that know no occlusion. Edges of shadows and of surfaces darken.
     pub biased: bool,
+    /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in the mean of frames.
+    pub points: PointSet,
 }
 
 impl RestirDiSettings {
@@ -52,6 +54,7 @@ impl RestirDiSettings {
         radius_pixels: 30.0,
         confidence_cap: 20.0,
         biased: false,
+        points: PointSet::Independent,
     };
     /// Biased: as before, with two rounds of 5 neighbours, which trace no rays.
     pub const BIASED: Self = Self {
@@ -473,7 +476,9 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
         let view = FrameView {
             camera: &camera,
             number: frame,
-            numbers: PASSES.frame(seed, frame, extent.width),
+            numbers: PASSES
+                .frame(seed, frame, extent.width)
+                .with_points(self.settings.points),
         };
         let pixels = self.pixels.of_mut(frame);
         pixels.resize(extent.len(), None);

@@ -6,8 +6,7 @@ use lightshed_resampling::{
     Choose, Contribution, Domain, DomainReservoir, Domains, Extent, History, Reservoir, Reuse, ReuseError,
     ShiftMapping, Storage, Sums, Topology,
 };
-use lightshed_sampling::parallel;
-use lightshed_sampling::{FrameNumbers, PassNumbers};
+use lightshed_sampling::{FrameNumbers, PassNumbers, f32_from_u32, parallel};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, Hit, Ray, Rgb, Scene};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -66,7 +65,12 @@ pub(crate) fn trace_camera_rays<P: Send>(
         let count = pixels.len().min(MAX_BATCH);
         let rays: [Ray; MAX_BATCH] = std::array::from_fn(|place| {
             let index = first + place.min(count - 1);
-            PixelRay::draw(camera, corner_of(extent, index), &mut numbers.pixel(index)).ray
+            PixelRay::through(
+                camera,
+                corner_of(extent, index),
+                numbers.block(index).map(f32_from_u32),
+            )
+            .ray
         });
         let mut hits = [None; MAX_BATCH];
         scene

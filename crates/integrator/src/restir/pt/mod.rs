@@ -360,7 +360,9 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         let view = FrameView {
             camera: &camera,
             number: frame,
-            numbers: PASSES.frame(seed, frame, self.extent.width),
+            numbers: PASSES
+                .frame(seed, frame, self.extent.width)
+                .with_points(self.options.points),
         };
         let cancelled = || cancel.load(Ordering::Relaxed);
         let seen = self.see(view, image, cancel);

@@ -1,6 +1,7 @@
 //! How ReSTIR PT spends its time.
 
 use lightshed_resampling::{Pattern, PatternError};
+use lightshed_sampling::PointSet;
 use lightshed_scene::{Material, Scene};
 use lightshed_shift::Connectability;
 use std::fmt;
@@ -52,6 +53,9 @@ pub struct RestirPtOptions {
     pub min_roughness: f32,
     /// Least distance of vertices for a reconnection by the hybrid shift, as a share of the scene's size.
     pub min_distance: f32,
+    /// Random numbers of the camera rays that all paths of a frame share, over the frames. Stratified ones lessen the noise of
+    /// edges in the mean of frames.
+    pub points: PointSet,
 }
 
 /// Why options are refused.
@@ -114,6 +118,7 @@ impl RestirPtOptions {
             mapping,
             min_roughness: 0.2,
             min_distance: 0.02,
+            points: PointSet::Independent,
         }
     }
 

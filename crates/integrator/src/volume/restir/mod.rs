@@ -26,7 +26,7 @@ use evaluation::Evaluation;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{Contribution, Extent, MergeRule, Mis, Pattern, Reuse, ReuseError, Sums};
-use lightshed_sampling::{CounterRng, FramePasses, f64_from_u64};
+use lightshed_sampling::{CounterRng, FramePasses, f32_from_u32, f64_from_u64};
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
 use lightshed_scene::{Rgb, Scene};
 use lightshed_shift::{ConnectionReach, FollowPaths, VolumePathShift};
@@ -299,8 +299,9 @@ impl<'a> RestirVolume<'a> {
         pixel: &mut VolumePixel,
     ) -> Rgb {
         let corner = corner_of(self.extent(), index);
-        let rng = &mut view.rng(index, Pass::Camera);
-        let PixelRay { ray, film, lens } = PixelRay::draw(view.frame.camera, corner, rng);
+        let numbers = view.frame.numbers.pass(Pass::Camera).block(index);
+        let PixelRay { ray, film, lens } =
+            PixelRay::through(view.frame.camera, corner, numbers.map(f32_from_u32));
         let level = self.options.camera_level;
         pixel.look(evaluation.volumes, ray, evaluation.camera_medium, level);
         (pixel.corner, pixel.film, pixel.lens) = (corner, film, lens);
@@ -522,7 +523,9 @@ impl FrameMethod for RestirVolume<'_> {
         let view = FrameView {
             camera: &camera,
             number: frame,
-            numbers: PASSES.frame(seed, frame, extent.width),
+            numbers: PASSES
+                .frame(seed, frame, extent.width)
+                .with_points(self.options.points),
         };
         let view = |reservoir| View {
             frame: view,

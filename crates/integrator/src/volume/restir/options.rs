@@ -3,6 +3,7 @@
 use super::coarse::MAX_COARSENESS;
 use super::lobe::has_lobe;
 use lightshed_resampling::{Pattern, PatternError};
+use lightshed_sampling::PointSet;
 use lightshed_scene::{Material, Scene};
 use lightshed_shift::MAX_SCATTERINGS;
 use std::fmt;
@@ -47,6 +48,8 @@ pub struct RestirVolumeOptions {
     /// Whether the place in the frame before is that of a point in the medium also where the pixel's own path starts on a surface or is
     /// none (Lin 2022 §5.5.2). Matters under motion only.
     pub velocity_resampling: bool,
+    /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in the mean of frames.
+    pub points: PointSet,
 }
 
 impl RestirVolumeOptions {
@@ -69,6 +72,7 @@ impl RestirVolumeOptions {
             reuse_level: 0,
             shadow_level: 0,
             velocity_resampling: true,
+            points: PointSet::Independent,
         }
     }
 

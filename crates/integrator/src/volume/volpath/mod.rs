@@ -11,14 +11,14 @@ use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 pub(crate) use shadow::{Crossing, end_of};
 
 use crate::PathTracer;
+use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
-use crate::path::camera_ray;
 use crate::path::guide::{DirectionGuide, NoGuide};
 use crate::path::observer::{NoObserver, PathObserver, Trail};
 use crate::path::scattering::{MediumVertex, SurfaceVertex, Vertex};
 use crate::path::transport::{PathState, Transport, VertexStream, path_vertex};
-use lightshed_sampling::CounterRng;
-use lightshed_scene::glam::Vec3;
+use lightshed_sampling::{CounterRng, PointSet, f32_from_u32};
+use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, SurfacePoint};
 
 /// Estimates the radiative transfer equation by paths from the camera.
@@ -107,6 +107,25 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
     pub fn with_depths(mut self, max_depth: Option<u32>, roulette_depth: u32) -> Self {
         self.tracer = self.tracer.with_depths(max_depth, roulette_depth);
         self
+    }
+
+    /// With camera rays whose numbers are those of `points`; independent ones unless told otherwise. Without anything to pass
+    /// through, all numbers of a path are. Flights draw as many as they need, so numbers behind them have no place of their own.
+    #[must_use]
+    pub fn with_points(mut self, points: PointSet) -> Self {
+        self.tracer = self.tracer.with_points(points);
+        self
+    }
+
+    /// The camera ray of a sample, and the numbers behind it.
+    #[inline(always)]
+    fn start(&self, SampleId { x, y, index }: SampleId, seed: u64) -> (Ray, CounterRng) {
+        let (camera, pixel) = (self.transport().scene.camera(), y << 16 | x);
+        let numbers = self.tracer.words(seed).camera(pixel, index).map(f32_from_u32);
+        let ray = PixelRay::through(camera, Vec2::new(x as f32, y as f32), numbers).ray;
+        let mut rng = CounterRng::new(seed, pixel, index);
+        rng.set_dimension(if camera.has_lens() { 4 } else { 2 });
+        (ray, rng)
     }
 
     /// With other flights and transmittances.
@@ -324,28 +343,26 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for V
         if self.is_opaque {
             return self.tracer.sample(x, y, sample_index, seed);
         }
-        let mut rng = CounterRng::new(seed, y << 16 | x, sample_index);
-        let ray = camera_ray(self.transport().scene, x, y, &mut rng);
         let index = sample_index;
-        self.value(SampleId { x, y, index }, seed, ray, None, &mut rng)
+        let id = SampleId { x, y, index };
+        let (ray, mut rng) = self.start(id, seed);
+        self.value(id, seed, ray, None, &mut rng)
     }
 
     fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
         if self.is_opaque {
             return self.tracer.sample_many(ids, seed, values);
         }
-        let scene = self.transport().scene;
         let mut rngs: [CounterRng; MAX_BATCH] = std::array::from_fn(|_| CounterRng::new(seed, 0, 0));
         let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); MAX_BATCH];
         let mut hits = [None; MAX_BATCH];
         for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
             for ((id, ray), rng) in ids.iter().zip(&mut rays).zip(&mut rngs) {
-                *rng = CounterRng::new(seed, id.y << 16 | id.x, id.index);
-                *ray = camera_ray(scene, id.x, id.y, rng);
+                (*ray, *rng) = self.start(*id, seed);
             }
             let count = ids.len().min(values.len());
             let (rays, hits) = (&rays[..count], &mut hits[..count]);
-            scene.accelerator().intersect_many(rays, hits);
+            self.transport().scene.accelerator().intersect_many(rays, hits);
             let samples = ids.iter().zip(rays).zip(hits).zip(&mut rngs);
             for ((((id, ray), hit), rng), value) in samples.zip(values) {
                 *value = self.value(*id, seed, *ray, Some(*hit), rng);

@@ -4,6 +4,7 @@
 //! probability 1e-6, a planted fault must fail it.
 
 use super::*;
+use crate::path::camera_ray;
 use lightshed_scene::glam::Affine3A;
 use lightshed_scene::{
     DensityDescription, EmissionDescription, EmitterDescription, Geometry, GridDescription, GridFilter,
