@@ -7,6 +7,7 @@ use crate::{
 use lightshed_integrator::{
     LightChoosing, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
 };
+use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
 
 /// A scene on the device, for one method of the registry.
@@ -102,7 +103,7 @@ impl<'a> GpuStage<'a> {
     ///
     /// # Errors
     ///
-    /// [`GpuError::Settings`] for a method or options that the device does not have; others for scenes that it cannot render.
+    /// [`GpuError::Settings`] for a method or options that the device does not have, Sobol points among them; others for scenes that it cannot render.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, method: &Method) -> Result<Self, GpuError> {
         let start = on_device(method.name())?;
         let takes_trees = ["direct", "restir-di"].contains(&method.name());
@@ -114,6 +115,10 @@ impl<'a> GpuStage<'a> {
                     "lights have to be chosen by tree, and the method has to be direct or restir-di";
                 return Err(GpuError::Settings(message.into()));
             }
+        }
+        if method.values().points_given() == Some(PointSet::Sobol) {
+            let message = "the device draws independent numbers: points has to be independent";
+            return Err(GpuError::Settings(message.into()));
         }
         let on_device = if method.capabilities().media {
             GpuScene::with_medium(gpu, scene)?

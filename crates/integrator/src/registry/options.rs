@@ -190,7 +190,12 @@ impl MethodValues {
 
     /// The random numbers of a pixel's samples: stratified unless told otherwise.
     pub fn points(&self) -> PointSet {
-        self.get(&POINTS).unwrap_or(PointSet::Sobol)
+        self.points_given().unwrap_or(PointSet::Sobol)
+    }
+
+    /// The same, if told.
+    pub fn points_given(&self) -> Option<PointSet> {
+        self.get(&POINTS)
     }
 
     /// Samples of emitters at a point.
