@@ -117,12 +117,12 @@ fn permute_upwards(mut x: u32, seed: u32) -> u32 {
 /// [`permute_upwards`] of eight words.
 #[inline(always)]
 fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
-    x = x ^ x * W::splat(0x3d20_adea);
+    x = x ^ (x * W::splat(0x3d20_adea));
     x = x + seed;
     // An odd factor: `| 1`, of what words can do.
     x = x * ((seed.shift_right::<16>() & W::splat(!1)) + W::splat(1));
-    x = x ^ x * W::splat(0x0552_6c56);
-    x ^ x * W::splat(0x53a2_2864)
+    x = x ^ (x * W::splat(0x0552_6c56));
+    x ^ (x * W::splat(0x53a2_2864))
 }
 
 /// Eight words with their bits in the opposite order.
