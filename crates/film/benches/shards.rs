@@ -1,7 +1,7 @@
 //! What shards cost: writing one, and merging many against reading them.
 //!
 //! ```text
-//! cargo bench -p lightshed-film --bench shards -- 64 /a/folder
+//! cargo bench -p lightshed-film --bench shards -- 64 /a/folder 3
 //! ```
 //!
 //! writes so many shards of 1920×1080 (141 MB each) into the folder, reads their bytes and merges them, three times each in turns, and removes
@@ -27,14 +27,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args().skip(1).filter(|word| !word.starts_with("--"));
     let count: u32 = words.next().map_or(Ok(8), |word| word.parse())?;
     let folder = words.next().map_or_else(std::env::temp_dir, PathBuf::from);
+    let rounds: u32 = words.next().map_or(Ok(3), |word| word.parse())?;
     let folder = folder.join(format!("lightshed-shards-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
-    let measured = measure(count, &folder);
+    let measured = measure(count, &folder, rounds);
     std::fs::remove_dir_all(&folder)?;
     measured
 }
 
-fn measure(count: u32, folder: &std::path::Path) -> Result<(), Box<dyn Error>> {
+fn measure(count: u32, folder: &std::path::Path, rounds: u32) -> Result<(), Box<dyn Error>> {
     let image = ImageKey {
         scene: "noise".into(),
         scene_hash: 0,
@@ -67,7 +68,7 @@ fn measure(count: u32, folder: &std::path::Path) -> Result<(), Box<dyn Error>> {
         "{:>24} {:>24} {:>8}",
         "reading s (GB/s)", "merging s (GB/s)", "ratio"
     );
-    for _ in 0..3 {
+    for _ in 0..rounds {
         let start = Instant::now();
         read(&files)?;
         let reading = start.elapsed().as_secs_f64();

@@ -60,7 +60,8 @@ impl PixelStatistics {
     #[inline]
     pub(crate) fn from_parts(count: u64, non_finite: u64, mean: [f64; 3], m2: [f64; 3]) -> Option<Self> {
         let sound = (0..3).all(|channel| {
-            let possible = mean[channel].is_finite() && (0.0..f64::INFINITY).contains(&m2[channel]);
+            let possible =
+                mean[channel].is_finite() && m2[channel].is_sign_positive() && m2[channel].is_finite();
             let none = mean[channel] == 0.0 && m2[channel] == 0.0;
             possible && (count > 0 || none)
         });

@@ -4,6 +4,7 @@
 
 use super::Shard;
 use super::checksum::Checksum;
+use super::columns::Columns;
 use super::error::ShardError;
 use super::file::ShardFile;
 use crate::film::index_in_band;
@@ -69,6 +70,7 @@ fn merge_band(
     pixels: &mut [PixelStatistics],
 ) -> Result<Band, ShardError> {
     let rows = pixels.len() / width;
+    let mut columns = Columns::new(rows, width);
     let mut bytes = Vec::new();
     let mut band = Band {
         checksums: Vec::with_capacity(files.len()),
@@ -80,12 +82,15 @@ fn merge_band(
         let mut checksum = Checksum::default();
         checksum.update(&bytes);
         band.checksums.push(checksum);
-        let sound = file.each_pixel(&bytes, |x, y, pixel| {
-            pixels[index_in_band(width, rows, x, y)].merge(pixel)
-        });
-        if !sound {
-            band.unsound = band.unsound.or(Some(place));
+        for (y, row) in file.rows(&bytes).enumerate() {
+            if !columns.merge(y, &row, file.samples()) {
+                band.unsound = band.unsound.or(Some(place));
+            }
         }
+    }
+    for (x, y) in (0..rows).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        // What is unsound is not looked at.
+        pixels[index_in_band(width, rows, x, y)] = columns.pixel(x, y).unwrap_or_default();
     }
     Ok(band)
 }

@@ -4,8 +4,8 @@ use super::Shard;
 use super::checksum::Checksum;
 use super::error::ShardError;
 use super::header::ShardHeader;
-use super::layout::{Layout, MOST_HEADER_BYTES, stamped};
-use crate::{Film, OutputError, OutputTarget, PixelStatistics};
+use super::layout::{Layout, MOST_HEADER_BYTES, Row, stamped};
+use crate::{Film, OutputError, OutputTarget};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -144,25 +144,16 @@ impl ShardFile {
         file.read_exact(bytes)
     }
 
-    /// Calls `each(x, y, pixel)` for the pixels of the rows in `bytes`, `y` from 0. False if one is none of the shard's samples.
-    #[inline]
-    pub(super) fn each_pixel(
-        &self,
-        bytes: &[u8],
-        mut each: impl FnMut(usize, usize, &PixelStatistics),
-    ) -> bool {
-        let samples = u64::from(self.header.end() - self.header.first());
-        let mut sound = true;
-        for (y, row) in bytes.chunks_exact(self.layout.row_bytes()).enumerate() {
-            let row = self.layout.row(row);
-            for x in 0..self.layout.width() {
-                match row.pixel(x, samples) {
-                    Some(pixel) => each(x, y, &pixel),
-                    None => sound = false,
-                }
-            }
-        }
-        sound
+    /// The rows in `bytes`.
+    pub(super) fn rows<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Row<'a>> {
+        bytes
+            .chunks_exact(self.layout.row_bytes())
+            .map(|row| self.layout.row(row))
+    }
+
+    /// Samples of every pixel.
+    pub(super) fn samples(&self) -> u64 {
+        u64::from(self.header.end() - self.header.first())
     }
 
     /// Whether the checksum of the content is the one that the header states.

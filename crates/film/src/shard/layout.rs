@@ -214,7 +214,29 @@ impl Layout {
 /// The values of a row, channel by channel.
 pub struct Row<'a>([&'a [[u8; 4]]; CHANNEL_COUNT]);
 
-impl Row<'_> {
+impl<'a> Row<'a> {
+    /// Whether every pixel has so many samples, none of them left out.
+    pub fn has_all(&self, samples: u64) -> bool {
+        let wanted = (samples as u32).to_le_bytes();
+        let all = |channel: usize, wanted: [u8; 4]| {
+            let others = self.0[channel]
+                .iter()
+                .map(|bytes| u32::from_le_bytes(*bytes) ^ u32::from_le_bytes(wanted));
+            others.fold(0, |all, other| all | other) == 0
+        };
+        all(COUNT, wanted) && all(NON_FINITE, [0; 4])
+    }
+
+    /// Higher and lower words of the means of a channel: red, green, blue.
+    pub fn mean(&self, channel: usize) -> [&'a [[u8; 4]]; 2] {
+        [0, 1].map(|half| self.0[MEAN + 2 * (2 - channel) + half])
+    }
+
+    /// The same of the sums of squared deviations.
+    pub fn deviations(&self, channel: usize) -> [&'a [[u8; 4]]; 2] {
+        [0, 1].map(|half| self.0[DEVIATIONS + 2 * (2 - channel) + half])
+    }
+
     /// The statistics of the pixel in column `x`; `None` if they are not those of `samples` samples.
     #[inline]
     pub fn pixel(&self, x: usize, samples: u64) -> Option<PixelStatistics> {

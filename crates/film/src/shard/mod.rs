@@ -12,6 +12,7 @@
 
 mod bands;
 mod checksum;
+mod columns;
 mod error;
 mod file;
 mod header;

@@ -13,8 +13,17 @@ fn write(folder: &Folder, name: &str, shard: &Shard) -> PathBuf {
 #[test]
 fn files_read_back_bit_for_bit_and_merge_as_in_memory() {
     let folder = Folder::new("files");
-    for (size, count) in [([1, 1], 1), ([19, 8], 3), ([37, 29], 7)] {
+    // Rows whose pixels have the same number of samples, rows where some were left out, and both in turns.
+    let cases = [
+        ([1, 1], 1, 7),
+        ([19, 8], 3, 8),
+        ([37, 29], 7, 8),
+        ([37, 29], 7, 7),
+        ([3, 50], 9, 7),
+    ];
+    for (size, count, seed) in cases {
         let image = ImageKey {
+            seed,
             frame: (count == 3).then_some(12),
             ..key(size, 40)
         };
