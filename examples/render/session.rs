@@ -301,20 +301,25 @@ fn finish(
     reference: Option<(PathBuf, RgbImage)>,
     json: bool,
 ) -> Result<ExitCode, Failure> {
-    let image = report.outcome.film.mean_image();
     // A shard is whole or not there.
     let has_output = match &report.shard {
         Some(header) => report.outcome.samples_per_pixel == header.end() - header.first(),
         None => report.outcome.samples_per_pixel > 0,
     };
     if has_output {
-        match &report.shard {
-            Some(header) => Shard::new(header.clone(), report.outcome.film.clone())?.write(target)?,
-            None => target.write(&image)?,
+        if let Some(header) = &report.shard {
+            let shard = Shard::new(header.clone(), report.outcome.film)?;
+            shard.write(target)?;
+            report.outcome.film = shard.into_film();
+        } else {
+            target.write(&report.outcome.film.mean_image())?;
         }
         report.output = Some(target.path().to_owned());
         report.comparison = match reference {
-            Some((path, reference)) => Some((path, ImageComparison::new(&image, &reference)?)),
+            Some((path, reference)) => {
+                let image = report.outcome.film.mean_image();
+                Some((path, ImageComparison::new(&image, &reference)?))
+            }
             None => None,
         };
     }
