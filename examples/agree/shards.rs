@@ -45,6 +45,13 @@ impl Shards {
                     seed.0
                 ));
             }
+            if !found.independent && set.files().len() > 1 {
+                let path = set.files()[1].path().display();
+                return Err(format!(
+                    "{path} has samples of the same point set as others of seed {}: give each shard a seed of its own, or --points independent",
+                    seed.0
+                ));
+            }
             sets.insert(seed, set);
         }
         let key = key.ok_or("there are no shards")?;
@@ -62,6 +69,7 @@ impl Shards {
             method: self.key.method.clone(),
             options: self.key.options.clone(),
             seed: self.key.seed,
+            independent: self.key.independent,
             samples: self.key.samples,
             ..other.key.clone()
         };

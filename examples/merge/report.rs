@@ -97,6 +97,7 @@ fn key_json(image: &ImageKey) -> Value {
         "method": image.method,
         "options": image.options,
         "seed": image.seed,
+        "independent": image.independent,
         "frame": image.frame,
         "samples": image.samples,
         "size": image.size,

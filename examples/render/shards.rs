@@ -6,7 +6,8 @@ use crate::report::shard_json;
 use lightshed::film::{
     Budget, ImageKey, OutputTarget, RenderOptions, RenderOutcome, ShardFile, ShardHeader, ShardPart,
 };
-use lightshed::integrator::MethodCapabilities;
+use lightshed::integrator::{Method, MethodCapabilities};
+use lightshed::sampling::PointSet;
 use lightshed::scene::SceneDescription;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -131,10 +132,18 @@ pub fn image_key(
             moving("media motion", arguments.media_motion),
         ),
         seed: arguments.seed,
+        independent: has_independent_samples(&arguments.method),
         frame: frame.or(arguments.frame),
         samples,
         size: [settings.width, settings.height],
     }
+}
+
+/// Whether samples of different shards are independent of each other: not those of a point set, unless each shard is a chain with a seed of
+/// its own.
+fn has_independent_samples(method: &Method) -> bool {
+    let of_points = method.entry().option("points").is_some() && method.values().points() == PointSet::Sobol;
+    method.capabilities().chain || !of_points
 }
 
 /// As much of a key as says which samples its shards have, for shards that are merged at once.
@@ -145,6 +154,7 @@ pub fn plain_key(options: &RenderOptions, samples: u32) -> ImageKey {
         method: String::new(),
         options: String::new(),
         seed: options.seed,
+        independent: true,
         frame: None,
         samples,
         size: [options.width, options.height],

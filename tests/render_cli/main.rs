@@ -523,6 +523,8 @@ fn media_move_and_frames_are_written() {
     let report = run(&[
         "--method",
         "restir-volume",
+        "--points",
+        "independent",
         "--frames",
         "3",
         "--sequence",

@@ -328,16 +328,17 @@ fn what_schedulers_run_renders_every_task() {
 #[test]
 fn methods_agree_by_their_shards() {
     let folder = Folder::new("agree");
-    let shards = |method: &str, seed: &str, depth: &str| {
+    let shards = |method: &str, seed: &str, depth: &str, more: &[&str]| {
         let arguments = [
             "cornell", "--size", "16x12", "--spp", "96", "--method", method, "--seed", seed,
         ];
-        let out = format!("{method}-{depth}.exr");
+        let out = format!("{method}-{seed}.exr");
         let names = (0..12).map(|index| {
             let part = format!("{index}/12");
             let report = folder.json(
                 &[
                     &arguments[..],
+                    more,
                     &["--max-depth", depth, "--out", &out, "--shard", &part],
                 ]
                 .concat(),
@@ -346,7 +347,9 @@ fn methods_agree_by_their_shards() {
         });
         names.collect::<Vec<_>>()
     };
-    let (path, reuse) = (shards("path", "1", "4"), shards("path-reuse", "2", "4"));
+    let independent = ["--points", "independent"];
+    let path = shards("path", "1", "4", &independent);
+    let reuse = shards("path-reuse", "2", "4", &[]);
     let agree = |a: &[String], b: &[String], more: &[&str]| {
         let mut words: Vec<&str> = a.iter().map(String::as_str).collect();
         words.push("--against");
@@ -366,7 +369,7 @@ fn methods_agree_by_their_shards() {
     let mid = found["channels"][3]["relative"]["mid"].as_f64().unwrap();
     assert!(mid.abs() < 0.1, "{said}");
     // Other images, the same random numbers, too few.
-    let shorter = shards("path", "3", "2");
+    let shorter = shards("path", "3", "2", &independent);
     let (code, _, error) = agree(&path, &shorter, &[]);
     assert!(code == Some(1) && error.contains("different images"), "{error}");
     let (code, _, error) = agree(&path[..6], &path[6..], &[]);
@@ -374,6 +377,9 @@ fn methods_agree_by_their_shards() {
         code == Some(1) && error.contains("both methods have seed 1"),
         "{error}"
     );
+    let stratified = shards("path", "4", "4", &[]);
+    let (code, _, error) = agree(&stratified, &reuse, &[]);
+    assert!(code == Some(1) && error.contains("same point set"), "{error}");
     let (code, _, error) = agree(&path[..1], &reuse, &[]);
     assert!(code == Some(1) && error.contains("two shards"), "{error}");
 }

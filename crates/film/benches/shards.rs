@@ -42,6 +42,7 @@ fn measure(count: u32, folder: &std::path::Path, rounds: u32) -> Result<(), Box<
         method: "none".into(),
         options: String::new(),
         seed: 0,
+        independent: true,
         frame: None,
         samples: count * SAMPLES,
         size: SIZE,

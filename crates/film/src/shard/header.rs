@@ -17,6 +17,8 @@ pub struct ImageKey {
     pub options: String,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// Whether samples are independent of each other. Those of a point set are not: shards of one seed then have parts of one set.
+    pub independent: bool,
     /// Number of the frame in a sequence; `None` for a single image.
     pub frame: Option<u32>,
     /// Samples of every pixel in all shards together.
@@ -59,6 +61,16 @@ impl ImageKey {
         }
         if self.seed != other.seed {
             note("seed", &self.seed, &other.seed);
+        }
+        if self.independent != other.independent {
+            let name = |key: &Self| {
+                if key.independent {
+                    "independent"
+                } else {
+                    "of a point set"
+                }
+            };
+            note("samples", &name(self), &name(other));
         }
         if self.frame != other.frame {
             let name = |frame: Option<u32>| frame.map_or("none".to_owned(), |frame| frame.to_string());
@@ -156,6 +168,7 @@ mod tests {
             method: "path".into(),
             options: "--max-depth 3".into(),
             seed: 5,
+            independent: true,
             frame: None,
             samples: 100,
             size: [3, 2],
@@ -200,6 +213,13 @@ mod tests {
             ),
             (
                 ImageKey {
+                    independent: false,
+                    ..key.clone()
+                },
+                "samples of a point set instead of independent",
+            ),
+            (
+                ImageKey {
                     frame: Some(4),
                     ..key.clone()
                 },
@@ -234,6 +254,7 @@ mod tests {
             method: String::new(),
             options: String::new(),
             seed: 0,
+            independent: true,
             frame: None,
             samples: 10,
             size: [1, 1],

@@ -168,11 +168,6 @@ impl Layout {
         (self.rows_at() + self.height * self.row_bytes()) as u64
     }
 
-    /// Pixels in a row.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
     /// Number of rows.
     pub fn height(&self) -> usize {
         self.height
@@ -251,7 +246,7 @@ impl<'a> Row<'a> {
 }
 
 /// What a header states about the shard, as attributes.
-fn texts(shard: &ShardHeader) -> [(&'static str, String); 10] {
+fn texts(shard: &ShardHeader) -> [(&'static str, String); 11] {
     let image = shard.image();
     [
         ("lightshed.shard", FORMAT.to_owned()),
@@ -260,6 +255,7 @@ fn texts(shard: &ShardHeader) -> [(&'static str, String); 10] {
         ("lightshed.method", image.method.clone()),
         ("lightshed.options", image.options.clone()),
         ("lightshed.seed", image.seed.to_string()),
+        ("lightshed.independent", image.independent.to_string()),
         (
             "lightshed.frame",
             image.frame.map_or_else(String::new, |frame| frame.to_string()),
@@ -345,6 +341,7 @@ impl<'a> Attributes<'a> {
             method: self.text("lightshed.method")?.to_owned(),
             options: self.text("lightshed.options")?.to_owned(),
             seed: self.number("lightshed.seed")?,
+            independent: self.number("lightshed.independent")?,
             frame: (!frame.is_empty())
                 .then(|| parsed("lightshed.frame", frame))
                 .transpose()?,

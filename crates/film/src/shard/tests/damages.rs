@@ -56,6 +56,10 @@ fn a_thousand_damages_are_refused_and_named() {
             ..image.clone()
         },
         ImageKey {
+            independent: false,
+            ..image.clone()
+        },
+        ImageKey {
             samples: 25,
             ..image.clone()
         },

@@ -37,6 +37,7 @@ fn key(size: [u32; 2], samples: u32) -> ImageKey {
         method: "path".into(),
         options: "--max-depth 5".into(),
         seed: 7,
+        independent: true,
         frame: None,
         samples,
         size,
