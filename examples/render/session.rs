@@ -27,6 +27,9 @@ use std::time::Instant;
 /// Exit status after an interruption, as shells report a process ended by SIGINT.
 const INTERRUPTED: u8 = 130;
 
+/// What a budget of seconds is taken for where work is planned by the number of paths.
+const PATHS_PER_SECOND: f64 = 1e6;
+
 /// Does what the command line asks.
 pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let Some(frames) = arguments.sequence_frames() else {
@@ -69,6 +72,13 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         .method
         .max_depth(arguments.max_depth, settings.max_depth)
         .map_err(|error| Failure::because("--max-depth", &error))?;
+    // How much to spend on trees follows from it.
+    let pixels = f64::from(settings.width) * f64::from(settings.height);
+    settings.samples_per_pixel = match (arguments.spp, arguments.seconds) {
+        (Some(samples), _) => samples,
+        (None, Some(seconds)) => (seconds * PATHS_PER_SECOND / pixels).ceil() as u32,
+        (None, None) => settings.samples_per_pixel,
+    };
     if !description.media.is_empty() && !capabilities.media {
         return Err(MethodError::Media(arguments.method.name()).into());
     }

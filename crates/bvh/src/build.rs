@@ -1,6 +1,6 @@
 //! Builds of all kinds.
 
-use crate::binned::Group;
+use crate::binned::{Group, HALVE_FROM};
 use crate::curve;
 use crate::error::BuildError;
 use crate::interior::Interior;
@@ -137,6 +137,37 @@ impl Bvh {
     ) -> Result<Self, BuildError> {
         let mut tree = Self::default();
         Builder::new(options.into())?.rebuild(primitives, &mut tree)?;
+        Ok(tree)
+    }
+
+    /// A tree of least depth: groups are halved by number, along the axis along which their centres lie farthest apart. For where no other tree is
+    /// shallow enough.
+    ///
+    /// # Errors
+    /// See [`BuildError`].
+    pub fn balanced<P: Primitive>(primitives: &[P]) -> Result<Self, BuildError> {
+        let source = Source::new(primitives)?;
+        let count = source.len();
+        let mut tree = Self {
+            nodes: vec![Node::default(); (2 * count).saturating_sub(1)],
+            order: vec![0; count],
+        };
+        if count > 0 {
+            let mut items = Vec::new();
+            source.collect(&mut items);
+            let group = Group {
+                items: &mut items,
+                cells: bytemuck::cast_slice_mut(&mut tree.nodes),
+                in_cells: false,
+                order: &mut tree.order,
+                first: 0,
+                depth: HALVE_FROM,
+            };
+            group.build(LaneChoice::best());
+        }
+        if source.is_scaled() {
+            tree.fit(primitives);
+        }
         Ok(tree)
     }
 }

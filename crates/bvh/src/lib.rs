@@ -81,9 +81,14 @@ pub use primitive::{MAX_PRIMITIVES, Primitive};
 pub use refit::Refit;
 pub use reinsertion::Reinsertion;
 pub use split::{
-    AlongCurve, AreaExtent, AreaItem, Binned, Extent, MergedTree, Merges, Pyramid, SplitGroup, SplitGroups,
-    SplitItem, SplitSource, split_tree,
+    AlongCurve, AreaExtent, AreaItem, Binned, Clustered, Clusters, Extent, MergedTree, Merges, Pyramid,
+    SplitGroup, SplitGroups, SplitItem, SplitSource, split_tree,
 };
 pub use subset::{Sampling, SubsetOptions, WeightHistogram, sample, stratum_beside_uniform};
 pub use traverse::{MAX_DEPTH, Ray};
 pub use tree::{Bvh, TreeFault};
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/bvh.md")]
+struct Guide;

@@ -35,6 +35,8 @@ pub enum LightChoosing {
     CurveBvh,
     /// By a light BVH joined from the bottom up, which takes long to build.
     AgglomerativeBvh,
+    /// By a light BVH whose upper levels are of a stochastic subset of the lights.
+    StochasticBvh,
     /// By a light BVH whose near nodes are opened first.
     OpenBvh,
     /// By a perfect binary light tree whose near nodes are opened first.
@@ -45,7 +47,7 @@ pub enum LightChoosing {
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Uniform,
         Self::Power,
         Self::Tree,
@@ -53,6 +55,7 @@ impl LightChoosing {
         Self::Bvh,
         Self::CurveBvh,
         Self::AgglomerativeBvh,
+        Self::StochasticBvh,
         Self::OpenBvh,
         Self::OpenTree,
         Self::OpenCurveBvh,
@@ -68,6 +71,7 @@ impl LightChoosing {
             Self::Bvh => "bvh",
             Self::CurveBvh => "curve-bvh",
             Self::AgglomerativeBvh => "agglomerative-bvh",
+            Self::StochasticBvh => "stochastic-bvh",
             Self::OpenBvh => "open-bvh",
             Self::OpenTree => "open-tree",
             Self::OpenCurveBvh => "open-curve-bvh",
@@ -169,6 +173,7 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::Bvh => bvh(BvhBuild::Binned)?,
                     LightChoosing::CurveBvh => bvh(BvhBuild::AlongCurve)?,
                     LightChoosing::AgglomerativeBvh => bvh(BvhBuild::Agglomerative)?,
+                    LightChoosing::StochasticBvh => bvh(BvhBuild::Stochastic)?,
                     LightChoosing::OpenBvh => opened(BvhBuild::Binned)?,
                     LightChoosing::OpenCurveBvh => opened(BvhBuild::AlongCurve)?,
                     LightChoosing::OpenTree => {

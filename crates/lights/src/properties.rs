@@ -74,7 +74,12 @@ macro_rules! for_every_tree {
                 $body
             }
         }
-        for build in [BvhBuild::Binned, BvhBuild::AlongCurve, BvhBuild::Agglomerative] {
+        for build in [
+            BvhBuild::Binned,
+            BvhBuild::AlongCurve,
+            BvhBuild::Stochastic,
+            BvhBuild::Agglomerative,
+        ] {
             let ($name, $tree) = (
                 format!("light BVH, {build:?}"),
                 LightBvh::with_build($lights, build).unwrap(),
@@ -305,16 +310,17 @@ fn threads_change_nothing() {
             .build()
             .unwrap();
         let bvh = |build| LightBvh::with_build(&lights, build).unwrap();
-        let (perfect, binned, along_curve) = pool.install(|| {
+        let (perfect, binned, along_curve, stochastic) = pool.install(|| {
             (
                 PerfectTree::new(&lights).unwrap(),
                 bvh(BvhBuild::Binned),
                 bvh(BvhBuild::AlongCurve),
+                bvh(BvhBuild::Stochastic),
             )
         });
         let mut all = Vec::new();
         for at in &at {
-            for sampler in [&perfect as &dyn LightSampler, &binned, &along_curve] {
+            for sampler in [&perfect as &dyn LightSampler, &binned, &along_curve, &stochastic] {
                 all.extend(u.iter().map(|&u| sampler.sample(at, u)));
             }
         }
@@ -339,7 +345,7 @@ fn every_light_of_a_million_is_reached() {
         if few_bits.is_some() {
             return Ok::<(), String>(());
         }
-        for build in [BvhBuild::Binned, BvhBuild::AlongCurve] {
+        for build in [BvhBuild::Binned, BvhBuild::AlongCurve, BvhBuild::Stochastic] {
             check_reached(&LightBvh::with_build(&lights, build).unwrap(), &at, few_bits)?;
         }
         Ok(())

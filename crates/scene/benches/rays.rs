@@ -12,7 +12,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{
-    Accelerator, AcceleratorKind, BuildQuality, HitBatch, Ray, RayBatch, Sphere, TriangleMesh, builtin,
+    Accelerator, AcceleratorKind, HitBatch, Preset, Ray, RayBatch, Sphere, TriangleMesh, builtin,
 };
 use std::hint::black_box;
 use std::time::Duration;
@@ -38,7 +38,7 @@ fn geometry() -> Vec<[Vec3; 3]> {
 }
 
 fn rays(triangles: &[[Vec3; 3]]) -> Vec<Ray> {
-    let tree = Accelerator::build(triangles, &[], AcceleratorKind::Wide, BuildQuality::Fast);
+    let tree = Accelerator::build(triangles, &[], AcceleratorKind::Wide, Preset::Fast);
     let mut rays = Vec::with_capacity(RAYS);
     let mut rng = CounterRng::new(1, 0, 0);
     let mut origin = Vec3::new(0.0, 0.0, 0.9);
@@ -56,7 +56,7 @@ fn bench(criterion: &mut Criterion<CpuTime>) {
     let triangles = geometry();
     let rays = rays(&triangles);
     for (name, kind) in TREES {
-        let tree = Accelerator::build(&triangles, &[], kind, BuildQuality::High);
+        let tree = Accelerator::build(&triangles, &[], kind, Preset::High);
         let mut alone = criterion.benchmark_group("scene/rays_nearest_alone");
         alone
             .throughput(Throughput::Elements(RAYS as u64))
@@ -89,9 +89,9 @@ fn bench(criterion: &mut Criterion<CpuTime>) {
     let mut build = criterion.benchmark_group("scene/build");
     build.sample_size(10);
     for (name, quality) in [
-        ("fast", BuildQuality::Fast),
-        ("medium", BuildQuality::Medium),
-        ("high", BuildQuality::High),
+        ("fast", Preset::Fast),
+        ("medium", Preset::Medium),
+        ("high", Preset::High),
     ] {
         build.throughput(Throughput::Elements(triangles.len() as u64));
         build.bench_function(BenchmarkId::from_parameter(name), |b| {
@@ -131,7 +131,7 @@ fn bench_few(criterion: &mut Criterion<CpuTime>) {
         let triangles = boxes(count);
         let rays = rays(&triangles);
         for (name, spheres) in [("flat", &[][..]), ("tree", &[far][..])] {
-            let few = Accelerator::build(&triangles, spheres, AcceleratorKind::Wide, BuildQuality::High);
+            let few = Accelerator::build(&triangles, spheres, AcceleratorKind::Wide, Preset::High);
             let id = |query: &str| BenchmarkId::new(format!("{query}/{name}"), triangles.len());
             group.bench_function(id("nearest_alone"), |b| {
                 b.iter(|| {

@@ -21,9 +21,7 @@ mod scene;
 mod surface;
 mod texture;
 
-pub use accel::{
-    Accelerator, AcceleratorKind, BuildQuality, Hit, HitBatch, Ray, RayBatch, Sphere, intersect_triangle,
-};
+pub use accel::{Accelerator, AcceleratorKind, Hit, HitBatch, Ray, RayBatch, Sphere, intersect_triangle};
 pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE};
 pub use description::{
     CameraDescription, DensityDescription, EmissionDescription, EmitterDescription, EnvironmentMap, FovAxis,
@@ -39,6 +37,7 @@ pub use features::SceneFeatures;
 pub use flat::{FlatCamera, FlatDelta, FlatEmitter, FlatSky};
 pub use flat_scene::{FlatError, FlatScene, FlatTriangle};
 pub use glam;
+pub use lightshed_bvh::Preset;
 pub use lightshed_sampling::{Rgb, luminance};
 pub use lightshed_volume as volume;
 pub use material::{

@@ -11,7 +11,7 @@ mod group;
 mod partition;
 mod together;
 
-pub use group::{Group, Task, WAITING, build_alone};
+pub use group::{Group, HALVE_FROM, Task, WAITING, build_alone};
 
 /// Bins along each axis.
 const BINS: usize = 16;

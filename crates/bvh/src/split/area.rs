@@ -86,4 +86,10 @@ impl Extent for AreaExtent {
     fn cost_of(&self, weight: f64, d: Vec3A) -> f64 {
         weight * f64::from(d.x * d.y + d.y * d.z + d.z * d.x)
     }
+
+    /// The diagonal (Dittebrandt 2025 §8.3.1.2).
+    #[inline(always)]
+    fn sampling_weight(item: &AreaItem) -> f32 {
+        item.0.diagonal_squared().sqrt()
+    }
 }

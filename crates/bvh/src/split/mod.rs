@@ -11,6 +11,7 @@ mod binary;
 mod binned;
 mod extent;
 mod group;
+mod stochastic;
 
 pub use agglomerative::{MergedTree, Merges};
 pub use along_curve::{AlongCurve, Pyramid};
@@ -19,3 +20,4 @@ pub use binary::split_tree;
 pub use binned::Binned;
 pub use extent::{Extent, SplitItem};
 pub use group::{SplitGroup, SplitGroups, SplitSource};
+pub use stochastic::{Clustered, Clusters};

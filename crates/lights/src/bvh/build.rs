@@ -1,10 +1,11 @@
 //! The build, from the root down.
 
-use super::extent::{Extent, Item};
+use super::extent::{Item, LightExtent};
 use super::node::{LEAF, WideNode};
 use crate::Light;
 use crate::block::{NodeBlock, WIDTH};
 use crate::normals::{BallLanes, CENTER_STEPS};
+use lightshed_bvh::{Extent, SplitGroup, SplitGroups, SplitSource};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::{for_each_chunk, join};
 use lightshed_spatial::SortedIndices;
@@ -20,51 +21,10 @@ const CHUNK: usize = 1 << 13;
 /// How many lights ahead of their turn are asked for.
 const PREFETCH_DISTANCE: usize = 32;
 
-/// Items that can be divided, by places in the order of all of them.
-pub(super) trait SplitSource: Sized + Send {
-    fn item(&self, place: usize) -> &Item;
-
-    /// Divides a group of at least two into two that have some each; `by_half` into equal numbers.
-    fn divide(&mut self, group: &Group, by_half: bool) -> [Group; 2];
-
-    /// Splits into the items before `place`, and the rest.
-    fn apart(self, place: usize) -> (Self, Self);
-}
-
-/// Items from one place to another.
-#[derive(Clone, Copy)]
-pub(super) struct Group {
-    pub start: usize,
-    pub end: usize,
-    pub extent: Extent,
-    pub cost: f64,
-    /// What the source calls it, if it knows its groups beforehand.
-    pub node: u32,
-}
-
-impl Group {
-    pub fn new(start: usize, end: usize, extent: Extent) -> Self {
-        // Equal lights at one place have no extent, but are to be divided too.
-        let cost = extent.cost().max(f64::MIN_POSITIVE);
-        Self {
-            start,
-            end,
-            extent,
-            cost,
-            node: 0,
-        }
-    }
-
-    pub fn len(&self) -> usize {
-        self.end - self.start
-    }
-}
-
+/// Items that lie together.
+type Group = SplitGroup<LightExtent>;
 /// Up to eight groups, neighbours next to each other.
-struct Groups {
-    groups: [Group; WIDTH],
-    count: usize,
-}
+type Groups = SplitGroups<LightExtent, WIDTH>;
 
 impl WideNode {
     const EMPTY: Self = Self {
@@ -89,7 +49,7 @@ impl Spares {
 
 /// Blocks of the tree, the root's first. The same for any number of threads. `root` is what the source calls all together.
 pub(super) fn build(
-    source: impl SplitSource,
+    source: impl SplitSource<LightExtent>,
     root: u32,
     count: usize,
     blocks: &mut Vec<WideNode>,
@@ -108,7 +68,7 @@ pub(super) fn build(
     // The extent of all together is not asked for.
     let all = Group {
         node: root,
-        ..Group::new(0, count, Extent::EMPTY)
+        ..Group::new(0, count, LightExtent::EMPTY)
     };
     job.build_below(source, &all, 0, blocks, spares.enough());
 }
@@ -124,7 +84,7 @@ impl Job {
     /// Appends the tree of a group to `blocks`, its root first.
     fn build_below(
         self,
-        mut source: impl SplitSource,
+        mut source: impl SplitSource<LightExtent>,
         group: &Group,
         depth: usize,
         blocks: &mut Vec<WideNode>,
@@ -140,21 +100,21 @@ impl Job {
             }
             return;
         }
-        let Groups { groups, count } = divide(&mut source, group, depth >= HALVE_FROM);
-        for (lane, group) in groups[..count].iter().enumerate() {
+        let groups = Groups::divide(&mut source, group, depth >= HALVE_FROM);
+        for (lane, group) in groups.as_slice().iter().enumerate() {
             let node = match group.len() {
                 1 => source.item(group.start).node(),
                 _ => group.extent.node(),
             };
             blocks[root].nodes.set(lane, &node);
         }
-        self.build_children(source, &groups[..count], depth, (root, 0), blocks, spares);
+        self.build_children(source, groups.as_slice(), depth, (root, 0), blocks, spares);
     }
 
     /// Builds what is below `groups`, children of block `root` from a lane on.
     fn build_children(
         self,
-        mut source: impl SplitSource,
+        mut source: impl SplitSource<LightExtent>,
         groups: &[Group],
         depth: usize,
         (root, lane): (usize, usize),
@@ -203,27 +163,6 @@ impl Job {
             }
         }
     }
-}
-
-/// The costliest is divided again and again.
-fn divide(source: &mut impl SplitSource, group: &Group, by_half: bool) -> Groups {
-    let mut groups = [*group; WIDTH];
-    let mut count = 1;
-    while count < WIDTH {
-        let mut costliest = None;
-        for (i, group) in groups[..count].iter().enumerate() {
-            // Those that are children of one node are no better divided. The last of equal ones.
-            if group.len() > WIDTH && costliest.is_none_or(|(_, cost)| group.cost >= cost) {
-                costliest = Some((i, group.cost));
-            }
-        }
-        let Some((i, _)) = costliest else { break };
-        let [low, high] = source.divide(&groups[i], by_half);
-        groups.copy_within(i + 1..count, i + 2);
-        (groups[i], groups[i + 1]) = (low, high);
-        count += 1;
-    }
-    Groups { groups, count }
 }
 
 /// Items of all lights that are on, in the order given, or else in their own.

@@ -4,9 +4,6 @@
 //! `Σ I · M_A · M_Ω` over both parts, with `I` the intensity, `M_A` the extent and `M_Ω` the spread of normals. A node has up
 //! to eight children, found by dividing the costliest again and again.
 
-mod agglomerative;
-mod along_curve;
-mod binned;
 mod build;
 mod extent;
 mod node;
@@ -17,11 +14,9 @@ use crate::tree::{Child, LeafPath, Tree};
 use crate::tree_sampler::impl_sampler;
 use crate::weighing::Receiver;
 use crate::{Curve, Light, LightError, Weighting};
-use agglomerative::{MergedTree, Merges};
-use along_curve::{AlongCurve, Pyramid};
-use binned::Binned;
 use build::{Spares, collect_items};
-use extent::Item;
+use extent::{Item, LightExtent};
+use lightshed_bvh::{AlongCurve, Binned, Clustered, Clusters, MergedTree, Merges, Pyramid, SubsetOptions};
 use lightshed_lanes::{Lanes, prefetch};
 use lightshed_spatial::CurveOrder;
 use node::{LEAF, NO_LEAF, WideNode};
@@ -67,6 +62,9 @@ pub enum BvhBuild {
     /// Lights are sorted along Hilbert's curve once, and groups divided between any neighbours on it: for lights that move. Several times
     /// faster, with nodes nearly as good.
     AlongCurve,
+    /// Upper levels from a tenth of the lights, drawn by their intensity along Morton's curve, the rest by bins (Dittebrandt 2025 ch. 8): for many
+    /// lights.
+    Stochastic,
     /// From the bottom up: the two groups that are each other's cheapest partners become one, until one is left. On one thread, and tens of times
     /// slower: what the others are compared with.
     Agglomerative,
@@ -76,8 +74,8 @@ pub enum BvhBuild {
 struct Scratch {
     items: Vec<Item>,
     order: CurveOrder,
-    pyramid: Pyramid,
-    joining: Merges,
+    pyramid: Pyramid<LightExtent>,
+    joining: Merges<LightExtent>,
     spares: Spares,
 }
 
@@ -109,7 +107,7 @@ impl LightBvh {
     }
 
     /// Builds the hierarchy again for other lights, in the memory that it has: on one thread nothing is allocated unless there are more
-    /// lights, or more nodes, than ever before. The same lights give the same hierarchy on any number of threads.
+    /// lights, or more nodes, than ever before ([`BvhBuild::Stochastic`] allocates its clusters). The same lights give the same hierarchy on any number of threads.
     ///
     /// # Errors
     ///
@@ -135,6 +133,18 @@ impl LightBvh {
                 pyramid.build(items);
                 let source = AlongCurve { items, pyramid };
                 build::build(source, 0, items.len(), &mut self.blocks, spares);
+            }
+            BvhBuild::Stochastic => {
+                order.encode(lights, |light| light.bounds, Curve::Morton);
+                collect_items(lights, Some(order.sort()), items);
+                let clusters = Clusters::<LightExtent>::new(items, &SubsetOptions::default());
+                let count = items.len();
+                let source = Clustered {
+                    items,
+                    first: 0,
+                    clusters: &clusters,
+                };
+                build::build(source, clusters.root(), count, &mut self.blocks, spares);
             }
             BvhBuild::Agglomerative => {
                 // In the order of the curve, so that boxes over neighbours are small.

@@ -133,6 +133,9 @@ impl TriangleRay {
 pub struct Nearest {
     /// Its ray parameter, or the ray's end.
     pub t: f32,
+    /// What is to be less than this is a candidate: the end of the ray, or the number after the hit's ray parameter, since one of a
+    /// lower index may lie at the same.
+    bound: f32,
     primitive: u32,
     /// Weights of the first and second vertex.
     weights: [f32; 2],
@@ -144,34 +147,46 @@ impl Nearest {
     pub fn none(ray: &Ray) -> Self {
         Self {
             t: ray.t_max,
+            bound: ray.t_max,
             primitive: u32::MAX,
             weights: [0.0; 2],
         }
     }
 
-    /// Takes in the nearest hit among a block's triangles; of several at one place, the first.
+    /// Takes in the nearest hit among a block's triangles, which are in the order of their indices; of several at one place, that of the lowest.
     #[inline(always)]
     pub fn take_block<L: Lanes>(&mut self, ray: &TriangleRay, block: &TriangleBlock) {
-        let (t, a, b, hit) = ray.test::<L>(block, self.t);
+        let (t, a, b, hit) = ray.test::<L>(block, self.bound);
         let nearest = t.least_of(hit);
         let lane = (t.equal(nearest).bits() & hit).trailing_zeros() as usize & 7;
         // Selections in place of a branch on whether there was a hit, which is as good as random.
-        let found = hit != 0;
+        let primitive = block.primitives[lane];
+        let found = hit != 0 && (nearest.first() < self.t || primitive < self.primitive);
         let (a, b) = (a.store()[lane], b.store()[lane]);
         self.t = if found { nearest.first() } else { self.t };
-        self.primitive = if found {
-            block.primitives[lane]
-        } else {
-            self.primitive
-        };
+        // Of a positive number below infinity the next one.
+        let next = f32::from_bits(nearest.first().to_bits() + 1);
+        self.bound = if found { next } else { self.bound };
+        self.primitive = if found { primitive } else { self.primitive };
         self.weights = if found { [a, b] } else { self.weights };
     }
 
-    /// Takes in a hit with a sphere, nearer than any before.
+    /// Before where a hit with a sphere of this index has to lie.
+    #[inline(always)]
+    pub fn bound_of_sphere(&self, primitive: u32) -> f32 {
+        if primitive < self.primitive {
+            self.bound
+        } else {
+            self.t
+        }
+    }
+
+    /// Takes in a hit with a sphere, before [`Nearest::bound_of_sphere`].
     #[inline(always)]
     pub fn take_sphere(&mut self, t: f32, primitive: u32) {
         *self = Self {
             t,
+            bound: f32::from_bits(t.to_bits() + 1),
             primitive,
             weights: [1.0, 0.0],
         };

@@ -1,9 +1,9 @@
 //! Ray queries: the nearest hit, and whether there is any.
 //!
-//! [`Accelerator`] holds one of three trees over the same primitives. All start from a binary tree by obvhs (PLOC
-//! with re-insertion, Meister and Bittner 2018, 2022); two are traversed by obvhs itself, the third is this crate's
-//! own, with eight full-precision boxes a node and eight triangles a leaf tested at once. The default is what
-//! `docs/performance.md` shows to be the fastest.
+//! [`Accelerator`] holds one of three trees over the same primitives. The default is this crate's own, with eight full-precision
+//! boxes a node and eight triangles a leaf tested at once, collapsed from a binary tree of the crate `lightshed-bvh`; the
+//! other two are built and traversed by obvhs, to be measured against. Of equal distances the hit of the lowest index counts, so that what
+//! this crate's tree finds does not depend on how it was built.
 
 mod batch;
 mod block;
@@ -24,6 +24,7 @@ pub use triangle::intersect_triangle;
 
 use flat::Flat;
 use glam::{Vec3, Vec3A};
+use lightshed_bvh::{Bounds, Bvh, Preset, Primitive};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
@@ -42,18 +43,6 @@ pub enum AcceleratorKind {
     Bvh2,
     /// obvhs' compressed eight-wide tree.
     Cwbvh,
-}
-
-/// How much time to spend on the tree.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BuildQuality {
-    /// For geometry that changes every frame.
-    Fast,
-    /// Re-insertion of a twentieth of the nodes.
-    Medium,
-    /// Re-insertion of a fifth of the nodes: for renders that take longer than a second.
-    #[default]
-    High,
 }
 
 enum Tree {
@@ -75,12 +64,7 @@ pub struct Accelerator {
 impl Accelerator {
     /// Builds a tree. Coordinates must be finite and radii positive (`Scene` checks); no primitive at all is an empty
     /// scene that no ray hits.
-    pub fn build(
-        triangles: &[[Vec3; 3]],
-        spheres: &[Sphere],
-        kind: AcceleratorKind,
-        quality: BuildQuality,
-    ) -> Self {
+    pub fn build(triangles: &[[Vec3; 3]], spheres: &[Sphere], kind: AcceleratorKind, preset: Preset) -> Self {
         let kept = if kind == AcceleratorKind::Wide {
             (Vec::new(), Vec::new())
         } else {
@@ -89,7 +73,7 @@ impl Accelerator {
         let tree = if triangles.is_empty() && spheres.is_empty() {
             Tree::Empty
         } else {
-            build_tree(triangles, spheres, kind, quality)
+            build_tree(triangles, spheres, kind, preset)
         };
         Self {
             tree,
@@ -280,55 +264,73 @@ fn to_obvhs(ray: &Ray) -> (ObvhsRay, f32) {
     )
 }
 
-fn build_tree(
-    triangles: &[[Vec3; 3]],
-    spheres: &[Sphere],
-    kind: AcceleratorKind,
-    quality: BuildQuality,
-) -> Tree {
+fn build_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], kind: AcceleratorKind, preset: Preset) -> Tree {
     let mut time = Duration::ZERO;
-    let boxes = || primitive_boxes(triangles, spheres);
+    let boxes = || -> Vec<Aabb> {
+        let corners = |b: Bounds| Aabb::new(b.min.into(), b.max.into());
+        shapes(triangles, spheres)
+            .map(|shape| corners(shape.bounds()))
+            .collect()
+    };
     match kind {
         AcceleratorKind::Wide => match Flat::build(triangles) {
             Some(flat) if spheres.is_empty() => Tree::Flat(flat),
-            _ => wide_tree(triangles, spheres, quality),
+            _ => wide_tree(triangles, spheres, preset),
         },
-        AcceleratorKind::Bvh2 => Tree::Bvh2(build_bvh2(&boxes(), build_parameters(quality, 8), &mut time)),
-        AcceleratorKind::Cwbvh => Tree::Cwbvh(build_cwbvh(&boxes(), build_parameters(quality, 3), &mut time)),
+        AcceleratorKind::Bvh2 => Tree::Bvh2(build_bvh2(&boxes(), obvhs_parameters(preset, 8), &mut time)),
+        AcceleratorKind::Cwbvh => Tree::Cwbvh(build_cwbvh(&boxes(), obvhs_parameters(preset, 3), &mut time)),
     }
 }
 
-fn wide_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], quality: BuildQuality) -> Tree {
-    let boxes = primitive_boxes(triangles, spheres);
-    let mut time = Duration::ZERO;
-    let binary = build_bvh2(&boxes, build_parameters(quality, 1), &mut time);
-    Tree::Wide(wide::build(&binary, &boxes, &Primitives { triangles, spheres }))
+fn wide_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], preset: Preset) -> Tree {
+    let primitives = Primitives { triangles, spheres };
+    let options = preset.options();
+    // Corners are finite and radii positive: there is a tree.
+    let wide = if spheres.is_empty() {
+        Bvh::build(triangles, options).map(|tree| wide::build(tree, triangles, &primitives))
+    } else {
+        let shapes: Vec<Shape> = shapes(triangles, spheres).collect();
+        Bvh::build(&shapes, options).map(|tree| wide::build(tree, &shapes, &primitives))
+    };
+    wide.map_or(Tree::Empty, Tree::Wide)
 }
 
-fn build_parameters(quality: BuildQuality, max_prims_per_leaf: u32) -> BvhBuildParams {
-    let preset = match quality {
-        BuildQuality::Fast => BvhBuildParams::very_fast_build(),
-        BuildQuality::Medium => BvhBuildParams::medium_build(),
-        BuildQuality::High => BvhBuildParams::slow_build(),
+/// A primitive of any kind.
+enum Shape<'a> {
+    Triangle(&'a [Vec3; 3]),
+    Sphere(&'a Sphere),
+}
+
+impl Primitive for Shape<'_> {
+    fn bounds(&self) -> Bounds {
+        match self {
+            Self::Triangle(corners) => corners.bounds(),
+            Self::Sphere(sphere) => {
+                // A hit may lie an ulp outside the exact box.
+                let radius = Vec3::splat(sphere.radius * (1.0 + 4.0 * f32::EPSILON));
+                let slack = sphere.center.abs() * f32::EPSILON;
+                Bounds::new(sphere.center - radius - slack, sphere.center + radius + slack)
+            }
+        }
+    }
+}
+
+fn shapes<'a>(triangles: &'a [[Vec3; 3]], spheres: &'a [Sphere]) -> impl Iterator<Item = Shape<'a>> {
+    let triangles = triangles.iter().map(Shape::Triangle);
+    triangles.chain(spheres.iter().map(Shape::Sphere))
+}
+
+fn obvhs_parameters(preset: Preset, max_prims_per_leaf: u32) -> BvhBuildParams {
+    let of_preset = match preset {
+        Preset::Fastest => BvhBuildParams::fastest_build(),
+        Preset::Fast => BvhBuildParams::very_fast_build(),
+        Preset::Medium => BvhBuildParams::medium_build(),
+        Preset::High | Preset::Best => BvhBuildParams::slow_build(),
     };
     // Splitting large triangles gained nothing in the scenes of `docs/performance.md`, and costs time and memory.
     BvhBuildParams {
         max_prims_per_leaf,
         pre_split: false,
-        ..preset
+        ..of_preset
     }
-}
-
-fn primitive_boxes(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Vec<Aabb> {
-    let triangles = triangles
-        .iter()
-        .map(|corners| Aabb::from_points(&corners.map(Vec3A::from)));
-    let spheres = spheres.iter().map(|sphere| {
-        // A hit may lie an ulp outside the exact box.
-        let radius = Vec3::splat(sphere.radius * (1.0 + 4.0 * f32::EPSILON));
-        let slack = sphere.center.abs() * f32::EPSILON;
-        let (min, max) = (sphere.center - radius - slack, sphere.center + radius + slack);
-        Aabb::new(min.into(), max.into())
-    });
-    triangles.chain(spheres).collect()
 }

@@ -3,6 +3,7 @@
 mod cornell;
 mod doorway;
 mod furnace;
+mod large;
 mod many_lights;
 mod mesh;
 mod noise;
@@ -13,6 +14,7 @@ use crate::SceneDescription;
 pub use cornell::{cornell, cornell_glossy};
 pub use doorway::doorway;
 pub use furnace::furnace;
+pub use large::{city, hairball};
 pub use many_lights::many_lights;
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) use mesh::turn;
@@ -31,8 +33,16 @@ pub const NAMES: [&str; 8] = [
     "smoke-in-cornell",
 ];
 
-/// The built-in scene of that name, or `None`.
+/// The built-in scene of that name, or `None`. `city:1000` and `hairball:1000` are of about so many thousand triangles, up to 16,000.
 pub fn by_name(name: &str) -> Option<SceneDescription> {
+    if let Some((kind, thousands)) = name.split_once(':') {
+        let thousands = thousands.parse().ok().filter(|n| (1..=16_000).contains(n))?;
+        return match kind {
+            "city" => Some(city(thousands)),
+            "hairball" => Some(hairball(thousands)),
+            _ => None,
+        };
+    }
     Some(match name {
         "cloud" => cloud(),
         "cornell" => cornell(),
@@ -56,6 +66,20 @@ mod tests {
             assert!(scene.shapes.iter().all(|shape| shape.material < materials));
             assert!(!scene.emitters.is_empty() || scene.shapes.iter().any(|shape| shape.emission.is_some()));
         }
-        assert!(super::by_name("cornel").is_none());
+        for name in ["city:20", "hairball:20"] {
+            let scene = super::by_name(name).unwrap();
+            let triangles: usize = scene
+                .shapes
+                .iter()
+                .map(|shape| match &shape.geometry {
+                    crate::Geometry::Mesh(mesh) => mesh.indices.len(),
+                    crate::Geometry::Sphere(_) => 0,
+                })
+                .sum();
+            assert!((18_000..=20_100).contains(&triangles), "{name}: {triangles}");
+        }
+        for name in ["cornel", "city", "city:0", "city:17000", "city:x", "town:5"] {
+            assert!(super::by_name(name).is_none());
+        }
     }
 }

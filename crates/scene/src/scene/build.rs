@@ -4,15 +4,17 @@ use super::lanes::DiffuseRow;
 use super::primitive::{NONE, SphereRecord, TriangleRecord};
 use super::touching::{OpaqueSurfaces, touching};
 use super::{EmittingSurfaces, Scene};
+use crate::RenderSettings;
 use crate::SceneError;
 use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, PowerTable};
 use crate::medium::build_media;
 use crate::{
-    AcceleratorKind, BuildQuality, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription,
-    ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
+    AcceleratorKind, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription, ShapeDescription,
+    Sphere, SphereGeometry, TriangleMesh,
 };
 use glam::Vec3;
+use lightshed_bvh::Preset;
 use std::ops::Range;
 
 /// How to build a scene.
@@ -20,8 +22,24 @@ use std::ops::Range;
 pub struct BuildOptions {
     /// Tree to trace rays through.
     pub accelerator: AcceleratorKind,
-    /// Effort to spend on it.
-    pub quality: BuildQuality,
+    /// Effort to spend on it; `None` for what takes the least time together with the rays of an image of the description's
+    /// settings ([`BuildOptions::preset`]). What rays hit does not depend on it.
+    pub preset: Option<Preset>,
+}
+
+impl BuildOptions {
+    /// Rays of a sample: two at each vertex of a path of usual length.
+    const RAYS_OF_SAMPLE: f64 = 8.0;
+
+    /// The preset for a scene of so many primitives: the one asked for, or by the number of rays that `settings` tells of.
+    pub fn preset(&self, settings: &RenderSettings, primitives: usize) -> Preset {
+        let pixels = f64::from(settings.width) * f64::from(settings.height);
+        let vertices = settings
+            .max_depth
+            .map_or(f64::INFINITY, |depth| 2.0 * f64::from(depth));
+        let rays = pixels * f64::from(settings.samples_per_pixel) * vertices.min(Self::RAYS_OF_SAMPLE);
+        self.preset.unwrap_or_else(|| Preset::for_rays(primitives, rays))
+    }
 }
 
 #[derive(Default)]
@@ -104,10 +122,14 @@ impl Scene {
         media.look_for_surfaces(&corners, &spheres);
         let bounds = bounds(&corners, &spheres);
         let camera = Camera::new(camera, settings.width, settings.height)?;
-        let emitting = EmittingSurfaces::build(&flat, options);
+        let build = |corners: &[[Vec3; 3]], spheres: &[Sphere]| {
+            let preset = options.preset(settings, corners.len() + spheres.len());
+            Accelerator::build(corners, spheres, options.accelerator, preset)
+        };
+        let emitting = EmittingSurfaces::build(&flat, build);
         let emitters = Emitters::new(flat.emitters, emitters)?;
         let mut scene = Self {
-            accelerator: Accelerator::build(&corners, &spheres, options.accelerator, options.quality),
+            accelerator: build(&corners, &spheres),
             opaque: None,
             has_clear_grid_alone: false,
             touching: Vec::new(),
@@ -136,9 +158,6 @@ impl Scene {
         scene.has_clear_grid_alone = scene.media.media.len() == 1 && scene.media.is_clear(0);
         scene.touching = touching(&scene.triangles, &scene.spheres, materials);
         if scene.has_clear_grid_alone || !scene.touching.is_empty() {
-            let build = |corners: &[[Vec3; 3]], spheres: &[Sphere]| {
-                Accelerator::build(corners, spheres, options.accelerator, options.quality)
-            };
             scene.opaque = Some(OpaqueSurfaces::new(
                 &scene.triangles,
                 &scene.spheres,
@@ -162,7 +181,7 @@ fn bounds(corners: &[[Vec3; 3]], spheres: &[Sphere]) -> [Vec3; 2] {
 }
 
 impl EmittingSurfaces {
-    fn build(flat: &Flattened, options: BuildOptions) -> Self {
+    fn build(flat: &Flattened, build: impl Fn(&[[Vec3; 3]], &[Sphere]) -> Accelerator) -> Self {
         let (mut primitives, mut corners, mut spheres) = (Vec::new(), Vec::new(), Vec::new());
         for (index, triangle) in flat
             .triangles
@@ -177,7 +196,7 @@ impl EmittingSurfaces {
             primitives.push((flat.triangles.len() + index) as u32);
             spheres.push(record.sphere);
         }
-        let accelerator = Accelerator::build(&corners, &spheres, options.accelerator, options.quality);
+        let accelerator = build(&corners, &spheres);
         let mut by_emitter = vec![0; flat.emitters.len()];
         for &primitive in &primitives {
             let emitter = match flat.triangles.get(primitive as usize) {

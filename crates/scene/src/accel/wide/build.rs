@@ -16,9 +16,7 @@ use super::node::{Child, ChildKind, Node};
 use super::{Primitives, WideBvh};
 use crate::accel::block::TriangleBlock;
 use crate::accel::stack::STACK_CAPACITY;
-use glam::Vec3;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
+use lightshed_bvh::{Bvh, Node as BinaryNode, Primitive};
 
 /// Cost of testing eight boxes, and of testing a block of eight triangles or a sphere; only their ratio counts.
 const COST_NODE: f32 = 1.0;
@@ -30,175 +28,89 @@ const LEAF_TRIANGLES: usize = 8;
 /// Deepest tree that the traversal's stack can hold: each level leaves at most seven siblings behind.
 const MAX_DEPTH: usize = (STACK_CAPACITY - 1) / 7;
 
-/// A binary tree over primitives, in the form that the collapse works on: parents before children.
-struct Binary {
-    nodes: Vec<BinaryNode>,
-    /// Primitives in the order of the tree's leaves.
-    primitives: Vec<u32>,
-}
+/// Costs of a subtree that is to become at most `i + 1` children, `i` the index.
+type Costs = [f32; 7];
 
-#[derive(Clone, Copy)]
-struct BinaryNode {
-    bounds: Aabb,
-    /// Children, or `None` for a leaf.
-    children: Option<[u32; 2]>,
-    /// Range of `Binary::primitives` below this node.
-    first: u32,
-    count: u32,
-}
-
-impl Binary {
-    /// Re-lays an obvhs tree in depth-first order, so that every subtree's primitives are contiguous.
-    fn from_bvh2(bvh: &Bvh2) -> Self {
-        let mut tree = Self {
-            nodes: Vec::with_capacity(bvh.nodes.len()),
-            primitives: Vec::new(),
-        };
-        // (index in obvhs, slot to patch in the parent)
-        let mut stack = vec![(0usize, None::<(u32, usize)>)];
-        while let Some((source, parent)) = stack.pop() {
-            let node = &bvh.nodes[source];
-            let index = tree.nodes.len() as u32;
-            if let Some((parent, side)) = parent {
-                tree.nodes[parent as usize].children.get_or_insert([0; 2])[side] = index;
-            }
-            let first = tree.primitives.len() as u32;
-            if node.is_leaf() {
-                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-                tree.primitives.extend_from_slice(&bvh.primitive_indices[range]);
-            } else {
-                let left = node.first_index as usize;
-                stack.push((left + 1, Some((index, 1))));
-                stack.push((left, Some((index, 0))));
-            }
-            tree.nodes.push(BinaryNode {
-                bounds: *node.aabb(),
-                children: None,
-                first,
-                count: node.prim_count,
-            });
-        }
-        tree.sum_counts();
-        tree
-    }
-
-    /// A balanced tree over primitives in the order of their indices' positions along the longest axis: for input on
-    /// which the heuristic's tree degenerates (a million equal triangles, say) and would be too deep to traverse.
-    fn balanced(boxes: &[Aabb]) -> Self {
-        let mut primitives: Vec<u32> = (0..boxes.len() as u32).collect();
-        let all = union(boxes.iter());
-        let axis = (all.max - all.min).max_position();
-        let key = |i: u32| boxes[i as usize].min[axis] + boxes[i as usize].max[axis];
-        primitives.sort_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
-        let mut tree = Self {
-            nodes: Vec::new(),
-            primitives,
-        };
-        let mut stack = vec![(0u32, boxes.len() as u32, None::<(u32, usize)>)];
-        while let Some((first, count, parent)) = stack.pop() {
-            let index = tree.nodes.len() as u32;
-            if let Some((parent, side)) = parent {
-                tree.nodes[parent as usize].children.get_or_insert([0; 2])[side] = index;
-            }
-            if count > 1 {
-                stack.push((first + count / 2, count - count / 2, Some((index, 1))));
-                stack.push((first, count / 2, Some((index, 0))));
-            }
-            let range = first as usize..(first + count) as usize;
-            let bounds = union(tree.primitives[range].iter().map(|&i| &boxes[i as usize]));
-            tree.nodes.push(BinaryNode {
-                bounds,
-                children: None,
-                first,
-                count,
-            });
-        }
-        tree
-    }
-
-    /// Fills in the counts of inner nodes from those of leaves.
-    fn sum_counts(&mut self) {
-        for i in (0..self.nodes.len()).rev() {
-            if let Some([l, r]) = self.nodes[i].children {
-                self.nodes[i].count = self.nodes[l as usize].count + self.nodes[r as usize].count;
-            }
-        }
-    }
-}
-
-fn union<'a>(boxes: impl Iterator<Item = &'a Aabb>) -> Aabb {
-    boxes.fold(Aabb::INVALID, |a, b| a.union(b))
-}
-
-/// How a subtree is best turned into at most `i + 1` children, `i` the index.
+/// How a subtree is best turned into at most `i` children: four bits for each number, which tell how many of them are given to the left
+/// subtree. 0 where one child fewer is as good; for `i = 1`, 0 for a leaf, else the left's share of the eight.
 #[derive(Clone, Copy, Default)]
-struct Plan {
-    cost: [f32; 7],
-    /// Children given to the left subtree; 0 where one child fewer is as good; for `i = 0`: 0 for a leaf, else the
-    /// left's share of the eight.
-    left_share: [u8; 7],
+struct Shares(u32);
+
+impl Shares {
+    #[inline(always)]
+    fn of(self, children: usize) -> usize {
+        (self.0 >> (4 * children) & 15) as usize
+    }
+
+    #[inline(always)]
+    fn set(&mut self, children: usize, share: u32) {
+        self.0 |= share << (4 * children);
+    }
 }
 
-fn plan(tree: &Binary, primitives: &Primitives) -> Vec<Plan> {
-    let mut plans = vec![Plan::default(); tree.nodes.len()];
-    for i in (0..tree.nodes.len()).rev() {
-        let node = &tree.nodes[i];
-        let area = node.bounds.half_area();
+fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
+    let mut plans = vec![Shares::default(); tree.nodes().len()];
+    // From the last node to the first, the subtrees of a node are the last that were finished, the left one on top.
+    let mut finished: Vec<Costs> = Vec::new();
+    for i in (0..plans.len()).rev() {
+        let node = &tree.nodes()[i];
+        let area = node.bounds().half_area();
         let leaf = if can_be_leaf(tree, node, primitives) {
             area * COST_LEAF
         } else {
             f32::INFINITY
         };
-        let Some([left, right]) = node.children else {
-            plans[i] = Plan {
-                cost: [leaf; 7],
-                left_share: [0; 7],
-            };
+        if node.is_leaf() {
+            finished.push([leaf; 7]);
             continue;
+        }
+        let (Some(left), Some(right)) = (finished.pop(), finished.pop()) else {
+            break;
         };
-        let (left, right) = (plans[left as usize], plans[right as usize]);
         // Cost and left share of the best split of `children` between the two subtrees.
         let split = |children: usize| {
-            let mut best = (f32::INFINITY, 1u8);
+            let mut best = (f32::INFINITY, 1);
             for share in children.saturating_sub(7).max(1)..=(children - 1).min(7) {
-                let cost = left.cost[share - 1] + right.cost[children - share - 1];
+                let cost = left[share - 1] + right[children - share - 1];
                 if cost < best.0 {
-                    best = (cost, share as u8);
+                    best = (cost, share as u32);
                 }
             }
             best
         };
-        let mut plan = Plan::default();
+        let (mut costs, mut shares) = (Costs::default(), Shares::default());
         let (inner, share) = split(8);
         let inner = inner + area * COST_NODE;
-        (plan.cost[0], plan.left_share[0]) = if leaf <= inner { (leaf, 0) } else { (inner, share) };
+        costs[0] = if leaf <= inner { leaf } else { inner };
+        shares.set(1, if leaf <= inner { 0 } else { share });
         for children in 2..=7 {
             let (cost, share) = split(children);
-            let fewer = plan.cost[children - 2];
-            (plan.cost[children - 1], plan.left_share[children - 1]) =
-                if fewer <= cost { (fewer, 0) } else { (cost, share) };
+            let fewer = costs[children - 2];
+            costs[children - 1] = if fewer <= cost { fewer } else { cost };
+            shares.set(children, if fewer <= cost { 0 } else { share });
         }
-        plans[i] = plan;
+        plans[i] = shares;
+        finished.push(costs);
     }
     plans
 }
 
-fn can_be_leaf(tree: &Binary, node: &BinaryNode, primitives: &Primitives) -> bool {
+fn can_be_leaf(tree: &Bvh, node: &BinaryNode, primitives: &Primitives) -> bool {
     let count = node.count as usize;
     if count == 1 {
         return true;
     }
     let range = node.first as usize..node.first as usize + count;
     count <= LEAF_TRIANGLES
-        && tree.primitives[range]
+        && tree.order()[range]
             .iter()
             .all(|&i| (i as usize) < primitives.triangles.len())
 }
 
 /// Turns the planned tree into nodes and leaves.
 struct Emitter<'a> {
-    tree: &'a Binary,
-    plans: &'a [Plan],
+    tree: &'a Bvh,
+    plans: &'a [Shares],
     primitives: &'a Primitives<'a>,
     nodes: Vec<Node>,
     blocks: Vec<TriangleBlock>,
@@ -209,27 +121,27 @@ impl Emitter<'_> {
     /// The subtrees that become the children of the wide node for `root`.
     fn children_of(&self, root: u32) -> ([u32; 8], usize) {
         let (mut children, mut count) = ([0; 8], 0);
-        let Some([left, right]) = self.tree.nodes[root as usize].children else {
+        let Some([left, right]) = self.tree.children(root as usize) else {
             children[0] = root;
             return (children, 1);
         };
-        let share = self.plans[root as usize].left_share[0] as usize;
+        let share = self.plans[root as usize].of(1);
         // A root that is best as one leaf still needs a node above it.
         if share == 0 {
             children[0] = root;
             return (children, 1);
         }
-        let mut stack = vec![(right, 8 - share), (left, share)];
+        let mut stack = vec![(right as u32, 8 - share), (left as u32, share)];
         while let Some((node, mut budget)) = stack.pop() {
-            let plan = &self.plans[node as usize];
-            while budget > 1 && plan.left_share[budget - 1] == 0 {
+            let plan = self.plans[node as usize];
+            while budget > 1 && plan.of(budget) == 0 {
                 budget -= 1;
             }
-            match self.tree.nodes[node as usize].children {
+            match self.tree.children(node as usize) {
                 Some([left, right]) if budget > 1 => {
-                    let share = plan.left_share[budget - 1] as usize;
-                    stack.push((right, budget - share));
-                    stack.push((left, share));
+                    let share = plan.of(budget);
+                    stack.push((right as u32, budget - share));
+                    stack.push((left as u32, share));
                 }
                 _ => {
                     children[count] = node;
@@ -242,28 +154,32 @@ impl Emitter<'_> {
 
     /// A slot for each child by where it lies, see [`Node`]: the child that most wants a slot takes it first.
     fn slots(&self, root: u32, children: &[u32]) -> [usize; 8] {
-        let center = |node: u32| {
-            let Aabb { min, max } = self.tree.nodes[node as usize].bounds;
-            min * 0.5 + max * 0.5
-        };
+        let center = |node: u32| self.tree.nodes()[node as usize].bounds().center();
         let middle = center(root);
+        // How much each child wants each slot.
+        let mut wishes = [[0.0f32; 8]; 8];
+        for (wishes, &child) in wishes.iter_mut().zip(children) {
+            let offset = center(child) - middle;
+            for (slot, wish) in wishes.iter_mut().enumerate() {
+                let towards = |axis: usize| {
+                    if slot >> axis & 1 == 1 {
+                        offset[axis]
+                    } else {
+                        -offset[axis]
+                    }
+                };
+                *wish = towards(0) + towards(1) + towards(2);
+            }
+        }
         let mut slots = [0; 8];
         let (mut placed, mut taken) = ([false; 8], [false; 8]);
         for _ in children {
             let mut best = (f32::NEG_INFINITY, 0, 0);
-            for (place, &child) in children.iter().enumerate().filter(|&(place, _)| !placed[place]) {
-                let offset = center(child) - middle;
-                for slot in (0..8).filter(|&slot| !taken[slot]) {
-                    let towards = |axis: usize| {
-                        if slot >> axis & 1 == 1 {
-                            offset[axis]
-                        } else {
-                            -offset[axis]
-                        }
-                    };
-                    let wish = towards(0) + towards(1) + towards(2);
+            for (place, wishes) in wishes[..children.len()].iter().enumerate() {
+                for (slot, &wish) in wishes.iter().enumerate() {
                     // NaN cannot win; the first free slot is there if all wishes are lost to overflow.
-                    if wish > best.0 || best.0 == f32::NEG_INFINITY {
+                    let better = wish > best.0 || best.0 == f32::NEG_INFINITY;
+                    if !placed[place] && !taken[slot] && better {
                         best = (wish, place, slot);
                     }
                 }
@@ -275,17 +191,22 @@ impl Emitter<'_> {
     }
 
     fn is_leaf(&self, node: u32) -> bool {
-        self.tree.nodes[node as usize].children.is_none() || self.plans[node as usize].left_share[0] == 0
+        self.tree.nodes()[node as usize].is_leaf() || self.plans[node as usize].of(1) == 0
     }
 
     fn leaf(&mut self, node: u32) -> Child {
-        let BinaryNode { first, count, .. } = self.tree.nodes[node as usize];
+        let BinaryNode { first, count, .. } = self.tree.nodes()[node as usize];
         let range = first as usize..(first + count) as usize;
-        let members = &self.tree.primitives[range];
+        let members = &self.tree.order()[range];
         let triangles = self.primitives.triangles;
         if let Some(sphere) = (members[0] as usize).checked_sub(triangles.len()) {
             return Child::new(ChildKind::Sphere, sphere);
         }
+        // In the order of their indices: of equal distances the first is taken.
+        let mut sorted = [u32::MAX; LEAF_TRIANGLES];
+        sorted[..members.len()].copy_from_slice(members);
+        sorted.sort_unstable();
+        let members = &sorted[..members.len()];
         self.blocks.push(TriangleBlock::new(
             members.iter().map(|&i| (i, triangles[i as usize])),
         ));
@@ -301,7 +222,7 @@ impl Emitter<'_> {
             let (children, count) = self.children_of(root);
             let slots = self.slots(root, &children[..count]);
             for (&slot, &child) in slots.iter().zip(&children[..count]) {
-                let Aabb { min, max } = self.tree.nodes[child as usize].bounds;
+                let BinaryNode { min, max, .. } = self.tree.nodes()[child as usize];
                 let reference = if self.is_leaf(child) {
                     self.leaf(child)
                 } else {
@@ -309,42 +230,38 @@ impl Emitter<'_> {
                     stack.push((child, self.nodes.len() - 1, depth + 1));
                     Child::new(ChildKind::Node, self.nodes.len() - 1)
                 };
-                self.nodes[index].set(slot, Vec3::from(min), Vec3::from(max), reference);
+                self.nodes[index].set(slot, min, max, reference);
             }
         }
     }
 }
 
-fn collapse<'a>(tree: &'a Binary, plans: &'a [Plan], primitives: &'a Primitives) -> Emitter<'a> {
+fn collapse<'a>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) -> Emitter<'a> {
     let mut emitter = Emitter {
         tree,
         plans,
         primitives,
-        nodes: Vec::new(),
-        blocks: Vec::new(),
+        // About as many as there will be: what is not used is never touched.
+        nodes: Vec::with_capacity(tree.len() / 8 + 1),
+        blocks: Vec::with_capacity(tree.len() / 3 + 1),
         depth: 0,
     };
     emitter.emit();
     emitter
 }
 
-/// Collapses `bvh`, which was built over `boxes` (of the triangles, then the spheres, at least one).
-pub fn build(bvh: &Bvh2, boxes: &[Aabb], primitives: &Primitives) -> WideBvh {
+/// Collapses `tree`, which was built over `shapes` (triangles, then spheres, at least one).
+pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: &Primitives) -> WideBvh {
     let first_sphere = primitives.triangles.len() as u32;
-    let tree = Binary::from_bvh2(bvh);
     let plans = plan(&tree, primitives);
-    let emitted = collapse(&tree, &plans, primitives);
-    if emitted.depth <= MAX_DEPTH {
-        return WideBvh::from_parts(
-            emitted.nodes,
-            emitted.blocks,
-            primitives.spheres.to_vec(),
-            first_sphere,
-        );
+    let mut emitted = collapse(&tree, &plans, primitives);
+    // Input on which the heuristic's tree degenerates (a million equal triangles, say) would be too deep to traverse.
+    let (balanced, plans);
+    if emitted.depth > MAX_DEPTH {
+        balanced = Bvh::balanced(shapes).unwrap_or_default();
+        plans = plan(&balanced, primitives);
+        emitted = collapse(&balanced, &plans, primitives);
     }
-    let tree = Binary::balanced(boxes);
-    let plans = plan(&tree, primitives);
-    let emitted = collapse(&tree, &plans, primitives);
     WideBvh::from_parts(
         emitted.nodes,
         emitted.blocks,

@@ -170,8 +170,10 @@ impl Query for Nearest {
         } else {
             let ray = rays.get(index);
             let sphere = &bvh.spheres[child.index()];
-            if let Some(t) = sphere.intersect(ray.origin, ray.direction, self.t) {
-                self.take_sphere(t, bvh.first_sphere + child.index() as u32);
+            let primitive = bvh.first_sphere + child.index() as u32;
+            let bound = self.bound_of_sphere(primitive);
+            if let Some(t) = sphere.intersect(ray.origin, ray.direction, bound) {
+                self.take_sphere(t, primitive);
             }
         }
         false

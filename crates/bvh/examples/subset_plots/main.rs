@@ -1,0 +1,136 @@
+//! The figures of Dittebrandt 2025 ch. 8, measured here: SVG files in a folder.
+//!
+//! - `speed_up.svg` (fig. 8.5): the model's speed-up over the number of primitives, and the measured one beside binned builds;
+//! - `fractions.svg` (fig. 8.7): the cost of 50 seeds for fractions from 5 to 95 per cent, beside the binned tree's;
+//! - `levels.svg` (fig. 8.8): how many primitives each level touches, from a subset and without.
+//!
+//! `cargo run --release -p lightshed-bvh --example subset_plots -- FOLDER [THOUSANDS]`
+
+mod levels;
+mod plot;
+
+use lightshed_bvh::glam::Vec3;
+use lightshed_bvh::{BuildError, BuildOptions, Builder, Bvh, Method, SubsetOptions};
+use lightshed_sampling::CounterRng;
+use plot::{Line, Plot};
+use std::path::Path;
+use std::time::Instant;
+
+/// Small triangles in heaps, and a few large ones.
+fn triangles(count: usize) -> Vec<[Vec3; 3]> {
+    (0..count as u32)
+        .map(|index| {
+            let heap = CounterRng::new(2, index % 300, 0).next_2d();
+            let mut rng = CounterRng::new(1, index, 0);
+            let mut vector = || Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) - 0.5;
+            let size = if index % 1000 == 0 { 0.2 } else { 0.002 };
+            let at = Vec3::new(heap[0], 0.0, heap[1]) * 10.0 + vector();
+            [at, at + vector() * size, at + vector() * size]
+        })
+        .collect()
+}
+
+fn subset(fraction: f32, seed: u64) -> BuildOptions {
+    Method::Subset(SubsetOptions {
+        fraction,
+        seed,
+        ..SubsetOptions::default()
+    })
+    .into()
+}
+
+/// Least seconds of a few builds in memory that is there, and the tree.
+fn build(triangles: &[[Vec3; 3]], options: BuildOptions, times: usize) -> Result<(f64, Bvh), BuildError> {
+    let (mut builder, mut tree) = (Builder::new(options)?, Bvh::default());
+    let mut best = f64::INFINITY;
+    for _ in 0..times {
+        let start = Instant::now();
+        builder.rebuild(triangles, &mut tree)?;
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    Ok((best, tree))
+}
+
+/// `n log n / (m log m + n log (n / m) + α n log m)`.
+fn model(count: f64, fraction: f64, alpha: f64) -> f64 {
+    let subset = count * fraction;
+    let ours = subset * subset.log2() + count * (count / subset).log2() + alpha * count * subset.log2();
+    count * count.log2() / ours
+}
+
+fn speed_up(folder: &Path, most: usize) -> Result<(), Box<dyn std::error::Error>> {
+    let fraction = SubsetOptions::default().fraction;
+    let sizes: Vec<usize> = (0..10).map(|i| most >> i).filter(|&n| n >= 1000).rev().collect();
+    let mut measured = Vec::new();
+    for &size in &sizes {
+        let triangles = triangles(size);
+        let (binned, _) = build(&triangles, Method::Binned.into(), 4)?;
+        let (ours, _) = build(&triangles, subset(fraction, 0), 4)?;
+        println!("{size} triangles: {:.2} times as fast", binned / ours);
+        measured.push([size as f64, binned / ours]);
+    }
+    let mut lines = vec![Line::new("measured", measured)];
+    for alpha in [0.0, 0.2, 0.4, 0.7] {
+        let points = sizes
+            .iter()
+            .map(|&n| [n as f64, model(n as f64, f64::from(fraction), alpha)]);
+        lines.push(Line::new(format!("model, overhead {alpha}"), points.collect()));
+    }
+    let plot = Plot {
+        title: "Speed-up of a stochastic subset over binned builds",
+        x: "primitives",
+        y: "times as fast",
+        logarithmic: true,
+        lines,
+    };
+    Ok(std::fs::write(folder.join("speed_up.svg"), plot.svg())?)
+}
+
+fn fractions(folder: &Path, triangles: &[[Vec3; 3]]) -> Result<(), Box<dyn std::error::Error>> {
+    const SEEDS: u64 = 50;
+    let (_, binned) = build(triangles, Method::Binned.into(), 1)?;
+    let reference = binned.sah_cost(1.0, 1.0);
+    let (mut least, mut mean, mut most) = (Vec::new(), Vec::new(), Vec::new());
+    for percent in (5..100).step_by(10) {
+        let mut costs = Vec::new();
+        for seed in 0..SEEDS {
+            let (_, tree) = build(triangles, subset(percent as f32 / 100.0, seed), 1)?;
+            costs.push(tree.sah_cost(1.0, 1.0) / reference);
+        }
+        costs.sort_by(f64::total_cmp);
+        let average = costs.iter().sum::<f64>() / SEEDS as f64;
+        println!(
+            "{percent} %: cost {average:.4} of the binned tree's, from {:.4} to {:.4}",
+            costs[0], costs[49]
+        );
+        let x = f64::from(percent);
+        least.push([x, costs[0]]);
+        mean.push([x, average]);
+        most.push([x, costs[costs.len() - 1]]);
+    }
+    let plot = Plot {
+        title: "Cost of trees from subsets, 50 seeds each",
+        x: "primitives in the subset, %",
+        y: "cost, of the binned tree's",
+        logarithmic: false,
+        lines: vec![
+            Line::new("greatest", most),
+            Line::new("mean", mean),
+            Line::new("least", least),
+        ],
+    };
+    Ok(std::fs::write(folder.join("fractions.svg"), plot.svg())?)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().ok_or("a folder for the plots is missing")?;
+    let thousands: usize = arguments.next().map_or(Ok(500), |n| n.parse())?;
+    let folder = Path::new(&folder);
+    std::fs::create_dir_all(folder)?;
+    let most = thousands * 1000;
+    speed_up(folder, most)?;
+    let triangles = triangles(most / 10);
+    fractions(folder, &triangles)?;
+    levels::draw(folder, &triangles)
+}
