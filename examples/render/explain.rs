@@ -1,8 +1,8 @@
 //! `--explain`: what a method does for a scene, and what it leaves out because the scene has no need of it.
 
 use crate::arguments::Arguments;
-use lightshed::integrator::{PathDepth, PathMapping};
-use lightshed::scene::SceneFeatures;
+use lightshed::integrator::{PathDepth, PathMapping, guide_need};
+use lightshed::scene::{Scene, SceneFeatures};
 use serde_json::{Value, json};
 
 /// A part of a method.
@@ -25,12 +25,8 @@ fn count(number: usize, what: &str) -> String {
 }
 
 /// All parts, in the order in which they come.
-fn passes(
-    arguments: &Arguments,
-    scene: &SceneFeatures,
-    max_depth: Option<u32>,
-    roulette_depth: u32,
-) -> Vec<Pass> {
+fn passes(arguments: &Arguments, guided: &Scene, max_depth: Option<u32>, roulette_depth: u32) -> Vec<Pass> {
+    let scene = &SceneFeatures::of(guided);
     let (method, values) = (&arguments.method, arguments.method.values());
     let capabilities = method.capabilities();
     let bounces = capabilities.depth != PathDepth::Direct && max_depth.is_none_or(|depth| depth > 2);
@@ -97,6 +93,18 @@ fn passes(
             "the longest path is not longer than what roulette spares",
         ),
     ];
+    if method.entry().option("guide").is_some() {
+        let (asked, need) = (values.guided_paths().is_some(), guide_need(guided));
+        all.push(pass(
+            "guide of directions",
+            asked && need.is_ok(),
+            "learnt from the paths of the first frames, and dropped if it gains less than it costs",
+            match need {
+                Err(why) if asked => why,
+                _ => "--guide is not given",
+            },
+        ));
+    }
     let knows = capabilities.media;
     all.push(pass(
         "media",
@@ -149,12 +157,7 @@ fn passes(
 }
 
 /// As text, or as JSON.
-pub fn explain(
-    arguments: &Arguments,
-    scene: &SceneFeatures,
-    max_depth: Option<u32>,
-    roulette_depth: u32,
-) -> String {
+pub fn explain(arguments: &Arguments, scene: &Scene, max_depth: Option<u32>, roulette_depth: u32) -> String {
     let all = passes(arguments, scene, max_depth, roulette_depth);
     let method = arguments.method.name();
     if arguments.json {

@@ -18,7 +18,7 @@ use lightshed::film::{
 };
 use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
-use lightshed::scene::{RenderSettings, Scene, SceneDescription, SceneFeatures, builtin, import};
+use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -125,10 +125,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
     if arguments.explain {
         let roulette_depth = scene.settings().roulette_depth;
-        println!(
-            "{}",
-            explain(arguments, &SceneFeatures::of(&scene), max_depth, roulette_depth)
-        );
+        println!("{}", explain(arguments, &scene, max_depth, roulette_depth));
         return Ok(ExitCode::SUCCESS);
     }
     let motion = match arguments.motion {

@@ -54,13 +54,13 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-spatial",
         "gives what it holds, or checks and stores",
-        "Bounds::new Bounds::of_point CubicGrid::cell CubicGrid::new CurveCube::around PointGrid::cell_side PointGrid::new PointGrid::rebuild \
+        "AdaptiveOctree::min AdaptiveOctree::new AdaptiveOctree::side Bounds::new Bounds::of_point CubicGrid::cell CubicGrid::new CurveCube::around PointGrid::cell_side PointGrid::new PointGrid::rebuild \
          SurfaceSite::new SurfaceSite::with_eye_distance",
     ),
     (
         "lightshed-spatial",
         "cells and what lies within a radius, held to exact quotients and to a look at every point by the crate's tests",
-        "CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode PointGrid::for_each_within \
+        "AdaptiveOctree::bounds AdaptiveOctree::leaf_side AdaptiveOctree::slot AdaptiveOctree::slots_of_pair CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode PointGrid::for_each_within \
          SpatialIndex::locate for_each_row_within",
     ),
     (
@@ -192,7 +192,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-scene",
         "makes meshes of built-in scenes",
-        "icosphere quad signed_volume tetrahedron",
+        "icosphere lighthouse_at quad signed_volume tetrahedron",
     ),
     (
         "lightshed-film",
@@ -223,7 +223,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "gives what it holds, or checks and stores",
-        "CameraMotion::orbit CameraMotion::translation MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point VplBrute::new VplGridOptions::new \
+        "CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point VplBrute::new VplGridOptions::new \
          scene_lights shading_point",
     ),
     (

@@ -106,6 +106,10 @@ impl<'a> GpuStage<'a> {
     /// [`GpuError::Settings`] for a method or options that the device does not have, Sobol points among them; others for scenes that it cannot render.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, method: &Method) -> Result<Self, GpuError> {
         let start = on_device(method.name())?;
+        if !method.capabilities().device {
+            let message = format!("the device does not have {method}");
+            return Err(GpuError::Settings(message.into()));
+        }
         let takes_trees = ["direct", "restir-di"].contains(&method.name());
         match method.values().light_choosing() {
             None => (),

@@ -22,6 +22,8 @@ use lightshed_spatial::{AdaptiveOctree, Bounds};
 #[derive(Debug)]
 pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
     pub(crate) partition: P,
+    /// What was asked for; the partition's is larger.
+    bounds: Bounds,
     model: M,
     options: FieldOptions,
     /// [`DirectionalModel::stride`] for each slot.
@@ -98,6 +100,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         };
         Ok(Self {
             partition,
+            bounds,
             model,
             options,
             records,
@@ -117,6 +120,11 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
     /// How it is learnt.
     pub fn options(&self) -> &FieldOptions {
         &self.options
+    }
+
+    /// The box that was asked for.
+    pub fn bounds(&self) -> &Bounds {
+        &self.bounds
     }
 
     /// The partition of space.
@@ -299,7 +307,13 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
                 let bounds = partition.bounds(task.slot);
                 if task.region.has_learnt {
                     let guide = model.directions(task.records, 0.5 * (bounds.min + bounds.max));
-                    let share = learn_share(task.samples, &guide, task.region.share, options.share_prior);
+                    let share = learn_share(
+                        task.samples,
+                        &guide,
+                        task.region.share,
+                        options.share_prior,
+                        options.share_by_variance,
+                    );
                     task.region.share = share;
                 }
                 model.learn(task.records, task.samples, &bounds);

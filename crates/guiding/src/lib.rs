@@ -24,6 +24,7 @@ mod quadtree;
 mod ranges;
 mod recorder;
 mod sample;
+mod saved;
 mod share;
 mod square;
 mod weighted_tree;
@@ -39,6 +40,12 @@ pub use quadtree::{
     CompressedQuadtree, MAX_QUADTREE_BITS, MAX_QUADTREE_DEPTH, QuadtreeCell, QuadtreeModel, QuadtreeOptions,
 };
 pub use sample::{GuidingSample, TrainingSample};
+pub use saved::SavedField;
 pub use weighted_tree::{
     WeightedDirections, WeightedNode, WeightedTree, WeightedTreeModel, WeightedTreeOptions,
 };
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guiding.md")]
+struct Guide;

@@ -32,6 +32,8 @@ pub struct FieldOptions {
     pub max_share: f32,
     /// Smaller shares than this are none: the guide is not asked there.
     pub min_share: f32,
+    /// Whether the share is that of least variance rather than of greatest likelihood.
+    pub share_by_variance: bool,
     /// So many samples in favour of one half are added to those by which the share is learnt.
     pub share_prior: f32,
 }
@@ -39,14 +41,15 @@ pub struct FieldOptions {
 impl Default for FieldOptions {
     fn default() -> Self {
         Self {
-            split_above: 2048,
-            collapse_below: 1024,
+            split_above: 512,
+            collapse_below: 256,
             max_regions: 1 << 20,
             levels: 20,
             interpolation: Interpolation::Jitter,
             first_share: 0.5,
-            max_share: 0.9,
+            max_share: 0.6,
             min_share: 0.05,
+            share_by_variance: false,
             share_prior: 16.0,
         }
     }

@@ -13,6 +13,8 @@ use lightshed_sampling::DirectionDistribution;
 const STEPS: u32 = 6;
 /// Where the steps start at least: a share of zero would stay zero.
 const LEAST_START: f64 = 0.05;
+/// Largest ratio of a density that a sample had to that which it would have.
+const LARGEST_RATIO: f64 = 64.0;
 /// Bits after the binary point of sums that do not depend on the order of their terms.
 const SCALE: f64 = (1u64 << 32) as f64;
 
@@ -23,6 +25,7 @@ pub(crate) fn learn_share(
     guide: &impl DirectionDistribution,
     share: f32,
     prior: f32,
+    by_variance: bool,
 ) -> f32 {
     let largest = samples.iter().map(TrainingSample::weight).fold(0.0, f32::max);
     if !(largest > 0.0) {
@@ -40,23 +43,30 @@ pub(crate) fn learn_share(
             ]
         })
         .collect();
-    let total: u64 = densities.iter().map(|[weight, ..]| fixed(*weight)).sum();
-    let total = total as f64 / SCALE;
-    // Samples of mean weight.
-    let prior = f64::from(prior) * total / samples.len() as f64;
     let mut share = f64::from(share).max(LEAST_START);
     for _ in 0..STEPS {
-        let responsible = |&[weight, scattering, guide]: &[f64; 3]| {
+        let (mut total, mut sum) = (0u64, 0u64);
+        for (&[weight, scattering, guide], sample) in densities.iter().zip(samples) {
             let own = share * guide;
             let together = (1.0 - share) * scattering + own;
-            if together > 0.0 {
-                fixed(weight * (own / together))
+            let responsible = if together > 0.0 { own / together } else { 0.5 };
+            let weight = if by_variance {
+                // `w p` is what the sample found: once more over the density that it would have now.
+                let ratio = f64::from(sample.pdf()) / together.max(f64::MIN_POSITIVE);
+                weight * weight * ratio.min(LARGEST_RATIO)
             } else {
-                fixed(0.5 * weight)
-            }
-        };
-        let sum: u64 = densities.iter().map(responsible).sum();
-        share = (sum as f64 / SCALE + 0.5 * prior) / (total + prior);
+                weight
+            };
+            total += fixed(weight);
+            sum += fixed(weight * responsible);
+        }
+        let (total, sum) = (total as f64 / SCALE, sum as f64 / SCALE);
+        // Samples of mean weight.
+        let prior = f64::from(prior) * total / samples.len() as f64;
+        if !(total + prior > 0.0) {
+            break;
+        }
+        share = (sum + 0.5 * prior) / (total + prior);
     }
     share as f32
 }

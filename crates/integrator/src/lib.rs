@@ -5,6 +5,7 @@
 //! | unidirectional path tracing; direct light by itself | [`PathTracer`], [`DirectLight`] |
 //! | how any of them chooses emitters: by power, or for the point that they light | [`EmitterSampler`], [`LightSelection`] |
 //! | directions by a guide; who is told of paths | [`DirectionGuide`], [`PathObserver`] |
+//! | paths guided by what earlier frames found | [`GuidedPaths`], [`SceneField`] |
 //! | paths through participating media | [`VolumePathTracer`] |
 //! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
 //! | all methods by name, with what they can do and their options | [`METHODS`], [`Method`], [`Stage`] |
@@ -22,6 +23,7 @@ mod camera_motion;
 mod camera_ray;
 mod direct;
 mod emitter_sampler;
+mod guided;
 mod light_selection;
 mod path;
 mod ray_batch;
@@ -39,6 +41,10 @@ pub use direct::lightcuts::{
     CutTree, LightcutError, LightcutOptions, Lightcuts, MAX_CUT_BLOCK, MAX_SUBTREES,
 };
 pub use emitter_sampler::EmitterSampler;
+pub use guided::{
+    FieldDirections, FieldRecorder, GuideError, GuideKind, GuidedPaths, GuidedPathsOptions, SceneField,
+    UnknownGuide, guide_need,
+};
 pub use light_selection::{LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point};
 pub use lightshed_film as film;
 pub use path::PathTracer;

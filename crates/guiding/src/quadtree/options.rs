@@ -26,8 +26,8 @@ impl Default for QuadtreeOptions {
         Self {
             bits: 64,
             migrations: MAX_QUADTREE_BITS / 4,
-            eagerness: 0.7,
-            least_samples: 8,
+            eagerness: 1.0,
+            least_samples: 4,
             prior_samples: 16.0,
             second_moment: false,
         }

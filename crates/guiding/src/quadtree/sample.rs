@@ -1,53 +1,95 @@
 //! The warp from the root down.
 
-use super::bits::inner_count;
-use crate::square::choose_quarter;
+use super::bits::{MAX_QUADTREE_BITS, inner_count};
 use glam::Vec2;
+use lightshed_sampling::ONE_MINUS_EPSILON;
 
-/// Maps `u` in [0, 1)² to the point of the unit square whose density is the tree's. `INNER` is at least the number of inner nodes.
+/// Most leaves, and one.
+const LEAVES: usize = 3 * MAX_QUADTREE_BITS as usize / 4 + 2;
+
+/// `1/n`.
+static RECIPROCALS: [f32; LEAVES] = {
+    let mut table = [1.0; LEAVES];
+    let mut n = 2;
+    while n < LEAVES {
+        table[n] = 1.0 / n as f32;
+        n += 1;
+    }
+    table
+};
+
+/// A leaf that was chosen, and the place in it.
+pub(super) struct Chosen {
+    /// Point of the unit square.
+    pub square: Vec2,
+    /// Depth of the leaf, from 1.
+    pub depth: u32,
+    /// Least Morton code in the leaf.
+    pub code: u32,
+}
+
+/// Maps `u` in [0, 1)² to the point of the unit square whose density is the tree's. `INNER` is more than the number of inner nodes.
 ///
 /// A quarter of a node is chosen with the probability of its share of the node's leaves: first the half along v, then that
 /// along u within it. What is left of each number goes on to the quarter.
 #[inline]
-pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Vec2 {
-    // Leaves below each inner node, and the first inner node among its children. Children stand behind their parents, those of the
-    // last node last: from the back, the children of each are the next ones.
-    let (mut leaves, mut first) = ([0u16; INNER], [0u16; INNER]);
-    let count = (inner_count(words) as usize).min(INNER);
+pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen {
+    // `behind[k]` are the leaves below inner nodes from number k on, `first[k]` is the first inner node among the children of k. Children
+    // stand behind their parents, those of the last node last: from the back, the children of each are the next ones.
+    let (mut behind, mut first) = ([0u16; INNER], [0u16; INNER]);
+    let count = (inner_count(words) as usize).min(INNER - 1);
     let mut next = count;
-    for (index, word) in words.iter().enumerate().rev() {
+    let mut sum = 0;
+    let mut number = count;
+    for word in words.iter().rev() {
         for nibble in (0..8).rev() {
-            let inner = 8 * index + nibble;
-            let children = (word >> (4 * nibble) & 15).count_ones();
-            let mut below = 4 - children as u16;
-            for _ in 0..children {
-                next = next.saturating_sub(1);
-                below += leaves[next % INNER];
-            }
-            leaves[inner % INNER] = below;
-            first[inner % INNER] = next as u16;
+            number = number.saturating_sub(1);
+            // Ones among four bits.
+            let children = (0x4332_3221_3221_2110u64 >> (4 * (word >> (4 * nibble) & 15)) & 15) as usize;
+            let start = next.saturating_sub(children);
+            sum += 4 - children as u16 + behind[start % INNER] - behind[next % INNER];
+            behind[number % INNER] = sum;
+            first[number % INNER] = start as u16;
+            next = start;
         }
     }
-    let (mut corner, mut side, mut u) = (Vec2::ZERO, 1.0, u);
-    let mut inner = 0;
+    let [mut u, mut v] = u;
+    let (mut place, mut depth, mut inner, mut code) = ([0u32; 2], 0, 0usize, 0u32);
     loop {
         let bits = words[inner / 8] >> (4 * (inner % 8)) & 15;
-        let mut below = [1.0; 4];
-        let mut child = usize::from(first[inner % INNER]);
-        let mut children = [0; 4];
-        for quarter in 0..4 {
-            if bits >> quarter & 1 != 0 {
-                below[quarter] = f32::from(leaves[child % INNER]);
-                children[quarter] = child;
-                child += 1;
-            }
+        let start = usize::from(first[inner % INNER]);
+        let mut child = start;
+        let mut below = [1u16; 4];
+        for (quarter, below) in below.iter_mut().enumerate() {
+            let is_inner = bits >> quarter & 1;
+            let leaves = behind[child % INNER] - behind[(child + 1) % INNER];
+            *below = if is_inner != 0 { leaves } else { 1 };
+            child += is_inner as usize;
         }
-        let quarter = choose_quarter(below, &mut u);
-        side *= 0.5;
-        corner += side * Vec2::new((quarter & 1) as f32, (quarter >> 1) as f32);
+        let y = choose(below[0] + below[1], below[2] + below[3], &mut v);
+        let [low, high] = [below[2 * y], below[2 * y + 1]];
+        let x = choose(low, high, &mut u);
+        depth += 1;
+        place = [2 * place[0] + x as u32, 2 * place[1] + y as u32];
+        let quarter = x + 2 * y;
+        code |= (quarter as u32) << (32 - 2 * depth);
         if bits >> quarter & 1 == 0 {
-            return corner + side * Vec2::from(u);
+            // A power of two from its exponent.
+            let side = f32::from_bits((127 - depth) << 23);
+            let corner = Vec2::new(place[0] as f32, place[1] as f32);
+            let square = (corner + Vec2::new(u, v)) * side;
+            return Chosen { square, depth, code };
         }
-        inner = children[quarter];
+        inner = start + (bits & ((1 << quarter) - 1)).count_ones() as usize;
     }
+}
+
+/// Chooses between two numbers of leaves in proportion; what is left of the number is its place in the choice.
+#[inline(always)]
+fn choose(low: u16, high: u16, u: &mut f32) -> usize {
+    let scaled = *u * f32::from(low + high);
+    let is_high = scaled >= f32::from(low);
+    let (start, own) = if is_high { (low, high) } else { (0, low) };
+    *u = ((scaled - f32::from(start)) * RECIPROCALS[usize::from(own) % LEAVES]).min(ONE_MINUS_EPSILON);
+    usize::from(is_high)
 }

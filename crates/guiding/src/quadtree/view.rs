@@ -5,9 +5,7 @@ use super::sample::descend;
 use crate::GuidingError;
 use crate::square::{code_of, direction_of, square_of};
 use glam::Vec3;
-use lightshed_sampling::{
-    Density, DirectionDistribution, SolidAngle, octahedral_to_solid_angle, with_density,
-};
+use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, octahedral_to_solid_angle};
 
 /// A distribution of directions in 32, 64, … 1,024 bits: a quadtree over the octahedral square whose leaves all have the same
 /// probability (§5.5).
@@ -128,12 +126,20 @@ impl<'a> CompressedQuadtree<'a> {
 impl DirectionDistribution for CompressedQuadtree<'_> {
     #[inline]
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
-        let square = if inner_count(self.words) <= 32 {
-            descend::<32>(self.words, u)
-        } else {
-            descend::<256>(self.words, u)
+        let chosen = match inner_count(self.words) {
+            0..=16 => descend::<32>(self.words, u),
+            17..=63 => descend::<64>(self.words, u),
+            _ => descend::<512>(self.words, u),
         };
-        with_density(self, direction_of(square))
+        let direction = direction_of(chosen.square);
+        // Rounding may have moved it into another leaf.
+        let code = code_of(square_of(direction));
+        let depth = match (code ^ chosen.code) >> (32 - 2 * chosen.depth) {
+            0 => chosen.depth,
+            _ => self.depth_at(code),
+        };
+        let density = octahedral_to_solid_angle(Density::new(self.square_density(depth)), direction);
+        Some((direction, density))
     }
 
     #[inline]

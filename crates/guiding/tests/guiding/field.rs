@@ -6,24 +6,25 @@ use lightshed_guiding::{
     BinaryTree, DirectionalModel, FieldOptions, GuidingError, GuidingField, GuidingSample, Interpolation,
     Partition, QuadtreeModel, QuadtreeOptions, WeightedTreeModel, WeightedTreeOptions,
 };
-use lightshed_sampling::{CounterRng, DirectionDistribution, UniformSphere};
+#[cfg(feature = "serde")]
+use lightshed_guiding::{SavedField, WeightedTree};
+use lightshed_sampling::{CounterRng, Density, DirectionDistribution, UniformSphere};
 use lightshed_spatial::{AdaptiveOctree, Bounds};
+use lightshed_testkit::check_faults;
 use rayon::prelude::*;
 
+/// Small regions, of few samples.
 const OPTIONS: FieldOptions = FieldOptions {
     split_above: 500,
     collapse_below: 250,
-    ..FieldOptions {
-        split_above: 0,
-        collapse_below: 0,
-        max_regions: 1 << 16,
-        levels: 20,
-        interpolation: Interpolation::Jitter,
-        first_share: 0.5,
-        max_share: 0.9,
-        min_share: 0.05,
-        share_prior: 16.0,
-    }
+    max_regions: 1 << 16,
+    levels: 20,
+    interpolation: Interpolation::Jitter,
+    first_share: 0.5,
+    max_share: 0.9,
+    min_share: 0.05,
+    share_by_variance: false,
+    share_prior: 16.0,
 };
 
 /// Where densities are compared.
@@ -156,6 +157,119 @@ fn useless_guides_lose_their_share() {
         field.update().unwrap();
     }
     assert!(field.mean_share() < 0.2, "{}", field.mean_share());
+}
+
+/// A field that was saved knows the same; data with one number changed are refused, or differ in that number alone.
+#[test]
+fn saved_fields_are_checked() {
+    let mut field = GuidingField::<_, AdaptiveOctree>::new(UNIT, quadtree(64), OPTIONS).unwrap();
+    field.record(&lobes(8000, 3));
+    field.update().unwrap();
+    let saved = field.save();
+    let loaded = GuidingField::<_, AdaptiveOctree>::load(&saved, quadtree(64), OPTIONS).unwrap();
+    assert_eq!(bits(&loaded), bits(&field));
+    assert_eq!(loaded.save(), saved);
+    // Of another width.
+    let other = GuidingField::<_, AdaptiveOctree>::load(&saved, quadtree(32), OPTIONS);
+    assert!(matches!(other, Err(GuidingError::Damaged(_))));
+    let model = || WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
+    let mut tree = GuidingField::<_, BinaryTree>::new(UNIT, model(), OPTIONS).unwrap();
+    tree.record(&lobes(8000, 3));
+    tree.update().unwrap();
+    let loaded = GuidingField::<_, BinaryTree>::load(&tree.save(), model(), OPTIONS).unwrap();
+    assert_eq!(bits(&loaded), bits(&tree));
+    #[cfg(feature = "serde")]
+    {
+        let text = serde_json::to_value(&saved).unwrap();
+        assert_eq!(
+            serde_json::from_value::<SavedField<u32>>(text.clone()).unwrap(),
+            saved
+        );
+        let refused = |change: &dyn Fn(&mut serde_json::Value)| {
+            let mut text = text.clone();
+            change(&mut text);
+            let Ok(saved) = serde_json::from_value::<SavedField<u32>>(text) else {
+                return true;
+            };
+            GuidingField::<_, AdaptiveOctree>::load(&saved, quadtree(64), OPTIONS).is_err()
+        };
+        assert!(!refused(&|_| ()));
+        assert!(refused(&|text| text["version"] = 2.into()));
+        assert!(refused(&|text| text["partition"][0] = 12345.into()));
+        assert!(refused(&|text| text["records"][6] = u32::MAX.into()));
+        assert!(refused(&|text| text["records"]
+            .as_array_mut()
+            .unwrap()
+            .truncate(5)));
+        assert!(refused(&|text| text["regions"][3]["share"] = 1.5.into()));
+        assert!(refused(&|text| text["bounds"][0][1] = 9.0.into()));
+        let text = serde_json::to_value(tree.save()).unwrap();
+        let refused = |change: &dyn Fn(&mut serde_json::Value)| {
+            let mut text = text.clone();
+            change(&mut text);
+            let Ok(saved) = serde_json::from_value::<SavedField<WeightedTree>>(text) else {
+                return true;
+            };
+            GuidingField::<_, BinaryTree>::load(&saved, model(), OPTIONS).is_err()
+        };
+        assert!(!refused(&|_| ()));
+        assert!(refused(&|text| text["partition"][0] = 0.into()));
+        assert!(refused(
+            &|text| text["records"][0][0]["children"][0] = 4_000_000.into()
+        ));
+        assert!(refused(
+            &|text| text["records"][0][0]["weights"][0] = (-1.0).into()
+        ));
+    }
+}
+
+/// Samples that were not taken uniformly count by their weight: a field learns the same from samples of any density. Without the weight it
+/// learns the density in which they were taken.
+#[test]
+fn samples_count_by_their_weight() {
+    let options = FieldOptions {
+        split_above: u32::MAX,
+        ..OPTIONS
+    };
+    check_faults(&[()], |fault| {
+        let mut field = GuidingField::<_, AdaptiveOctree>::new(UNIT, quadtree(256), options).unwrap();
+        // Light comes from the upper half alike; samples come from two cones alike.
+        let samples: Vec<GuidingSample> = (0..60_000)
+            .map(|i| {
+                let mut rng = CounterRng::new(2, i, 0);
+                let narrow = rng.next_f32() < 0.5;
+                let from = if narrow { 0.8 } else { -1.0 };
+                let z = from + (1.0 - from) * rng.next_f32();
+                let (sin, cos) = (rng.next_f32() * std::f32::consts::TAU).sin_cos();
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                let density = Density::new((0.25 + if z > 0.8 { 2.5 } else { 0.0 }) / std::f32::consts::TAU);
+                let f = if z > 0.0 { 1.0 } else { 0.0 };
+                GuidingSample {
+                    position: Vec3::splat(0.5),
+                    direction: Vec3::new(r * cos, r * sin, z),
+                    distance: 1.0,
+                    weight: if fault.is_some() { f } else { f / density.value() },
+                    pdf: density,
+                    scattering_pdf: density,
+                }
+            })
+            .collect();
+        field.record(&samples);
+        field.update().unwrap();
+        let known = field.at(Vec3::splat(0.5)).ok_or("nothing was learnt")?;
+        let inside = (0..4000u32).filter(|&i| {
+            let (direction, _) = known.sample(CounterRng::new(9, i, 0).next_2d()).unwrap();
+            direction.z > 0.8
+        });
+        // A fifth of the light, and 55 % of the samples.
+        let share = inside.count() as f64 / 4000.0;
+        if (share - 0.2).abs() < 0.06 {
+            Ok(())
+        } else {
+            Err(format!("{share}"))
+        }
+    })
+    .unwrap();
 }
 
 #[test]

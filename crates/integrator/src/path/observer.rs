@@ -58,6 +58,8 @@ pub struct PathDirection {
     /// Density with which the direction was really sampled: of the mixture with a guide where there is one. Infinite for a lobe
     /// without width.
     pub pdf: Density<SolidAngle>,
+    /// Density with which what scatters would have sampled it, lobes without width apart: [`pdf`](Self::pdf) where there is no guide.
+    pub scattering_pdf: Density<SolidAngle>,
     /// Whether it left by a lobe without width.
     pub is_delta: bool,
     /// What radiance that arrives from there counts for in the pixel: `f |cos θ| / p` times the throughput, over the probability

@@ -57,6 +57,8 @@ pub(crate) struct ScatteredDirection {
     pub weight: Rgb,
     /// Over all lobes of some width; infinite for a lobe without.
     pub pdf: Density<SolidAngle>,
+    /// The same without a guide.
+    pub own_pdf: Density<SolidAngle>,
     pub is_delta: bool,
     /// Relative index of refraction, see [`BsdfSample::eta`](lightshed_scene::BsdfSample::eta).
     pub eta: f32,
@@ -131,6 +133,7 @@ impl Vertex for SurfaceVertex {
             direction: self.point.shading.to_world(sample.wi),
             weight: sample.weight,
             pdf: sample.pdf,
+            own_pdf: sample.pdf,
             is_delta: sample.is_delta,
             eta: sample.eta,
         })
@@ -198,6 +201,7 @@ impl Vertex for MediumVertex<'_> {
             direction: sample.direction,
             weight: Rgb::ONE,
             pdf: sample.pdf,
+            own_pdf: sample.pdf,
             is_delta: false,
             eta: 1.0,
         })
@@ -273,13 +277,17 @@ impl<'v, V: Vertex, D: DirectionDistribution> Scattering<'v, V, D> {
         u: [f32; 2],
     ) -> Option<ScatteredDirection> {
         if u_lobe < share {
-            let (direction, _) = directions.sample(u)?;
-            let Scattered { value, pdf } = self.evaluate(direction);
+            // The density that comes with a sample is that of its direction.
+            let (direction, guided) = directions.sample(u)?;
+            let scattered = self.vertex.evaluate(direction);
+            let (value, own) = (scattered.value, scattered.pdf.value() * (1.0 - share));
+            let pdf = Density::<SolidAngle>::new(own + guided.value() * share);
             let weight = value / pdf.value();
             return (pdf.is_positive() && weight.is_finite()).then_some(ScatteredDirection {
                 direction,
                 weight,
                 pdf,
+                own_pdf: scattered.pdf,
                 is_delta: false,
                 eta: 1.0,
             });

@@ -180,7 +180,8 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         })
     }
 
-    /// Lets a path go on from the vertex at the end of its edge number `depth`; the unit direction, or `None` if it ends.
+    /// Lets a path go on from the vertex at the end of its edge number `depth`; the unit direction with its density without a guide, or
+    /// `None` if it ends.
     #[inline(always)]
     pub fn scatter<V: Vertex, D: DirectionDistribution>(
         &self,
@@ -190,7 +191,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         depth: u32,
         u_lobe: f32,
         numbers: &mut impl VertexStream,
-    ) -> Option<Vec3> {
+    ) -> Option<(Vec3, Density<SolidAngle>)> {
         let sample = at.sample(u_lobe, numbers.direction())?;
         path.throughput *= sample.weight;
         if path.throughput == Rgb::ZERO {
@@ -210,7 +211,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
             pdf: sample.pdf,
             is_delta: sample.is_delta,
         });
-        Some(sample.direction)
+        Some((sample.direction, sample.own_pdf))
     }
 
     /// At the end of a path's ray, its edge number `depth`, on a surface: samples an emitter and the next direction. `seen` gets the
@@ -244,7 +245,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
                 ray: light.ray,
                 radiance: before * SurfaceVertex::weighted(&light),
             }),
-            ray: direction.map(|direction| point.spawn(direction)),
+            ray: direction.map(|(direction, _)| point.spawn(direction)),
         }
     }
 }
@@ -263,7 +264,7 @@ pub(crate) fn path_vertex<K>(
     vertex: &impl Vertex,
     depth: u32,
     light: Option<&EmitterLight>,
-    direction: Option<Vec3>,
+    direction: Option<(Vec3, Density<SolidAngle>)>,
 ) -> PathVertex {
     let guided = vertex.guided();
     let onward = direction.zip(path.bounce.as_ref());
@@ -274,9 +275,10 @@ pub(crate) fn path_vertex<K>(
         incoming: -guided.outgoing,
         throughput: before,
         emitter: light.map(|light| light.sampled),
-        onward: onward.map(|(direction, bounce)| PathDirection {
+        onward: onward.map(|((direction, scattering_pdf), bounce)| PathDirection {
             direction,
             pdf: bounce.pdf,
+            scattering_pdf,
             is_delta: bounce.is_delta,
             throughput: path.throughput,
         }),

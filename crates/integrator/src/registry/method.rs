@@ -68,9 +68,18 @@ impl Method {
         self.entry
     }
 
-    /// What it can do.
+    /// What it can do. With a guide it makes frames that depend on those before, and is none of the device's.
     pub fn capabilities(&self) -> MethodCapabilities {
-        self.entry.capabilities
+        let own = self.entry.capabilities;
+        match self.values.guided_paths() {
+            None => own,
+            Some(_) => MethodCapabilities {
+                frames: true,
+                chain: true,
+                device: false,
+                ..own
+            },
+        }
     }
 
     /// MethodValues of its options.

@@ -8,7 +8,7 @@ use super::option::MethodValues;
 use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::{
-    DirectLight, DirectLightOptions, EmitterSampler, Lightcuts, PathReuse, PathTracer, RestirDi,
+    DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, Lightcuts, PathReuse, PathTracer, RestirDi,
     RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
     VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
@@ -42,12 +42,16 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS, options::POINTS],
-        start: |stage, values, _| {
-            by_emitters!(stage, values, sampler => {
-                samples(PathTracer::new(stage.scene(), sampler).with_points(values.points()))
-            })
-        },
+        options: &[
+            options::LIGHTS,
+            options::POINTS,
+            options::GUIDE,
+            options::GUIDE_BITS,
+            options::GUIDE_TRAINING,
+            options::GUIDE_ALWAYS,
+            options::GUIDE_BORDERS,
+        ],
+        start: path,
     },
     MethodEntry {
         name: "volpath",
@@ -270,6 +274,14 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
     by_emitters!(stage, values, sampler => {
         let method = DirectLight::new(stage.scene(), sampler, options).map_err(reason)?;
         samples(method.with_points(values.points()))
+    })
+}
+
+fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
+    let guided = values.guided_paths();
+    by_emitters!(stage, values, sampler => match guided {
+        Some(options) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
+        None => samples(PathTracer::new(stage.scene(), sampler).with_points(values.points())),
     })
 }
 

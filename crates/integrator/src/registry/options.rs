@@ -2,9 +2,10 @@
 
 use super::option::{MethodOption, MethodValues, any, one_of, within};
 use crate::{
-    CutTree, LightChoosing, LightcutOptions, MAX_DIRECT_SAMPLES, PathMapping, ShadowTargets, VplGridOptions,
-    VplOptions,
+    CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions, MAX_DIRECT_SAMPLES, PathMapping,
+    ShadowTargets, VplGridOptions, VplOptions,
 };
+use lightshed_guiding::Interpolation;
 use lightshed_lights::{GridOptions, Levels};
 use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
@@ -25,6 +26,51 @@ pub const POINTS: MethodOption = MethodOption::new(
     "sobol",
     |text| one_of(text, &PointSet::ALL.map(PointSet::name)),
     "Random numbers of a pixel's samples: sobol, stratified over the samples, or independent",
+);
+
+/// What guides directions.
+pub const GUIDE: MethodOption = MethodOption::new(
+    "guide",
+    "WHAT",
+    "none",
+    |text| match text {
+        "none" => Ok(()),
+        _ => one_of(text, &GuideKind::ALL.map(GuideKind::name)),
+    },
+    "What guides directions: none, cdq (quadtrees of a few bits in an octree) or sdtree (quadtrees with weights in a binary tree)",
+);
+
+/// Bits of a quadtree.
+pub const GUIDE_BITS: MethodOption = MethodOption::new(
+    "guide-bits",
+    "BITS",
+    "64",
+    |text| match text.parse::<u32>() {
+        Ok(bits) if bits.is_multiple_of(32) && (32..=1024).contains(&bits) => Ok(()),
+        _ => Err(format!("{text} is not a multiple of 32 in 32..=1024")),
+    },
+    "Bits of a quadtree of --guide cdq",
+);
+
+/// Frames that train a guide.
+pub const GUIDE_TRAINING: MethodOption = MethodOption::new(
+    "guide-training",
+    "FRAMES",
+    "256",
+    any::<u32>,
+    "Frames of four samples a pixel that train the guide",
+);
+
+/// A guide that is trained for ever.
+pub const GUIDE_ALWAYS: MethodOption = MethodOption::switch(
+    "guide-always",
+    "Train the guide by each frame for the next, without end, and never drop it",
+);
+
+/// How regions are blended.
+pub const GUIDE_BORDERS: MethodOption = MethodOption::switch(
+    "guide-borders",
+    "Let a guide's regions end at their borders instead of blending them",
 );
 
 /// Samples of emitters at a point.
@@ -196,6 +242,21 @@ impl MethodValues {
     /// The same, if told.
     pub fn points_given(&self) -> Option<PointSet> {
         self.get(&POINTS)
+    }
+
+    /// How paths are guided, if they are.
+    pub fn guided_paths(&self) -> Option<GuidedPathsOptions> {
+        let mut options = GuidedPathsOptions::new(self.get(&GUIDE)?);
+        options.quadtree.bits = self.get(&GUIDE_BITS).unwrap_or(options.quadtree.bits);
+        options.training = self.get(&GUIDE_TRAINING).unwrap_or(options.training);
+        if self.is_on(&GUIDE_ALWAYS) {
+            (options.every_frame, options.may_drop) = (true, false);
+        }
+        if self.is_on(&GUIDE_BORDERS) {
+            options.field.interpolation = Interpolation::None;
+        }
+        options.points = self.points();
+        Some(options)
     }
 
     /// Samples of emitters at a point.

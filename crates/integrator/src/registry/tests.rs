@@ -17,6 +17,8 @@ fn scene_for(method: &Method) -> Scene {
 fn every_method_is_found_by_its_name_and_renders() {
     let variants = [
         "path:tree",
+        "path:cdq:128",
+        "path:bvh:sdtree:guide-always",
         "direct:open-bvh",
         "direct:bvh:2",
         "lightcuts:bvh",

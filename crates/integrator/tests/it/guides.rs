@@ -87,7 +87,8 @@ struct Scaled(Peak, f32);
 
 impl DirectionDistribution for Scaled {
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
-        self.0.sample(u)
+        let (direction, density) = self.0.sample(u)?;
+        Some((direction, density * self.1))
     }
 
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
@@ -97,13 +98,13 @@ impl DirectionDistribution for Scaled {
 
 const SIDE: u32 = 12;
 
-fn sized(mut description: SceneDescription) -> Scene {
+pub fn sized(mut description: SceneDescription) -> Scene {
     (description.settings.width, description.settings.height) = (SIDE, SIDE);
     Scene::new(&description).unwrap()
 }
 
 /// The image's mean from so many samples of each pixel.
-fn mean(estimator: &impl PixelEstimator, samples: u32, seed: u64) -> MeanTest {
+pub fn mean(estimator: &impl PixelEstimator, samples: u32, seed: u64) -> MeanTest {
     let mut test = MeanTest::new();
     let pixels = (0..SIDE * SIDE).map(|pixel| [pixel % SIDE, pixel / SIDE]);
     for index in 0..samples {

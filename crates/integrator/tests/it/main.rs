@@ -4,6 +4,7 @@
 mod common;
 mod frame_methods;
 mod furnace;
+mod guided;
 mod guides;
 mod lights;
 mod mirrors;

@@ -4,6 +4,7 @@ mod cornell;
 mod doorway;
 mod furnace;
 mod large;
+mod lighthouse;
 mod many_lights;
 mod mesh;
 mod noise;
@@ -15,6 +16,7 @@ pub use cornell::{cornell, cornell_glossy};
 pub use doorway::doorway;
 pub use furnace::furnace;
 pub use large::{city, hairball};
+pub use lighthouse::{lighthouse, lighthouse_at};
 pub use many_lights::many_lights;
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) use mesh::turn;
@@ -22,13 +24,14 @@ pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
 pub use volumes::{cloud, fire, smoke_in_cornell};
 
 /// Names that [`by_name`] knows.
-pub const NAMES: [&str; 8] = [
+pub const NAMES: [&str; 9] = [
     "cloud",
     "cornell",
     "cornell-glossy",
     "doorway",
     "fire",
     "furnace",
+    "lighthouse",
     "many-lights",
     "smoke-in-cornell",
 ];
@@ -50,6 +53,7 @@ pub fn by_name(name: &str) -> Option<SceneDescription> {
         "doorway" => doorway(),
         "fire" => fire(),
         "furnace" => furnace(),
+        "lighthouse" => lighthouse(),
         "many-lights" => many_lights(),
         "smoke-in-cornell" => smoke_in_cornell(),
         _ => return None,

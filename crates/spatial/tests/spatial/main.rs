@@ -7,8 +7,8 @@ mod octree;
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_spatial::glam::{DVec3, Vec3};
 use lightshed_spatial::{
-    CellRanges, CubicGrid, KEY_BITS, KeyedIndex, PointGrid, PointGridError, SpatialIndex, SurfaceSite,
-    finest_bits_below, morton30_decode, sort_by_key,
+    AdaptiveOctree, Bounds, CellRanges, CubicGrid, KEY_BITS, KeyedIndex, PointGrid, PointGridError,
+    SpatialIndex, SurfaceSite, finest_bits_below, morton30_decode, sort_by_key,
 };
 use lightshed_testkit::check_faults;
 use std::collections::{HashMap, HashSet};
@@ -121,6 +121,9 @@ fn indices_keep_their_promises() {
     .expect("every fault is noticed");
     let points = PointGrid::new(&points(4000, 1), 0.1).unwrap();
     check_index(&points, points.cell_side() * 3.0f64.sqrt()).expect("a grid of points is an index");
+    let bounds = Bounds::new(Vec3::splat(-0.5), Vec3::splat(1.5));
+    let tree = AdaptiveOctree::new(bounds).unwrap();
+    check_index(&tree, f64::from(tree.side()) * 0.5 * 3.0f64.sqrt()).expect("an octree is an index");
 }
 
 /// Every point is in the cell where it is located, and is found there alone.

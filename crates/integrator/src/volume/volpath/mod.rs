@@ -290,7 +290,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             trail.vertices.push(seen);
         }
         state.depth += 1;
-        direction
+        direction.map(|(direction, _)| direction)
     }
 }
 

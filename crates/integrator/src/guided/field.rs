@@ -1,0 +1,131 @@
+//! Fields over a scene, as guides of paths.
+
+use super::options::{GuideKind, GuidedPathsOptions};
+use crate::path::guide::{DirectionGuide, GuidedVertex};
+use lightshed_guiding::{
+    BinaryTree, CompressedQuadtree, FieldUpdate, Guidance, GuidingError, GuidingField, GuidingSample,
+    QuadtreeModel, WeightedDirections, WeightedTreeModel,
+};
+use lightshed_lights::Bounds;
+use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
+use lightshed_scene::Scene;
+use lightshed_scene::glam::Vec3;
+
+/// A field of one of the kinds of [`GuideKind`] over a scene: one type for all, so that path tracers are compiled once.
+#[derive(Debug)]
+pub enum SceneField {
+    /// Quadtrees of a few bits in an octree.
+    Quadtree(GuidingField<QuadtreeModel>),
+    /// Quadtrees with weights in a binary tree.
+    SdTree(GuidingField<WeightedTreeModel, BinaryTree>),
+}
+
+/// What a [`SceneField`] knows at a vertex.
+#[derive(Clone, Copy, Debug)]
+pub enum FieldDirections<'a> {
+    /// A quadtree of a few bits.
+    Quadtree(CompressedQuadtree<'a>),
+    /// A quadtree with weights.
+    SdTree(WeightedDirections<'a>),
+}
+
+impl SceneField {
+    /// A field that has learnt nothing.
+    ///
+    /// # Errors
+    /// Options that are refused, a scene without extent.
+    pub fn new(scene: &Scene, options: &GuidedPathsOptions) -> Result<Self, GuidingError> {
+        let [min, max] = scene.bounds();
+        let bounds = Bounds { min, max };
+        Ok(match options.kind {
+            GuideKind::Quadtree => {
+                let model = QuadtreeModel::new(options.quadtree)?;
+                Self::Quadtree(GuidingField::new(bounds, model, options.field)?)
+            }
+            GuideKind::SdTree => {
+                let model = WeightedTreeModel::new(options.weighted)?;
+                Self::SdTree(GuidingField::new(bounds, model, options.field)?)
+            }
+        })
+    }
+
+    /// [`GuidingField::record`].
+    #[inline]
+    pub fn record(&self, samples: &[GuidingSample]) {
+        match self {
+            Self::Quadtree(field) => field.record(samples),
+            Self::SdTree(field) => field.record(samples),
+        }
+    }
+
+    /// [`GuidingField::update`].
+    ///
+    /// # Errors
+    /// Too many regions.
+    pub fn update(&mut self) -> Result<FieldUpdate, GuidingError> {
+        match self {
+            Self::Quadtree(field) => field.update(),
+            Self::SdTree(field) => field.update(),
+        }
+    }
+
+    /// [`GuidingField::forget_samples`].
+    pub fn forget_samples(&mut self) {
+        match self {
+            Self::Quadtree(field) => field.forget_samples(),
+            Self::SdTree(field) => field.forget_samples(),
+        }
+    }
+
+    /// [`GuidingField::mean_share`].
+    pub fn mean_share(&self) -> f32 {
+        match self {
+            Self::Quadtree(field) => field.mean_share(),
+            Self::SdTree(field) => field.mean_share(),
+        }
+    }
+
+    /// [`GuidingField::learnt_regions`].
+    pub fn learnt_regions(&self) -> usize {
+        match self {
+            Self::Quadtree(field) => field.learnt_regions(),
+            Self::SdTree(field) => field.learnt_regions(),
+        }
+    }
+}
+
+impl DirectionDistribution for FieldDirections<'_> {
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
+        match self {
+            Self::Quadtree(directions) => directions.sample(u),
+            Self::SdTree(directions) => directions.sample(u),
+        }
+    }
+
+    #[inline]
+    fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
+        match self {
+            Self::Quadtree(directions) => directions.pdf(direction),
+            Self::SdTree(directions) => directions.pdf(direction),
+        }
+    }
+}
+
+impl DirectionGuide for SceneField {
+    type Distribution<'g> = FieldDirections<'g>;
+
+    #[inline]
+    fn guide(&self, vertex: &GuidedVertex) -> Option<(FieldDirections<'_>, f32)> {
+        match self {
+            Self::Quadtree(field) => {
+                let Guidance { directions, share } = field.at(vertex.position)?;
+                Some((FieldDirections::Quadtree(directions), share))
+            }
+            Self::SdTree(field) => {
+                let Guidance { directions, share } = field.at(vertex.position)?;
+                Some((FieldDirections::SdTree(directions), share))
+            }
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Frames of guided paths.
+
+use super::combination::Combination;
+use super::field::SceneField;
+use super::need::guide_need;
+use super::options::{GuideError, GuidedPathsOptions};
+use super::recorder::FieldRecorder;
+use crate::emitter_sampler::EmitterSampler;
+use crate::path::PathTracer;
+use lightshed_film::{FrameMethod, PixelEstimator, RayCounts, SampledFrames};
+use lightshed_scene::{Rgb, Scene};
+use std::sync::atomic::AtomicBool;
+
+/// Path tracing guided by what earlier frames found.
+///
+/// Directions at a vertex come from the mixture of BSDF and guide ([`DirectionGuide`](crate::DirectionGuide)), whose density enters all weights: each
+/// frame is unbiased whatever the guide has learnt. The samples that train are those that shade. Frames are combined by the inverse of
+/// their variance, and what `render_frame` returns is such that the *mean* of the frames so far is that combination: frame `f` is
+/// `(f + 1) C_f − f C_{f−1}`, which has the expectation of the image but may be negative.
+///
+/// A guide that gains less than it costs is dropped: where the variance of a frame without it, which the first frame shows, is not larger
+/// by more than the cost of guided paths, the rest of the frames are plain paths. The decision depends on samples alone and not on
+/// time.
+pub struct GuidedPaths<'a, S> {
+    scene: &'a Scene,
+    sampler: S,
+    options: GuidedPathsOptions,
+    field: SceneField,
+    combination: Combination,
+    size: [u32; 2],
+    /// Variance of the frame without a guide.
+    unguided: f64,
+    is_dropped: bool,
+    halves: [Vec<Rgb>; 2],
+    before: Vec<Rgb>,
+}
+
+/// What a guided path costs, in plain ones: measured in scenes where a guide is of no use.
+const COST: f64 = 2.5;
+/// Frames after which a guide has to gain what it costs.
+const TRAINED: f64 = 16.0;
+/// Samples that a path gives, about.
+const SAMPLES_OF_PATH: f64 = 4.0;
+
+impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
+    /// Paths with the lengths that the scene's settings ask for.
+    ///
+    /// # Errors
+    /// Options out of range, a scene without extent.
+    pub fn new(scene: &'a Scene, sampler: S, options: GuidedPathsOptions) -> Result<Self, GuideError> {
+        if !options.samples.is_multiple_of(2) || !(2..=1024).contains(&options.samples) {
+            return Err(GuideError::Samples(options.samples));
+        }
+        let settings = scene.settings();
+        let size = [settings.width, settings.height];
+        let pixels = size[0] as usize * size[1] as usize;
+        Ok(Self {
+            scene,
+            sampler,
+            options,
+            field: SceneField::new(scene, &options)?,
+            combination: Combination::new(size),
+            size,
+            unguided: 0.0,
+            is_dropped: guide_need(scene).is_err(),
+            halves: [vec![Rgb::ZERO; pixels], vec![Rgb::ZERO; pixels]],
+            before: vec![Rgb::ZERO; pixels],
+        })
+    }
+
+    /// What was learnt.
+    pub fn field(&self) -> &SceneField {
+        &self.field
+    }
+
+    /// Whether the guide was dropped, or left out because the scene has nothing to guide.
+    pub fn is_dropped(&self) -> bool {
+        self.is_dropped
+    }
+
+    /// Estimate of the variance of the last frame by itself, summed over pixels and channels.
+    pub fn last_variance(&self) -> f64 {
+        self.combination.last_variance()
+    }
+
+    fn trains(&self, frame: u32) -> bool {
+        self.options.every_frame || frame < self.options.training
+    }
+
+    /// Whether the guide learns after this frame.
+    fn learns_after(&self, frame: u32) -> bool {
+        self.trains(frame) && (self.options.every_frame || (frame + 1).is_power_of_two())
+    }
+
+    /// Renders both halves of a frame. `None` if it was cancelled.
+    fn halves(&mut self, frame: u32, seed: u64, cancel: &AtomicBool) -> Option<RayCounts> {
+        let plain = PathTracer::new(self.scene, self.sampler).with_points(self.options.points);
+        if self.is_dropped {
+            return self.render(plain, frame, seed, cancel);
+        }
+        // The field is lent to the tracer while the images are written.
+        let field = &self.field;
+        if self.trains(frame) {
+            // Frames from one update to the next.
+            let frames = match self.options.every_frame {
+                true => 1,
+                false => (frame + 1).next_power_of_two() / 2,
+            };
+            let pixels = f64::from(self.size[0]) * f64::from(self.size[1]);
+            let expected =
+                pixels * f64::from(self.options.samples) * f64::from(frames.max(1)) * SAMPLES_OF_PATH;
+            let share = (f64::from(self.options.max_recorded) / expected).min(1.0);
+            let recorder = FieldRecorder::new(field, share);
+            let (size, samples) = (self.size, self.options.samples / 2);
+            let tracer = plain.with_guide(field).with_observer(recorder);
+            return render(tracer, size, samples, &mut self.halves, frame, seed, cancel);
+        }
+        let (size, samples) = (self.size, self.options.samples / 2);
+        render(
+            plain.with_guide(field),
+            size,
+            samples,
+            &mut self.halves,
+            frame,
+            seed,
+            cancel,
+        )
+    }
+
+    fn render(
+        &mut self,
+        tracer: impl PixelEstimator + Send,
+        frame: u32,
+        seed: u64,
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let (size, samples) = (self.size, self.options.samples / 2);
+        render(tracer, size, samples, &mut self.halves, frame, seed, cancel)
+    }
+
+    /// Learns, and decides whether that was worth it.
+    fn learn(&mut self, frame: u32) {
+        let (variance, trains) = (self.combination.variance(), self.learns_after(frame));
+        if self.is_dropped || !(trains || frame + 1 == self.options.training) {
+            return;
+        }
+        self.combination.next_iteration();
+        if frame == 0 {
+            self.unguided = variance;
+        }
+        // A guide that has learnt little must only gain, one that is trained must gain what it costs.
+        let progress = f64::from(frame + 1).log2() / TRAINED.log2();
+        let cost = COST.powf((2.0 * progress - 1.0).clamp(0.0, 1.0));
+        if frame > 0 && self.options.may_drop && variance * cost >= self.unguided {
+            self.is_dropped = true;
+            self.field.forget_samples();
+            return;
+        }
+        // Too many regions are no reason to stop: what was learnt stays.
+        let _ = self.field.update();
+    }
+}
+
+/// Renders the frames `2 f` and `2 f + 1` of half the samples each.
+fn render(
+    tracer: impl PixelEstimator + Send,
+    size: [u32; 2],
+    samples: u32,
+    halves: &mut [Vec<Rgb>; 2],
+    frame: u32,
+    seed: u64,
+    cancel: &AtomicBool,
+) -> Option<RayCounts> {
+    let mut frames = SampledFrames::new(tracer, size, samples);
+    let mut rays = RayCounts::default();
+    for (half, image) in (0..).zip(halves) {
+        rays += frames.render_frame(frame.wrapping_mul(2).wrapping_add(half), seed, image, cancel)?;
+    }
+    Some(rays)
+}
+
+impl<S: EmitterSampler + Copy + Send> FrameMethod for GuidedPaths<'_, S> {
+    fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let rays = self.halves(frame, seed, cancel)?;
+        let [first, second] = &self.halves;
+        self.combination.add([first, second]);
+        let (number, before) = (frame as f32, &mut self.before);
+        self.combination.image(|pixel, value| {
+            image[pixel] = value + number * (value - before[pixel]);
+            before[pixel] = value;
+        });
+        self.learn(frame);
+        Some(rays)
+    }
+}

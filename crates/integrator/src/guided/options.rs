@@ -1,0 +1,126 @@
+//! What guides, and how it is trained.
+
+use lightshed_guiding::{FieldOptions, GuidingError, QuadtreeOptions, WeightedTreeOptions};
+use lightshed_sampling::PointSet;
+use std::fmt;
+use std::str::FromStr;
+
+/// What a guide learns in each region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum GuideKind {
+    /// Quadtrees of a few bits in an octree.
+    Quadtree,
+    /// Quadtrees with weights in a binary tree: an SD-tree.
+    SdTree,
+}
+
+impl GuideKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Quadtree, Self::SdTree];
+
+    /// The name by which [`FromStr`] finds it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quadtree => "cdq",
+            Self::SdTree => "sdtree",
+        }
+    }
+}
+
+/// A name that none of [`GuideKind::ALL`] has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownGuide(String);
+
+impl fmt::Display for UnknownGuide {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = GuideKind::ALL.map(GuideKind::name).join(", ");
+        write!(f, "{} is not one of {names}", self.0)
+    }
+}
+
+impl std::error::Error for UnknownGuide {}
+
+impl FromStr for GuideKind {
+    type Err = UnknownGuide;
+
+    fn from_str(name: &str) -> Result<Self, UnknownGuide> {
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        found.ok_or_else(|| UnknownGuide(name.to_owned()))
+    }
+}
+
+/// How paths are guided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuidedPathsOptions {
+    /// What is learnt.
+    pub kind: GuideKind,
+    /// How trees of a few bits learn.
+    pub quadtree: QuadtreeOptions,
+    /// How trees with weights learn.
+    pub weighted: WeightedTreeOptions,
+    /// How regions are divided and shares are learnt.
+    pub field: FieldOptions,
+    /// Frames that train; the guide learns after the first, the second, the fourth and so on.
+    pub training: u32,
+    /// Whether the guide learns after every frame instead, for ever: for what moves.
+    pub every_frame: bool,
+    /// The random numbers of a pixel's samples.
+    pub points: PointSet,
+    /// Samples in each pixel of a frame: an even number.
+    pub samples: u32,
+    /// Most samples that wait for an update; of more, some are left out.
+    pub max_recorded: u32,
+    /// Whether a guide that gains less than it costs is dropped once it is trained.
+    pub may_drop: bool,
+}
+
+impl GuidedPathsOptions {
+    /// The defaults of a kind of guide.
+    pub fn new(kind: GuideKind) -> Self {
+        Self {
+            kind,
+            quadtree: QuadtreeOptions::default(),
+            weighted: WeightedTreeOptions::default(),
+            field: FieldOptions::default(),
+            training: 256,
+            every_frame: false,
+            points: PointSet::Sobol,
+            samples: 4,
+            max_recorded: 1 << 23,
+            may_drop: true,
+        }
+    }
+}
+
+/// Why paths cannot be guided.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum GuideError {
+    /// The samples of a frame are not an even number from 2 to 1,024.
+    Samples(u32),
+    /// Options of the guide, or a scene without extent.
+    Guiding(GuidingError),
+}
+
+impl fmt::Display for GuideError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Samples(samples) => {
+                write!(
+                    f,
+                    "{samples} samples in each pixel of a frame: it must be an even number in 2..=1024"
+                )
+            }
+            Self::Guiding(error) => write!(f, "{error}"),
+        }
+    }
+}
+
+impl std::error::Error for GuideError {}
+
+impl From<GuidingError> for GuideError {
+    fn from(error: GuidingError) -> Self {
+        Self::Guiding(error)
+    }
+}

@@ -1,0 +1,92 @@
+//! Paths as samples for a field.
+
+use super::field::SceneField;
+use crate::path::observer::{ObservedPath, PathObserver};
+use lightshed_guiding::GuidingSample;
+use lightshed_sampling::{CounterRng, Density, luminance};
+use lightshed_scene::Rgb;
+use lightshed_scene::glam::Vec3;
+
+/// Hands what paths find to a field, vertex by vertex.
+///
+/// A vertex at which a path went on by a lobe of some width gives a sample of weight `w = Y(L_o)`: the luminance of what was found from
+/// there on, over the throughput up to the vertex, so that `w` estimates `∫ f |cos θ| L_i dω` by the density of the mixture that was
+/// really sampled, with the MIS weights of emitters that were met and with all factors of roulette. Emitters that were sampled at the vertex
+/// itself do not count: a guide does not help to find them.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldRecorder<'f> {
+    field: &'f SceneField,
+    /// Paths are kept whose random word is not above this.
+    threshold: u32,
+}
+
+/// The word of a path's stream that decides whether it is kept: none that the path itself uses.
+const KEEP_WORD: u32 = u32::MAX;
+/// Samples that go to the field together.
+const TOGETHER: usize = 16;
+
+impl<'f> FieldRecorder<'f> {
+    /// Keeps this share of the paths, chosen by the names of their samples.
+    pub fn new(field: &'f SceneField, share: f64) -> Self {
+        let threshold = (share * f64::from(u32::MAX)) as u32;
+        Self { field, threshold }
+    }
+}
+
+impl PathObserver for FieldRecorder<'_> {
+    fn observe(&self, path: &ObservedPath<'_>) {
+        // Nothing is learnt from what found nothing.
+        if path.contributions.is_empty() {
+            return;
+        }
+        let pixel = path.id.y << 16 | path.id.x;
+        if self.threshold < u32::MAX
+            && CounterRng::at(path.seed, pixel, path.id.index, KEEP_WORD) > self.threshold
+        {
+            return;
+        }
+        let mut samples = [NOTHING; TOGETHER];
+        let mut count = 0;
+        for (index, vertex) in path.vertices.iter().enumerate() {
+            let Some(onward) = vertex.onward.filter(|onward| !onward.is_delta) else {
+                continue;
+            };
+            let behind = path.contributions.iter();
+            let behind =
+                behind.filter(|light| light.edges > vertex.depth + u32::from(light.is_sampled_emitter));
+            let found: Rgb = behind.map(|light| light.radiance).sum();
+            if found == Rgb::ZERO {
+                continue;
+            }
+            let over = |found: f32, throughput: f32| if throughput > 0.0 { found / throughput } else { 0.0 };
+            let Rgb { x, y, z } = vertex.throughput;
+            let scattered = Rgb::new(over(found.x, x), over(found.y, y), over(found.z, z));
+            let next = path.vertices.get(index + 1);
+            samples[count] = GuidingSample {
+                position: vertex.position,
+                direction: onward.direction,
+                distance: next.map_or(f32::INFINITY, |next| next.position.distance(vertex.position)),
+                weight: luminance(scattered),
+                pdf: onward.pdf,
+                scattering_pdf: onward.scattering_pdf,
+            };
+            count += 1;
+            if count == TOGETHER {
+                self.field.record(&samples);
+                count = 0;
+            }
+        }
+        if count > 0 {
+            self.field.record(&samples[..count]);
+        }
+    }
+}
+
+const NOTHING: GuidingSample = GuidingSample {
+    position: Vec3::ZERO,
+    direction: Vec3::Z,
+    distance: 0.0,
+    weight: 0.0,
+    pdf: Density::ZERO,
+    scattering_pdf: Density::ZERO,
+};
