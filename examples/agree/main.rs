@@ -1,16 +1,18 @@
 //! Says how far the means of two methods are from each other, from independent shards of each.
 //!
 //! ```text
-//! cargo run --release --no-default-features --features evaluate --example agree -- path.shard-*.exr --against reuse.shard-*.exr --within 0.01
+//! cargo build --release --no-default-features --features evaluate --example agree
+//! agree path.shard-*.exr --against reuse.shard-*.exr --within 0.01
 //! ```
 //!
-//! Shards come from `render --shard`, of any number of seeds; a folder stands for all in it. The first method is the baseline. For each channel
-//! it prints the relative difference of the image's mean, with its interval, and whether that lies within the tolerance; and which tile
-//! differs most for its noise. Noise is told by the spread of shards, which are independent, and not by that of pixels or frames, which
-//! need not be.
+//! Shards come from `render --shard`, of any number of seeds; a folder stands for all in it. The
+//! first method is the baseline. For each channel it prints the relative difference of the image's
+//! mean, with its interval, and whether that lies within the tolerance; and which tile differs most
+//! for its noise. Noise is told by the spread of shards, which are independent, and not by that of
+//! pixels or frames, which need not be.
 //!
-//! The exit status is 0 if all channels agree or nothing was asked, 1 if shards were refused, 3 if a channel differs, 4 if none differs but
-//! shards are too few to tell.
+//! The exit status is 0 if all channels agree or nothing was asked, 1 if shards were refused, 3 if
+//! a channel differs, 4 if none differs but shards are too few to tell.
 
 mod shards;
 
@@ -45,7 +47,8 @@ struct Arguments {
     #[arg(long, value_name = "PIXELS", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     tile: u32,
 
-    /// Makes the other method's values so much larger, to see whether a bias of that size would be found.
+    /// Makes the other method's values so much larger, to see whether a bias of that size would be
+    /// found.
     #[arg(
         long,
         value_name = "PERCENT",

@@ -1,14 +1,17 @@
 //! Merges shards of images into images: the same bits whatever order the files are given in.
 //!
 //! ```text
-//! cargo run --release --no-default-features --features film --example merge -- image.shard-*.exr --out image.exr
+//! cargo build --release --no-default-features --features film --example merge
+//! merge image.shard-*.exr --out image.exr
 //! ```
 //!
-//! Shards come from `render --shard`; a folder stands for all of them in it. Those of several frames make several images, numbered. A shard
-//! that is damaged, truncated, of another image or has samples in common with another one is refused, and so is a merge that
-//! lacks samples unless `--allow-missing` is given. `--status` merges nothing and says what is there.
+//! Shards come from `render --shard`; a folder stands for all of them in it. Those of several
+//! frames make several images, numbered. A shard that is damaged, truncated, of another image or
+//! has samples in common with another one is refused, and so is a merge that lacks samples unless
+//! `--allow-missing` is given. `--status` merges nothing and says what is there.
 //!
-//! The exit status is 0 if all went well, 1 if shards were refused or are missing, 2 if the command line is wrong.
+//! The exit status is 0 if all went well, 1 if shards were refused or are missing, 2 if the command
+//! line is wrong.
 
 mod images;
 mod report;

@@ -100,7 +100,8 @@ pub fn file_of(path: &Path, frame: Option<u32>, part: Option<ShardPart>) -> Path
     path.with_file_name(name)
 }
 
-/// What all shards of the image have in common. The scene is that of the frame, its settings those of the command line.
+/// What all shards of the image have in common. The scene is that of the frame, its settings those
+/// of the command line.
 pub fn image_key(
     arguments: &Arguments,
     description: &SceneDescription,
@@ -139,8 +140,8 @@ pub fn image_key(
     }
 }
 
-/// Whether samples of different shards are independent of each other: not those of a point set, unless each shard is a chain with a seed of
-/// its own.
+/// Whether samples of different shards are independent of each other: not those of a point set,
+/// unless each shard is a chain with a seed of its own.
 fn has_independent_samples(method: &Method) -> bool {
     let of_points = method.entry().option("points").is_some() && method.values().points() == PointSet::Sobol;
     method.capabilities().chain || !of_points
@@ -173,7 +174,8 @@ pub fn header_of(key: ImageKey, part: ShardPart) -> Result<ShardHeader, Failure>
     Ok(header)
 }
 
-/// What a shard asks of the render loop. Where frames follow from each other, a shard is a chain of its own, from frame 0 on.
+/// What a shard asks of the render loop. Where frames follow from each other, a shard is a chain of
+/// its own, from frame 0 on.
 pub fn options_of(
     header: &ShardHeader,
     capabilities: MethodCapabilities,

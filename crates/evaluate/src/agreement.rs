@@ -1,13 +1,16 @@
-//! Whether two methods have the same expectation: differences of means with intervals, from independent parts.
+//! Whether two methods have the same expectation: differences of means with intervals, from
+//! independent parts.
 //!
-//! Pixels that share samples are correlated, and so are frames of a chain. What is independent are *shards*: other samples, other frames that
-//! share nothing, other seeds. A shard `k` of `n_k` samples is therefore *one* value `x_k` of each mean, of a tile or of the whole image. Its
+//! Pixels that share samples are correlated, and so are frames of a chain. What is independent are
+//! *shards*: other samples, other frames that share nothing, other seeds. A shard `k` of `n_k`
+//! samples is therefore *one* value `x_k` of each mean, of a tile or of the whole image. Its
 //! variance is `σ² / n_k`, so that
 //!
 //! > `x̄ = Σ n_k x_k / N`, `s² = Σ n_k (x_k − x̄)² / ((K − 1) N)`, `N = Σ n_k`
 //!
-//! estimate the mean and the variance of that estimate from `K` shards. Two methods differ by `x̄_b − x̄_a`; its interval is Student's
-//! with the degrees of freedom of Welch (1947) and Satterthwaite (1946).
+//! estimate the mean and the variance of that estimate from `K` shards. Two methods differ by `x̄_b
+//! − x̄_a`; its interval is Student's with the degrees of freedom of Welch (1947) and Satterthwaite
+//! (1946).
 
 use crate::EvaluateError;
 use lightshed_film::Film;
@@ -59,7 +62,8 @@ pub struct ShardMeans {
 }
 
 impl ShardMeans {
-    /// No shard yet, of images of `size` pixels with tiles of `tile` pixels a side; those at the right and bottom edge may be smaller.
+    /// No shard yet, of images of `size` pixels with tiles of `tile` pixels a side; those at the
+    /// right and bottom edge may be smaller.
     pub fn new(size: [u32; 2], tile: u32) -> Self {
         let tile = tile.max(1);
         let tiles = size.map(|side| side.div_ceil(tile) as usize);
@@ -71,10 +75,12 @@ impl ShardMeans {
         }
     }
 
-    /// Adds a shard: its film is one value of every mean, which weighs as many samples as it has in a pixel.
+    /// Adds a shard: its film is one value of every mean, which weighs as many samples as it has in
+    /// a pixel.
     ///
     /// # Errors
-    /// [`EvaluateError::Size`] of a film of another size; [`EvaluateError::Record`] of one without samples.
+    /// [`EvaluateError::Size`] of a film of another size; [`EvaluateError::Record`] of one without
+    /// samples.
     pub fn push(&mut self, film: &Film) -> Result<(), EvaluateError> {
         let [width, height] = self.size;
         if [film.width(), film.height()] != self.size {
@@ -113,7 +119,8 @@ impl ShardMeans {
         Ok(())
     }
 
-    /// As if all values were `factor` times what they are: a bias planted, to see whether it would be found.
+    /// As if all values were `factor` times what they are: a bias planted, to see whether it would
+    /// be found.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         for mean in self.parts.as_flattened_mut() {
@@ -144,7 +151,8 @@ impl ShardMeans {
     /// How far `other`'s means are from these.
     ///
     /// # Errors
-    /// [`EvaluateError::Size`] of images or tiles of different size, [`EvaluateError::Record`] of fewer than two shards of either.
+    /// [`EvaluateError::Size`] of images or tiles of different size, [`EvaluateError::Record`] of
+    /// fewer than two shards of either.
     pub fn compare(&self, other: &Self) -> Result<Agreement, EvaluateError> {
         if (self.size, self.tile) != (other.size, other.tile) {
             return Err(EvaluateError::Size {
@@ -251,8 +259,9 @@ impl MeanDifference {
         }
     }
 
-    /// `b / a − 1` of the two means, with the interval that holds the true one in `confidence` of all cases if means of shards are normally
-    /// distributed. `None` where the baseline is black, or nothing varies.
+    /// `b / a − 1` of the two means, with the interval that holds the true one in `confidence` of
+    /// all cases if means of shards are normally distributed. `None` where the baseline is black,
+    /// or nothing varies.
     pub fn relative(&self, confidence: f64) -> Option<RelativeInterval> {
         let quantile = self
             .student()?
@@ -265,7 +274,8 @@ impl MeanDifference {
         })
     }
 
-    /// Probability of a difference at least as large if there were none; `None` where nothing varies.
+    /// Probability of a difference at least as large if there were none; `None` where nothing
+    /// varies.
     pub fn p_value(&self) -> Option<f64> {
         let t = self.difference / self.standard_error;
         Some(2.0 * self.student()?.cdf(-t.abs()))
@@ -293,8 +303,8 @@ impl RelativeInterval {
 }
 
 impl Agreement {
-    /// The tile and channel that differ most for their noise, and the probability that any of all would differ as much by chance
-    /// (Bonferroni's bound); `None` where nothing varies.
+    /// The tile and channel that differ most for their noise, and the probability that any of all
+    /// would differ as much by chance (Bonferroni's bound); `None` where nothing varies.
     pub fn worst_tile(&self) -> Option<(&TileDifference, usize, f64)> {
         let all = self.tiles.iter().flat_map(|tile| {
             let channels = tile.channels.iter().enumerate();
@@ -314,7 +324,8 @@ mod tests {
 
     const SIZE: [u32; 2] = [12, 8];
 
-    /// A shard of `samples` frames of mean `scale · (1 + noise / 2)`. Four pixels in a row share nearly all of their noise.
+    /// A shard of `samples` frames of mean `scale · (1 + noise / 2)`. Four pixels in a row share
+    /// nearly all of their noise.
     fn shard(number: u32, samples: u32, scale: f32, noise: f32) -> Film {
         let mut film = Film::new(SIZE[0], SIZE[1]).unwrap();
         for sample in 0..samples {
@@ -384,7 +395,8 @@ mod tests {
     enum Fault {
         /// Pixels taken for independent: the variance of the mean from those of pixels.
         IndependentPixels,
-        /// Every sample taken for a shard of its own length: the spread of shards without their weights.
+        /// Every sample taken for a shard of its own length: the spread of shards without their
+        /// weights.
         Unweighted,
     }
 
@@ -416,7 +428,8 @@ mod tests {
         }
     }
 
-    /// Of 600 intervals of 95 %, between 543 and 594 hold the truth, but for about 1 case in 10⁴ (binomial).
+    /// Of 600 intervals of 95 %, between 543 and 594 hold the truth, but for about 1 case in 10⁴
+    /// (binomial).
     #[test]
     fn intervals_hold_the_truth_as_often_as_they_say() {
         check_faults(&[Fault::IndependentPixels, Fault::Unweighted], |fault| {

@@ -4,8 +4,9 @@
 //! cargo bench -p lightshed-film --bench shards -- 64 /a/folder 3
 //! ```
 //!
-//! writes so many shards of 1920×1080 (141 MB each) into the folder, reads their bytes and merges them, three times each in turns, and removes
-//! them. With files that memory holds it is the processor that is measured; with more, the disk as well.
+//! writes so many shards of 1920×1080 (141 MB each) into the folder, reads their bytes and merges
+//! them, three times each in turns, and removes them. With files that memory holds it is the
+//! processor that is measured; with more, the disk as well.
 
 use lightshed_film::{
     Film, ImageKey, OutputTarget, Rgb, Shard, ShardFile, ShardHeader, ShardPart, ShardSet,

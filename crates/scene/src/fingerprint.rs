@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-/// A running fingerprint of 64 bits: each step `h ← (h ⊕ w) p`, `h ← h ⊕ (h ≫ 32)`, with Fowler, Noll and Vo's prime `p`, is a bijection of `h`
-/// and of `w`. It tells data apart that differ by chance or mistake, not by intent.
+/// A running fingerprint of 64 bits: each step `h ← (h ⊕ w) p`, `h ← h ⊕ (h ≫ 32)`, with Fowler,
+/// Noll and Vo's prime `p`, is a bijection of `h` and of `w`. It tells data apart that differ by
+/// chance or mistake, not by intent.
 #[derive(Clone)]
 pub(crate) struct Fingerprint(u64);
 
@@ -33,7 +34,8 @@ impl Fingerprint {
         }
     }
 
-    /// Adds what `value` shows of itself. Real numbers are shown with as many digits as tell them apart.
+    /// Adds what `value` shows of itself. Real numbers are shown with as many digits as tell them
+    /// apart.
     pub(crate) fn shown(&mut self, value: &dyn fmt::Debug) {
         // Writing to a fingerprint does not fail.
         let _ = fmt::Write::write_fmt(self, format_args!("{value:?}"));

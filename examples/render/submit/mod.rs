@@ -1,8 +1,8 @@
 //! `--submit`: a folder with what a scheduler needs to render all shards of all frames.
 //!
-//! Every folder has `task.sh`, which renders the task whose number it is given, `merge.sh`, which merges what is there, and a
-//! `README.md` of a few lines; and what the scheduler reads. A task whose shard is there ends at once, so that submitting again renders what
-//! is missing.
+//! Every folder has `task.sh`, which renders the task whose number it is given, `merge.sh`, which
+//! merges what is there, and a `README.md` of a few lines; and what the scheduler reads. A task
+//! whose shard is there ends at once, so that submitting again renders what is missing.
 
 mod job;
 mod openjd;

@@ -12,7 +12,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Measures a part of the repeats of all scenes, one after the other. Whether it was interrupted, with nothing left of the scene at work.
+/// Measures a part of the repeats of all scenes, one after the other. Whether it was interrupted,
+/// with nothing left of the scene at work.
 pub fn measure(
     arguments: &Arguments,
     part: ShardPart,

@@ -1,6 +1,8 @@
-//! Shards merged a few rows at a time: what is read of one shard is merged while it is still in the cache.
+//! Shards merged a few rows at a time: what is read of one shard is merged while it is still in the
+//! cache.
 //!
-//! Memory is that of the film and, for each thread, of eight rows of a shard, however many shards there are.
+//! Memory is that of the film and, for each thread, of eight rows of a shard, however many shards
+//! there are.
 
 use super::Shard;
 use super::checksum::Checksum;
@@ -17,7 +19,8 @@ impl ShardFile {
     ///
     /// # Errors
     ///
-    /// [`ShardError::Io`], [`ShardError::Damaged`], and [`ShardError::Values`] for statistics that no samples have.
+    /// [`ShardError::Io`], [`ShardError::Damaged`], and [`ShardError::Values`] for statistics that
+    /// no samples have.
     pub fn read(&self) -> Result<Shard, ShardError> {
         let film = merge_bands(std::slice::from_ref(self))?;
         Shard::new(self.header().clone(), film)

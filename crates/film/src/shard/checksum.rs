@@ -6,7 +6,8 @@ const ZEROS: [u8; DIGITS] = [b'0'; DIGITS];
 
 /// A running checksum (CRC-32 of IEEE 802.3).
 ///
-/// It finds every change of up to 32 bits in a row, one bit above all, and of other changes all but one in 2³².
+/// It finds every change of up to 32 bits in a row, one bit above all, and of other changes all but
+/// one in 2³².
 #[derive(Clone, Default)]
 pub struct Checksum(crc32fast::Hasher);
 

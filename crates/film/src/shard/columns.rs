@@ -1,4 +1,5 @@
-//! Statistics of some rows of pixels in columns of one number each, so that a row of a shard is merged by loops over plain arrays.
+//! Statistics of some rows of pixels in columns of one number each, so that a row of a shard is
+//! merged by loops over plain arrays.
 
 use super::layout::Row;
 use crate::PixelStatistics;
@@ -36,8 +37,8 @@ impl Columns {
         PixelStatistics::from_parts(count, self.non_finite[at], of(&self.mean), of(&self.m2))
     }
 
-    /// Adds row `y` of a shard of `samples` samples, with the bits of [`PixelStatistics::merge`]. False if a pixel's statistics are not those
-    /// of so many samples.
+    /// Adds row `y` of a shard of `samples` samples, with the bits of [`PixelStatistics::merge`].
+    /// False if a pixel's statistics are not those of so many samples.
     pub fn merge(&mut self, y: usize, row: &Row<'_>, samples: u64) -> bool {
         match self.uniform[y] {
             Some(before) if row.has_all(samples) => {

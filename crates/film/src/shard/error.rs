@@ -6,7 +6,8 @@ use std::io;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// Why a shard cannot be written, read or merged. Each names the file, or the shard where there is no file.
+/// Why a shard cannot be written, read or merged. Each names the file, or the shard where there is
+/// no file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShardError {

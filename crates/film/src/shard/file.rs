@@ -11,11 +11,13 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 impl Shard {
-    /// Writes the shard and puts it in place of whatever file was there: a file of a shard is whole, or it is not there.
+    /// Writes the shard and puts it in place of whatever file was there: a file of a shard is
+    /// whole, or it is not there.
     ///
     /// # Errors
     ///
-    /// The target is no OpenEXR file, a text of the header is too long, or the file system refuses; the path then holds what it held before.
+    /// The target is no OpenEXR file, a text of the header is too long, or the file system refuses;
+    /// the path then holds what it held before.
     pub fn write(&self, target: &OutputTarget) -> Result<(), OutputError> {
         let layout = Layout::new(self.header())
             .map_err(|reason| OutputError::Shard(target.path().to_owned(), reason))?;
@@ -43,8 +45,8 @@ impl Shard {
     }
 }
 
-/// A file of a shard whose header is sound and whose length is right. Its pixels are read, and its checksum is tested, by
-/// [`ShardFile::read`] and [`ShardSet::merge`](super::ShardSet::merge).
+/// A file of a shard whose header is sound and whose length is right. Its pixels are read, and its
+/// checksum is tested, by [`ShardFile::read`] and [`ShardSet::merge`](super::ShardSet::merge).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShardFile {
     path: PathBuf,
@@ -59,7 +61,8 @@ impl ShardFile {
     ///
     /// # Errors
     ///
-    /// [`ShardError::Io`], [`ShardError::NotAShard`], [`ShardError::Damaged`] where the header's checksum does not fit, [`ShardError::Length`].
+    /// [`ShardError::Io`], [`ShardError::NotAShard`], [`ShardError::Damaged`] where the header's
+    /// checksum does not fit, [`ShardError::Length`].
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, ShardError> {
         let path = path.into();
         let read = || {

@@ -13,11 +13,13 @@ pub struct ImageKey {
     pub scene_hash: u64,
     /// The method's name.
     pub method: String,
-    /// Everything else that the samples depend on, in one canonical form: options of the method, motion, the program's version.
+    /// Everything else that the samples depend on, in one canonical form: options of the method,
+    /// motion, the program's version.
     pub options: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Whether samples are independent of each other. Those of a point set are not: shards of one seed then have parts of one set.
+    /// Whether samples are independent of each other. Those of a point set are not: shards of one
+    /// seed then have parts of one set.
     pub independent: bool,
     /// Number of the frame in a sequence; `None` for a single image.
     pub frame: Option<u32>,
@@ -99,7 +101,8 @@ impl ShardHeader {
         }
     }
 
-    /// The header of any range of an image's samples: `None` unless it lies within them. `part` is for people only.
+    /// The header of any range of an image's samples: `None` unless it lies within them. `part` is
+    /// for people only.
     pub fn of_samples(image: ImageKey, part: ShardPart, samples: Range<u32>) -> Option<Self> {
         let Range { start: first, end } = samples;
         (first <= end && end <= image.samples).then_some(Self {
@@ -130,8 +133,9 @@ impl ShardHeader {
         self.end
     }
 
-    /// Seed of a chain of frames that begins with the shard's first sample, for methods whose frames depend on those before: such a method
-    /// renders each shard as a chain of its own, and chains of different seeds are independent. The image's own seed for the first.
+    /// Seed of a chain of frames that begins with the shard's first sample, for methods whose
+    /// frames depend on those before: such a method renders each shard as a chain of its own, and
+    /// chains of different seeds are independent. The image's own seed for the first.
     pub fn chain_seed(&self) -> u64 {
         match self.first {
             0 => self.image.seed,

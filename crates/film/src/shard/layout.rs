@@ -18,7 +18,8 @@ use std::ops::Range;
 
 const MAGIC: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
 
-/// Channels in the order of the file, which is that of their names: the mean for viewers, then what is merged.
+/// Channels in the order of the file, which is that of their names: the mean for viewers, then what
+/// is merged.
 const CHANNELS: [(&str, ChannelType); CHANNEL_COUNT] = [
     ("B", ChannelType::Float),
     ("G", ChannelType::Float),
@@ -117,7 +118,8 @@ impl Layout {
         })
     }
 
-    /// Reads the header at the start of `bytes`: the shard's, its layout, and the checksums of header and content that it states.
+    /// Reads the header at the start of `bytes`: the shard's, its layout, and the checksums of
+    /// header and content that it states.
     pub fn read(bytes: &[u8]) -> Result<(ShardHeader, Self, [u32; 2]), String> {
         let attributes = Attributes::read(bytes)?;
         let shard = attributes.shard()?;
@@ -232,7 +234,8 @@ impl<'a> Row<'a> {
         [0, 1].map(|half| self.0[DEVIATIONS + 2 * (2 - channel) + half])
     }
 
-    /// The statistics of the pixel in column `x`; `None` if they are not those of `samples` samples.
+    /// The statistics of the pixel in column `x`; `None` if they are not those of `samples`
+    /// samples.
     #[inline]
     pub fn pixel(&self, x: usize, samples: u64) -> Option<PixelStatistics> {
         let word = |channel: usize| u32::from_le_bytes(self.0[channel][x]);

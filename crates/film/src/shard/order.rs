@@ -7,7 +7,8 @@ use super::part::ShardPart;
 use crate::Film;
 use std::ops::Range;
 
-/// Merges shards that are in memory, in the order of their samples: the same bits whatever order they are given in.
+/// Merges shards that are in memory, in the order of their samples: the same bits whatever order
+/// they are given in.
 ///
 /// # Errors
 ///
@@ -34,8 +35,8 @@ pub fn merge_shards(shards: Vec<Shard>) -> Result<Film, ShardError> {
     Ok(film)
 }
 
-/// Places of the shards in the order of their samples, or why they are no shards of one image. Each is named, and those without samples
-/// are left out.
+/// Places of the shards in the order of their samples, or why they are no shards of one image. Each
+/// is named, and those without samples are left out.
 pub fn order(shards: &[(String, &ShardHeader)]) -> Result<Vec<usize>, ShardError> {
     let (first_name, first) = shards.first().ok_or(ShardError::None)?;
     for (name, header) in shards {
@@ -63,9 +64,11 @@ pub fn order(shards: &[(String, &ShardHeader)]) -> Result<Vec<usize>, ShardError
     Ok(order)
 }
 
-/// Samples of the image that no shard has, and the parts that would have them; `None` if there are none.
+/// Samples of the image that no shard has, and the parts that would have them; `None` if there are
+/// none.
 ///
-/// Shards need not be of one partition. The parts named are those of the partition of which there are most shards.
+/// Shards need not be of one partition. The parts named are those of the partition of which there
+/// are most shards.
 pub fn missing<'a>(shards: impl Iterator<Item = &'a ShardHeader>) -> Option<MissingSamples> {
     let mut headers: Vec<&ShardHeader> = shards.collect();
     let total = headers.first()?.image().samples;

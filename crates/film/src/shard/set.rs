@@ -18,8 +18,8 @@ impl ShardSet {
     ///
     /// # Errors
     ///
-    /// [`ShardError::None`] without files, [`ShardError::Foreign`] for one of another image, [`ShardError::Overlap`] for two that have samples
-    /// in common.
+    /// [`ShardError::None`] without files, [`ShardError::Foreign`] for one of another image,
+    /// [`ShardError::Overlap`] for two that have samples in common.
     pub fn new(files: Vec<ShardFile>) -> Result<Self, ShardError> {
         let named: Vec<_> = files.iter().map(|file| (file.name(), file.header())).collect();
         let order = order(&named)?;
@@ -69,11 +69,13 @@ impl ShardSet {
         }
     }
 
-    /// Merges the samples that are there. Files are read once, a few rows of each at a time, on rayon's threads.
+    /// Merges the samples that are there. Files are read once, a few rows of each at a time, on
+    /// rayon's threads.
     ///
     /// # Errors
     ///
-    /// [`ShardError::Io`], [`ShardError::Damaged`], [`ShardError::Values`]; the first file in the order of samples that has one.
+    /// [`ShardError::Io`], [`ShardError::Damaged`], [`ShardError::Values`]; the first file in the
+    /// order of samples that has one.
     pub fn merge_present(&self) -> Result<Film, ShardError> {
         merge_bands(&self.files)
     }

@@ -7,11 +7,12 @@ use super::{
 use crate::fingerprint::Fingerprint;
 
 impl SceneDescription {
-    /// A fingerprint of all that images of the scene depend on: shapes, materials with their textures, emitters, media, the camera, image size
-    /// and path length. Names and the number of samples are left out.
+    /// A fingerprint of all that images of the scene depend on: shapes, materials with their
+    /// textures, emitters, media, the camera, image size and path length. Names and the number of
+    /// samples are left out.
     ///
-    /// It is the same on every machine for the same version of this crate. It tells scenes apart that differ by chance or mistake: of
-    /// two that differ, one pair in 2⁶⁴ has the same.
+    /// It is the same on every machine for the same version of this crate. It tells scenes apart
+    /// that differ by chance or mistake: of two that differ, one pair in 2⁶⁴ has the same.
     pub fn fingerprint(&self) -> u64 {
         // Taken apart, so that a new field cannot be forgotten.
         let Self {

@@ -114,7 +114,8 @@ fn a_thousand_damages_are_refused_and_named() {
             _ => bytes.clone_from(&foreign[choices.below(foreign.len())]),
         }
         kinds[kind] += 1;
-        // A foreign shard takes the place of the middle one: a range that is missing is an overlap, a gap, or another image.
+        // A foreign shard takes the place of the middle one: a range that is missing is an overlap,
+        // a gap, or another image.
         let place = if kind == 6 { 1 } else { place };
         std::fs::write(&paths[place], &bytes).unwrap();
         let mut order = paths.clone();
@@ -123,7 +124,8 @@ fn a_thousand_damages_are_refused_and_named() {
         let named = error.to_string();
         let name = paths[place].file_name().unwrap().to_str().unwrap();
         let gap = matches!(error, ShardError::Missing(_)) && kind == 6;
-        // Of two that differ, the one that came first is the one that the other is compared with; both are named.
+        // Of two that differ, the one that came first is the one that the other is compared with;
+        // both are named.
         assert!(
             gap || named.contains(name),
             "damage {number} of kind {kind}: {named}"

@@ -13,7 +13,8 @@ fn write(folder: &Folder, name: &str, shard: &Shard) -> PathBuf {
 #[test]
 fn files_read_back_bit_for_bit_and_merge_as_in_memory() {
     let folder = Folder::new("files");
-    // Rows whose pixels have the same number of samples, rows where some were left out, and both in turns.
+    // Rows whose pixels have the same number of samples, rows where some were left out, and both in
+    // turns.
     let cases = [
         ([1, 1], 1, 7),
         ([19, 8], 3, 8),

@@ -65,7 +65,8 @@ proptest! {
 
 #[derive(Clone, Copy, Debug)]
 enum Fault {
-    /// A mean of variances, weighted by the numbers of samples, as renderers do that keep no counts.
+    /// A mean of variances, weighted by the numbers of samples, as renderers do that keep no
+    /// counts.
     WithinOnly,
     /// Every part counts alike.
     Unweighted,
