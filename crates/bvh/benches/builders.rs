@@ -1,13 +1,14 @@
-//! Builders beside each other and beside obvhs: million primitives a second, one thread and two, and the cost of the trees by the surface area
+//! Builders beside each other and beside obvhs, on pools of one thread and of two, in fresh memory
+//! and again: million primitives a second of CPU time, and the cost of the trees by the surface area
 //! heuristic (a node costs 1, a triangle 1; single triangles in leaves).
 //!
-//! `cargo bench -p lightshed-bvh --features parallel --bench builders -- [scene …]`: `hairball:N`, `city:N` (thousands of
-//! triangles), or a PLY file.
+//! `cargo bench -p lightshed-bvh --bench builders -- [scene …]`: `hairball:N`, `city:N` (thousands of
+//! triangles), or a PLY file. `ONLY=part` of a name builds in that way alone.
 
 mod scenes;
 
 use lightshed_bvh::glam::{Vec3, Vec3A};
-use lightshed_bvh::{Builder, Bvh, Method, SubsetOptions};
+use lightshed_bvh::{BuildOptions, Builder, Bvh, Method, Preset, SubsetOptions};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
@@ -33,7 +34,7 @@ fn seconds<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     let mut result = None;
     let start = Instant::now();
     let mut runs = 0;
-    while runs < 2 || (start.elapsed() < Duration::from_secs(1) && runs < 20) {
+    while runs < 3 || (start.elapsed() < Duration::from_secs(1) && runs < 20) {
         let start = cpu_seconds();
         let value = run();
         best = best.min(cpu_seconds() - start);
@@ -66,22 +67,22 @@ fn main() {
         let triangles = scenes::load(scene);
         let million = triangles.len() as f64 / 1e6;
         println!("{scene}: {} triangles", triangles.len());
-        for threads in [1] {
+        for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            for (name, method) in methods() {
+            for (name, options) in builds() {
                 if !name.contains(only.as_str()) {
                     continue;
                 }
-                let (time, tree) = pool.install(|| seconds(|| Bvh::build(&triangles, method).unwrap()));
+                let (time, tree) = pool.install(|| seconds(|| Bvh::build(&triangles, options).unwrap()));
                 let fault = tree.check(&triangles);
-                let (mut builder, mut again) = (Builder::new(method.into()).unwrap(), Bvh::default());
+                let (mut builder, mut again) = (Builder::new(options).unwrap(), Bvh::default());
                 let (time_again, ()) =
                     pool.install(|| seconds(|| builder.rebuild(&triangles, &mut again).unwrap()));
                 println!(
-                    "  {threads} {name:18} {:6.2} Mtri/s {:7.1} ms, again {:6.2} {:6.1}, cost {:.2} depth {} {}",
+                    "  {threads} {name:12} {:6.2} Mtri/s {:7.1} ms, again {:6.2} {:6.1}, cost {:.2} depth {} {}",
                     million / time,
                     time * 1e3,
                     million / time_again,
@@ -98,6 +99,7 @@ fn main() {
             ("obvhs v.fast", BvhBuildParams::very_fast_build()),
             ("obvhs fast", BvhBuildParams::fast_build()),
             ("obvhs medium", BvhBuildParams::medium_build()),
+            ("obvhs slow", BvhBuildParams::slow_build()),
         ] {
             if !name.contains(only.as_str()) {
                 continue;
@@ -117,36 +119,18 @@ fn main() {
     }
 }
 
-fn methods() -> Vec<(String, Method)> {
-    let mut all = vec![
-        ("curve".to_string(), Method::Curve),
-        ("ploc 8".to_string(), Method::Ploc { radius: 8 }),
-        ("binned".to_string(), Method::Binned),
-    ];
-    for (fraction, cluster, window) in [
-        (0.2, 1, 4),
-        (0.2, 1, 8),
-        (0.2, 1, 16),
-        (0.2, 4, 8),
-        (0.2, 4, 16),
-        (0.2, 8, 16),
-        (0.2, 8, 32),
-        (0.1, 4, 16),
-        (0.1, 8, 16),
-        (0.1, 8, 32),
-        (0.05, 4, 16),
-        (0.3, 16, 16),
-        (0.3, 16, 32),
-    ] {
-        all.push((
-            format!("subset {fraction} {cluster} {window}"),
-            Method::Subset(SubsetOptions {
-                fraction,
-                cluster,
-                window,
-                ..SubsetOptions::default()
-            }),
-        ));
+/// Every preset, and what they are made of.
+fn builds() -> Vec<(String, BuildOptions)> {
+    let mut all: Vec<(String, BuildOptions)> = Preset::ALL
+        .map(|preset| (format!("{preset:?}"), preset.options()))
+        .into();
+    all.push(("PLOC 8".to_owned(), Method::Ploc { radius: 8 }.into()));
+    for fraction in [0.05, 0.2] {
+        let subset = SubsetOptions {
+            fraction,
+            ..SubsetOptions::default()
+        };
+        all.push((format!("subset {fraction}"), Method::Subset(subset).into()));
     }
     all
 }

@@ -51,11 +51,11 @@ impl Preset {
 
     fn costs(self) -> Costs {
         let (build, slowdown) = match self {
-            Self::Fastest => (100.0, 0.25),
-            Self::Fast => (230.0, 0.09),
-            Self::Medium => (290.0, 0.07),
-            Self::High => (600.0, 0.03),
-            Self::Best => (1900.0, 0.0),
+            Self::Fastest => (110.0, 0.30),
+            Self::Fast => (290.0, 0.085),
+            Self::Medium => (320.0, 0.08),
+            Self::High => (520.0, 0.035),
+            Self::Best => (950.0, 0.0),
         };
         Costs { build, slowdown }
     }
