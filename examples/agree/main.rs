@@ -156,7 +156,7 @@ fn as_text(
     if let Some((tile, channel, p)) = agreement.worst_tile() {
         let difference = &tile.channels[channel];
         text += &format!(
-            "of {} tiles the one at ({}, {}) differs most for its noise: {} by {:+.3} standard errors; of sound methods that many tiles would show as much in {:.0} % of all cases\n",
+            "of {} tiles the one at ({}, {}) differs most for its noise: {} by {:+.3} standard errors; by chance one of so many does in {:.0} % of all cases\n",
             agreement.tiles.len(),
             tile.x,
             tile.y,
