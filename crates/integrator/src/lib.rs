@@ -30,6 +30,7 @@ mod ray_batch;
 mod registry;
 mod restir;
 mod scene_world;
+mod visible_emission;
 mod volume;
 mod vpl;
 

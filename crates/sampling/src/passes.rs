@@ -102,6 +102,24 @@ impl FrameNumbers {
         Self { points, ..self }
     }
 
+    /// The seed.
+    #[inline]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Number of the frame.
+    #[inline]
+    pub fn frame(&self) -> u32 {
+        self.frame
+    }
+
+    /// How blocks of a pixel relate over the frames.
+    #[inline]
+    pub fn points(&self) -> PointSet {
+        self.points
+    }
+
     /// Those of pass number `pass`: of its first round, of the first reservoir.
     #[inline]
     pub fn pass(self, pass: impl Into<u32>) -> PassNumbers {

@@ -15,6 +15,7 @@ pub(crate) mod transport;
 
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
+use crate::visible_emission::VisibleEmission;
 use batch::follow;
 use guide::{DirectionGuide, NoGuide};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
@@ -61,6 +62,8 @@ pub struct PathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver> 
     pub(crate) transport: Transport<'a, S, G>,
     pub(crate) observer: O,
     points: PointSet,
+    /// What sees emission directly, if that is not the paths.
+    visible: Option<VisibleEmission>,
 }
 
 impl<'a, S: EmitterSampler> PathTracer<'a, S> {
@@ -70,6 +73,7 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
             transport: Transport::new(scene, sampler),
             observer: NoObserver,
             points: PointSet::Independent,
+            visible: None,
         }
     }
 }
@@ -87,6 +91,15 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.points = points;
+        self
+    }
+
+    /// With several camera rays a sample where emitting surfaces may be seen, which stand for what paths of one edge meet there.
+    /// Changes nothing where that cannot gain: without such surfaces, where they may be seen everywhere, through a lens.
+    #[must_use]
+    pub fn with_visible_emission(mut self) -> Self {
+        let scene = self.transport.scene;
+        self.visible = VisibleEmission::new(scene, scene.camera());
         self
     }
 
@@ -113,6 +126,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
             transport,
             observer: self.observer,
             points: self.points,
+            visible: self.visible,
         }
     }
 
@@ -123,6 +137,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
             transport: self.transport,
             observer,
             points: self.points,
+            visible: self.visible,
         }
     }
 
@@ -139,6 +154,17 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
     pub(crate) fn words(&self, seed: u64) -> PathWords {
         let points = self.points;
         PathWords { points, seed }
+    }
+
+    /// Emission that samples see directly, if paths leave it out.
+    #[inline(always)]
+    fn add_visible(&self, ids: &[SampleId], words: PathWords, values: &mut [Rgb]) {
+        if let Some(visible) = &self.visible
+            && self.transport.max_depth > 0
+        {
+            let scene = self.transport.scene;
+            visible.add(scene, scene.camera(), (words.points, words.seed), ids, values);
+        }
     }
 
     /// Traces one path by itself: what batches are held to, bit for bit.
@@ -176,9 +202,12 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for P
         let corner = Vec2::new(x as f32, y as f32);
         let camera = words.camera(pixel, index).map(f32_from_u32);
         let ray = PixelRay::through(self.transport.scene.camera(), corner, camera).ray;
-        let mut pixels = Pixels::new(words, &self.observer, 1);
+        let mut pixels = Pixels::new(words, &self.observer, 1).without_visible(self.visible.is_some());
         self.walk(ray, |depth| words.vertex(pixel, index, depth), &mut pixels);
-        pixels.finish(&[SampleId { x, y, index }])[0]
+        let ids = [SampleId { x, y, index }];
+        let mut values = pixels.finish(&ids);
+        self.add_visible(&ids, words, &mut values[..1]);
+        values[0]
     }
 
     fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
@@ -191,9 +220,12 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for P
                 words: self.words(seed),
                 paths: &mut paths,
             });
-            let mut pixels = Pixels::new(self.words(seed), &self.observer, ids.len());
+            let words = self.words(seed);
+            let pixels = Pixels::new(words, &self.observer, ids.len());
+            let mut pixels = pixels.without_visible(self.visible.is_some());
             follow(transport, &mut paths, ids.len(), 1, &mut pixels);
             values.copy_from_slice(&pixels.finish(ids)[..values.len()]);
+            self.add_visible(ids, words, values);
         }
     }
 }

@@ -59,6 +59,8 @@ pub(super) struct Pixels<'o, O = NoObserver> {
     observer: &'o O,
     /// Of each path that is watched.
     trails: Vec<Trail>,
+    /// Whether surfaces' emission at the end of the first edge is left out of the radiances.
+    without_visible: bool,
 }
 
 impl<'o, O: PathObserver> Pixels<'o, O> {
@@ -71,7 +73,15 @@ impl<'o, O: PathObserver> Pixels<'o, O> {
             radiances: [Rgb::ZERO; MAX_BATCH],
             observer,
             trails: vec![Trail::default(); watched],
+            without_visible: false,
         }
+    }
+
+    /// Without surfaces' emission at the end of the first edge, of which observers still hear.
+    #[inline(always)]
+    pub fn without_visible(mut self, without: bool) -> Self {
+        self.without_visible = without;
+        self
     }
 
     #[inline(always)]
@@ -111,7 +121,14 @@ impl<O: PathObserver> Purpose for Pixels<'_, O> {
         point: Option<&SurfacePoint>,
     ) {
         let met = path.met(transport.scene, &transport.sampler, ray, point);
-        self.add(place, depth, false, path.throughput * met);
+        let radiance = path.throughput * met;
+        if self.without_visible && depth == 1 && point.is_some() {
+            if Self::OBSERVES {
+                self.trails[place].contribute(depth, false, radiance);
+            }
+            return;
+        }
+        self.add(place, depth, false, radiance);
     }
 
     #[inline(always)]

@@ -45,6 +45,7 @@ pub const METHODS: &[MethodEntry] = &[
         options: &[
             options::LIGHTS,
             options::POINTS,
+            options::VISIBLE,
             options::GUIDE,
             options::GUIDE_BITS,
             options::GUIDE_TRAINING,
@@ -94,7 +95,12 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::SAMPLES
         },
-        options: &[options::LIGHTS, options::LIGHT_SAMPLES, options::POINTS],
+        options: &[
+            options::LIGHTS,
+            options::LIGHT_SAMPLES,
+            options::POINTS,
+            options::VISIBLE,
+        ],
         start: direct,
     },
     MethodEntry {
@@ -133,7 +139,7 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS, options::POINTS],
+        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
         start: |stage, values, motion| restir_di(stage, values, motion, RestirDiSettings::UNBIASED),
     },
     MethodEntry {
@@ -144,7 +150,7 @@ pub const METHODS: &[MethodEntry] = &[
             biased: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS, options::POINTS],
+        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
         start: |stage, values, motion| restir_di(stage, values, motion, RestirDiSettings::BIASED),
     },
     MethodEntry {
@@ -154,10 +160,11 @@ pub const METHODS: &[MethodEntry] = &[
             biased: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS, options::POINTS],
+        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
         start: |stage, values, motion| {
             let settings = RestirDiSettings {
                 points: values.points(),
+                visible_emission: values.visible_emission(),
                 ..RestirDiSettings::UNBIASED
             };
             by_emitters!(stage, values, sampler => {
@@ -173,7 +180,7 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::SHIFT, options::LIGHTS, options::POINTS],
+        options: &[options::SHIFT, options::LIGHTS, options::POINTS, options::VISIBLE],
         start: |stage, values, motion| {
             restir_pt(
                 stage,
@@ -181,6 +188,7 @@ pub const METHODS: &[MethodEntry] = &[
                 motion,
                 RestirPtOptions {
                     points: values.points(),
+                    visible_emission: values.visible_emission(),
                     ..RestirPtOptions::real_time(values.path_mapping())
                 },
             )
@@ -255,6 +263,7 @@ fn restir_di<'b>(
 ) -> Start<'b> {
     let settings = RestirDiSettings {
         points: values.points(),
+        visible_emission: values.visible_emission(),
         ..settings
     };
     by_emitters!(stage, values, sampler => {
@@ -263,14 +272,30 @@ fn restir_di<'b>(
     })
 }
 
-fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
-    let mut options = DirectLightOptions::default();
-    if values.light_choosing().is_some() {
-        options.emitter_samples = values.light_samples();
-        options.bsdf_samples_where_diffuse = false;
-    } else if values.has(&options::LIGHT_SAMPLES) {
-        return Err("light-samples asks for lights".to_owned());
+/// A path tracer with the random numbers and the visible emission that options ask for.
+fn path_tracer<'b, S: EmitterSampler>(stage: &'b Stage<'_>, values: &MethodValues, sampler: S) -> PathTracer<'b, S>
+where
+    S: 'b,
+{
+    let tracer = PathTracer::new(stage.scene(), sampler).with_points(values.points());
+    match values.visible_emission() {
+        true => tracer.with_visible_emission(),
+        false => tracer,
     }
+}
+
+/// One sample of the emitters and one of the BSDF are a path of two edges; more samples of the emitters are weighed together.
+fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
+    let emitter_samples = values.light_samples();
+    if emitter_samples == 1 {
+        return by_emitters!(stage, values, sampler => {
+            samples(path_tracer(stage, values, sampler).with_depths(Some(2), u32::MAX))
+        });
+    }
+    let options = DirectLightOptions {
+        emitter_samples,
+        ..DirectLightOptions::default()
+    };
     by_emitters!(stage, values, sampler => {
         let method = DirectLight::new(stage.scene(), sampler, options).map_err(reason)?;
         samples(method.with_points(values.points()))
@@ -281,7 +306,7 @@ fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start
     let guided = values.guided_paths();
     by_emitters!(stage, values, sampler => match guided {
         Some(options) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
-        None => samples(PathTracer::new(stage.scene(), sampler).with_points(values.points())),
+        None => samples(path_tracer(stage, values, sampler)),
     })
 }
 

@@ -71,13 +71,20 @@ pub const GUIDE_ALWAYS: MethodOption = MethodOption::switch(
 pub const GUIDE_BORDERS: MethodOption = MethodOption::switch(
     "guide-borders",
     "Let a guide's regions end at their borders instead of blending them",
+/// How emission that the camera sees is found.
+pub const VISIBLE: MethodOption = MethodOption::new(
+    "visible",
+    "HOW",
+    "rays",
+    |text| one_of(text, &["rays", "paths"]),
+    "How emission that the camera sees directly is found: by rays of its own, several a sample where emitters may be seen, or by paths",
 );
 
 /// Samples of emitters at a point.
 pub const LIGHT_SAMPLES: MethodOption = MethodOption::new(
     "light-samples",
     "N",
-    "8",
+    "1",
     |text| within(text, 1..=MAX_DIRECT_SAMPLES),
     "Samples of emitters, chosen as --lights says, at the point that a camera ray meets",
 );
@@ -257,6 +264,9 @@ impl MethodValues {
         }
         options.points = self.points();
         Some(options)
+    /// Whether emission that the camera sees directly has rays of its own.
+    pub fn visible_emission(&self) -> bool {
+        self.get::<String>(&VISIBLE).is_none_or(|how| how == "rays")
     }
 
     /// Samples of emitters at a point.

@@ -10,6 +10,7 @@ use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::transport::met_emission;
 use crate::ray_batch::NOWHERE;
+use crate::visible_emission::VisibleFrames;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
@@ -42,6 +43,8 @@ pub struct RestirDiSettings {
     pub biased: bool,
     /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in the mean of frames.
     pub points: PointSet,
+    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their own.
+    pub visible_emission: bool,
 }
 
 impl RestirDiSettings {
@@ -55,6 +58,7 @@ impl RestirDiSettings {
         confidence_cap: 20.0,
         biased: false,
         points: PointSet::Independent,
+        visible_emission: false,
     };
     /// Biased: as before, with two rounds of 5 neighbours, which trace no rays.
     pub const BIASED: Self = Self {
@@ -163,6 +167,7 @@ pub struct RestirDi<'a, S = EmittersByPower<'a>> {
     pixels: TwoFrames<Vec<Option<Primary>>>,
     /// What they hold.
     reservoirs: Reservoirs<Primary>,
+    visible: VisibleFrames,
 }
 
 impl<'a, S: EmitterSampler> RestirDi<'a, S> {
@@ -181,6 +186,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
             tally: RayTally::default(),
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
+            visible: VisibleFrames::default(),
         })
     }
 
@@ -482,12 +488,14 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
         };
         let pixels = self.pixels.of_mut(frame);
         pixels.resize(extent.len(), None);
-        let traced = trace_primaries(scene, view, pixels, image, cancel);
-        self.tally.add(RayKind::Camera, extent.len());
+        let (wanted, is_still) = (self.settings.visible_emission, self.motion.is_still());
+        self.visible.prepare(wanted, scene, &camera, is_still);
+        let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel);
+        self.tally.add(RayKind::Camera, rays.unwrap_or(0) as usize);
 
         let mut reservoirs = std::mem::take(&mut self.reservoirs);
         reservoirs.begin(extent.len());
-        let done = traced
+        let done = rays.is_some()
             && self.resample_fresh(view, &mut reservoirs.now, image, cancel)
             // Fails for slices of other lengths only.
             && self.reuse(view, &mut reservoirs, image, cancel).is_ok();

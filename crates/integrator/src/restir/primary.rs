@@ -3,6 +3,7 @@
 use super::frames::{FrameView, trace_camera_rays};
 use super::passes::Pass;
 use crate::path::transport::met_emission;
+use crate::visible_emission::VisibleEmission;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Bsdf, Rgb, Scene, SurfacePoint};
 use std::sync::atomic::AtomicBool;
@@ -58,23 +59,29 @@ impl Outlook {
 }
 
 /// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet, `image` what is emitted from
-/// there towards the camera (or from infinity). False if `cancel` was set meanwhile.
+/// there towards the camera (or from infinity); surfaces' emission is estimated by `visible` if there is one. Returns how many
+/// rays that took; `None` if `cancel` was set meanwhile.
 pub(crate) fn trace_primaries(
     scene: &Scene,
     view: FrameView<'_>,
-    pixels: &mut [Option<Primary>],
-    image: &mut [Rgb],
+    visible: Option<&VisibleEmission>,
+    (pixels, image): (&mut [Option<Primary>], &mut [Rgb]),
     cancel: &AtomicBool,
-) -> bool {
-    let (to, numbers) = ((pixels, image), view.numbers.pass(Pass::Camera));
-    trace_camera_rays(
+) -> Option<u64> {
+    let numbers = view.numbers.pass(Pass::Camera);
+    let pixel_count = image.len() as u64;
+    let to = (pixels, &mut *image);
+    let whole = trace_camera_rays(
         (scene, view.camera),
         numbers,
         to,
         cancel,
         |_, ray, hit, pixel, value| {
             let point = hit.map(|hit| scene.surface(ray, hit));
-            *value = met_emission(scene, ray, point.as_ref());
+            *value = match (visible, &point) {
+                (Some(_), Some(_)) => Rgb::ZERO,
+                _ => met_emission(scene, ray, point.as_ref()),
+            };
             *pixel = point.zip(hit).map(|(point, hit)| Primary {
                 bsdf: scene.bsdf(&point),
                 wo: point.shading.to_local(-ray.direction),
@@ -82,5 +89,9 @@ pub(crate) fn trace_primaries(
                 point,
             });
         },
-    )
+    );
+    let further = visible.map_or(0, |visible| {
+        visible.add_frame((scene, view.camera), view.numbers, image)
+    });
+    whole.then_some(pixel_count + further)
 }

@@ -7,6 +7,7 @@ pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, Restir
 use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
+use crate::visible_emission::VisibleFrames;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
@@ -51,6 +52,7 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
     extent: Extent,
     pixels: TwoFrames<PathPixels<'a, E>>,
     reservoirs: Reservoirs<Domain<'a, E>>,
+    visible: VisibleFrames,
 }
 
 /// What a pixel sees.
@@ -147,6 +149,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             extent: extent_of(world.scene()),
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
+            visible: VisibleFrames::default(),
         })
     }
 
@@ -162,6 +165,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             extent: self.extent,
             pixels: self.pixels,
             reservoirs: self.reservoirs,
+            visible: self.visible,
         }
     }
 }
@@ -176,13 +180,17 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         }
     }
 
-    /// The pixels' domains, and what is seen without a path behind it. False if cancelled.
-    fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> bool {
+    /// The pixels' domains, and what is seen without a path behind it. Returns how many rays that took, `None` if cancelled.
+    fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> Option<u64> {
         let (world, scene, extent) = (self.world, self.world.scene(), self.extent);
         let (connectability, at_sensor) = (self.connectability, self.options.path_starts_at_sensor);
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
         let camera = Arc::new(view.camera.clone());
         let kept = self.kept(view.number);
+        let wanted = self.options.visible_emission && !at_sensor && max_length > 0;
+        self.visible
+            .prepare(wanted, scene, view.camera, self.motion.is_still());
+        let visible = self.visible.get();
         let pixels = &mut self.pixels.of_mut(kept).0;
         pixels.resize_with(extent.len(), || PathPixel::NOTHING);
         let see =
@@ -202,6 +210,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                 }
                 *value = match &vertex {
                     _ if max_length == 0 => Rgb::ZERO,
+                    Some(_) if visible.is_some() => Rgb::ZERO,
                     Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
                     None => world.environment(ray.direction),
                 };
@@ -210,7 +219,11 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                 });
             };
         let numbers = view.numbers.pass(Pass::Camera);
-        trace_camera_rays((scene, view.camera), numbers, (pixels, image), cancel, see)
+        let whole = trace_camera_rays((scene, view.camera), numbers, (pixels, &mut *image), cancel, see);
+        let further = visible.map_or(0, |visible| {
+            visible.add_frame((scene, view.camera), view.numbers, image)
+        });
+        whole.then_some(image.len() as u64 + further)
     }
 
     /// Resamples each pixel's own trees; adds to `image` what they see directly.
@@ -370,14 +383,14 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         reservoirs.begin(self.extent.len());
         self.resample_candidates(view, &mut reservoirs.now, image, cancel);
         // Fails for slices of other lengths only.
-        let done = seen && !cancelled() && self.reuse(view, &mut reservoirs, image, cancel).is_ok();
+        let done = seen.is_some() && !cancelled() && self.reuse(view, &mut reservoirs, image, cancel).is_ok();
         reservoirs.keep();
         self.reservoirs = reservoirs;
         if !done || cancelled() {
             return None;
         }
         let mut counts = self.world.take_counts();
-        counts.camera += image.len() as u64;
+        counts.camera += seen.unwrap_or(0);
         Some(counts)
     }
 

@@ -53,6 +53,9 @@ pub struct RestirPtOptions {
     pub min_roughness: f32,
     /// Least distance of vertices for a reconnection by the hybrid shift, as a share of the scene's size.
     pub min_distance: f32,
+    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their own. Not for paths that start at
+    /// the sensor.
+    pub visible_emission: bool,
     /// Random numbers of the camera rays that all paths of a frame share, over the frames. Stratified ones lessen the noise of
     /// edges in the mean of frames.
     pub points: PointSet,
@@ -119,6 +122,7 @@ impl RestirPtOptions {
             min_roughness: 0.2,
             min_distance: 0.02,
             points: PointSet::Independent,
+            visible_emission: false,
         }
     }
 
