@@ -50,8 +50,8 @@ const MAX_RAYS: u32 = 16;
 const BLOCK: u32 = 1;
 
 impl VisibleEmission {
-    /// For the emitters of a scene as `camera` sees them; `None` where no surface emits or where rays would cost more than they
-    /// gain: on average a pixel has one at most.
+    /// For the emitters of a scene as `camera` sees them; `None` where no surface emits and where rays would cost more than they
+    /// gain: a sample has a quarter of a ray on average at most.
     pub fn new(scene: &Scene, camera: &Camera) -> Option<Self> {
         let (width, height) = (scene.settings().width, scene.settings().height);
         let areas = scene.emitters().area_count() as u32;
@@ -81,7 +81,7 @@ impl VisibleEmission {
             .collect();
         let share = covered.iter().filter(|&&covered| covered).count().max(1) as f32 / covered.len() as f32;
         let rays = (1..=MAX_RAYS.ilog2()).map(|log| 1 << log).rev();
-        let rays = rays.into_iter().find(|&rays| rays as f32 * share <= 1.0)?;
+        let rays = rays.into_iter().find(|&rays| rays as f32 * share <= 0.25)?;
         Some(Self { covered, width, rays })
     }
 

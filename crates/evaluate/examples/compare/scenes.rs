@@ -25,7 +25,7 @@ const DEFAULT: [(&str, &str, &[&str], Option<u32>); 3] = [
     (
         "many-lights",
         "Direct light of many lamps: choosing them by power against choosing them for the point, and against reuse.",
-        &["direct", "direct:open-bvh", "lightcuts", "restir-di"],
+        &["direct", "direct:bvh", "lightcuts", "restir-di"],
         Some(2),
     ),
     (
