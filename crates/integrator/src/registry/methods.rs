@@ -273,7 +273,11 @@ fn restir_di<'b>(
 }
 
 /// A path tracer with the random numbers and the visible emission that options ask for.
-fn path_tracer<'b, S: EmitterSampler>(stage: &'b Stage<'_>, values: &MethodValues, sampler: S) -> PathTracer<'b, S>
+fn path_tracer<'b, S: EmitterSampler>(
+    stage: &'b Stage<'_>,
+    values: &MethodValues,
+    sampler: S,
+) -> PathTracer<'b, S>
 where
     S: 'b,
 {

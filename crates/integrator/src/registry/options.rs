@@ -71,6 +71,8 @@ pub const GUIDE_ALWAYS: MethodOption = MethodOption::switch(
 pub const GUIDE_BORDERS: MethodOption = MethodOption::switch(
     "guide-borders",
     "Let a guide's regions end at their borders instead of blending them",
+);
+
 /// How emission that the camera sees is found.
 pub const VISIBLE: MethodOption = MethodOption::new(
     "visible",
@@ -264,6 +266,8 @@ impl MethodValues {
         }
         options.points = self.points();
         Some(options)
+    }
+
     /// Whether emission that the camera sees directly has rays of its own.
     pub fn visible_emission(&self) -> bool {
         self.get::<String>(&VISIBLE).is_none_or(|how| how == "rays")
