@@ -187,7 +187,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let (scene, error) = (&scene, &error);
             entries.push(Entry::new(name, hits, each, move |turn| {
                 let build = process_cpu_seconds().unwrap_or(f64::NAN);
-                let selection = LightSelection::new(scene, choosing)?;
+                let selection = LightSelection::trained(scene, choosing)?;
                 let build = process_cpu_seconds().unwrap_or(f64::NAN) - build;
                 let estimator = DirectLight::new(
                     scene,

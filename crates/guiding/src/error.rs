@@ -1,5 +1,6 @@
 //! What can be wrong with options and with files.
 
+use lightshed_lights::LightError;
 use thiserror::Error;
 
 /// Why a guide or a cache cannot be built, or a saved one cannot be loaded.
@@ -22,6 +23,9 @@ pub enum GuidingError {
     /// More regions would be needed than this, the limit.
     #[error("a field of more than {0} regions")]
     TooManyRegions(usize),
+    /// Lights that no sampler takes.
+    #[error("the lights are refused")]
+    Lights(#[from] LightError),
     /// A saved structure contradicts itself.
     #[error("the saved data are damaged: {0}")]
     Damaged(&'static str),

@@ -17,6 +17,7 @@
 mod binary_tree;
 mod error;
 mod field;
+mod light_cache;
 mod model;
 mod options;
 mod partition;
@@ -27,12 +28,17 @@ mod sample;
 mod saved;
 mod share;
 mod square;
+mod vmf;
 mod weighted_tree;
 
 pub use binary_tree::BinaryTree;
 pub use error::GuidingError;
 pub use field::{FieldUpdate, Guidance, GuidingField};
 pub use glam;
+pub use light_cache::{
+    BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, LightCache,
+    LightCacheOptions, LightCacheReport, LightRecord, LightTreeCache, LightTreeCacheOptions, MAX_BUCKET,
+};
 pub use model::DirectionalModel;
 pub use options::{FieldOptions, Interpolation};
 pub use partition::Partition;
@@ -41,6 +47,9 @@ pub use quadtree::{
 };
 pub use sample::{GuidingSample, TrainingSample};
 pub use saved::SavedField;
+pub use vmf::{
+    MAX_CONCENTRATION, MAX_LOBES, VmfFit, VmfFitOptions, VmfLobe, VmfMixture, VmfSample, concentration_of,
+};
 pub use weighted_tree::{
     WeightedDirections, WeightedNode, WeightedTree, WeightedTreeModel, WeightedTreeOptions,
 };
@@ -49,3 +58,8 @@ pub use weighted_tree::{
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/guiding.md")]
 struct Guide;
+
+/// So is that of the guide to light caches.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/light_cache.md")]
+struct LightCacheGuide;

@@ -25,6 +25,7 @@ mod direct;
 mod emitter_sampler;
 mod guided;
 mod light_selection;
+mod light_training;
 mod path;
 mod ray_batch;
 mod registry;

@@ -1,6 +1,7 @@
 //! Which emitter a shading point asks for light.
 
 use crate::emitter_sampler::{EmitterSampler, LaneNumbers};
+use lightshed_guiding::{CacheUse, GuidingError, LightCache, LightCacheOptions, LightTreeCache};
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::{
     Bounds, BvhBuild, Facing, Light, LightBvh, LightChoice, LightError, LightInstance, LightSampler,
@@ -43,11 +44,13 @@ pub enum LightChoosing {
     OpenTree,
     /// By a light BVH along a curve whose near nodes are opened first.
     OpenCurveBvh,
+    /// Among the lights that are visible from there, as paths have found out first, by a [`LightCache`] with a light BVH.
+    Vlc,
 }
 
 impl LightChoosing {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Uniform,
         Self::Power,
         Self::Tree,
@@ -59,6 +62,7 @@ impl LightChoosing {
         Self::OpenBvh,
         Self::OpenTree,
         Self::OpenCurveBvh,
+        Self::Vlc,
     ];
 
     /// The name by which [`FromStr`] finds it.
@@ -75,6 +79,7 @@ impl LightChoosing {
             Self::OpenBvh => "open-bvh",
             Self::OpenTree => "open-tree",
             Self::OpenCurveBvh => "open-curve-bvh",
+            Self::Vlc => "vlc",
         }
     }
 }
@@ -123,6 +128,8 @@ enum Sampler {
     Bvh(Box<LightBvh>),
     OpenBvh(Box<OpenedTree<LightBvh>>),
     OpenTree(Box<OpenedTree<PerfectTree>>),
+    Cache(Box<LightCache>),
+    TreeCache(Box<LightTreeCache>),
 }
 
 /// Each arm is compiled for its sampler.
@@ -137,6 +144,8 @@ macro_rules! with_sampler {
             Sampler::Bvh($found) => $do,
             Sampler::OpenBvh($found) => $do,
             Sampler::OpenTree($found) => $do,
+            Sampler::Cache($found) => $do,
+            Sampler::TreeCache($found) => $do,
         }
     };
 }
@@ -151,7 +160,8 @@ enum Chosen {
 }
 
 impl<'a> LightSelection<'a> {
-    /// A selection among the scene's emitters.
+    /// A selection among the scene's emitters. One that learns knows nothing yet: it is a light BVH, until it is
+    /// [`trained`](Self::trained).
     ///
     /// # Errors
     ///
@@ -179,6 +189,7 @@ impl<'a> LightSelection<'a> {
                     LightChoosing::OpenTree => {
                         Sampler::OpenTree(Box::new(OpenedTree::new(PerfectTree::new(&lights)?)))
                     }
+                    LightChoosing::Vlc => Sampler::Cache(Box::new(light_cache(scene, &lights)?)),
                 })
             })
             .transpose()?;
@@ -192,6 +203,36 @@ impl<'a> LightSelection<'a> {
             groups,
             sampler,
         })
+    }
+
+    /// The cache that chooses, if one does.
+    pub(crate) fn cache_mut(&mut self) -> Option<&mut LightCache> {
+        match &mut self.sampler {
+            Some(Sampler::Cache(cache)) => Some(cache),
+            _ => None,
+        }
+    }
+
+    /// In the place of a cache only what of it is of use.
+    pub(crate) fn keep(&mut self, use_of: CacheUse) {
+        self.sampler = match (self.sampler.take(), use_of) {
+            (Some(Sampler::Cache(cache)), CacheUse::Tree | CacheUse::Nothing) => {
+                let tree = cache.into_tree();
+                tree.map(|tree| match use_of {
+                    CacheUse::Nothing => Sampler::Bvh(Box::new(tree.into_plain())),
+                    _ => Sampler::TreeCache(Box::new(tree)),
+                })
+            }
+            (other, _) => other,
+        };
+    }
+
+    /// Probability of choosing a finite emitter of this index among those, for a point; 0 for any other index.
+    pub fn probability(&self, at: &ShadingPoint, emitter: u32) -> f32 {
+        match &self.sampler {
+            Some(sampler) => with_sampler!(sampler, s => s.pmf(at, emitter)),
+            None => 0.0,
+        }
     }
 
     /// Among which emitters `u` chooses, and by which number; `None` if there are none.
@@ -489,6 +530,23 @@ pub fn scene_lights(emitters: &Emitters) -> Vec<Light> {
         .filter_map(|index| emitters.extent(index))
         .map(|extent| light_of(&extent))
         .collect()
+}
+
+/// A light cache over a scene that knows nothing yet.
+fn light_cache(scene: &Scene, lights: &[Light]) -> Result<LightCache, LightError> {
+    let [min, max] = scene.bounds();
+    // Nothing in a scene moves, so nothing that was learnt gets old.
+    let mut options = LightCacheOptions {
+        persistence: 1.0,
+        ..LightCacheOptions::default()
+    };
+    options.tree.persistence = 1.0;
+    let cache = LightCache::new(Bounds::new(min, max), lights, options);
+    cache.map_err(|error| match error {
+        GuidingError::Lights(error) => error,
+        // A scene's bounds are finite, and default options are in their range.
+        _ => LightError::Overflow,
+    })
 }
 
 /// A tree of the groups of emitters, each at rest.

@@ -44,6 +44,12 @@ impl<L: Lanes> ChildCdf<L> {
         }
     }
 
+    /// The distribution with each child's share multiplied by a positive factor.
+    #[inline(always)]
+    pub fn times(self, factors: L) -> Self {
+        Self::new((self.ends - self.ends.delayed()) * factors)
+    }
+
     /// The sum of all weights.
     #[inline(always)]
     pub fn total(&self) -> f64 {

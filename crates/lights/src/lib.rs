@@ -18,6 +18,7 @@ mod bvh;
 mod child_cdf;
 mod cone;
 mod descent;
+mod factored;
 mod flat;
 mod grid;
 mod importance;
@@ -41,6 +42,7 @@ mod weighing;
 
 pub use bvh::{BvhBuild, LightBvh};
 pub use cone::OrientationCone;
+pub use factored::{FactorRow, FactoredStep};
 pub use flat::{PowerLights, UniformLights};
 pub use glam;
 pub use grid::{

@@ -28,6 +28,14 @@ const REFRESH_BELOW: f64 = 1.0 / (1 << 26) as f64;
 const LARGEST_U: f64 = 1.0 - f64::EPSILON;
 
 impl TraversalState {
+    /// Of no descent.
+    pub const NONE: Self = Self {
+        u: 0.0,
+        probability: 0.0,
+        used: 1.0,
+        bits: 0,
+    };
+
     #[inline(always)]
     pub fn new(bits: u64) -> Self {
         Self {

@@ -2,3 +2,5 @@
 
 mod directions;
 mod field;
+mod light_cache;
+mod vmf;

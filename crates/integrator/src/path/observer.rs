@@ -1,6 +1,7 @@
 //! Who wants to know what becomes of paths.
 
 use lightshed_film::SampleId;
+use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
@@ -39,6 +40,8 @@ pub struct PathVertex {
     pub position: Vec3,
     /// Unit shading normal, on either side of the surface; `None` in a medium.
     pub normal: Option<Vec3>,
+    /// What the choice among emitters may know of it.
+    pub lit: ShadingPoint,
     /// Unit direction of the edge that leads to it.
     pub incoming: Vec3,
     /// What radiance that leaves the vertex against `incoming` counts for in the pixel.
@@ -46,6 +49,8 @@ pub struct PathVertex {
     /// Direction towards the emitter that was sampled there, and its density with the choice of emitter (zero for lights that
     /// nothing else can meet); `None` if the sample has value zero.
     pub emitter: Option<(Vec3, Density<SolidAngle>)>,
+    /// Index of that emitter.
+    pub emitter_index: Option<u32>,
     /// How the path went on; `None` if it ended.
     pub onward: Option<PathDirection>,
 }
@@ -79,6 +84,15 @@ pub struct PathContribution {
 }
 
 impl ObservedPath<'_> {
+    /// What the emitter that was sampled at vertex number `index` added to the pixel, with its MIS weight; `None` if it was hidden.
+    pub fn from_sampled_emitter(&self, index: usize) -> Option<Rgb> {
+        let edges = self.vertices.get(index)?.depth + 1;
+        let mut found = self.contributions.iter();
+        found
+            .find(|light| light.is_sampled_emitter && light.edges == edges)
+            .map(|light| light.radiance)
+    }
+
     /// An estimate of the radiance that arrives at vertex number `index` from where the path went on, with the MIS weights of what
     /// was met at the next edge; over [`PathDirection::pdf`] it is what a guide learns from. `None` if the path ended there.
     pub fn arrived(&self, index: usize) -> Option<Rgb> {

@@ -32,6 +32,8 @@ pub(crate) trait Vertex {
 pub(crate) struct EmitterLight {
     /// The segment that must be free.
     pub ray: Ray,
+    /// Index of the emitter.
+    pub emitter: u32,
     /// Towards the emitter, and the density with which it was sampled.
     pub sampled: (Vec3, Density<SolidAngle>),
     /// `f |cos θ|`.

@@ -169,6 +169,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         }
         Some(EmitterLight {
             ray: at.vertex.shadow_ray(&light),
+            emitter: light.emitter,
             sampled: (light.direction, light.pdf),
             scattered: scattered.value,
             weight: light.weight,
@@ -274,7 +275,9 @@ pub(crate) fn path_vertex<K>(
         normal: guided.normal,
         incoming: -guided.outgoing,
         throughput: before,
+        lit: vertex.shading_point(),
         emitter: light.map(|light| light.sampled),
+        emitter_index: light.map(|light| light.emitter),
         onward: onward.map(|((direction, scattering_pdf), bounce)| PathDirection {
             direction,
             pdf: bounce.pdf,

@@ -69,7 +69,7 @@ impl<'a> Stage<'a> {
             .get_or_init(|| SceneWorld::new(self.scene, self.scene.emitters_by_power()))
     }
 
-    /// Emitters chosen in this way.
+    /// Emitters chosen in this way; a choice that learns has learnt when this returns.
     ///
     /// # Errors
     /// Lights that a sampler refuses.
@@ -90,7 +90,7 @@ impl<'a> Stage<'a> {
         if let Some(world) = place.get() {
             return Ok(world);
         }
-        let selection = LightSelection::new(self.scene, choosing)?;
+        let selection = LightSelection::trained(self.scene, choosing)?;
         Ok(place.get_or_init(|| SceneWorld::new(self.scene, selection)))
     }
 }

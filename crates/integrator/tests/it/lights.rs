@@ -122,7 +122,7 @@ fn selected(
     each: u32,
     camera_strata: u32,
 ) -> DirectLight<'_, LightSelection<'_>> {
-    let selection = LightSelection::new(scene, choosing).unwrap();
+    let selection = LightSelection::trained(scene, choosing).unwrap();
     let options = DirectLightOptions {
         bsdf_samples_where_diffuse: false,
         camera_strata,

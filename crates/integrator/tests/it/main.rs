@@ -6,6 +6,7 @@ mod frame_methods;
 mod furnace;
 mod guided;
 mod guides;
+mod light_caches;
 mod lights;
 mod mirrors;
 mod references;

@@ -9,6 +9,7 @@ mod many_lights;
 mod mesh;
 mod noise;
 mod volumes;
+mod warehouse;
 
 use crate::SceneDescription;
 
@@ -22,9 +23,10 @@ pub use many_lights::many_lights;
 pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
 pub use volumes::{cloud, fire, smoke_in_cornell};
+pub use warehouse::warehouse;
 
 /// Names that [`by_name`] knows.
-pub const NAMES: [&str; 9] = [
+pub const NAMES: [&str; 10] = [
     "cloud",
     "cornell",
     "cornell-glossy",
@@ -34,6 +36,7 @@ pub const NAMES: [&str; 9] = [
     "lighthouse",
     "many-lights",
     "smoke-in-cornell",
+    "warehouse",
 ];
 
 /// The built-in scene of that name, or `None`. `city:1000` and `hairball:1000` are of about so many thousand triangles, up to 16,000.
@@ -56,6 +59,7 @@ pub fn by_name(name: &str) -> Option<SceneDescription> {
         "lighthouse" => lighthouse(),
         "many-lights" => many_lights(),
         "smoke-in-cornell" => smoke_in_cornell(),
+        "warehouse" => warehouse(),
         _ => return None,
     })
 }

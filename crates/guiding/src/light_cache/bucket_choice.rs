@@ -1,0 +1,102 @@
+//! How one of a region's buckets is chosen, and the probabilities of the cache alone.
+
+use super::block::LightBlock;
+use super::lists::{Lists, RegionHead};
+use super::options::BucketRule;
+use super::units::Units;
+use super::walk::{Walk, find};
+use lightshed_lanes::Lanes;
+use lightshed_lights::ShadingPoint;
+
+/// The buckets of a region for a receiver, and how one is chosen.
+pub(super) struct Buckets<'a> {
+    lists: &'a Lists,
+    units: &'a Units,
+    head: &'a RegionHead,
+    /// Weights of aggregates; `None` where the choice is uniform.
+    weights: Option<Walk>,
+}
+
+impl<'a> Buckets<'a> {
+    #[inline(always)]
+    pub fn new<L: Lanes>(
+        lists: &'a Lists,
+        units: &'a Units,
+        head: &'a RegionHead,
+        at: &ShadingPoint,
+    ) -> Self {
+        let grouped = lists.rule == BucketRule::Aggregates && head.buckets > 1;
+        Self {
+            lists,
+            units,
+            head,
+            weights: grouped.then(|| Walk::new::<L>(lists.groups(head), at)),
+        }
+    }
+
+    /// Whether no bucket can be chosen.
+    #[inline(always)]
+    pub fn is_black(&self) -> bool {
+        self.head.buckets == 0
+            || self
+                .weights
+                .as_ref()
+                .is_some_and(|weights| !(weights.total() > 0.0))
+    }
+
+    /// A bucket by `u`, and what is left of that.
+    #[inline(always)]
+    pub fn choose<L: Lanes>(&self, u: f64) -> (usize, f64) {
+        match &self.weights {
+            Some(weights) => weights.choose::<L>(u),
+            None => {
+                let scaled = u * f64::from(self.head.buckets);
+                let bucket = (scaled as usize).min(self.head.buckets as usize - 1);
+                (bucket, (scaled - bucket as f64).clamp(0.0, 1.0 - f64::EPSILON))
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub fn probability(&self, bucket: usize) -> f32 {
+        match &self.weights {
+            Some(weights) => weights.probability(bucket),
+            None => 1.0 / self.head.buckets as f32,
+        }
+    }
+
+    /// The bucket that holds a unit, if any does.
+    #[inline(always)]
+    pub fn of(&self, unit: u32) -> usize {
+        match self.lists.rule {
+            BucketRule::Hashed => (unit % self.head.buckets) as usize,
+            BucketRule::Aggregates if self.head.buckets == 1 => 0,
+            BucketRule::Aggregates => {
+                let firsts = self.lists.firsts(self.head);
+                firsts.partition_point(|&first| first <= unit).saturating_sub(1)
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub fn blocks(&self, bucket: usize) -> &'a [LightBlock] {
+        self.lists.blocks(self.head, bucket)
+    }
+
+    /// `p_c` of a light; and whether any unit of its bucket has a weight.
+    #[inline(always)]
+    pub fn cached<L: Lanes>(&self, at: &ShadingPoint, light: u32) -> (f32, bool) {
+        let unit = self.units.of(light);
+        let bucket = self.of(unit);
+        let blocks = self.blocks(bucket);
+        let walk = Walk::new::<L>(blocks, at);
+        let within = find(blocks, unit).map_or(0.0, |i| walk.probability(i));
+        let of_unit = self.probability(bucket) * within;
+        let cached = if of_unit > 0.0 {
+            of_unit * self.units.probability::<L>(at, light)
+        } else {
+            0.0
+        };
+        (cached, walk.total() > 0.0)
+    }
+}
