@@ -1,12 +1,15 @@
-//! Path tracing of direct light with emitters chosen by a light BVH and by a light cache, at equal CPU time with training.
+//! Path tracing of direct light with emitters chosen by a light BVH and by a light cache, at equal
+//! CPU time with training.
 //!
 //! ```sh
 //! LIGHTSHED_SCENES=… cargo bench --bench light_cache -- --scenes warehouse,oacmpctf3
 //! ```
 //!
-//! Samples are independent once the cache is trained, so a mean of n samples has an MSE of `σ²/n`, with `σ²` the variance of a sample: no reference is
-//! needed. In `T` CPU-seconds, of which training takes `t` and a sample of every pixel `c`, it is `σ² c / (T − t)`. The gain is the ratio of two
-//! of these. Emitters in view and the pixels beside them are left out, and left in in the last column. Methods take turns.
+//! Samples are independent once the cache is trained, so a mean of n samples has an MSE of `σ²/n`,
+//! with `σ²` the variance of a sample: no reference is needed. In `T` CPU-seconds, of which
+//! training takes `t` and a sample of every pixel `c`, it is `σ² c / (T − t)`. The gain is the
+//! ratio of two of these. Emitters in view and the pixels beside them are left out, and left in in
+//! the last column. Methods take turns.
 
 use clap::Parser;
 use lightshed::film::{Budget, Film, PixelEstimator, RenderOptions, RgbImage, process_cpu_seconds, render};
@@ -136,7 +139,8 @@ fn take_turn(
     Ok(())
 }
 
-/// Mean over channels and pixels of the variances of means; without pixels of `seen` that are not black, and those beside them.
+/// Mean over channels and pixels of the variances of means; without pixels of `seen` that are not
+/// black, and those beside them.
 fn mean_variance(variances: &RgbImage, seen: Option<&RgbImage>) -> f64 {
     let (width, height) = (variances.width(), variances.height());
     let is_dark = |x: u32, y: u32| {

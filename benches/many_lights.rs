@@ -4,13 +4,16 @@
 //! LIGHTSHED_SCENES=… LIGHTSHED_REFERENCES=… cargo bench --bench many_lights -- --scene many_lights_1000
 //! ```
 //!
-//! Where there is no reference of direct light at this size, many samples of `open-bvh` are one. `optimal` chooses in proportion to what
-//! each emitter would send if nothing were in the way, which takes it far longer than is worth it: a bound of the error, not a method.
-//! The last column is the product when the structure is built again for every 8 samples of a pixel, as lights that move ask for.
+//! Where there is no reference of direct light at this size, many samples of `open-bvh` are one.
+//! `optimal` chooses in proportion to what each emitter would send if nothing were in the way,
+//! which takes it far longer than is worth it: a bound of the error, not a method. The last column
+//! is the product when the structure is built again for every 8 samples of a pixel, as lights that
+//! move ask for.
 //!
-//! Each method takes the same number of emitter samples in every pixel, spread over camera rays as the table says. Pixels that
-//! see an emitter are left out of the error. The product of mean squared error and CPU-seconds does not depend on the number of
-//! samples as long as noise is all the error there is: the less, the better the method.
+//! Each method takes the same number of emitter samples in every pixel, spread over camera rays as
+//! the table says. Pixels that see an emitter are left out of the error. The product of mean
+//! squared error and CPU-seconds does not depend on the number of samples as long as noise is all
+//! the error there is: the less, the better the method.
 
 use clap::Parser;
 use lightshed::film::{
@@ -319,7 +322,8 @@ fn measure<E: PixelEstimator>(
     ))
 }
 
-/// Chooses among all finite emitters in proportion to what the middle of each would send to the point, unshadowed.
+/// Chooses among all finite emitters in proportion to what the middle of each would send to the
+/// point, unshadowed.
 struct Optimal<'a> {
     scene: &'a Scene,
 }

@@ -5,10 +5,11 @@
 //! cargo bench --bench throughput -- --compare python3
 //! ```
 //!
-//! The second form needs a Python with Mitsuba 3 in it (`pip install mitsuba`), and for the variant `llvm_ad_rgb` an LLVM
-//! library. It also needs scene files, in the folder that the environment variable `LIGHTSHED_SCENES` names; those that are
-//! not there are left out. The two renderers take turns, with different seeds and the same number of threads, and what
-//! counts is CPU-seconds of the process while it renders: loading, building and compiling are left out on both sides.
+//! The second form needs a Python with Mitsuba 3 in it (`pip install mitsuba`), and for the variant
+//! `llvm_ad_rgb` an LLVM library. It also needs scene files, in the folder that the environment
+//! variable `LIGHTSHED_SCENES` names; those that are not there are left out. The two renderers take
+//! turns, with different seeds and the same number of threads, and what counts is CPU-seconds of
+//! the process while it renders: loading, building and compiling are left out on both sides.
 
 #[path = "measure/turns.rs"]
 mod turns;

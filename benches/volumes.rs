@@ -1,5 +1,5 @@
-//! Media: samples per CPU-second and variance of path tracing, by itself or beside Mitsuba 3's; and error at equal time of reuse
-//! against path tracing.
+//! Media: samples per CPU-second and variance of path tracing, by itself or beside Mitsuba 3's; and
+//! error at equal time of reuse against path tracing.
 //!
 //! ```sh
 //! cargo bench --bench volumes
@@ -8,15 +8,18 @@
 //! cargo bench --bench volumes -- --agree
 //! ```
 //!
-//! The second form needs a Python with Mitsuba 3 in it, and the scene `blob_volume` in the folder that the environment variable
-//! `LIGHTSHED_SCENES` names. The two renderers take turns, with different seeds and the same number of threads; what counts is
-//! CPU-seconds of the process while it renders.
+//! The second form needs a Python with Mitsuba 3 in it, and the scene `blob_volume` in the folder
+//! that the environment variable `LIGHTSHED_SCENES` names. The two renderers take turns, with
+//! different seeds and the same number of threads; what counts is CPU-seconds of the process while
+//! it renders.
 //!
-//! The third renders the built-in cloud, and where `LIGHTSHED_SCENES` has it that of Disney at a sixteenth of its resolution, with single frames at the end of a warm-up, each of whose errors is set against that of path tracing
-//! with as many samples as take the same CPU time. Errors are measured against two long renderings at once, whose noise so has no share in
-//! them.
+//! The third renders the built-in cloud, and where `LIGHTSHED_SCENES` has it that of Disney at a
+//! sixteenth of its resolution, with single frames at the end of a warm-up, each of whose errors is
+//! set against that of path tracing with as many samples as take the same CPU time. Errors are
+//! measured against two long renderings at once, whose noise so has no share in them.
 //!
-//! The fourth sets means of `RestirVolume` against those of path tracing, in all scenes, until they are known well.
+//! The fourth sets means of `RestirVolume` against those of path tracing, in all scenes, until they
+//! are known well.
 
 #[path = "measure/agreement.rs"]
 mod agreement;
@@ -44,7 +47,8 @@ struct Options {
     /// Error at equal time instead of samples per CPU-second.
     #[arg(long)]
     race: bool,
-    /// Width of the race's images in pixels; a third less high. One ray a pixel and frame wants pixels smaller than what is seen.
+    /// Width of the race's images in pixels; a third less high. One ray a pixel and frame wants
+    /// pixels smaller than what is seen.
     #[arg(long, default_value_t = 480)]
     width: u32,
     /// Reservoirs of a pixel, if not as usual.
@@ -283,8 +287,9 @@ type View = fn(&[Rgb], [u32; 2]) -> Vec<Rgb>;
 /// Pixels of a block along each axis: noise that neighbours share does not average out in it.
 const BLOCK: usize = 4;
 
-/// Mean squared errors of an image, of its luminance, and of its means over blocks, against two independent references: `(x − a)(x − b)` has the
-/// expectation of the squared error, whatever their noise.
+/// Mean squared errors of an image, of its luminance, and of its means over blocks, against two
+/// independent references: `(x − a)(x − b)` has the expectation of the squared error, whatever
+/// their noise.
 fn errors(image: &[Rgb], reference: &[Vec<Rgb>; 2], size: [u32; 2]) -> [f64; 3] {
     let views: [View; 3] = [|image, _| image.to_vec(), |image, _| grey(image), blocks];
     views.map(|view| {

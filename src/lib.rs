@@ -1,7 +1,7 @@
 //! # lightshed
 //!
-//! Reusable sampling libraries for light transport. This package re-exports the workspace's crates, one feature a crate; a
-//! renderer usually depends on the single crate it needs.
+//! Reusable sampling libraries for light transport. This package re-exports the workspace's crates,
+//! one feature a crate; a renderer usually depends on the single crate it needs.
 //!
 //! | module | crate | what is in it |
 //! |---|---|---|

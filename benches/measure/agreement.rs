@@ -1,9 +1,10 @@
-//! Whether volumetric reuse has the expectation of path tracing through media: means of images and of their tiles, with standard errors that
-//! independent images tell.
+//! Whether volumetric reuse has the expectation of path tracing through media: means of images and
+//! of their tiles, with standard errors that independent images tell.
 //!
-//! Pixels of a chain of frames are correlated, and so are its frames; chains of different seeds are not. Each chain is therefore *one* value of
-//! every mean, and so is each image of path tracing. CPU time goes to the case that is known least, and in it to the method by which a
-//! second lessens the variance of the difference most.
+//! Pixels of a chain of frames are correlated, and so are its frames; chains of different seeds are
+//! not. Each chain is therefore *one* value of every mean, and so is each image of path tracing.
+//! CPU time goes to the case that is known least, and in it to the method by which a second lessens
+//! the variance of the difference most.
 
 use clap::ValueEnum;
 use lightshed::film::{Budget, FrameMethod, RenderOptions, process_cpu_seconds, render};
@@ -28,7 +29,8 @@ pub enum Reuse {
 
 /// What is compared and how well.
 pub struct Agreement<'a> {
-    /// Standard error of a mean's relative difference in any channel, in percent, at which a case is done.
+    /// Standard error of a mean's relative difference in any channel, in percent, at which a case
+    /// is done.
     pub precision: f64,
     /// CPU time for all cases together.
     pub seconds: f64,
@@ -39,7 +41,8 @@ pub struct Agreement<'a> {
     pub json: Option<&'a Path>,
 }
 
-/// Frames of a chain, and before those that count. What reuse does wrong in a frame it does again in every later one.
+/// Frames of a chain, and before those that count. What reuse does wrong in a frame it does again
+/// in every later one.
 const FRAMES: u32 = 12;
 const WARM_UP: u32 = 6;
 
@@ -102,7 +105,8 @@ impl Images {
         self.whole()[0].count()
     }
 
-    /// What a second more lessens the variance of the mean by; infinite as long as that is not known.
+    /// What a second more lessens the variance of the mean by; infinite as long as that is not
+    /// known.
     fn worth(&self) -> f64 {
         let count = self.count();
         if count < 20 {

@@ -1,4 +1,5 @@
-//! Criterion's benchmarks by the processor time of their thread, so that what else the machine does counts little.
+//! Criterion's benchmarks by the processor time of their thread, so that what else the machine does
+//! counts little.
 
 use criterion::Criterion;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};

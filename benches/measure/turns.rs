@@ -1,4 +1,5 @@
-//! Samples per CPU-second of two renderers that take turns: this library, and Mitsuba 3 in a process of its own.
+//! Samples per CPU-second of two renderers that take turns: this library, and Mitsuba 3 in a
+//! process of its own.
 
 use clap::Args;
 use lightshed::film::{Budget, PixelEstimator, RenderOptions, render};
@@ -33,7 +34,8 @@ pub struct Turn {
     pub rate: f64,
     /// Of the image and its channels.
     pub mean: f64,
-    /// Of a sample, averaged over pixels and channels. Mitsuba's is that of all of its turns so far, and not a number after the first.
+    /// Of a sample, averaged over pixels and channels. Mitsuba's is that of all of its turns so
+    /// far, and not a number after the first.
     pub variance: f64,
 }
 

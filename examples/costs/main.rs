@@ -1,4 +1,5 @@
-//! What hot functions cost beside what limits them on the same machine: a table made from the results of the benchmarks.
+//! What hot functions cost beside what limits them on the same machine: a table made from the
+//! results of the benchmarks.
 //!
 //! ```sh
 //! cargo bench --workspace --features lightshed-lights/parallel $(cargo run -q --example costs -- --benches) -- \

@@ -26,7 +26,8 @@ const fn rule(begins: &'static str, what: &'static str, limit: fn(&Limits<'_>, f
     Rule { begins, what, limit }
 }
 
-/// Nodes on the way to one of `n` lights, each on a line that is known when the one before has been read, or by `read`.
+/// Nodes on the way to one of `n` lights, each on a line that is known when the one before has been
+/// read, or by `read`.
 fn descent(n: f64, read: impl Fn(f64) -> f64) -> f64 {
     let levels = (n.log2() / 3.0).ceil().max(1.0) as u32;
     (1..=levels)

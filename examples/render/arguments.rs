@@ -27,22 +27,24 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Device::Cpu)]
     pub device: Device,
 
-    /// Samples in every pixel, or frames of methods that make whole frames; the scene's own number if neither this nor
-    /// --seconds is given.
+    /// Samples in every pixel, or frames of methods that make whole frames; the scene's own number
+    /// if neither this nor --seconds is given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
     pub spp: Option<u32>,
 
-    /// Frames A to B - 1 of a sequence, each an image of its own, numbered: image-0007.png; of methods whose frames are independent. A
-    /// single number N is the same as --spp N.
+    /// Frames A to B - 1 of a sequence, each an image of its own, numbered: image-0007.png; of
+    /// methods whose frames are independent. A single number N is the same as --spp N.
     #[arg(long, value_name = "A..B", value_parser = frames, conflicts_with_all = ["seconds", "frame"])]
     pub frames: Option<Frames>,
 
-    /// Renders the I-th of N parts of the samples, counted from 0, into a file of statistics beside the image's place
-    /// (image.shard-I-of-N.exr), which the program `merge` makes the image of. A file that is there and whole is kept.
+    /// Renders the I-th of N parts of the samples, counted from 0, into a file of statistics beside
+    /// the image's place (image.shard-I-of-N.exr), which the program `merge` makes the image of. A
+    /// file that is there and whole is kept.
     #[arg(long, value_name = "I/N", value_parser = part, conflicts_with_all = ["seconds", "sequence", "shards"])]
     pub shard: Option<ShardPart>,
 
-    /// Renders N shards one after the other and merges them: the same bits as from N processes and `merge`.
+    /// Renders N shards one after the other and merges them: the same bits as from N processes and
+    /// `merge`.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["seconds", "sequence"])]
     pub shards: Option<u32>,
 
@@ -50,7 +52,8 @@ pub struct Arguments {
     #[arg(long, requires = "shard")]
     pub again: bool,
 
-    /// Renders nothing, but writes a folder with what a scheduler needs to render --shards N of each of --frames.
+    /// Renders nothing, but writes a folder with what a scheduler needs to render --shards N of
+    /// each of --frames.
     #[arg(long, value_enum, value_name = "SYSTEM")]
     pub submit: Option<Scheduler>,
 
@@ -90,13 +93,14 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
-    /// Moves the camera from frame to frame: translate:X,Y,Z (in the scene's units) or orbit:DEGREES (about what is in the
-    /// middle of the image). The image is the last frame.
+    /// Moves the camera from frame to frame: translate:X,Y,Z (in the scene's units) or
+    /// orbit:DEGREES (about what is in the middle of the image). The image is the last frame.
     #[arg(long, value_name = "MOTION", value_parser = motion, allow_hyphen_values = true)]
     pub motion: Option<Motion>,
 
-    /// Moves the media, and what bounds them alone, in the same way: translate:X,Y,Z or orbit:DEGREES (about the image's vertical through
-    /// their middle). The image is the last frame.
+    /// Moves the media, and what bounds them alone, in the same way: translate:X,Y,Z or
+    /// orbit:DEGREES (about the image's vertical through their middle). The image is the last
+    /// frame.
     #[arg(long, value_name = "MOTION", value_parser = motion, allow_hyphen_values = true)]
     pub media_motion: Option<Motion>,
 
@@ -108,7 +112,8 @@ pub struct Arguments {
     #[arg(long)]
     pub sequence: bool,
 
-    /// Says what the method would do for the scene and what it would leave out, and renders nothing.
+    /// Says what the method would do for the scene and what it would leave out, and renders
+    /// nothing.
     #[arg(long)]
     pub explain: bool,
 
@@ -247,7 +252,8 @@ fn from_matches(matches: &ArgMatches) -> Result<Arguments, clap::Error> {
     Ok(arguments)
 }
 
-/// Parses the command line. In the other case what there is to say has been said and the program ends.
+/// Parses the command line. In the other case what there is to say has been said and the program
+/// ends.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments, ExitCode> {
     let words: Vec<OsString> = arguments.into_iter().collect();
     let matches = command().try_get_matches_from(&words);

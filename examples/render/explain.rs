@@ -1,4 +1,5 @@
-//! `--explain`: what a method does for a scene, and what it leaves out because the scene has no need of it.
+//! `--explain`: what a method does for a scene, and what it leaves out because the scene has no
+//! need of it.
 
 use crate::arguments::Arguments;
 use lightshed::integrator::{PathDepth, PathMapping, guide_need};

@@ -31,7 +31,8 @@ impl fmt::Display for Failure {
     }
 }
 
-/// An error and its sources, separated by colons; a source that its error already quotes is not repeated.
+/// An error and its sources, separated by colons; a source that its error already quotes is not
+/// repeated.
 fn chain(error: &dyn Error) -> String {
     let mut message = error.to_string();
     let mut source = error.source();

@@ -1,13 +1,16 @@
-//! Renders a built-in scene, a Mitsuba 3 XML file or a glTF file, and compares it with a reference image.
+//! Renders a built-in scene, a Mitsuba 3 XML file or a glTF file, and compares it with a reference
+//! image.
 //!
 //! ```text
 //! cargo run --release --example render -- cornell --spp 256 --out cornell.exr
 //! ```
 //!
-//! `--shard` renders a part of the samples, for the program `merge`, and `--submit` writes what a scheduler needs for all parts: see
-//! `docs/distribution.md`. `--help` lists the options. The exit status is 0 if all went well, 1 if the scene could not be rendered or the image
-//! not be written, 2 if the command line is wrong, and 130 after an interruption (SIGINT), which writes the whole passes
-//! done so far. Whatever can be known to fail fails before rendering, with one line on the standard error stream.
+//! `--shard` renders a part of the samples, for the program `merge`, and `--submit` writes what a
+//! scheduler needs for all parts: see `docs/distribution.md`. `--help` lists the options. The exit
+//! status is 0 if all went well, 1 if the scene could not be rendered or the image not be written,
+//! 2 if the command line is wrong, and 130 after an interruption (SIGINT), which writes the whole
+//! passes done so far. Whatever can be known to fail fails before rendering, with one line on the
+//! standard error stream.
 
 mod arguments;
 mod explain;

@@ -1,4 +1,5 @@
-//! From arguments to a written image: everything that can be checked is, then the rendering, then the figures.
+//! From arguments to a written image: everything that can be checked is, then the rendering, then
+//! the figures.
 
 use crate::arguments::{Arguments, Device, Motion};
 use crate::explain::explain;
@@ -278,7 +279,8 @@ fn media_motion(
     MediaMotion::new(motion, description).map(Some)
 }
 
-/// The motion that the command line asks for: orbits go around what the middle of the image shows, along the image's vertical.
+/// The motion that the command line asks for: orbits go around what the middle of the image shows,
+/// along the image's vertical.
 fn camera_motion(
     motion: Motion,
     scene: &Scene,
@@ -392,8 +394,9 @@ fn default_target(arguments: &Arguments, frame: Option<u32>) -> Result<OutputTar
     Ok(OutputTarget::prepare(file_of(&path, frame, arguments.shard))?)
 }
 
-/// What interruptions do: the first cancels the rendering, the second ends the program, and none ends it while the image
-/// is being written. Before [`Interruption::catch`] the first ends the program.
+/// What interruptions do: the first cancels the rendering, the second ends the program, and none
+/// ends it while the image is being written. Before [`Interruption::catch`] the first ends the
+/// program.
 struct Interruption {
     cancel: AtomicBool,
     writing: AtomicBool,

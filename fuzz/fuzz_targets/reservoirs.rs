@@ -1,5 +1,5 @@
-//! Streams of weights, merges and records in any order: sums stay finite, nothing without weight is selected, and records give back what
-//! they were made of.
+//! Streams of weights, merges and records in any order: sums stay finite, nothing without weight is
+//! selected, and records give back what they were made of.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

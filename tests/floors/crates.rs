@@ -39,7 +39,8 @@ impl Package {
         Self::new(name, &manifest, files.into_iter().map(read).collect())
     }
 
-    /// The crates of the workspace that this one names, in its dependencies or outside tests in its sources.
+    /// The crates of the workspace that this one names, in its dependencies or outside tests in its
+    /// sources.
     pub fn arrows(&self) -> BTreeSet<String> {
         let mut arrows = BTreeSet::new();
         let mut in_dependencies = false;

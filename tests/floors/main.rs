@@ -1,14 +1,17 @@
-//! The floors of `docs/architecture.md`: crates depend downward only, and no crate has a circle of modules.
+//! The floors of `docs/architecture.md`: crates depend downward only, and no crate has a circle of
+//! modules.
 //!
-//! A plain scan of `Cargo.toml` files and sources. It knows no Rust but paths, `use` trees and `cfg(test)`.
+//! A plain scan of `Cargo.toml` files and sources. It knows no Rust but paths, `use` trees and
+//! `cfg(test)`.
 //!
-//! **Arrows between crates.** A crate may depend on crates of lower floors only. Dev-dependencies and code under
-//! `cfg(test)` are apart.
+//! **Arrows between crates.** A crate may depend on crates of lower floors only. Dev-dependencies
+//! and code under `cfg(test)` are apart.
 //!
-//! **Circles of modules.** A file that names something of another module has an arrow to the module that defines it;
-//! re-exports are followed. At each level of the module tree, an arrow from below `a` to below its sibling `b` is an
-//! arrow from `a` to `b`. Siblings must not form a circle. Arrows between a module and one that it contains are not
-//! counted: a parent declares and re-exports its children, and children may use what the parent defines for them.
+//! **Circles of modules.** A file that names something of another module has an arrow to the module
+//! that defines it; re-exports are followed. At each level of the module tree, an arrow from below
+//! `a` to below its sibling `b` is an arrow from `a` to `b`. Siblings must not form a circle.
+//! Arrows between a module and one that it contains are not counted: a parent declares and
+//! re-exports its children, and children may use what the parent defines for them.
 
 mod crates;
 mod modules;

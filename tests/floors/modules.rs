@@ -42,7 +42,8 @@ impl Modules {
         self.0.iter().map(|(path, module)| (path, module.code.as_str()))
     }
 
-    /// The module that defines what `path` names when it stands in module `at`; `None` outside the crate.
+    /// The module that defines what `path` names when it stands in module `at`; `None` outside the
+    /// crate.
     fn defining(
         &self,
         at: &[String],

@@ -72,7 +72,8 @@ fn raw_string(chars: &[char]) -> Option<usize> {
     Some(2 + hashes + length + end.len())
 }
 
-/// `code` without items under a `cfg` that asks for tests, and the names of modules in files that are such items.
+/// `code` without items under a `cfg` that asks for tests, and the names of modules in files that
+/// are such items.
 pub fn without_tests(code: &str) -> (String, Vec<String>) {
     let (mut kept, mut modules, mut rest) = (String::new(), Vec::new(), code);
     while let Some(start) = rest.find("#[cfg(") {
@@ -96,7 +97,8 @@ pub fn without_tests(code: &str) -> (String, Vec<String>) {
     (kept + rest, modules)
 }
 
-/// Length of the item that `code` starts with: to the end of its first braces outside brackets, or its semicolon.
+/// Length of the item that `code` starts with: to the end of its first braces outside brackets, or
+/// its semicolon.
 fn item_length(code: &str) -> usize {
     let (mut braces, mut others) = (0, 0);
     for (at, c) in code.char_indices() {
@@ -135,7 +137,8 @@ pub fn tokens(code: &str) -> Vec<&str> {
     tokens
 }
 
-/// A path, and by what name a `use` makes it known; `*` for a glob. A path outside `use` has no name.
+/// A path, and by what name a `use` makes it known; `*` for a glob. A path outside `use` has no
+/// name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mention {
     pub path: Vec<String>,

@@ -123,7 +123,8 @@ fn above(rng: &mut CounterRng, least: f64) -> Vec3 {
     Vec3::new(across * c, across * s, z)
 }
 
-/// Visible normals: unit, visible, of a positive density `G₁ D (v·m) / cos θ_v`, and there and back.
+/// Visible normals: unit, visible, of a positive density `G₁ D (v·m) / cos θ_v`, and there and
+/// back.
 fn visible_normals() -> Vec<Row> {
     fn density<M: MicrofacetDistribution>(w: &mut Worst, make: fn(f32, f32) -> M, salt: u32) {
         let mut rng = rng(salt);

@@ -142,7 +142,8 @@ pub fn rows() -> Vec<Row> {
             |w| {
                 let scene = sky();
                 let environment = scene.emitters().environment().expect("there is a sky");
-                // Of the midpoint rule in the angles that cells are rectangles in, which their edges divide.
+                // Of the midpoint rule in the angles that cells are rectangles in, which their
+                // edges divide.
                 const STEPS: u32 = 960;
                 let sum: f64 = (0..STEPS)
                     .map(|i| {

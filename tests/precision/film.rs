@@ -18,7 +18,8 @@ pub fn rows() -> Vec<Row> {
     [moments(), metrics()].concat()
 }
 
-/// The mean and the unbiased variance of values around `offset`, in two passes over differences from it.
+/// The mean and the unbiased variance of values around `offset`, in two passes over differences
+/// from it.
 fn two_passes(values: &[f32], offset: f64) -> (f64, f64) {
     let n = values.len() as f64;
     let shifted = |&x: &f32| f64::from(x) - offset;
@@ -153,7 +154,8 @@ fn moments() -> Vec<Row> {
     ]
 }
 
-/// Pairs of images: over 60 decades, of the largest numbers there are, nearly equal, of negative numbers.
+/// Pairs of images: over 60 decades, of the largest numbers there are, nearly equal, of negative
+/// numbers.
 fn images(salt: u32) -> Vec<[RgbImage; 2]> {
     let mut rng = rng(salt);
     let of = |pixel: &mut dyn FnMut(u32, u32) -> [f32; 3]| {
@@ -234,7 +236,8 @@ fn metrics() -> Vec<Row> {
                 let average = mean(b.pixels().iter().map(|p| y(p).max(0.0)));
                 let found = mean_absolute_percentage_error(a, b);
                 w.exactly(found.is_ok() == (average > 0.0));
-                // Luminances are rounded to `f32`: what of their difference is left says nothing of nearly equal images.
+                // Luminances are rounded to `f32`: what of their difference is left says nothing of
+                // nearly equal images.
                 if let Ok(found) = found {
                     w.exactly(found.is_finite());
                     let terms = a.pixels().iter().zip(b.pixels());
@@ -331,7 +334,8 @@ fn srgb(x: f64) -> f64 {
     }
 }
 
-/// The mean over all windows of 11×11 pixels, each worked out by itself, variances by differences from the mean.
+/// The mean over all windows of 11×11 pixels, each worked out by itself, variances by differences
+/// from the mean.
 fn similarity(images: &[RgbImage; 2], luminance: impl Fn(&[f32; 3]) -> f64) -> f64 {
     const TAPS: usize = 11;
     let [width, height] = [images[0].width() as usize, images[0].height() as usize];

@@ -21,8 +21,8 @@ pub fn rows() -> Vec<Row> {
     [depths(), flights(), estimates()].concat()
 }
 
-/// `∫ ρ dt` by its definition: between crossings of planes of voxels, and of their centres, the density is constant or a cubic, of which three
-/// Gauss points are exact.
+/// `∫ ρ dt` by its definition: between crossings of planes of voxels, and of their centres, the
+/// density is constant or a cubic, of which three Gauss points are exact.
 fn depth(values: &[f32], filter: Filter, ray: &FieldRay, interval: Interval) -> f64 {
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let (t0, t1) = (f64::from(interval.t0), f64::from(interval.t1));

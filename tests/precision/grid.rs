@@ -9,7 +9,8 @@ fn worst(function: &'static str, inputs: &'static str, kind: Kind, fill: impl Fn
     Worst::row(PART, function, inputs, kind, fill)
 }
 
-/// Lights over 6 decades of intensity in a box of this size, some at one place, some off, some with a normal.
+/// Lights over 6 decades of intensity in a box of this size, some at one place, some off, some with
+/// a normal.
 fn lights(salt: u32, count: u32, scale: f32) -> Vec<PointLight> {
     let mut rng = rng(salt);
     (0..count)

@@ -188,7 +188,8 @@ fn numbers() -> Vec<Row> {
     ]
 }
 
-/// Two-dimensional warps: `invert(sample(u))` against `u`, and the density's values are finite and positive there.
+/// Two-dimensional warps: `invert(sample(u))` against `u`, and the density's values are finite and
+/// positive there.
 fn inverses() -> Vec<Row> {
     let inverse = |function, back: fn([f32; 2]) -> [f32; 2]| {
         worst(

@@ -19,7 +19,8 @@ pub fn rows() -> Vec<Row> {
     [boxes(), cones(), choices(), cuts()].concat()
 }
 
-/// A box of up to 10⁶ times its least extent, flat along an axis now and then, and a point near it, in it, or at a corner.
+/// A box of up to 10⁶ times its least extent, flat along an axis now and then, and a point near it,
+/// in it, or at a corner.
 fn box_and_point(rng: &mut CounterRng) -> (Bounds, Vec3) {
     let scale = log_uniform(rng, 1e-15, 1e15);
     let corner = |rng: &mut CounterRng| direction(rng) * scale * log_uniform(rng, 1e-6, 1.0);
@@ -223,7 +224,8 @@ fn cones() -> Vec<Row> {
     ]
 }
 
-/// Lights that are hard on a sampler: one, many at one point, and others over 30 decades of places and 60 of intensities, some off.
+/// Lights that are hard on a sampler: one, many at one point, and others over 30 decades of places
+/// and 60 of intensities, some off.
 fn hostile_lights() -> Vec<Vec<Light>> {
     let mut rng = rng(120);
     let mut light = |place: Vec3, size: f32, intensity: f32| Light {
@@ -405,7 +407,8 @@ fn choices() -> Vec<Row> {
     rows
 }
 
-/// The share of all numbers that lead to a light, by bisection: lights of a tree have intervals of numbers.
+/// The share of all numbers that lead to a light, by bisection: lights of a tree have intervals of
+/// numbers.
 fn shares() -> Row {
     worst(
         "LightSampler::sample",

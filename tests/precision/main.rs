@@ -1,5 +1,6 @@
-//! Worst errors of numeric functions over hostile and random input, against `f64` or closed forms. `docs/precision.md` has them, and misses
-//! no function. `LIGHTSHED_PRECISION=docs/precision.md cargo test --release --test precision` writes it anew.
+//! Worst errors of numeric functions over hostile and random input, against `f64` or closed forms.
+//! `docs/precision.md` has them, and misses no function.
+//! `LIGHTSHED_PRECISION=docs/precision.md cargo test --release --test precision` writes it anew.
 
 mod distributions;
 mod elsewhere;
@@ -25,8 +26,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use table::{compare, rows, table};
 
-/// No error is more than twice what the table says, and no function is in the one alone. A table that says less, or lacks a row, is
-/// refused.
+/// No error is more than twice what the table says, and no function is in the one alone. A table
+/// that says less, or lacks a row, is refused.
 #[test]
 fn errors_are_those_of_the_table() {
     let (rows, folder) = (rows(), Path::new(env!("CARGO_MANIFEST_DIR")));
@@ -71,7 +72,8 @@ fn surfaces() -> Vec<Surface> {
         .collect()
 }
 
-/// Public functions of real numbers that `text` does not name: a trait's function counts as named by a type that has the trait.
+/// Public functions of real numbers that `text` does not name: a trait's function counts as named
+/// by a type that has the trait.
 fn unnamed(surfaces: &[Surface], text: &str) -> Vec<String> {
     let named: BTreeSet<&str> = text.split('`').skip(1).step_by(2).collect();
     let is_named = |function: &str| {
@@ -90,7 +92,8 @@ fn document() -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/precision.md")).unwrap()
 }
 
-/// Every public function that takes or returns real numbers is in the document, with a row or with the reason why it has none.
+/// Every public function that takes or returns real numbers is in the document, with a row or with
+/// the reason why it has none.
 #[test]
 fn no_public_function_is_missing() {
     let (surfaces, text) = (surfaces(), document());
@@ -131,7 +134,8 @@ fn no_function_is_left_over() {
     assert_eq!(left_over, Vec::<&str>::new());
 }
 
-/// The scan sees a function that is added, and only one that is public, of a public type and about real numbers.
+/// The scan sees a function that is added, and only one that is public, of a public type and about
+/// real numbers.
 #[test]
 fn the_scan_sees_what_is_public() {
     let folder = std::env::temp_dir().join(format!("lightshed-surface-{}", std::process::id()));

@@ -95,7 +95,8 @@ fn fresnel() -> Vec<Row> {
                         (wo, f64::from(eta))
                     };
                     let cos = f64::from(wo.z.abs());
-                    // Near the angle of total reflection rounding an angle to `f32` is worth more than itself.
+                    // Near the angle of total reflection rounding an angle to `f32` is worth more
+                    // than itself.
                     let radicand = 1.0 - (1.0 - cos * cos) / (relative * relative);
                     if radicand.abs() > 1e-3 {
                         w.add(f64::from(bsdf.lobe_probability(0, wo)), dielectric(cos, relative));

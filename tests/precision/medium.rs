@@ -305,7 +305,8 @@ fn compressions() -> Vec<Row> {
     ]
 }
 
-/// Rays along axes, faces, edges and diagonals, from within and without, of any speed, and what of them is in the grid.
+/// Rays along axes, faces, edges and diagonals, from within and without, of any speed, and what of
+/// them is in the grid.
 pub fn rays(salt: u32, count: u32) -> impl Iterator<Item = (FieldRay, Interval)> {
     let mut rng = rng(salt);
     (0..count).filter_map(move |i| {

@@ -1,6 +1,8 @@
-//! The public functions of a crate that take or return real numbers, by a scan of its formatted sources.
+//! The public functions of a crate that take or return real numbers, by a scan of its formatted
+//! sources.
 //!
-//! It knows no Rust but what `rustfmt` makes of it: items start in the first column, functions of types and traits in the fifth.
+//! It knows no Rust but what `rustfmt` makes of it: items start in the first column, functions of
+//! types and traits in the fifth.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,7 +18,8 @@ pub struct Surface {
     pub implementations: BTreeSet<(String, String)>,
 }
 
-/// Types that are real numbers or made of them: a function that names one in its signature, or belongs to one, is about real numbers.
+/// Types that are real numbers or made of them: a function that names one in its signature, or
+/// belongs to one, is about real numbers.
 const NUMERIC: &str = "f32 f64 Vec2 Vec3 Vec3A DVec2 DVec3 Rgb Real Density Lanes L Jacobian MeasuredJacobian ContributionWeight Tractable \
     CompensatedSum Moments Reservoir DomainReservoir Merged Shifted Pulled Ray FieldRay Hit SurfacePoint Interval Light LightChoice Bounds \
     FieldBounds OrientationCone PhaseSample ScatteringAngle RgbImage PixelStatistics";

@@ -54,7 +54,8 @@ fn worst(function: &'static str, inputs: &'static str, kind: Kind, fill: impl Fn
     Worst::row(PART, function, inputs, kind, fill)
 }
 
-/// Streams of weights: over 60 decades, all tiny, all huge, with zeros, negative ones and such as are no numbers, one, none.
+/// Streams of weights: over 60 decades, all tiny, all huge, with zeros, negative ones and such as
+/// are no numbers, one, none.
 fn streams() -> Vec<Vec<f64>> {
     let mut rng = rng(52);
     let mut stream = |low: f64, high: f64| -> Vec<f64> {

@@ -367,7 +367,8 @@ fn warps() -> Vec<Row> {
     ]
 }
 
-/// Numbers that 24 random bits make, but for 0, where some warps take the middle of the cell that it stands for.
+/// Numbers that 24 random bits make, but for 0, where some warps take the middle of the cell that
+/// it stands for.
 fn drawn(u: &[f32; 2]) -> bool {
     u.iter().all(|&u| u >= 5.9e-8)
 }

@@ -78,8 +78,8 @@ fn without_a_row() -> String {
     text
 }
 
-/// Missing and left-over functions, and errors more than twice what the file says (functions of the platform's own, `exp` and the like,
-/// differ by a little).
+/// Missing and left-over functions, and errors more than twice what the file says (functions of the
+/// platform's own, `exp` and the like, differ by a little).
 pub fn compare(rows: &[Row], text: &str) -> Vec<String> {
     let stated: Vec<(String, f64)> = text
         .lines()

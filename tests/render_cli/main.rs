@@ -1,4 +1,5 @@
-//! The example `render` as a user meets it: as a program with arguments, streams, files and an exit status.
+//! The example `render` as a user meets it: as a program with arguments, streams, files and an exit
+//! status.
 
 mod shards;
 
@@ -340,7 +341,8 @@ fn a_mitsuba_scene_renders_and_takes_definitions() {
     let report = folder.json(&arguments);
     assert_eq!((&report["width"], &report["height"]), (&12.into(), &8.into()));
     let image = read_exr(folder.file("a.exr")).unwrap();
-    // The sky is 1; the triangle before it sends half of it back, to the camera from half of all directions or from all.
+    // The sky is 1; the triangle before it sends half of it back, to the camera from half of all
+    // directions or from all.
     assert_eq!(image.get(0, 0), Some([1.0; 3]));
     let middle = image.get(6, 4).unwrap()[0];
     assert!((0.2..0.6).contains(&middle), "{middle}");
@@ -506,7 +508,8 @@ fn bad_input_is_one_line_before_rendering_and_leaves_nothing() {
     refused(&[&offline[..], &["--spp", "4"]].concat(), 1, &["--frames A..B"]);
 }
 
-/// Smoke that drifts up: each frame is written, the last one is the image, and it is the light of the place where the smoke is by then.
+/// Smoke that drifts up: each frame is written, the last one is the image, and it is the light of
+/// the place where the smoke is by then.
 #[test]
 fn media_move_and_frames_are_written() {
     let folder = Folder::new("media-motion");
@@ -544,7 +547,8 @@ fn media_move_and_frames_are_written() {
             "--method", "volpath", "--spp", "256", "--frame", frame, "--out", name,
         ]);
     }
-    // Of unlike pictures, that of the right frame is much the nearer, though it is one sample of each pixel.
+    // Of unlike pictures, that of the right frame is much the nearer, though it is one sample of
+    // each pixel.
     let distance = |a: &str, b: &str| {
         let (a, b) = (image(a), image(b));
         let pixels = (0..144).map(|i| [a.get(i % 12, i / 12).unwrap(), b.get(i % 12, i / 12).unwrap()]);
@@ -582,8 +586,8 @@ fn help_is_no_error() {
     }
 }
 
-/// Where to render: with the feature `gpu` the image is that of the threads, and seconds by kernel are there if there is a device; without it
-/// the option says what it lacks.
+/// Where to render: with the feature `gpu` the image is that of the threads, and seconds by kernel
+/// are there if there is a device; without it the option says what it lacks.
 #[test]
 fn a_gpu_renders_the_same_image() {
     let folder = Folder::new("gpu");

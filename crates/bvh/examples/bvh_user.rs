@@ -1,4 +1,5 @@
-//! Builds trees over a heap of triangles in every preset, asks which of them is worth its time, and traces some rays.
+//! Builds trees over a heap of triangles in every preset, asks which of them is worth its time, and
+//! traces some rays.
 //!
 //! `cargo run --release -p lightshed-bvh --example bvh_user`
 use lightshed_bvh::glam::Vec3;

@@ -1,7 +1,8 @@
 //! Along a curve: the tree of the codes' bits.
 //!
-//! Lauterbach et al. 2009, *Fast BVH Construction on GPUs* (LBVH): items are sorted along Morton's curve, and groups divided where the
-//! highest bit of their codes changes. Groups of up to eight are left to [`treelet`](crate::treelet).
+//! Lauterbach et al. 2009, *Fast BVH Construction on GPUs* (LBVH): items are sorted along Morton's
+//! curve, and groups divided where the highest bit of their codes changes. Groups of up to eight
+//! are left to [`treelet`](crate::treelet).
 
 use crate::item::BoxItem;
 use crate::morton::{Morton, PREFETCH_DISTANCE};

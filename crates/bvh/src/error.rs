@@ -4,7 +4,8 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// The primitive of this index has no box: a corner is not finite, or least and greatest corner are exchanged.
+    /// The primitive of this index has no box: a corner is not finite, or least and greatest corner
+    /// are exchanged.
     #[error("the box of primitive {0} is not finite, or its corners are exchanged")]
     Bounds(u32),
     /// More than [`MAX_PRIMITIVES`](crate::MAX_PRIMITIVES).

@@ -12,8 +12,8 @@ use lightshed_spatial::Bounds;
 /// Instances whose boxes a thread finds at once.
 const CHUNK: usize = 1 << 9;
 
-/// Boxes of an object of which the box of an instance is made: those of its tree's upper nodes, since a turned box is larger than what it
-/// holds.
+/// Boxes of an object of which the box of an instance is made: those of its tree's upper nodes,
+/// since a turned box is larger than what it holds.
 const PARTS: usize = 16;
 
 /// A copy of an object, placed in the world.
@@ -25,7 +25,8 @@ pub struct Instance {
     pub to_world: Affine3A,
 }
 
-/// A tree over instances. The objects' trees are the caller's: they stay as they are however the instances move.
+/// A tree over instances. The objects' trees are the caller's: they stay as they are however the
+/// instances move.
 #[derive(Clone, Debug, Default)]
 pub struct InstanceTree {
     top: Bvh,
@@ -60,8 +61,9 @@ impl InstanceTree {
     /// Builds the tree again, in the memory that it has, for other instances or objects.
     ///
     /// # Errors
-    /// [`BuildError::Object`] for an instance without object, [`BuildError::Bounds`] with the index of an instance whose placed box is not
-    /// finite or whose object is empty. The tree is as it was then, but for memory.
+    /// [`BuildError::Object`] for an instance without object, [`BuildError::Bounds`] with the index
+    /// of an instance whose placed box is not finite or whose object is empty. The tree is as it
+    /// was then, but for memory.
     pub fn rebuild(&mut self, objects: &[Bvh], instances: &[Instance]) -> Result<(), BuildError> {
         let missing = |instance: &Instance| instance.object as usize >= objects.len();
         if let Some(instance) = instances.iter().position(missing) {
@@ -97,7 +99,8 @@ impl InstanceTree {
         &self.top
     }
 
-    /// The box of an instance in the world, widened for rounding; not finite for an object without primitives.
+    /// The box of an instance in the world, widened for rounding; not finite for an object without
+    /// primitives.
     fn placed(&self, instance: &Instance) -> Bounds {
         let object = instance.object as usize;
         let range = self.first_parts[object] as usize..self.first_parts[object + 1] as usize;
@@ -124,8 +127,9 @@ impl InstanceTree {
 
     /// The first hit of a ray: instance, primitive of its object, and place along the ray.
     ///
-    /// `objects` are those that the tree was built for. `test(object, primitive, ray)` returns where a ray in the object's space hits a primitive
-    /// before its `t_max`; directions are not normalised, so that places are the same in all spaces.
+    /// `objects` are those that the tree was built for. `test(object, primitive, ray)` returns
+    /// where a ray in the object's space hits a primitive before its `t_max`; directions are not
+    /// normalised, so that places are the same in all spaces.
     pub fn nearest(
         &self,
         objects: &[Bvh],
@@ -151,7 +155,8 @@ impl InstanceTree {
     }
 }
 
-/// Appends boxes that together hold all of a tree: of the largest nodes that are not below each other.
+/// Appends boxes that together hold all of a tree: of the largest nodes that are not below each
+/// other.
 fn upper_boxes(tree: &Bvh, boxes: &mut Vec<Bounds>) {
     let mut chosen = Vec::new();
     if !tree.is_empty() {

@@ -5,14 +5,14 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use lightshed_spatial::Bounds;
 
-/// Added to an index where it is stored as the bits of a float: indices below 2²⁹ become finite normal numbers, on which
-/// arithmetic is as fast as on any.
+/// Added to an index where it is stored as the bits of a float: indices below 2²⁹ become finite
+/// normal numbers, on which arithmetic is as fast as on any.
 const TAG: u32 = 1 << 30;
 
 /// A box and the index of its primitive.
 ///
-/// The greatest corner is stored negated: the union of two boxes is then one minimum of all lanes, and the doubled
-/// centre one difference.
+/// The greatest corner is stored negated: the union of two boxes is then one minimum of all lanes,
+/// and the doubled centre one difference.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct BoxItem {

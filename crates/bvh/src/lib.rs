@@ -1,7 +1,8 @@
 //! Bounding volume hierarchies, built fast.
 //!
-//! Knows boxes, and nothing of what is in them: triangles, instances and lights are built over by the same code. A tree is binary, has one primitive
-//! in each leaf, and lies in depth-first order ([`Node`]); wide trees are made of it by whoever traverses them.
+//! Knows boxes, and nothing of what is in them: triangles, instances and lights are built over by
+//! the same code. A tree is binary, has one primitive in each leaf, and lies in depth-first order
+//! ([`Node`]); wide trees are made of it by whoever traverses them.
 //!
 //! | you want | take |
 //! |---|---|
@@ -30,15 +31,17 @@
 //!
 //! # What is not a box
 //!
-//! A primitive whose box is not finite, or has its corners exchanged, is an error that names it. Equal boxes, boxes without extent, and
-//! coordinates of any size are primitives like others; trees have at most [`MAX_DEPTH`] levels.
+//! A primitive whose box is not finite, or has its corners exchanged, is an error that names it.
+//! Equal boxes, boxes without extent, and coordinates of any size are primitives like others; trees
+//! have at most [`MAX_DEPTH`] levels.
 //!
 //! # Features
 //!
 //! - `parallel`: builds over a rayon pool. Same tree, bit for bit.
 //! - `obvhs`: trees of that crate.
 #![forbid(unsafe_code)]
-// Kernels loop over axes and lanes by index: iterator adaptors are not inlined into them (see the crate `lightshed-lanes`).
+// Kernels loop over axes and lanes by index: iterator adaptors are not inlined into them (see the
+// crate `lightshed-lanes`).
 #![allow(clippy::needless_range_loop)]
 
 mod binned;

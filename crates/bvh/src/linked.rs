@@ -82,7 +82,8 @@ impl Linked {
     }
 }
 
-/// The tree made of items by joining: item `i` is group `i`, and the group joined at step `k` is group `n + k`.
+/// The tree made of items by joining: item `i` is group `i`, and the group joined at step `k` is
+/// group `n + k`.
 #[derive(Clone, Debug, Default)]
 pub struct Joined {
     pub parts: Vec<[u32; 2]>,
@@ -115,7 +116,8 @@ impl Joined {
         (items + self.parts.len() - 1) as u32
     }
 
-    /// Writes the tree in depth-first order: `2n − 1` cells and `n` indices. The last group is the root.
+    /// Writes the tree in depth-first order: `2n − 1` cells and `n` indices. The last group is the
+    /// root.
     pub fn write(&self, items: &[BoxItem], cells: &mut [BoxItem], order: &mut [u32], first: u32) {
         let count = items.len();
         let mut waiting = vec![(2 * count - 2) as u32];
@@ -140,7 +142,8 @@ impl Joined {
     }
 }
 
-/// Puts the number of primitives below each node of an upper tree right, from the last node to the root; leaves are marked by 1, others by 0.
+/// Puts the number of primitives below each node of an upper tree right, from the last node to the
+/// root; leaves are marked by 1, others by 0.
 pub fn count_below(nodes: &mut [Node]) {
     for index in (0..nodes.len()).rev() {
         if nodes[index].count == 0 {

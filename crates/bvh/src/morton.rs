@@ -1,7 +1,8 @@
 //! Items in the order of Morton's curve.
 //!
-//! The sort moves one word for each item: the upper bits of its code, as many as the index leaves room for, and the index,
-//! by which ties are broken. So the order is total, and the same however it is found.
+//! The sort moves one word for each item: the upper bits of its code, as many as the index leaves
+//! room for, and the index, by which ties are broken. So the order is total, and the same however
+//! it is found.
 
 use crate::item::BoxItem;
 use crate::primitive::Primitive;
@@ -59,8 +60,8 @@ impl Morton {
         });
     }
 
-    /// Where the places from `start` to `end` are to be divided: before the first word that has a one in the highest bit in which they differ.
-    /// Words of equal codes differ in their indices.
+    /// Where the places from `start` to `end` are to be divided: before the first word that has a
+    /// one in the highest bit in which they differ. Words of equal codes differ in their indices.
     pub fn split(&self, start: usize, end: usize) -> usize {
         let words = &self.words[start..end];
         let (Some(first), Some(last)) = (words.first(), words.last()) else {
@@ -88,7 +89,8 @@ fn encode<P: Primitive>(source: &Source<P>, words: &mut [u64], index_bits: u32) 
     });
 }
 
-/// Sorts words that agree in all bits from `top` up. The result is in `other` if `moved`, else in `words`.
+/// Sorts words that agree in all bits from `top` up. The result is in `other` if `moved`, else in
+/// `words`.
 fn sort(words: &mut [u64], other: &mut [u64], top: u32, moved: bool) {
     if words.len() <= SMALL || top == 0 {
         words.sort_unstable();
@@ -129,8 +131,9 @@ fn count(words: &[u64], shift: u32, counts: &mut [u32]) {
     }
 }
 
-/// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on, which go into `to`. Many words are
-/// moved by two threads, each of which reads all of them and fills half of the buckets.
+/// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on,
+/// which go into `to`. Many words are moved by two threads, each of which reads all of them and
+/// fills half of the buckets.
 fn scatter(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize, mask: usize) {
     if cfg!(feature = "parallel") && words.len() > APART && counts.len() == mask + 1 {
         // Halves of the words, not of the digits.

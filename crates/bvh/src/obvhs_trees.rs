@@ -46,7 +46,8 @@ impl Bvh {
         bvh
     }
 
-    /// As a compressed eight-wide tree of `obvhs`, with up to `leaf_primitives` primitives in a leaf (1 to 3).
+    /// As a compressed eight-wide tree of `obvhs`, with up to `leaf_primitives` primitives in a
+    /// leaf (1 to 3).
     pub fn to_obvhs_cwbvh(&self, leaf_primitives: u32) -> CwBvh {
         bvh2_to_cwbvh(&self.to_obvhs_bvh2(1), leaf_primitives.clamp(1, 3), true, false)
     }

@@ -1,8 +1,8 @@
 //! Parallel locally-ordered clustering.
 //!
-//! Meister and Bittner 2018, *Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction*: along a curve every group
-//! looks for the one, within a few places, with which its union has the least area; pairs that have found each other are joined, until
-//! one group is left.
+//! Meister and Bittner 2018, *Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
+//! Construction*: along a curve every group looks for the one, within a few places, with which its
+//! union has the least area; pairs that have found each other are joined, until one group is left.
 
 use crate::item::BoxItem;
 use crate::linked::Joined;
@@ -21,7 +21,8 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Builds the tree over `items` in the order of a curve, not none. Groups look `radius` places to both sides.
+    /// Builds the tree over `items` in the order of a curve, not none. Groups look `radius` places
+    /// to both sides.
     pub fn build(
         &mut self,
         items: &[BoxItem],
@@ -65,8 +66,9 @@ impl Scratch {
     }
 }
 
-/// The nearest of each of the groups from `start` on. Of equal ones that whose place differs from the own in lower bits: so of many equal
-/// boxes half are joined at a time, and two that are nearest of all always find each other.
+/// The nearest of each of the groups from `start` on. Of equal ones that whose place differs from
+/// the own in lower bits: so of many equal boxes half are joined at a time, and two that are
+/// nearest of all always find each other.
 fn find_nearest(groups: &[BoxItem], start: usize, nearest: &mut [u32], radius: usize) {
     let end = start + nearest.len();
     let mut best = [(f32::INFINITY, u32::MAX); CHUNK];

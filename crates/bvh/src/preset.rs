@@ -20,14 +20,15 @@ pub enum Preset {
     Best,
 }
 
-/// What a preset costs: nanoseconds of one thread to build, for each primitive, and by how much longer rays take than through the best tree.
-/// Medians over the scenes of `docs/bvh.md`.
+/// What a preset costs: nanoseconds of one thread to build, for each primitive, and by how much
+/// longer rays take than through the best tree. Medians over the scenes of `docs/bvh.md`.
 struct Costs {
     build: f64,
     slowdown: f64,
 }
 
-/// Nanoseconds that a ray of a path tracer takes for each doubling of the number of primitives; the same source.
+/// Nanoseconds that a ray of a path tracer takes for each doubling of the number of primitives; the
+/// same source.
 const RAY_NANOSECONDS: f64 = 22.0;
 
 impl Preset {
@@ -60,8 +61,8 @@ impl Preset {
         Costs { build, slowdown }
     }
 
-    /// Seconds of one thread to build a tree over `primitives` and trace `rays` through it: a model,
-    /// `T = n b + R c log₂(n + 1) (1 + s)`, with what was measured for `b`, `c` and `s`.
+    /// Seconds of one thread to build a tree over `primitives` and trace `rays` through it: a
+    /// model, `T = n b + R c log₂(n + 1) (1 + s)`, with what was measured for `b`, `c` and `s`.
     pub fn total_seconds(self, primitives: usize, rays: f64) -> f64 {
         let Costs { build, slowdown } = self.costs();
         let levels = (primitives as f64 + 1.0).log2();

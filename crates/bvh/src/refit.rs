@@ -8,15 +8,17 @@ use lightshed_sampling::parallel::for_each_chunk;
 /// What a refit did to a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Refit {
-    /// Cost by the surface area heuristic before, with nodes and primitives at 1 each ([`Bvh::sah_cost`]).
+    /// Cost by the surface area heuristic before, with nodes and primitives at 1 each
+    /// ([`Bvh::sah_cost`]).
     pub cost_before: f64,
     /// The same now.
     pub cost: f64,
 }
 
 impl Refit {
-    /// How many times costlier rays have become. A tree that was built for these primitives would have about 1: where builds take
-    /// as long as the rays of a frame, a new one is worth it from about 1.5 on.
+    /// How many times costlier rays have become. A tree that was built for these primitives would
+    /// have about 1: where builds take as long as the rays of a frame, a new one is worth it from
+    /// about 1.5 on.
     pub fn growth(&self) -> f64 {
         if self.cost_before > 0.0 {
             self.cost / self.cost_before
@@ -27,7 +29,8 @@ impl Refit {
 }
 
 impl Bvh {
-    /// Gives all nodes the boxes of `primitives`, which are as many as the tree was built over, in the same order.
+    /// Gives all nodes the boxes of `primitives`, which are as many as the tree was built over, in
+    /// the same order.
     ///
     /// # Errors
     /// [`BuildError::Count`] and [`BuildError::Bounds`]; the tree is as it was then.

@@ -1,8 +1,10 @@
 //! Better trees by moving subtrees.
 //!
-//! Meister and Bittner 2018, *Parallel Reinsertion for Bounding Volume Hierarchy Optimization*: for each of the largest nodes the place is
-//! searched where it lessens the sum of all areas most if it is taken out and put in there. Searches run in parallel on the tree as it is;
-//! moves are then made one by one, in the order of what they gain, as long as they touch nothing that another has moved.
+//! Meister and Bittner 2018, *Parallel Reinsertion for Bounding Volume Hierarchy Optimization*: for
+//! each of the largest nodes the place is searched where it lessens the sum of all areas most if it
+//! is taken out and put in there. Searches run in parallel on the tree as it is; moves are then
+//! made one by one, in the order of what they gain, as long as they touch nothing that another has
+//! moved.
 
 use crate::item::BoxItem;
 use crate::linked::{Linked, NONE};
@@ -31,7 +33,8 @@ struct Move {
 }
 
 impl Bvh {
-    /// Moves subtrees to where the sum of areas is least. The boxes must be exact; the result is the same for any number of threads.
+    /// Moves subtrees to where the sum of areas is least. The boxes must be exact; the result is
+    /// the same for any number of threads.
     pub fn reinsert(&mut self, reinsertion: &Reinsertion) {
         let nodes = self.nodes.len();
         let batch = ((nodes as f64 * f64::from(reinsertion.share)).ceil() as usize).min(nodes);
@@ -85,7 +88,8 @@ impl Linked {
             node,
             target: NONE,
         };
-        // What is saved by taking the node out, at the nodes below the one that the search has come up to.
+        // What is saved by taking the node out, at the nodes below the one that the search has come
+        // up to.
         let mut saved = area(parent);
         let mut rest = self.boxes[self.sibling(node) as usize];
         let mut at = parent;

@@ -18,8 +18,8 @@ const SMALLEST: f32 = 1e-9;
 /// Primitives that have boxes, and the box around all of them.
 pub struct Source<'a, P> {
     primitives: &'a [P],
-    /// Boxes are multiplied by this power of two, so that areas neither overflow nor vanish: the tree is then to be fitted to the
-    /// primitives.
+    /// Boxes are multiplied by this power of two, so that areas neither overflow nor vanish: the
+    /// tree is then to be fitted to the primitives.
     factor: f64,
     /// Least and greatest doubled centre.
     pub centers: (Vec4, Vec4),

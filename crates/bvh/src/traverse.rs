@@ -4,7 +4,8 @@ use crate::tree::Bvh;
 use glam::Vec3;
 use lightshed_spatial::Bounds;
 
-/// `1 + 2γ(3)`, rounded up: how far the slab test's far end may be off (Ize 2013, *Robust BVH Ray Traversal*, §3).
+/// `1 + 2γ(3)`, rounded up: how far the slab test's far end may be off (Ize 2013, *Robust BVH Ray
+/// Traversal*, §3).
 const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 /// Most levels of a tree that a [`Builder`](crate::Builder) makes.
@@ -54,8 +55,9 @@ impl Slabs {
 impl Bvh {
     /// The primitive that a ray hits first, and where.
     ///
-    /// `test(primitive, t_max)` returns where the ray hits the primitive before `t_max`, if it does. Boxes that the ray enters are visited in about the
-    /// order in which it does. Trees of up to [`MAX_DEPTH`] levels are searched without allocating.
+    /// `test(primitive, t_max)` returns where the ray hits the primitive before `t_max`, if it
+    /// does. Boxes that the ray enters are visited in about the order in which it does. Trees of up
+    /// to [`MAX_DEPTH`] levels are searched without allocating.
     pub fn nearest(&self, ray: &Ray, mut test: impl FnMut(u32, f32) -> Option<f32>) -> Option<(u32, f32)> {
         let slabs = Slabs::new(ray);
         let mut found = None;

@@ -6,8 +6,8 @@ use lightshed_spatial::Bounds;
 
 /// A binary tree whose leaves hold one primitive each.
 ///
-/// How many primitives a leaf of a traversed tree should have depends on how they are tested; whoever lays out such a
-/// tree joins leaves by their own costs.
+/// How many primitives a leaf of a traversed tree should have depends on how they are tested;
+/// whoever lays out such a tree joins leaves by their own costs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bvh {
     /// In depth-first order; see [`Node`].
@@ -63,8 +63,9 @@ impl Bvh {
         self.nodes.first().map_or(Bounds::EMPTY, Node::bounds)
     }
 
-    /// The cost by the surface area heuristic, `Σ A(N) / A(root)` over inner nodes times `traversal`, and over leaves times
-    /// `intersection`. In expectation, over lines that hit the root's box, so many nodes' children and so many primitives are tested.
+    /// The cost by the surface area heuristic, `Σ A(N) / A(root)` over inner nodes times
+    /// `traversal`, and over leaves times `intersection`. In expectation, over lines that hit the
+    /// root's box, so many nodes' children and so many primitives are tested.
     pub fn sah_cost(&self, traversal: f64, intersection: f64) -> f64 {
         let area = |node: &Node| {
             let d = (node.max - node.min).as_dvec3();
@@ -96,7 +97,8 @@ impl Bvh {
         deepest
     }
 
-    /// Checks that every primitive is in exactly one leaf, that boxes contain what is below, and that nodes lie as [`Node`] says.
+    /// Checks that every primitive is in exactly one leaf, that boxes contain what is below, and
+    /// that nodes lie as [`Node`] says.
     ///
     /// # Errors
     /// The first fault found.

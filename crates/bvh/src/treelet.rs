@@ -1,7 +1,8 @@
 //! Trees over up to eight primitives, in lanes.
 //!
-//! The two groups whose union has the least area become one, until one is left: every pair is looked at, eight at a time.
-//! For so few that costs less than going through bins, and the trees are better.
+//! The two groups whose union has the least area become one, until one is left: every pair is
+//! looked at, eight at a time. For so few that costs less than going through bins, and the trees
+//! are better.
 
 use crate::item::BoxItem;
 use lightshed_lanes::{LANES, LaneMask, Lanes};
@@ -35,8 +36,9 @@ impl<L: Lanes> Boxes<L> {
     }
 }
 
-/// Writes the tree over the first `count` of `items`, one to eight: its nodes in depth-first order and the indices of its primitives. `first` is
-/// the place of the first of them in the order of all leaves.
+/// Writes the tree over the first `count` of `items`, one to eight: its nodes in depth-first order
+/// and the indices of its primitives. `first` is the place of the first of them in the order of all
+/// leaves.
 #[inline(always)]
 pub fn build<L: Lanes>(
     items: &[BoxItem; MOST],

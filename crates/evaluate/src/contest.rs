@@ -10,9 +10,11 @@ use std::time::Instant;
 /// How long a contest goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContestOptions {
-    /// Processor seconds for each method in each repeat; seconds of the clock where the platform does not tell.
+    /// Processor seconds for each method in each repeat; seconds of the clock where the platform
+    /// does not tell.
     pub seconds: f64,
-    /// Independent repeats: at least 2 for intervals, of one record or of several that are [joined](Record::join).
+    /// Independent repeats: at least 2 for intervals, of one record or of several that are
+    /// [joined](Record::join).
     pub repeats: u32,
     /// Repeats of other seeds are independent of these.
     pub seed: u64,
@@ -88,8 +90,8 @@ pub struct ContestProgress {
 pub struct Contested {
     /// The measurements.
     pub record: Record,
-    /// For every name the mean of its frames in one repeat, where a repeat was run: the last that was complete, or what an
-    /// interruption has left of the first.
+    /// For every name the mean of its frames in one repeat, where a repeat was run: the last that
+    /// was complete, or what an interruption has left of the first.
     pub images: Vec<RgbImage>,
 }
 
@@ -147,17 +149,20 @@ impl Runner<'_> {
     }
 }
 
-/// Lets all run, each for the same processor time in each repeat, and measures their errors on the way.
+/// Lets all run, each for the same processor time in each repeat, and measures their errors on the
+/// way.
 ///
-/// Within a repeat the next frame is always that of who has had least time so far: a machine that slows down for a while slows
-/// all alike. Errors are those of the mean of all frames. A frame that has begun is finished, so times end a little apart.
+/// Within a repeat the next frame is always that of who has had least time so far: a machine that
+/// slows down for a while slows all alike. Errors are those of the mean of all frames. A frame that
+/// has begun is finished, so times end a little apart.
 ///
-/// `record` takes up an earlier contest of the same scene, options and names where it stopped. If `cancel` is set, what was
-/// complete is kept.
+/// `record` takes up an earlier contest of the same scene, options and names where it stopped. If
+/// `cancel` is set, what was complete is kept.
 ///
 /// # Errors
-/// [`EvaluateError::Contest`] for options or names that make no contest, [`EvaluateError::Record`] for a record of another
-/// contest, [`EvaluateError::Size`] where a method's frames are not as large as the reference, and those of starting methods.
+/// [`EvaluateError::Contest`] for options or names that make no contest, [`EvaluateError::Record`]
+/// for a record of another contest, [`EvaluateError::Size`] where a method's frames are not as
+/// large as the reference, and those of starting methods.
 pub fn run(
     scene: &str,
     contestants: &[Contestant<'_>],
@@ -235,11 +240,13 @@ pub fn run(
 }
 
 impl Record {
-    /// Puts records of one contest together that have been made apart: each of consecutive repeats, which the seeds say, with none missing
-    /// and none twice. The order in which they are given does not matter.
+    /// Puts records of one contest together that have been made apart: each of consecutive repeats,
+    /// which the seeds say, with none missing and none twice. The order in which they are given
+    /// does not matter.
     ///
     /// # Errors
-    /// [`EvaluateError::Record`] for records of different contests, incomplete ones, and repeats that are missing or twice there.
+    /// [`EvaluateError::Record`] for records of different contests, incomplete ones, and repeats
+    /// that are missing or twice there.
     pub fn join(mut records: Vec<Self>) -> Result<Self, EvaluateError> {
         let refused = |reason: String| Err(EvaluateError::Record(reason));
         records.sort_by_key(|record| record.options.seed);

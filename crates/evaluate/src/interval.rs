@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// A positive quantity, known from repeats: the geometric mean, and an interval that holds the true one in 95 of 100 cases if
-/// logarithms are normally distributed (Student's t).
+/// A positive quantity, known from repeats: the geometric mean, and an interval that holds the true
+/// one in 95 of 100 cases if logarithms are normally distributed (Student's t).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Lower end.

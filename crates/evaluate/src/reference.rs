@@ -35,7 +35,8 @@ impl Reference {
         Self::assembled(image, truth, Uncertainty::Unknown)
     }
 
-    /// The mean of two independent images of the same precision: their difference tells how precise it is.
+    /// The mean of two independent images of the same precision: their difference tells how precise
+    /// it is.
     ///
     /// # Errors
     /// [`EvaluateError::Size`] of images of different size, [`EvaluateError::Black`].
@@ -57,10 +58,12 @@ impl Reference {
         Self::assembled(image, truth, Uncertainty::Halves([a, b]))
     }
 
-    /// Renders two independent halves of `size` pixels with `samples / 2` samples of an unbiased estimator in each.
+    /// Renders two independent halves of `size` pixels with `samples / 2` samples of an unbiased
+    /// estimator in each.
     ///
     /// # Errors
-    /// [`EvaluateError::Interrupted`] if `cancel` was set meanwhile, [`EvaluateError::Black`], and those of rendering.
+    /// [`EvaluateError::Interrupted`] if `cancel` was set meanwhile, [`EvaluateError::Black`], and
+    /// those of rendering.
     pub fn rendered(
         estimator: &impl PixelEstimator,
         [width, height]: [u32; 2],
@@ -110,7 +113,8 @@ impl Reference {
 
     /// Errors of an image.
     ///
-    /// Of a reference of two halves `a` and `b`, `(x − a)(x − b)` has the expectation `(x − μ)²`, whatever their noise.
+    /// Of a reference of two halves `a` and `b`, `(x − a)(x − b)` has the expectation `(x − μ)²`,
+    /// whatever their noise.
     ///
     /// # Errors
     /// [`EvaluateError::Size`].
@@ -129,8 +133,8 @@ impl Reference {
         Ok(Errors { mse, rel_mse, mape })
     }
 
-    /// Mean ꟻLIP error of an image as pages show it: with the exposure that brings the reference's 90th percentile to 0.6. Between 0 and 1.
-    /// It includes the reference's own noise.
+    /// Mean ꟻLIP error of an image as pages show it: with the exposure that brings the reference's
+    /// 90th percentile to 0.6. Between 0 and 1. It includes the reference's own noise.
     ///
     /// # Errors
     /// [`EvaluateError::Size`].
@@ -211,8 +215,8 @@ mod tests {
     #[derive(Clone, Copy, Debug)]
     struct NoiseKept;
 
-    /// The squared error of a known distance against a noisy reference. The noise has 50 times its size; with 40,000 pixels
-    /// the estimate is within 6 standard errors but for 2 in 10⁹.
+    /// The squared error of a known distance against a noisy reference. The noise has 50 times its
+    /// size; with 40,000 pixels the estimate is within 6 standard errors but for 2 in 10⁹.
     #[test]
     fn the_noise_of_halves_is_not_counted() {
         let count = 40_000;

@@ -45,8 +45,8 @@ pub struct ReportChain {
 /// The page, as HTML. `machine` is a line about where it was made; `command` what makes it again.
 ///
 /// # Errors
-/// [`EvaluateError::Record`] where a scene has another number of images than of methods, [`EvaluateError::Size`] where their
-/// sizes are not the reference's, and those of pictures.
+/// [`EvaluateError::Record`] where a scene has another number of images than of methods,
+/// [`EvaluateError::Size`] where their sizes are not the reference's, and those of pictures.
 pub fn html_report(
     title: &str,
     machine: &str,
@@ -295,7 +295,8 @@ mod tests {
             html.matches("ꟻLIP 0.000").count(),
             4 * usize::from(cfg!(feature = "flip"))
         );
-        // Nothing that a browser would fetch: every source is data, and no style or script comes from elsewhere.
+        // Nothing that a browser would fetch: every source is data, and no style or script comes
+        // from elsewhere.
         for attribute in ["src=\"", "href=\""] {
             for part in html.split(attribute).skip(1) {
                 assert!(

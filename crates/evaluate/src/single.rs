@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Frames of a chain that has had time to fill its history, each for itself, against a plain method in the time of one.
+/// Frames of a chain that has had time to fill its history, each for itself, against a plain method
+/// in the time of one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SingleFrames {
     /// Processor seconds of a frame.
@@ -25,10 +26,12 @@ const WARM: u32 = 20;
 const JUDGED: u32 = 4;
 
 impl SingleFrames {
-    /// Runs `chain` for 24 frames and judges the last four. `plain(n)` makes frames of `n` samples in every pixel.
+    /// Runs `chain` for 24 frames and judges the last four. `plain(n)` makes frames of `n` samples
+    /// in every pixel.
     ///
     /// # Errors
-    /// [`EvaluateError::Size`] where sizes differ, [`EvaluateError::Interrupted`] if `cancel` was set, and those of `plain`.
+    /// [`EvaluateError::Size`] where sizes differ, [`EvaluateError::Interrupted`] if `cancel` was
+    /// set, and those of `plain`.
     pub fn run<'a>(
         chain: &mut dyn FrameMethod,
         plain: &dyn Fn(u32) -> Result<Box<dyn FrameMethod + 'a>, EvaluateError>,

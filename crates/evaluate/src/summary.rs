@@ -25,8 +25,8 @@ pub struct MetricStanding {
     pub error_ratio: Option<Interval>,
     /// Time that the baseline needs for the error that the method has in the end, over that time.
     pub speedup: Option<Interval>,
-    /// Whether that is past the baseline's end in any repeat, and so rests on errors going on to fall as they do with
-    /// independent samples.
+    /// Whether that is past the baseline's end in any repeat, and so rests on errors going on to
+    /// fall as they do with independent samples.
     pub is_extrapolated: bool,
 }
 
@@ -96,8 +96,8 @@ impl Record {
     }
 }
 
-/// Error at a time, straight between points on logarithmic axes and beyond them as with independent samples. NaN without
-/// points, or where one that is needed is not positive.
+/// Error at a time, straight between points on logarithmic axes and beyond them as with independent
+/// samples. NaN without points, or where one that is needed is not positive.
 fn error_at(curve: &[CurvePoint], metric: Metric, seconds: f64) -> f64 {
     let point = |point: &CurvePoint| (point.seconds.ln(), point.errors.get(metric).ln());
     let (Some(first), Some(last)) = (curve.first(), curve.last()) else {
@@ -119,8 +119,9 @@ fn error_at(curve: &[CurvePoint], metric: Metric, seconds: f64) -> f64 {
     log.exp()
 }
 
-/// Time at which a curve comes to an error, and whether that is past its end. Before its beginning and past its end errors
-/// fall as with independent samples; in between it is the last crossing that counts.
+/// Time at which a curve comes to an error, and whether that is past its end. Before its beginning
+/// and past its end errors fall as with independent samples; in between it is the last crossing
+/// that counts.
 fn time_to(curve: &[CurvePoint], metric: Metric, error: f64) -> (f64, bool) {
     let (Some(first), Some(last)) = (curve.first(), curve.last()) else {
         return (f64::NAN, false);

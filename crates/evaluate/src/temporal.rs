@@ -19,11 +19,12 @@ pub struct TemporalStudy {
 /// Autocorrelation of a chain's frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Autocorrelation {
-    /// `ρ_k = Σ_p C_p(k) / Σ_p C_p(0)` for lags `k` from 0 on, with `C_p(k)` the autocovariance of pixel `p`'s luminance over
-    /// the frames.
+    /// `ρ_k = Σ_p C_p(k) / Σ_p C_p(0)` for lags `k` from 0 on, with `C_p(k)` the autocovariance of
+    /// pixel `p`'s luminance over the frames.
     pub by_lag: Vec<f64>,
-    /// `τ = 1 + 2 Σ_{k≥1} ρ_k`, summed up to the first lag that is not positive: of `n` frames the mean has the variance of
-    /// that of `n/τ` independent ones. Estimates from fewer than some 20 `τ` frames are too low.
+    /// `τ = 1 + 2 Σ_{k≥1} ρ_k`, summed up to the first lag that is not positive: of `n` frames the
+    /// mean has the variance of that of `n/τ` independent ones. Estimates from fewer than some 20
+    /// `τ` frames are too low.
     pub time: f64,
 }
 
@@ -31,7 +32,8 @@ impl TemporalStudy {
     /// Frames `skipped` to `skipped + frames − 1` of a method, and of each the middle row.
     ///
     /// # Errors
-    /// [`EvaluateError::Contest`] for fewer than 2 frames, [`EvaluateError::Interrupted`] if `cancel` was set.
+    /// [`EvaluateError::Contest`] for fewer than 2 frames, [`EvaluateError::Interrupted`] if
+    /// `cancel` was set.
     pub fn run(
         method: &mut dyn FrameMethod,
         skipped: u32,
@@ -73,7 +75,8 @@ impl TemporalStudy {
         self.row
     }
 
-    /// One row of the image over time: column `x` of line `t` is the pixel in frame `t`. Chains show as stripes.
+    /// One row of the image over time: column `x` of line `t` is the pixel in frame `t`. Chains
+    /// show as stripes.
     ///
     /// # Errors
     /// None in practice: the image is as wide as the frames and as high as there are frames.
@@ -139,8 +142,8 @@ mod tests {
         }
     }
 
-    /// 1,200 pixels of 400 frames: standard error of `ρ₁` about 0.0014; the mean of a series taken off makes it some
-    /// `τ/400` too low.
+    /// 1,200 pixels of 400 frames: standard error of `ρ₁` about 0.0014; the mean of a series taken
+    /// off makes it some `τ/400` too low.
     #[test]
     fn autocorrelation_is_that_of_an_autoregression() {
         for share in [0.0f32, 0.5, 0.8] {

@@ -1,4 +1,5 @@
-//! What a user writes: an estimator without a scene, rendered on all threads, merged, compared and written to a file.
+//! What a user writes: an estimator without a scene, rendered on all threads, merged, compared and
+//! written to a file.
 //!
 //! `cargo run --release -p lightshed-film --example film_user -- /tmp/rings.png`
 use lightshed_film::{

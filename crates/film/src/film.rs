@@ -7,15 +7,18 @@ use std::fmt;
 
 /// Side of a film's tiles in pixels; those at the right and bottom edge may be smaller.
 ///
-/// Small enough that many threads find work in a small image and that the last tiles of a pass leave none of them
-/// waiting for long, large enough that handing one out costs nothing beside tracing its 64 pixels.
+/// Small enough that many threads find work in a small image and that the last tiles of a pass
+/// leave none of them waiting for long, large enough that handing one out costs nothing beside
+/// tracing its 64 pixels.
 pub const TILE_SIZE: u32 = 8;
 
-/// Statistics of every pixel of an image under box reconstruction: a sample belongs to the pixel it was drawn in, and
-/// the pixel's value `I = ∫_pixel L dA / A_pixel` is estimated by the mean of its samples.
+/// Statistics of every pixel of an image under box reconstruction: a sample belongs to the pixel it
+/// was drawn in, and the pixel's value `I = ∫_pixel L dA / A_pixel` is estimated by the mean of its
+/// samples.
 ///
-/// Pixels are stored tile by tile, so that [`Film::tiles_mut`] hands out disjoint slices and threads accumulate without
-/// locks. Whatever the number of threads, a pixel's statistics depend on the order of its own samples only.
+/// Pixels are stored tile by tile, so that [`Film::tiles_mut`] hands out disjoint slices and
+/// threads accumulate without locks. Whatever the number of threads, a pixel's statistics depend on
+/// the order of its own samples only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: u32,
@@ -23,7 +26,8 @@ pub struct Film {
     pixels: Vec<PixelStatistics>,
 }
 
-/// A tile of a [`Film`]: the pixels of columns `x .. x + width` of rows `y .. y + height`, row by row.
+/// A tile of a [`Film`]: the pixels of columns `x .. x + width` of rows `y .. y + height`, row by
+/// row.
 #[derive(Debug)]
 pub struct FilmTile<'a> {
     x: u32,
@@ -110,7 +114,8 @@ impl Film {
         tile_y as usize * width + index_in_band(width, rows, x as usize, (y - tile_y) as usize)
     }
 
-    /// The pixels of every band of [`TILE_SIZE`] rows, from the top; where one is within them says [`index_in_band`].
+    /// The pixels of every band of [`TILE_SIZE`] rows, from the top; where one is within them says
+    /// [`index_in_band`].
     pub(crate) fn bands_mut(&mut self) -> impl Iterator<Item = &mut [PixelStatistics]> {
         self.pixels.chunks_mut(self.width as usize * TILE_SIZE as usize)
     }
@@ -125,7 +130,8 @@ impl Film {
         counts.find(|&(_, _, count)| count != samples)
     }
 
-    /// All tiles, from the top left in rows. They share no pixel, so each may be given to a thread of its own.
+    /// All tiles, from the top left in rows. They share no pixel, so each may be given to a thread
+    /// of its own.
     pub fn tiles_mut(&mut self) -> Vec<FilmTile<'_>> {
         let (film_width, film_height) = (self.width, self.height);
         let mut rest = self.pixels.as_mut_slice();
@@ -149,7 +155,8 @@ impl Film {
         tiles
     }
 
-    /// Adds all samples of `other`: the same as having drawn both films' samples on one, up to rounding.
+    /// Adds all samples of `other`: the same as having drawn both films' samples on one, up to
+    /// rounding.
     ///
     /// # Errors
     ///
@@ -180,7 +187,8 @@ impl Film {
         self.image(|statistics| statistics.mean())
     }
 
-    /// Variance of each pixel's mean, for independent samples; `None` if a pixel has fewer than two.
+    /// Variance of each pixel's mean, for independent samples; `None` if a pixel has fewer than
+    /// two.
     ///
     /// A variance beyond the range of `f32` becomes [`f32::MAX`].
     pub fn variance_of_mean(&self) -> Option<RgbImage> {
@@ -198,7 +206,8 @@ impl Film {
     }
 }
 
-/// Where the pixel in column `x` of a band's row `y` is stored within the band of `rows` rows of a film of `width` columns.
+/// Where the pixel in column `x` of a band's row `y` is stored within the band of `rows` rows of a
+/// film of `width` columns.
 #[inline]
 pub(crate) fn index_in_band(width: usize, rows: usize, x: usize, y: usize) -> usize {
     let side = TILE_SIZE as usize;

@@ -1,4 +1,5 @@
-//! The render loop of methods that make whole frames: pixels reuse from each other, and frames from earlier ones.
+//! The render loop of methods that make whole frames: pixels reuse from each other, and frames from
+//! earlier ones.
 
 use crate::{
     Budget, Film, ImageError, Progress, RayCounts, RenderError, RenderOptions, RenderOutcome,
@@ -8,18 +9,21 @@ use lightshed_sampling::Rgb;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A method whose pixels depend on each other: one frame after the other, each estimating the whole image.
+/// A method whose pixels depend on each other: one frame after the other, each estimating the whole
+/// image.
 ///
-/// For an unbiased method `E[image] = I` for every frame. Frames of a method with temporal reuse are correlated, and
-/// so are pixels of a frame with spatial reuse: the variance that a [`Film`] reports then is that of single frames, not of
-/// their mean.
+/// For an unbiased method `E[image] = I` for every frame. Frames of a method with temporal reuse
+/// are correlated, and so are pixels of a frame with spatial reuse: the variance that a [`Film`]
+/// reports then is that of single frames, not of their mean.
 pub trait FrameMethod: Send {
     /// Width and height of the frames, in pixels.
     fn size(&self) -> [u32; 2];
 
-    /// Estimates frame number `frame`: `image[y · width + x]` becomes the value of pixel `(x, y)`. Called with 0, 1, 2, … in
-    /// order (from [`RenderOptions::first`] on, which is for methods whose frames are independent), inside a thread pool on which it may spread its work; the result must not depend on the number of threads.
-    /// `None` if `cancel` was set before the frame was complete.
+    /// Estimates frame number `frame`: `image[y · width + x]` becomes the value of pixel `(x, y)`.
+    /// Called with 0, 1, 2, … in order (from [`RenderOptions::first`] on, which is for methods
+    /// whose frames are independent), inside a thread pool on which it may spread its work; the
+    /// result must not depend on the number of threads. `None` if `cancel` was set before the frame
+    /// was complete.
     fn render_frame(
         &mut self,
         frame: u32,
@@ -54,15 +58,16 @@ impl<M: FrameMethod + ?Sized> FrameMethod for Box<M> {
     }
 }
 
-/// Renders frames until the budget is spent ([`Budget::Samples`] counts frames) or `cancel` is set. The film holds each
-/// frame as one sample of every pixel; of a method that is not [still](FrameMethod::is_still), the last frame alone.
+/// Renders frames until the budget is spent ([`Budget::Samples`] counts frames) or `cancel` is set.
+/// The film holds each frame as one sample of every pixel; of a method that is not
+/// [still](FrameMethod::is_still), the last frame alone.
 ///
 /// A frame counts whole or not at all. `observer` hears of every finished frame.
 ///
 /// # Errors
 ///
-/// An impossible budget or number of threads, threads that cannot be started, or options of another size than the
-/// method's. Nothing has been rendered then.
+/// An impossible budget or number of threads, threads that cannot be started, or options of another
+/// size than the method's. Nothing has been rendered then.
 pub fn render_frames<M: FrameMethod>(
     method: &mut M,
     options: &RenderOptions,
@@ -143,8 +148,8 @@ fn render_frames_dyn(
     })
 }
 
-/// Whether nothing is left of the budget after `frames` frames in `elapsed` seconds. Half a frame early is as near as half a
-/// frame late.
+/// Whether nothing is left of the budget after `frames` frames in `elapsed` seconds. Half a frame
+/// early is as near as half a frame late.
 fn spent(budget: Budget, frames: u32, elapsed: f64) -> bool {
     match budget {
         Budget::Samples(total) => frames >= total,

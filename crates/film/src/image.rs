@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-/// Most pixels an image or film may have, `2^27`: a bound that turns a mistyped size into an error rather than into an
-/// exhausted machine.
+/// Most pixels an image or film may have, `2^27`: a bound that turns a mistyped size into an error
+/// rather than into an exhausted machine.
 pub const MAX_PIXELS: usize = 1 << 27;
 
 /// An image of finite linear RGB values (Rec. 709 primaries), row by row from the top.
@@ -79,7 +79,8 @@ impl RgbImage {
     ///
     /// # Errors
     ///
-    /// A zero side, more than [`MAX_PIXELS`] pixels, a count other than `width · height`, or a pixel that is not finite.
+    /// A zero side, more than [`MAX_PIXELS`] pixels, a count other than `width · height`, or a
+    /// pixel that is not finite.
     pub fn new(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Result<Self, ImageError> {
         let expected = pixel_count(width, height)?;
         if pixels.len() != expected {

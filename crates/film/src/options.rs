@@ -8,8 +8,8 @@ use std::fmt;
 pub enum Budget {
     /// After this many samples in every pixel (at least one).
     Samples(u32),
-    /// After about this many seconds of wall time: whole passes only, at least one, ending as near to the budget as a
-    /// pass of one sample in every pixel allows.
+    /// After about this many seconds of wall time: whole passes only, at least one, ending as near
+    /// to the budget as a pass of one sample in every pixel allows.
     Seconds(f64),
 }
 
@@ -22,8 +22,8 @@ pub struct RenderOptions {
     pub height: u32,
     /// When the rendering is done.
     pub budget: Budget,
-    /// Number of the first sample, or frame: 0 unless others have those before. Those of a [`FrameMethod`](crate::FrameMethod) whose frames
-    /// depend on each other begin with 0.
+    /// Number of the first sample, or frame: 0 unless others have those before. Those of a
+    /// [`FrameMethod`](crate::FrameMethod) whose frames depend on each other begin with 0.
     pub first: u32,
     /// Handed to the estimator. Images of different seeds are independent.
     pub seed: u64,
@@ -45,7 +45,8 @@ impl RenderOptions {
         }
     }
 
-    /// Tells what [`render`](crate::render) would refuse, without allocating a film or starting a thread.
+    /// Tells what [`render`](crate::render) would refuse, without allocating a film or starting a
+    /// thread.
     ///
     /// # Errors
     ///

@@ -16,7 +16,8 @@ pub struct Progress {
 /// What a rendering gave.
 #[derive(Clone, Debug)]
 pub struct RenderOutcome {
-    /// Statistics of every pixel; each has had [`samples_per_pixel`](Self::samples_per_pixel) samples.
+    /// Statistics of every pixel; each has had [`samples_per_pixel`](Self::samples_per_pixel)
+    /// samples.
     pub film: Film,
     /// Samples in every pixel; less than asked for if interrupted, even zero.
     pub samples_per_pixel: u32,

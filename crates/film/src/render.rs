@@ -10,21 +10,26 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
-/// Length of a pass that is aimed at, seconds: what an interruption loses at most, and how often threads meet.
+/// Length of a pass that is aimed at, seconds: what an interruption loses at most, and how often
+/// threads meet.
 const PASS_SECONDS: f64 = 0.25;
 
-/// Renders: asks `estimator` for samples of every pixel until the budget is spent or `cancel` is set.
+/// Renders: asks `estimator` for samples of every pixel until the budget is spent or `cancel` is
+/// set.
 ///
-/// Work goes out in passes, a pass in tiles of [`TILE_SIZE`](crate::TILE_SIZE)². The first pass takes one sample a pixel, and each
-/// later one as many as fit into a quarter of a second or what is left of the budget. Samples are numbered from [`RenderOptions::first`] on. A pass counts whole or not at
-/// all: samples of an interrupted one are discarded, so all pixels have the same number. A pixel's samples are added in
-/// their order, so the film is the same, bit for bit, for any number of threads and any lengths of passes.
+/// Work goes out in passes, a pass in tiles of [`TILE_SIZE`](crate::TILE_SIZE)². The first pass
+/// takes one sample a pixel, and each later one as many as fit into a quarter of a second or what
+/// is left of the budget. Samples are numbered from [`RenderOptions::first`] on. A pass counts
+/// whole or not at all: samples of an interrupted one are discarded, so all pixels have the same
+/// number. A pixel's samples are added in their order, so the film is the same, bit for bit, for
+/// any number of threads and any lengths of passes.
 ///
 /// `observer` hears of every finished tile, from whichever thread finished it.
 ///
 /// # Errors
 ///
-/// An impossible size, budget or number of threads, or threads that cannot be started. Nothing has been rendered then.
+/// An impossible size, budget or number of threads, or threads that cannot be started. Nothing has
+/// been rendered then.
 ///
 /// # Example
 ///
@@ -53,7 +58,8 @@ pub fn render<E: PixelEstimator>(
     render_dyn(estimator, options, observer, cancel)
 }
 
-/// [`render()`], compiled once and not for every estimator. A virtual call is small beside the batch of samples that it asks for.
+/// [`render()`], compiled once and not for every estimator. A virtual call is small beside the
+/// batch of samples that it asks for.
 fn render_dyn(
     estimator: &dyn PixelEstimator,
     options: &RenderOptions,
@@ -129,8 +135,8 @@ fn render_dyn(
     })
 }
 
-/// Samples a pixel of the next pass, or `None` if the budget is spent. `elapsed` is the time since the start and
-/// `per_sample` that of one sample in every pixel, both in seconds.
+/// Samples a pixel of the next pass, or `None` if the budget is spent. `elapsed` is the time since
+/// the start and `per_sample` that of one sample in every pixel, both in seconds.
 fn next_batch(options: &RenderOptions, done: u32, elapsed: f64, per_sample: f64) -> Option<u32> {
     let budget = options.budget;
     let most = match budget {
@@ -317,7 +323,8 @@ mod tests {
                 u64::from(outcome.samples_per_pixel)
             );
         }
-        // A pass takes about 64 ms here and at least one is always run; a loaded machine may stretch them.
+        // A pass takes about 64 ms here and at least one is always run; a loaded machine may
+        // stretch them.
         assert!(outcome.seconds > 0.3, "{} s", outcome.seconds);
         assert!(outcome.cpu_seconds.is_none_or(|cpu| cpu >= 0.0));
     }
@@ -326,7 +333,8 @@ mod tests {
     fn an_interrupted_pass_is_discarded() {
         const PIXELS: u64 = 32 * 16;
         let cancel = AtomicBool::new(false);
-        // The first of the second pass's eight tiles interrupts it; no other thread can be through with the rest.
+        // The first of the second pass's eight tiles interrupts it; no other thread can be through
+        // with the rest.
         let observer = |progress: &Progress| {
             if progress.samples_done > PIXELS {
                 cancel.store(true, Ordering::Relaxed);

@@ -2,16 +2,18 @@
 
 use lightshed_sampling::Rgb;
 
-/// Count, mean and sum of squared deviations of a pixel's samples, for each of the three colour channels.
+/// Count, mean and sum of squared deviations of a pixel's samples, for each of the three colour
+/// channels.
 ///
-/// For samples `x_1 … x_n` it keeps `n`, `x̄ = (1/n) Σ x_i` and `M₂ = Σ (x_i − x̄)²` by Welford's update (Welford 1962,
-/// *Note on a Method for Calculating Corrected Sums of Squares and Products*), which does not cancel the way
-/// `E[x²] − E[x]²` does. Two of them merge by Chan, Golub and LeVeque (1979, *Updating Formulae and a Pairwise
-/// Algorithm for Computing Sample Variances*, eqs. 2.1). All in `f64`.
+/// For samples `x_1 … x_n` it keeps `n`, `x̄ = (1/n) Σ x_i` and `M₂ = Σ (x_i − x̄)²` by Welford's
+/// update (Welford 1962, *Note on a Method for Calculating Corrected Sums of Squares and
+/// Products*), which does not cancel the way `E[x²] − E[x]²` does. Two of them merge by Chan, Golub
+/// and LeVeque (1979, *Updating Formulae and a Pairwise Algorithm for Computing Sample Variances*,
+/// eqs. 2.1). All in `f64`.
 ///
-/// A sample with a NaN or infinite channel is counted in [`non_finite`](Self::non_finite) and otherwise left out: one
-/// of them would otherwise wipe out its pixel for good. Their number is an error report, not a statistic: a sound
-/// estimator has none.
+/// A sample with a NaN or infinite channel is counted in [`non_finite`](Self::non_finite) and
+/// otherwise left out: one of them would otherwise wipe out its pixel for good. Their number is an
+/// error report, not a statistic: a sound estimator has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelStatistics {
     count: u64,
@@ -47,7 +49,8 @@ impl PixelStatistics {
             for channel in 0..3 {
                 let (mean_a, mean_b) = (self.mean[channel], other.mean[channel]);
                 let delta = mean_b - mean_a;
-                // The weighted mean in its symmetric form: neither operand is favoured, so the order does not matter.
+                // The weighted mean in its symmetric form: neither operand is favoured, so the
+                // order does not matter.
                 self.mean[channel] = mean_a * (n_a / n) + mean_b * (n_b / n);
                 self.m2[channel] += other.m2[channel] + delta * delta * (n_a * (n_b / n));
             }
@@ -104,7 +107,8 @@ impl PixelStatistics {
         Some(self.m2.map(|m2| m2 / degrees))
     }
 
-    /// Unbiased variance of the mean, `M₂ / (n (n − 1))`, for independent samples; `None` below two samples.
+    /// Unbiased variance of the mean, `M₂ / (n (n − 1))`, for independent samples; `None` below two
+    /// samples.
     #[inline]
     pub fn variance_of_mean(&self) -> Option<[f64; 3]> {
         let count = self.count as f64;
@@ -161,7 +165,8 @@ mod tests {
             let statistics = collect(&samples);
             assert_close(statistics.mean(), mean, 1e-13);
             assert_close(statistics.variance().unwrap(), variance, 1e-9);
-            // The planted fault: the textbook difference of moments in f32 is useless at these offsets.
+            // The planted fault: the textbook difference of moments in f32 is useless at these
+            // offsets.
             if offset >= 1e5 {
                 let n = samples.len() as f32;
                 let (first, second) = samples

@@ -1,18 +1,23 @@
-//! Do methods on a GPU have the expectation of those of the CPU? Differences of image means, to hundredths of a per cent.
+//! Do methods on a GPU have the expectation of those of the CPU? Differences of image means, to
+//! hundredths of a per cent.
 //!
 //! ```text
 //! cargo bench -p lightshed-gpu --bench agreement -- [SCENE/METHOD…] [--seconds N] [--error PERCENT] [--seed N]
 //! ```
 //!
-//! Each row is a method in a scene at 64×64. A chain is four frames of the device with a seed of its own, and as many samples of the CPU's
-//! method with the same seed, or more of a method with the same expectation where that is cheaper. Differences of the two means are
-//! independent from chain to chain, so their spread gives the error, whatever pixels and frames have in common; where both take the same
-//! random numbers the difference is nearly all rounding. Where they do not, both leave out what camera rays see of emitters, which are the
-//! same rays for the same seeds: lamps at the edges of pixels would be most of the noise. And `walks` is the path tracing by which
-//! `restir-pt` finds its candidates, by the library with the device's random numbers: what differs is what reuse makes of them. Rows end when the standard error of each channel is below `--error`, or after
-//! `--seconds` of processor time. Tiles of 8×8 pixels are scored likewise.
+//! Each row is a method in a scene at 64×64. A chain is four frames of the device with a seed of
+//! its own, and as many samples of the CPU's method with the same seed, or more of a method with
+//! the same expectation where that is cheaper. Differences of the two means are independent from
+//! chain to chain, so their spread gives the error, whatever pixels and frames have in common;
+//! where both take the same random numbers the difference is nearly all rounding. Where they do
+//! not, both leave out what camera rays see of emitters, which are the same rays for the same
+//! seeds: lamps at the edges of pixels would be most of the noise. And `walks` is the path tracing
+//! by which `restir-pt` finds its candidates, by the library with the device's random numbers: what
+//! differs is what reuse makes of them. Rows end when the standard error of each channel is below
+//! `--error`, or after `--seconds` of processor time. Tiles of 8×8 pixels are scored likewise.
 //!
-//! Fails if a channel or a tile is off by more than chance allows (10⁻⁴ a row). Says SKIPPED without an adapter.
+//! Fails if a channel or a tile is off by more than chance allows (10⁻⁴ a row). Says SKIPPED
+//! without an adapter.
 
 use lightshed_film::{FrameMethod, PixelEstimator, process_cpu_seconds};
 use lightshed_gpu::{
@@ -230,7 +235,8 @@ impl Statistics {
     }
 }
 
-/// Chains of a method until the error is small enough or time is over; prints the row and says whether the two are alike.
+/// Chains of a method until the error is small enough or time is over; prints the row and says
+/// whether the two are alike.
 fn row(gpu: &Gpu, name: &str, device: &str, host: &str, limits: &Limits) -> Result<bool, Failure> {
     let mut description = builtin::by_name(name).ok_or("it is built in")?;
     (description.settings.width, description.settings.height) = (SIDE, SIDE);
@@ -336,7 +342,8 @@ fn report(
     let tiles = compare_tiles(&moments(&found, &variances), &moments(&expected, &[]), &options)?;
     let worst = tiles.worst().map_or(0.0, |tile| tile.z);
     println!("| {name} | {device} | {host} | {chains} | {red} | {green} | {blue} | {worst:+.1} |");
-    // Neighbouring tiles have paths in common, so whole images are judged by their chains, and tiles by the worst of them alone.
+    // Neighbouring tiles have paths in common, so whole images are judged by their chains, and
+    // tiles by the worst of them alone.
     let rounding = |c: usize| 1e-5 * truth.channels[c].mean();
     let channels = (0..3).all(|c| {
         let difference = &differences.channels[c];
@@ -481,7 +488,8 @@ impl<'a> Walks<'a> {
         })
     }
 
-    /// What the trees give, with the shares that their frames have in a chain: the frame before is worth as many as it is of.
+    /// What the trees give, with the shares that their frames have in a chain: the frame before is
+    /// worth as many as it is of.
     fn chain(&mut self, seed: u64) -> Chain {
         let mut chain = Chain::new();
         for frame in 0..FRAMES {

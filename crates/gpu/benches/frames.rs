@@ -4,8 +4,8 @@
 //! cargo bench -p lightshed-gpu --bench frames -- [WIDTHxHEIGHT] [SCENE…]
 //! ```
 //!
-//! At 1920x1080 `direct, tree, 4` over many lights is what Lin 2022, chapter 4, measures on an RTX 2080: 11.5 ms for four samples of lights with
-//! their shadow rays and shading.
+//! At 1920x1080 `direct, tree, 4` over many lights is what Lin 2022, chapter 4, measures on an RTX
+//! 2080: 11.5 ms for four samples of lights with their shadow rays and shading.
 //!
 //! Says SKIPPED where there is no adapter, or none with a clock.
 

@@ -1,11 +1,12 @@
-//! Light trees on a GPU: builds kernel by kernel and choices, by its own clock, beside those of the CPU.
+//! Light trees on a GPU: builds kernel by kernel and choices, by its own clock, beside those of the
+//! CPU.
 //!
 //! ```text
 //! cargo bench -p lightshed-gpu --bench light_trees -- [LIGHTS]...
 //! ```
 //!
-//! 100,000 and 1,000,000 lights where none are given. Where a processor stands in for a GPU, its time tells more than the clock.
-//! Says SKIPPED where there is no adapter, or none with a clock.
+//! 100,000 and 1,000,000 lights where none are given. Where a processor stands in for a GPU, its
+//! time tells more than the clock. Says SKIPPED where there is no adapter, or none with a clock.
 
 mod opening;
 

@@ -4,9 +4,9 @@
 //! cargo bench -p lightshed-gpu --bench lighting_grids -- [LIGHTS]...
 //! ```
 //!
-//! 100,000 and 1,000,000 lights where none are given, with as many levels as the CPU's automatic choice has for them, or
-//! as the device has memory for. Where a processor stands in
-//! for a GPU, its time tells more than the clock. Says SKIPPED where there is no adapter, or none with a clock.
+//! 100,000 and 1,000,000 lights where none are given, with as many levels as the CPU's automatic
+//! choice has for them, or as the device has memory for. Where a processor stands in for a GPU, its
+//! time tells more than the clock. Says SKIPPED where there is no adapter, or none with a clock.
 
 mod opening;
 
@@ -75,7 +75,8 @@ fn row(
         ..GridOptions::default()
     };
     let mut levels = LightingGrid::new(lights, &GridOptions::default())?.level_count();
-    // There is memory for as many vertices as a level can have, which may be more than the device binds.
+    // There is memory for as many vertices as a level can have, which may be more than the device
+    // binds.
     let grid = loop {
         match GpuLightingGrid::new(gpu, lights.len(), &with_levels(levels)) {
             Err(GpuError::TooLarge { .. }) if levels > 1 => levels -= 1,

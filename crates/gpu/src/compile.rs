@@ -9,7 +9,8 @@ use std::collections::HashMap;
 use std::sync::PoisonError;
 
 impl Gpu {
-    /// Prepares the entry point `entry` of `wgsl`, with its overridable constants set. Bindings are those of group 0, in order.
+    /// Prepares the entry point `entry` of `wgsl`, with its overridable constants set. Bindings are
+    /// those of group 0, in order.
     ///
     /// # Errors
     ///

@@ -15,8 +15,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// The first adapter that can compute; a real GPU where there is one. Environment variables of wgpu
-    /// (`WGPU_BACKEND`, `WGPU_ADAPTER_NAME`) are honoured.
+    /// The first adapter that can compute; a real GPU where there is one. Environment variables of
+    /// wgpu (`WGPU_BACKEND`, `WGPU_ADAPTER_NAME`) are honoured.
     ///
     /// # Errors
     ///
@@ -68,8 +68,9 @@ impl Gpu {
         )
     }
 
-    /// Whether its `f32` arithmetic is that of IEEE 754, uncontracted, so that chains of it have the bits that they have on the host. It
-    /// is known of lavapipe (llvmpipe); of other devices nothing is claimed.
+    /// Whether its `f32` arithmetic is that of IEEE 754, uncontracted, so that chains of it have
+    /// the bits that they have on the host. It is known of lavapipe (llvmpipe); of other devices
+    /// nothing is claimed.
     pub fn is_exact(&self) -> bool {
         self.info.driver == "llvmpipe"
     }
@@ -100,7 +101,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// A buffer with these values; for none one of zeros, as large as one value and at least sixteen bytes.
+    /// A buffer with these values; for none one of zeros, as large as one value and at least
+    /// sixteen bytes.
     ///
     /// # Errors
     ///

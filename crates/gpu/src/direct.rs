@@ -11,11 +11,12 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::MAX_DIRECT_SAMPLES;
 
-/// Emission and light that is scattered once, with emitters chosen by a perfect light tree that the device builds: the estimator of
-/// `lightshed_integrator::DirectLight` with `LightChoosing::Tree`.
+/// Emission and light that is scattered once, with emitters chosen by a perfect light tree that the
+/// device builds: the estimator of `lightshed_integrator::DirectLight` with `LightChoosing::Tree`.
 ///
-/// Random numbers and choices are the host's, so a pixel's sample is the host's to rounding; but near triangles, which the host
-/// samples by solid angle, are sampled by area here: those pixels agree in expectation.
+/// Random numbers and choices are the host's, so a pixel's sample is the host's to rounding; but
+/// near triangles, which the host samples by solid angle, are sampled by area here: those pixels
+/// agree in expectation.
 pub struct GpuDirectLight<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -57,13 +58,13 @@ impl<'a> GpuDirectLight<'a> {
     /// Bytes on the device for each pixel: the image.
     pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
 
-    /// `n` samples of the emitters and, where the surface is not diffuse, `m` of the BSDF, at the point that a camera ray meets. Builds
-    /// the light tree.
+    /// `n` samples of the emitters and, where the surface is not diffuse, `m` of the BSDF, at the
+    /// point that a camera ray meets. Builds the light tree.
     ///
     /// # Errors
     ///
-    /// [`GpuError::Settings`] for no samples of emitters, or more than [`MAX_DIRECT_SAMPLES`] of either; [`GpuError::Refused`],
-    /// [`GpuError::TooLarge`], [`GpuError::Lost`].
+    /// [`GpuError::Settings`] for no samples of emitters, or more than [`MAX_DIRECT_SAMPLES`] of
+    /// either; [`GpuError::Refused`], [`GpuError::TooLarge`], [`GpuError::Lost`].
     pub fn new(
         gpu: &'a Gpu,
         scene: &'a GpuScene,
@@ -210,7 +211,8 @@ mod tests {
         scene
     }
 
-    /// The share of the pixels whose sample is the host's within 10⁻⁴, over some samples, and the mean difference of the others.
+    /// The share of the pixels whose sample is the host's within 10⁻⁴, over some samples, and the
+    /// mean difference of the others.
     fn like_the_host(gpu: &Gpu, scene: &Scene, samples: u32, program: &str) -> (f64, MeanTest) {
         let on_device = GpuScene::new(gpu, scene).expect("it is flat");
         let mut device =
@@ -247,8 +249,8 @@ mod tests {
         (f64::from(alike) / f64::from(count), differences)
     }
 
-    /// With the host's numbers come the host's values, and where triangles are near, their expectation (a z-test at 1e-4 on the mean of
-    /// the differences).
+    /// With the host's numbers come the host's values, and where triangles are near, their
+    /// expectation (a z-test at 1e-4 on the mean of the differences).
     #[test]
     fn samples_are_the_hosts_but_for_near_triangles() {
         let Some(gpu) = gpu() else { return };

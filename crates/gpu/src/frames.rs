@@ -11,7 +11,8 @@ pub trait GpuMethod {
     /// Width and height of the frames.
     fn size(&self) -> [u32; 2];
 
-    /// Estimates frame number `frame`, row by row, and says what rays it traced; called with 0, 1, 2, … in order.
+    /// Estimates frame number `frame`, row by row, and says what rays it traced; called with 0, 1,
+    /// 2, … in order.
     ///
     /// # Errors
     ///
@@ -36,7 +37,8 @@ impl<M: GpuMethod + ?Sized> GpuMethod for Box<M> {
     }
 }
 
-/// What a frame has left in `image`, for methods that trace a camera ray for each pixel and count no others.
+/// What a frame has left in `image`, for methods that trace a camera ray for each pixel and count
+/// no others.
 pub(crate) fn finished_frame(
     gpu: &Gpu,
     image: &Buffer,
@@ -67,12 +69,14 @@ impl<M: GpuMethod> GpuFrames<M> {
         }
     }
 
-    /// What went wrong: then the last frame was not rendered, and rendering ended as if it had been cancelled.
+    /// What went wrong: then the last frame was not rendered, and rendering ended as if it had been
+    /// cancelled.
     pub fn failure(&self) -> Option<&GpuError> {
         self.failure.as_ref()
     }
 
-    /// Seconds by the device's clock that the kernels of each name ran, over all frames; empty where it has none.
+    /// Seconds by the device's clock that the kernels of each name ran, over all frames; empty
+    /// where it has none.
     pub fn pass_seconds(&self) -> &BTreeMap<String, f64> {
         &self.seconds
     }

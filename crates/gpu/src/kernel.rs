@@ -11,7 +11,8 @@ pub struct Kernel {
     pub(crate) label: String,
 }
 
-/// Programs and kernels that a device has compiled: the same program with the same constants is compiled once.
+/// Programs and kernels that a device has compiled: the same program with the same constants is
+/// compiled once.
 #[derive(Default)]
 pub(crate) struct KernelCache {
     pub programs: Mutex<HashMap<String, Program>>,

@@ -1,7 +1,7 @@
 //! lightshed's methods on a GPU.
 //!
-//! [`Gpu`] is a device by wgpu, [`Kernel`] an entry point on it, [`Work`] a list of dispatches. Shaders are those of the crate
-//! `lightshed-shaders`, linked and checked in.
+//! [`Gpu`] is a device by wgpu, [`Kernel`] an entry point on it, [`Work`] a list of dispatches.
+//! Shaders are those of the crate `lightshed-shaders`, linked and checked in.
 
 mod bindings;
 mod buffer;

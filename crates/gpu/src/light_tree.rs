@@ -24,11 +24,13 @@ const WIDTH: u32 = 8;
 const BLOCK_BYTES: u64 = 256;
 const MAX_LEVELS: usize = 32;
 
-/// Builds perfect binary light trees (Lin 2022 §4.4) from [`LightRecord`](lightshed_lights::LightRecord)s: the trees of
-/// [`PerfectTree`](lightshed_lights::PerfectTree), node for node and bit for bit on a device of IEEE arithmetic.
+/// Builds perfect binary light trees (Lin 2022 §4.4) from
+/// [`LightRecord`](lightshed_lights::LightRecord)s: the trees of
+/// [`PerfectTree`](lightshed_lights::PerfectTree), node for node and bit for bit on a device of
+/// IEEE arithmetic.
 ///
-/// Lights are sorted by their places along a curve by a stable radix sort, so that ties have their order by index; levels are built nine at a
-/// dispatch. Nothing depends on the device's subgroups.
+/// Lights are sorted by their places along a curve by a stable radix sort, so that ties have their
+/// order by index; levels are built nine at a dispatch. Nothing depends on the device's subgroups.
 pub struct LightTreeBuilder {
     bounds: Kernel,
     cube: Kernel,
@@ -38,7 +40,8 @@ pub struct LightTreeBuilder {
     sort: RadixSort,
 }
 
-/// A light tree on the device, in the memory layout of [`TreeLayout`](lightshed_lights::TreeLayout).
+/// A light tree on the device, in the memory layout of
+/// [`TreeLayout`](lightshed_lights::TreeLayout).
 pub struct GpuLightTree {
     /// Blocks of eight nodes: `array<vec4u>`, 16 a block.
     pub rows: Buffer,
@@ -73,7 +76,8 @@ struct Settings {
 const _: () = assert!(size_of::<Settings>() == 144);
 
 impl GpuLightTree {
-    /// Memory for a tree of so many lights, sorted along `curve`, from 1 to [`MAX_LIGHTS`]; what is beyond is taken for that.
+    /// Memory for a tree of so many lights, sorted along `curve`, from 1 to [`MAX_LIGHTS`]; what is
+    /// beyond is taken for that.
     ///
     /// # Errors
     ///
@@ -171,8 +175,9 @@ impl LightTreeBuilder {
         })
     }
 
-    /// Records the building of `tree` from the [`LightRecord`](lightshed_lights::LightRecord)s in `lights`, as many as it has room for.
-    /// The same lights give the same tree, whatever it was before.
+    /// Records the building of `tree` from the [`LightRecord`](lightshed_lights::LightRecord)s in
+    /// `lights`, as many as it has room for. The same lights give the same tree, whatever it was
+    /// before.
     pub fn build(&self, work: &mut Work, lights: &Buffer, tree: &GpuLightTree) {
         let all = groups(tree.lights.next_multiple_of(WIDTH).div_ceil(GROUP));
         let SortBuffers { codes, indices, .. } = &tree.sort;

@@ -13,11 +13,13 @@ use lightshed_integrator::{
     CutTree, LightcutError, LightcutOptions, MAX_CUT_BLOCK, MAX_DIRECT_SAMPLES, MAX_SUBTREES,
 };
 
-/// Emission and light that is scattered once, with cuts through a light tree that blocks of pixels share (Lin 2022 §4.3.3): the estimator
-/// of `lightshed_integrator::Lightcuts` with [`CutTree::Perfect`].
+/// Emission and light that is scattered once, with cuts through a light tree that blocks of pixels
+/// share (Lin 2022 §4.3.3): the estimator of `lightshed_integrator::Lightcuts` with
+/// [`CutTree::Perfect`].
 ///
-/// Random numbers, cuts and choices are the host's, so a pixel's value is the host's to rounding; but near triangles, which the host samples by
-/// solid angle, are sampled by area here: those pixels agree in expectation.
+/// Random numbers, cuts and choices are the host's, so a pixel's value is the host's to rounding;
+/// but near triangles, which the host samples by solid angle, are sampled by area here: those
+/// pixels agree in expectation.
 pub struct GpuLightcuts<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -68,7 +70,8 @@ const SUBTREE_BYTES: u64 = 16;
 const LENGTH_BYTES: u64 = 4;
 
 impl<'a> GpuLightcuts<'a> {
-    /// Bytes on the device for each pixel: the image and what is seen. A block of pixels has a [cut](Self::bytes_per_block), too.
+    /// Bytes on the device for each pixel: the image and what is seen. A block of pixels has a
+    /// [cut](Self::bytes_per_block), too.
     pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES + HIT_BYTES;
 
     /// Bytes on the device for each block of pixels that share a cut of `subtrees`.
@@ -80,8 +83,9 @@ impl<'a> GpuLightcuts<'a> {
     ///
     /// # Errors
     ///
-    /// [`GpuError::Settings`] for options that the host refuses, other trees than [`CutTree::Perfect`] or more than [`MAX_DIRECT_SAMPLES`] samples
-    /// of the BSDF; [`GpuError::Refused`], [`GpuError::TooLarge`], [`GpuError::Lost`].
+    /// [`GpuError::Settings`] for options that the host refuses, other trees than
+    /// [`CutTree::Perfect`] or more than [`MAX_DIRECT_SAMPLES`] samples of the BSDF;
+    /// [`GpuError::Refused`], [`GpuError::TooLarge`], [`GpuError::Lost`].
     pub fn new(gpu: &'a Gpu, scene: &'a GpuScene, options: LightcutOptions) -> Result<Self, GpuError> {
         Self::of_program(gpu, scene, options, LIGHTCUTS)
     }
@@ -231,7 +235,8 @@ mod tests {
     /// No multiple of a block's side.
     const SIZE: [u32; 2] = [44, 37];
 
-    /// The share of the pixels whose value is the host's within 10⁻⁴, over some frames, and the mean difference of the others.
+    /// The share of the pixels whose value is the host's within 10⁻⁴, over some frames, and the
+    /// mean difference of the others.
     fn like_the_host(gpu: &Gpu, scene: &Scene, options: LightcutOptions, program: &str) -> (f64, MeanTest) {
         let on_device = GpuScene::new(gpu, scene).expect("it is flat");
         let mut device =
@@ -261,8 +266,8 @@ mod tests {
         (f64::from(alike) / f64::from(count), differences)
     }
 
-    /// With the host's numbers come the host's values, and where triangles are near, their expectation (a z-test at 1e-4 on the mean of
-    /// the differences).
+    /// With the host's numbers come the host's values, and where triangles are near, their
+    /// expectation (a z-test at 1e-4 on the mean of the differences).
     #[test]
     fn frames_are_the_hosts_but_for_near_triangles() {
         let Some(gpu) = gpu() else { return };

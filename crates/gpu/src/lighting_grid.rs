@@ -24,7 +24,8 @@ const MAX_LEVELS: u32 = 10;
 /// Places in the table of first words.
 const TABLE: usize = 12;
 
-/// Bytes of what shaders see, as `GridFrame`, `GridLight` and `GridPoint` of the shader module `lighting_grid` have them.
+/// Bytes of what shaders see, as `GridFrame`, `GridLight` and `GridPoint` of the shader module
+/// `lighting_grid` have them.
 const FRAME_BYTES: u64 = 96;
 const GRID_LIGHT_BYTES: u64 = 80;
 const POINT_BYTES: u64 = 48;
@@ -33,11 +34,13 @@ const MOMENTS_BYTES: u64 = 80;
 /// Bytes of 32 places of a map: which are occupied, and how many before them.
 const WORD_BYTES: u64 = 8;
 
-/// Builds lighting grid hierarchies (Lin 2022 ch. 3) from [`PointLight`](lightshed_lights::PointLight)s: the levels of
+/// Builds lighting grid hierarchies (Lin 2022 ch. 3) from
+/// [`PointLight`](lightshed_lights::PointLight)s: the levels of
 /// [`LightingGrid`](lightshed_lights::LightingGrid), vertex for vertex, their sums in `f32`.
 ///
-/// Lights are sorted by cell with a stable radix sort; each vertex of S₁ gathers from its eight cells, each of a level above from 27 of the
-/// level below. Nothing is scattered into sums and nothing depends on the order of groups, so the same lights give the same bits.
+/// Lights are sorted by cell with a stable radix sort; each vertex of S₁ gathers from its eight
+/// cells, each of a level above from 27 of the level below. Nothing is scattered into sums and
+/// nothing depends on the order of groups, so the same lights give the same bits.
 pub struct LightingGridBuilder {
     bounds: Kernel,
     place_cube: Kernel,
@@ -52,11 +55,13 @@ pub struct LightingGridBuilder {
     sort: RadixSort,
 }
 
-/// A lighting grid hierarchy on the device: what the shader module `lighting_grid` asks its host for.
+/// A lighting grid hierarchy on the device: what the shader module `lighting_grid` asks its host
+/// for.
 pub struct GpuLightingGrid {
     /// `GridFrame`, one.
     pub frame: Buffer,
-    /// `array<vec2u>`: 32 places of the maps, and how many occupied ones are before them; one more at the end.
+    /// `array<vec2u>`: 32 places of the maps, and how many occupied ones are before them; one more
+    /// at the end.
     pub words: Buffer,
     /// `array<GridLight>`: lights of the occupied vertices, the finest level's first.
     pub grid_lights: Buffer,
@@ -113,12 +118,14 @@ fn most_vertices(levels: u32, level: u32, lights: u32) -> u64 {
 }
 
 impl GpuLightingGrid {
-    /// Memory for the hierarchy of so many lights, from 1 to [`MAX_LIGHTS`]; what is beyond is taken for that. There are as many levels as
-    /// `options` say, at most 10: what [`Levels::Auto`] asks for depends on the lights, which only the device knows.
+    /// Memory for the hierarchy of so many lights, from 1 to [`MAX_LIGHTS`]; what is beyond is
+    /// taken for that. There are as many levels as `options` say, at most 10: what [`Levels::Auto`]
+    /// asks for depends on the lights, which only the device knows.
     ///
     /// # Errors
     ///
-    /// [`GpuError::Settings`] for options that the library refuses, [`Levels::Auto`] or more than 10 levels; [`GpuError::TooLarge`].
+    /// [`GpuError::Settings`] for options that the library refuses, [`Levels::Auto`] or more than
+    /// 10 levels; [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu, lights: usize, options: &GridOptions) -> Result<Self, GpuError> {
         let refused = |message: String| Err(GpuError::Settings(message.into()));
         if let Err(error) = options.check() {
@@ -189,7 +196,8 @@ impl GpuLightingGrid {
         &self.sort.indices
     }
 
-    /// Where each occupied vertex is in its level: `x + 2¹⁰ y + 2²⁰ z`, in the order of [`grid_lights`](Self::grid_lights).
+    /// Where each occupied vertex is in its level: `x + 2¹⁰ y + 2²⁰ z`, in the order of
+    /// [`grid_lights`](Self::grid_lights).
     pub fn vertices(&self) -> &Buffer {
         &self.vertices
     }
@@ -255,8 +263,9 @@ impl LightingGridBuilder {
         })
     }
 
-    /// Records the building of `grid` from the [`PointLight`](lightshed_lights::PointLight)s in `lights`, as many as it has room for. The same
-    /// lights give the same hierarchy, whatever it was before. Intensities whose sums exceed what `f32` holds, or whose luminances fall below
+    /// Records the building of `grid` from the [`PointLight`](lightshed_lights::PointLight)s in
+    /// `lights`, as many as it has room for. The same lights give the same hierarchy, whatever it
+    /// was before. Intensities whose sums exceed what `f32` holds, or whose luminances fall below
     /// its normal numbers, are beyond its means.
     pub fn build(&self, work: &mut Work, lights: &Buffer, grid: &GpuLightingGrid) {
         let levels = grid.levels;
@@ -365,7 +374,8 @@ mod tests {
         }
     }
 
-    /// Whether the device's hierarchy is the host's: vertices exactly, lights by their bounds. The greatest differences in units of these.
+    /// Whether the device's hierarchy is the host's: vertices exactly, lights by their bounds. The
+    /// greatest differences in units of these.
     fn like_the_host(
         gpu: &Gpu,
         builder: &LightingGridBuilder,
@@ -447,9 +457,10 @@ mod tests {
         Ok(worst)
     }
 
-    /// Vertex for vertex, lights within rounding: intensities, normals and their moments within 2·10⁻⁵, centres in cells and variances of places in
-    /// squared cells as well; a vertex that has but a share `s` of one light may be off by `2·10⁻⁷ / s` more. A light that is lost, a level whose shares are off, and a vertex that is not seen are
-    /// noticed.
+    /// Vertex for vertex, lights within rounding: intensities, normals and their moments within
+    /// 2·10⁻⁵, centres in cells and variances of places in squared cells as well; a vertex that has
+    /// but a share `s` of one light may be off by `2·10⁻⁷ / s` more. A light that is lost, a level
+    /// whose shares are off, and a vertex that is not seen are noticed.
     #[test]
     fn levels_are_the_hosts() {
         let Some(gpu) = gpu() else { return };
@@ -524,7 +535,8 @@ mod tests {
                 "{options:?}: {refused:?}"
             );
         }
-        // Maps of 9², 5², 3² and 2² rows of one word; vertices at most 8 a light, and all there are.
+        // Maps of 9², 5², 3² and 2² rows of one word; vertices at most 8 a light, and all there
+        // are.
         let grid = GpuLightingGrid::new(gpu, 10, &usual).expect("it is small");
         let words = 81 + 25 + 9 + 4;
         let vertices = 80 + 80 + 27 + 8;

@@ -11,8 +11,8 @@ use std::f32::consts::PI;
 /// A scene's medium.
 pub(crate) struct SceneMedium {
     buffers: [Buffer; MediumBindings::TABLE.bindings.len()],
-    /// The chance that a path reused through the medium takes a direction towards the surroundings from the phase function rather than from
-    /// the surroundings.
+    /// The chance that a path reused through the medium takes a direction towards the surroundings
+    /// from the phase function rather than from the surroundings.
     pub phase_share: f32,
     /// Whether a boundary lies on a surface that light does not pass.
     pub touches: bool,
@@ -66,7 +66,8 @@ const BELOW: u32 = 2;
 const BOUNDARY: u32 = 4;
 
 impl SceneMedium {
-    /// The scene's medium, and how far apart a boundary and a surface that it lies on may be found, by triangle or nothing.
+    /// The scene's medium, and how far apart a boundary and a surface that it lies on may be found,
+    /// by triangle or nothing.
     pub fn new(gpu: &Gpu, scene: &Scene, touching: &[f32]) -> Result<Self, GpuError> {
         let [medium] = scene.media() else {
             return Err(GpuError::Medium("there has to be one, and only one"));

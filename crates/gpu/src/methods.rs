@@ -103,7 +103,8 @@ impl<'a> GpuStage<'a> {
     ///
     /// # Errors
     ///
-    /// [`GpuError::Settings`] for a method or options that the device does not have, Sobol points among them; others for scenes that it cannot render.
+    /// [`GpuError::Settings`] for a method or options that the device does not have, Sobol points
+    /// among them; others for scenes that it cannot render.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, method: &Method) -> Result<Self, GpuError> {
         let start = on_device(method.name())?;
         if !method.capabilities().device {

@@ -9,7 +9,8 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 
 /// Unidirectional path tracing with emitter sampling, by wavefronts: the estimator of
-/// `lightshed_integrator::PathTracer`, with the same random numbers for each path, so that images differ by rounding alone.
+/// `lightshed_integrator::PathTracer`, with the same random numbers for each path, so that images
+/// differ by rounding alone.
 pub struct GpuPathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -68,7 +69,8 @@ const MOST_EDGES: u32 = 1 << 16;
 const GROUP: u32 = 64;
 
 impl<'a> GpuPathTracer<'a> {
-    /// Bytes on the device for each pixel with one sample of each on its way: what a path needs, and the pixel's sums.
+    /// Bytes on the device for each pixel with one sample of each on its way: what a path needs,
+    /// and the pixel's sums.
     pub const BYTES_PER_PIXEL: u64 = PATH_BYTES + PIXEL_BYTES;
 
     /// A path tracer with the lengths that the scene's settings ask for.
@@ -81,7 +83,8 @@ impl<'a> GpuPathTracer<'a> {
         Self::with_depths(gpu, scene, settings.max_depth, settings.roulette_depth)
     }
 
-    /// A path tracer with the given longest path in edges (`None`: 65,536) and first edge at which roulette may end a path.
+    /// A path tracer with the given longest path in edges (`None`: 65,536) and first edge at which
+    /// roulette may end a path.
     ///
     /// # Errors
     ///
@@ -120,8 +123,9 @@ impl<'a> GpuPathTracer<'a> {
         })
     }
 
-    /// Bytes on the device, the scene's and a few counts apart: [`GpuPathTracer::BYTES_PER_PIXEL`] for each pixel of an image that is large
-    /// enough to have one sample of each on its way; smaller ones have several.
+    /// Bytes on the device, the scene's and a few counts apart: [`GpuPathTracer::BYTES_PER_PIXEL`]
+    /// for each pixel of an image that is large enough to have one sample of each on its way;
+    /// smaller ones have several.
     pub fn bytes(&self) -> u64 {
         let Memory {
             settings: _,
@@ -274,7 +278,8 @@ impl GpuMethod for GpuPathTracer<'_> {
         Ok((values, self.rays()?))
     }
 
-    /// How long each dispatch of the last [`GpuPathTracer::render`] or [`GpuPathTracer::sample`] ran.
+    /// How long each dispatch of the last [`GpuPathTracer::render`] or [`GpuPathTracer::sample`]
+    /// ran.
     fn times(&self) -> &[PassTime] {
         &self.times
     }

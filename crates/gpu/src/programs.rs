@@ -1,4 +1,5 @@
-//! The programs as plain WGSL: linked from `src/wesl` into the folder `generated`, and compared with a new link by a test.
+//! The programs as plain WGSL: linked from `src/wesl` into the folder `generated`, and compared
+//! with a new link by a test.
 
 /// Direct light with emitters chosen by a light tree.
 pub(crate) const DIRECT: &str = include_str!("../generated/direct.wgsl");
@@ -25,15 +26,16 @@ pub(crate) const VOLPATH: &str = include_str!("../generated/volpath.wgsl");
 /// Light of virtual point lights by a lighting grid.
 pub(crate) const VPL_GRID: &str = include_str!("../generated/vpl_grid.wgsl");
 
-/// The overridable constants of a linked program: as it calls them, and as they were called before it was linked.
+/// The overridable constants of a linked program: as it calls them, and as they were called before
+/// it was linked.
 pub(crate) fn overrides(program: &str) -> impl Iterator<Item = (&str, String)> {
     let declared = program.lines().filter_map(|line| line.strip_prefix("override "));
     let names = declared.filter_map(|rest| rest.split(':').next());
     names.map(|name| (name, linked_name(name)))
 }
 
-/// The name that something had before it was linked: behind the path of its module, where an underscore stands for `::` and a number counts the
-/// underscores of a part that has some.
+/// The name that something had before it was linked: behind the path of its module, where an
+/// underscore stands for `::` and a number counts the underscores of a part that has some.
 pub(crate) fn linked_name(linked: &str) -> String {
     let Some(rest) = linked.strip_prefix("package_") else {
         return linked.to_owned();

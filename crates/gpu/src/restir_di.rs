@@ -9,10 +9,12 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::RestirDiSettings;
 
-/// Direct light by reservoirs that pixels and frames share: the estimator of `lightshed_integrator::RestirDi`, unbiased, with one round of
-/// spatial reuse and a camera at rest.
+/// Direct light by reservoirs that pixels and frames share: the estimator of
+/// `lightshed_integrator::RestirDi`, unbiased, with one round of spatial reuse and a camera at
+/// rest.
 ///
-/// Random numbers are its own, and merges are in `f32`: images agree with the host's in expectation.
+/// Random numbers are its own, and merges are in `f32`: images agree with the host's in
+/// expectation.
 pub struct GpuRestirDi<'a> {
     frames: RestirFrames<'a>,
     settings: RestirDiSettings,
@@ -45,7 +47,8 @@ const _: () = assert!(size_of::<Frame>() == 48);
 const LIGHT_BYTES: u64 = 48;
 
 impl<'a> GpuRestirDi<'a> {
-    /// Bytes on the device for each pixel: reservoirs and what is seen, of this frame and the one before, and the image.
+    /// Bytes on the device for each pixel: reservoirs and what is seen, of this frame and the one
+    /// before, and the image.
     pub const BYTES_PER_PIXEL: u64 = bytes_per_pixel(LIGHT_BYTES);
 
     /// With [`RestirDiSettings::UNBIASED`].
@@ -70,8 +73,9 @@ impl<'a> GpuRestirDi<'a> {
         Self::of_program(gpu, scene, settings, false, RESTIR_DI)
     }
 
-    /// With candidates that are chosen for the point by a light tree, as those of `lightshed_integrator::RestirDi::with_sampler` by
-    /// `LightSelection` with `LightChoosing::Tree`; the device builds the tree.
+    /// With candidates that are chosen for the point by a light tree, as those of
+    /// `lightshed_integrator::RestirDi::with_sampler` by `LightSelection` with
+    /// `LightChoosing::Tree`; the device builds the tree.
     ///
     /// # Errors
     ///
@@ -223,7 +227,8 @@ mod tests {
             let scene = Scene::new(&description).expect("built-in scenes are sound");
             let truth = by_paths(&scene, 1000);
             let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
-            // A path's own camera ray has the same random numbers: what it sees emitting is taken off exactly.
+            // A path's own camera ray has the same random numbers: what it sees emitting is taken
+            // off exactly.
             let seen = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), u32::MAX);
             let chains = Chains {
                 counted: FRAMES - 1..FRAMES,

@@ -15,11 +15,12 @@ const PRIMARY_BYTES: u64 = 32;
 /// Bytes of a pixel of the image.
 const IMAGE_BYTES: u64 = 16;
 
-/// Frames of spatiotemporal reuse: what pixels see, candidates of their own, a merge with the frame before, and rounds of merges with
-/// neighbours, the last of which shades.
+/// Frames of spatiotemporal reuse: what pixels see, candidates of their own, a merge with the frame
+/// before, and rounds of merges with neighbours, the last of which shades.
 ///
-/// Reservoirs lie in two buffers. Candidates are made in one and merged there with what the last frame left in the other; then each round reads
-/// one and makes the other. What pixels see lies in two as well, those of even and of odd frames, so that the past is asked about its own.
+/// Reservoirs lie in two buffers. Candidates are made in one and merged there with what the last
+/// frame left in the other; then each round reads one and makes the other. What pixels see lies in
+/// two as well, those of even and of odd frames, so that the past is asked about its own.
 pub(crate) struct RestirFrames<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -76,7 +77,8 @@ struct Memory {
     image: Buffer,
 }
 
-/// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the one before, and the image.
+/// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the one
+/// before, and the image.
 pub(crate) const fn bytes_per_pixel(reservoir_bytes: u64) -> u64 {
     2 * (reservoir_bytes + PRIMARY_BYTES) + IMAGE_BYTES
 }

@@ -9,12 +9,13 @@ use lightshed_film::RayCounts;
 use lightshed_integrator::{Neighbourhood, PathMapping, RestirPtOptions};
 use lightshed_shift::Connectability;
 
-/// ReSTIR path tracing: the estimator of `lightshed_integrator::RestirPt` for a camera at rest, with the same walks, shifts and MIS
-/// weights.
+/// ReSTIR path tracing: the estimator of `lightshed_integrator::RestirPt` for a camera at rest,
+/// with the same walks, shifts and MIS weights.
 ///
-/// Random numbers are its own, and merges are in `f32`: images agree with the host's in expectation. Paths have at most 126 edges,
-/// confidences are whole numbers up to 127, and the direction behind a reconnection vertex is one of 2³²: then a path with its weight and
-/// its confidence takes 64 bytes.
+/// Random numbers are its own, and merges are in `f32`: images agree with the host's in
+/// expectation. Paths have at most 126 edges, confidences are whole numbers up to 127, and the
+/// direction behind a reconnection vertex is one of 2³²: then a path with its weight and its
+/// confidence takes 64 bytes.
 pub struct GpuRestirPt<'a> {
     frames: RestirFrames<'a>,
     options: RestirPtOptions,
@@ -70,7 +71,8 @@ const RESERVOIR_BYTES: u64 = 64;
 const LONGEST_PATH: u32 = 126;
 
 impl<'a> GpuRestirPt<'a> {
-    /// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the one before, and the image.
+    /// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the
+    /// one before, and the image.
     pub const BYTES_PER_PIXEL: u64 = bytes_per_pixel(RESERVOIR_BYTES);
 
     /// With [`RestirPtOptions::real_time`] by the hybrid shift.
@@ -240,9 +242,11 @@ mod tests {
         ]
     }
 
-    /// Where all frames see the same, a shift is the identity, and merging with history is averaging: after frame `f` of a pixel alone,
-    /// `W p̂ = (Y_f + c W' p̂') / (1 + c)`, `Y_f` of the frame's own candidates, `c = min(f, cap)` the history's confidence and `W' p̂'` what it
-    /// brought. Pixel for pixel, whatever was selected; confidences that are wrong show at once, which no mean over images tells.
+    /// Where all frames see the same, a shift is the identity, and merging with history is
+    /// averaging: after frame `f` of a pixel alone, `W p̂ = (Y_f + c W' p̂') / (1 + c)`, `Y_f` of
+    /// the frame's own candidates, `c = min(f, cap)` the history's confidence and `W' p̂'` what it
+    /// brought. Pixel for pixel, whatever was selected; confidences that are wrong show at once,
+    /// which no mean over images tells.
     #[test]
     fn merging_with_what_is_seen_again_is_averaging() {
         let Some(gpu) = gpu() else { return };
@@ -306,8 +310,8 @@ mod tests {
 
     /// Means of images by z-tests at 1e-4 each. Programs with a fault in a merge are noticed.
     ///
-    /// A mean over an image cannot tell a Jacobian that is wrong for everyone alike, since what a pixel loses another gains: Jacobians are
-    /// held to the library's bit for bit.
+    /// A mean over an image cannot tell a Jacobian that is wrong for everyone alike, since what a
+    /// pixel loses another gains: Jacobians are held to the library's bit for bit.
     #[test]
     fn images_have_the_expectation_of_paths() {
         let Some(gpu) = gpu() else { return };
@@ -325,7 +329,8 @@ mod tests {
             let options = RestirPtOptions::real_time(mapping);
             let truth = by_paths(&scene, 500);
             let on_device = GpuScene::new(gpu, &scene).expect("it is flat");
-            // A path's own camera ray has the same random numbers: what it sees emitting is taken off exactly.
+            // A path's own camera ray has the same random numbers: what it sees emitting is taken
+            // off exactly.
             let seen = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(1), u32::MAX);
             let chains = Chains {
                 counted: 0..FRAMES,

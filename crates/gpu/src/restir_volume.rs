@@ -8,11 +8,13 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::{RestirVolumeError, RestirVolumeOptions};
 
-/// Light that a medium and surfaces scatter once, by reservoirs that pixels and frames share: the estimator of
-/// `lightshed_integrator::RestirVolume` with one scattering vertex, for a camera at rest.
+/// Light that a medium and surfaces scatter once, by reservoirs that pixels and frames share: the
+/// estimator of `lightshed_integrator::RestirVolume` with one scattering vertex, for a camera at
+/// rest.
 ///
-/// Targets are those of the host with neighbours, by the full resolution of the density; candidates mix emitter samples with directions of the phase
-/// function, random numbers are the device's own, and merges are in `f32`: images agree with the host's in expectation.
+/// Targets are those of the host with neighbours, by the full resolution of the density; candidates
+/// mix emitter samples with directions of the phase function, random numbers are the device's own,
+/// and merges are in `f32`: images agree with the host's in expectation.
 pub struct GpuRestirVolume<'a> {
     frames: RestirFrames<'a>,
     options: RestirVolumeOptions,
@@ -43,16 +45,18 @@ const PATH_BYTES: u64 = 48;
 const MOST_NEIGHBOURS: u32 = 3;
 
 impl<'a> GpuRestirVolume<'a> {
-    /// Bytes on the device for each pixel: reservoirs and what is seen, of this frame and the one before, and the image.
+    /// Bytes on the device for each pixel: reservoirs and what is seen, of this frame and the one
+    /// before, and the image.
     pub const BYTES_PER_PIXEL: u64 = bytes_per_pixel(PATH_BYTES);
 
-    /// In a scene made by [`GpuScene::with_medium`]; paths scatter once, a pixel has one reservoir, at most 3 neighbours take part, and targets and proposals are by
-    /// densities of level 0.
+    /// In a scene made by [`GpuScene::with_medium`]; paths scatter once, a pixel has one reservoir,
+    /// at most 3 neighbours take part, and targets and proposals are by densities of level 0.
     ///
     /// # Errors
     ///
-    /// [`GpuError::Medium`] for a scene without one; [`GpuError::Settings`] for other options, and for materials that no emitter sample
-    /// finds light by; [`GpuError::Refused`], [`GpuError::TooLarge`].
+    /// [`GpuError::Medium`] for a scene without one; [`GpuError::Settings`] for other options, and
+    /// for materials that no emitter sample finds light by; [`GpuError::Refused`],
+    /// [`GpuError::TooLarge`].
     pub fn new(gpu: &'a Gpu, scene: &'a GpuScene, options: RestirVolumeOptions) -> Result<Self, GpuError> {
         Self::of_program(gpu, scene, options, RESTIR_VOLUME)
     }

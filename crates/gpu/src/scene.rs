@@ -100,8 +100,9 @@ impl GpuScene {
         Self::of_flat(gpu, scene, FlatScene::new(scene).map_err(GpuError::Scene)?, None)
     }
 
-    /// Copies a scene with a medium to the device, for the methods that know media: one grey medium, a grid of densities without emission, with
-    /// the isotropic phase function or Henyey and Greenstein's.
+    /// Copies a scene with a medium to the device, for the methods that know media: one grey
+    /// medium, a grid of densities without emission, with the isotropic phase function or Henyey
+    /// and Greenstein's.
     ///
     /// # Errors
     ///
@@ -248,7 +249,8 @@ impl GpuScene {
         Err(GpuError::Unknown { method, what })
     }
 
-    /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh` asks for.
+    /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh`
+    /// asks for.
     pub fn tree_buffers(&self) -> [&Buffer; 3] {
         let [nodes, slots, triangles, ..] = &self.buffers;
         [nodes, slots, triangles]
@@ -285,7 +287,8 @@ impl GpuScene {
         self.buffers.iter().map(Buffer::bytes).sum::<u64>() + medium
     }
 
-    /// What a program is told at its making of what the scene lacks, and of what a method says besides: its overridable constants.
+    /// What a program is told at its making of what the scene lacks, and of what a method says
+    /// besides: its overridable constants.
     pub(crate) fn constants(&self, program: &str, besides: &[(&str, bool)]) -> Vec<(String, f64)> {
         let of_scene = [
             ("HAS_DELTA_EMITTERS", !self.flat.deltas.is_empty()),
@@ -346,7 +349,8 @@ struct TablePlaces {
     coats: u32,
 }
 
-/// Entries for the choice of an emitter, then the sky's words, texels, textures, texture coordinates and rough coats.
+/// Entries for the choice of an emitter, then the sky's words, texels, textures, texture
+/// coordinates and rough coats.
 fn tables(flat: &FlatScene) -> (Vec<u32>, TablePlaces) {
     let entries = flat.emitter_table.iter();
     let mut words: Vec<u32> = entries.flat_map(|entry| [entry.threshold, entry.alias]).collect();

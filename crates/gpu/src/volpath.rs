@@ -8,8 +8,9 @@ use crate::scene::Settings;
 use crate::{Buffer, Gpu, GpuError, GpuMethod, GpuScene, Kernel, PassTime};
 use lightshed_film::RayCounts;
 
-/// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of `lightshed_integrator::VolumePathTracer`, with
-/// the same random numbers for each path, so that images differ by rounding alone.
+/// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of
+/// `lightshed_integrator::VolumePathTracer`, with the same random numbers for each path, so that
+/// images differ by rounding alone.
 pub struct GpuVolumePathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -32,7 +33,8 @@ impl<'a> GpuVolumePathTracer<'a> {
     /// Bytes on the device for each pixel: the image.
     pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
 
-    /// With paths as long as the scene's settings ask for, in a scene made by [`GpuScene::with_medium`].
+    /// With paths as long as the scene's settings ask for, in a scene made by
+    /// [`GpuScene::with_medium`].
     ///
     /// # Errors
     ///
@@ -231,7 +233,8 @@ mod tests {
         scene
     }
 
-    /// Paths through smoke and a cloud are the host's: collisions are exact, and so is all else but what the order of a product rounds.
+    /// Paths through smoke and a cloud are the host's: collisions are exact, and so is all else but
+    /// what the order of a product rounds.
     #[test]
     fn paths_are_those_of_the_host() {
         let Some(gpu) = gpu() else { return };
@@ -239,7 +242,8 @@ mod tests {
         overcast.emitters = vec![EmitterDescription::Constant {
             radiance: Rgb::new(0.3, 0.4, 0.6),
         }];
-        // Directions to an image are the host's to rounding, and a few of the collisions behind them others.
+        // Directions to an image are the host's to rounding, and a few of the collisions behind
+        // them others.
         let scenes = [
             ("smoke", sized(builtin::smoke_in_cornell()), 5, 0.0),
             ("overcast", sized(overcast), 8, 0.0),

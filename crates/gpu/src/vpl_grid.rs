@@ -16,13 +16,16 @@ use lightshed_integrator::{ShadowTargets, VplGrid, VplGridOptions, VplSet};
 use lightshed_lights::{GridOptions, Levels, LightingGrid};
 use lightshed_scene::Scene;
 
-/// Direct light, and indirect light of virtual point lights by a lighting grid hierarchy: the method of `lightshed_integrator::VplGrid`.
+/// Direct light, and indirect light of virtual point lights by a lighting grid hierarchy: the
+/// method of `lightshed_integrator::VplGrid`.
 ///
-/// Light paths are the library's, traced by the host; the hierarchy over the lights they leave is built on the device, which gathers, tests
-/// shadows and filters them. Random numbers are the host's, sums of weights are `f32`: choices of lights are the host's but where two are close,
-/// and values the same to what look-ups round.
+/// Light paths are the library's, traced by the host; the hierarchy over the lights they leave is
+/// built on the device, which gathers, tests shadows and filters them. Random numbers are the
+/// host's, sums of weights are `f32`: choices of lights are the host's but where two are close, and
+/// values the same to what look-ups round.
 ///
-/// With [`Levels::Auto`] the levels are those that the library takes for the lights of the first frame. Blocks of pixels are not interleaved.
+/// With [`Levels::Auto`] the levels are those that the library takes for the lights of the first
+/// frame. Blocks of pixels are not interleaved.
 pub struct GpuVplGrid<'a> {
     gpu: &'a Gpu,
     scene: &'a Scene,
@@ -82,16 +85,16 @@ const IMAGE_BYTES: u64 = 16;
 const MAX_LEVELS: u32 = 10;
 
 impl<'a> GpuVplGrid<'a> {
-    /// Bytes on the device for each pixel: what it sees, the share of lights twice, and the image. The lights and
-    /// [their hierarchy](GpuLightingGrid::bytes) come on top.
+    /// Bytes on the device for each pixel: what it sees, the share of lights twice, and the image.
+    /// The lights and [their hierarchy](GpuLightingGrid::bytes) come on top.
     pub const BYTES_PER_PIXEL: u64 = PIXEL_BYTES + 2 * VISIBILITY_BYTES + IMAGE_BYTES;
 
     /// For a scene and its copy on the device.
     ///
     /// # Errors
     ///
-    /// [`GpuError::Settings`] for options that the library refuses, interleaving, or more than 10 levels; [`GpuError::Refused`],
-    /// [`GpuError::TooLarge`].
+    /// [`GpuError::Settings`] for options that the library refuses, interleaving, or more than 10
+    /// levels; [`GpuError::Refused`], [`GpuError::TooLarge`].
     pub fn new(
         gpu: &'a Gpu,
         scene: &'a Scene,
@@ -179,7 +182,8 @@ impl<'a> GpuVplGrid<'a> {
         buffers.map(Buffer::bytes).iter().sum()
     }
 
-    /// The hierarchy of the last frame; `None` before the first, and where no light arrived anywhere.
+    /// The hierarchy of the last frame; `None` before the first, and where no light arrived
+    /// anywhere.
     pub fn grid(&self) -> Option<&GpuLightingGrid> {
         self.grid.as_ref().filter(|_| !self.set.lights().is_empty())
     }
@@ -325,7 +329,8 @@ mod tests {
         }
     }
 
-    /// A mirror behind, one blended with paint, and a sky with a sun in it that comes in at the open side.
+    /// A mirror behind, one blended with paint, and a sky with a sun in it that comes in at the
+    /// open side.
     fn mirrors() -> SceneDescription {
         let mut description = under_the_sky(builtin::cornell_glossy());
         let mirror = Material::Mirror {
@@ -374,7 +379,8 @@ mod tests {
             .collect()
     }
 
-    /// Without shadow rays there is nothing to choose: the share of the values that are the host's within 10⁻⁴.
+    /// Without shadow rays there is nothing to choose: the share of the values that are the host's
+    /// within 10⁻⁴.
     fn share_alike(gpu: &Gpu, scene: &Scene, options: VplGridOptions, program: &str) -> f64 {
         let options = VplGridOptions {
             shadow_samples: 0,
@@ -387,7 +393,8 @@ mod tests {
         alike.count() as f64 / pairs.len() as f64
     }
 
-    /// What is seen of emitters, and what the hierarchy gives, are the host's. Faults in either are noticed.
+    /// What is seen of emitters, and what the hierarchy gives, are the host's. Faults in either are
+    /// noticed.
     #[test]
     fn light_without_shadows_is_the_hosts() {
         let Some(gpu) = gpu() else { return };
@@ -442,8 +449,8 @@ mod tests {
         }
     }
 
-    /// Whether means over frames with the same lights are the host's, tile by tile and in all, at 1e-4; without the filter, so that pixels are
-    /// independent.
+    /// Whether means over frames with the same lights are the host's, tile by tile and in all, at
+    /// 1e-4; without the filter, so that pixels are independent.
     fn shadows(
         gpu: &Gpu,
         scene: &Scene,
@@ -486,8 +493,9 @@ mod tests {
         compare_tiles(&moments(&found, &variance), &moments(&truth, &[]), &options)?.verdict()
     }
 
-    /// Random numbers are used up when a choice changes, which rounding decides now and then: choices have the host's probabilities. Faults
-    /// in them, and in where shadow rays end, are noticed.
+    /// Random numbers are used up when a choice changes, which rounding decides now and then:
+    /// choices have the host's probabilities. Faults in them, and in where shadow rays end, are
+    /// noticed.
     #[test]
     fn shadows_are_the_hosts() {
         let Some(gpu) = gpu() else { return };
@@ -526,7 +534,8 @@ mod tests {
         .unwrap();
     }
 
-    /// A floor and a wall with shares of lights, one pixel that shows nothing: position, distance and normal of each.
+    /// A floor and a wall with shares of lights, one pixel that shows nothing: position, distance
+    /// and normal of each.
     fn corner() -> Vec<(Vec3, f32, Vec3)> {
         let [columns, rows] = SIZE;
         (0..columns * rows)

@@ -1,4 +1,5 @@
-//! Work for a device: dispatches, one after the other, each of which sees what those before it wrote.
+//! Work for a device: dispatches, one after the other, each of which sees what those before it
+//! wrote.
 
 use crate::GpuError;
 use crate::bindings::{Bindings, BoundGroup};
@@ -118,8 +119,8 @@ impl Work<'_> {
         self.gpu.queue().submit([self.encoder.finish()]);
     }
 
-    /// Hands the work to the device, waits for it, and says how long each dispatch ran: nothing where the device has no clock or
-    /// the work was not to be timed.
+    /// Hands the work to the device, waits for it, and says how long each dispatch ran: nothing
+    /// where the device has no clock or the work was not to be timed.
     ///
     /// # Errors
     ///

@@ -1,5 +1,5 @@
-//! What a choice costs: from a full bucket of 32 lights, beside 32 evaluations of their weights and a light BVH; and a sample of a vMF mixture
-//! with its density.
+//! What a choice costs: from a full bucket of 32 lights, beside 32 evaluations of their weights and
+//! a light BVH; and a sample of a vMF mixture with its density.
 //!
 //! ```sh
 //! cargo bench -p lightshed-guiding --bench selection

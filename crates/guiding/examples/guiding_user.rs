@@ -1,4 +1,5 @@
-//! What a renderer writes: light on a floor from a bright spot on a wall, by directions that learn where the spot is.
+//! What a renderer writes: light on a floor from a bright spot on a wall, by directions that learn
+//! where the spot is.
 
 use lightshed_guiding::glam::Vec3;
 use lightshed_guiding::{

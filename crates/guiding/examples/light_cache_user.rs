@@ -1,4 +1,5 @@
-//! A row of rooms with lamps, and the noise of one lamp's light on the floor, chosen by a light tree and by a cache that learns.
+//! A row of rooms with lamps, and the noise of one lamp's light on the floor, chosen by a light
+//! tree and by a cache that learns.
 //!
 //! `cargo run --release -p lightshed-guiding --example light_cache_user`
 use lightshed_guiding::glam::Vec3;
@@ -14,7 +15,8 @@ fn sends(light: &Light, at: &ShadingPoint) -> f32 {
     f32::from(u8::from(is_here)) * light.intensity * d.y * d.y / d.length_squared().powi(2)
 }
 
-/// One sample at each of many points of the floor: what was asked, and the mean squared relative error.
+/// One sample at each of many points of the floor: what was asked, and the mean squared relative
+/// error.
 fn render(lights: &[Light], sampler: &dyn LightSampler, frame: u32) -> (Vec<LightRecord>, f64) {
     let (mut records, mut error) = (Vec::new(), 0.0);
     for point in 0..10_000 {

@@ -5,8 +5,9 @@ use crate::partition::Partition;
 use glam::Vec3;
 use lightshed_spatial::Bounds;
 
-/// Halves boxes at their middle, along x, y and z in turn, where there are many samples: the spatial tree of the SD-tree of Müller
-/// 2017 (*Practical Path Guiding for Efficient Light-Transport Simulation*, §3.1). Regions are never joined again.
+/// Halves boxes at their middle, along x, y and z in turn, where there are many samples: the
+/// spatial tree of the SD-tree of Müller 2017 (*Practical Path Guiding for Efficient
+/// Light-Transport Simulation*, §3.1). Regions are never joined again.
 #[derive(Clone, Debug)]
 pub struct BinaryTree {
     bounds: Bounds,

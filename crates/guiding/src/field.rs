@@ -12,13 +12,16 @@ use lightshed_sampling::parallel::{fill, for_each_chunk};
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_spatial::{AdaptiveOctree, Bounds};
 
-/// Learns, region by region, from which directions light comes: what a renderer guides its paths by.
+/// Learns, region by region, from which directions light comes: what a renderer guides its paths
+/// by.
 ///
-/// [`record`](Self::record) takes samples from any number of threads while paths are traced; [`update`](Self::update) learns from all
-/// that were recorded since the last; [`at`](Self::at) tells what was learnt. The result does not depend on the number of threads, nor
-/// on the order in which samples were recorded.
+/// [`record`](Self::record) takes samples from any number of threads while paths are traced;
+/// [`update`](Self::update) learns from all that were recorded since the last; [`at`](Self::at)
+/// tells what was learnt. The result does not depend on the number of threads, nor on the order in
+/// which samples were recorded.
 ///
-/// Regions follow the samples (`P`): by default those of an octree. What they learn is a [`DirectionalModel`] (`M`).
+/// Regions follow the samples (`P`): by default those of an octree. What they learn is a
+/// [`DirectionalModel`] (`M`).
 #[derive(Debug)]
 pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
     pub(crate) partition: P,
@@ -149,14 +152,15 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         self.recorder.count()
     }
 
-    /// Records samples, those of a path at once as a rule; from any thread. Samples that teach nothing are left out.
+    /// Records samples, those of a path at once as a rule; from any thread. Samples that teach
+    /// nothing are left out.
     #[inline]
     pub fn record(&self, samples: &[GuidingSample]) {
         self.recorder.record(samples);
     }
 
-    /// What is known at a position: `None` outside the box, where nothing was learnt, and where a guide is of no use. A pure
-    /// function until the next update.
+    /// What is known at a position: `None` outside the box, where nothing was learnt, and where a
+    /// guide is of no use. A pure function until the next update.
     #[inline]
     pub fn at(&self, position: Vec3) -> Option<Guidance<M::Distribution<'_>>> {
         let mut slot = self.partition.slot(position)?;
@@ -190,8 +194,9 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         self.samples.clear();
     }
 
-    /// Learns from all samples that were recorded since the last update: divides space anew, then lets each region learn its share
-    /// and its directions from its own samples. A region without samples keeps what it knows.
+    /// Learns from all samples that were recorded since the last update: divides space anew, then
+    /// lets each region learn its share and its directions from its own samples. A region without
+    /// samples keeps what it knows.
     ///
     /// With the feature `parallel` it runs on the current rayon pool.
     ///

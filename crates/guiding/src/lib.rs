@@ -1,12 +1,13 @@
 //! Guides that learn from paths where light comes from, and caches of the lights that are visible.
 //!
-//! Scene-agnostic: knows positions, directions and radiance, and lights as the crate `lightshed-lights` does. A renderer
-//! records samples while it traces paths, updates once a pass or a frame, and asks for a distribution at each vertex of its
-//! paths. Every distribution states the density with which it really samples, so that estimates that divide by it are
-//! unbiased whatever was learnt.
+//! Scene-agnostic: knows positions, directions and radiance, and lights as the crate
+//! `lightshed-lights` does. A renderer records samples while it traces paths, updates once a pass
+//! or a frame, and asks for a distribution at each vertex of its paths. Every distribution states
+//! the density with which it really samples, so that estimates that divide by it are unbiased
+//! whatever was learnt.
 //!
-//! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of Illumination for Real-Time Path
-//! Tracing*) if no other work is named.
+//! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of
+//! Illumination for Real-Time Path Tracing*) if no other work is named.
 //!
 //! # Features
 //!

@@ -5,12 +5,14 @@ use glam::Vec3;
 use lightshed_sampling::DirectionDistribution;
 use lightshed_spatial::Bounds;
 
-/// A kind of distribution that learns from samples; a field keeps [`stride`](Self::stride) records for each of its regions.
+/// A kind of distribution that learns from samples; a field keeps [`stride`](Self::stride) records
+/// for each of its regions.
 ///
 /// An implementation keeps to the following.
 ///
-/// - What is learnt is the same for any order of the samples, bit for bit: sums are in integers or in an order that the samples
-///   themselves fix. Where [`ORDERED`](Self::ORDERED) says so, they come in such an order.
+/// - What is learnt is the same for any order of the samples, bit for bit: sums are in integers or
+///   in an order that the samples themselves fix. Where [`ORDERED`](Self::ORDERED) says so, they
+///   come in such an order.
 /// - One that has learnt from few samples trusts them little (a prior).
 /// - Densities are those of what is really sampled, as [`DirectionDistribution`] asks.
 pub trait DirectionalModel: Send + Sync {

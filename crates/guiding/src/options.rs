@@ -7,8 +7,8 @@ use crate::error::{GuidingError, check_option};
 pub enum Interpolation {
     /// Each position has what its region knows.
     None,
-    /// A position asks the region of a place up to half a region's extent away, which its own coordinates choose: borders
-    /// become noise.
+    /// A position asks the region of a place up to half a region's extent away, which its own
+    /// coordinates choose: borders become noise.
     #[default]
     Jitter,
 }

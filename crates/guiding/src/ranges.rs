@@ -2,7 +2,8 @@
 
 use crate::sample::TrainingSample;
 
-/// Weights of samples in the order of their directions' Morton codes: a square of any depth is a range of them.
+/// Weights of samples in the order of their directions' Morton codes: a square of any depth is a
+/// range of them.
 #[derive(Debug, Default)]
 pub(crate) struct SortedWeights {
     keys: Vec<u64>,
@@ -11,9 +12,11 @@ pub(crate) struct SortedWeights {
 }
 
 impl SortedWeights {
-    /// Of samples in any order, each with the weight that `weight` gives it, which is not negative; what is not finite counts as 0.
+    /// Of samples in any order, each with the weight that `weight` gives it, which is not negative;
+    /// what is not finite counts as 0.
     ///
-    /// The sums have the same bits for any order: samples are sorted by code and weight, and those that are alike in both add the same.
+    /// The sums have the same bits for any order: samples are sorted by code and weight, and those
+    /// that are alike in both add the same.
     pub fn new(samples: &[TrainingSample], weight: impl Fn(&TrainingSample) -> f32) -> Self {
         let key = |sample: &TrainingSample| {
             let weight = weight(sample);
@@ -42,7 +45,8 @@ impl SortedWeights {
         self.before.last().copied().unwrap_or(0.0)
     }
 
-    /// Sum of the weights in the square of `depth` whose least code is `code`, and how many samples have them.
+    /// Sum of the weights in the square of `depth` whose least code is `code`, and how many samples
+    /// have them.
     pub fn within(&self, code: u32, depth: u32) -> (f64, usize) {
         let start = u64::from(code) << 32;
         let last = start | (u64::MAX >> (2 * depth.clamp(1, 16)));

@@ -14,7 +14,8 @@ thread_local! {
     static THREAD: usize = THREADS.fetch_add(1, Ordering::Relaxed);
 }
 
-/// Collects samples from any number of threads at the same time. Who takes them must not depend on their order.
+/// Collects samples from any number of threads at the same time. Who takes them must not depend on
+/// their order.
 #[derive(Debug)]
 pub(crate) struct Recorder {
     lists: Vec<Mutex<Vec<TrainingSample>>>,

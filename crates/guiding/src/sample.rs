@@ -14,13 +14,15 @@ pub struct GuidingSample {
     pub direction: Vec3,
     /// Distance to what the direction met; infinite for the environment.
     pub distance: f32,
-    /// What the direction brought, over the density with which it was really sampled: an estimate of
-    /// `∫ f(ω) dω`, where directions are to be sampled in proportion to `f` as far as possible. `f` may be the radiance that
-    /// arrives, or that times BSDF and cosine. Not clamped, and with all factors of roulette, or the guide learns another `f`.
+    /// What the direction brought, over the density with which it was really sampled: an estimate
+    /// of `∫ f(ω) dω`, where directions are to be sampled in proportion to `f` as far as possible.
+    /// `f` may be the radiance that arrives, or that times BSDF and cosine. Not clamped, and with
+    /// all factors of roulette, or the guide learns another `f`.
     pub weight: f32,
     /// The density with which the direction was really sampled: of the mixture, if it was one.
     pub pdf: Density<SolidAngle>,
-    /// The density of the direction by what scatters alone: what the share of a guide is learnt against.
+    /// The density of the direction by what scatters alone: what the share of a guide is learnt
+    /// against.
     pub scattering_pdf: Density<SolidAngle>,
 }
 
@@ -37,8 +39,8 @@ pub struct TrainingSample {
 }
 
 impl TrainingSample {
-    /// Packs a sample. `None` if it teaches nothing: a weight that is not positive and finite, a position or direction that is
-    /// not finite.
+    /// Packs a sample. `None` if it teaches nothing: a weight that is not positive and finite, a
+    /// position or direction that is not finite.
     #[inline]
     pub fn new(sample: &GuidingSample) -> Option<Self> {
         let weighs = sample.weight > 0.0 && sample.weight.is_finite() && sample.pdf.is_positive();
@@ -99,7 +101,8 @@ impl TrainingSample {
         self.distance
     }
 
-    /// Orders samples by all that they hold: any sum over samples in this order has the same bits whatever order they came in.
+    /// Orders samples by all that they hold: any sum over samples in this order has the same bits
+    /// whatever order they came in.
     pub(crate) fn order(&self, other: &Self) -> std::cmp::Ordering {
         let key = |sample: &Self| {
             let rest = [sample.pdf, sample.scattering_pdf, sample.distance].map(f32::to_bits);

@@ -11,8 +11,8 @@ use lightshed_spatial::Bounds;
 /// Version of the layout of [`SavedField`].
 const VERSION: u32 = 1;
 
-/// What a field has learnt, without its options; `R` is what its model keeps of a region. With the feature `serde` it can be written
-/// and read in any format.
+/// What a field has learnt, without its options; `R` is what its model keeps of a region. With the
+/// feature `serde` it can be written and read in any format.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SavedField<R> {
@@ -40,7 +40,8 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
     /// A field that knows what another had learnt when it was saved.
     ///
     /// # Errors
-    /// [`GuidingError::Damaged`] for data that contradict themselves or the model, and the errors of [`GuidingField::new`].
+    /// [`GuidingError::Damaged`] for data that contradict themselves or the model, and the errors
+    /// of [`GuidingField::new`].
     pub fn load(
         saved: &SavedField<M::Record>,
         model: M,

@@ -1,9 +1,11 @@
 //! The share of a guide in the mixture with what scatters.
 //!
-//! Directions have the density `(1 − α) p_s + α p_g`. The share `α` that is nearest to the target `f` in the sense of Kullback and Leibler
-//! maximises `Σ w_i ln((1 − α) p_s(ω_i) + α p_g(ω_i))` over samples of weights `w_i = f/p`: a concave function of one number. Each step
-//! of expectation maximisation, `α ← Σ w_i r_i / Σ w_i` with the responsibility `r_i = α p_g / ((1 − α) p_s + α p_g)`, raises it. Unlike
-//! Adam, which Müller 2019 uses for the same target, it has no rate to be tuned and does not depend on the order of the samples.
+//! Directions have the density `(1 − α) p_s + α p_g`. The share `α` that is nearest to the target
+//! `f` in the sense of Kullback and Leibler maximises `Σ w_i ln((1 − α) p_s(ω_i) + α p_g(ω_i))`
+//! over samples of weights `w_i = f/p`: a concave function of one number. Each step of expectation
+//! maximisation, `α ← Σ w_i r_i / Σ w_i` with the responsibility
+//! `r_i = α p_g / ((1 − α) p_s + α p_g)`, raises it. Unlike Adam, which Müller 2019 uses for the
+//! same target, it has no rate to be tuned and does not depend on the order of the samples.
 
 use crate::sample::TrainingSample;
 use glam::Vec3;
@@ -18,8 +20,8 @@ const LARGEST_RATIO: f64 = 64.0;
 /// Bits after the binary point of sums that do not depend on the order of their terms.
 const SCALE: f64 = (1u64 << 32) as f64;
 
-/// The share after an update. `guide` is what the samples did not teach yet: a guide is judged by samples that it has not seen. `prior`
-/// samples that vote for one half are added.
+/// The share after an update. `guide` is what the samples did not teach yet: a guide is judged by
+/// samples that it has not seen. `prior` samples that vote for one half are added.
 pub(crate) fn learn_share(
     samples: &[TrainingSample],
     guide: &impl DirectionDistribution,
@@ -51,7 +53,8 @@ pub(crate) fn learn_share(
             let together = (1.0 - share) * scattering + own;
             let responsible = if together > 0.0 { own / together } else { 0.5 };
             let weight = if by_variance {
-                // `w p` is what the sample found: once more over the density that it would have now.
+                // `w p` is what the sample found: once more over the density that it would have
+                // now.
                 let ratio = f64::from(sample.pdf()) / together.max(f64::MIN_POSITIVE);
                 weight * weight * ratio.min(LARGEST_RATIO)
             } else {

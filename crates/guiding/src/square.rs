@@ -34,7 +34,8 @@ fn gather(x: u32) -> u32 {
     (x | x >> 8) & 0xffff
 }
 
-/// Morton code of a point of the unit square: 16 bits an axis, the quarter `x + 2 y` of the whole square in the two highest bits.
+/// Morton code of a point of the unit square: 16 bits an axis, the quarter `x + 2 y` of the whole
+/// square in the two highest bits.
 #[inline(always)]
 pub(crate) fn code_of(square: Vec2) -> u32 {
     // The casts saturate below, and send what is not a number to zero.
@@ -48,8 +49,9 @@ pub(crate) fn square_of_code(code: u32) -> Vec2 {
     (Vec2::new(gather(code) as f32, gather(code >> 1) as f32) + 0.5) / 65536.0
 }
 
-/// Chooses a quarter `x + 2 y` of a square with probability in proportion to its weight, first `y` by the second number and then `x` by
-/// the first; what is left of the numbers is their place in the quarter. Without any weight all are alike.
+/// Chooses a quarter `x + 2 y` of a square with probability in proportion to its weight, first `y`
+/// by the second number and then `x` by the first; what is left of the numbers is their place in
+/// the quarter. Without any weight all are alike.
 #[inline(always)]
 pub(crate) fn choose_quarter(weights: [f32; 4], u: &mut [f32; 2]) -> usize {
     let [low, high] = [weights[0] + weights[1], weights[2] + weights[3]];

@@ -1,4 +1,5 @@
-//! Directional quadtrees with stored weights (Müller 2017 §3.1), what trees of a few bits are measured against.
+//! Directional quadtrees with stored weights (Müller 2017 §3.1), what trees of a few bits are
+//! measured against.
 
 use crate::error::{GuidingError, check_option};
 use crate::model::DirectionalModel;
@@ -46,10 +47,12 @@ pub struct WeightedNode {
     children: [u32; 4],
 }
 
-/// A quadtree over the octahedral square, with the weight of each quarter; no node where nothing was learnt.
+/// A quadtree over the octahedral square, with the weight of each quarter; no node where nothing
+/// was learnt.
 pub type WeightedTree = Vec<WeightedNode>;
 
-/// Quadtrees with weights in each region: with a [`BinaryTree`](crate::BinaryTree) the SD-tree of Müller 2017.
+/// Quadtrees with weights in each region: with a [`BinaryTree`](crate::BinaryTree) the SD-tree of
+/// Müller 2017.
 ///
 /// A tree and its weights are made anew from the samples of each update, as there.
 #[derive(Clone, Debug)]

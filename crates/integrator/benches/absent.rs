@@ -1,8 +1,8 @@
-//! What features cost in scenes that lack them: instructions per sample of the whole library, against builds without the
-//! code of one feature.
+//! What features cost in scenes that lack them: instructions per sample of the whole library,
+//! against builds without the code of one feature.
 //!
-//! `cargo bench -p lightshed-integrator --bench absent [FEATURE…]`. Needs `valgrind`, and builds the workspace's crates
-//! once for each feature, with `--cfg lightshed_without="FEATURE"`.
+//! `cargo bench -p lightshed-integrator --bench absent [FEATURE…]`. Needs `valgrind`, and builds
+//! the workspace's crates once for each feature, with `--cfg lightshed_without="FEATURE"`.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -89,7 +89,8 @@ const FEATURES: [(&str, &[[&str; 2]]); 11] = [
 
 /// Edge of the images in pixels.
 const SIDE: u64 = 32;
-/// Samples a pixel, or frames, of the two runs whose difference counts: what comes before the first sample cancels.
+/// Samples a pixel, or frames, of the two runs whose difference counts: what comes before the first
+/// sample cancels.
 const SAMPLES: [u64; 2] = [4, 20];
 /// What a feature may cost where it is absent.
 const LIMIT_PERCENT: f64 = 1.0;
@@ -158,7 +159,8 @@ fn build(without: Option<&str>) -> Result<PathBuf, Box<dyn Error>> {
         .args(["--example", "count_samples"])
         .current_dir(env!("CARGO_MANIFEST_DIR"));
     if let Some(feature) = without {
-        // Around the compiler for this workspace's crates alone, so that those of others are built once.
+        // Around the compiler for this workspace's crates alone, so that those of others are built
+        // once.
         let wrapper = folder.join(format!("without_{feature}"));
         fs::write(
             &wrapper,

@@ -1,6 +1,7 @@
-//! A fixed number of samples of a method on a built-in scene, alone in the program and on one thread: what to count
-//! instructions of, as by `valgrind --tool=callgrind`. Arguments: the method, the scene (or a file), the edge of the image in pixels,
-//! samples in each pixel (frames, of methods that make frames).
+//! A fixed number of samples of a method on a built-in scene, alone in the program and on one
+//! thread: what to count instructions of, as by `valgrind --tool=callgrind`. Arguments: the method,
+//! the scene (or a file), the edge of the image in pixels, samples in each pixel (frames, of
+//! methods that make frames).
 
 use lightshed_film::{FrameMethod, MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{

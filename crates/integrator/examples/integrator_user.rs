@@ -1,4 +1,5 @@
-//! A user's example: an estimator of its own beside the library's, on one film, and noise that falls.
+//! A user's example: an estimator of its own beside the library's, on one film, and noise that
+//! falls.
 //!
 //! `cargo run --release -p lightshed-integrator --example integrator_user`
 use lightshed_film::{Budget, PixelEstimator, RenderOptions, RgbImage, render};

@@ -5,8 +5,8 @@ use lightshed_scene::glam::{Quat, Vec3};
 use lightshed_scene::{Camera, Scene};
 use std::fmt;
 
-/// How the camera moves: frame `f` is seen from `x ↦ R_f x + t_f`, applied to the scene's camera. Frame 0 shows the scene as
-/// its camera does.
+/// How the camera moves: frame `f` is seen from `x ↦ R_f x + t_f`, applied to the scene's camera.
+/// Frame 0 shows the scene as its camera does.
 ///
 /// ```
 /// use lightshed_integrator::CameraMotion;
@@ -80,8 +80,8 @@ impl CameraMotion {
             .ok_or(CameraMotionError::NotFinite)
     }
 
-    /// Turns about the line through `pivot` along `axis` by `radians_per_frame`, counterclockwise as seen from where `axis`
-    /// points.
+    /// Turns about the line through `pivot` along `axis` by `radians_per_frame`, counterclockwise
+    /// as seen from where `axis` points.
     ///
     /// # Errors
     /// See [`CameraMotionError`].
@@ -125,7 +125,8 @@ impl CameraMotion {
         }
     }
 
-    /// The camera of frame `frame`. One that would have left the range of numbers stays where the scene has it.
+    /// The camera of frame `frame`. One that would have left the range of numbers stays where the
+    /// scene has it.
     pub fn camera(&self, scene: &Scene, frame: u32) -> Camera {
         let camera = scene.camera();
         let frame = self.end.map_or(frame, |end| frame.min(end));
@@ -151,8 +152,8 @@ impl CameraMotion {
     }
 }
 
-/// Index `y · width + x` of the pixel in which `camera` sees the world position `point` (through the centre of its lens, and
-/// whatever stands in between); `None` outside an image of this size.
+/// Index `y · width + x` of the pixel in which `camera` sees the world position `point` (through
+/// the centre of its lens, and whatever stands in between); `None` outside an image of this size.
 #[inline]
 pub(crate) fn pixel_seeing(camera: &Camera, extent: Extent, point: Vec3) -> Option<usize> {
     let Extent { width, height } = extent;

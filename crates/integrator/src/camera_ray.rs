@@ -4,7 +4,8 @@ use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, Ray};
 
-/// A camera ray through a uniformly chosen point of a pixel's square, and of the lens where there is one.
+/// A camera ray through a uniformly chosen point of a pixel's square, and of the lens where there
+/// is one.
 #[derive(Clone, Copy)]
 pub(crate) struct PixelRay {
     pub ray: Ray,
@@ -26,7 +27,8 @@ impl PixelRay {
         Self::through(camera, corner, [x, y, u, v])
     }
 
-    /// Through the pixel whose least corner is `corner`: at a place in it, and on the lens if there is one.
+    /// Through the pixel whose least corner is `corner`: at a place in it, and on the lens if there
+    /// is one.
     #[inline(always)]
     pub fn through(camera: &Camera, corner: Vec2, [x, y, u, v]: [f32; 4]) -> Self {
         let film = Vec2::new(x, y);

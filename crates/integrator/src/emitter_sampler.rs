@@ -10,34 +10,39 @@ use lightshed_scene::{
 
 /// Chooses emitters of a scene: what every method that samples emitters is generic over.
 ///
-/// With `p_sel(i | x)` the probability of choosing emitter `i` for the point `x`, and `p_i` the density of sampling it once it is
-/// chosen, directions have the density `p = p_sel p_i` (in the solid-angle measure at `x`) and endpoints `p_sel p_i` in their own
-/// measure ([`EmitterEndpoint`]). Densities that this trait reports include `p_sel`.
+/// With `p_sel(i | x)` the probability of choosing emitter `i` for the point `x`, and `p_i` the
+/// density of sampling it once it is chosen, directions have the density `p = p_sel p_i` (in the
+/// solid-angle measure at `x`) and endpoints `p_sel p_i` in their own measure
+/// ([`EmitterEndpoint`]). Densities that this trait reports include `p_sel`.
 ///
-/// **Unbiased** if `p_sel` is positive wherever the emitter sends light that `x` scatters, and if the density that is reported is
-/// that with which samples are taken. Lights that are points or directions must have a positive probability wherever they shine;
-/// what a BSDF can hit may have none.
+/// **Unbiased** if `p_sel` is positive wherever the emitter sends light that `x` scatters, and if
+/// the density that is reported is that with which samples are taken. Lights that are points or
+/// directions must have a positive probability wherever they shine; what a BSDF can hit may have
+/// none.
 ///
 /// All functions are pure: the same arguments give the same result, bit for bit.
 pub trait EmitterSampler: Sync {
-    /// What the choice knows of a point besides its position: nothing, or a normal and a reflectance.
+    /// What the choice knows of a point besides its position: nothing, or a normal and a
+    /// reflectance.
     type Site: Copy + Default + Send + Sync;
 
     /// What the choice knows of a point. `at` describes it to those who ask.
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> Self::Site;
 
-    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` counts as a sample of value zero.
+    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` counts as a
+    /// sample of value zero.
     fn sample(&self, from: Vec3, site: &Self::Site, u_select: u64, u: [f32; 2]) -> Option<EmitterSample>;
 
-    /// Density with which [`sample`](Self::sample) chooses the direction to `point`, which lies on an area emitter; zero if it
-    /// does not.
+    /// Density with which [`sample`](Self::sample) chooses the direction to `point`, which lies on
+    /// an area emitter; zero if it does not.
     fn pdf(&self, from: Vec3, site: &Self::Site, point: &SurfacePoint) -> Density<SolidAngle>;
 
     /// Density with which [`sample`](Self::sample) chooses `direction` towards the environment.
     fn pdf_environment(&self, from: Vec3, site: &Self::Site, direction: Vec3) -> Density<SolidAngle>;
 
     /// Chooses an emitter by `u_select` and a place on it by `u`; with
-    /// [`endpoint_probability`](Self::endpoint_probability) of it. `None` counts as a sample of value zero.
+    /// [`endpoint_probability`](Self::endpoint_probability) of it. `None` counts as a sample of
+    /// value zero.
     fn sample_endpoint(
         &self,
         from: Vec3,
@@ -46,15 +51,18 @@ pub trait EmitterSampler: Sync {
         u: [f32; 2],
     ) -> Option<(EmitterEndpoint, f32)>;
 
-    /// Density with which [`sample_endpoint`](Self::sample_endpoint) chooses `point`, which lies on an area emitter, per solid angle
-    /// at `from`; zero if it does not. Endpoints may be sampled by area where directions are sampled by solid angle.
+    /// Density with which [`sample_endpoint`](Self::sample_endpoint) chooses `point`, which lies on
+    /// an area emitter, per solid angle at `from`; zero if it does not. Endpoints may be sampled by
+    /// area where directions are sampled by solid angle.
     fn endpoint_pdf(&self, from: Vec3, site: &Self::Site, point: &SurfacePoint) -> Density<SolidAngle>;
 
-    /// Probability of choosing the emitter of `endpoint`; of one at infinity that of choosing any of those.
+    /// Probability of choosing the emitter of `endpoint`; of one at infinity that of choosing any
+    /// of those.
     fn endpoint_probability(&self, from: Vec3, site: &Self::Site, endpoint: &EmitterEndpoint) -> f32;
 
-    /// What `endpoint` sends to `from`, with the densities of having chosen it where its emitter is chosen with `probability`, which
-    /// is [`endpoint_probability`](Self::endpoint_probability). `None` where it sends nothing.
+    /// What `endpoint` sends to `from`, with the densities of having chosen it where its emitter is
+    /// chosen with `probability`, which is [`endpoint_probability`](Self::endpoint_probability).
+    /// `None` where it sends nothing.
     fn connect_chosen(
         &self,
         from: Vec3,
@@ -73,8 +81,8 @@ pub trait EmitterSampler: Sync {
         self.connect_chosen(from, endpoint, self.endpoint_probability(from, site, endpoint))
     }
 
-    /// Samples for one point, each by a number of `u_select`: `take` gets those that are not `None`, in order. Each draws two numbers
-    /// from `u`, those that choose nothing perhaps none.
+    /// Samples for one point, each by a number of `u_select`: `take` gets those that are not
+    /// `None`, in order. Each draws two numbers from `u`, those that choose nothing perhaps none.
     #[inline]
     fn sample_many(
         &self,
@@ -91,8 +99,8 @@ pub trait EmitterSampler: Sync {
         }
     }
 
-    /// [`sample`](Self::sample) for eight points, those in the lanes `wanted`, bit for bit; `u_select` are the low and the high
-    /// halves. One after the other unless overridden.
+    /// [`sample`](Self::sample) for eight points, those in the lanes `wanted`, bit for bit;
+    /// `u_select` are the low and the high halves. One after the other unless overridden.
     #[inline(always)]
     fn sample_lanes<L: Lanes>(
         &self,

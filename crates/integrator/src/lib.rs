@@ -16,8 +16,9 @@
 //! | paths through participating media by reuse among pixels and frames | [`RestirVolume`] |
 //!
 //! Each method implements one of two traits of the crate [`film`], which has the render loops:
-//! [`PixelEstimator`](film::PixelEstimator), if pixels are independent, or [`FrameMethod`](film::FrameMethod). Methods use public
-//! items only: another renderer can build the same.
+//! [`PixelEstimator`](film::PixelEstimator), if pixels are independent, or
+//! [`FrameMethod`](film::FrameMethod). Methods use public items only: another renderer can build
+//! the same.
 
 mod camera_motion;
 mod camera_ray;

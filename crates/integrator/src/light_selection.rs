@@ -44,7 +44,8 @@ pub enum LightChoosing {
     OpenTree,
     /// By a light BVH along a curve whose near nodes are opened first.
     OpenCurveBvh,
-    /// Among the lights that are visible from there, as paths have found out first, by a [`LightCache`] with a light BVH.
+    /// Among the lights that are visible from there, as paths have found out first, by a
+    /// [`LightCache`] with a light BVH.
     Vlc,
 }
 
@@ -107,9 +108,11 @@ impl FromStr for LightChoosing {
 
 /// Chooses emitters of a scene for shading points.
 ///
-/// As [`EmittersByPower`](lightshed_scene::EmittersByPower) does, uniformly among the emitters at infinity and, as one more, all finite ones together; but among these
-/// by a [`LightSampler`], so that `p_sel` depends on the point. Densities are in the solid-angle measure at the point, selection
-/// included. The choice and its density are the same, bit for bit, whether a choice is made alone or in company.
+/// As [`EmittersByPower`](lightshed_scene::EmittersByPower) does, uniformly among the emitters at
+/// infinity and, as one more, all finite ones together; but among these by a [`LightSampler`], so
+/// that `p_sel` depends on the point. Densities are in the solid-angle measure at the point,
+/// selection included. The choice and its density are the same, bit for bit, whether a choice is
+/// made alone or in company.
 pub struct LightSelection<'a> {
     emitters: &'a Emitters,
     /// `None` without finite emitters.
@@ -160,8 +163,8 @@ enum Chosen {
 }
 
 impl<'a> LightSelection<'a> {
-    /// A selection among the scene's emitters. One that learns knows nothing yet: it is a light BVH, until it is
-    /// [`trained`](Self::trained).
+    /// A selection among the scene's emitters. One that learns knows nothing yet: it is a light
+    /// BVH, until it is [`trained`](Self::trained).
     ///
     /// # Errors
     ///
@@ -227,7 +230,8 @@ impl<'a> LightSelection<'a> {
         };
     }
 
-    /// Probability of choosing a finite emitter of this index among those, for a point; 0 for any other index.
+    /// Probability of choosing a finite emitter of this index among those, for a point; 0 for any
+    /// other index.
     pub fn probability(&self, at: &ShadingPoint, emitter: u32) -> f32 {
         match &self.sampler {
             Some(sampler) => with_sampler!(sampler, s => s.pmf(at, emitter)),
@@ -274,8 +278,9 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// Many choices, up to [`TOGETHER`]: `chosen[i]` is [`choose`](Self::choose) for `u[i]`. Those among finite emitters are made by
-    /// `choices`, which gets the sampler, the places in `u`, the numbers and room for the choices.
+    /// Many choices, up to [`TOGETHER`]: `chosen[i]` is [`choose`](Self::choose) for `u[i]`. Those
+    /// among finite emitters are made by `choices`, which gets the sampler, the places in `u`, the
+    /// numbers and room for the choices.
     #[inline(always)]
     fn choose_together(
         &self,
@@ -303,7 +308,8 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// A direction from `from` towards what was chosen for the shading point there; `None` where nothing comes from it.
+    /// A direction from `from` towards what was chosen for the shading point there; `None` where
+    /// nothing comes from it.
     #[inline(always)]
     fn direction(&self, from: Vec3, chosen: Chosen, u: [f32; 2]) -> Option<EmitterSample> {
         match chosen {
@@ -483,7 +489,8 @@ enum Route {
 const TOGETHER: usize = 16;
 const _: () = assert!(LANES <= TOGETHER);
 
-/// What a light sampler sees of a surface point with this BSDF, from the unit direction `wo` (in the shading frame).
+/// What a light sampler sees of a surface point with this BSDF, from the unit direction `wo` (in
+/// the shading frame).
 #[inline]
 pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoint {
     let facing = if bsdf.scatters_through() {
@@ -504,7 +511,8 @@ pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoin
     }
 }
 
-/// [`shading_point`] from whatever direction: light may come from both sides where more than one is scattered from.
+/// [`shading_point`] from whatever direction: light may come from both sides where more than one is
+/// scattered from.
 #[inline]
 pub(crate) fn unseen_shading_point(point: &SurfacePoint, bsdf: &Bsdf) -> ShadingPoint {
     ShadingPoint {

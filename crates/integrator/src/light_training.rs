@@ -13,7 +13,8 @@ use std::sync::{Mutex, PoisonError};
 /// Seed of the paths, which no image has unless somebody asks for it.
 const SEED: u64 = 0x766c_6320_7472_6169;
 
-/// Longest paths that are learnt from, in edges: what is farther is lit by what has been learnt nearer by.
+/// Longest paths that are learnt from, in edges: what is farther is lit by what has been learnt
+/// nearer by.
 const MAX_DEPTH: u32 = 6;
 
 /// Keeps what emitters were asked and what came of it.
@@ -70,9 +71,11 @@ const FIRST_JUDGED: usize = 4;
 const MAX_PATHS: usize = 1 << 17;
 
 impl<'a> LightSelection<'a> {
-    /// A selection among the scene's emitters that has learnt from paths what is visible, where it can learn; others are those of
-    /// [`new`](Self::new). The paths are those of the scene's own image and length. Where the cache turns out to be of no use it is left out:
-    /// emitters are chosen by its light BVH then, with what that has learnt or without. The same for any number of threads.
+    /// A selection among the scene's emitters that has learnt from paths what is visible, where it
+    /// can learn; others are those of [`new`](Self::new). The paths are those of the scene's own
+    /// image and length. Where the cache turns out to be of no use it is left out: emitters are
+    /// chosen by its light BVH then, with what that has learnt or without. The same for any number
+    /// of threads.
     ///
     /// # Errors
     ///
@@ -86,8 +89,8 @@ impl<'a> LightSelection<'a> {
     }
 }
 
-/// Traces paths through the scene's image, in passes of which each learns from those before. What the cache is good for is judged by paths that it
-/// has not learnt from.
+/// Traces paths through the scene's image, in passes of which each learns from those before. What
+/// the cache is good for is judged by paths that it has not learnt from.
 fn train(scene: &Scene, selection: &mut LightSelection<'_>) {
     let settings = scene.settings();
     let depth = settings.max_depth.map_or(MAX_DEPTH, |depth| depth.min(MAX_DEPTH));

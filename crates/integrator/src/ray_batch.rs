@@ -11,8 +11,9 @@ pub(crate) const NOWHERE: Ray = Ray {
     t_max: 0.0,
 };
 
-/// Traces rays of which only emission matters: `hits` are the nearest emitting surfaces, `occluded` whether something else is
-/// in front of them, or of the environment. Where nothing emits, nothing is traced.
+/// Traces rays of which only emission matters: `hits` are the nearest emitting surfaces, `occluded`
+/// whether something else is in front of them, or of the environment. Where nothing emits, nothing
+/// is traced.
 pub(crate) fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<Hit>], occluded: &mut [bool]) {
     scene.intersect_emitting_many(rays, hits);
     let everywhere = scene.emitters().environment().is_some();
@@ -39,7 +40,8 @@ pub(crate) fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<H
     }
 }
 
-/// Hands on what those segments, at most [`MAX_BATCH`] with their owners, bring, in whose way nothing is.
+/// Hands on what those segments, at most [`MAX_BATCH`] with their owners, bring, in whose way
+/// nothing is.
 pub(crate) fn add_unhidden<T: Copy>(
     scene: &Scene,
     tally: &RayTally,

@@ -13,7 +13,8 @@ use lightshed_shift::{
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A [`Scene`] as a [`World`](lightshed_shift::World): what the crate `lightshed-shift` asks of a renderer, with rays counted by kind.
+/// A [`Scene`] as a [`World`](lightshed_shift::World): what the crate `lightshed-shift` asks of a
+/// renderer, with rays counted by kind.
 pub struct SceneWorld<'a, S = EmittersByPower<'a>> {
     scene: &'a Scene,
     sampler: S,
@@ -103,7 +104,8 @@ impl<'a, S: EmitterSampler> SceneWorld<'a, S> {
         self.counters[thread].0[kind as usize].fetch_add(rays as u64, Ordering::Relaxed);
     }
 
-    /// Lobe and direction as [`Bsdf::sample`] has them, with the value and joint density of the lobe alone.
+    /// Lobe and direction as [`Bsdf::sample`] has them, with the value and joint density of the
+    /// lobe alone.
     #[inline]
     fn lobe_direction(
         vertex: &SceneVertex,

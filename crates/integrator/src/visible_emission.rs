@@ -6,12 +6,13 @@ use lightshed_sampling::{FrameNumbers, PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
 
-/// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera rays a sample where they may
-/// be seen and by none elsewhere.
+/// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera
+/// rays a sample where they may be seen and by none elsewhere.
 ///
-/// A lamp is brighter than what it lights by orders, so its edges in the image hold most of the error of a mean, and a ray that
-/// finds a lamp is cheap beside a path that ends there. The pixels are those that the boxes of emitters cover on the film,
-/// and one more on each side. Who uses it leaves out surfaces' emission at the end of the first edge.
+/// A lamp is brighter than what it lights by orders, so its edges in the image hold most of the
+/// error of a mean, and a ray that finds a lamp is cheap beside a path that ends there. The pixels
+/// are those that the boxes of emitters cover on the film, and one more on each side. Who uses it
+/// leaves out surfaces' emission at the end of the first edge.
 pub(crate) struct VisibleEmission {
     /// Of each pixel, whether an emitter may be seen.
     covered: Vec<bool>,
@@ -20,7 +21,8 @@ pub(crate) struct VisibleEmission {
     rays: u32,
 }
 
-/// [`VisibleEmission`] of a method that makes frames, if it wants one: worked out once for a camera that stands still.
+/// [`VisibleEmission`] of a method that makes frames, if it wants one: worked out once for a camera
+/// that stands still.
 #[derive(Default)]
 pub(crate) struct VisibleFrames(Option<Option<VisibleEmission>>);
 
@@ -50,8 +52,8 @@ const MAX_RAYS: u32 = 16;
 const BLOCK: u32 = 1;
 
 impl VisibleEmission {
-    /// For the emitters of a scene as `camera` sees them; `None` where no surface emits and where rays would cost more than they
-    /// gain: a sample has a quarter of a ray on average at most.
+    /// For the emitters of a scene as `camera` sees them; `None` where no surface emits and where
+    /// rays would cost more than they gain: a sample has a quarter of a ray on average at most.
     pub fn new(scene: &Scene, camera: &Camera) -> Option<Self> {
         let (width, height) = (scene.settings().width, scene.settings().height);
         let areas = scene.emitters().area_count() as u32;
@@ -85,7 +87,8 @@ impl VisibleEmission {
         Some(Self { covered, width, rays })
     }
 
-    /// Adds the estimates of samples to `values`. Numbers are those of `points` under `seed`. Returns how many rays that took.
+    /// Adds the estimates of samples to `values`. Numbers are those of `points` under `seed`.
+    /// Returns how many rays that took.
     pub fn add(
         &self,
         scene: &Scene,
@@ -156,8 +159,8 @@ impl VisibleEmission {
     }
 }
 
-/// The pixels that a box may cover: the first column and row, and those behind the last. `None` if it is not all in front of
-/// the camera.
+/// The pixels that a box may cover: the first column and row, and those behind the last. `None` if
+/// it is not all in front of the camera.
 fn rectangle(camera: &Camera, min: Vec3, max: Vec3, [width, height]: [u32; 2]) -> Option<[u32; 4]> {
     let (mut least, mut greatest) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
     for corner in 0..8 {
@@ -196,8 +199,8 @@ mod tests {
         NotAveraged,
     }
 
-    /// The mean of all pixels is that of single rays over a regular grid of 32 × 32 places in each, to the grid's error; where
-    /// no pixel is covered no ray meets an emitter.
+    /// The mean of all pixels is that of single rays over a regular grid of 32 × 32 places in each,
+    /// to the grid's error; where no pixel is covered no ray meets an emitter.
     #[test]
     fn sees_what_a_grid_of_rays_sees() {
         let results = check_faults(&[Fault::NoEdges, Fault::NotAveraged], |fault| {

@@ -1,4 +1,5 @@
-//! A user's example: eight pixels of the Mandelbrot set at a time, with the same bits on any machine.
+//! A user's example: eight pixels of the Mandelbrot set at a time, with the same bits on any
+//! machine.
 //!
 //! `cargo run --release -p lightshed-lanes --example lanes_user`
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, LaneMask, Lanes};

@@ -1,7 +1,7 @@
 //! Lanes in AVX2 registers.
 //!
-//! Soundness: the intrinsics may run only where the CPU has AVX2. The types here are private to this module and used
-//! in one place alone, behind [`Avx2`], whose values prove that it has.
+//! Soundness: the intrinsics may run only where the CPU has AVX2. The types here are private to
+//! this module and used in one place alone, behind [`Avx2`], whose values prove that it has.
 
 use crate::{LANES, LaneKernel, LaneMask, LaneWords, Lanes};
 use core::arch::x86_64::*;
@@ -154,7 +154,8 @@ impl Lanes for Avx2Lanes {
     #[inline(always)]
     fn load_transposed(rows: [&[f32; LANES]; LANES]) -> [Self; LANES] {
         let [r0, r1, r2, r3, r4, r5, r6, r7] = rows;
-        // Rows i and i + 4 side by side, four columns at a time; then 4×4 transposes in both halves.
+        // Rows i and i + 4 side by side, four columns at a time; then 4×4 transposes in both
+        // halves.
         let [a0, b0] = pair(r0, r4);
         let [a1, b1] = pair(r1, r5);
         let [a2, b2] = pair(r2, r6);
@@ -270,7 +271,8 @@ impl Lanes for Avx2Lanes {
     #[inline(always)]
     fn evens_and_odds(self, next: Self) -> [Self; 2] {
         unsafe {
-            // Both rows' low halves and both rows' high halves, so that a shuffle within halves finds all evens.
+            // Both rows' low halves and both rows' high halves, so that a shuffle within halves
+            // finds all evens.
             let low = _mm256_permute2f128_ps::<0x20>(self.0, next.0);
             let high = _mm256_permute2f128_ps::<0x31>(self.0, next.0);
             [

@@ -40,7 +40,8 @@ impl LaneChoice {
     }
 }
 
-/// A kernel on plain arrays is much code: it is compiled once, beside the one of AVX2, and not into every caller.
+/// A kernel on plain arrays is much code: it is compiled once, beside the one of AVX2, and not into
+/// every caller.
 #[inline(never)]
 fn run_array<K: LaneKernel>(kernel: K) -> K::Output {
     kernel.run::<ArrayLanes>()

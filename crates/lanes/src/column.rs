@@ -2,9 +2,9 @@
 
 use crate::{LANES, LaneWords, Lanes};
 
-/// One attribute of up to [`Column::CAPACITY`] things, for kernels that take eight at a time: groups of eight are loaded
-/// and stored whole, or what is wanted of them is written one behind the other. A column holds words; values are stored
-/// as their bits.
+/// One attribute of up to [`Column::CAPACITY`] things, for kernels that take eight at a time:
+/// groups of eight are loaded and stored whole, or what is wanted of them is written one behind the
+/// other. A column holds words; values are stored as their bits.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub struct Column([u32; Column::CAPACITY + LANES]);
@@ -19,7 +19,8 @@ impl Column {
         Self([value.to_bits(); Self::CAPACITY + LANES])
     }
 
-    /// The row of lanes that begins at `place`, or at the end of the capacity: there is room for one beyond.
+    /// The row of lanes that begins at `place`, or at the end of the capacity: there is room for
+    /// one beyond.
     #[inline(always)]
     fn row(&self, place: usize) -> &[u32; LANES] {
         let start = place.min(Self::CAPACITY);
@@ -52,8 +53,9 @@ impl Column {
         *self.row_mut(place) = values.to_bits().store();
     }
 
-    /// Sets the values of thing `place` and those that follow to the lanes of the set bits of `mask`, in their order.
-    /// Up to thing `place + 7` the others become unspecified. `place` is at most the capacity.
+    /// Sets the values of thing `place` and those that follow to the lanes of the set bits of
+    /// `mask`, in their order. Up to thing `place + 7` the others become unspecified. `place` is at
+    /// most the capacity.
     #[inline(always)]
     pub fn store_compressed<L: Lanes>(&mut self, place: usize, values: L, mask: u32) {
         self.store(place, values.compress(mask, 0));

@@ -1,12 +1,12 @@
-//! The lighting grid hierarchy: construction by gather against scatter, updates against construction, and what a shading point
-//! costs, each for growing numbers of lights, on one thread.
+//! The lighting grid hierarchy: construction by gather against scatter, updates against
+//! construction, and what a shading point costs, each for growing numbers of lights, on one thread.
 //!
 //! ```sh
 //! cargo bench -p lightshed-lights --bench lighting_grid
 //! ```
 //!
-//! Numbers of levels, of grid lights and of lights visited at a point are printed before the times, which are per light: of all,
-//! that moves, or that is visited.
+//! Numbers of levels, of grid lights and of lights visited at a point are printed before the times,
+//! which are per light: of all, that moves, or that is visited.
 
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;

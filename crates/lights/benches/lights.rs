@@ -5,7 +5,8 @@
 //! cargo bench -p lightshed-lights --features parallel --bench lights -- lights/sample
 //! ```
 //!
-//! Builds are on as many threads as there are processors, by the time of the wall; choosing is on one, by processor time, per choice.
+//! Builds are on as many threads as there are processors, by the time of the wall; choosing is on
+//! one, by processor time, per choice.
 
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;

@@ -1,14 +1,17 @@
-//! Lights that move every frame: time of whole frames against error, for each structure and number of lights.
+//! Lights that move every frame: time of whole frames against error, for each structure and number
+//! of lights.
 //!
 //! ```sh
 //! cargo bench -p lightshed-lights --bench moving_lights
 //! cargo bench -p lightshed-lights --bench moving_lights -- 1000 100000
 //! ```
 //!
-//! A frame builds the structure and then estimates the irradiance of 480 × 270 points by so many samples each, without shadows; a sample
-//! costs another 400 ns for its shadow ray and shading. Errors are those of blocks of 8 × 8 neighbouring points strewn over the
-//! floor and the walls of a room, against sums over all lights: `Σ (E − Ê)² / Σ E²`. Printed is their product with the frame's time,
-//! as a multiple of that of the light BVH: below one is better than it. Processor time of one thread, the least of several turns.
+//! A frame builds the structure and then estimates the irradiance of 480 × 270 points by so many
+//! samples each, without shadows; a sample costs another 400 ns for its shadow ray and shading.
+//! Errors are those of blocks of 8 × 8 neighbouring points strewn over the floor and the walls of a
+//! room, against sums over all lights: `Σ (E − Ê)² / Σ E²`. Printed is their product with the
+//! frame's time, as a multiple of that of the light BVH: below one is better than it. Processor
+//! time of one thread, the least of several turns.
 
 use lightshed_lights::glam::Vec3;
 use lightshed_lights::{
@@ -116,7 +119,8 @@ fn cpu_seconds() -> f64 {
 trait Method {
     fn rebuild(&mut self, lights: &[Light]);
 
-    /// Choices of one block, `samples` for each point, with stratified or independent numbers from `rng`.
+    /// Choices of one block, `samples` for each point, with stratified or independent numbers from
+    /// `rng`.
     fn choose(&mut self, at: &[ShadingPoint], samples: usize, turn: u64, choices: &mut [Option<LightChoice>]);
 }
 
@@ -184,7 +188,8 @@ impl<T: LightSubtrees, B: Fn(&mut T, &[Light])> Method for Cuts<T, B> {
     }
 }
 
-/// Seconds to build, seconds to choose for a point, and squared relative error, for each number of samples.
+/// Seconds to build, seconds to choose for a point, and squared relative error, for each number of
+/// samples.
 struct Measured {
     build: f64,
     choose: [f64; SAMPLES.len()],

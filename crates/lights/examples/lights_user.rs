@@ -1,4 +1,5 @@
-//! Ten thousand lamps over a floor, and the noise of an estimate by a few of them, chosen in five ways.
+//! Ten thousand lamps over a floor, and the noise of an estimate by a few of them, chosen in five
+//! ways.
 //!
 //! `cargo run --release -p lightshed-lights --example lights_user`
 use lightshed_lights::glam::Vec3;

@@ -1,4 +1,5 @@
-//! Roots and inverses by the logarithm that a float's bits are: a few per cent off, the same bits everywhere.
+//! Roots and inverses by the logarithm that a float's bits are: a few per cent off, the same bits
+//! everywhere.
 
 use lightshed_lanes::{LaneWords, Lanes};
 

@@ -11,7 +11,8 @@ pub(crate) const WIDTH: usize = 8;
 
 /// Eight nodes of a light tree, coordinate by coordinate, as lanes read them.
 ///
-/// A node of zero intensity is a bogus one: it has no bounds and is never chosen. Aligned, so that no row lies in two cache lines.
+/// A node of zero intensity is a bogus one: it has no bounds and is never chosen. Aligned, so that
+/// no row lies in two cache lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct NodeBlock {
@@ -32,8 +33,8 @@ pub struct LightNode {
     pub normals: u32,
 }
 
-/// On average a diffuse surface of unknown orientation has a quarter of its intensity; a light that shines all around has
-/// all of it. Nodes store four times the latter's, so that both count alike.
+/// On average a diffuse surface of unknown orientation has a quarter of its intensity; a light that
+/// shines all around has all of it. Nodes store four times the latter's, so that both count alike.
 const ALL_AROUND: f32 = 4.0;
 
 impl LightNode {
@@ -101,7 +102,8 @@ impl NodeBlock {
         prefetch(&self.intensity);
     }
 
-    /// Leaves of up to eight lights; [`LightNode::BOGUS`] for those that are off, and where there is none.
+    /// Leaves of up to eight lights; [`LightNode::BOGUS`] for those that are off, and where there
+    /// is none.
     #[inline(always)]
     pub fn leaves<L: Lanes>(lights: &[Option<&Light>; WIDTH]) -> Self {
         let mut block = Self::BOGUS;
@@ -132,7 +134,8 @@ impl NodeBlock {
         block
     }
 
-    /// Eight nodes from the sixteen that follow each other in two blocks, each the union of two; bogus nodes do not count.
+    /// Eight nodes from the sixteen that follow each other in two blocks, each the union of two;
+    /// bogus nodes do not count.
     #[inline(always)]
     pub fn halved<L: Lanes>(first: &Self, second: &Self) -> Self {
         let pairs = |a: &[f32; WIDTH], b: &[f32; WIDTH]| L::load(a).evens_and_odds(L::load(b));

@@ -3,9 +3,10 @@
 use crate::approximate::approximate_inverse;
 use lightshed_lanes::Lanes;
 
-/// Cumulative weights of the children of a node, `C_k = Σ_{j ≤ k} w_j`; child `k` is chosen with probability `w_k / C_7`. No value is
-/// less than the one before it, and only that of a child that must not be chosen is equal. They stay in lanes: reading one
-/// number of eight that have just been written is slow.
+/// Cumulative weights of the children of a node, `C_k = Σ_{j ≤ k} w_j`; child `k` is chosen with
+/// probability `w_k / C_7`. No value is less than the one before it, and only that of a child that
+/// must not be chosen is equal. They stay in lanes: reading one number of eight that have just been
+/// written is slow.
 #[derive(Clone, Copy)]
 pub struct ChildCdf<L> {
     ends: L,
@@ -23,8 +24,8 @@ impl<L: Lanes> ChildCdf<L> {
         }
     }
 
-    /// As [`new`](Self::new), scaled to a sum of about one where the sum is not below the least normal number. Sums and scale wait for
-    /// the same weights, not for each other.
+    /// As [`new`](Self::new), scaled to a sum of about one where the sum is not below the least
+    /// normal number. Sums and scale wait for the same weights, not for each other.
     #[inline(always)]
     pub fn normalized(weights: L) -> Self {
         let Self { ends, total } = Self::new(weights);
@@ -56,8 +57,8 @@ impl<L: Lanes> ChildCdf<L> {
         f64::from(self.total.first())
     }
 
-    /// Where the interval of `lane` starts, and its width. Without a branch for the first lane, which would be mispredicted as often as
-    /// that is chosen.
+    /// Where the interval of `lane` starts, and its width. Without a branch for the first lane,
+    /// which would be mispredicted as often as that is chosen.
     #[inline(always)]
     pub fn interval(&self, lane: usize) -> (f64, f64) {
         let start = f64::from(self.ends.delayed().lane(lane));

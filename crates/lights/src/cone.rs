@@ -1,12 +1,14 @@
-//! Where lights shine: cones of normals, and the angle around each normal within which light leaves.
+//! Where lights shine: cones of normals, and the angle around each normal within which light
+//! leaves.
 
 use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Orientation of a light or of a group of lights (Conty Estevez and Kulla 2018, §4.1).
 ///
-/// Every normal lies within `normals_angle` of `axis`, and light leaves only within `emission_angle` of a normal: at an
-/// angle θ from its normal a light has at most `cos θ` of its intensity (for θ beyond π/2, nothing). Angles in radians.
+/// Every normal lies within `normals_angle` of `axis`, and light leaves only within
+/// `emission_angle` of a normal: at an angle θ from its normal a light has at most `cos θ` of its
+/// intensity (for θ beyond π/2, nothing). Angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientationCone {
     /// Unit axis.
@@ -34,7 +36,8 @@ impl OrientationCone {
         }
     }
 
-    /// Full intensity up to `angle` from the unit `axis` and nothing beyond: contains a spot light that is cut off there.
+    /// Full intensity up to `angle` from the unit `axis` and nothing beyond: contains a spot light
+    /// that is cut off there.
     pub fn spot(axis: Vec3, angle: f32) -> Self {
         Self {
             axis,
@@ -53,7 +56,8 @@ impl OrientationCone {
             & angle(self.emission_angle)
     }
 
-    /// A cone that contains both (Conty Estevez and Kulla 2018, algorithm 1), least up to rounding and never less.
+    /// A cone that contains both (Conty Estevez and Kulla 2018, algorithm 1), least up to rounding
+    /// and never less.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         let (wide, narrow) = if self.normals_angle >= other.normals_angle {
@@ -87,8 +91,8 @@ impl OrientationCone {
         }
     }
 
-    /// `1 − cos θ_o` plus what the emission adds around it: the measure M_Ω of directions (Conty Estevez and Kulla 2018,
-    /// §4.4), from 0… for one direction to 4π for all.
+    /// `1 − cos θ_o` plus what the emission adds around it: the measure M_Ω of directions (Conty
+    /// Estevez and Kulla 2018, §4.4), from 0… for one direction to 4π for all.
     pub fn measure(&self) -> f32 {
         let (o, e) = (self.normals_angle, self.emission_angle);
         let w = (o + e).min(PI);

@@ -53,7 +53,8 @@ pub(crate) fn probability_of<L: Lanes, T: Tree, R: Receiver>(tree: &T, at: &R, l
     probability_onwards::<L, T, R>(1.0, tree, at, light)
 }
 
-/// As [`probability_of`] where the root is reached with probability `before`; the product in the order in which [`descend`] forms it.
+/// As [`probability_of`] where the root is reached with probability `before`; the product in the
+/// order in which [`descend`] forms it.
 #[inline(always)]
 pub(crate) fn probability_onwards<L: Lanes, T: Tree, R: Receiver>(
     before: f64,
@@ -88,7 +89,8 @@ pub(crate) fn probability_along<L: Lanes, T: Tree, R: Receiver>(
     product
 }
 
-/// The choice of a light that is reached with `probability`; `None` where an `f32` cannot represent it.
+/// The choice of a light that is reached with `probability`; `None` where an `f32` cannot represent
+/// it.
 #[inline(always)]
 pub(crate) fn choice(light: u32, probability: f64) -> Option<LightChoice> {
     let pmf = probability as f32;
@@ -153,8 +155,9 @@ impl<R> BatchReceivers<R> for ReceiverEach<'_, R> {
     }
 }
 
-/// Descends with up to [`BATCH`] numbers together, one step of each in turn: while one waits for memory or for a division the next
-/// proceeds, and consecutive numbers of one receiver at the same node share its distribution.
+/// Descends with up to [`BATCH`] numbers together, one step of each in turn: while one waits for
+/// memory or for a division the next proceeds, and consecutive numbers of one receiver at the same
+/// node share its distribution.
 #[inline(always)]
 pub(crate) fn descend_batch<L: Lanes, T: Tree, R: Receiver, A: BatchReceivers<R>>(
     tree: &T,

@@ -1,7 +1,8 @@
 //! Light trees whose weights are multiplied by factors that somebody has learnt.
 //!
-//! At a node whose children `c` have probabilities `p_c`, they get `f_c p_c / Σ_j f_j p_j`. Factors are kept for the upper part of the tree, as rows of
-//! eight beginning with that of the root; below, all are 1. As long as factors are positive, no light that a tree can choose becomes
+//! At a node whose children `c` have probabilities `p_c`, they get `f_c p_c / Σ_j f_j p_j`. Factors
+//! are kept for the upper part of the tree, as rows of eight beginning with that of the root;
+//! below, all are 1. As long as factors are positive, no light that a tree can choose becomes
 //! unreachable.
 
 use crate::bvh::LightBvh;
@@ -64,9 +65,10 @@ impl LightBvh {
         })
     }
 
-    /// One choice for each of many receivers, each with the factors that `rows` has for it: `choices[i]` becomes what
-    /// [`sample_factored`](Self::sample_factored) gives for `at[i]` and `u[i]`, bit for bit. Receivers take their steps in turns, so that none
-    /// waits for its own nodes only. The shortest slice's length counts.
+    /// One choice for each of many receivers, each with the factors that `rows` has for it:
+    /// `choices[i]` becomes what [`sample_factored`](Self::sample_factored) gives for `at[i]` and
+    /// `u[i]`, bit for bit. Receivers take their steps in turns, so that none waits for its own
+    /// nodes only. The shortest slice's length counts.
     pub fn sample_each_factored<'r>(
         &self,
         at: &[ShadingPoint],
@@ -93,7 +95,8 @@ impl LightBvh {
         }
     }
 
-    /// Probability with which [`sample_factored`](Self::sample_factored) chooses a light; 0 out of range.
+    /// Probability with which [`sample_factored`](Self::sample_factored) chooses a light; 0 out of
+    /// range.
     #[inline]
     pub fn pmf_factored(&self, at: &ShadingPoint, light: u32, rows: &[FactorRow]) -> f32 {
         let mut product = 1.0;
@@ -105,8 +108,8 @@ impl LightBvh {
         }
     }
 
-    /// Calls `visit` for each step of the way to a light, from the root; for none if there is no such light or nothing reaches the
-    /// receiver.
+    /// Calls `visit` for each step of the way to a light, from the root; for none if there is no
+    /// such light or nothing reaches the receiver.
     #[inline]
     pub fn steps_factored(
         &self,
@@ -320,8 +323,9 @@ mod tests {
             .collect()
     }
 
-    /// Probabilities of all lights add up to what can be reached, each is the frequency, and is what comes with a choice; the same alone
-    /// and with others. A factor that the probability forgets is found.
+    /// Probabilities of all lights add up to what can be reached, each is the frequency, and is
+    /// what comes with a choice; the same alone and with others. A factor that the probability
+    /// forgets is found.
     #[test]
     fn probabilities_are_frequencies() {
         #[derive(Clone, Copy, Debug)]

@@ -1,14 +1,16 @@
 //! How much a node is likely to send to a receiver.
 //!
-//! For a node of intensity `I` whose lights lie in a box of centre `c`, half-extents `h` and half-diagonal `r`, with normals in
-//! the ball `|n − v| ≤ ρ`, and a point `x` with normal `n_x`, let `d = c − x` and `D = max(|d|², r²)`. The weight is
+//! For a node of intensity `I` whose lights lie in a box of centre `c`, half-extents `h` and
+//! half-diagonal `r`, with normals in the ball `|n − v| ≤ ρ`, and a point `x` with normal `n_x`,
+//! let `d = c − x` and `D = max(|d|², r²)`. The weight is
 //!
 //! `w = I · E(−v·d, |v|·h + ρ(√D + |h|₁)) · E(n_x·d, |n_x|·h) / D²`,
 //!
-//! the second factor the emission's cosine and the third the receiver's, each times a distance. `E(m, s)` is the mean of
-//! `max(0, y)` over `m − s ≤ y ≤ m + s`: it is smooth, needs no trigonometry, and is zero only if all of the interval is
-//! negative. Since the intervals contain the true values for every light in the box and every normal in the ball, a
-//! weight of zero means that no light of the node reaches the point: a bound where it matters, and an estimate
+//! the second factor the emission's cosine and the third the receiver's, each times a distance.
+//! `E(m, s)` is the mean of `max(0, y)` over `m − s ≤ y ≤ m + s`: it is smooth, needs no
+//! trigonometry, and is zero only if all of the interval is negative. Since the intervals contain
+//! the true values for every light in the box and every normal in the ball, a weight of zero means
+//! that no light of the node reaches the point: a bound where it matters, and an estimate
 //! everywhere else. Spreads are widened by [`MARGIN`], so that rounding does not undo this.
 
 use crate::approximate::{MAX_INVERSE_SQRT_TIMES_ROOT, approximate_inverse_sqrt};
@@ -22,40 +24,47 @@ use lightshed_lanes::{LaneMask, Lanes, Vec3Lanes};
 /// How the distance to a node enters its weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weighting {
-    /// Distance to the centre, at least half the box's diagonal (Conty Estevez and Kulla 2018, §5.2).
+    /// Distance to the centre, at least half the box's diagonal (Conty Estevez and Kulla 2018,
+    /// §5.2).
     Center,
-    /// The mean of two probabilities, by the least and by the greatest distance to the box (Lin 2022 §4.3.2, eqs. 4.1
-    /// and 4.2, here among up to eight siblings). What is near is never much underestimated. The least distance counts as at least 0.3 % of the
-    /// greatest: boxes around the point share the first probability.
+    /// The mean of two probabilities, by the least and by the greatest distance to the box (Lin
+    /// 2022 §4.3.2, eqs. 4.1 and 4.2, here among up to eight siblings). What is near is never much
+    /// underestimated. The least distance counts as at least 0.3 % of the greatest: boxes around
+    /// the point share the first probability.
     #[default]
     MinMax,
-    /// The least distance to the box, unless the point is nearer to one of the siblings' boxes than its diagonal: then none's
-    /// distance counts (Yuksel 2019, as Lin 2022 §4.3.2 describes it).
+    /// The least distance to the box, unless the point is nearer to one of the siblings' boxes than
+    /// its diagonal: then none's distance counts (Yuksel 2019, as Lin 2022 §4.3.2 describes it).
     Yuksel,
 }
 
-/// Widening of a spread, relative to the distance: far above the rounding errors of cosines in `f32`.
+/// Widening of a spread, relative to the distance: far above the rounding errors of cosines in
+/// `f32`.
 const MARGIN: f32 = 1e-5;
 /// Squared distances are at least this.
 const MIN_SQUARED: f32 = 1e-28;
 /// A least squared distance is at least this part of the greatest one.
 const MIN_RATIO: f32 = 1e-5;
-/// The same where nodes of different size are compared: large boxes around the point must not have it all.
+/// The same where nodes of different size are compared: large boxes around the point must not have
+/// it all.
 const MIN_RATIO_BETWEEN_BLOCKS: f32 = 1e-3;
-/// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an [`approximate_inverse`](crate::approximate::approximate_inverse).
+/// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an
+/// [`approximate_inverse`](crate::approximate::approximate_inverse).
 const MAX_WEIGHT: f32 = f32::from_bits(247 << 23);
-/// Added to each of the weights, whose sum is about one or two, so that every light can be chosen and an underestimated one has a bounded
-/// contribution.
+/// Added to each of the weights, whose sum is about one or two, so that every light can be chosen
+/// and an underestimated one has a bounded contribution.
 const MIN_SHARE: f32 = 1.0 / (1 << 19) as f32;
 
-/// `4 s E(m, s)` by the ends `m + s` and `m − s` of the interval: the difference of the squares of their positive parts.
+/// `4 s E(m, s)` by the ends `m + s` and `m − s` of the interval: the difference of the squares of
+/// their positive parts.
 #[inline(always)]
 fn clamped_mean_4s<L: Lanes>(high: L, low: L) -> L {
     let (high, low) = (high.max(L::splat(0.0)), low.max(L::splat(0.0)));
     (high - low) * (high + low)
 }
 
-/// Eight boxes relative to a point, lengths doubled: nothing cancels but the corners' own differences from the point.
+/// Eight boxes relative to a point, lengths doubled: nothing cancels but the corners' own
+/// differences from the point.
 struct BoxesSeen<L> {
     /// To the centres.
     d: Vec3Lanes<L>,
@@ -97,7 +106,8 @@ impl<L: Lanes> BoxesSeen<L> {
     }
 }
 
-/// `I E E` of eight nodes as numerators and denominators, in a unit of its own; where a numerator is positive.
+/// `I E E` of eight nodes as numerators and denominators, in a unit of its own; where a numerator
+/// is positive.
 struct WeightParts<L: Lanes> {
     numerator: L,
     denominator: L,
@@ -155,7 +165,8 @@ impl<L: Lanes> WeightParts<L> {
         }
     }
 
-    /// Divided by a squared distance; zero where nothing is positive. Finite: denominators are no less than about 1e-44.
+    /// Divided by a squared distance; zero where nothing is positive. Finite: denominators are no
+    /// less than about 1e-44.
     #[inline(always)]
     fn over(&self, squared: L) -> L {
         let finite = (self.numerator / (self.denominator * squared)).min(L::splat(MAX_WEIGHT));
@@ -163,8 +174,9 @@ impl<L: Lanes> WeightParts<L> {
     }
 }
 
-/// Weights of the nodes of `block` at a surface point, comparable with those of any other block: over the product of the least and the greatest
-/// distance. The distance to the centre underestimates near nodes: a room with a lamp behind a row of dim lights had ten times the
+/// Weights of the nodes of `block` at a surface point, comparable with those of any other block:
+/// over the product of the least and the greatest distance. The distance to the centre
+/// underestimates near nodes: a room with a lamp behind a row of dim lights had ten times the
 /// variance.
 #[inline(always)]
 pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) -> L {
@@ -177,7 +189,8 @@ pub(crate) fn surface_weights<L: Lanes>(at: &ShadingPoint, block: &NodeBlock) ->
         .select(weight_parts.positive, L::splat(0.0))
 }
 
-/// The distribution over the nodes of `block` that are in `mask`: its sum is about one, two, or zero if nothing reaches the surface point.
+/// The distribution over the nodes of `block` that are in `mask`: its sum is about one, two, or
+/// zero if nothing reaches the surface point.
 #[inline(always)]
 pub(crate) fn surface_cdf<L: Lanes>(
     at: &ShadingPoint,
@@ -220,8 +233,8 @@ fn cdf_of<L: Lanes>(weights: L, positive: L::Mask) -> ChildCdf<L> {
     ChildCdf::normalized(weights).plus(ChildCdf::new(minimum_shares(positive)))
 }
 
-/// Squared ratio of distance and half-diagonal below which a node is near. Half of it opens too few nodes in a game level, twice as much takes
-/// time that is not paid back anywhere.
+/// Squared ratio of distance and half-diagonal below which a node is near. Half of it opens too few
+/// nodes in a game level, twice as much takes time that is not paid back anywhere.
 const NEAR_SQUARED: f32 = 2.0;
 
 /// Nodes near a point, a bit each.
@@ -261,9 +274,10 @@ pub(crate) fn segment_cdf<L: Lanes>(at: &RaySegment, block: &NodeBlock, mask: L:
     cdf_of(weights, zero.less(weights))
 }
 
-/// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch of one over the squared
-/// distance to the box's centre, `∫ dt / (h² + t²) = γ / h`, with `γ` the angle under which the stretch is seen from the centre
-/// and `h` its distance from the ray's line (Conty Estevez and Kulla 2018, §6), at least half the diagonal.
+/// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch
+/// of one over the squared distance to the box's centre, `∫ dt / (h² + t²) = γ / h`, with `γ` the
+/// angle under which the stretch is seen from the centre and `h` its distance from the ray's line
+/// (Conty Estevez and Kulla 2018, §6), at least half the diagonal.
 #[inline(never)]
 pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH] {
     let (start, direction, length) = (at.start(), at.direction(), at.length());

@@ -9,8 +9,9 @@ use std::fmt;
 pub struct Light {
     /// A box around all points that emit.
     pub bounds: Bounds,
-    /// Radiant intensity in the direction in which it is greatest, power per steradian, as one number (a luminance): `I` of
-    /// a point light, `∫ L dA` of a diffuse surface. Zero for a light that is off.
+    /// Radiant intensity in the direction in which it is greatest, power per steradian, as one
+    /// number (a luminance): `I` of a point light, `∫ L dA` of a diffuse surface. Zero for a light
+    /// that is off.
     pub intensity: f32,
     /// Where the light goes; `None` for all directions alike.
     pub cone: Option<OrientationCone>,
@@ -116,7 +117,8 @@ pub fn check_lights(lights: &[Light]) -> Result<(), LightError> {
     }
 }
 
-/// Whether none of the lights is refused for itself, and the sum of their intensities: all tests of all lights, without branches.
+/// Whether none of the lights is refused for itself, and the sum of their intensities: all tests of
+/// all lights, without branches.
 fn sound_and_total(lights: &[Light]) -> (bool, f64) {
     let mut sound = true;
     let mut total = 0.0;

@@ -11,12 +11,13 @@ use lightshed_lanes::{LaneChoice, LaneKernel, LaneMask, Lanes};
 
 /// A cut through a light tree: subtrees that have all lights among them, each light in one.
 ///
-/// A receiver takes one light of each subtree, so that bright and dim parts of the lights are both heard:
-/// `Σ_i f(i) = Σ_s E[f(i_s) / p_s(i_s | receiver)]`, for whatever receiver the cut was chosen. Choosing it takes as long as choosing a
-/// few lights, so it is shared by a block of pixels.
+/// A receiver takes one light of each subtree, so that bright and dim parts of the lights are both
+/// heard: `Σ_i f(i) = Σ_s E[f(i_s) / p_s(i_s | receiver)]`, for whatever receiver the cut was
+/// chosen. Choosing it takes as long as choosing a few lights, so it is shared by a block of
+/// pixels.
 ///
-/// A cut belongs to the tree for which it was chosen, as that tree was then; what it gives with another means nothing, and it may name
-/// places that the other does not have, which panics.
+/// A cut belongs to the tree for which it was chosen, as that tree was then; what it gives with
+/// another means nothing, and it may name places that the other does not have, which panics.
 #[derive(Clone, Debug, Default)]
 pub struct Lightcut {
     subtrees: Vec<Subtree>,
@@ -74,12 +75,14 @@ enum SubtreeRoot {
 /// # Ok::<(), lightshed_lights::LightError>(())
 /// ```
 pub trait LightSubtrees: Sync {
-    /// Makes `cut` a cut of up to `count` subtrees, that of the root divided again and again where most light is likely to come from to
-    /// `at`. Fewer only if as many lights shine, or if the rest sends nothing there. In the memory that the cut has.
+    /// Makes `cut` a cut of up to `count` subtrees, that of the root divided again and again where
+    /// most light is likely to come from to `at`. Fewer only if as many lights shine, or if the
+    /// rest sends nothing there. In the memory that the cut has.
     fn choose_cut(&self, at: &ShadingPoint, count: usize, cut: &mut Lightcut);
 
-    /// One light of each of the subtrees from number `first` on: `choices[i]` by `u[i]` of subtree `first + i`, with its probability
-    /// within the subtree. The shorter slice's length counts; beyond the last subtree nothing is chosen.
+    /// One light of each of the subtrees from number `first` on: `choices[i]` by `u[i]` of subtree
+    /// `first + i`, with its probability within the subtree. The shorter slice's length counts;
+    /// beyond the last subtree nothing is chosen.
     fn sample_subtrees(
         &self,
         cut: &Lightcut,
@@ -89,8 +92,9 @@ pub trait LightSubtrees: Sync {
         choices: &mut [Option<LightChoice>],
     );
 
-    /// Probability of `light` within its subtree, the same bits as [`sample_subtrees`](Self::sample_subtrees) gives: when every subtree
-    /// is sampled once, the expected number of times that the light is chosen.
+    /// Probability of `light` within its subtree, the same bits as
+    /// [`sample_subtrees`](Self::sample_subtrees) gives: when every subtree is sampled once, the
+    /// expected number of times that the light is chosen.
     fn subtree_pmf(&self, cut: &Lightcut, at: &ShadingPoint, light: u32) -> f32;
 }
 
@@ -328,8 +332,8 @@ mod tests {
     use lightshed_sampling::CounterRng;
     use lightshed_testkit::check_faults;
 
-    /// Every light that shines is in one subtree, and no other is in any: probabilities within subtrees add up to their number where
-    /// no branch is dead, and to no more anywhere.
+    /// Every light that shines is in one subtree, and no other is in any: probabilities within
+    /// subtrees add up to their number where no branch is dead, and to no more anywhere.
     fn check_cut<T: LightSubtrees + LightSampler>(
         tree: &T,
         cut: &Lightcut,
@@ -374,7 +378,8 @@ mod tests {
         Ok(())
     }
 
-    /// With trees of all kinds, receivers other than that of the cut, and any number of subtrees. A subtree that is lost is noticed.
+    /// With trees of all kinds, receivers other than that of the cut, and any number of subtrees. A
+    /// subtree that is lost is noticed.
     #[test]
     fn cuts_have_every_light_once() {
         for layout in LAYOUTS {

@@ -1,8 +1,9 @@
 //! Sets of emission normals, in 32 bits.
 //!
-//! All normals `n` of a group lie in a ball: `|n − v| ≤ ρ`. So for any vector `ω`, `n·ω ≤ v·ω + ρ|ω|`: a bound without
-//! trigonometry. A cone of half-angle θ ≤ π/2 around `a` lies in the ball of `v = a cos θ` and `ρ = sin θ`, and every set of
-//! unit vectors in that of `v = 0` and `ρ = 1`.
+//! All normals `n` of a group lie in a ball: `|n − v| ≤ ρ`. So for any vector `ω`,
+//! `n·ω ≤ v·ω + ρ|ω|`: a bound without trigonometry. A cone of half-angle θ ≤ π/2 around `a` lies
+//! in the ball of `v = a cos θ` and `ρ = sin θ`, and every set of unit vectors in that of `v = 0`
+//! and `ρ = 1`.
 
 use crate::OrientationCone;
 use glam::Vec3;
@@ -36,10 +37,11 @@ impl NormalBall {
         radius: 1.0,
     };
 
-    /// The least ball around the cone's normals, widened where light leaves beyond 90° from none of them.
+    /// The least ball around the cone's normals, widened where light leaves beyond 90° from none of
+    /// them.
     pub fn of_cone(cone: &OrientationCone) -> Self {
-        // Light leaves up to `normals_angle + emission_angle` from the axis: such directions are within 90° of a cone of
-        // that angle less π/2.
+        // Light leaves up to `normals_angle + emission_angle` from the axis: such directions are
+        // within 90° of a cone of that angle less π/2.
         let angle = (cone.normals_angle + cone.emission_angle - FRAC_PI_2).max(0.0);
         if angle >= FRAC_PI_2 {
             return Self::ALL;
@@ -187,7 +189,8 @@ mod tests {
         Frame::from_normal(cone.axis).to_world(spread.sample(rng.next_2d()))
     }
 
-    /// Normals of both cones lie in the packed union of their balls, over a chain of unions as in a tree.
+    /// Normals of both cones lie in the packed union of their balls, over a chain of unions as in a
+    /// tree.
     #[test]
     fn packed_unions_contain_all_normals() {
         let mut rng = CounterRng::new(3, 0, 0);

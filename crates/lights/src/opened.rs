@@ -1,12 +1,14 @@
 //! Trees whose near nodes are opened before anything is chosen.
 //!
-//! The weight of a node that is large compared with its distance is a poor estimate: all it says is that some of its lights may be
-//! close. So such nodes are replaced by their children, and those by theirs, until what is left is small as seen from the
-//! receiver or a light by itself. Among these nodes, a *cut* through the tree, one is chosen in proportion to its weight, and from
-//! there on it goes down as ever. The cut depends on the receiver alone, and all choices for one receiver share it.
+//! The weight of a node that is large compared with its distance is a poor estimate: all it says is
+//! that some of its lights may be close. So such nodes are replaced by their children, and those by
+//! theirs, until what is left is small as seen from the receiver or a light by itself. Among these
+//! nodes, a *cut* through the tree, one is chosen in proportion to its weight, and from there on it
+//! goes down as ever. The cut depends on the receiver alone, and all choices for one receiver share
+//! it.
 //!
-//! That is the splitting of Conty Estevez and Kulla 2018, §5.4, used for better probabilities of one sample instead of more
-//! samples.
+//! That is the splitting of Conty Estevez and Kulla 2018, §5.4, used for better probabilities of
+//! one sample instead of more samples.
 
 use crate::block::WIDTH;
 use crate::child_cdf::probability_at;
@@ -17,8 +19,9 @@ use crate::weighing::Receiver;
 use crate::{LightChoice, LightSampler};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
-/// A light tree, a [`PerfectTree`](crate::PerfectTree) or a [`LightBvh`](crate::LightBvh), with better probabilities near lights, for
-/// receivers that ask for several lights each: opening costs as much as a few choices.
+/// A light tree, a [`PerfectTree`](crate::PerfectTree) or a [`LightBvh`](crate::LightBvh), with
+/// better probabilities near lights, for receivers that ask for several lights each: opening costs
+/// as much as a few choices.
 ///
 /// ```
 /// use lightshed_lights::{Bounds, Light, LightBvh, LightSampler, OpenedTree, ShadingPoint, glam::Vec3};
@@ -42,7 +45,8 @@ pub struct OpenedTree<T> {
     tree: T,
 }
 
-/// Most nodes of a cut; what is near beyond them stays closed. Room for more costs every receiver the time to clear it.
+/// Most nodes of a cut; what is near beyond them stays closed. Room for more costs every receiver
+/// the time to clear it.
 const CAPACITY: usize = 96;
 /// Most nodes that wait to be opened: siblings along the descent.
 const MAX_PENDING: usize = CAPACITY;
@@ -82,7 +86,8 @@ struct Cut<N> {
 }
 
 impl<N: Copy> Cut<N> {
-    /// Opens near nodes. With `path`, also tells which node of the cut is on it, and how many of its steps lead there.
+    /// Opens near nodes. With `path`, also tells which node of the cut is on it, and how many of
+    /// its steps lead there.
     #[inline(always)]
     fn new<L: Lanes, T: Tree<NodeId = N>, R: Receiver>(
         tree: &T,
@@ -154,7 +159,8 @@ impl<N: Copy> Cut<N> {
         (cut, found)
     }
 
-    /// From weights to cumulative weights; each is raised to at least a small part of the sum, as everywhere.
+    /// From weights to cumulative weights; each is raised to at least a small part of the sum, as
+    /// everywhere.
     #[inline(always)]
     fn accumulate(&mut self) {
         let weights = &mut self.cdf[..self.count];

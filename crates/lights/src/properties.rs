@@ -234,7 +234,8 @@ fn batches_change_no_choice() {
     }
 }
 
-/// Histograms of choices against pmfs, χ² at a significance of 1e-4 shared among about 50 tests; with faults.
+/// Histograms of choices against pmfs, χ² at a significance of 1e-4 shared among about 50 tests;
+/// with faults.
 #[test]
 fn samples_follow_the_pmf() {
     #[derive(Clone, Copy, Debug)]
@@ -333,8 +334,8 @@ fn threads_change_nothing() {
     }
 }
 
-/// With 2²⁰ lights there is a number for each that has a pmf, the one in the middle of its share; a number of few bits does not find
-/// them all.
+/// With 2²⁰ lights there is a number for each that has a pmf, the one in the middle of its share; a
+/// number of few bits does not find them all.
 #[test]
 fn every_light_of_a_million_is_reached() {
     let lights = lights_of(Layout::Uniform, 1 << 20, 8);
@@ -385,8 +386,8 @@ fn check_reached<T: Tree + LightSampler>(
         };
         let number = |place: f64| (place * 2.0_f64.powi(64)) as u64;
         let middle = number(low + 0.5 * width);
-        // Where bits are made anew within the share, so many numbers of it are tried that one that fails to lead there has a chance
-        // of less than 1e-9.
+        // Where bits are made anew within the share, so many numbers of it are tried that one that
+        // fails to lead there has a chance of less than 1e-9.
         let tries = if path.step(i).is_some() { 1 << 16 } else { 0 };
         let others = (0..tries).map(|k| number(low + width * ((f64::from(k) + 0.5) / f64::from(tries))));
         if !found(middle) && !others.into_iter().any(found) {
@@ -404,8 +405,9 @@ fn check_reached<T: Tree + LightSampler>(
     Ok(())
 }
 
-/// Mean cosine-weighted irradiance can only come from lights that can be chosen: a light that has a point above the
-/// receiver's horizon which sees the receiver on its emitting side has a positive pmf.
+/// Mean cosine-weighted irradiance can only come from lights that can be chosen: a light that has a
+/// point above the receiver's horizon which sees the receiver on its emitting side has a positive
+/// pmf.
 #[test]
 fn a_pmf_of_zero_means_no_light() {
     for layout in [Layout::Uniform, Layout::Clustered, Layout::Overlapping] {
@@ -427,7 +429,8 @@ fn a_pmf_of_zero_means_no_light() {
     }
 }
 
-/// Whether a random point of the light, with a random normal of its cone, sends light to the receiver.
+/// Whether a random point of the light, with a random normal of its cone, sends light to the
+/// receiver.
 fn contributes(light: &Light, at: &ShadingPoint, rng: &mut CounterRng) -> bool {
     use crate::Facing;
     use lightshed_sampling::{Frame, UniformCone};

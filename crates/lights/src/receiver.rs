@@ -24,8 +24,8 @@ pub struct ShadingPoint {
     pub normal: Vec3,
     /// Where light counts.
     pub facing: Facing,
-    /// No less than what the surface scatters towards the viewer per irradiance, from any direction (per steradian, as one
-    /// number). Zero says that no light matters.
+    /// No less than what the surface scatters towards the viewer per irradiance, from any direction
+    /// (per steradian, as one number). Zero says that no light matters.
     pub reflectance_bound: f32,
 }
 

@@ -14,8 +14,8 @@ pub enum Child<N> {
     Leaf(u32),
 }
 
-/// A tree whose nodes have up to eight children, and a light at each leaf. A node's children are stored together, as the lanes of
-/// one block.
+/// A tree whose nodes have up to eight children, and a light at each leaf. A node's children are
+/// stored together, as the lanes of one block.
 pub trait Tree: Sync {
     /// Names an inner node by the place of its children.
     type NodeId: Copy + PartialEq;
@@ -23,7 +23,8 @@ pub trait Tree: Sync {
     /// The root.
     fn root(&self) -> Child<Self::NodeId>;
 
-    /// Cumulative probabilities of those children of `node` that are in `mask`, up to a common factor.
+    /// Cumulative probabilities of those children of `node` that are in `mask`, up to a common
+    /// factor.
     fn child_cdf<L: Lanes, R: Receiver>(&self, at: &R, node: Self::NodeId, mask: L::Mask) -> ChildCdf<L>;
 
     /// The children of `node` as a block.

@@ -1,8 +1,9 @@
 //! Light trees of light trees.
 //!
-//! Each mesh of lights has a perfect tree of its own, and the meshes as they stand in the scene, *instances*, are the leaves of
-//! another (Lin 2022 §4.3.1). That respects meshes of very different sizes, which one Morton curve through all lights cuts
-//! apart; a mesh may stand in many places at the cost of one; and when things move, only the tree of instances is built again.
+//! Each mesh of lights has a perfect tree of its own, and the meshes as they stand in the scene,
+//! *instances*, are the leaves of another (Lin 2022 §4.3.1). That respects meshes of very different
+//! sizes, which one Morton curve through all lights cuts apart; a mesh may stand in many places at
+//! the cost of one; and when things move, only the tree of instances is built again.
 
 use crate::descent::{choice, descend, probability_onwards};
 use crate::instance::LightInstance;
@@ -107,8 +108,8 @@ impl TwoLevelTree {
         Ok(tree)
     }
 
-    /// Puts the meshes elsewhere: builds the tree of instances again, in the memory that it has unless there are more than ever
-    /// before.
+    /// Puts the meshes elsewhere: builds the tree of instances again, in the memory that it has
+    /// unless there are more than ever before.
     ///
     /// # Errors
     ///
@@ -290,7 +291,8 @@ mod tests {
                 found += 1;
             }
         }
-        // Numbers on a grid: what finds no light is the rest of the probability, up to steps of the grid.
+        // Numbers on a grid: what finds no light is the rest of the probability, up to steps of the
+        // grid.
         assert!(sum < 1.0 + 1e-6, "{sum}");
         assert!(
             (sum - f64::from(found) / 500.0).abs() < 0.03,
@@ -309,7 +311,8 @@ mod tests {
         }
     }
 
-    /// With 4,096 lights: the sum over all of them and, by visiting every branch of both levels, of none is one.
+    /// With 4,096 lights: the sum over all of them and, by visiting every branch of both levels, of
+    /// none is one.
     #[test]
     fn probabilities_of_lights_and_of_none_add_up() {
         for layout in LAYOUTS {

@@ -23,12 +23,12 @@ pub trait Sealed: Sync + Sized {
     /// Whether no light contributes, whatever its intensity.
     fn is_black(&self) -> bool;
 
-    /// The distribution over those of eight siblings that are in `mask`; its sum is about one, two, or zero. A weight is zero only where the
-    /// node cannot contribute.
+    /// The distribution over those of eight siblings that are in `mask`; its sum is about one, two,
+    /// or zero. A weight is zero only where the node cannot contribute.
     fn child_cdf<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting, mask: L::Mask) -> ChildCdf<L>;
 
-    /// Weights that can be compared with those of other blocks: not negative, finite, with a finite sum; zero only where the node cannot
-    /// contribute.
+    /// Weights that can be compared with those of other blocks: not negative, finite, with a finite
+    /// sum; zero only where the node cannot contribute.
     fn weights<L: Lanes>(&self, block: &NodeBlock) -> L;
 
     /// Bits of the nodes that are so near that their weights are poor estimates.

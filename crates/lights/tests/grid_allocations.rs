@@ -1,6 +1,7 @@
 //! Lights that move every frame: after the first frame a grid allocates nothing.
 //!
-//! Counted by an allocator of this test's own, which is why it stands alone; on one thread, since thread pools allocate for themselves.
+//! Counted by an allocator of this test's own, which is why it stands alone; on one thread, since
+//! thread pools allocate for themselves.
 #![cfg(not(feature = "parallel"))]
 #![allow(unsafe_code, reason = "an allocator cannot be written without")]
 

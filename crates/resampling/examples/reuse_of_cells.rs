@@ -1,4 +1,5 @@
-//! Rooms of a house share what they know about 64 lamps: reuse over a graph, with a room where nobody is.
+//! Rooms of a house share what they know about 64 lamps: reuse over a graph, with a room where
+//! nobody is.
 //!
 //! `cargo run --release -p lightshed-resampling --example reuse_of_cells`
 use lightshed_resampling::{

@@ -1,12 +1,13 @@
-//! How well reuse is doing: variance of `Σw`, correlation between neighbours and frames, impoverishment.
+//! How well reuse is doing: variance of `Σw`, correlation between neighbours and frames,
+//! impoverishment.
 
 use crate::reuse::Extent;
 
 /// Mean and variance of a stream, by Welford's update: no cancellation, whatever the mean.
 ///
-/// Fed with [`MergeReport::weight_sum`](crate::MergeReport::weight_sum) over pixels or frames it measures
-/// `Var[Σw]`, which is the variance of the estimate where `p̂ ∝ f` (Lin 2022 eq. 6.32) and bounds it
-/// elsewhere (eq. 6.29).
+/// Fed with [`MergeReport::weight_sum`](crate::MergeReport::weight_sum) over pixels or frames it
+/// measures `Var[Σw]`, which is the variance of the estimate where `p̂ ∝ f` (Lin 2022 eq. 6.32) and
+/// bounds it elsewhere (eq. 6.29).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     count: u64,
@@ -91,9 +92,9 @@ impl FromIterator<f64> for Moments {
     }
 }
 
-/// Pearson's correlation of pairs, in [-1, 1]: of one frame's pixels with the next frame's, say. 0 where
-/// either side is constant or there are fewer than two pairs. Subtract expectations first where they differ
-/// between pixels, or their pattern counts as correlation.
+/// Pearson's correlation of pairs, in [-1, 1]: of one frame's pixels with the next frame's, say. 0
+/// where either side is constant or there are fewer than two pairs. Subtract expectations first
+/// where they differ between pixels, or their pattern counts as correlation.
 pub fn correlation(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let (mut count, mut mean_a, mut mean_b) = (0.0, 0.0, 0.0);
     let (mut square_a, mut square_b, mut product) = (0.0, 0.0, 0.0);
@@ -114,14 +115,14 @@ pub fn correlation(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     }
 }
 
-/// Correlation of a series with itself `lag` steps later (one pixel over frames); 0 where it is constant or
-/// too short.
+/// Correlation of a series with itself `lag` steps later (one pixel over frames); 0 where it is
+/// constant or too short.
 pub fn series_autocorrelation(values: &[f64], lag: usize) -> f64 {
     correlation(values.iter().copied().zip(values.iter().copied().skip(lag)))
 }
 
-/// Correlation of a grid's values with those `offset` columns and rows away: the blotches that reuse leaves.
-/// 0 where `values` does not match the grid.
+/// Correlation of a grid's values with those `offset` columns and rows away: the blotches that
+/// reuse leaves. 0 where `values` does not match the grid.
 pub fn neighbour_correlation(extent: Extent, values: &[f64], offset: [i64; 2]) -> f64 {
     if values.len() != extent.len() {
         return 0.0;
@@ -134,9 +135,9 @@ pub fn neighbour_correlation(extent: Extent, values: &[f64], offset: [i64; 2]) -
     }))
 }
 
-/// The share of samples that some other sample duplicates, `1 − distinct/total`, by a key that tells samples'
-/// origins apart (a path seed, a light and its random numbers). 0 without samples. Near 1 the grid is
-/// impoverished: many pixels show one sample. Sorts `keys`.
+/// The share of samples that some other sample duplicates, `1 − distinct/total`, by a key that
+/// tells samples' origins apart (a path seed, a light and its random numbers). 0 without samples.
+/// Near 1 the grid is impoverished: many pixels show one sample. Sorts `keys`.
 pub fn duplicate_rate<K: Ord>(keys: &mut [K]) -> f64 {
     if keys.is_empty() {
         return 0.0;

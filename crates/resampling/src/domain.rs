@@ -4,11 +4,12 @@ use crate::space::Space;
 use crate::storage::sanitised;
 use std::sync::Arc;
 
-/// An integration domain `Ω` with its target function `p̂`: a pixel of this or the previous frame, a cell of
-/// a world-space grid, the suffix space behind a prefix.
+/// An integration domain `Ω` with its target function `p̂`: a pixel of this or the previous frame,
+/// a cell of a world-space grid, the suffix space behind a prefix.
 ///
-/// A domain holds what its target needs: its *own* surface, view direction, lights and visibility (for a
-/// temporal neighbour, those of the previous frame). Two domains of one type may disagree in all of it.
+/// A domain holds what its target needs: its *own* surface, view direction, lights and visibility
+/// (for a temporal neighbour, those of the previous frame). Two domains of one type may disagree in
+/// all of it.
 pub trait Domain {
     /// A point `x` of `Ω`.
     type Sample: Clone;
@@ -17,25 +18,25 @@ pub trait Domain {
 
     /// `p̂(x) ≥ 0`, unnormalised. Negative and non-finite values count as 0.
     ///
-    /// A merge asks for the target of each input's sample in the input's own domain. Where it is dear, let
-    /// the sample carry it.
+    /// A merge asks for the target of each input's sample in the input's own domain. Where it is
+    /// dear, let the sample carry it.
     ///
-    /// The samples that a reservoir of this domain can hold must be exactly those with `p̂(x) > 0`, or MIS
-    /// weights sum to something else than 1. A target cached inside the sample must be that of the sample *as
-    /// stored*.
+    /// The samples that a reservoir of this domain can hold must be exactly those with `p̂(x) > 0`,
+    /// or MIS weights sum to something else than 1. A target cached inside the sample must be that
+    /// of the sample *as stored*.
     fn target(&self, x: &Self::Sample) -> f64;
 
-    /// The density `p(x)` of the samples of this domain where it is known (Lin 2022 §B.4.4); it then replaces
-    /// `p̂` in MIS weights. Either all domains of a merge know it or none does. All canonical densities must
-    /// cover the support of `p̂`.
+    /// The density `p(x)` of the samples of this domain where it is known (Lin 2022 §B.4.4); it
+    /// then replaces `p̂` in MIS weights. Either all domains of a merge know it or none does. All
+    /// canonical densities must cover the support of `p̂`.
     fn tractable_density(&self, x: &Self::Sample) -> Option<f64> {
         let _ = x;
         None
     }
 }
 
-/// What stands for the density of a domain's samples in MIS weights: its density where known, else its
-/// target.
+/// What stands for the density of a domain's samples in MIS weights: its density where known, else
+/// its target.
 #[inline]
 pub(crate) fn proxy<D: Domain + ?Sized>(domain: &D, x: &D::Sample) -> f64 {
     sanitised(domain.tractable_density(x).unwrap_or_else(|| domain.target(x)))
@@ -60,8 +61,8 @@ pub enum Undefined {
     NotInvertible = 2,
     /// The Jacobian is beyond the reciprocal gate, `max(J, 1/J) > τ`.
     JacobianGate = 3,
-    /// Something stands between the two ends, and the shift treats that as undefined rather than as a zero
-    /// target.
+    /// Something stands between the two ends, and the shift treats that as undefined rather than as
+    /// a zero target.
     Occluded = 4,
     /// The Jacobian is zero, infinite or NaN: the map degenerates here.
     Degenerate = 5,
@@ -94,7 +95,8 @@ impl core::fmt::Display for Undefined {
 
 impl core::error::Error for Undefined {}
 
-/// The absolute Jacobian determinant `|∂T/∂x|` of a shift: positive, finite, with a finite reciprocal.
+/// The absolute Jacobian determinant `|∂T/∂x|` of a shift: positive, finite, with a finite
+/// reciprocal.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[repr(transparent)]
 pub struct Jacobian(f64);
@@ -140,9 +142,9 @@ impl Jacobian {
         Self::new(self.0 * other.0)
     }
 
-    /// Refuses extreme determinants, `max(J, 1/J) ≤ limit`. Reciprocal, so that a shift and its inverse agree
-    /// on it; clamping a determinant instead would be bias. Apply the gate inside the [`ShiftMapping`], where
-    /// every MIS weight sees it.
+    /// Refuses extreme determinants, `max(J, 1/J) ≤ limit`. Reciprocal, so that a shift and its
+    /// inverse agree on it; clamping a determinant instead would be bias. Apply the gate inside the
+    /// [`ShiftMapping`], where every MIS weight sees it.
     ///
     /// # Errors
     /// [`Undefined::JacobianGate`] beyond the limit (also for a limit below 1 or NaN).
@@ -163,7 +165,8 @@ pub struct Shifted<X> {
     pub sample: X,
     /// `|∂y/∂x|`.
     pub jacobian: Jacobian,
-    /// `p̂(y)` of the domain shifted *to*. A shift traces what the target needs, so it hands the value on.
+    /// `p̂(y)` of the domain shifted *to*. A shift traces what the target needs, so it hands the
+    /// value on.
     pub target: f64,
 }
 
@@ -184,12 +187,12 @@ impl Pulled {
     }
 }
 
-/// A family of bijections `T_{a→b}` between subsets of any two domains (Lin 2022 def. 6.3.2), holding what it
-/// needs to trace.
+/// A family of bijections `T_{a→b}` between subsets of any two domains (Lin 2022 def. 6.3.2),
+/// holding what it needs to trace.
 ///
 /// # Laws
-/// * **Reciprocal**: where `T_{a→b}(x) = y` is defined, `T_{b→a}(y) = x` is, with the reciprocal Jacobian. A
-///   map that cannot promise it at `x` is undefined there.
+/// * **Reciprocal**: where `T_{a→b}(x) = y` is defined, `T_{b→a}(y) = x` is, with the reciprocal
+///   Jacobian. A map that cannot promise it at `x` is undefined there.
 /// * **Free of memory**: the result depends on the arguments alone.
 ///
 /// [`round_trip`](crate::round_trip) checks the first law at a sample.
@@ -200,8 +203,8 @@ pub trait ShiftMapping<D: Domain + ?Sized> {
     /// Why the shift is undefined at `x`.
     fn shift(&self, x: &D::Sample, from: &D, to: &D) -> Result<Shifted<D::Sample>, Undefined>;
 
-    /// `p̂_{←from}(y)` in two factors, for `y` in `to`: one shift back, `T_{to→from}`, whose image need not
-    /// be built. Override it where a sample is expensive to build.
+    /// `p̂_{←from}(y)` in two factors, for `y` in `to`: one shift back, `T_{to→from}`, whose image
+    /// need not be built. Override it where a sample is expensive to build.
     ///
     /// # Errors
     /// Why `y` cannot have come from `from`; its MIS share then is 0.
@@ -234,8 +237,8 @@ macro_rules! delegate_shift {
 delegate_shift!(&T);
 delegate_shift!(Arc<T>);
 
-/// `T(x) = x`: domains over one set, told apart by their targets only (lights as seen from different
-/// surfaces).
+/// `T(x) = x`: domains over one set, told apart by their targets only (lights as seen from
+/// different surfaces).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct IdentityShift;
 
@@ -270,12 +273,13 @@ pub enum BrokenLaw<X> {
     Jacobians(f64),
 }
 
-/// Shifts `x` from `from` to `to` and back, and compares: the check to run over many samples before trusting
-/// a new [`ShiftMapping`]. It sees that a shift and its inverse agree, not that their Jacobians are right (a
-/// determinant clamped on both sides passes): compare those with finite differences.
+/// Shifts `x` from `from` to `to` and back, and compares: the check to run over many samples before
+/// trusting a new [`ShiftMapping`]. It sees that a shift and its inverse agree, not that their
+/// Jacobians are right (a determinant clamped on both sides passes): compare those with finite
+/// differences.
 ///
-/// `same` says when two samples are equal up to rounding; `tolerance` bounds `|J J⁻¹ − 1|`. True where the
-/// shift is defined, false where it is not (which breaks no law).
+/// `same` says when two samples are equal up to rounding; `tolerance` bounds `|J J⁻¹ − 1|`. True
+/// where the shift is defined, false where it is not (which breaks no law).
 ///
 /// # Errors
 /// The law that is broken at `x`.

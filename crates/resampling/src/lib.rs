@@ -1,11 +1,13 @@
-//! Reservoirs, resampled importance sampling, MIS families, GRIS, conditional RIS and spatiotemporal reuse.
+//! Reservoirs, resampled importance sampling, MIS families, GRIS, conditional RIS and
+//! spatiotemporal reuse.
 //!
-//! Generic over the sample, the integration domain and the shift mapping: no scene, no renderer, no thread
-//! pool. Implement [`Domain`] for a pixel (or a cell, or a suffix space behind a prefix), [`ShiftMapping`]
-//! between two of them, and [`merge`] reuses samples among them without bias.
+//! Generic over the sample, the integration domain and the shift mapping: no scene, no renderer, no
+//! thread pool. Implement [`Domain`] for a pixel (or a cell, or a suffix space behind a prefix),
+//! [`ShiftMapping`] between two of them, and [`merge`] reuses samples among them without bias.
 //!
-//! Equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray Tracing*,
-//! ch. 6 and app. B) and Kettunen 2023 (*Conditional Resampled Importance Sampling and ReSTIR*).
+//! Equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray
+//! Tracing*, ch. 6 and app. B) and Kettunen 2023 (*Conditional Resampled Importance Sampling and
+//! ReSTIR*).
 #![forbid(unsafe_code)]
 
 mod choose;

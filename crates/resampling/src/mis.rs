@@ -1,9 +1,9 @@
 //! Families of resampling MIS weights, as interchangeable values.
 //!
-//! Resampling MIS weights `m_i(y) ≥ 0` sum to 1 over the techniques that can produce `y` (Lin 2022 eq. 6.20).
-//! With `q_i = p̂_{←i}(y)` the stand-in density of technique `i` at `y` (eq. 6.35; zero where technique `i`
-//! cannot produce `y`), `p` that of the canonical techniques, `c_i` confidences, `R` the canonical
-//! techniques, `C = Σ_i c_i`, `C_R = Σ_{r∈R} c_r`, `C_N = C − C_R`:
+//! Resampling MIS weights `m_i(y) ≥ 0` sum to 1 over the techniques that can produce `y` (Lin 2022
+//! eq. 6.20). With `q_i = p̂_{←i}(y)` the stand-in density of technique `i` at `y` (eq. 6.35; zero
+//! where technique `i` cannot produce `y`), `p` that of the canonical techniques, `c_i`
+//! confidences, `R` the canonical techniques, `C = Σ_i c_i`, `C_R = Σ_{r∈R} c_r`, `C_N = C − C_R`:
 //!
 //! | family | `m_i`, `i ∉ R` | `m_r`, `r ∈ R` | evaluations of `q` |
 //! |---|---|---|---|
@@ -11,26 +11,27 @@
 //! | balance (eq. 6.36) | `c_i q_i / Σ_j c_j q_j` | the same | `O(M²)` |
 //! | pairwise (eqs. B.96–B.97) | `κ (c_i/C_N) · α q_i/(p + α q_i)` | `(c_r/C_R)(1 − κ + κ Σ_{j∉R} (c_j/C_N) · p/(p + α q_j))` | `O(M·abs(R))` |
 //!
-//! *Uniform* pairwise is `κ = 1`, `α = C_N/C_R` (eq. 6.37); *defensive* pairwise is `κ = C_N/C` with the same
-//! `α` (eq. 6.38). What a neighbour gives up, because its `q_j` is small or its shift undefined, goes to the
-//! canonical techniques: that keeps the sum at 1.
+//! *Uniform* pairwise is `κ = 1`, `α = C_N/C_R` (eq. 6.37); *defensive* pairwise is `κ = C_N/C`
+//! with the same `α` (eq. 6.38). What a neighbour gives up, because its `q_j` is small or its shift
+//! undefined, goes to the canonical techniques: that keeps the sum at 1.
 //!
-//! With `α ≤ C_N/C_R`, and for balance, resampling weights are bounded, `w_i ≤ B_i c_i/C_R` where `p̂_i(X_i)
-//! W_i ≤ B_i`, and `w_i ≤ B_i/|R|` where confidences are equal (eq. 6.39).
+//! With `α ≤ C_N/C_R`, and for balance, resampling weights are bounded, `w_i ≤ B_i c_i/C_R` where
+//! `p̂_i(X_i) W_i ≤ B_i`, and `w_i ≤ B_i/|R|` where confidences are equal (eq. 6.39).
 
 /// A family of resampling MIS weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Mis {
-    /// `m_i = c_i/C`. **Biased** wherever some technique cannot produce what another one can: the expectation
-    /// then misses part of the integral. Unbiased where all supports agree.
+    /// `m_i = c_i/C`. **Biased** wherever some technique cannot produce what another one can: the
+    /// expectation then misses part of the integral. Unbiased where all supports agree.
     ConstantBiased,
-    /// Resamples with `m_i = c_i/C`, and puts the bias right by contribution MIS: the weight of the selected
-    /// sample is multiplied by `c_s(Y)/m_s(Y)` with balance weights `c_s` (Lin 2022 eq. 6.21, Bitterli et al.
-    /// 2020). `O(M)` evaluations, but the ratio is noise: resampled densities do not converge to the target.
+    /// Resamples with `m_i = c_i/C`, and puts the bias right by contribution MIS: the weight of the
+    /// selected sample is multiplied by `c_s(Y)/m_s(Y)` with balance weights `c_s` (Lin 2022 eq.
+    /// 6.21, Bitterli et al. 2020). `O(M)` evaluations, but the ratio is noise: resampled densities
+    /// do not converge to the target.
     ConstantDebiased,
-    /// The generalised balance heuristic (Lin 2022 eq. 6.36, after Talbot 2005). Lowest variance, `O(M²)`
-    /// evaluations.
+    /// The generalised balance heuristic (Lin 2022 eq. 6.36, after Talbot 2005). Lowest variance,
+    /// `O(M²)` evaluations.
     Balance,
     /// Pairwise MIS of each neighbour against the canonical techniques. `O(M·|R|)` evaluations.
     Pairwise(Pairwise),
@@ -42,17 +43,20 @@ impl Mis {
     /// Pairwise, defensive (Lin 2022 eq. 6.38).
     pub const PAIRWISE_DEFENSIVE: Self = Self::Pairwise(Pairwise::DEFENSIVE);
 
-    /// Whether the family is unbiased for any supports (given canonical samples that cover the target's).
+    /// Whether the family is unbiased for any supports (given canonical samples that cover the
+    /// target's).
     pub fn is_unbiased(self) -> bool {
         !matches!(self, Self::ConstantBiased)
     }
 
-    /// All `m_i(y)` at one `y`, from the techniques' stand-in densities there: the definition, written
-    /// plainly. A merge computes the same numbers while it evaluates as few densities as it can.
+    /// All `m_i(y)` at one `y`, from the techniques' stand-in densities there: the definition,
+    /// written plainly. A merge computes the same numbers while it evaluates as few densities as it
+    /// can.
     ///
-    /// The density of the *first* canonical technique stands for `p` in the pairwise families (Lin 2022
-    /// §B.4.4). For [`Mis::ConstantDebiased`] these are the resampling weights, not the contribution weights.
-    /// All zeros if no technique has confidence, and where no technique can produce `y` under balance.
+    /// The density of the *first* canonical technique stands for `p` in the pairwise families (Lin
+    /// 2022 §B.4.4). For [`Mis::ConstantDebiased`] these are the resampling weights, not the
+    /// contribution weights. All zeros if no technique has confidence, and where no technique can
+    /// produce `y` under balance.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -162,14 +166,15 @@ impl Pairwise {
         alpha: None,
         kappa: Some(1.0),
     };
-    /// `κ = C_N/C`, `α = C_N/C_R`: no neighbour ever outweighs a canonical sample of its confidence (Lin 2022
-    /// eq. 6.38).
+    /// `κ = C_N/C`, `α = C_N/C_R`: no neighbour ever outweighs a canonical sample of its confidence
+    /// (Lin 2022 eq. 6.38).
     pub const DEFENSIVE: Self = Self {
         alpha: None,
         kappa: None,
     };
 
-    /// Any `α > 0` and `0 ≤ κ ≤ 1`. Resampling weights are bounded (eq. 6.39) only while `α ≤ C_N/C_R`.
+    /// Any `α > 0` and `0 ≤ κ ≤ 1`. Resampling weights are bounded (eq. 6.39) only while
+    /// `α ≤ C_N/C_R`.
     ///
     /// # Errors
     /// [`MisError`] for parameters out of range.
@@ -191,7 +196,8 @@ impl Pairwise {
     pub(crate) fn constants(self, canonical: f64, neighbours: f64) -> PairwiseConstants {
         let matched = neighbours / canonical;
         PairwiseConstants {
-            // Without canonical confidence no weights exist (callers refuse that); any finite number will do.
+            // Without canonical confidence no weights exist (callers refuse that); any finite
+            // number will do.
             alpha: self
                 .alpha
                 .unwrap_or(if matched.is_finite() { matched } else { f64::MAX }),
@@ -223,8 +229,8 @@ impl PairwiseConstants {
         self.kappa * share(confidence, self.neighbour_confidence) * share(mine, p + mine)
     }
 
-    /// What a neighbour leaves to the canonical techniques, `(c_j/C_N) · p/(p + α q)` (the sum's terms in eq.
-    /// B.96). All of its `c_j/C_N` where it cannot produce `y`.
+    /// What a neighbour leaves to the canonical techniques, `(c_j/C_N) · p/(p + α q)` (the sum's
+    /// terms in eq. B.96). All of its `c_j/C_N` where it cannot produce `y`.
     #[inline(always)]
     pub(crate) fn kept(&self, confidence: f64, p: f64, q: f64) -> f64 {
         let theirs = (self.alpha * q).min(f64::MAX);

@@ -1,8 +1,9 @@
 //! Reservoirs as a GPU stores them.
 //!
-//! Sixteen bytes each, four 32-bit words, little more than the memory a shader reads in one load. Emptiness
-//! is an integer tag, never a NaN or ∞ in a float: those do not survive fast math or packing. The sample is a
-//! `u32` handle (a light, a path seed's slot); a renderer with larger samples stores them beside.
+//! Sixteen bytes each, four 32-bit words, little more than the memory a shader reads in one load.
+//! Emptiness is an integer tag, never a NaN or ∞ in a float: those do not survive fast math or
+//! packing. The sample is a `u32` handle (a light, a path seed's slot); a renderer with larger
+//! samples stores them beside.
 
 use crate::reservoir::Reservoir;
 use crate::selection::Selection;
@@ -60,8 +61,8 @@ impl<S: Space> TryFrom<ReservoirRecord> for Reservoir<u32, S> {
     }
 }
 
-/// A [`Selection`] of handles in progress, its sum in two `f32` so that a shader without `f64` continues it
-/// by compensated addition.
+/// A [`Selection`] of handles in progress, its sum in two `f32` so that a shader without `f64`
+/// continues it by compensated addition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SelectionRecord {
@@ -106,20 +107,20 @@ impl From<SelectionRecord> for Selection<u32> {
 }
 
 impl SelectionRecord {
-    /// Offers an item as a shader does, in `f32` alone: true with probability `weight / Σw` for `u` uniform
-    /// in [0, 1). The sum is compensated (Neumaier 1974), so it does not stall at 2²⁴ times the typical
-    /// weight. Weights that are not positive and finite count as 0.
+    /// Offers an item as a shader does, in `f32` alone: true with probability `weight / Σw` for `u`
+    /// uniform in [0, 1). The sum is compensated (Neumaier 1974), so it does not stall at 2²⁴ times
+    /// the typical weight. Weights that are not positive and finite count as 0.
     ///
-    /// This is the twin of the shader's function, to the bit. On a CPU prefer [`Selection`]: 24-bit uniforms
-    /// do not resolve shares below 2⁻²⁴.
+    /// This is the twin of the shader's function, to the bit. On a CPU prefer [`Selection`]: 24-bit
+    /// uniforms do not resolve shares below 2⁻²⁴.
     #[inline]
     pub fn offer(&mut self, item: u32, weight: f32, u: f32) -> bool {
         // Also false for NaN.
         if !(weight > 0.0 && weight < f32::INFINITY) {
             return false;
         }
-        // Saturated sum by sum: infinities would leave NaN behind. (In a shader this also keeps compilers from taking `(a + b) - a`
-        // for `b`.)
+        // Saturated sum by sum: infinities would leave NaN behind. (In a shader this also keeps
+        // compilers from taking `(a + b) - a` for `b`.)
         let sum = (self.weight_sum + weight).min(f32::MAX);
         let lost = if self.weight_sum >= weight {
             (self.weight_sum - sum) + weight

@@ -4,13 +4,14 @@ use crate::space::Space;
 use crate::storage::Storage;
 use crate::weight::{ContributionWeight, Tractable, WeightError};
 
-/// A sample `X`, its unbiased contribution weight `W_X` in the space `S`, and its confidence `c` (Lin 2022
-/// §6.5.2, there `M_r`).
+/// A sample `X`, its unbiased contribution weight `W_X` in the space `S`, and its confidence `c`
+/// (Lin 2022 §6.5.2, there `M_r`).
 ///
-/// * An *empty* reservoir (no sample, or `W = 0`) is a null sample: it contributes nothing and keeps its
-///   confidence, because the technique that came up empty could have produced any sample of its support.
-/// * Confidence weighs a *technique* in MIS weights. It must not depend on the value of the sample. Capping
-///   it leaves `W` alone.
+/// * An *empty* reservoir (no sample, or `W = 0`) is a null sample: it contributes nothing and
+///   keeps its confidence, because the technique that came up empty could have produced any sample
+///   of its support.
+/// * Confidence weighs a *technique* in MIS weights. It must not depend on the value of the sample.
+///   Capping it leaves `W` alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reservoir<X, S: Space, R: Storage = f32> {
     sample: Option<X>,
@@ -40,7 +41,8 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
     /// A sample drawn from a known density in `S`, `W = 1/p`.
     ///
     /// # Errors
-    /// [`WeightError`] where the density has no finite positive reciprocal, or the confidence is not valid.
+    /// [`WeightError`] where the density has no finite positive reciprocal, or the confidence is
+    /// not valid.
     pub fn from_density(sample: X, density: R, confidence: f32) -> Result<Self, WeightError> {
         Self::new(
             sample,
@@ -100,7 +102,8 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
         self.sample.is_none()
     }
 
-    /// `c ← min(c, cap)` (Lin 2022 §6.5.4). Never touches `W`. A cap that is NaN or negative counts as 0.
+    /// `c ← min(c, cap)` (Lin 2022 §6.5.4). Never touches `W`. A cap that is NaN or negative counts
+    /// as 0.
     #[inline(always)]
     #[must_use]
     pub fn with_confidence_cap(mut self, cap: f32) -> Self {
@@ -116,10 +119,10 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
             .map_or(0.0, |x| integrand(x) * self.weight.value().to_f64())
     }
 
-    /// Keeps the sample only where `support` holds, else the null sample; confidence stays. This is RIS with
-    /// `M = 1` and a target that vanishes outside the support, such as `p̂ V` after a visibility test: `W`
-    /// then is the same. The domain it goes on in must have that target, or MIS weights trust the technique
-    /// with what it no longer produces.
+    /// Keeps the sample only where `support` holds, else the null sample; confidence stays. This is
+    /// RIS with `M = 1` and a target that vanishes outside the support, such as `p̂ V` after a
+    /// visibility test: `W` then is the same. The domain it goes on in must have that target, or
+    /// MIS weights trust the technique with what it no longer produces.
     #[inline]
     #[must_use]
     pub fn within(self, support: impl FnOnce(&X) -> bool) -> Self {

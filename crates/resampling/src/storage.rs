@@ -6,18 +6,19 @@ mod sealed {
     impl Sealed for f64 {}
 }
 
-/// The number a reservoir stores its contribution weight in: `f32` in a renderer, `f64` in a proof. Sealed.
+/// The number a reservoir stores its contribution weight in: `f32` in a renderer, `f64` in a proof.
+/// Sealed.
 ///
-/// All arithmetic of this crate runs in `f64` and rounds *once*, when a weight is stored. The code that a
-/// renderer runs with `f32` storage is therefore the very code that exact enumeration holds to 1e-12 with
-/// `f64` storage.
+/// All arithmetic of this crate runs in `f64` and rounds *once*, when a weight is stored. The code
+/// that a renderer runs with `f32` storage is therefore the very code that exact enumeration holds
+/// to 1e-12 with `f64` storage.
 pub trait Storage:
     sealed::Sealed + Copy + Default + PartialEq + core::fmt::Debug + Send + Sync + 'static
 {
     /// Widens without loss.
     fn to_f64(self) -> f64;
-    /// Rounds to the nearest number of this type; what is too large becomes the largest finite one, NaN
-    /// becomes 0.
+    /// Rounds to the nearest number of this type; what is too large becomes the largest finite one,
+    /// NaN becomes 0.
     fn from_f64(value: f64) -> Self;
 }
 
@@ -51,8 +52,8 @@ impl Storage for f64 {
     }
 }
 
-/// A non-negative finite number: what is negative or NaN becomes 0, what is too large becomes `f64::MAX`. The
-/// neutral reading of a bad target in the hot path.
+/// A non-negative finite number: what is negative or NaN becomes 0, what is too large becomes
+/// `f64::MAX`. The neutral reading of a bad target in the hot path.
 #[inline(always)]
 pub(crate) fn sanitised(value: f64) -> f64 {
     // Also false for NaN.

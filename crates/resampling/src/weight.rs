@@ -1,12 +1,14 @@
 //! Unbiased contribution weights: marginal, conditional and joint, told apart by their type.
 //!
-//! An unbiased contribution weight `W_X ≥ 0` of a random variable `X` in a space with measure `dx` satisfies,
-//! for every integrable `f`,
+//! An unbiased contribution weight `W_X ≥ 0` of a random variable `X` in a space with measure `dx`
+//! satisfies, for every integrable `f`,
 //!
-//! > `E[f(X) W_X] = ∫_{supp X} f(x) dx`  (Lin 2022 eq. 6.8), equivalently `E[W_X | X] = 1/p_X(X)` (eq. 6.9).
+//! > `E[f(X) W_X] = ∫_{supp X} f(x) dx` (Lin 2022 eq. 6.8), equivalently `E[W_X | X] = 1/p_X(X)`
+//! > (eq. 6.9).
 //!
-//! Conditional weights `W_{X|Z}` satisfy `E[f(X) W_{X|Z} | Z] = ∫_{supp X|Z} f(x) dx` (Kettunen 2023 eq. 5)
-//! and are weights of the space [`Given<S, Z>`](crate::Given). Two weights have no product:
+//! Conditional weights `W_{X|Z}` satisfy `E[f(X) W_{X|Z} | Z] = ∫_{supp X|Z} f(x) dx` (Kettunen
+//! 2023 eq. 5) and are weights of the space [`Given<S, Z>`](crate::Given). Two weights have no
+//! product:
 //!
 //! ```compile_fail
 //! use lightshed_resampling::{ContributionWeight, Counting, Given};
@@ -16,8 +18,8 @@
 //! # Ok::<(), lightshed_resampling::WeightError>(())
 //! ```
 //!
-//! because `W_Z · W_{X|Z}` is a joint weight only if `(X, W_{X|Z})` is conditionally independent of `W_Z`
-//! given `Z` (Theorem 4.1). Two ways lead across:
+//! because `W_Z · W_{X|Z}` is a joint weight only if `(X, W_{X|Z})` is conditionally independent of
+//! `W_Z` given `Z` (Theorem 4.1). Two ways lead across:
 //!
 //! ```
 //! use lightshed_resampling::{ConditionallyIndependent, ContributionWeight, Counting, Given, Joint, Tractable};
@@ -44,9 +46,11 @@ use lightshed_sampling::{Density, Measure};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WeightError {
-    /// The weight or the density is negative (Lin 2022 §B.3.2: a negative weight cannot be resampled).
+    /// The weight or the density is negative (Lin 2022 §B.3.2: a negative weight cannot be
+    /// resampled).
     Negative,
-    /// The weight or the density is NaN or infinite, or the density is so small that its reciprocal is.
+    /// The weight or the density is NaN or infinite, or the density is so small that its reciprocal
+    /// is.
     NotFinite,
     /// The density is zero: a sample with zero density cannot have been drawn.
     ZeroDensity,
@@ -86,8 +90,8 @@ fn reciprocal(density: f64) -> Result<f64, WeightError> {
     }
 }
 
-/// An unbiased contribution weight `W ≥ 0` in the space `S`, finite, stored as `R`. In units of the measure
-/// of `S` (steradians for `SolidAngle`): it stands where `1/p` would.
+/// An unbiased contribution weight `W ≥ 0` in the space `S`, finite, stored as `R`. In units of the
+/// measure of `S` (steradians for `SolidAngle`): it stands where `1/p` would.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(transparent)]
 pub struct ContributionWeight<S: Space, R: Storage = f32> {
@@ -119,8 +123,8 @@ impl<S: Space, R: Storage> ContributionWeight<S, R> {
         self.value
     }
 
-    /// The weight of the pair `(z, x)`, `W_{Z,X} = W_Z W_{X|Z}` (Kettunen 2023 eq. 9), under the condition
-    /// that the last argument spells out.
+    /// The weight of the pair `(z, x)`, `W_{Z,X} = W_Z W_{X|Z}` (Kettunen 2023 eq. 9), under the
+    /// condition that the last argument spells out.
     #[inline]
     pub fn join<X: Space>(
         self,
@@ -131,16 +135,16 @@ impl<S: Space, R: Storage> ContributionWeight<S, R> {
     }
 }
 
-/// The premise of Kettunen 2023 Theorem 4.1, given as a word of honour: *`X` and `W_{X|Z}` are conditionally
-/// independent of `W_Z`, given `Z`*.
+/// The premise of Kettunen 2023 Theorem 4.1, given as a word of honour: *`X` and `W_{X|Z}` are
+/// conditionally independent of `W_Z`, given `Z`*.
 ///
-/// It holds where the suffix was made from random numbers of its own after `Z` was fixed. It fails where the
-/// suffix looks at something that `W_Z` depends on besides `Z`, such as the candidates that `Z` was chosen
-/// over.
+/// It holds where the suffix was made from random numbers of its own after `Z` was fixed. It fails
+/// where the suffix looks at something that `W_Z` depends on besides `Z`, such as the candidates
+/// that `Z` was chosen over.
 ///
-/// Apart from it, `W_{X|Z}` must be a conditional weight to begin with: a suffix whose supporting prefix was
-/// resampled by a target that saw the suffix no longer is distributed, given that prefix, as its weight says.
-/// Keep the prefix target free of the suffix (Kettunen 2023 eq. 19).
+/// Apart from it, `W_{X|Z}` must be a conditional weight to begin with: a suffix whose supporting
+/// prefix was resampled by a target that saw the suffix no longer is distributed, given that
+/// prefix, as its weight says. Keep the prefix target free of the suffix (Kettunen 2023 eq. 19).
 #[derive(Clone, Copy, Debug)]
 pub struct ConditionallyIndependent {
     _private: (),
@@ -151,8 +155,8 @@ impl ConditionallyIndependent {
     pub const PROMISED: Self = Self { _private: () };
 }
 
-/// A weight `1/p(x)` with a known density: a function of `x` alone, hence independent of everything else
-/// given `x`.
+/// A weight `1/p(x)` with a known density: a function of `x` alone, hence independent of everything
+/// else given `x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tractable<S: Space, R: Storage = f32>(ContributionWeight<S, R>);
 
@@ -171,8 +175,8 @@ impl<S: Space, R: Storage> Tractable<S, R> {
         self.0
     }
 
-    /// The weight of the pair `(z, x)`, `W_{X|Z} / p(z)` (Kettunen 2023 eq. 9). Needs no promise: the premise
-    /// of Theorem 4.1 holds because `1/p(z)` is constant given `z`.
+    /// The weight of the pair `(z, x)`, `W_{X|Z} / p(z)` (Kettunen 2023 eq. 9). Needs no promise:
+    /// the premise of Theorem 4.1 holds because `1/p(z)` is constant given `z`.
     #[inline]
     pub fn join<X: Space>(
         self,

@@ -1,11 +1,13 @@
-//! What the machine itself costs: the limits that hot functions are held against in `docs/performance.md`.
+//! What the machine itself costs: the limits that hot functions are held against in
+//! `docs/performance.md`.
 //!
 //! ```sh
 //! cargo bench -p lightshed-sampling --bench limits
 //! ```
 //!
-//! `random_word`: a word of a counter-based generator, in order. `read_dependent`: a read whose address is what the read before gave, all over
-//! so much memory. `read_independent`: reads all over it whose addresses are known beforehand. `copy`: memory copied, bytes a second.
+//! `random_word`: a word of a counter-based generator, in order. `read_dependent`: a read whose
+//! address is what the read before gave, all over so much memory. `read_independent`: reads all
+//! over it whose addresses are known beforehand. `copy`: memory copied, bytes a second.
 
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;
@@ -20,7 +22,8 @@ const SIZES: [usize; 4] = [16, 512, 8 << 10, 256 << 10];
 /// Reads in a turn.
 const READS: u64 = 4096;
 
-/// One cycle through all cache lines in random order: line `i` says which comes after it (Sattolo's shuffle).
+/// One cycle through all cache lines in random order: line `i` says which comes after it (Sattolo's
+/// shuffle).
 fn cycle(lines: usize) -> Vec<[u64; 8]> {
     let mut rng = CounterRng::new(1, 0, 0);
     let mut next: Vec<u64> = (0..lines as u64).collect();

@@ -1,5 +1,5 @@
-//! Costs of the crate's hot functions as `sampling/<function>/<size>`, each beside the alternatives it was
-//! chosen over.
+//! Costs of the crate's hot functions as `sampling/<function>/<size>`, each beside the alternatives
+//! it was chosen over.
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;
 

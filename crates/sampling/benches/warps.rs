@@ -1,6 +1,8 @@
-//! Costs of the warps, each hot one beside the alternative it was chosen over (names that end in `_by_…`).
+//! Costs of the warps, each hot one beside the alternative it was chosen over (names that end in
+//! `_by_…`).
 //!
-//! Times are for a batch of 64 samples at uniforms that are not in order, so that no branch is predicted from the last.
+//! Times are for a batch of 64 samples at uniforms that are not in order, so that no branch is
+//! predicted from the last.
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;
 

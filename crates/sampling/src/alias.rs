@@ -1,19 +1,21 @@
 //! Alias tables: choosing among many weights in constant time.
 //!
-//! `n` weights become `n` columns of equal width; column `i` belongs to `i` up to its threshold and to one
-//! other index, its alias, above. One uniform 64-bit number picks both: with `x = u·n / 2⁶⁴`, the column is
-//! `⌊x⌋` and the coin is the next 32 bits of `x`. So 2²⁰ weights leave the coin 44 bits to be drawn from,
-//! where a 24-bit number left it 4.
+//! `n` weights become `n` columns of equal width; column `i` belongs to `i` up to its threshold and
+//! to one other index, its alias, above. One uniform 64-bit number picks both: with
+//! `x = u·n / 2⁶⁴`, the column is `⌊x⌋` and the coin is the next 32 bits of `x`. So 2²⁰ weights
+//! leave the coin 44 bits to be drawn from, where a 24-bit number left it 4.
 //!
-//! Walker 1977, *An Efficient Method for Generating Discrete Random Variables With General Distributions*;
-//! built as in Vose 1991, *A Linear Algorithm For Generating Random Numbers With a Given Distribution*.
+//! Walker 1977, *An Efficient Method for Generating Discrete Random Variables With General
+//! Distributions*; built as in Vose 1991, *A Linear Algorithm For Generating Random Numbers With a
+//! Given Distribution*.
 //!
 //! # Precision
 //!
-//! Thresholds are 32-bit integers, so probabilities are not `w_i / Σw` to the last bit, but they are *known*:
-//! what [`AliasTable::pmf`] reports is the share of the 2⁶⁴ numbers that lead to the index, counted exactly
-//! and rounded once. An estimator that divides by it is unbiased. A weight of zero has a probability of
-//! exactly zero and a positive weight, however small, one of at least about `2⁻³² / n`.
+//! Thresholds are 32-bit integers, so probabilities are not `w_i / Σw` to the last bit, but they
+//! are *known*: what [`AliasTable::pmf`] reports is the share of the 2⁶⁴ numbers that lead to the
+//! index, counted exactly and rounded once. An estimator that divides by it is unbiased. A weight
+//! of zero has a probability of exactly zero and a positive weight, however small, one of at least
+//! about `2⁻³² / n`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -88,7 +90,8 @@ impl AliasTable {
         }
     }
 
-    /// Column and coin for the 64-bit number `u = low + 2³² high`: bits 64–95 and 32–63 of `u · len`.
+    /// Column and coin for the 64-bit number `u = low + 2³² high`: bits 64–95 and 32–63 of
+    /// `u · len`.
     ///
     /// In terms of 32-bit words, as a shader computes it (`hi`, `lo` the halves of a product):
     /// `coin = lo(len·high) + hi(len·low)`, `column = hi(len·high) + carry`.
@@ -99,14 +102,15 @@ impl AliasTable {
         ((x >> 32) as u32, x as u32)
     }
 
-    /// Probability of `index`, rounded once from the exact share of the 2⁶⁴ numbers; 0 out of range.
+    /// Probability of `index`, rounded once from the exact share of the 2⁶⁴ numbers; 0 out of
+    /// range.
     #[inline(always)]
     pub fn pmf(&self, index: u32) -> f32 {
         self.pmf.get(index as usize).copied().unwrap_or(0.0)
     }
 
-    /// Of the 2⁶⁴ numbers `u`, how many choose each index: the distribution the table realises, exactly. They
-    /// sum to 2⁶⁴. `O(n)` time and memory.
+    /// Of the 2⁶⁴ numbers `u`, how many choose each index: the distribution the table realises,
+    /// exactly. They sum to 2⁶⁴. `O(n)` time and memory.
     pub fn exact_counts(&self) -> Vec<u128> {
         counts(&self.entries).collect()
     }
@@ -171,9 +175,10 @@ fn build<W: Copy + Into<f64>>(weights: &[W], largest: f64) -> Vec<AliasEntry> {
     entries
 }
 
-/// Columns that found no donor. In exact arithmetic the masses left add up to the columns left, so each is
-/// one unit and stays its own. Rounding in `f64` moves that by less than a unit up to some 2²⁶ weights;
-/// beyond, a weight of zero may be left, and is given to `positive`, a weight that is not.
+/// Columns that found no donor. In exact arithmetic the masses left add up to the columns left, so
+/// each is one unit and stays its own. Rounding in `f64` moves that by less than a unit up to some
+/// 2²⁶ weights; beyond, a weight of zero may be left, and is given to `positive`, a weight that is
+/// not.
 fn settle<W: Copy + Into<f64>>(leftovers: &[u32], weights: &[W], positive: u32, entries: &mut [AliasEntry]) {
     for &leftover in leftovers {
         if weights[leftover as usize].into() == 0.0 {

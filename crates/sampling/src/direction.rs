@@ -6,21 +6,22 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Directions that can be sampled and whose density `p(ω)` is known: lobes, environments, phase functions, and what
-/// learns where light comes from.
+/// Directions that can be sampled and whose density `p(ω)` is known: lobes, environments, phase
+/// functions, and what learns where light comes from.
 ///
-/// An implementation keeps to the following; `DirectionConformance` of the crate `lightshed-testkit` checks it where the
-/// integral is 1.
+/// An implementation keeps to the following; `DirectionConformance` of the crate
+/// `lightshed-testkit` checks it where the integral is 1.
 ///
-/// - Samples are distributed by `p`, and `∫ p dω ≤ 1` over the sphere: what is missing is the probability of no direction,
-///   a sample of value zero. So `∫ f dω = E[f(ω) / p(ω)]` for any `f` that is zero where `p` is.
-/// - The density that comes with a sample is [`pdf`](Self::pdf) of its direction, bit for bit. A mixture, or a weight
-///   of multiple importance sampling, asks for the density of a direction that another technique sampled, and must see
-///   the same number.
+/// - Samples are distributed by `p`, and `∫ p dω ≤ 1` over the sphere: what is missing is the
+///   probability of no direction, a sample of value zero. So `∫ f dω = E[f(ω) / p(ω)]` for any `f`
+///   that is zero where `p` is.
+/// - The density that comes with a sample is [`pdf`](Self::pdf) of its direction, bit for bit. A
+///   mixture, or a weight of multiple importance sampling, asks for the density of a direction that
+///   another technique sampled, and must see the same number.
 /// - Samples are unit directions of positive finite density, for all `u` in [0, 1)².
 ///
-/// The inherent `sample` functions of this crate's warps keep the density that they know before rounding; through this
-/// trait they have that of the rounded direction.
+/// The inherent `sample` functions of this crate's warps keep the density that they know before
+/// rounding; through this trait they have that of the rounded direction.
 ///
 /// ```
 /// use lightshed_sampling::glam::Vec3;
@@ -39,12 +40,12 @@ use glam::Vec3;
 /// assert_eq!(density, lobe.pdf(direction));
 /// ```
 pub trait DirectionDistribution {
-    /// Maps `u` in [0, 1)² to a unit direction and its density. `None` where there is no direction of positive density:
-    /// a sample of value zero, which counts.
+    /// Maps `u` in [0, 1)² to a unit direction and its density. `None` where there is no direction
+    /// of positive density: a sample of value zero, which counts.
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)>;
 
-    /// Density with which [`sample`](Self::sample) returns the unit `direction`, finite and not negative; zero where it never
-    /// does.
+    /// Density with which [`sample`](Self::sample) returns the unit `direction`, finite and not
+    /// negative; zero where it never does.
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle>;
 }
 
@@ -60,8 +61,8 @@ impl<D: DirectionDistribution + ?Sized> DirectionDistribution for &D {
     }
 }
 
-/// `direction` with the density that `distribution` states of it; `None` where that is not positive. What an
-/// implementation of [`DirectionDistribution::sample`] ends with.
+/// `direction` with the density that `distribution` states of it; `None` where that is not
+/// positive. What an implementation of [`DirectionDistribution::sample`] ends with.
 #[inline(always)]
 pub fn with_density<D: DirectionDistribution + ?Sized>(
     distribution: &D,

@@ -42,17 +42,18 @@
 //! # Ok::<(), lightshed_sampling::WeightsError>(())
 //! ```
 //!
-//! The example `sampling_user` estimates a harder integral by uniform, importance-driven and stratified samples.
+//! The example `sampling_user` estimates a harder integral by uniform, importance-driven and
+//! stratified samples.
 //!
 //! # Conventions
 //!
-//! - Randomness enters as explicit uniform numbers in [0, 1) or as words; that form ports to a shader. Where
-//!   the number of draws varies there is `&mut impl rand::Rng`, which [`CounterRng`] and [`SobolSampler`]
-//!   are.
-//! - Constructors validate and return a `Result`; sampling neither allocates nor panics, and finite input
-//!   gives finite output.
-//! - A density names its measure: `pdf` of a point on the unit interval or square with respect to length or
-//!   area there, [`Density<M>`] for the rest.
+//! - Randomness enters as explicit uniform numbers in [0, 1) or as words; that form ports to a
+//!   shader. Where the number of draws varies there is `&mut impl rand::Rng`, which [`CounterRng`]
+//!   and [`SobolSampler`] are.
+//! - Constructors validate and return a `Result`; sampling neither allocates nor panics, and finite
+//!   input gives finite output.
+//! - A density names its measure: `pdf` of a point on the unit interval or square with respect to
+//!   length or area there, [`Density<M>`] for the rest.
 //! - Sums that grow are compensated or `f64` inside and rounded once.
 #![forbid(unsafe_code)]
 

@@ -1,8 +1,9 @@
 //! Densities that carry their measure in the type.
 //!
-//! A probability density means nothing without its measure: `p_ω` (per steradian), `p_A` (per unit area) and
-//! `p_u` (per unit of primary sample space) describe the same event by different numbers. [`Density<M>`]
-//! holds one number and names its measure `M`, so mixing two of them does not compile:
+//! A probability density means nothing without its measure: `p_ω` (per steradian), `p_A` (per unit
+//! area) and `p_u` (per unit of primary sample space) describe the same event by different numbers.
+//! [`Density<M>`] holds one number and names its measure `M`, so mixing two of them does not
+//! compile:
 //!
 //! ```compile_fail
 //! use lightshed_sampling::{Area, Density, SolidAngle, power_heuristic};
@@ -106,7 +107,8 @@ impl<M: Measure> Mul<f32> for Density<M> {
     }
 }
 
-/// Adding densities of the same measure: the density of a mixture, once each is scaled by its share.
+/// Adding densities of the same measure: the density of a mixture, once each is scaled by its
+/// share.
 impl<M: Measure> core::ops::Add for Density<M> {
     type Output = Self;
     #[inline(always)]
@@ -116,9 +118,9 @@ impl<M: Measure> core::ops::Add for Density<M> {
 }
 
 impl Density<Area> {
-    /// `p_ω = p_A · d² / |cos θ|`, with `d` the distance to the point and `θ` the angle at it between its
-    /// normal and the direction. A point seen edge-on (`cos θ = 0`) gives zero: it subtends no solid angle.
-    /// Saturates at `f32::MAX`.
+    /// `p_ω = p_A · d² / |cos θ|`, with `d` the distance to the point and `θ` the angle at it
+    /// between its normal and the direction. A point seen edge-on (`cos θ = 0`) gives zero: it
+    /// subtends no solid angle. Saturates at `f32::MAX`.
     #[inline(always)]
     pub fn to_solid_angle(self, distance_squared: f32, cos_theta: f32) -> Density<SolidAngle> {
         let cos_theta = cos_theta.abs();
@@ -150,18 +152,18 @@ fn saturate(value: f32) -> f32 {
 
 /// Balance heuristic `p_a / (p_a + p_b)` (Veach 1997 eq. 9.8) for one sample of each technique.
 ///
-/// 0 if `p_a` is 0. Two infinite densities get ½ each, one gets 1. `w(a, b) + w(b, a)` is 1 to rounding
-/// unless both densities are 0.
+/// 0 if `p_a` is 0. Two infinite densities get ½ each, one gets 1. `w(a, b) + w(b, a)` is 1 to
+/// rounding unless both densities are 0.
 #[inline(always)]
 pub fn balance_heuristic<M: Measure>(a: Density<M>, b: Density<M>) -> f32 {
     heuristic(a.value, b.value, |ratio| ratio)
 }
 
-/// Power heuristic with exponent 2, `p_a² / (p_a² + p_b²)` (Veach 1997 eq. 9.10), by the ratio so that
-/// neither square can overflow.
+/// Power heuristic with exponent 2, `p_a² / (p_a² + p_b²)` (Veach 1997 eq. 9.10), by the ratio so
+/// that neither square can overflow.
 ///
-/// 0 if `p_a` is 0. Two infinite densities get ½ each, one gets 1. `w(a, b) + w(b, a)` is 1 to rounding
-/// unless both densities are 0.
+/// 0 if `p_a` is 0. Two infinite densities get ½ each, one gets 1. `w(a, b) + w(b, a)` is 1 to
+/// rounding unless both densities are 0.
 #[inline(always)]
 pub fn power_heuristic<M: Measure>(a: Density<M>, b: Density<M>) -> f32 {
     heuristic(a.value, b.value, |ratio| ratio * ratio)

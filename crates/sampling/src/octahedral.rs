@@ -1,8 +1,8 @@
 //! The octahedral map: directions as points of the unit square.
 //!
-//! A direction `d` is projected onto the octahedron `|x| + |y| + |z| = 1`, `q = d / ‖d‖₁`, whose upper half
-//! is dropped onto the square's inner diamond and whose lower half is folded out into the four corners;
-//! `uv = (xy + 1) / 2`:
+//! A direction `d` is projected onto the octahedron `|x| + |y| + |z| = 1`, `q = d / ‖d‖₁`, whose
+//! upper half is dropped onto the square's inner diamond and whose lower half is folded out into
+//! the four corners; `uv = (xy + 1) / 2`:
 //!
 //! ```text
 //! xy = (q_x, q_y)                                          if q_z ≥ 0
@@ -13,10 +13,10 @@
 //!
 //! # Density
 //!
-//! With `p_uv` a density with respect to area on the unit square (measure [`PrimarySample`]) and `p_ω` one
-//! with respect to solid angle, `p_ω = ¼ p_uv ‖q‖₂³`: a face of the octahedron projects without scale onto 4
-//! of the square's area, and a face of distance 1/√3 from the centre whose normal makes the angle `θ` with
-//! `d` is seen under `dω = dA cos θ / ‖q‖₂²`.
+//! With `p_uv` a density with respect to area on the unit square (measure [`PrimarySample`]) and
+//! `p_ω` one with respect to solid angle, `p_ω = ¼ p_uv ‖q‖₂³`: a face of the octahedron projects
+//! without scale onto 4 of the square's area, and a face of distance 1/√3 from the centre whose
+//! normal makes the angle `θ` with `d` is seen under `dω = dA cos θ / ‖q‖₂²`.
 
 use glam::{Vec2, Vec3};
 
@@ -56,8 +56,8 @@ fn lift(xy: Vec2) -> Vec3 {
 
 /// The point of the unit square [0, 1]² for a direction.
 ///
-/// `direction` need not be a unit vector, but `|x| + |y| + |z|` must not overflow. A zero or NaN vector goes
-/// to the square's centre, as +z does.
+/// `direction` need not be a unit vector, but `|x| + |y| + |z|` must not overflow. A zero or NaN
+/// vector goes to the square's centre, as +z does.
 ///
 /// # Precision
 ///
@@ -81,29 +81,29 @@ fn solid_angle_per_area(direction: Vec3) -> f32 {
     4.0 / (q * q * q)
 }
 
-/// Density over directions of a density `p_uv` over the unit square: `p_ω = ¼ p_uv ‖q‖₂³` at `direction`,
-/// which must not be zero.
+/// Density over directions of a density `p_uv` over the unit square: `p_ω = ¼ p_uv ‖q‖₂³` at
+/// `direction`, which must not be zero.
 #[inline]
 pub fn octahedral_to_solid_angle(p_uv: Density<PrimarySample>, direction: Vec3) -> Density<SolidAngle> {
     Density::new(p_uv.value() / solid_angle_per_area(direction))
 }
 
-/// Density over the unit square of a density `p_ω` over directions: `p_uv = 4 p_ω / ‖q‖₂³` at `direction`,
-/// which must not be zero.
+/// Density over the unit square of a density `p_ω` over directions: `p_uv = 4 p_ω / ‖q‖₂³` at
+/// `direction`, which must not be zero.
 #[inline]
 pub fn octahedral_from_solid_angle(p_omega: Density<SolidAngle>, direction: Vec3) -> Density<PrimarySample> {
     Density::new(p_omega.value() * solid_angle_per_area(direction))
 }
 
-/// `v` in [−1, 1] to a signed integer of `scale` steps a side, as WGSL's `pack2x16snorm` and `pack4x8snorm`
-/// round.
+/// `v` in [−1, 1] to a signed integer of `scale` steps a side, as WGSL's `pack2x16snorm` and
+/// `pack4x8snorm` round.
 #[inline(always)]
 fn quantise(v: f32, scale: f32) -> i32 {
     (0.5 + scale * v).floor() as i32
 }
 
-/// A direction in 32 bits, "oct32": two signed normalised 16-bit numbers, x in the low half. The bits of
-/// `pack2x16snorm(xy)` in WGSL.
+/// A direction in 32 bits, "oct32": two signed normalised 16-bit numbers, x in the low half. The
+/// bits of `pack2x16snorm(xy)` in WGSL.
 ///
 /// The six axes are exact; the error is below 6.5·10⁻⁵ radians everywhere.
 #[inline]
@@ -120,8 +120,8 @@ pub fn octahedral_unpack32(bits: u32) -> Vec3 {
     lift(Vec2::new(x, y)).normalize()
 }
 
-/// A direction in 16 bits, "oct16": two signed normalised 8-bit numbers, x in the low half. The low half of
-/// `pack4x8snorm(vec4(xy, 0, 0))` in WGSL.
+/// A direction in 16 bits, "oct16": two signed normalised 8-bit numbers, x in the low half. The low
+/// half of `pack4x8snorm(vec4(xy, 0, 0))` in WGSL.
 ///
 /// The six axes are exact; the error is below 1.7·10⁻² radians everywhere.
 #[inline]

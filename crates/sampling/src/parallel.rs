@@ -1,7 +1,8 @@
 //! Passes over slices whose result does not depend on the number of threads.
 //!
-//! With the feature `parallel` they run on rayon's current pool, without it on the calling thread. How the work is
-//! divided depends on the length alone, so what each part computes is the same in both.
+//! With the feature `parallel` they run on rayon's current pool, without it on the calling thread.
+//! How the work is divided depends on the length alone, so what each part computes is the same in
+//! both.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -9,8 +10,8 @@ use std::sync::{Mutex, PoisonError};
 /// Elements below which work is not split.
 const GRAIN: usize = 4096;
 
-/// Calls `task(i)` for `i < count`. The one place where work is handed to threads: rayon's code is much, and compiled
-/// here it is not compiled again for every loop.
+/// Calls `task(i)` for `i < count`. The one place where work is handed to threads: rayon's code is
+/// much, and compiled here it is not compiled again for every loop.
 fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if count > 1 {
@@ -42,8 +43,8 @@ impl<T> Slot<T> {
     }
 }
 
-/// Calls `work(i, part)` for each part, `i` its number. Parts should be worth some microseconds each: chunks of a
-/// slice, or of several (`a.chunks_mut(n).zip(b.chunks_mut(n))`).
+/// Calls `work(i, part)` for each part, `i` its number. Parts should be worth some microseconds
+/// each: chunks of a slice, or of several (`a.chunks_mut(n).zip(b.chunks_mut(n))`).
 pub fn for_each<P: Send>(parts: impl Iterator<Item = P>, work: impl Fn(usize, P) + Sync) {
     // Called from two places, compiled once.
     let work: &(dyn Fn(usize, P) + Sync) = &work;
@@ -74,7 +75,8 @@ pub fn map<P: Send, V: Send>(parts: impl Iterator<Item = P>, work: impl Fn(usize
     slots.iter().filter_map(|(_, value)| value.take()).collect()
 }
 
-/// Calls `work(start, part)` for consecutive parts of `chunk` items, `start` the index of each part's first item.
+/// Calls `work(start, part)` for consecutive parts of `chunk` items, `start` the index of each
+/// part's first item.
 pub fn for_each_chunk<T: Send>(items: &mut [T], chunk: usize, work: impl Fn(usize, &mut [T]) + Sync) {
     for_each(items.chunks_mut(chunk), |i, part| work(i * chunk, part));
 }
@@ -88,8 +90,8 @@ pub fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Sync) {
     });
 }
 
-/// Calls `work(slab, part)` for each slab of `slabs`. `out` holds the slabs one after the other, slab `s` from place
-/// `start(s)` on.
+/// Calls `work(slab, part)` for each slab of `slabs`. `out` holds the slabs one after the other,
+/// slab `s` from place `start(s)` on.
 pub fn for_each_slab<T: Send>(
     out: &mut [T],
     slabs: Range<u32>,
@@ -121,7 +123,8 @@ pub fn for_each_slab<T: Send>(
     });
 }
 
-/// Combines the values of consecutive parts of `chunk` items, from the first to the last; `None` of no items.
+/// Combines the values of consecutive parts of `chunk` items, from the first to the last; `None` of
+/// no items.
 pub fn reduce<T: Sync, V: Send>(
     items: &[T],
     chunk: usize,

@@ -1,11 +1,13 @@
 //! Random numbers of the passes of a frame.
 //!
-//! A method that works in passes (candidates, reuse in time, rounds of reuse in space) draws in each of them, for each
-//! pixel. All its numbers are words of the stream of (seed, pixel, frame) of [`CounterRng`]; a pass has a part of it,
+//! A method that works in passes (candidates, reuse in time, rounds of reuse in space) draws in
+//! each of them, for each pixel. All its numbers are words of the stream of (seed, pixel, frame) of
+//! [`CounterRng`]; a pass has a part of it,
 //!
 //! > `word n of (pass, round, reservoir) = word 2²⁴ · (reservoir · P + pass + round) + n`,
 //!
-//! with `P` parts for each reservoir. Parts do not overlap as long as a pass draws at most 2²⁴ words for a pixel.
+//! with `P` parts for each reservoir. Parts do not overlap as long as a pass draws at most 2²⁴
+//! words for a pixel.
 
 use core::fmt;
 
@@ -18,10 +20,12 @@ const WORDS: u32 = 1 << 24;
 /// Parts of a stream.
 const PARTS: u32 = 256;
 
-/// The pixel name of what all pixels of a frame share: no pixel has it, as images are at most 65,535 pixels wide.
+/// The pixel name of what all pixels of a frame share: no pixel has it, as images are at most
+/// 65,535 pixels wide.
 const SHARED: u32 = u32::MAX;
 
-/// The passes that a method makes in each frame, numbered from 0: each has random numbers of its own.
+/// The passes that a method makes in each frame, numbered from 0: each has random numbers of its
+/// own.
 ///
 /// ```
 /// use lightshed_sampling::FramePasses;
@@ -54,8 +58,8 @@ impl fmt::Display for TooManyPasses {
 impl core::error::Error for TooManyPasses {}
 
 impl FramePasses {
-    /// `passes` passes, of which the last one is made in `rounds` rounds, all of them for each of `reservoirs` reservoirs
-    /// of a pixel.
+    /// `passes` passes, of which the last one is made in `rounds` rounds, all of them for each of
+    /// `reservoirs` reservoirs of a pixel.
     ///
     /// # Errors
     /// [`TooManyPasses`] unless `1 ≤ reservoirs · (passes − 1 + rounds) ≤ 256` and no factor is 0.
@@ -95,7 +99,8 @@ pub struct FrameNumbers {
 }
 
 impl FrameNumbers {
-    /// With blocks ([`PassNumbers::block`]) of the given kind; independent ones unless told otherwise.
+    /// With blocks ([`PassNumbers::block`]) of the given kind; independent ones unless told
+    /// otherwise.
     #[inline]
     #[must_use]
     pub fn with_points(self, points: PointSet) -> Self {
@@ -177,8 +182,9 @@ impl PassNumbers {
         self.part.wrapping_mul(WORDS / 4)
     }
 
-    /// The first four words of the pass in the pixel with index `y · width + x`, stratified over the frames if the
-    /// frame's points are. The same as those of [`pixel`](Self::pixel) if they are independent.
+    /// The first four words of the pass in the pixel with index `y · width + x`, stratified over
+    /// the frames if the frame's points are. The same as those of [`pixel`](Self::pixel) if they
+    /// are independent.
     #[inline]
     pub fn block(&self, index: usize) -> [u32; 4] {
         let FrameNumbers {
@@ -207,7 +213,8 @@ impl PassNumbers {
 mod tests {
     use super::*;
 
-    /// Every pass, round and reservoir begins at words of its own, far enough from all others, and all fit into a stream.
+    /// Every pass, round and reservoir begins at words of its own, far enough from all others, and
+    /// all fit into a stream.
     #[test]
     fn parts_do_not_overlap() {
         for [passes, rounds, reservoirs] in [
@@ -253,7 +260,8 @@ mod tests {
         assert!(FramePasses::new(u32::MAX, u32::MAX, u32::MAX).is_err());
     }
 
-    /// The names are frozen: a pixel by its place, a frame by its number, what is shared by a name of its own.
+    /// The names are frozen: a pixel by its place, a frame by its number, what is shared by a name
+    /// of its own.
     #[test]
     fn value_stability() {
         let numbers = FramePasses::new(8, 1, 16)

@@ -1,17 +1,18 @@
 //! Piecewise-constant densities on the unit interval.
 //!
-//! `n` values `f_i ≥ 0` on bins of equal width define `p(x) = f_i / (Σf / n)` for `x` in `[i/n, (i+1)/n)`, a
-//! density with respect to length on [0, 1). Its inverse distribution function is kept in *fixed point*: bin
-//! `i` owns the 32-bit numbers from `start_i` up to `start_{i+1}`, and a uniform word `u` belongs to the bin
-//! that owns it.
+//! `n` values `f_i ≥ 0` on bins of equal width define `p(x) = f_i / (Σf / n)` for `x` in
+//! `[i/n, (i+1)/n)`, a density with respect to length on [0, 1). Its inverse distribution function
+//! is kept in *fixed point*: bin `i` owns the 32-bit numbers from `start_i` up to `start_{i+1}`,
+//! and a uniform word `u` belongs to the bin that owns it.
 //!
 //! # Precision
 //!
-//! The distribution function is summed in compensated `f64` and rounded once, down to 32 bits. The density
-//! reported is the one those integers *realise*, `n (start_{i+1} − start_i) / 2³²`, so it integrates to one
-//! exactly and dividing by it is unbiased. Each bin of positive value owns at least one number and each bin
-//! of value zero none, so neither `u = 0` nor `u → 1` samples a zero, and no positive bin is lost however
-//! small its share. Comparisons are between integers: a shader chooses the same bin.
+//! The distribution function is summed in compensated `f64` and rounded once, down to 32 bits. The
+//! density reported is the one those integers *realise*, `n (start_{i+1} − start_i) / 2³²`, so it
+//! integrates to one exactly and dividing by it is unbiased. Each bin of positive value owns at
+//! least one number and each bin of value zero none, so neither `u = 0` nor `u → 1` samples a zero,
+//! and no positive bin is lost however small its share. Comparisons are between integers: a shader
+//! chooses the same bin.
 
 use crate::sum::CompensatedSum;
 use crate::uniform::{remap, u32_from_f32};
@@ -42,9 +43,9 @@ pub(crate) struct Slot {
     pub fraction: f32,
 }
 
-/// Fills `starts` with the fixed-point distribution function of `values`; returns the last bin that owns
-/// anything (`None` if all values are zero) and the sum of the values. The values are valid and `scale`
-/// brings them to at most 1.
+/// Fills `starts` with the fixed-point distribution function of `values`; returns the last bin that
+/// owns anything (`None` if all values are zero) and the sum of the values. The values are valid
+/// and `scale` brings them to at most 1.
 pub(crate) fn accumulate(values: &[f32], scale: f64, starts: &mut [u32]) -> (Option<u32>, f64) {
     accumulate_with(values.len(), |i| f64::from(values[i]) * scale, starts)
 }
@@ -77,14 +78,14 @@ pub(crate) fn accumulate_with(
     (last, total.value())
 }
 
-/// How many guide entries a distribution of `len` bins has, but for the closing one: a power of two, a
-/// quarter of `len`. More saves no step of the search on average, less adds some.
+/// How many guide entries a distribution of `len` bins has, but for the closing one: a power of
+/// two, a quarter of `len`. More saves no step of the search on average, less adds some.
 pub(crate) fn guide_buckets(len: usize) -> usize {
     (len.next_power_of_two() / 4).max(1)
 }
 
-/// Fills `guide` (`guide_buckets(len) + 1` entries): entry `b` is the bin that owns the first word of bucket
-/// `b`, the last entry is `last`.
+/// Fills `guide` (`guide_buckets(len) + 1` entries): entry `b` is the bin that owns the first word
+/// of bucket `b`, the last entry is `last`.
 pub(crate) fn fill_guide(starts: &[u32], last: u32, guide: &mut [u32]) {
     let buckets = guide.len() - 1;
     let words = (1u64 << 32) / buckets as u64;
@@ -125,8 +126,8 @@ impl FixedPoint<'_> {
         end - u64::from(self.starts[index as usize])
     }
 
-    /// The bin that owns `u`: the last one, up to `last`, that starts at or before it. Bins that own nothing
-    /// start where the next one does, so they are never that.
+    /// The bin that owns `u`: the last one, up to `last`, that starts at or before it. Bins that
+    /// own nothing start where the next one does, so they are never that.
     #[inline(always)]
     pub fn search(&self, u: u32) -> u32 {
         // As many buckets as the guide has entries but one, a power of two.
@@ -156,14 +157,15 @@ impl FixedPoint<'_> {
     }
 }
 
-/// The bin of `[0, 1)` cut into `n ≤ 2²²` that holds `x`; points outside count to the nearest. Exact: the
-/// product of a 24-bit and a 22-bit number fits `f64`.
+/// The bin of `[0, 1)` cut into `n ≤ 2²²` that holds `x`; points outside count to the nearest.
+/// Exact: the product of a 24-bit and a 22-bit number fits `f64`.
 #[inline(always)]
 pub(crate) fn bin_of(x: f32, n: u32) -> u32 {
     ((f64::from(x) * f64::from(n)) as u32).min(n - 1)
 }
 
-/// The point `(index + fraction) / n`, rounded to a number that [`bin_of`] puts into bin `index` again.
+/// The point `(index + fraction) / n`, rounded to a number that [`bin_of`] puts into bin `index`
+/// again.
 #[inline(always)]
 pub(crate) fn point_in_bin(index: u32, fraction: f32, n: u32) -> f32 {
     let x = ((f64::from(index) + f64::from(fraction)) / f64::from(n)) as f32;
@@ -182,9 +184,9 @@ pub(crate) fn point_in_bin(index: u32, fraction: f32, n: u32) -> f32 {
 ///
 /// # Performance
 ///
-/// A guide table (Chen and Asau 1974) says for each of `n/4` equal shares of the words where the search
-/// begins, so a sample takes about two steps whatever `n`, and at worst `log₂ n`. Monotone in `u`, unlike an
-/// alias table: stratified numbers give stratified samples.
+/// A guide table (Chen and Asau 1974) says for each of `n/4` equal shares of the words where the
+/// search begins, so a sample takes about two steps whatever `n`, and at worst `log₂ n`. Monotone
+/// in `u`, unlike an alias table: stratified numbers give stratified samples.
 ///
 /// # Example
 ///
@@ -241,8 +243,8 @@ impl PiecewiseConstant1d {
 
     /// Samples by a uniform `u` in [0, 1) (anything outside counts as the nearest inside).
     ///
-    /// An `f32` from random bits has 24 of them, so a bin is hit in multiples of 2⁻²⁴ where its density is known
-    /// to 2⁻³²; with thousands of bins prefer [`sample_word`](Self::sample_word).
+    /// An `f32` from random bits has 24 of them, so a bin is hit in multiples of 2⁻²⁴ where its
+    /// density is known to 2⁻³²; with thousands of bins prefer [`sample_word`](Self::sample_word).
     #[inline(always)]
     pub fn sample(&self, u: f32) -> PiecewiseSample {
         self.sample_word(u32_from_f32(u))
@@ -266,8 +268,8 @@ impl PiecewiseConstant1d {
         (width as f64 * (self.starts.len() as f64 / TWO_POW_32)) as f32
     }
 
-    /// The density at `x`, with respect to length on the unit interval; outside [0, 1) that of the nearest
-    /// bin.
+    /// The density at `x`, with respect to length on the unit interval; outside [0, 1) that of the
+    /// nearest bin.
     #[inline]
     pub fn pdf(&self, x: f32) -> f32 {
         self.density(self.fixed_point().width(bin_of(x, self.starts.len() as u32)))
@@ -279,7 +281,8 @@ impl PiecewiseConstant1d {
         (self.fixed_point().width(index) as f64 / TWO_POW_32) as f32
     }
 
-    /// Of the 2³² words, how many choose bin `index`: the distribution realised, exactly. 0 out of range.
+    /// Of the 2³² words, how many choose bin `index`: the distribution realised, exactly. 0 out of
+    /// range.
     #[inline]
     pub fn exact_count(&self, index: u32) -> u64 {
         self.fixed_point().width(index)
@@ -304,8 +307,8 @@ impl PiecewiseConstant1d {
         &self.starts
     }
 
-    /// Where a search may begin, as a shader reads it: with `g` the number of entries less one, the bin of
-    /// word `u` is between entries `⌊u g / 2³²⌋` and the next.
+    /// Where a search may begin, as a shader reads it: with `g` the number of entries less one, the
+    /// bin of word `u` is between entries `⌊u g / 2³²⌋` and the next.
     #[inline]
     pub fn guide(&self) -> &[u32] {
         &self.guide

@@ -1,8 +1,8 @@
 //! Piecewise-constant densities on the unit square: the sampler of an environment map.
 //!
-//! `width × height` values `f_ij ≥ 0`, row by row, define `p(u, v) = f_ij / mean(f)` on cells of equal size,
-//! a density with respect to *area on the unit square*. A row is chosen by the marginal `p(v) ∝ Σ_j f_ij`,
-//! then a column by the conditional `p(u | v)`, both in the fixed point of
+//! `width × height` values `f_ij ≥ 0`, row by row, define `p(u, v) = f_ij / mean(f)` on cells of
+//! equal size, a density with respect to *area on the unit square*. A row is chosen by the marginal
+//! `p(v) ∝ Σ_j f_ij`, then a column by the conditional `p(u | v)`, both in the fixed point of
 //! [`PiecewiseConstant1d`](crate::PiecewiseConstant1d): see there for what is exact.
 //!
 //! Two guided searches of contiguous words; 1¼ words of memory a cell.
@@ -60,8 +60,8 @@ impl PiecewiseConstant2d {
     ///
     /// # Errors
     ///
-    /// No value, rows that are not full, too many rows or columns, a value that is negative or not finite, or
-    /// all zero: see [`WeightsError`].
+    /// No value, rows that are not full, too many rows or columns, a value that is negative or not
+    /// finite, or all zero: see [`WeightsError`].
     pub fn new(values: &[f32], width: usize) -> Result<Self, WeightsError> {
         let largest = validate(values, usize::MAX)?;
         if width == 0 || !values.len().is_multiple_of(width) {
@@ -137,15 +137,16 @@ impl PiecewiseConstant2d {
         (row_width as f64 * column_width as f64 * (cells * TWO_POW_MINUS_64)) as f32
     }
 
-    /// Samples by a uniform point of [0, 1)²: `u[0]` chooses the column and `u[1]` the row. For large maps prefer
-    /// [`sample_words`](Self::sample_words).
+    /// Samples by a uniform point of [0, 1)²: `u[0]` chooses the column and `u[1]` the row. For
+    /// large maps prefer [`sample_words`](Self::sample_words).
     #[inline(always)]
     pub fn sample(&self, u: [f32; 2]) -> PiecewiseSample2d {
         self.sample_words(u.map(u32_from_f32))
     }
 
-    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the 24 bits of an
-    /// `f32` leave 12 for the place within a cell, and hit a cell in steps of about 2⁻¹² of its share; these leave 20.
+    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the
+    /// 24 bits of an `f32` leave 12 for the place within a cell, and hit a cell in steps of about
+    /// 2⁻¹² of its share; these leave 20.
     #[inline(always)]
     pub fn sample_words(&self, u: [u32; 2]) -> PiecewiseSample2d {
         let row = self.rows().locate(u[1]);
@@ -160,8 +161,8 @@ impl PiecewiseConstant2d {
         }
     }
 
-    /// The density at `uv`, with respect to area on the unit square; outside [0, 1)² that of the nearest
-    /// cell.
+    /// The density at `uv`, with respect to area on the unit square; outside [0, 1)² that of the
+    /// nearest cell.
     #[inline]
     pub fn pdf(&self, uv: [f32; 2]) -> f32 {
         self.cell_pdf([
@@ -170,7 +171,8 @@ impl PiecewiseConstant2d {
         ])
     }
 
-    /// The density on a cell (column, row), with respect to area on the unit square; 0 out of range.
+    /// The density on a cell (column, row), with respect to area on the unit square; 0 out of
+    /// range.
     #[inline]
     pub fn cell_pdf(&self, cell: [u32; 2]) -> f32 {
         let [column, row] = cell;
@@ -180,7 +182,8 @@ impl PiecewiseConstant2d {
         self.density(self.rows().width(row), self.columns(row).width(column))
     }
 
-    /// Of the 2⁶⁴ pairs of words, how many choose a cell (column, row): the distribution realised, exactly.
+    /// Of the 2⁶⁴ pairs of words, how many choose a cell (column, row): the distribution realised,
+    /// exactly.
     pub fn exact_count(&self, cell: [u32; 2]) -> u128 {
         let [column, row] = cell;
         if column >= self.width || row as usize >= self.marginal.len() {
@@ -201,7 +204,8 @@ impl PiecewiseConstant2d {
         [self.width, self.marginal.len() as u32]
     }
 
-    /// First word owned by each row, as a shader reads it. Search only up to [`last_row`](Self::last_row).
+    /// First word owned by each row, as a shader reads it. Search only up to
+    /// [`last_row`](Self::last_row).
     #[inline]
     pub fn row_starts(&self) -> &[u32] {
         &self.marginal
@@ -213,13 +217,15 @@ impl PiecewiseConstant2d {
         self.marginal_last
     }
 
-    /// First word owned by each column, row by row. Search only up to a row's [last column](Self::last_columns).
+    /// First word owned by each column, row by row. Search only up to a row's [last
+    /// column](Self::last_columns).
     #[inline]
     pub fn column_starts(&self) -> &[u32] {
         &self.conditional
     }
 
-    /// The last column of positive value in each row, 0 in a row of zeros: as [`last_row`](Self::last_row), for columns.
+    /// The last column of positive value in each row, 0 in a row of zeros: as
+    /// [`last_row`](Self::last_row), for columns.
     #[inline]
     pub fn last_columns(&self) -> &[u32] {
         &self.conditional_last

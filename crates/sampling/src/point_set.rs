@@ -7,16 +7,18 @@ use core::fmt;
 use core::str::FromStr;
 use lightshed_lanes::Lanes;
 
-/// How the random numbers of a pixel's samples relate to each other. Each number alone is uniform in both, and numbers
-/// of different pixels or seeds are independent.
+/// How the random numbers of a pixel's samples relate to each other. Each number alone is uniform
+/// in both, and numbers of different pixels or seeds are independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PointSet {
-    /// Independent of each other ([`CounterRng`]): the variance of a mean of `N` samples is `1/N` that of one.
+    /// Independent of each other ([`CounterRng`]): the variance of a mean of `N` samples is `1/N`
+    /// that of one.
     #[default]
     Independent,
-    /// Owen-scrambled Sobol points ([`SobolSampler`]): four numbers of a block are stratified together over the
-    /// samples. The variance of a mean is never much higher, and lower the smoother the integrand is. Samples of one
-    /// seed depend on each other: an error estimated from their variance is too high.
+    /// Owen-scrambled Sobol points ([`SobolSampler`]): four numbers of a block are stratified
+    /// together over the samples. The variance of a mean is never much higher, and lower the
+    /// smoother the integrand is. Samples of one seed depend on each other: an error estimated from
+    /// their variance is too high.
     Sobol,
 }
 
@@ -32,7 +34,8 @@ impl PointSet {
         }
     }
 
-    /// Words `4 · block` to `4 · block + 3` of sample `sample` of pixel `pixel` under `seed`. `block` is below 2³⁰.
+    /// Words `4 · block` to `4 · block + 3` of sample `sample` of pixel `pixel` under `seed`.
+    /// `block` is below 2³⁰.
     ///
     /// ```
     /// use lightshed_sampling::{CounterRng, PointSet, SobolSampler};
@@ -63,8 +66,8 @@ impl PointSet {
     }
 }
 
-/// The numbers of one sample of a pixel, one after the other. Draw the same ones in the same order in every sample of a
-/// pixel: what is stratified is a dimension's numbers over the samples.
+/// The numbers of one sample of a pixel, one after the other. Draw the same ones in the same order
+/// in every sample of a pixel: what is stratified is a dimension's numbers over the samples.
 #[derive(Clone, Debug)]
 pub enum PointStream {
     /// Of [`PointSet::Independent`].

@@ -8,21 +8,22 @@
 //! counter = (dimension div 4, 0, 0, 0)
 //! ```
 //!
-//! so an image does not depend on the number or order of threads, any pixel can be rendered again alone, and
-//! random replay is a re-run. Only 32-bit additions, rotations and exclusive-ors occur: WGSL computes the
-//! same bits. [`CounterRng::at`] is the specification; [`CounterRng`] gives the same words in sequence,
-//! faster.
+//! so an image does not depend on the number or order of threads, any pixel can be rendered again
+//! alone, and random replay is a re-run. Only 32-bit additions, rotations and exclusive-ors occur:
+//! WGSL computes the same bits. [`CounterRng::at`] is the specification; [`CounterRng`] gives the
+//! same words in sequence, faster.
 //!
-//! Threefry: Salmon, Moraes, Dror, Shaw 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*; rotations and key
-//! schedule are held to the known answers its authors publish. Their default is 20 rounds, with a margin; they
-//! found 12 to pass all of BigCrush, and 12 are used here ([`CounterRng::ROUNDS`]).
+//! Threefry: Salmon, Moraes, Dror, Shaw 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*;
+//! rotations and key schedule are held to the known answers its authors publish. Their default is
+//! 20 rounds, with a margin; they found 12 to pass all of BigCrush, and 12 are used here
+//! ([`CounterRng::ROUNDS`]).
 //!
 //! # Performance
 //!
 //! One block of four words is a chain of 12 dependent rounds; a processor hides that by working on
-//! independent blocks. [`CounterRng`] therefore computes eight consecutive blocks (32 words) at a time in a
-//! loop over lanes that compilers turn into vector instructions; the first eight when the first number is
-//! asked for.
+//! independent blocks. [`CounterRng`] therefore computes eight consecutive blocks (32 words) at a
+//! time in a loop over lanes that compilers turn into vector instructions; the first eight when the
+//! first number is asked for.
 
 use core::convert::Infallible;
 use core::fmt;
@@ -91,8 +92,8 @@ pub fn threefry4x32<const N: usize>(counter: [u32; 4], key: [u32; 4]) -> [u32; 4
     let [k0, k1, k2, k3] = key;
     let schedule = [k0, k1, k2, k3, PARITY ^ k0 ^ k1 ^ k2 ^ k3];
     let mut x: [u32; 4] = core::array::from_fn(|word| counter[word].wrapping_add(schedule[word]));
-    // Up to twelve rounds stand here one by one: compilers do not make vector code of a loop (over lanes)
-    // around a loop (over rounds).
+    // Up to twelve rounds stand here one by one: compilers do not make vector code of a loop (over
+    // lanes) around a loop (over rounds).
     if N >= 4 {
         mix_four(&mut x, &schedule, 0);
     }
@@ -157,10 +158,11 @@ pub(crate) fn threefry4x32_12_lanes<W: LaneWords>(counter: [W; 4], key: [W; 4]) 
 
 /// A stream of random numbers for one sample of one pixel, or for one path ([`PathSeed`]).
 ///
-/// The `n`-th word drawn is [`CounterRng::at`]`(seed, pixel, sample, n)`, and the place in the stream can be
-/// read ([`dimension`](Self::dimension)) and set ([`set_dimension`](Self::set_dimension)). It is a
-/// [`rand::Rng`], so everything written for `rand` accepts it. The period is 2³² words, far beyond what one
-/// sample draws; it then starts again.
+/// The `n`-th word drawn is [`CounterRng::at`]`(seed, pixel, sample, n)`, and the place in the
+/// stream can be read ([`dimension`](Self::dimension)) and set
+/// ([`set_dimension`](Self::set_dimension)). It is a [`rand::Rng`], so everything written for
+/// `rand` accepts it. The period is 2³² words, far beyond what one sample draws; it then starts
+/// again.
 ///
 /// Not cryptographic.
 #[derive(Clone)]
@@ -171,17 +173,18 @@ pub struct CounterRng {
     stream: u32,
     /// Dimension of the next word.
     dimension: u32,
-    /// Dimension of the buffer's first word, a multiple of four; any other value: the buffer holds nothing
-    /// and `dimension - first` is at least [`BUFFER`], so that one comparison serves both.
+    /// Dimension of the buffer's first word, a multiple of four; any other value: the buffer holds
+    /// nothing and `dimension - first` is at least [`BUFFER`], so that one comparison serves both.
     first: u32,
 }
 
 impl CounterRng {
-    /// Rounds of Threefry-4×32: enough to pass BigCrush (Salmon et al. 2011), without the margin of the default 20.
+    /// Rounds of Threefry-4×32: enough to pass BigCrush (Salmon et al. 2011), without the margin of
+    /// the default 20.
     pub const ROUNDS: usize = 12;
 
-    /// The `dimension`-th 32-bit word of sample `sample` of pixel `pixel` under `seed`: the pure function
-    /// that the stream steps through and that a shader computes.
+    /// The `dimension`-th 32-bit word of sample `sample` of pixel `pixel` under `seed`: the pure
+    /// function that the stream steps through and that a shader computes.
     ///
     /// ```
     /// use lightshed_sampling::CounterRng;
@@ -224,7 +227,8 @@ impl CounterRng {
         )
     }
 
-    /// The stream of sample `sample` of pixel `pixel` under `seed`, at dimension 0. Draws nothing yet.
+    /// The stream of sample `sample` of pixel `pixel` under `seed`, at dimension 0. Draws nothing
+    /// yet.
     #[inline]
     pub fn new(seed: u64, pixel: u32, sample: u32) -> Self {
         Self::with_key([seed as u32, (seed >> 32) as u32, pixel, sample], STREAM_PIXEL)
@@ -301,7 +305,8 @@ impl CounterRng {
         u64::from(low) | u64::from(self.next_u32()) << 32
     }
 
-    /// The next word as a uniform number in [0, 1), a multiple of 2⁻²⁴; never 1 (see [`f32_from_u32`]).
+    /// The next word as a uniform number in [0, 1), a multiple of 2⁻²⁴; never 1 (see
+    /// [`f32_from_u32`]).
     #[inline(always)]
     pub fn next_f32(&mut self) -> f32 {
         f32_from_u32(self.next_u32())
@@ -348,9 +353,9 @@ impl TryRng for CounterRng {
 
 /// The seed of one path's random numbers: all that random replay needs to draw the same ones again.
 ///
-/// 64 bits, because with 32 a path tracer runs a fixed quadrature of 2³² paths, visibly biased on small
-/// bright features. The streams of different seeds never share a block, nor one with a [`CounterRng::new`]
-/// stream of the same seed.
+/// 64 bits, because with 32 a path tracer runs a fixed quadrature of 2³² paths, visibly biased on
+/// small bright features. The streams of different seeds never share a block, nor one with a
+/// [`CounterRng::new`] stream of the same seed.
 ///
 /// ```
 /// use lightshed_sampling::{CounterRng, PathSeed};
@@ -392,8 +397,8 @@ impl PathSeed {
         self.words
     }
 
-    /// Words `4 · block` to `4 · block + 3` of the [streams](Self::stream) of eight seeds at once, given by their
-    /// [words](Self::words). `block` is below 2³⁰.
+    /// Words `4 · block` to `4 · block + 3` of the [streams](Self::stream) of eight seeds at once,
+    /// given by their [words](Self::words). `block` is below 2³⁰.
     #[inline(always)]
     pub fn block_lanes<L: Lanes>(seeds: [L::Words; 2], block: u32) -> [L::Words; 4] {
         let zero = L::Words::splat(0);
@@ -403,8 +408,8 @@ impl PathSeed {
         )
     }
 
-    /// The path's random numbers from the beginning. Word `n` is word `n mod 4` of Threefry-4×32-12 with key
-    /// `(seed mod 2³², seed div 2³², 0, 0)` and counter `(n div 4, 1, 0, 0)`.
+    /// The path's random numbers from the beginning. Word `n` is word `n mod 4` of Threefry-4×32-12
+    /// with key `(seed mod 2³², seed div 2³², 0, 0)` and counter `(n div 4, 1, 0, 0)`.
     #[inline]
     pub fn stream(self) -> CounterRng {
         CounterRng::with_key([self.words[0], self.words[1], 0, 0], STREAM_PATH)
@@ -427,8 +432,8 @@ mod tests {
         assert_eq!(threefry4x32::<N>(counter, key), pi, "{N} rounds of π");
     }
 
-    /// Random123's published `kat_vectors` for 13, 20 and 72 rounds. It has none for 12; those are of a
-    /// separate Python implementation that reproduces the other nine.
+    /// Random123's published `kat_vectors` for 13, 20 and 72 rounds. It has none for 12; those are
+    /// of a separate Python implementation that reproduces the other nine.
     #[test]
     fn known_answer_vectors() {
         known_answers::<13>(

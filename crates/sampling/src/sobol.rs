@@ -1,21 +1,24 @@
 //! Low-discrepancy numbers: Owen-scrambled Sobol points, by hashing.
 //!
-//! The first `2^m` samples of a pixel are spread evenly over every dimension, and over pairs of dimensions,
-//! so for smooth integrands the error falls nearly as `1/N` (`N^{-3/2}` in root mean square) instead of
-//! `1/√N`. Each point alone is uniform on the unit cube, so estimators stay unbiased.
+//! The first `2^m` samples of a pixel are spread evenly over every dimension, and over pairs of
+//! dimensions, so for smooth integrands the error falls nearly as `1/N` (`N^{-3/2}` in root mean
+//! square) instead of `1/√N`. Each point alone is uniform on the unit cube, so estimators stay
+//! unbiased.
 //!
 //! - Points: the first four dimensions of Sobol's sequence, direction numbers by Joe and Kuo 2008,
-//!   *Constructing Sobol Sequences With Better Two-Dimensional Projections*. Dimensions 0 and 1 form a (0,
-//!   2)-sequence; all four a (t, 4)-sequence with t ≤ 3 (Σ (degree − 1) of their polynomials).
-//! - Scrambling: Owen's nested uniform scrambling by a hash in which a bit depends only on those above it
-//!   (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*; Burley 2020, *Practical
-//!   Hash-Based Owen Scrambling*), with the hash of Vegdahl 2021, *Building a Better LK Hash*.
-//! - More dimensions: padding (Burley 2020, §5). Each further group of four uses the same points with other
-//!   scrambles, in an order shuffled by scrambling the sample's index; groups are independent of each other,
-//!   not jointly stratified.
+//!   *Constructing Sobol Sequences With Better Two-Dimensional Projections*. Dimensions 0 and 1
+//!   form a (0, 2)-sequence; all four a (t, 4)-sequence with t ≤ 3 (Σ (degree − 1) of their
+//!   polynomials).
+//! - Scrambling: Owen's nested uniform scrambling by a hash in which a bit depends only on those
+//!   above it (Laine and Karras 2011, *Stratified Sampling for Stochastic Transparency*; Burley
+//!   2020, *Practical Hash-Based Owen Scrambling*), with the hash of Vegdahl 2021, *Building a
+//!   Better LK Hash*.
+//! - More dimensions: padding (Burley 2020, §5). Each further group of four uses the same points
+//!   with other scrambles, in an order shuffled by scrambling the sample's index; groups are
+//!   independent of each other, not jointly stratified.
 //!
-//! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer arithmetic,
-//! which WGSL has.
+//! Scrambles are words of [`threefry4x32`] of seed, pixel and group. All of it is 32-bit integer
+//! arithmetic, which WGSL has.
 
 use core::convert::Infallible;
 
@@ -28,9 +31,9 @@ use crate::uniform::f32_from_u32;
 /// Dimensions that are stratified together.
 const GROUP: usize = 4;
 
-/// Direction numbers of four dimensions, with their bits reversed: `[bit of the index][dimension]`. Reversed,
-/// because the scrambling hash works from the highest bit of a coordinate down and integer arithmetic carries
-/// upwards.
+/// Direction numbers of four dimensions, with their bits reversed: `[bit of the index][dimension]`.
+/// Reversed, because the scrambling hash works from the highest bit of a coordinate down and
+/// integer arithmetic carries upwards.
 const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
     // (degree s, inner coefficients a_1 … a_{s−1} of the primitive polynomial, initial m_1 … m_s)
     const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] =
@@ -66,8 +69,8 @@ const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
     directions
 };
 
-/// The same for four bits of the index at once: `[nibble's place][nibble][dimension]`, 2 KiB. An eighth of
-/// the loads of [`REVERSED_DIRECTIONS`], which a shader may use instead.
+/// The same for four bits of the index at once: `[nibble's place][nibble][dimension]`, 2 KiB. An
+/// eighth of the loads of [`REVERSED_DIRECTIONS`], which a shader may use instead.
 const REVERSED_NIBBLES: [[[u32; GROUP]; 16]; 8] = {
     let mut nibbles = [[[0; GROUP]; 16]; 8];
     let mut place = 0;
@@ -103,8 +106,8 @@ fn reversed_sobol(index: u32) -> [u32; GROUP] {
     point
 }
 
-/// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x` (Vegdahl
-/// 2021). Wants well-mixed seeds.
+/// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x`
+/// (Vegdahl 2021). Wants well-mixed seeds.
 #[inline(always)]
 fn permute_upwards(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -135,7 +138,8 @@ fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
     (x.rotate::<8, 24>() & W::splat(0x00ff_00ff)) ^ (x.rotate::<24, 8>() & W::splat(0xff00_ff00))
 }
 
-/// [`reversed_sobol`] of eight indices. The first dimension is the index: its directions are the bits themselves.
+/// [`reversed_sobol`] of eight indices. The first dimension is the index: its directions are the
+/// bits themselves.
 #[inline(always)]
 fn reversed_sobol_lanes<W: LaneWords>(index: W) -> [W; GROUP] {
     let mut point = [index, W::splat(0), W::splat(0), W::splat(0)];
@@ -167,16 +171,17 @@ fn mix_lanes<W: LaneWords>(x: W) -> W {
     x ^ x.shift_right::<16>()
 }
 
-/// A stream of Owen-scrambled Sobol numbers for one sample of one pixel: [`CounterRng`]'s interface,
-/// stratified over the samples of the pixel.
+/// A stream of Owen-scrambled Sobol numbers for one sample of one pixel: [`CounterRng`]'s
+/// interface, stratified over the samples of the pixel.
 ///
-/// Samples `0..2^m` (and every later block of `2^m`) are stratified in each dimension; in dimensions `4k` and
-/// `4k + 1` they fill every elementary rectangle of area `2⁻ᵐ` exactly once. So put the most important pair
-/// of numbers there, number samples from 0, and take powers of two of them.
+/// Samples `0..2^m` (and every later block of `2^m`) are stratified in each dimension; in
+/// dimensions `4k` and `4k + 1` they fill every elementary rectangle of area `2⁻ᵐ` exactly once. So
+/// put the most important pair of numbers there, number samples from 0, and take powers of two of
+/// them.
 ///
-/// Numbers of one sample are uniform and independent over the choice of seed, numbers of different samples
-/// are not independent: do not use it for resampling across samples, nor where a sample's error is estimated
-/// from the samples' variance.
+/// Numbers of one sample are uniform and independent over the choice of seed, numbers of different
+/// samples are not independent: do not use it for resampling across samples, nor where a sample's
+/// error is estimated from the samples' variance.
 ///
 /// ```
 /// use lightshed_sampling::SobolSampler;
@@ -213,8 +218,8 @@ impl SobolSampler {
         }
     }
 
-    /// Word `dimension` of sample `sample` of pixel `pixel` under `seed`: the pure function the stream steps
-    /// through and that a shader computes.
+    /// Word `dimension` of sample `sample` of pixel `pixel` under `seed`: the pure function the
+    /// stream steps through and that a shader computes.
     #[inline]
     pub fn at(seed: u64, pixel: u32, sample: u32, dimension: u32) -> u32 {
         let group = Self::new(seed, pixel, sample).group(dimension / GROUP as u32);
@@ -303,8 +308,8 @@ impl SobolSampler {
         f32_from_u32(self.next_u32())
     }
 
-    /// The next point of the unit square [0, 1)². Starts at an even dimension (an odd one is skipped), so
-    /// that its two coordinates belong to one group.
+    /// The next point of the unit square [0, 1)². Starts at an even dimension (an odd one is
+    /// skipped), so that its two coordinates belong to one group.
     #[inline]
     pub fn next_2d(&mut self) -> [f32; 2] {
         if !self.dimension.is_multiple_of(2) {
@@ -341,8 +346,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The first points in three dimensions as Joe and Kuo list them with their direction numbers, in
-    /// Gray-code order.
+    /// The first points in three dimensions as Joe and Kuo list them with their direction numbers,
+    /// in Gray-code order.
     #[test]
     fn unscrambled_points() {
         let listed = [
@@ -382,8 +387,8 @@ mod tests {
             prop_assert_eq!(reversed_sobol(index), point);
         }
 
-        /// What makes it Owen's scrambling: words that agree in exactly the low `k` bits go to words that
-        /// agree in exactly the low `k` bits.
+        /// What makes it Owen's scrambling: words that agree in exactly the low `k` bits go to
+        /// words that agree in exactly the low `k` bits.
         #[test]
         fn permutation_is_nested(x: u32, y: u32, shared in 0u32..32, seed: u32) {
             let y = x ^ (y << shared);

@@ -2,11 +2,12 @@
 //!
 //! Adding `n` numbers one by one has a rounding error that grows as `n ε Σ|x|`. Here are
 //!
-//! - [`CompensatedSum`]: Neumaier 1974, *Rundungsfehleranalyse einiger Verfahren zur Summation endlicher
-//!   Summen* (Kahan's method, right also where a term exceeds the sum): error `ε |Σx| + O(n ε²) Σ|x|`, eight
-//!   times the additions, since what was lost is carried over after each;
-//! - [`pairwise_sum`] and [`pairwise_sum_iter`]: a balanced tree of additions, error `O(ε log n) Σ|x|`, about
-//!   the price of a plain sum.
+//! - [`CompensatedSum`]: Neumaier 1974, *Rundungsfehleranalyse einiger Verfahren zur Summation
+//!   endlicher Summen* (Kahan's method, right also where a term exceeds the sum): error
+//!   `ε |Σx| + O(n ε²) Σ|x|`, eight times the additions, since what was lost is carried over after
+//!   each;
+//! - [`pairwise_sum`] and [`pairwise_sum_iter`]: a balanced tree of additions, error
+//!   `O(ε log n) Σ|x|`, about the price of a plain sum.
 
 use core::iter::Sum;
 use core::ops::AddAssign;
@@ -55,10 +56,11 @@ fn two_sum<T: Real>(a: T, b: T) -> (T, T) {
     (sum, lost)
 }
 
-/// A running sum with Neumaier's compensation, renormalised after each term: twice the digits of `T`.
+/// A running sum with Neumaier's compensation, renormalised after each term: twice the digits of
+/// `T`.
 ///
-/// If a partial sum overflows, the value is that infinity (or NaN once both infinities met), never a NaN made
-/// by the compensation.
+/// If a partial sum overflows, the value is that infinity (or NaN once both infinities met), never
+/// a NaN made by the compensation.
 ///
 /// ```
 /// use lightshed_sampling::CompensatedSum;
@@ -96,8 +98,9 @@ impl<T: Real> CompensatedSum<T> {
         self.renormalise();
     }
 
-    /// Moves as much of what was lost into the sum as it holds. Rounding errors of equal sign, of many equal terms say, would else
-    /// pile up until what is lost loses its own: 2²⁴ terms of 0.1 in `f32` came out 1.5 % short.
+    /// Moves as much of what was lost into the sum as it holds. Rounding errors of equal sign, of
+    /// many equal terms say, would else pile up until what is lost loses its own: 2²⁴ terms of 0.1
+    /// in `f32` came out 1.5 % short.
     #[inline(always)]
     fn renormalise(&mut self) {
         let (sum, lost) = two_sum(self.sum, self.lost);
@@ -159,8 +162,8 @@ pub fn pairwise_sum<T: Real>(terms: &[T]) -> T {
     }
 }
 
-/// The sum of an iterator's terms by a balanced tree, without storing them: a stack of at most 64 partial
-/// sums, one for each set bit of the number of leaves so far.
+/// The sum of an iterator's terms by a balanced tree, without storing them: a stack of at most 64
+/// partial sums, one for each set bit of the number of leaves so far.
 pub fn pairwise_sum_iter<T: Real>(terms: impl IntoIterator<Item = T>) -> T {
     let mut partial = [T::default(); usize::BITS as usize];
     let mut leaves = 0usize;
@@ -267,7 +270,8 @@ mod tests {
             ..Default::default()
         })]
 
-        /// Against f64, in units of Σ|x|: f32's ε = 2⁻²⁴, log₂ of the leaves plus a leaf's 32 additions.
+        /// Against f64, in units of Σ|x|: f32's ε = 2⁻²⁴, log₂ of the leaves plus a leaf's 32
+        /// additions.
         #[test]
         fn error_bounds(seed in 0u32..1000, n in 0usize..3000, exponent in 0i32..30) {
             let terms: Vec<f32> = (0..n as u32)

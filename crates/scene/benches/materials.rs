@@ -1,6 +1,7 @@
 //! Cost of looking up, evaluating and sampling scattering functions.
 //!
-//! One iteration goes through 1,024 prepared pairs of directions, so that a figure divided by 1,024 is one call.
+//! One iteration goes through 1,024 prepared pairs of directions, so that a figure divided by 1,024
+//! is one call.
 
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;

@@ -1,8 +1,9 @@
-//! Rays through each tree, alone and in company: `scene/rays_<query>_<alone|together>/<tree>`; and through a few boxes,
-//! without a tree and with one: `scene/few/<query>_<alone|together>/<flat|tree>/<triangles>`.
+//! Rays through each tree, alone and in company: `scene/rays_<query>_<alone|together>/<tree>`; and
+//! through a few boxes, without a tree and with one:
+//! `scene/few/<query>_<alone|together>/<flat|tree>/<triangles>`.
 //!
-//! The geometry is a ball of 80 thousand triangles in a box, the rays are what a path tracer asks: from points on the
-//! surfaces, in all directions. One iteration is one ray.
+//! The geometry is a ball of 80 thousand triangles in a box, the rays are what a path tracer asks:
+//! from points on the surfaces, in all directions. One iteration is one ray.
 
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;

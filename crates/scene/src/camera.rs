@@ -7,8 +7,8 @@ use lightshed_sampling::ConcentricDisk;
 
 /// A camera ready to be sampled, for images of one size.
 ///
-/// The camera's importance is chosen such that the value of a pixel is the mean of the radiance over the pixel's
-/// square (box reconstruction) and the aperture; every ray then has weight one.
+/// The camera's importance is chosen such that the value of a pixel is the mean of the radiance
+/// over the pixel's square (box reconstruction) and the aperture; every ray then has weight one.
 #[derive(Clone, Debug)]
 pub struct Camera {
     to_world: Affine3A,
@@ -119,8 +119,9 @@ impl Camera {
         })
     }
 
-    /// The ray through `film`, in pixels from the top left corner of the image, and through the point of the aperture
-    /// that `u_lens` (in the unit square) maps to. Its direction has unit length.
+    /// The ray through `film`, in pixels from the top left corner of the image, and through the
+    /// point of the aperture that `u_lens` (in the unit square) maps to. Its direction has unit
+    /// length.
     #[inline]
     pub fn ray(&self, film: Vec2, u_lens: [f32; 2]) -> Ray {
         let through = (self.corner + self.pixel * film).extend(1.0);
@@ -163,9 +164,10 @@ impl Camera {
         }
     }
 
-    /// Where on the film, in pixels from the top left corner of the image, the ray through the centre of the lens to the
-    /// world position `point` passes: the inverse of [`Camera::ray`] at `u_lens = [0.5; 2]`. It may lie outside the image, and
-    /// clipping is not looked at. `None` where no such ray exists: for points beside or behind the lens.
+    /// Where on the film, in pixels from the top left corner of the image, the ray through the
+    /// centre of the lens to the world position `point` passes: the inverse of [`Camera::ray`] at
+    /// `u_lens = [0.5; 2]`. It may lie outside the image, and clipping is not looked at. `None`
+    /// where no such ray exists: for points beside or behind the lens.
     #[inline]
     pub fn film_position(&self, point: Vec3) -> Option<Vec2> {
         let local = Vec3::from(self.to_local.transform_point3a(Vec3A::from(point)));
@@ -228,8 +230,8 @@ mod tests {
     use super::*;
     use lightshed_sampling::CounterRng;
 
-    /// Points along a ray through the centre of the lens appear where the ray came from, also under a transform that scales,
-    /// and points in focus do whatever the place on the lens.
+    /// Points along a ray through the centre of the lens appear where the ray came from, also under
+    /// a transform that scales, and points in focus do whatever the place on the lens.
     #[test]
     fn film_positions_are_where_rays_come_from() {
         let projections = [

@@ -4,8 +4,8 @@ use crate::Environment;
 use glam::Vec3;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, with_density};
 
-/// Densities are those of [`Environment::pdf`]. [`Environment::sample`] has that of the place in the image, which differs
-/// by rounding.
+/// Densities are those of [`Environment::pdf`]. [`Environment::sample`] has that of the place in
+/// the image, which differs by rounding.
 impl DirectionDistribution for Environment {
     #[inline]
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
@@ -36,8 +36,8 @@ mod tests {
         scene.emitters().environment().unwrap().clone()
     }
 
-    /// Constant skies and images, turned, keep the laws of distributions of directions; the density of the place in the
-    /// image does not, nor do directions that are not turned.
+    /// Constant skies and images, turned, keep the laws of distributions of directions; the density
+    /// of the place in the image does not, nor do directions that are not turned.
     #[test]
     fn environments_keep_the_laws_of_distributions() {
         #[derive(Clone, Copy, Debug)]

@@ -50,8 +50,8 @@ pub struct FlatDelta {
     pub padding: [u32; 2],
 }
 
-/// An equirectangular image from all around, with a distribution over the cells between texel centres: `width` columns, `max(height, 2) − 1`
-/// rows.
+/// An equirectangular image from all around, with a distribution over the cells between texel
+/// centres: `width` columns, `max(height, 2) − 1` rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlatSky {
     /// Columns of the rotation from the world to the image's space, where y is up.
@@ -62,8 +62,9 @@ pub struct FlatSky {
     pub size: [u32; 2],
     /// The last row of cells with a positive value.
     pub last_row: u32,
-    /// First words of the rows of cells; of the columns, row by row; each row's last column of positive value, as in
-    /// [`PiecewiseConstant2d`](lightshed_sampling::PiecewiseConstant2d); and the bits of the texels, three to each, row by row.
+    /// First words of the rows of cells; of the columns, row by row; each row's last column of
+    /// positive value, as in [`PiecewiseConstant2d`](lightshed_sampling::PiecewiseConstant2d); and
+    /// the bits of the texels, three to each, row by row.
     pub words: Vec<u32>,
 }
 

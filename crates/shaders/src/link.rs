@@ -9,8 +9,8 @@ use wesl::{CompileOptions, EscapeMangler, Feature, Features, ModulePath, Virtual
 
 /// Puts [`MODULES`] and a program's own modules together.
 ///
-/// The modules of this crate stand in `package::lightshed`, the program's where it says; `package::host` has the functions that
-/// they ask for.
+/// The modules of this crate stand in `package::lightshed`, the program's where it says;
+/// `package::host` has the functions that they ask for.
 ///
 /// ```
 /// use lightshed_shaders::Linker;
@@ -86,8 +86,8 @@ impl<'a> Linker<'a> {
         self
     }
 
-    /// Plain WGSL of the module at `root` and of what it needs. Its own declarations keep their names, others get the path of their
-    /// module in front.
+    /// Plain WGSL of the module at `root` and of what it needs. Its own declarations keep their
+    /// names, others get the path of their module in front.
     ///
     /// # Errors
     ///
@@ -117,7 +117,8 @@ impl<'a> Linker<'a> {
         };
         let mut linked =
             compile(&parsed(root)?, &resolver, &EscapeMangler, &options).map_err(LinkError::new)?;
-        // Modules come in an order that changes from run to run; what a text means does not depend on it.
+        // Modules come in an order that changes from run to run; what a text means does not depend
+        // on it.
         linked
             .syntax
             .global_declarations

@@ -8,9 +8,11 @@ pub struct Module {
     pub name: &'static str,
     /// The source, with imports.
     pub wesl: &'static str,
-    /// Linked with what it imports, for programs without a linker; `None` for a module that needs a host.
+    /// Linked with what it imports, for programs without a linker; `None` for a module that needs a
+    /// host.
     pub wgsl: Option<&'static str>,
-    /// What it imports from `package::host`, itself or through others: functions and types that the program supplies.
+    /// What it imports from `package::host`, itself or through others: functions and types that the
+    /// program supplies.
     pub host: &'static [&'static str],
 }
 

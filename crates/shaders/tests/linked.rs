@@ -1,4 +1,5 @@
-//! The WGSL that is checked in is what the modules link to, and all of it is valid. No GPU is needed.
+//! The WGSL that is checked in is what the modules link to, and all of it is valid. No GPU is
+//! needed.
 //!
 //! `LIGHTSHED_RELINK=1 cargo test -p lightshed-shaders --test linked` writes it anew.
 
@@ -42,7 +43,8 @@ fn checked_in_wgsl_is_what_modules_link_to() {
     }
 }
 
-/// What media and light trees ask of a host, over one buffer of words; what surfaces ask for, their host in `lightshed-gpu` has.
+/// What media and light trees ask of a host, over one buffer of words; what surfaces ask for, their
+/// host in `lightshed-gpu` has.
 const HOST: &str = "
     import package::lightshed::alias::AliasEntry;
     import package::lightshed::grid_light::{GridFrame, GridLight, GridPoint};
@@ -93,7 +95,8 @@ fn modules_with_a_host_are_valid() {
     }
 }
 
-/// Names that `text` imports from a path that starts with `from`, after which comes the last part of it.
+/// Names that `text` imports from a path that starts with `from`, after which comes the last part
+/// of it.
 fn imports<'a>(text: &'a str, from: &str) -> Vec<(&'a str, Vec<&'a str>)> {
     text.split("import ")
         .skip(1)

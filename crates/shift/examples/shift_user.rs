@@ -1,4 +1,5 @@
-//! Points below a ceiling with a lamp in it share directions, by reconnecting to the same place of the ceiling.
+//! Points below a ceiling with a lamp in it share directions, by reconnecting to the same place of
+//! the ceiling.
 //!
 //! `cargo run -p lightshed-shift --example shift_user`
 use lightshed_resampling::{Domain, DomainReservoir, Input, Mis, Moments, Ris, merge};

@@ -1,4 +1,5 @@
-//! Sorts points along two curves and compares how near neighbours in the order are; then looks for neighbours in space.
+//! Sorts points along two curves and compares how near neighbours in the order are; then looks for
+//! neighbours in space.
 //!
 //! `cargo run -p lightshed-spatial --example spatial_user`
 use lightshed_sampling::CounterRng;

@@ -22,7 +22,8 @@ impl CellRanges {
         &self.grid
     }
 
-    /// Collects the cells of `2^bits` an axis, `bits` at most [`KEY_BITS`], from the sorted pairs of key and index.
+    /// Collects the cells of `2^bits` an axis, `bits` at most [`KEY_BITS`], from the sorted pairs
+    /// of key and index.
     pub fn collect(&mut self, pairs: &[KeyedIndex], bits: u32) {
         let bits = bits.min(KEY_BITS);
         let shift = 3 * (KEY_BITS - bits);
@@ -63,8 +64,8 @@ impl CellRanges {
         start as usize..end as usize
     }
 
-    /// Makes room for a few more cells than there are now, so that later collections of about as many allocate
-    /// nothing.
+    /// Makes room for a few more cells than there are now, so that later collections of about as
+    /// many allocate nothing.
     pub fn reserve(&mut self) {
         let count = self.grid.reserve();
         ensure_capacity(&mut self.ranges, count);

@@ -8,7 +8,8 @@ pub const KEY_BITS: u32 = 10;
 
 /// A grid of cubic cells without end: cell `⌊(p − origin) / cell⌋` along each axis, in `f64`.
 ///
-/// As a [`SpatialIndex`] it names cells by three `i32`; positions that are not finite or farther out have none.
+/// As a [`SpatialIndex`] it names cells by three `i32`; positions that are not finite or farther
+/// out have none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CubicGrid {
     origin: DVec3,
@@ -17,8 +18,8 @@ pub struct CubicGrid {
 }
 
 impl CubicGrid {
-    /// The grid with a vertex at `origin` and cells of side `cell`, which must be positive and finite: otherwise no
-    /// position has a cell.
+    /// The grid with a vertex at `origin` and cells of side `cell`, which must be positive and
+    /// finite: otherwise no position has a cell.
     #[inline(always)]
     pub fn new(origin: DVec3, cell: f64) -> Self {
         Self {
@@ -47,9 +48,10 @@ impl CubicGrid {
         self.origin + DVec3::from(vertex.map(f64::from)) * self.cell
     }
 
-    /// The Morton code of the cell of `position` among the 2¹⁰ cells an axis from the origin on; positions outside
-    /// count to the nearest of these cells. With cells twice as large the code has three bits less: halving
-    /// coordinates is exact, so the cells of all coarser grids are the leading bits of one key.
+    /// The Morton code of the cell of `position` among the 2¹⁰ cells an axis from the origin on;
+    /// positions outside count to the nearest of these cells. With cells twice as large the code
+    /// has three bits less: halving coordinates is exact, so the cells of all coarser grids are the
+    /// leading bits of one key.
     #[inline(always)]
     pub fn key(&self, position: Vec3) -> u32 {
         let last = f64::from((1u32 << KEY_BITS) - 1);

@@ -1,7 +1,8 @@
 //! Places along a curve that fills a cube: neighbours on the curve are neighbours in space.
 //!
-//! A Morton curve jumps: at every power of two, to the far end of a box. A group with items from both sides of a jump has
-//! a large box. A Hilbert curve does not jump: consecutive cells share a face.
+//! A Morton curve jumps: at every power of two, to the far end of a box. A group with items from
+//! both sides of a jump has a large box. A Hilbert curve does not jump: consecutive cells share a
+//! face.
 
 use crate::{Bounds, morton63_encode};
 use glam::DVec3;
@@ -35,8 +36,8 @@ pub struct CurveCube {
 }
 
 impl CurveCube {
-    /// The cube around a box of centres. A box that is a point, or not finite, makes a cube in which all points are in
-    /// cell 0.
+    /// The cube around a box of centres. A box that is a point, or not finite, makes a cube in
+    /// which all points are in cell 0.
     pub fn around(centers: &Bounds) -> Self {
         let (min, max) = (centers.min.as_dvec3() * 2.0, centers.max.as_dvec3() * 2.0);
         let side = (max - min).max_element();
@@ -50,8 +51,8 @@ impl CurveCube {
         }
     }
 
-    /// The cell of a box's centre, which is taken doubled and so is exact in `f64`. Centres outside the cube count to
-    /// the nearest cell, NaN to cell 0.
+    /// The cell of a box's centre, which is taken doubled and so is exact in `f64`. Centres outside
+    /// the cube count to the nearest cell, NaN to cell 0.
     #[inline(always)]
     pub fn cell(&self, bounds: &Bounds) -> [u32; 3] {
         let doubled = bounds.min.as_dvec3() + bounds.max.as_dvec3();
@@ -67,8 +68,8 @@ impl Curve {
         self.codes(cell.map(|c| [c; LANES]))[0]
     }
 
-    /// `codes[i]` becomes the code of the centre of `bounds(items[i])` within `cube`. Both slices have the same length;
-    /// what one has more is left out.
+    /// `codes[i]` becomes the code of the centre of `bounds(items[i])` within `cube`. Both slices
+    /// have the same length; what one has more is left out.
     pub fn encode<T>(self, cube: &CurveCube, items: &[T], bounds: impl Fn(&T) -> Bounds, codes: &mut [u64]) {
         LaneChoice::best().run(Encode {
             items,
@@ -117,7 +118,8 @@ impl<T, F: Fn(&T) -> Bounds> LaneKernel for Encode<'_, T, F> {
     }
 }
 
-/// From coordinates to Hilbert's, whose bits in turn are the place on the curve (Skilling 2004, `AxestoTranspose`).
+/// From coordinates to Hilbert's, whose bits in turn are the place on the curve (Skilling 2004,
+/// `AxestoTranspose`).
 #[inline(always)]
 fn transpose(cells: &mut CellLanes) {
     let [x, y, z] = cells;
@@ -162,8 +164,8 @@ mod tests {
         cells.chunks(LANES).flat_map(eight).collect()
     }
 
-    /// CellLanes of a cube of 16 along each side, in the order of their codes: with Hilbert's curve consecutive ones share a face, with
-    /// Morton's they do not.
+    /// CellLanes of a cube of 16 along each side, in the order of their codes: with Hilbert's curve
+    /// consecutive ones share a face, with Morton's they do not.
     #[test]
     fn hilbert_curve_does_not_jump() {
         let shift = BITS - 4;
@@ -183,8 +185,8 @@ mod tests {
         assert!(longest(Curve::Morton) > Some(10));
     }
 
-    /// All bits count: neighbouring cells have different codes, and the code of a cell's low bits alone does not depend on what lies
-    /// beyond.
+    /// All bits count: neighbouring cells have different codes, and the code of a cell's low bits
+    /// alone does not depend on what lies beyond.
     #[test]
     fn codes_are_different() {
         let cells: Vec<[u32; 3]> = (0..512)

@@ -9,11 +9,12 @@ use std::hash::Hash;
 pub struct SurfaceSite {
     /// Position.
     pub position: Vec3,
-    /// Unit *geometric* normal; zero in a medium, which has none. Shading normals differ from point to point of one
-    /// triangle and would scatter its points over several cells.
+    /// Unit *geometric* normal; zero in a medium, which has none. Shading normals differ from point
+    /// to point of one triangle and would scatter its points over several cells.
     pub normal: Vec3,
-    /// Length of the path from the eye to here. An index whose cells grow with distance takes its level of detail from
-    /// it; 0 asks for the finest cells. The last edge of the path is not enough: a mirror is no reason for finer cells.
+    /// Length of the path from the eye to here. An index whose cells grow with distance takes its
+    /// level of detail from it; 0 asks for the finest cells. The last edge of the path is not
+    /// enough: a mirror is no reason for finer cells.
     pub eye_distance: f32,
 }
 
@@ -33,15 +34,17 @@ impl SurfaceSite {
     }
 }
 
-/// A partition of surface sites into cells. Whoever learns over space — guides, caches, world-space reservoirs —
-/// stores one record a cell, and is generic over this trait.
+/// A partition of surface sites into cells. Whoever learns over space — guides, caches, world-space
+/// reservoirs — stores one record a cell, and is generic over this trait.
 ///
 /// An implementation keeps to the following. Property tests of this crate check it for its own.
 ///
-/// - [`locate`](Self::locate) is a pure function: the same site has the same cell until the index is changed through
-///   `&mut self`. An estimator may therefore locate a site twice, once to read and once to write.
-/// - `None` says that no record is kept for the site: outside, not finite, or nothing was stored there. A method must
-///   give a defined value then, and stay unbiased if its name does not say otherwise.
+/// - [`locate`](Self::locate) is a pure function: the same site has the same cell until the index
+///   is changed through `&mut self`. An estimator may therefore locate a site twice, once to read
+///   and once to write.
+/// - `None` says that no record is kept for the site: outside, not finite, or nothing was stored
+///   there. A method must give a defined value then, and stay unbiased if its name does not say
+///   otherwise.
 /// - It reads what it needs of the site. A grid of positions ignores the normal.
 ///
 /// ```

@@ -1,8 +1,9 @@
 //! Morton codes: three integers with their bits interleaved, so that near codes are near points.
 //!
-//! Bit `3i + a` of the code is bit `i` of axis `a` (x = 0). 30-bit codes hold 10 bits an axis, 63-bit codes
-//! 21. With 30 bits a million points in a hundredth of the extent share a thousand cells; 63 are the default
-//! for building trees, ties broken by index.
+//! Bit `3i + a` of the code is bit `i` of axis `a` (x = 0). 30-bit codes hold 10 bits an axis,
+//! 63-bit codes
+//! 21. With 30 bits a million points in a hundredth of the extent share a thousand cells; 63 are
+//!     the default for building trees, ties broken by index.
 
 /// Largest coordinate of a 30-bit code.
 const MAX_10: u32 = (1 << 10) - 1;
@@ -51,7 +52,8 @@ const fn gather_21(x: u64) -> u32 {
     ((x | x >> 32) & MAX_21 as u64) as u32
 }
 
-/// The 30-bit code of three 10-bit coordinates; higher bits are ignored. WGSL computes the same bits.
+/// The 30-bit code of three 10-bit coordinates; higher bits are ignored. WGSL computes the same
+/// bits.
 #[inline]
 pub const fn morton30_encode(cell: [u32; 3]) -> u32 {
     spread_10(cell[0]) | spread_10(cell[1]) << 1 | spread_10(cell[2]) << 2

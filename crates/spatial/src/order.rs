@@ -1,8 +1,10 @@
-//! Sorting by 63-bit codes, ties by index: a total order, which does not depend on how it was found.
+//! Sorting by 63-bit codes, ties by index: a total order, which does not depend on how it was
+//! found.
 //!
-//! The sort moves one word for each item: as many of the code's upper bits as the index leaves room for, then the index.
-//! Words go into buckets by their upper bits, a chunk of them at a time; buckets are small enough to be sorted in cache.
-//! Only runs that agree in all these bits look at the whole codes.
+//! The sort moves one word for each item: as many of the code's upper bits as the index leaves room
+//! for, then the index. Words go into buckets by their upper bits, a chunk of them at a time;
+//! buckets are small enough to be sorted in cache. Only runs that agree in all these bits look at
+//! the whole codes.
 
 use crate::{Bounds, Curve, CurveCube};
 use lightshed_sampling::parallel::{for_each_chunk, join, reduce};
@@ -38,7 +40,8 @@ pub struct CurveOrder {
 }
 
 impl CurveOrder {
-    /// Finds the codes of the centres of all items' boxes along `curve`, in a cube around all centres.
+    /// Finds the codes of the centres of all items' boxes along `curve`, in a cube around all
+    /// centres.
     pub fn encode<T: Sync>(
         &mut self,
         items: &[T],
@@ -70,7 +73,8 @@ impl CurveOrder {
         self.spare.resize(count, 0);
     }
 
-    /// The indices of all items in the order of their codes, those of equal codes in the order of the items.
+    /// The indices of all items in the order of their codes, those of equal codes in the order of
+    /// the items.
     pub fn sort(&mut self) -> SortedIndices<'_> {
         let index_bits = self.codes.len().max(2).next_power_of_two().trailing_zeros();
         let codes = &self.codes;
@@ -121,7 +125,8 @@ struct Job<'a> {
 type Counts = [u32; BUCKETS];
 
 impl Job<'_> {
-    /// Sorts `words`, which agree in all bits from `top` up. The result is in `other` if `moved`, else in `words`.
+    /// Sorts `words`, which agree in all bits from `top` up. The result is in `other` if `moved`,
+    /// else in `words`.
     fn sort(&self, words: &mut [u64], other: &mut [u64], top: u32, moved: bool) {
         if words.len() <= SMALL || top < self.index_bits + DIGIT_BITS {
             words.sort_unstable();
@@ -195,8 +200,9 @@ fn digit(word: u64, shift: u32) -> usize {
     (word >> shift) as usize % BUCKETS
 }
 
-/// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on that go into `to`. Many words are
-/// moved by two threads, each of which reads all of them and fills half of the buckets.
+/// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on
+/// that go into `to`. Many words are moved by two threads, each of which reads all of them and
+/// fills half of the buckets.
 fn scatter(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize) {
     if words.len() > APART && counts.len() == BUCKETS {
         let (low, high) = counts.split_at(BUCKETS / 2);
@@ -229,8 +235,8 @@ mod tests {
     use lightshed_sampling::CounterRng;
     use lightshed_testkit::check_faults;
 
-    /// Codes spread out, close together, and equal, against the standard library's sort. Bits of the codes that are lost are noticed, and
-    /// an order of equal ones that is not by index.
+    /// Codes spread out, close together, and equal, against the standard library's sort. Bits of
+    /// the codes that are lost are noticed, and an order of equal ones that is not by index.
     #[test]
     fn sorts_as_a_comparison_does() {
         #[derive(Clone, Copy, Debug)]

@@ -9,13 +9,14 @@ use lightshed_sampling::parallel::fill;
 use std::fmt;
 use std::ops::Range;
 
-/// Points sorted into the cubic cells of a grid around them: finds those within a radius, and numbers the occupied
-/// cells, so that whoever stores something by cell needs no hash map.
+/// Points sorted into the cubic cells of a grid around them: finds those within a radius, and
+/// numbers the occupied cells, so that whoever stores something by cell needs no hash map.
 ///
-/// The same points give the same grid for any number of threads. Memory and time to build are `O(n)`; a search reads
-/// the cells that the ball touches, so cells about as large as the radius are best. As a [`SpatialIndex`] it has the
-/// number of the occupied cell that a position is in. None of this project's methods stores points; it is here for
-/// records that are looked up by position, where a lighting grid does more than is needed.
+/// The same points give the same grid for any number of threads. Memory and time to build are
+/// `O(n)`; a search reads the cells that the ball touches, so cells about as large as the radius
+/// are best. As a [`SpatialIndex`] it has the number of the occupied cell that a position is in.
+/// None of this project's methods stores points; it is here for records that are looked up by
+/// position, where a lighting grid does more than is needed.
 ///
 /// ```
 /// use lightshed_spatial::PointGrid;
@@ -65,8 +66,8 @@ impl fmt::Display for PointGridError {
 impl std::error::Error for PointGridError {}
 
 impl PointGrid {
-    /// Sorts `points` into cells of side `cell`, or twice, four times, … as large where there would be more than
-    /// 1,024 along an axis or many more rows of cells than points.
+    /// Sorts `points` into cells of side `cell`, or twice, four times, … as large where there would
+    /// be more than 1,024 along an axis or many more rows of cells than points.
     ///
     /// # Errors
     ///
@@ -152,8 +153,8 @@ impl PointGrid {
         self.pairs[range].iter().map(|pair| pair.index())
     }
 
-    /// Calls `visit(index, distance²)` for every point at most `radius` from `center`, in the order of cells. Distances
-    /// are compared in `f64`. A centre or a radius that is NaN finds nothing.
+    /// Calls `visit(index, distance²)` for every point at most `radius` from `center`, in the order
+    /// of cells. Distances are compared in `f64`. A centre or a radius that is NaN finds nothing.
     pub fn for_each_within(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32, f64)) {
         let radius = f64::from(radius);
         if self.points.is_empty() || radius.is_nan() || radius < 0.0 {

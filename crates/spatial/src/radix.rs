@@ -29,8 +29,8 @@ impl KeyedIndex {
     }
 }
 
-/// Sorts pairs that come in the order of their indices by their 30-bit keys, stably, in three passes at most; bits of a
-/// key above 30 do not count. `scratch` is used as the other buffer.
+/// Sorts pairs that come in the order of their indices by their 30-bit keys, stably, in three
+/// passes at most; bits of a key above 30 do not count. `scratch` is used as the other buffer.
 pub fn sort_by_key(pairs: &mut Vec<KeyedIndex>, scratch: &mut Vec<KeyedIndex>) {
     let mut counts = [[0u32; BUCKETS]; 3];
     for pair in pairs.iter() {

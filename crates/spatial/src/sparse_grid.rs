@@ -4,11 +4,11 @@ use crate::ensure_capacity;
 use glam::DVec3;
 use std::ops::Range;
 
-/// The occupied places `(x, y, z)` of a cube of `side`³, numbered in the order of z, then y, then x. `side` is at most
-/// 1,025: the vertices of 1,024 cells.
+/// The occupied places `(x, y, z)` of a cube of `side`³, numbered in the order of z, then y, then
+/// x. `side` is at most 1,025: the vertices of 1,024 cells.
 ///
-/// A look-up is two binary searches in one row; a run along x is a range of numbers, so what is stored by number is
-/// read in order.
+/// A look-up is two binary searches in one row; a run along x is a range of numbers, so what is
+/// stored by number is read in order.
 #[derive(Clone, Debug, Default)]
 pub struct SparseGrid {
     side: u32,
@@ -43,7 +43,8 @@ impl Placing<'_> {
 }
 
 impl SparseGrid {
-    /// Collects a cube of `side`³ anew, in the memory there is; `mark(y, z, row)` sets the occupied places of each row.
+    /// Collects a cube of `side`³ anew, in the memory there is; `mark(y, z, row)` sets the occupied
+    /// places of each row.
     pub fn collect(&mut self, side: u32, mut mark: impl FnMut(u32, u32, &mut SparseRow)) {
         self.side = side;
         self.starts.clear();
@@ -65,7 +66,8 @@ impl SparseGrid {
         self.starts.push(self.x.len() as u32);
     }
 
-    /// Begins a cube of `side`³ whose rows start as `starts` says and whose `count` places are to be put in any order.
+    /// Begins a cube of `side`³ whose rows start as `starts` says and whose `count` places are to
+    /// be put in any order.
     pub(crate) fn begin(&mut self, side: u32, starts: &[u32], count: usize) -> Placing<'_> {
         self.side = side;
         self.starts.clear();
@@ -85,8 +87,8 @@ impl SparseGrid {
         [row % self.side, row / self.side]
     }
 
-    /// Makes room so that later collections of about as many places allocate nothing. Returns for how many places: a
-    /// sixteenth more than now.
+    /// Makes room so that later collections of about as many places allocate nothing. Returns for
+    /// how many places: a sixteenth more than now.
     pub fn reserve(&mut self) -> usize {
         let count = self.x.len() + self.x.len() / 16 + 16;
         ensure_capacity(&mut self.x, count);
@@ -157,9 +159,10 @@ impl SparseGrid {
     }
 }
 
-/// Calls `row(y, z, first, last)` for the rows of places in a cube of `side`³ at which something may lie within `radius`
-/// of `center`, where what belongs to a place is off it by up to `slack` along each axis. Lengths are in units of cells.
-/// [`SparseGrid::range`] has the occupied places of such a row.
+/// Calls `row(y, z, first, last)` for the rows of places in a cube of `side`³ at which something
+/// may lie within `radius` of `center`, where what belongs to a place is off it by up to `slack`
+/// along each axis. Lengths are in units of cells. [`SparseGrid::range`] has the occupied places of
+/// such a row.
 #[inline(always)]
 pub fn for_each_row_within(
     center: DVec3,

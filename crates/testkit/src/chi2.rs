@@ -1,9 +1,10 @@
 //! Pearson's χ² test of counts.
 //!
-//! `X² = Σ_b (O_b − E_b)² / E_b` over bins `b` with observed counts `O_b` and expected counts `E_b = n P_b`.
-//! Under the hypothesis that the `n` observations are drawn with bin probabilities `P_b`, `X²` follows
-//! approximately a χ² distribution with (bins − 1) degrees of freedom, an approximation that holds once every
-//! `E_b` is at least about 5 (Cochran 1954). Bins below that are pooled.
+//! `X² = Σ_b (O_b − E_b)² / E_b` over bins `b` with observed counts `O_b` and expected counts
+//! `E_b = n P_b`. Under the hypothesis that the `n` observations are drawn with bin probabilities
+//! `P_b`, `X²` follows approximately a χ² distribution with (bins − 1) degrees of freedom, an
+//! approximation that holds once every `E_b` is at least about 5 (Cochran 1954). Bins below that
+//! are pooled.
 
 use crate::StatisticsError;
 use crate::rejection::check_significance;
@@ -27,22 +28,22 @@ pub struct ChiSquaredReport {
     pub p_value: f64,
 }
 
-/// The significance of each of `tests` tests such that the chance of *any* false positive among them is at
-/// most `significance` (Bonferroni).
+/// The significance of each of `tests` tests such that the chance of *any* false positive among
+/// them is at most `significance` (Bonferroni).
 pub fn family_significance(significance: f64, tests: usize) -> f64 {
     significance / tests.max(1) as f64
 }
 
 /// Tests whether `observed` counts may come from a distribution with `expected` counts.
 ///
-/// Rejects a correct sampler with probability `significance`. A count in a bin that expects exactly zero is
-/// rejected whatever the rest says: such a sample lies outside the support.
+/// Rejects a correct sampler with probability `significance`. A count in a bin that expects exactly
+/// zero is rejected whatever the rest says: such a sample lies outside the support.
 ///
 /// # Errors
-/// [`StatisticsError::Rejected`], or [`StatisticsError::Malformed`] if the slices differ in length, an
-/// expectation is negative or not finite, the expectations do not sum to the number of observations (to 10⁻⁴,
-/// relatively: the density then does not integrate to one over the bins), or fewer than two bins remain after
-/// pooling.
+/// [`StatisticsError::Rejected`], or [`StatisticsError::Malformed`] if the slices differ in length,
+/// an expectation is negative or not finite, the expectations do not sum to the number of
+/// observations (to 10⁻⁴, relatively: the density then does not integrate to one over the bins), or
+/// fewer than two bins remain after pooling.
 pub fn chi_squared_test(
     observed: &[u64],
     expected: &[f64],
@@ -118,7 +119,8 @@ struct Bin {
     expected: f64,
 }
 
-/// Merges thin bins, in order, into pools that each expect enough; bins that expect enough stay alone.
+/// Merges thin bins, in order, into pools that each expect enough; bins that expect enough stay
+/// alone.
 fn pool(observed: &[u64], expected: &[f64]) -> Vec<Bin> {
     let mut bins: Vec<Bin> = Vec::new();
     let mut thin: Option<Bin> = None;

@@ -1,15 +1,17 @@
 //! The laws of shift mappings, checked on samples.
 //!
 //! A shift `T_{a→b}` between two domains is a bijection between subsets of them, with
-//! `|∂T_{b→a}/∂y| · |∂T_{a→b}/∂x| = 1` at `y = T_{a→b}(x)`. A map that breaks it is biased, often too little to be seen in an
-//! image. [`ShiftConformance`] tallies, over as many samples as one likes,
+//! `|∂T_{b→a}/∂y| · |∂T_{a→b}/∂x| = 1` at `y = T_{a→b}(x)`. A map that breaks it is biased, often
+//! too little to be seen in an image. [`ShiftConformance`] tallies, over as many samples as one
+//! likes,
 //!
-//! - **support**: where the shift is defined, the way back is (gates on Jacobians included: a one-sided gate shows as a
-//!   missing way back);
+//! - **support**: where the shift is defined, the way back is (gates on Jacobians included: a
+//!   one-sided gate shows as a missing way back);
 //! - **round trip**: the way back leads to the same sample;
 //! - **reciprocity**: the two determinants multiply to 1;
 //! - **determinism**: the same arguments give the same image;
-//! - **determinants**: they equal those of finite differences in `f64`, which the caller computes from the geometry.
+//! - **determinants**: they equal those of finite differences in `f64`, which the caller computes
+//!   from the geometry.
 
 /// A shift as the kit sees it: an image with its determinant, or nothing where it is undefined.
 pub type Shift<'a, X, D> = &'a dyn Fn(&X, &D, &D) -> Option<(X, f64)>;
@@ -64,8 +66,8 @@ impl ShiftTally {
 }
 
 impl<'a, X, D> ShiftConformance<'a, X, D> {
-    /// `shift(x, from, to)` is the shift; `same` says when two samples are one, up to rounding; `tolerance` bounds
-    /// `|J J⁻¹ − 1|`.
+    /// `shift(x, from, to)` is the shift; `same` says when two samples are one, up to rounding;
+    /// `tolerance` bounds `|J J⁻¹ − 1|`.
     pub fn new(shift: Shift<'a, X, D>, same: &'a dyn Fn(&X, &X) -> bool, tolerance: f64) -> Self {
         Self {
             shift,
@@ -103,7 +105,8 @@ impl<'a, X, D> ShiftConformance<'a, X, D> {
         true
     }
 
-    /// Compares the determinant at `x` with `numeric`, that of finite differences, to the relative `tolerance`.
+    /// Compares the determinant at `x` with `numeric`, that of finite differences, to the relative
+    /// `tolerance`.
     pub fn check_determinant(&mut self, x: &X, from: &D, to: &D, numeric: f64, tolerance: f64) {
         if let Some((_, jacobian)) = (self.shift)(x, from, to) {
             let deviation = (jacobian / numeric - 1.0).abs();

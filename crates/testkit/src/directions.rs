@@ -1,12 +1,14 @@
 //! The laws of distributions of directions, checked on samples and by quadrature.
 //!
-//! Whoever samples directions states a density `p(ω)` per steradian. [`DirectionConformance`] checks
+//! Whoever samples directions states a density `p(ω)` per steradian. [`DirectionConformance`]
+//! checks
 //!
 //! - **normalisation**: `∫_{S²} p dω = 1`, by adaptive quadrature around the axis of the lobe;
 //! - **histogram**: counts of samples over cells of the sphere against `∫_cell p dω`, by χ²;
-//! - **one density**: the density that comes with a sample is that of its direction, bit for bit, so that a weight or a
-//!   mixture sees one number;
-//! - **range**: unit directions of positive finite density, also for random numbers at the ends of their range.
+//! - **one density**: the density that comes with a sample is that of its direction, bit for bit,
+//!   so that a weight or a mixture sees one number;
+//! - **range**: unit directions of positive finite density, also for random numbers at the ends of
+//!   their range.
 
 use crate::chi2::chi_squared_test;
 use crate::sphere::{lobe_cells, to_lobe};
@@ -21,7 +23,8 @@ pub struct DirectionConformance<'a> {
     pub pdf: &'a dyn Fn([f32; 3]) -> f32,
     /// Unit axis around which the cells of quadrature and histogram lie.
     pub axis: [f64; 3],
-    /// Angle around the axis within which the distribution is concentrated, in radians, within a factor of ten.
+    /// Angle around the axis within which the distribution is concentrated, in radians, within a
+    /// factor of ten.
     pub width: f64,
     /// Largest `|∫ p dω − 1|` that passes: what rounding and quadrature leave.
     pub tolerance: f64,
@@ -80,7 +83,8 @@ impl fmt::Display for DirectionFault {
 impl core::error::Error for DirectionFault {}
 
 impl DirectionConformance<'_> {
-    /// Checks all laws on `samples` samples. Rejects a sound distribution with probability `significance`.
+    /// Checks all laws on `samples` samples. Rejects a sound distribution with probability
+    /// `significance`.
     ///
     /// # Errors
     ///
@@ -108,7 +112,8 @@ impl DirectionConformance<'_> {
                 self.one([u, v])?;
             }
         }
-        // The last cell holds samples of value zero, which a density of integral 1 leaves no room for.
+        // The last cell holds samples of value zero, which a density of integral 1 leaves no room
+        // for.
         let mut expected: Vec<f64> = cells.integrals.iter().map(|p| p * f64::from(samples)).collect();
         expected.push(0.0);
         chi_squared_test(&observed, &expected, significance)

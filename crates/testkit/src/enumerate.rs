@@ -1,9 +1,10 @@
 //! Exact expectations by enumerating every outcome.
 //!
-//! A randomised algorithm on a finite domain is a tree: each random decision is a node, each leaf an outcome
-//! with probability `P = Π p`. A closure that asks a [`Chooser`] for its decisions is run once for every
-//! leaf, and `E[X] = Σ_leaves P · X` comes out to rounding: no Monte Carlo, no false positives, and a bias of
-//! 10⁻⁶ shows. So a resampling estimator is held to `E[f(Y) W] = Σ_y f(y)`:
+//! A randomised algorithm on a finite domain is a tree: each random decision is a node, each leaf
+//! an outcome with probability `P = Π p`. A closure that asks a [`Chooser`] for its decisions is
+//! run once for every leaf, and `E[X] = Σ_leaves P · X` comes out to rounding: no Monte Carlo, no
+//! false positives, and a bias of 10⁻⁶ shows. So a resampling estimator is held to
+//! `E[f(Y) W] = Σ_y f(y)`:
 //!
 //! ```
 //! use lightshed_testkit::expectation;
@@ -23,11 +24,12 @@
 //! assert_eq!(result.outcomes, 32);
 //! ```
 //!
-//! Code that takes its randomness as explicit uniforms is run unchanged: [`Chooser::uniform`] hands out one
-//! representative `u` of each interval between the thresholds at which the code changes its mind.
+//! Code that takes its randomness as explicit uniforms is run unchanged: [`Chooser::uniform`] hands
+//! out one representative `u` of each interval between the thresholds at which the code changes its
+//! mind.
 //!
-//! Probabilities and sums are carried with compensation, so depth and number of outcomes cost no accuracy
-//! that matters below about 10⁻¹⁴ relative. A decision of probability zero is never taken.
+//! Probabilities and sums are carried with compensation, so depth and number of outcomes cost no
+//! accuracy that matters below about 10⁻¹⁴ relative. A decision of probability zero is never taken.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +39,8 @@ const PROBABILITY_TOLERANCE: f64 = 1e-9;
 /// Enumerations beyond this many outcomes are a mistake in the test, and stopped.
 const MAXIMUM_OUTCOMES: u64 = 1 << 26;
 
-/// The random decisions of one run. Each call forks the run into every choice of positive probability.
+/// The random decisions of one run. Each call forks the run into every choice of positive
+/// probability.
 #[derive(Debug, Default)]
 pub struct Chooser {
     decisions: Vec<Decision>,
@@ -57,7 +60,8 @@ struct Decision {
 pub struct Expectation {
     /// `Σ P · X`.
     pub value: f64,
-    /// `Σ P`: one up to rounding (and up to the rounding in the probabilities that the closure stated).
+    /// `Σ P`: one up to rounding (and up to the rounding in the probabilities that the closure
+    /// stated).
     pub probability: f64,
     /// Number of outcomes of positive probability.
     pub outcomes: u64,
@@ -76,12 +80,13 @@ pub struct VectorExpectation {
 }
 
 impl Chooser {
-    /// Decides among `probabilities.len()` branches and returns the index of the one taken in this run.
+    /// Decides among `probabilities.len()` branches and returns the index of the one taken in this
+    /// run.
     ///
     /// # Panics
-    /// If a probability is negative or not finite, if they do not sum to one within 10⁻⁹, or if the closure
-    /// asks for a different decision than it did in an earlier run with the same choices before it (it is
-    /// then not a function of its decisions, and no expectation of it is exact).
+    /// If a probability is negative or not finite, if they do not sum to one within 10⁻⁹, or if the
+    /// closure asks for a different decision than it did in an earlier run with the same choices
+    /// before it (it is then not a function of its decisions, and no expectation of it is exact).
     pub fn choose(&mut self, probabilities: &[f64]) -> usize {
         assert!(
             probabilities.iter().all(|p| p.is_finite() && *p >= 0.0),
@@ -144,12 +149,12 @@ impl Chooser {
         self.choose(&[1.0 - probability, probability]) == 1
     }
 
-    /// A uniform in [0, 1), for code that compares it with thresholds: the midpoint of one of the intervals
-    /// between consecutive `thresholds`, chosen with the interval's length. Thresholds outside (0, 1) are
-    /// ignored, order and repetition do not matter.
+    /// A uniform in [0, 1), for code that compares it with thresholds: the midpoint of one of the
+    /// intervals between consecutive `thresholds`, chosen with the interval's length. Thresholds
+    /// outside (0, 1) are ignored, order and repetition do not matter.
     ///
-    /// Exact for code that is constant on each interval, that is when *all* values at which it changes its
-    /// mind are among the thresholds.
+    /// Exact for code that is constant on each interval, that is when *all* values at which it
+    /// changes its mind are among the thresholds.
     ///
     /// # Panics
     /// If a threshold is NaN.
@@ -198,8 +203,8 @@ fn next_positive(probabilities: &[f64], from: usize) -> Option<usize> {
     (from..probabilities.len()).find(|&i| probabilities[i] > 0.0)
 }
 
-/// Runs `run` once for every outcome and hands its result with its probability to `visit`; returns the number
-/// of outcomes.
+/// Runs `run` once for every outcome and hands its result with its probability to `visit`; returns
+/// the number of outcomes.
 ///
 /// # Panics
 /// As [`Chooser::choose`], and beyond 2²⁶ outcomes.
@@ -233,8 +238,8 @@ pub fn expectation(mut run: impl FnMut(&mut Chooser) -> f64) -> Expectation {
     }
 }
 
-/// The exact expectation of each component of a vector-valued `run` over all its random decisions. Outcomes
-/// may return vectors of different lengths: missing components are zero.
+/// The exact expectation of each component of a vector-valued `run` over all its random decisions.
+/// Outcomes may return vectors of different lengths: missing components are zero.
 ///
 /// # Panics
 /// As [`for_each_outcome`].

@@ -1,8 +1,8 @@
 //! Planted faults: a test that has never been seen to fail says nothing.
 //!
-//! A property is written over `Option<F>` where `F` enumerates the faults that can be planted in the thing
-//! under test (drop the Jacobian, divide by M twice, …). [`check_faults`] demands that the property holds
-//! with `None` and fails with every `Some`.
+//! A property is written over `Option<F>` where `F` enumerates the faults that can be planted in
+//! the thing under test (drop the Jacobian, divide by M twice, …). [`check_faults`] demands that
+//! the property holds with `None` and fails with every `Some`.
 
 use core::any::Any;
 use core::fmt;
@@ -39,8 +39,8 @@ impl fmt::Display for FaultError {
 
 impl std::error::Error for FaultError {}
 
-/// Runs `property` without a fault (it must hold) and with each of `faults` (it must fail, by `Err` or by a
-/// panic).
+/// Runs `property` without a fault (it must hold) and with each of `faults` (it must fail, by `Err`
+/// or by a panic).
 ///
 /// ```
 /// use lightshed_testkit::check_faults;

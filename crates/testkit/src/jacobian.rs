@@ -1,11 +1,12 @@
 //! Jacobian determinants by finite differences.
 //!
-//! For `T: ℝᴺ → ℝᴹ` with `N ≤ M`, the factor by which `T` scales N-dimensional volume at `x`, `√det(JᵀJ)`
-//! with `J = ∂T/∂x`; for `N = M` that is `|det J|`. A map onto the sphere is written as a map to its unit
-//! vectors (`M = 3`), and the result is then per solid angle. For a sampling map `T` of density `p`,
-//! `p(T(x)) · √det(JᵀJ) = 1`.
+//! For `T: ℝᴺ → ℝᴹ` with `N ≤ M`, the factor by which `T` scales N-dimensional volume at `x`,
+//! `√det(JᵀJ)` with `J = ∂T/∂x`; for `N = M` that is `|det J|`. A map onto the sphere is written as
+//! a map to its unit vectors (`M = 3`), and the result is then per solid angle. For a sampling map
+//! `T` of density `p`, `p(T(x)) · √det(JᵀJ) = 1`.
 //!
-//! Derivatives are central differences at steps `h, h/2, h/4`, extrapolated (Richardson) to `O(h⁶)`.
+//! Derivatives are central differences at steps `h, h/2, h/4`, extrapolated (Richardson) to
+//! `O(h⁶)`.
 
 /// A Jacobian determinant with an estimate of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,16 +14,16 @@
 pub struct JacobianEstimate {
     /// `√det(JᵀJ)`.
     pub value: f64,
-    /// Difference to the value from one extrapolation less: an estimate of the truncation error, usually
-    /// pessimistic, plus the effect of rounding.
+    /// Difference to the value from one extrapolation less: an estimate of the truncation error,
+    /// usually pessimistic, plus the effect of rounding.
     pub error: f64,
 }
 
 /// `√det(JᵀJ)` of `map` at `at`.
 ///
-/// `map` is evaluated within `step` of `at` in each coordinate, so `at` must be at least that far inside its
-/// domain. For a map computed in `f64`, steps around 10⁻² relative to the scale of the map are best; for one
-/// computed in `f32`, around 2⁻⁵, with an error of about 10⁻⁵.
+/// `map` is evaluated within `step` of `at` in each coordinate, so `at` must be at least that far
+/// inside its domain. For a map computed in `f64`, steps around 10⁻² relative to the scale of the
+/// map are best; for one computed in `f32`, around 2⁻⁵, with an error of about 10⁻⁵.
 pub fn jacobian_determinant<const N: usize, const M: usize>(
     map: impl Fn([f64; N]) -> [f64; M],
     at: [f64; N],
@@ -58,7 +59,8 @@ pub fn jacobian_determinant<const N: usize, const M: usize>(
     }
 }
 
-/// Volume of the parallelepiped that `columns` span: the product of their lengths after orthogonalisation.
+/// Volume of the parallelepiped that `columns` span: the product of their lengths after
+/// orthogonalisation.
 fn volume<const N: usize, const M: usize>(mut columns: [[f64; M]; N]) -> f64 {
     let dot = |a: &[f64; M], b: &[f64; M]| (0..M).map(|k| a[k] * b[k]).sum::<f64>();
     let mut product = 1.0;

@@ -1,8 +1,9 @@
 //! The one-sample Kolmogorov–Smirnov test.
 //!
-//! `D = sup_x |F_n(x) − F(x)|` between the empirical distribution function `F_n` of `n` samples and a
-//! continuous distribution function `F`. The p-value is Kolmogorov's `Q(λ) = 2 Σ_{k≥1} (−1)^{k−1} e^{−2k²λ²}`
-//! at Stephens' `λ = (√n + 0.12 + 0.11/√n) D` (Stephens 1970), accurate to a few per cent from n ≈ 20 on.
+//! `D = sup_x |F_n(x) − F(x)|` between the empirical distribution function `F_n` of `n` samples and
+//! a continuous distribution function `F`. The p-value is Kolmogorov's
+//! `Q(λ) = 2 Σ_{k≥1} (−1)^{k−1} e^{−2k²λ²}` at Stephens' `λ = (√n + 0.12 + 0.11/√n) D` (Stephens
+//! 1970), accurate to a few per cent from n ≈ 20 on.
 
 use crate::StatisticsError;
 use crate::rejection::check_significance;
@@ -17,14 +18,15 @@ pub struct KolmogorovSmirnovReport {
     pub p_value: f64,
 }
 
-/// Tests whether `samples` (sorted in place) may come from the continuous distribution function `cdf`.
+/// Tests whether `samples` (sorted in place) may come from the continuous distribution function
+/// `cdf`.
 ///
-/// Rejects a correct sampler with probability `significance`. Ties, as `f32` samplers give, make the test
-/// slightly conservative as long as they are few.
+/// Rejects a correct sampler with probability `significance`. Ties, as `f32` samplers give, make
+/// the test slightly conservative as long as they are few.
 ///
 /// # Errors
-/// [`StatisticsError::Rejected`], or [`StatisticsError::Malformed`] for fewer than 20 samples or values that
-/// are not finite.
+/// [`StatisticsError::Rejected`], or [`StatisticsError::Malformed`] for fewer than 20 samples or
+/// values that are not finite.
 pub fn kolmogorov_smirnov_test(
     samples: &mut [f64],
     cdf: impl Fn(f64) -> f64,

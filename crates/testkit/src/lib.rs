@@ -1,6 +1,7 @@
 //! Statistics, quadrature, exact enumeration and planted faults for tests of estimators.
 //!
-//! An estimator is held to something it did not compute itself. This crate supplies the things to hold it to:
+//! An estimator is held to something it did not compute itself. This crate supplies the things to
+//! hold it to:
 //!
 //! | question | tool |
 //! |---|---|
@@ -15,9 +16,9 @@
 //! | is an `f32` result close to an `f64` truth? | [`ulp_error`], [`hostile_f32`] |
 //! | can this test fail at all? | [`check_faults`] |
 //!
-//! Every statistical test takes a `significance`: the probability that it rejects a *correct* implementation.
-//! With the fixed seeds of [`rng`] a test that passes once passes always; the significance says how (un)lucky
-//! a seed can be, and so how much a failure means.
+//! Every statistical test takes a `significance`: the probability that it rejects a *correct*
+//! implementation. With the fixed seeds of [`rng`] a test that passes once passes always; the
+//! significance says how (un)lucky a seed can be, and so how much a failure means.
 #![forbid(unsafe_code)]
 
 mod chi2;

@@ -1,7 +1,7 @@
 //! Tests of means.
 //!
-//! Welford's running mean and squared deviation, and z-tests on them: `z = (x̄ − μ)/√(s²/n)` against a known
-//! mean, `z = (x̄ − ȳ)/√(s_x²/n_x + s_y²/n_y)` between two.
+//! Welford's running mean and squared deviation, and z-tests on them: `z = (x̄ − μ)/√(s²/n)`
+//! against a known mean, `z = (x̄ − ȳ)/√(s_x²/n_x + s_y²/n_y)` between two.
 
 use crate::StatisticsError;
 use crate::rejection::{check_significance, two_sided_normal_p};
@@ -74,12 +74,13 @@ impl MeanTest {
         }
     }
 
-    /// Tests whether the mean may be `expected`; rejects a true hypothesis with probability `significance`
-    /// once the mean is close to normal (the caller sees to enough values for the tails at hand).
+    /// Tests whether the mean may be `expected`; rejects a true hypothesis with probability
+    /// `significance` once the mean is close to normal (the caller sees to enough values for the
+    /// tails at hand).
     ///
     /// # Errors
-    /// [`StatisticsError::Rejected`], or [`StatisticsError::Malformed`] for fewer than 20 values or values
-    /// that are not finite.
+    /// [`StatisticsError::Rejected`], or [`StatisticsError::Malformed`] for fewer than 20 values or
+    /// values that are not finite.
     pub fn test_against(&self, expected: f64, significance: f64) -> Result<MeanReport, StatisticsError> {
         self.compare(
             self.mean - expected,

@@ -1,11 +1,12 @@
 //! Quadrature in `f64`.
 //!
 //! - [`integrate`]: globally adaptive Gauss–Kronrod (7, 15) on an interval.
-//! - [`integrate_rectangle`]: the same rule as a tensor product on a rectangle, cells split along the axis
-//!   whose error is larger.
+//! - [`integrate_rectangle`]: the same rule as a tensor product on a rectangle, cells split along
+//!   the axis whose error is larger.
 //! - [`GaussLegendre`]: nodes and weights of any order.
 //!
-//! All three state an error estimate, so that a test can say how much of a difference is the quadrature's.
+//! All three state an error estimate, so that a test can say how much of a difference is the
+//! quadrature's.
 
 use core::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -84,8 +85,8 @@ impl Ord for Cell {
     }
 }
 
-/// Splits the cell of largest error until the sum of errors is below `tolerance` (absolute) or the limit is
-/// reached.
+/// Splits the cell of largest error until the sum of errors is below `tolerance` (absolute) or the
+/// limit is reached.
 fn refine(
     cells: Vec<Cell>,
     tolerance: f64,
@@ -125,8 +126,8 @@ fn refine(
     }
 }
 
-/// `∫_a^b f(x) dx` to an absolute error of about `tolerance`, by adaptive Gauss–Kronrod (7, 15). Copes with
-/// integrable endpoint singularities and jumps, at more cells; at most 5,000 are used.
+/// `∫_a^b f(x) dx` to an absolute error of about `tolerance`, by adaptive Gauss–Kronrod (7, 15).
+/// Copes with integrable endpoint singularities and jumps, at more cells; at most 5,000 are used.
 pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, tolerance: f64) -> Integral {
     let evaluate = |low: [f64; 2], high: [f64; 2]| {
         let (center, half) = (0.5 * (low[0] + high[0]), 0.5 * (high[0] - low[0]));
@@ -148,8 +149,9 @@ pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, tolerance: f64) -> Inte
     refine(vec![evaluate([a, 0.0], [b, 0.0])], tolerance, 15, 5_000, evaluate)
 }
 
-/// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` to an absolute error of about `tolerance`, by an adaptive
-/// tensor product of Gauss–Kronrod (7, 15) rules; at most 4,000 cells (900,000 evaluations) are used.
+/// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` to an absolute error of about `tolerance`, by an
+/// adaptive tensor product of Gauss–Kronrod (7, 15) rules; at most 4,000 cells (900,000
+/// evaluations) are used.
 pub fn integrate_rectangle(
     f: impl Fn(f64, f64) -> f64,
     a: [f64; 2],
@@ -200,7 +202,8 @@ pub(crate) fn integrate_cells(
     refine(cells, tolerance, 225, 4_000 + rectangles.len(), evaluate)
 }
 
-/// Nodes and weights of the Gauss–Legendre rule of order `n`, exact for polynomials of degree `2n − 1`.
+/// Nodes and weights of the Gauss–Legendre rule of order `n`, exact for polynomials of degree
+/// `2n − 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussLegendre {
     nodes: Vec<f64>,
@@ -269,7 +272,8 @@ impl GaussLegendre {
         sum * half
     }
 
-    /// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` by the tensor product of this rule with itself.
+    /// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` by the tensor product of this rule with
+    /// itself.
     pub fn integrate_rectangle(&self, f: impl Fn(f64, f64) -> f64, a: [f64; 2], b: [f64; 2]) -> f64 {
         self.integrate(|x| self.integrate(|y| f(x, y), a[1], b[1]), a[0], b[0])
     }
@@ -323,7 +327,8 @@ mod tests {
         let w = 1e-3;
         let peak = |x: f64, y: f64| (-((x - 0.3).powi(2) + (y - 0.7).powi(2)) / (2.0 * w * w)).exp();
         let result = integrate_rectangle(peak, [0.0, 0.0], [1.0, 1.0], 1e-12);
-        // The peak can hide between the first nodes only if no node comes near it; here it is found.
+        // The peak can hide between the first nodes only if no node comes near it; here it is
+        // found.
         assert!(
             (result.value / (2.0 * PI * w * w) - 1.0).abs() < 1e-5,
             "{result:?}"

@@ -2,7 +2,8 @@
 
 use std::fmt::Display;
 
-/// What was found. Without it a word that the test is skipped, and `None`; a failure if the environment variable `required` is 1.
+/// What was found. Without it a word that the test is skipped, and `None`; a failure if the
+/// environment variable `required` is 1.
 ///
 /// # Panics
 /// Where it is required and not found.

@@ -1,14 +1,15 @@
 //! Integrals over the unit sphere with respect to solid angle.
 //!
-//! `∫_{S²} f(ω) dω = ∫_0^{2π} ∫_0^π f(θ, φ) sin θ dθ dφ` by adaptive Gauss–Kronrod. Narrow lobes are found by
-//! giving their axis and width: θ is then measured from the axis, and cells start at the width and grow
-//! geometrically.
+//! `∫_{S²} f(ω) dω = ∫_0^{2π} ∫_0^π f(θ, φ) sin θ dθ dφ` by adaptive Gauss–Kronrod. Narrow lobes
+//! are found by giving their axis and width: θ is then measured from the axis, and cells start at
+//! the width and grow geometrically.
 
 use crate::quadrature::{Integral, integrate_cells};
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// `∫ f(ω) dω` over the unit sphere, in f's unit times steradians, to an absolute error of about `tolerance`.
-/// Starts from 6 × 8 cells; features narrower than about 2° can be missed: see [`integrate_lobe`].
+/// `∫ f(ω) dω` over the unit sphere, in f's unit times steradians, to an absolute error of about
+/// `tolerance`. Starts from 6 × 8 cells; features narrower than about 2° can be missed: see
+/// [`integrate_lobe`].
 pub fn integrate_sphere(f: impl Fn([f64; 3]) -> f64, tolerance: f64) -> Integral {
     let cuts: Vec<f64> = (0..=6).map(|i| f64::from(i) * PI / 6.0).collect();
     integrate_polar(&f, [0.0, 0.0, 1.0], &cuts, tolerance)
@@ -20,8 +21,8 @@ pub fn integrate_hemisphere(f: impl Fn([f64; 3]) -> f64, tolerance: f64) -> Inte
     integrate_polar(&f, [0.0, 0.0, 1.0], &cuts, tolerance)
 }
 
-/// As [`integrate_sphere`] for an `f` that is concentrated within an angle of about `width` radians around
-/// the unit vector `axis`. The width may be off by a factor of ten either way.
+/// As [`integrate_sphere`] for an `f` that is concentrated within an angle of about `width` radians
+/// around the unit vector `axis`. The width may be off by a factor of ten either way.
 pub fn integrate_lobe(f: impl Fn([f64; 3]) -> f64, axis: [f64; 3], width: f64, tolerance: f64) -> Integral {
     integrate_polar(&f, axis, &lobe_cuts(width), tolerance)
 }

@@ -1,18 +1,19 @@
 //! Do two images agree? Per tile and overall, with a stated false-positive rate.
 //!
-//! For a tile of pixels `i` in one channel, `t = Σ(a_i − b_i) / √Σ(v_i + w_i)` with `v`, `w` the *estimated*
-//! variances of the pixel means. Because they are estimated from few samples, `t` is not normal: its tails
-//! are those of Student's distribution with about `ν = (Σ(v_i + w_i))² / Σ(v_i²/(n−1) + w_i²/(m−1))` degrees
-//! of freedom (Welch–Satterthwaite), `n` and `m` samples a pixel. Each `t` is mapped through that
-//! distribution to the `z` of equal probability. A tile whose variance comes from one bright outlier thereby
-//! has few degrees of freedom, and is judged accordingly. What no such correction sees is an image whose
-//! outliers have *not yet* been sampled: its variance is underestimated everywhere. Compare at sample counts
+//! For a tile of pixels `i` in one channel, `t = Σ(a_i − b_i) / √Σ(v_i + w_i)` with `v`, `w` the
+//! *estimated* variances of the pixel means. Because they are estimated from few samples, `t` is
+//! not normal: its tails are those of Student's distribution with about
+//! `ν = (Σ(v_i + w_i))² / Σ(v_i²/(n−1) + w_i²/(m−1))` degrees of freedom (Welch–Satterthwaite), `n`
+//! and `m` samples a pixel. Each `t` is mapped through that distribution to the `z` of equal
+//! probability. A tile whose variance comes from one bright outlier thereby has few degrees of
+//! freedom, and is judged accordingly. What no such correction sees is an image whose outliers have
+//! *not yet* been sampled: its variance is underestimated everywhere. Compare at sample counts
 //! where that is not so.
 //!
-//! The verdict rejects a correct pair of images with probability at most `significance`, one third for each
-//! of
-//! - the number of tiles beyond `|z| > 4`, against the binomial distribution: a few tiles that are slightly
-//!   off;
+//! The verdict rejects a correct pair of images with probability at most `significance`, one third
+//! for each of
+//! - the number of tiles beyond `|z| > 4`, against the binomial distribution: a few tiles that are
+//!   slightly off;
 //! - the largest `|z|`, Bonferroni-corrected: one tile that is far off;
 //! - the ratio of means of each channel, Bonferroni-corrected: everything slightly off.
 
@@ -38,20 +39,21 @@ pub struct ImageMoments<'a> {
     pub mean: &'a [f64],
     /// Estimated variance of that mean (`s²/n`), or empty for an image known exactly.
     pub variance_of_mean: &'a [f64],
-    /// Independent samples in each pixel, from which the variance was estimated; at least 2. Ignored for an
-    /// image known exactly.
+    /// Independent samples in each pixel, from which the variance was estimated; at least 2.
+    /// Ignored for an image known exactly.
     pub samples_per_pixel: u64,
 }
 
 /// How to compare.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileOptions {
-    /// Edge of the square tiles in pixels; those at the right and lower border may be smaller. At least 1.
+    /// Edge of the square tiles in pixels; those at the right and lower border may be smaller. At
+    /// least 1.
     pub tile_size: usize,
     /// False-positive rate of the verdict.
     pub significance: f64,
-    /// Differences of a tile's mean up to this share of it are forgiven (rounding in files, say); 0 forgives
-    /// none.
+    /// Differences of a tile's mean up to this share of it are forgiven (rounding in files, say); 0
+    /// forgives none.
     pub relative_tolerance: f64,
 }
 
@@ -104,7 +106,8 @@ pub struct TileReport {
     pub outliers: usize,
     /// How many would by chance.
     pub expected_outliers: f64,
-    /// Smallest p-value of the three tests, each corrected for its multiplicity and for there being three.
+    /// Smallest p-value of the three tests, each corrected for its multiplicity and for there being
+    /// three.
     pub p_value: f64,
     /// The false-positive rate that was asked for.
     pub significance: f64,
@@ -149,9 +152,9 @@ impl TileReport {
 /// Compares image `a` with image `b`; at least one of them must have variances.
 ///
 /// # Errors
-/// [`StatisticsError::Malformed`] for sizes that do not fit, values that are not finite, negative variances,
-/// fewer than two samples a pixel, or options out of range. Disagreement is not an error here: see
-/// [`TileReport::verdict`].
+/// [`StatisticsError::Malformed`] for sizes that do not fit, values that are not finite, negative
+/// variances, fewer than two samples a pixel, or options out of range. Disagreement is not an error
+/// here: see [`TileReport::verdict`].
 pub fn compare_tiles(
     a: &ImageMoments<'_>,
     b: &ImageMoments<'_>,
@@ -287,7 +290,8 @@ impl Sums {
 
     fn z(&self, relative_tolerance: f64) -> f64 {
         let difference = self.a - self.b;
-        // Without the last term, two exact zeros that were summed in different ways would differ infinitely.
+        // Without the last term, two exact zeros that were summed in different ways would differ
+        // infinitely.
         let magnitude = self.a.abs().max(self.b.abs());
         let excess = difference.abs() - (relative_tolerance + 1e-12) * magnitude;
         if excess <= 0.0 {
@@ -430,8 +434,8 @@ mod tests {
 
     #[test]
     fn few_samples_a_pixel_do_not_raise_the_false_positive_rate() {
-        // 200 correct pairs at 4 samples a pixel in 8×8 tiles, significance 5 %: 10 expected at most, and
-        // P(Binomial(200, 0.05) ≥ 28) < 1e-6.
+        // 200 correct pairs at 4 samples a pixel in 8×8 tiles, significance 5 %: 10 expected at
+        // most, and P(Binomial(200, 0.05) ≥ 28) < 1e-6.
         let mut rejected = 0;
         for seed in 0..200 {
             let (a, b) = (render(1000 + 2 * seed, 4, None), render(1001 + 2 * seed, 4, None));

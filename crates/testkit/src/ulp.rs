@@ -1,7 +1,7 @@
 //! Rounding errors and hostile inputs.
 
-/// Number of `f32` values from `a` to `b`, 0 for equal ones and for `0.0` against `−0.0`; `None` if either is
-/// NaN.
+/// Number of `f32` values from `a` to `b`, 0 for equal ones and for `0.0` against `−0.0`; `None` if
+/// either is NaN.
 pub fn ulp_distance(a: f32, b: f32) -> Option<u64> {
     if a.is_nan() || b.is_nan() {
         return None;
@@ -14,17 +14,17 @@ pub fn ulp_distance(a: f32, b: f32) -> Option<u64> {
     Some(order(a).abs_diff(order(b)))
 }
 
-/// Distance between neighbouring `f32` values around `truth`: `2^(e−23)` for `2^e ≤ |truth| < 2^(e+1)`, not
-/// less than the smallest subnormal, 2⁻¹⁴⁹. `truth` must be finite.
+/// Distance between neighbouring `f32` values around `truth`: `2^(e−23)` for
+/// `2^e ≤ |truth| < 2^(e+1)`, not less than the smallest subnormal, 2⁻¹⁴⁹. `truth` must be finite.
 pub fn ulp_size(truth: f64) -> f64 {
     // The exponent from the bits: log2 rounds up just below powers of two.
     let exponent = ((truth.abs().to_bits() >> 52) as i32) - 1023;
     f64::powi(2.0, exponent.max(-126) - 23)
 }
 
-/// `|computed − truth|` in units of the spacing of `f32` values around `truth`; at most ½ for a correctly
-/// rounded result. Infinite if `computed` is not finite although `truth` lies in the range of `f32`; 0 if
-/// both overflow to the same side, or both are NaN.
+/// `|computed − truth|` in units of the spacing of `f32` values around `truth`; at most ½ for a
+/// correctly rounded result. Infinite if `computed` is not finite although `truth` lies in the
+/// range of `f32`; 0 if both overflow to the same side, or both are NaN.
 pub fn ulp_error(computed: f32, truth: f64) -> f64 {
     if truth.is_nan() || computed.is_nan() {
         return if truth.is_nan() && computed.is_nan() {
@@ -52,9 +52,9 @@ pub fn relative_error(computed: f64, truth: f64) -> f64 {
     }
 }
 
-/// Values that break careless arithmetic, all finite: zeros of both signs, subnormals, the smallest and
-/// largest normal values, powers of ten that over- and underflow when squared, neighbours of one and a half,
-/// and ordinary numbers, each with both signs.
+/// Values that break careless arithmetic, all finite: zeros of both signs, subnormals, the smallest
+/// and largest normal values, powers of ten that over- and underflow when squared, neighbours of
+/// one and a half, and ordinary numbers, each with both signs.
 pub fn hostile_f32() -> impl Iterator<Item = f32> + Clone {
     const MAGNITUDES: [f32; 26] = [
         0.0,
@@ -87,8 +87,8 @@ pub fn hostile_f32() -> impl Iterator<Item = f32> + Clone {
     MAGNITUDES.into_iter().flat_map(|x| [x, -x])
 }
 
-/// Uniforms in [0, 1) at which warps break: 0, the smallest positive values, neighbours of fractions at which
-/// warps branch, and the largest uniform `1 − 2⁻²⁴`.
+/// Uniforms in [0, 1) at which warps break: 0, the smallest positive values, neighbours of
+/// fractions at which warps branch, and the largest uniform `1 − 2⁻²⁴`.
 pub fn hostile_unit_f32() -> impl Iterator<Item = f32> + Clone {
     [
         0.0,

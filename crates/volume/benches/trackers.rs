@@ -4,8 +4,8 @@
 //! cargo bench -p lightshed-volume --bench trackers
 //! ```
 //!
-//! `volume/<what>_<filter>_<rays>/256`: rays of a camera in front of the grid, neighbours one after the other, and random chords of its box.
-//! How many lookups a ray takes is printed before.
+//! `volume/<what>_<filter>_<rays>/256`: rays of a camera in front of the grid, neighbours one after
+//! the other, and random chords of its box. How many lookups a ray takes is printed before.
 
 #[path = "../../../benches/measure/cpu_time.rs"]
 mod cpu_time;

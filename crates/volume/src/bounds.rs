@@ -4,13 +4,13 @@ use glam::Vec3;
 
 /// A ray in a field's space: `x(t) = origin + t · direction`.
 ///
-/// `t` is the parameter in which all distances of this crate are given and per unit of which extinction is counted. A user
-/// transforms a world ray by the inverse of the field's placement *without normalising the direction*: `t` then stays the
-/// world's distance.
+/// `t` is the parameter in which all distances of this crate are given and per unit of which
+/// extinction is counted. A user transforms a world ray by the inverse of the field's placement
+/// *without normalising the direction*: `t` then stays the world's distance.
 ///
 /// # Precision
-/// Positions are `f32`: off by about `2⁻²³ (|origin| + t |direction|)`. Rays should start within some hundred extents of the
-/// field.
+/// Positions are `f32`: off by about `2⁻²³ (|origin| + t |direction|)`. Rays should start within
+/// some hundred extents of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldRay {
     /// The point at `t = 0`.
@@ -56,7 +56,8 @@ impl FieldBounds {
         max: Vec3::INFINITY,
     };
 
-    /// The box between two corners; `None` unless `min ≤ max` in every coordinate. Corners may be infinite.
+    /// The box between two corners; `None` unless `min ≤ max` in every coordinate. Corners may be
+    /// infinite.
     #[inline]
     pub fn new(min: Vec3, max: Vec3) -> Option<Self> {
         // NaN fails the comparison.
@@ -75,9 +76,11 @@ impl FieldBounds {
         self.max
     }
 
-    /// The part of `interval` in which `ray` is in the box; `None` if there is none of positive length.
+    /// The part of `interval` in which `ray` is in the box; `None` if there is none of positive
+    /// length.
     ///
-    /// A ray within a face belongs to the box. A ray that is not finite, and NaN anywhere, give `None`.
+    /// A ray within a face belongs to the box. A ray that is not finite, and NaN anywhere, give
+    /// `None`.
     #[inline]
     pub fn clip(&self, ray: &FieldRay, interval: Interval) -> Option<Interval> {
         // `min` and `max` below would pass over NaN.

@@ -1,9 +1,10 @@
 //! Tentative collisions: the random walk beneath all null-collision methods.
 //!
-//! Along a ray with majorants `ρ̄(t)`, points of a Poisson process of rate `r ρ̄(t)` per unit of `t`: the collisions of a medium
-//! made up to be at least as dense as the real one (Woodcock et al. 1965; Lin 2022 §2.3.1). Distances between them are
-//! exponential in the optical depth `r ∫ ρ̄ dt`, which is used up segment by segment: a segment of majorant 0 is crossed without
-//! drawing a number, and a new segment needs none either.
+//! Along a ray with majorants `ρ̄(t)`, points of a Poisson process of rate `r ρ̄(t)` per unit of
+//! `t`: the collisions of a medium made up to be at least as dense as the real one (Woodcock et al.
+//! 1965; Lin 2022 §2.3.1). Distances between them are exponential in the optical depth `r ∫ ρ̄ dt`,
+//! which is used up segment by segment: a segment of majorant 0 is crossed without drawing a
+//! number, and a new segment needs none either.
 
 use crate::Segment;
 use crate::exponential::{Exponentials, exponential};
@@ -35,8 +36,9 @@ pub(crate) struct CollisionBlock {
 /// The tentative collisions along a ray's segments.
 ///
 /// # Performance
-/// How many segments lie before the next collision is as good as random, so every other branch is mispredicted, and what it waits for should
-/// be ready: the optical depth of the next collision and the next segment are known one step ahead.
+/// How many segments lie before the next collision is as good as random, so every other branch is
+/// mispredicted, and what it waits for should be ready: the optical depth of the next collision and
+/// the next segment are known one step ahead.
 #[derive(Clone, Debug)]
 pub struct TentativeCollisions<S> {
     segments: S,
@@ -80,8 +82,8 @@ impl Stretch {
 }
 
 impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
-    /// A walk through `segments` with the collision rate `rate · ρ̄` per unit of `t`. A rate that is not positive, and finite, has no
-    /// collisions.
+    /// A walk through `segments` with the collision rate `rate · ρ̄` per unit of `t`. A rate that
+    /// is not positive, and finite, has no collisions.
     #[inline(always)]
     pub fn new(mut segments: S, rate: f32) -> Self {
         let rate = if rate > 0.0 && rate <= f32::MAX { rate } else { 0.0 };
@@ -106,7 +108,8 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
 
     /// The next collision; `None` once the segments are crossed.
     ///
-    /// Draws one random word, two the first time: the number of words is one more than that of the calls.
+    /// Draws one random word, two the first time: the number of words is one more than that of the
+    /// calls.
     #[inline(always)]
     pub fn next(&mut self, rng: &mut (impl Rng + ?Sized)) -> Option<TentativeCollision> {
         let mut draw = || exponential(f32_from_u32(rng.next_u32()));
@@ -127,7 +130,8 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
                 scale,
                 ..
             } = self.current;
-            // Rounding may have left less than nothing of the depth, which must not collide where nothing is.
+            // Rounding may have left less than nothing of the depth, which must not collide where
+            // nothing is.
             if end < available && available > 0.0 {
                 self.used = end;
                 // Nor must it lead out of the segment.
@@ -152,7 +156,8 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
         }
     }
 
-    /// The next collisions; fewer than eight only at the end. For methods that go on whatever the densities are, whose lookups are made in eights.
+    /// The next collisions; fewer than eight only at the end. For methods that go on whatever the
+    /// densities are, whose lookups are made in eights.
     #[inline(always)]
     pub(crate) fn next_block<L: Lanes>(
         &mut self,
@@ -178,8 +183,8 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
         block
     }
 
-    /// `∫ ρ̄ dt` from the beginning to the last collision, or over all segments once [`TentativeCollisions::next`] has returned
-    /// `None`.
+    /// `∫ ρ̄ dt` from the beginning to the last collision, or over all segments once
+    /// [`TentativeCollisions::next`] has returned `None`.
     #[inline(always)]
     pub fn majorant_depth(&self) -> f32 {
         let Stretch { depth, available, .. } = self.current;

@@ -1,12 +1,15 @@
 //! The cells of a regular grid along a ray.
 //!
-//! All in integers (after Amanatides and Woo 1987): cells, and distances along the ray too, counted in 2⁻⁶¹ of the part of it that is asked
-//! for. The next plane of an axis is one constant further, which adds no rounding, and after as many steps as a grid allows is off by less than
-//! [`MARGIN`] for that of the constant. Nothing is nudged by an epsilon: parts of the ray follow each other without a gap whatever the
-//! rounding, and a crossing that comes an instant late gives the cell before it an instant more.
+//! All in integers (after Amanatides and Woo 1987): cells, and distances along the ray too, counted
+//! in 2⁻⁶¹ of the part of it that is asked for. The next plane of an axis is one constant further,
+//! which adds no rounding, and after as many steps as a grid allows is off by less than [`MARGIN`]
+//! for that of the constant. Nothing is nudged by an epsilon: parts of the ray follow each other
+//! without a gap whatever the rounding, and a crossing that comes an instant late gives the cell
+//! before it an instant more.
 //!
-//! Which axis comes next is as good as random to a processor, and the chain from one crossing to the next is what takes the time: so there is
-//! no branch on the axis and no memory indexed by it, and comparing integers is shorter than comparing floats.
+//! Which axis comes next is as good as random to a processor, and the chain from one crossing to
+//! the next is what takes the time: so there is no branch on the axis and no memory indexed by it,
+//! and comparing integers is shorter than comparing floats.
 
 use crate::{FieldRay, Interval};
 use glam::{DVec3, Vec3};
@@ -41,7 +44,8 @@ const WHOLE: i64 = 1 << 61;
 /// More counts than what the rounding of the constants adds up to: 7·10⁻¹² of the interval.
 const MARGIN: i64 = 1 << 24;
 
-/// The cells along a ray, one after the other. Their parts of the ray follow each other without a gap; some may be empty.
+/// The cells along a ray, one after the other. Their parts of the ray follow each other without a
+/// gap; some may be empty.
 #[derive(Clone, Debug)]
 pub(crate) struct Dda {
     /// The end of the last crossing, in counts; `WHOLE` at the end of the interval.
@@ -66,8 +70,8 @@ pub(crate) struct Dda {
 }
 
 impl Dda {
-    /// The cells of `lattice` along the part `interval` of `ray`, which must lie in the lattice up to rounding. Of no length if
-    /// `interval` is `None`.
+    /// The cells of `lattice` along the part `interval` of `ray`, which must lie in the lattice up
+    /// to rounding. Of no length if `interval` is `None`.
     #[inline]
     pub fn new(lattice: &Lattice, ray: &FieldRay, interval: Option<Interval>) -> Self {
         let Interval { t0, t1 } = interval.unwrap_or(Interval { t0: 0.0, t1: 0.0 });
@@ -160,7 +164,8 @@ impl Iterator for Dda {
         let [i, j, k] = turn(self.towards);
         let [x, y, z] = self.cell;
         self.cell = [x.wrapping_add(i), y.wrapping_add(j), z.wrapping_add(k)];
-        // The start may be in a cell that the ray has left by rounding: then the crossing is a little before it.
+        // The start may be in a cell that the ray has left by rounding: then the crossing is a
+        // little before it.
         self.now = if nearest > self.now { nearest } else { self.now };
         self.t_now = self.t_start + self.now as f64 * self.unit;
         crossing.t1 = self.t_now;

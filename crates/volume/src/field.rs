@@ -14,7 +14,8 @@ pub struct DensityRange {
 }
 
 impl DensityRange {
-    /// The range of a region of which nothing is known yet: the neutral element of [`DensityRange::union`].
+    /// The range of a region of which nothing is known yet: the neutral element of
+    /// [`DensityRange::union`].
     pub const EMPTY: Self = Self {
         min: f32::INFINITY,
         max: 0.0,
@@ -31,8 +32,9 @@ impl DensityRange {
     }
 }
 
-/// A density `ρ(x) ≥ 0` over a box, without unit: extinction is `σ_t(x) = k ρ(x)` with a user's coefficient `k` per unit of a
-/// ray's parameter ([`FieldRay`](crate::FieldRay)), one number or one a channel.
+/// A density `ρ(x) ≥ 0` over a box, without unit: extinction is `σ_t(x) = k ρ(x)` with a user's
+/// coefficient `k` per unit of a ray's parameter ([`FieldRay`](crate::FieldRay)), one number or one
+/// a channel.
 ///
 /// Outside of its bounds there is no medium: trackers cut rays to them, and never look there.
 pub trait DensityField {
@@ -47,8 +49,8 @@ pub trait DensityField {
     /// A fresh accessor for one ray; cheap.
     fn accessor(&self) -> Self::Accessor<'_>;
 
-    /// Bounds of the density over the closed box from `low` to `high`, for points off by rounding as well. Need not be tight,
-    /// but tighter bounds make faster trackers.
+    /// Bounds of the density over the closed box from `low` to `high`, for points off by rounding
+    /// as well. Need not be tight, but tighter bounds make faster trackers.
     fn range(&self, low: Vec3, high: Vec3) -> DensityRange;
 
     /// `ρ(x)`. Of a point outside of the bounds it is unspecified, but finite and not negative.
@@ -63,9 +65,11 @@ pub trait DensityAccessor {
     /// `ρ(x)` as [`DensityField::density`], whatever was looked up before.
     fn density(&mut self, position: Vec3) -> f32;
 
-    /// `ρ` at the points of `ray` where the first `count` lanes of `t` are, the same bits as one by one; the other lanes are unspecified.
+    /// `ρ` at the points of `ray` where the first `count` lanes of `t` are, the same bits as one by
+    /// one; the other lanes are unspecified.
     ///
-    /// What trackers call from [lane kernels](lightshed_lanes::LaneKernel), where an own version must be `#[inline(always)]` and have plain loops.
+    /// What trackers call from [lane kernels](lightshed_lanes::LaneKernel), where an own version
+    /// must be `#[inline(always)]` and have plain loops.
     #[inline(always)]
     fn densities<L: Lanes>(&mut self, ray: &FieldRay, t: L, count: usize) -> L
     where
@@ -80,8 +84,8 @@ pub trait DensityAccessor {
     }
 }
 
-/// `ρ` at the points of `ray` at the first `count` of `t`: [`DensityAccessor::densities`] on the machine's best lanes. The other values are
-/// unspecified.
+/// `ρ` at the points of `ray` at the first `count` of `t`: [`DensityAccessor::densities`] on the
+/// machine's best lanes. The other values are unspecified.
 #[inline]
 pub fn densities_at<A: DensityAccessor>(
     density: &mut A,
@@ -159,8 +163,9 @@ impl DensityAccessor for Homogeneous {
 
 /// A density by a function.
 ///
-/// Values of the function below 0 and NaN count as 0, values above the upper bound of the range as that bound: a bound that is too
-/// low changes the medium, and trackers stay right for the medium that results.
+/// Values of the function below 0 and NaN count as 0, values above the upper bound of the range as
+/// that bound: a bound that is too low changes the medium, and trackers stay right for the medium
+/// that results.
 #[derive(Clone, Copy, Debug)]
 pub struct Procedural<D, R> {
     density: D,
@@ -170,9 +175,9 @@ pub struct Procedural<D, R> {
 }
 
 impl<D: Fn(Vec3) -> f32, R: Fn(Vec3, Vec3) -> DensityRange> Procedural<D, R> {
-    /// The density `density(x)` within `bounds`. `range(low, high)` bounds it over a closed box, as [`DensityField::range`];
-    /// a function that always returns the range of the whole field will do. `None` unless the upper bound over all of `bounds` is finite and
-    /// not negative.
+    /// The density `density(x)` within `bounds`. `range(low, high)` bounds it over a closed box, as
+    /// [`DensityField::range`]; a function that always returns the range of the whole field will
+    /// do. `None` unless the upper bound over all of `bounds` is finite and not negative.
     pub fn new(density: D, range: R, bounds: FieldBounds) -> Option<Self> {
         let maximum = range(bounds.min(), bounds.max()).max;
         (0.0..=f32::MAX).contains(&maximum).then_some(Self {

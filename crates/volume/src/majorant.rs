@@ -1,8 +1,9 @@
 //! Majorants: piecewise constant bounds of a density, walked along a ray.
 //!
-//! Null-collision methods need `ρ̄(x) ≥ ρ(x)`; control variates need `ρ̌(x) ≤ ρ(x)`. A [`MajorantGrid`] keeps both for each
-//! *super-voxel*, a cube of many voxels (Szirmay-Kalos et al. 2011; super-voxels of 8 in Lin 2022 §5.6). Bounds come from
-//! [`DensityField::range`], which for interpolated grids counts the apron of voxels beyond the cube that interpolation reads.
+//! Null-collision methods need `ρ̄(x) ≥ ρ(x)`; control variates need `ρ̌(x) ≤ ρ(x)`. A
+//! [`MajorantGrid`] keeps both for each *super-voxel*, a cube of many voxels (Szirmay-Kalos et al.
+//! 2011; super-voxels of 8 in Lin 2022 §5.6). Bounds come from [`DensityField::range`], which for
+//! interpolated grids counts the apron of voxels beyond the cube that interpolation reads.
 
 use crate::dda::{Dda, Lattice};
 use crate::{DensityField, DensityRange, FieldBounds, FieldRay, Interval};
@@ -12,7 +13,8 @@ use std::fmt;
 
 /// A part of a ray and bounds of the density on it.
 ///
-/// It may be endless (`t1 = ∞`) where the majorant is 0 or the density has a positive lower bound. Elsewhere a walk through it might never end.
+/// It may be endless (`t1 = ∞`) where the majorant is 0 or the density has a positive lower bound.
+/// Elsewhere a walk through it might never end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Where it begins.
@@ -68,13 +70,15 @@ pub struct MajorantGrid {
 }
 
 impl MajorantGrid {
-    /// Bounds of `field` on cubes of edge `cell_size`, a length in the field's space (for a grid of voxels: so many voxels).
+    /// Bounds of `field` on cubes of edge `cell_size`, a length in the field's space (for a grid of
+    /// voxels: so many voxels).
     ///
     /// # Errors
     /// See [`MajorantError`].
     ///
     /// # Performance
-    /// One call of [`DensityField::range`] for each super-voxel; on all threads with the feature `parallel`.
+    /// One call of [`DensityField::range`] for each super-voxel; on all threads with the feature
+    /// `parallel`.
     pub fn new<F: DensityField + Sync>(field: &F, cell_size: f32) -> Result<Self, MajorantError> {
         let bounds = field.bounds();
         let (min, max) = (bounds.min(), bounds.max());
@@ -135,8 +139,8 @@ impl MajorantGrid {
         self.whole
     }
 
-    /// The super-voxels along the part `interval` of `ray` that lies in the field: without gap or overlap, in order. Nothing
-    /// if the ray misses.
+    /// The super-voxels along the part `interval` of `ray` that lies in the field: without gap or
+    /// overlap, in order. Nothing if the ray misses.
     #[inline]
     pub fn segments(&self, ray: &FieldRay, interval: Interval) -> Segments<'_> {
         Segments {
@@ -145,7 +149,8 @@ impl MajorantGrid {
         }
     }
 
-    /// The part of the ray in the field as one segment, with the bounds of the whole field; `None` if the ray misses.
+    /// The part of the ray in the field as one segment, with the bounds of the whole field; `None`
+    /// if the ray misses.
     #[inline]
     pub fn whole_segment(&self, ray: &FieldRay, interval: Interval) -> Option<Segment> {
         let Interval { t0, t1 } = self.bounds.clip(ray, interval)?;

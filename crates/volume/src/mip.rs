@@ -1,7 +1,8 @@
 //! Coarser versions of a grid.
 //!
-//! Level `l` has a voxel for each cube of `2^l` voxels of the grid: with its mean for cheap transmittances (Lin 2022 §5.5.1: shadow segments at
-//! level 2, reuse at level 1) and as proposal for distances (§5.4.1), and with bounds for majorants.
+//! Level `l` has a voxel for each cube of `2^l` voxels of the grid: with its mean for cheap
+//! transmittances (Lin 2022 §5.5.1: shadow segments at level 2, reuse at level 1) and as proposal
+//! for distances (§5.4.1), and with bounds for majorants.
 
 use crate::{DenseGrid, DensityRange, FieldRay, Filter, GridError, MajorantError, MajorantGrid, VoxelGrid};
 use glam::Vec3;
@@ -51,16 +52,19 @@ pub struct MipLevel {
 }
 
 impl MipLevel {
-    /// The means, in a space of the level's own ([`MipLevel::ray`]), piecewise constant; [`DenseGrid::filtered`] shows them trilinear.
+    /// The means, in a space of the level's own ([`MipLevel::ray`]), piecewise constant;
+    /// [`DenseGrid::filtered`] shows them trilinear.
     ///
-    /// Piecewise constant they are positive wherever the grid's density is: a voxel of mean 0 next to a positive one, into which
-    /// interpolation reaches, has the mean of itself and its surroundings instead (Lin 2022 §5.4.1). So a proposal by
+    /// Piecewise constant they are positive wherever the grid's density is: a voxel of mean 0 next
+    /// to a positive one, into which interpolation reaches, has the mean of itself and its
+    /// surroundings instead (Lin 2022 §5.4.1). So a proposal by
     /// [`regular_flight`](crate::regular_flight) misses nothing.
     pub fn density(&self) -> &DenseGrid {
         &self.density
     }
 
-    /// Bounds of the grid's own density, for each voxel of this level, in the grid's space: least and greatest, with the apron that interpolation reads.
+    /// Bounds of the grid's own density, for each voxel of this level, in the grid's space: least
+    /// and greatest, with the apron that interpolation reads.
     pub fn majorants(&self) -> &MajorantGrid {
         &self.majorants
     }
@@ -158,7 +162,8 @@ impl Means {
         [index % nx, index / nx % ny, index / (nx * ny)].map(|i| i as u32)
     }
 
-    /// Level `level` from the one before; a grid of `whole` voxels may end within a cube, which has the mean of what there is.
+    /// Level `level` from the one before; a grid of `whole` voxels may end within a cube, which has
+    /// the mean of what there is.
     fn halved(&self, whole: [u32; 3], level: u32) -> Self {
         // Voxels of the grid in voxel `i` of the level before, along an axis.
         let covered = |i: u32, axis: usize| {

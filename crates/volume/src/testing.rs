@@ -35,8 +35,9 @@ impl Medium {
             .sum()
     }
 
-    /// `∫ ρ dt`, in `f64` and independently of all trackers: the ray is cut at every plane of voxels' centres and faces, and each
-    /// piece, a cubic at most, integrated by Gauss's three points over a naive lookup.
+    /// `∫ ρ dt`, in `f64` and independently of all trackers: the ray is cut at every plane of
+    /// voxels' centres and faces, and each piece, a cubic at most, integrated by Gauss's three
+    /// points over a naive lookup.
     pub fn depth(&self, path: &Path) -> f64 {
         let (o, d) = (path.ray.origin.as_dvec3(), path.ray.direction.as_dvec3());
         let size = self.grid.size().map(f64::from);
@@ -121,7 +122,8 @@ pub(crate) fn media(filter: Filter) -> Vec<Medium> {
     ]
 }
 
-/// A random path through a medium that crosses at least a voxel; every third along faces, edges, diagonals or through corners.
+/// A random path through a medium that crosses at least a voxel; every third along faces, edges,
+/// diagonals or through corners.
 pub(crate) fn random_path(medium: &Medium, rng: &mut impl Rng) -> Path {
     let size = medium.grid.size().map(|n| n as f32);
     loop {

@@ -1,4 +1,5 @@
-//! A real cloud: every estimate of transmittance against the exact one. Reads the folder `LIGHTSHED_SCENES`; says SKIPPED without.
+//! A real cloud: every estimate of transmittance against the exact one. Reads the folder
+//! `LIGHTSHED_SCENES`; says SKIPPED without.
 
 use lightshed_sampling::CounterRng;
 use lightshed_testkit::{MeanTest, check_faults, family_significance};

@@ -1,7 +1,9 @@
 //! The figures of Dittebrandt 2025 ch. 8, measured here: SVG files in a folder.
 //!
-//! - `speed_up.svg` (fig. 8.5): the model's speed-up over the number of primitives, and the measured one beside binned builds;
-//! - `fractions.svg` (fig. 8.7): the cost of 50 seeds for fractions from 5 to 95 per cent, beside the binned tree's;
+//! - `speed_up.svg` (fig. 8.5): the model's speed-up over the number of primitives, and the
+//!   measured one beside binned builds;
+//! - `fractions.svg` (fig. 8.7): the cost of 50 seeds for fractions from 5 to 95 per cent, beside
+//!   the binned tree's;
 //! - `levels.svg` (fig. 8.8): how many primitives each level touches, from a subset and without.
 //!
 //! `cargo run --release -p lightshed-bvh --example subset_plots -- FOLDER [THOUSANDS]`

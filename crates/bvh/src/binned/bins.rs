@@ -158,7 +158,8 @@ impl Bins {
         counts.iter().map(|&count| count as usize).sum()
     }
 
-    /// The plane of least cost `A(low) · |low| + A(high) · |high|`; `None` where no axis has extent.
+    /// The plane of least cost `A(low) · |low| + A(high) · |high|`; `None` where no axis has
+    /// extent.
     #[inline(always)]
     pub fn best_plane<L: Lanes, const COUNT: usize>(&self, binning: &Binning) -> Option<Plane> {
         let mut best = None;

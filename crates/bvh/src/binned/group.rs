@@ -9,7 +9,8 @@ use crate::treelet;
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::parallel::join;
 
-/// Bins of groups of fewer than [`FEW`] items, for which going through bins costs more than going through items.
+/// Bins of groups of fewer than [`FEW`] items, for which going through bins costs more than going
+/// through items.
 const BINS_OF_FEW: usize = 8;
 const FEW: usize = 64;
 /// Depth from which groups are halved by number, so that no tree is deeper than this and 30.
@@ -233,7 +234,8 @@ mod tests {
     use lightshed_sampling::CounterRng;
     use lightshed_spatial::Bounds;
 
-    /// A group divided by all threads and one divided on one have the same tree, and so on any lanes.
+    /// A group divided by all threads and one divided on one have the same tree, and so on any
+    /// lanes.
     #[test]
     fn large_groups_are_divided_like_small_ones() {
         let count = 3 * APART + 5;

@@ -7,8 +7,9 @@ use lightshed_sampling::parallel::join;
 /// Items that are put apart in one go.
 const BLOCK: usize = 256;
 
-/// Moves items before the plane to `to` from `low` on, in their order, and the others to the places before `high`, in the opposite order.
-/// Without a branch on where an item lies, which is as good as random.
+/// Moves items before the plane to `to` from `low` on, in their order, and the others to the places
+/// before `high`, in the opposite order. Without a branch on where an item lies, which is as good
+/// as random.
 #[inline(always)]
 pub fn partition(plane: &Plane, from: &[BoxItem], to: &mut [BoxItem], low: usize, high: usize) {
     let (mut low, mut high) = (low, high);
@@ -21,8 +22,8 @@ pub fn partition(plane: &Plane, from: &[BoxItem], to: &mut [BoxItem], low: usize
     }
 }
 
-/// The same, a chunk of `from` at a time: `counts` says how many items of each chunk of `chunk` items lie before the plane. `low` and
-/// `high` are front and back.
+/// The same, a chunk of `from` at a time: `counts` says how many items of each chunk of `chunk`
+/// items lie before the plane. `low` and `high` are front and back.
 pub fn partition_chunks(
     plane: &Plane,
     from: &[BoxItem],
@@ -56,8 +57,8 @@ pub fn partition_chunks(
     }
 }
 
-/// Where no plane is better than another: half of the items to each side, by their centres along the longest axis, ties by index. Returns how
-/// many are in front.
+/// Where no plane is better than another: half of the items to each side, by their centres along
+/// the longest axis, ties by index. Returns how many are in front.
 pub fn halve(summary: &Summary, items: &mut [BoxItem]) -> usize {
     let axis = summary.longest_axis();
     let middle = items.len() / 2;

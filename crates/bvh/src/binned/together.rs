@@ -40,8 +40,8 @@ impl LaneKernel for Best<'_> {
     }
 }
 
-/// Divides a group of two or more and moves it; `sides` gives the room for both parts by the number of the first. Returns also
-/// that number.
+/// Divides a group of two or more and moves it; `sides` gives the room for both parts by the number
+/// of the first. Returns also that number.
 pub fn divide_together<'a>(
     lanes: LaneChoice,
     from: &mut [BoxItem],

@@ -1,8 +1,9 @@
 //! Groups joined from the bottom up.
 //!
-//! Again and again two groups that are each other's best partners become one: the union with no other costs less (Walter et al. 2008,
-//! *Fast agglomerative clustering for rendering*, the locally ordered algorithm). Partners are found by descending a hierarchy of
-//! boxes over the groups that are left, as far as a union with something in a box could still be the cheapest.
+//! Again and again two groups that are each other's best partners become one: the union with no
+//! other costs less (Walter et al. 2008, *Fast agglomerative clustering for rendering*, the locally
+//! ordered algorithm). Partners are found by descending a hierarchy of boxes over the groups that
+//! are left, as far as a union with something in a box could still be the cheapest.
 
 use super::extent::Extent;
 use super::group::{SplitGroup, SplitSource};
@@ -185,7 +186,8 @@ impl<E: Extent> Merges<E> {
         }
     }
 
-    /// The group with which `own` has the cheapest union, and its cost; `None` if there is no other.
+    /// The group with which `own` has the cheapest union, and its cost; `None` if there is no
+    /// other.
     fn partner(&self, own: usize) -> Option<(f64, usize)> {
         let group = &self.groups[own];
         let mut best: Option<(f64, usize)> = None;

@@ -1,8 +1,9 @@
 //! Where to divide a group of items that have been sorted along a curve.
 //!
-//! Between which neighbours costs least is found from coarse to fine: first between groups of 8ᵏ items that are the same for all
-//! searches, then between the smaller groups in the two next to that place, down to items. A search looks at no more
-//! than some fifty places, however many items there are.
+//! Between which neighbours costs least is found from coarse to fine: first between groups of 8ᵏ
+//! items that are the same for all searches, then between the smaller groups in the two next to
+//! that place, down to items. A search looks at no more than some fifty places, however many items
+//! there are.
 
 use super::extent::Extent;
 use super::group::{SplitGroup, SplitSource};
@@ -280,7 +281,8 @@ mod tests {
         })
     }
 
-    /// The extent of any stretch of items is that of the items, from whatever levels it is put together.
+    /// The extent of any stretch of items is that of the items, from whatever levels it is put
+    /// together.
     #[test]
     fn extents_are_those_of_the_items() {
         for count in [2, 9, 64, 65, 700, 5000] {
@@ -303,8 +305,9 @@ mod tests {
         }
     }
 
-    /// Of few items the best division is found. Of many, one between two items that says what both parts are and costs no more than that in
-    /// the middle, and in most cases little more than the best.
+    /// Of few items the best division is found. Of many, one between two items that says what both
+    /// parts are and costs no more than that in the middle, and in most cases little more than the
+    /// best.
     #[test]
     fn divisions_are_good() {
         for clustered in [false, true] {

@@ -10,7 +10,8 @@ use lightshed_spatial::Bounds;
 pub struct AreaItem(BoxItem);
 
 impl AreaItem {
-    /// Of a box with finite corners. Indices are less than [`MAX_PRIMITIVES`](crate::MAX_PRIMITIVES).
+    /// Of a box with finite corners. Indices are less than
+    /// [`MAX_PRIMITIVES`](crate::MAX_PRIMITIVES).
     pub fn new(bounds: &Bounds, index: u32) -> Self {
         Self(BoxItem::new(bounds, index))
     }

@@ -11,7 +11,8 @@ const HALVE_FROM: u32 = 64;
 /// Groups of fewer items are built on one thread.
 const APART: usize = 1 << 12;
 
-/// The tree into which a source divides its `count` items; `root` is what the source calls all together. The same for any number of threads.
+/// The tree into which a source divides its `count` items; `root` is what the source calls all
+/// together. The same for any number of threads.
 pub fn split_tree<E: Extent>(source: impl SplitSource<E>, root: u32, count: usize) -> Bvh {
     let mut nodes = vec![Node::default(); (2 * count).saturating_sub(1)];
     let mut order = vec![0; count];

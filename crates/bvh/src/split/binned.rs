@@ -6,7 +6,8 @@ use glam::Vec3A;
 
 /// Bins of a large group, …
 const BINS: usize = 16;
-/// … and of one of fewer items than [`FEW`]: going through bins costs more there than going through items.
+/// … and of one of fewer items than [`FEW`]: going through bins costs more there than going through
+/// items.
 const BINS_OF_FEW: usize = 8;
 const FEW: usize = 48;
 
@@ -44,8 +45,8 @@ impl<E: Extent> SplitSource<E> for Binned<'_, E::Item> {
     }
 }
 
-/// Divides a group of at least two in place; both parts have items. The rest of the arithmetic is of least and greatest
-/// values and of sums in the order of the items.
+/// Divides a group of at least two in place; both parts have items. The rest of the arithmetic is
+/// of least and greatest values and of sums in the order of the items.
 fn split<E: Extent>(items: &mut [E::Item], by_half: bool) -> usize {
     let (mut low, mut high) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     for item in items.iter() {

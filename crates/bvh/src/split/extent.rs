@@ -11,7 +11,8 @@ pub trait SplitItem: Copy + Send + Sync {
     fn index(&self) -> u32;
 }
 
-/// A group of items, and the split cost: what a builder makes least, summed over both parts of a division.
+/// A group of items, and the split cost: what a builder makes least, summed over both parts of a
+/// division.
 pub trait Extent: Copy + Send + Sync {
     /// What groups are of.
     type Item: SplitItem;
@@ -19,7 +20,8 @@ pub trait Extent: Copy + Send + Sync {
     /// Of no items.
     const EMPTY: Self;
 
-    /// Whether a division across a short axis is taken for costlier than its cost, by the ratio of the longest axis to it.
+    /// Whether a division across a short axis is taken for costlier than its cost, by the ratio of
+    /// the longest axis to it.
     const PENALISES_SHORT_AXES: bool;
 
     /// Adds an item.
@@ -40,7 +42,8 @@ pub trait Extent: Copy + Send + Sync {
     /// The cost of the group if it had this weight and diagonal; grows with both.
     fn cost_of(&self, weight: f64, diagonal: Vec3A) -> f64;
 
-    /// By what a stochastic subset is drawn ([`Clusters`](super::Clusters)): how much an item matters for the upper levels.
+    /// By what a stochastic subset is drawn ([`Clusters`](super::Clusters)): how much an item
+    /// matters for the upper levels.
     fn sampling_weight(item: &Self::Item) -> f32;
 
     /// The cost of the group; 0 without weight.

@@ -62,8 +62,8 @@ pub struct SplitGroups<E, const WIDTH: usize> {
 }
 
 impl<E: Extent, const WIDTH: usize> SplitGroups<E, WIDTH> {
-    /// The children of a wide node: the costliest group is divided again and again. Groups of up to `WIDTH` are not divided, since they can be
-    /// children of one node.
+    /// The children of a wide node: the costliest group is divided again and again. Groups of up to
+    /// `WIDTH` are not divided, since they can be children of one node.
     pub fn divide(source: &mut impl SplitSource<E>, group: &SplitGroup<E>, by_half: bool) -> Self {
         let mut groups = [*group; WIDTH];
         let mut count = 1;

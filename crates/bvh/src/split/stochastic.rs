@@ -1,12 +1,14 @@
 //! Upper levels from a stochastic subset, for any split cost.
 //!
-//! What [`Method::Subset`](crate::Method::Subset) does for boxes (Dittebrandt 2025 ch. 8), without lanes: a subset of the items along a curve is divided
-//! into clusters by bins; every other item goes into one of the clusters around it on the curve, where
+//! What [`Method::Subset`](crate::Method::Subset) does for boxes (Dittebrandt 2025 ch. 8), without
+//! lanes: a subset of the items along a curve is divided into clusters by bins; every other item
+//! goes into one of the clusters around it on the curve, where
 //!
 //! > `C(N_l ∪ p) − C(N_l) + Σ_{N_p} (M(N_p ∪ p) − M(N_p))`
 //!
-//! is least, the sum over the cluster's ancestors (eq. 8.11). `C` is the cost of a group, and `M` that of a group with the same box and orientations but
-//! the weight of one item on average; from there on clusters are divided by bins.
+//! is least, the sum over the cluster's ancestors (eq. 8.11). `C` is the cost of a group, and `M`
+//! that of a group with the same box and orientations but the weight of one item on average; from
+//! there on clusters are divided by bins.
 
 use super::binary::split_tree;
 use super::binned::Binned;
@@ -38,8 +40,9 @@ pub struct Clusters<E> {
 }
 
 impl<E: Extent> Clusters<E> {
-    /// Chooses clusters for `items`, which are along a curve, and puts them in the order of these; the items of a cluster stay in theirs.
-    /// Options of `subset` are taken as they are if they are valid; its interior builder is that by bins.
+    /// Chooses clusters for `items`, which are along a curve, and puts them in the order of these;
+    /// the items of a cluster stay in theirs. Options of `subset` are taken as they are if they are
+    /// valid; its interior builder is that by bins.
     pub fn new(items: &mut [E::Item], subset: &SubsetOptions) -> Self {
         let count = items.len();
         if count == 0 {
@@ -82,7 +85,8 @@ impl<E: Extent> Clusters<E> {
         upper
     }
 
-    /// The tree of the subset down to its clusters, and the cluster of each of its items along the curve.
+    /// The tree of the subset down to its clusters, and the cluster of each of its items along the
+    /// curve.
     fn of_subset(items: &[E::Item], places: &[u32], most: u32) -> (Self, Vec<u32>) {
         let mut members: Vec<E::Item> = places.iter().map(|&place| items[place as usize]).collect();
         // Which of the subset an item is, by its index.
@@ -275,8 +279,8 @@ mod tests {
             .collect()
     }
 
-    /// Trees are trees, cost hardly more than those of bins, and what clusters say of themselves is true; items in other clusters than their
-    /// own are noticed.
+    /// Trees are trees, cost hardly more than those of bins, and what clusters say of themselves is
+    /// true; items in other clusters than their own are noticed.
     #[test]
     fn clusters_make_good_trees() {
         for count in [1u32, 2, 30, 900, 6000] {

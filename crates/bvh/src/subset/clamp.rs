@@ -6,7 +6,8 @@ const OFFSET: i32 = 64;
 
 /// How many weights lie in each bin `[√2ⁱ, √2ⁱ⁺¹)`.
 ///
-/// Weights are given squared: the bin of a weight is then the binary exponent of its square, and no logarithm is needed.
+/// Weights are given squared: the bin of a weight is then the binary exponent of its square, and no
+/// logarithm is needed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeightHistogram {
     counts: [u32; BINS],
@@ -19,7 +20,8 @@ impl Default for WeightHistogram {
 }
 
 impl WeightHistogram {
-    /// Counts the weight whose square this is: finite and not negative. Zero and what is subnormal are in bin 0.
+    /// Counts the weight whose square this is: finite and not negative. Zero and what is subnormal
+    /// are in bin 0.
     #[inline(always)]
     pub fn add_squared(&mut self, squared: f32) {
         let exponent = (squared.to_bits() >> 23) as i32 - 127;
@@ -34,10 +36,11 @@ impl WeightHistogram {
         }
     }
 
-    /// A clamping weight `c` with `c / Σ min(w, c) ≥ stratum`, at most twice the least there is; infinite if there is none
-    /// (Dittebrandt 2025, Algorithm 6, with `b = √2` and 128 bins).
+    /// A clamping weight `c` with `c / Σ min(w, c) ≥ stratum`, at most twice the least there is;
+    /// infinite if there is none (Dittebrandt 2025, Algorithm 6, with `b = √2` and 128 bins).
     ///
-    /// `stratum` is the share of all weights that a clamped one is to have; see [`stratum_beside_uniform`].
+    /// `stratum` is the share of all weights that a clamped one is to have; see
+    /// [`stratum_beside_uniform`].
     pub fn clamp(&self, stratum: f64) -> f64 {
         let mut unclamped = 0.0;
         let mut clamped: f64 = self.counts.iter().map(|&count| f64::from(count)).sum();
@@ -53,8 +56,8 @@ impl WeightHistogram {
     }
 }
 
-/// The stratum `s' = (s − u/N) / (1 − u)` for which clamped weights, mixed with uniform ones of share `u`, cover the stratum `s`
-/// (Dittebrandt 2025, eq. 8.6).
+/// The stratum `s' = (s − u/N) / (1 − u)` for which clamped weights, mixed with uniform ones of
+/// share `u`, cover the stratum `s` (Dittebrandt 2025, eq. 8.6).
 pub fn stratum_beside_uniform(stratum: f64, uniform: f64, count: usize) -> f64 {
     (stratum - uniform / count as f64) / (1.0 - uniform)
 }

@@ -1,12 +1,13 @@
 //! Into which cluster a primitive goes.
 //!
-//! Candidates are the clusters of the subset's primitives around it on the curve. It goes where the tree's cost by the surface area
-//! heuristic grows least (Dittebrandt 2025, eq. 8.11),
+//! Candidates are the clusters of the subset's primitives around it on the curve. It goes where the
+//! tree's cost by the surface area heuristic grows least (Dittebrandt 2025, eq. 8.11),
 //!
 //! > `I(p, N_l) = C_T Σ_{N_p} (A(N'_p) − A(N_p)) + C_I (A(N'_l) |N'_l| − A(N_l) |N_l|)`,
 //!
-//! the sum over the ancestors of the cluster. Growth at the clusters themselves is computed for eight candidates at a time; a
-//! candidate's ancestors are looked at only as long as it can still be the best (Algorithm 7).
+//! the sum over the ancestors of the cluster. Growth at the clusters themselves is computed for
+//! eight candidates at a time; a candidate's ancestors are looked at only as long as it can still
+//! be the best (Algorithm 7).
 
 use crate::item::BoxItem;
 use crate::node::Node;
@@ -23,8 +24,9 @@ pub struct Clusters {
     areas: Vec<f32>,
     /// Node of each cluster.
     leaves: Vec<u32>,
-    /// For each primitive of the subset along the curve the cluster that it is in, its box by coordinates (greatest ones negated), its area and its
-    /// number of primitives. Seven more than there are at the end.
+    /// For each primitive of the subset along the curve the cluster that it is in, its box by
+    /// coordinates (greatest ones negated), its area and its number of primitives. Seven more than
+    /// there are at the end.
     cluster_of: Vec<u32>,
     boxes: [Vec<f32>; 6],
     leaf_areas: Vec<f32>,
@@ -32,8 +34,8 @@ pub struct Clusters {
 }
 
 impl Clusters {
-    /// Of a tree whose leaves are the clusters; `cluster_of` is the cluster of each primitive of the subset along the curve, and `counts` how
-    /// many of them each cluster has.
+    /// Of a tree whose leaves are the clusters; `cluster_of` is the cluster of each primitive of
+    /// the subset along the curve, and `counts` how many of them each cluster has.
     pub fn new(upper: &[Node], cluster_of: &[u32], counts: &[u32]) -> Self {
         let mut nodes: Vec<BoxItem> = upper.iter().map(|node| BoxItem::new(&node.bounds(), 0)).collect();
         let areas: Vec<f32> = nodes.iter().map(BoxItem::half_area).collect();
@@ -74,7 +76,8 @@ impl Clusters {
         }
     }
 
-    /// Growth at the ancestors of a cluster, added to the growth at the cluster itself, as long as it is less than `limit`.
+    /// Growth at the ancestors of a cluster, added to the growth at the cluster itself, as long as
+    /// it is less than `limit`.
     #[inline(always)]
     fn cost_above(&self, item: &BoxItem, cluster: u32, at_leaf: f32, limit: f32) -> f32 {
         let mut cost = at_leaf;
@@ -92,8 +95,8 @@ impl Clusters {
         cost
     }
 
-    /// The cluster for an item between primitives `next − 1` and `next` of the subset, among those of `next − window` to `next + window − 1`.
-    /// Of equal costs the first.
+    /// The cluster for an item between primitives `next − 1` and `next` of the subset, among those
+    /// of `next − window` to `next + window − 1`. Of equal costs the first.
     #[inline(always)]
     pub fn choose<L: Lanes>(&self, item: &BoxItem, next: usize, window: usize) -> u32 {
         let count = self.cluster_of.len();
@@ -217,7 +220,8 @@ mod tests {
         (0..count).map(of).collect()
     }
 
-    /// Pruning, lanes and the order of candidates change no choice against a search that leaves out nothing; a smaller window does.
+    /// Pruning, lanes and the order of candidates change no choice against a search that leaves out
+    /// nothing; a smaller window does.
     #[test]
     fn pruning_changes_no_choice() {
         for (size, cluster) in [(0.2, 1), (0.01, 4), (0.0, 2), (1.0, 8)] {

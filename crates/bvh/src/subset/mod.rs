@@ -5,7 +5,8 @@
 //! 1. primitives are sorted along Morton's curve;
 //! 2. a subset is drawn by clamped diagonals, stratified along the curve;
 //! 3. the interior builder builds the tree of the subset, whose lowest groups are the clusters;
-//! 4. every other primitive goes into one of the clusters around it on the curve, where the tree's cost grows least;
+//! 4. every other primitive goes into one of the clusters around it on the curve, where the tree's
+//!    cost grows least;
 //! 5. the interior builder builds the tree of each cluster.
 
 mod clamp;
@@ -41,7 +42,8 @@ pub struct SubsetOptions {
     pub fraction: f32,
     /// Share of uniform weights, in `[0, 1)`: keeps dense regions represented.
     pub uniform: f32,
-    /// Primitives of the subset before and after a primitive on the curve whose clusters are its candidates; at least 1.
+    /// Primitives of the subset before and after a primitive on the curve whose clusters are its
+    /// candidates; at least 1.
     pub window: u32,
     /// Most primitives of the subset in a cluster; at least 1.
     pub cluster: u32,
@@ -93,7 +95,8 @@ pub struct Scratch {
     choices: Vec<u32>,
 }
 
-/// Builds the tree over items that are sorted along a curve, not none: `2n − 1` cells and `n` indices.
+/// Builds the tree over items that are sorted along a curve, not none: `2n − 1` cells and `n`
+/// indices.
 pub fn build(
     sorted: &mut [BoxItem],
     cells: &mut [BoxItem],
@@ -376,7 +379,8 @@ impl LaneKernel for Below<'_> {
         } = self;
         let first = upper.start(root) as u32;
         let mut waiting = [Task::default(); WAITING];
-        // Nodes of the upper tree, their cells and depths; a node whose parts are done is `DONE` more.
+        // Nodes of the upper tree, their cells and depths; a node whose parts are done is `DONE`
+        // more.
         const DONE: u32 = 1 << 31;
         let mut above = [(0u32, 0u32, 0u32); 3 * WAITING];
         above[0] = (root as u32, 0, depth);
@@ -404,7 +408,8 @@ impl LaneKernel for Below<'_> {
                     } = upper.nodes[index];
                     let origin = upper.cells[cluster as usize] as usize;
                     let mut filled = 0;
-                    // The first cluster's first cell is as many behind this node's as there are nodes between.
+                    // The first cluster's first cell is as many behind this node's as there are
+                    // nodes between.
                     let mut above_first = 0;
                     let mut down = index;
                     while upper.nodes[down].count > 1 {

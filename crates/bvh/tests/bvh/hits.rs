@@ -42,7 +42,8 @@ fn ray(index: u32) -> Ray {
     }
 }
 
-/// The nearest hit is that of brute force. A tree whose boxes were made for other triangles is noticed.
+/// The nearest hit is that of brute force. A tree whose boxes were made for other triangles is
+/// noticed.
 #[test]
 fn hits_are_those_of_brute_force() {
     for (count, size) in [(1, 1.0), (40, 0.5), (1500, 0.08)] {

@@ -22,7 +22,8 @@ fn instances(count: u32, seed: u64) -> Vec<Instance> {
         .collect()
 }
 
-/// Hits among placed copies are those of a search through every triangle of every copy, before and after copies have moved.
+/// Hits among placed copies are those of a search through every triangle of every copy, before and
+/// after copies have moved.
 #[test]
 fn hits_among_copies_are_those_of_brute_force() {
     let meshes = [triangles(60, 0.5, 1), triangles(1, 2.0, 2), triangles(9, 1.0, 3)];

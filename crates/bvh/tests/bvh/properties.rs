@@ -30,7 +30,8 @@ fn coordinate(rng: &mut CounterRng, kind: u32) -> f32 {
     }
 }
 
-/// Trees are trees, and what has no box is named: the first such primitive, and only if there is one.
+/// Trees are trees, and what has no box is named: the first such primitive, and only if there is
+/// one.
 #[test]
 fn any_boxes_make_a_tree_or_an_error() {
     let builds = builds();

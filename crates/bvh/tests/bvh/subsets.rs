@@ -32,7 +32,8 @@ fn share(weights: &[f64], clamp: f64) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Algorithm 6: the clamping weight satisfies its constraint and is at most twice the exact one.
+    /// Algorithm 6: the clamping weight satisfies its constraint and is at most twice the exact
+    /// one.
     #[test]
     fn clamps_are_within_their_bound(
         exponents in prop::collection::vec(-25.0f64..25.0, 2..200),
@@ -54,7 +55,8 @@ proptest! {
     }
 }
 
-/// Bins by exponents are those of logarithms; what is below or above all bins is in the first or the last.
+/// Bins by exponents are those of logarithms; what is below or above all bins is in the first or
+/// the last.
 #[test]
 fn weights_are_in_their_bins() {
     let one = |weight: f64| {
@@ -98,8 +100,9 @@ fn probabilities(weights: &[f32], fraction: f64, uniform: f64) -> (f64, Vec<f64>
     (strata, weights.iter().map(of).collect())
 }
 
-/// All heavy primitives are in the subset, whatever the offset; the others as often as their probability tells, over all offsets: an
-/// enumeration with 4096 of them, off by no more than one. Weights that are not clamped, or not mixed, are noticed.
+/// All heavy primitives are in the subset, whatever the offset; the others as often as their
+/// probability tells, over all offsets: an enumeration with 4096 of them, off by no more than one.
+/// Weights that are not clamped, or not mixed, are noticed.
 #[test]
 fn subsets_have_their_probabilities() {
     #[derive(Clone, Copy, Debug)]

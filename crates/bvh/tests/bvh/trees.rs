@@ -7,8 +7,9 @@ use lightshed_bvh::{
     SubsetOptions, TreeFault,
 };
 
-/// Every primitive is in exactly one leaf, boxes contain what is below and are those of the primitives, and no tree is too deep: for all ways
-/// to build, all kinds of input and numbers around those at which something changes.
+/// Every primitive is in exactly one leaf, boxes contain what is below and are those of the
+/// primitives, and no tree is too deep: for all ways to build, all kinds of input and numbers
+/// around those at which something changes.
 #[test]
 fn trees_are_trees() {
     for layout in LAYOUTS {
@@ -135,7 +136,8 @@ fn options_out_of_range_are_refused() {
     assert!(matches!(Builder::new(options), Err(BuildError::Option(_))));
 }
 
-/// A refit has the boxes of the moved primitives and tells how much worse the tree has become; moving back restores the tree.
+/// A refit has the boxes of the moved primitives and tells how much worse the tree has become;
+/// moving back restores the tree.
 #[test]
 fn refits_fit() {
     let at_rest = boxes(Layout::Uniform, 2000, 1);
@@ -158,7 +160,8 @@ fn refits_fit() {
     assert_eq!(tree, before);
 }
 
-/// Moves lessen the cost, and never make it more; a good part of what a poor tree has too much is gone.
+/// Moves lessen the cost, and never make it more; a good part of what a poor tree has too much is
+/// gone.
 #[test]
 fn reinsertion_lessens_the_cost() {
     for layout in [
@@ -200,7 +203,8 @@ fn cost_is_that_of_the_definition() {
     assert_eq!(Bvh::default().sah_cost(1.0, 1.0), 0.0);
 }
 
-/// Trees of all methods cost little more than the best of them, on scenes with large and small primitives alike.
+/// Trees of all methods cost little more than the best of them, on scenes with large and small
+/// primitives alike.
 #[test]
 fn trees_are_good() {
     for layout in [Layout::Uniform, Layout::TeapotInStadium, Layout::Large] {

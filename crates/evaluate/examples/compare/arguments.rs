@@ -11,7 +11,8 @@ pub struct Arguments {
     /// A built-in scene or a file (Mitsuba 3 .xml, glTF), instead of the built-in comparison.
     #[arg(long)]
     pub scene: Option<String>,
-    /// Methods, the baseline first, such as path,path-reuse,restir-pt-offline:reconnection,direct:bvh.
+    /// Methods, the baseline first, such as
+    /// path,path-reuse,restir-pt-offline:reconnection,direct:bvh.
     #[arg(long, value_delimiter = ',', value_parser = method, requires = "scene")]
     pub methods: Vec<Method>,
     /// Processor seconds for each method in each repeat.
@@ -41,7 +42,8 @@ pub struct Arguments {
     /// Go on with what an interrupted comparison has left in the output folder.
     #[arg(long)]
     pub resume: bool,
-    /// Does the I-th of N parts of the repeats of all scenes, counted from 0, and leaves its measurements in the output folder for --join.
+    /// Does the I-th of N parts of the repeats of all scenes, counted from 0, and leaves its
+    /// measurements in the output folder for --join.
     #[arg(long, value_name = "I/N", value_parser = part, conflicts_with_all = ["resume", "join"])]
     pub shard: Option<ShardPart>,
     /// Measures nothing, but joins what all parts have left in the output folder.

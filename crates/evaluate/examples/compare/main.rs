@@ -4,10 +4,11 @@
 //! cargo run --release --example compare
 //! ```
 //!
-//! takes about two minutes on two cores and writes `target/compare/report.html`. With `--scene`, `--methods`, `--seconds` and
-//! `--reference` it compares what you like; the first method is the baseline. Ctrl-C keeps what is complete, and the same command
-//! goes on from there with `--resume`. `--shard 2/8` measures an eighth of the repeats, on any machine, and `--join` puts what all parts have
-//! left in the output folder together.
+//! takes about two minutes on two cores and writes `target/compare/report.html`. With `--scene`,
+//! `--methods`, `--seconds` and `--reference` it compares what you like; the first method is the
+//! baseline. Ctrl-C keeps what is complete, and the same command goes on from there with
+//! `--resume`. `--shard 2/8` measures an eighth of the repeats, on any machine, and `--join` puts
+//! what all parts have left in the output folder together.
 
 mod arguments;
 mod parts;
@@ -225,7 +226,8 @@ fn keep_images(methods: &[Method], folder: &Path, contested: &mut Contested) -> 
 /// Frames that a chain is looked at for, after as many that fill its history.
 const CHAIN_FRAMES: u32 = 40;
 
-/// Samples in a pixel of a frame of methods that take samples: enough for full batches of neighbours.
+/// Samples in a pixel of a frame of methods that take samples: enough for full batches of
+/// neighbours.
 const SAMPLES: u32 = 4;
 
 /// The method as frames, at its first one.

@@ -14,7 +14,8 @@ pub struct Subject {
     pub methods: Vec<Method>,
 }
 
-/// Built-in scenes, what they show, methods of which the first is the baseline, and the longest path.
+/// Built-in scenes, what they show, methods of which the first is the baseline, and the longest
+/// path.
 const DEFAULT: [(&str, &str, &[&str], Option<u32>); 3] = [
     (
         "doorway",

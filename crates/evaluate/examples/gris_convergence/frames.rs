@@ -12,8 +12,8 @@ use lightshed_evaluate::Plot;
 use serde_json::{Value, json};
 
 /// Fig. 6.2: the average over the frames of one pixel, with and without a cap, over an ensemble of
-/// independent chains. Every single frame is unbiased; what differs is whether the average over frames
-/// converges.
+/// independent chains. Every single frame is unbiased; what differs is whether the average over
+/// frames converges.
 pub fn average_over_frames(effort: f64) -> Outcome {
     let caps = [1.0f32, 5.0, 20.0, 100.0, f32::INFINITY];
     let (frames, chains) = (8192u32, (400.0 * effort).max(30.0) as u32);
@@ -99,7 +99,8 @@ pub fn average_over_frames(effort: f64) -> Outcome {
     }
 }
 
-/// Fig. 6.8a: the error of single frames of spatiotemporal reuse over a grid, against the frame's number.
+/// Fig. 6.8a: the error of single frames of spatiotemporal reuse over a grid, against the frame's
+/// number.
 pub fn error_of_frames(effort: f64) -> Outcome {
     let caps = [1.0f32, 5.0, 20.0, 100.0, 1000.0];
     let extent = Extent {

@@ -1,12 +1,13 @@
-//! Convergence of generalised resampling on one-dimensional functions: the experiments of Lin 2022 figs. 6.2,
-//! 6.6, 6.7 and 6.8a.
+//! Convergence of generalised resampling on one-dimensional functions: the experiments of Lin 2022
+//! figs. 6.2, 6.6, 6.7 and 6.8a.
 //!
 //! ```text
 //! cargo run --release --example gris_convergence -- --json
 //! ```
 //!
-//! prints series and fitted slopes as JSON and draws them as SVG. `--check` fails unless they are what the
-//! theory says; `--stress 100000000` streams that many items of weights over 24 decades through reservoirs.
+//! prints series and fitted slopes as JSON and draws them as SVG. `--check` fails unless they are
+//! what the theory says; `--stress 100000000` streams that many items of weights over 24 decades
+//! through reservoirs.
 
 mod fit;
 mod frames;

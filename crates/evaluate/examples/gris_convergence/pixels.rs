@@ -5,8 +5,9 @@ use lightshed::resampling::{
 };
 use lightshed::sampling::{CounterRng, PrimarySample, f64_from_u64};
 
-/// A pixel's integrand over `u` in [0, 1): it looks at the world interval `[start, start + length)`, where a
-/// lobe moves with the pixel and a bright, narrow peak stands still that is hidden from some pixels.
+/// A pixel's integrand over `u` in [0, 1): it looks at the world interval
+/// `[start, start + length)`, where a lobe moves with the pixel and a bright, narrow peak stands
+/// still that is hidden from some pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Pixel {
     start: f64,
@@ -16,8 +17,8 @@ pub struct Pixel {
 }
 
 impl Pixel {
-    /// The pixel at an offset from the one of interest. Where the scene is `occluded`, half of the pixels do
-    /// not see the peak.
+    /// The pixel at an offset from the one of interest. Where the scene is `occluded`, half of the
+    /// pixels do not see the peak.
     pub fn at(dx: i32, dy: i32, occluded: bool) -> Self {
         let (x, y) = (f64::from(dx), f64::from(dy));
         Self {

@@ -5,11 +5,11 @@ use lightshed::resampling::{JumpSelection, Selection};
 use lightshed::sampling::{CompensatedSum, CounterRng};
 use serde_json::json;
 
-/// Streams `count` items with weights between 1e-12 and 1e12, large before small, through many reservoirs at
-/// once.
+/// Streams `count` items with weights between 1e-12 and 1e12, large before small, through many
+/// reservoirs at once.
 ///
-/// What is selected is counted by place in the stream and by magnitude; the sum is held to a compensated one
-/// in `f64`.
+/// What is selected is counted by place in the stream and by magnitude; the sum is held to a
+/// compensated one in `f64`.
 pub fn stress(count: u64) -> Outcome {
     const JUMPS: usize = 192;
     const STREAMS: usize = 8;
@@ -25,7 +25,8 @@ pub fn stress(count: u64) -> Outcome {
     let mut streams = vec![Selection::<(u64, f64)>::new(); STREAMS];
     let mut chunk = Vec::with_capacity(4096);
     let mut first = 0;
-    // exp by decades: the weights are log-uniform, in the second half of the stream below 1e11.5 only.
+    // exp by decades: the weights are log-uniform, in the second half of the stream below 1e11.5
+    // only.
     while first < count {
         chunk.clear();
         for i in first..(first + 4096).min(count) {

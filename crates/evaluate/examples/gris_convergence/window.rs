@@ -99,8 +99,8 @@ fn measure(mis: Mis, window: Window, repeats: u32) -> Measured {
     }
 }
 
-/// Fig. 6.6: independent samples from each of 7 × 7 pixels, ever more. And what pairwise weights save at
-/// equal error.
+/// Fig. 6.6: independent samples from each of 7 × 7 pixels, ever more. And what pairwise weights
+/// save at equal error.
 pub fn fixed_window(effort: f64) -> Outcome {
     let counts = [1u32, 2, 4, 8, 16, 32];
     let mut series = Vec::new();
@@ -166,9 +166,9 @@ pub fn fixed_window(effort: f64) -> Outcome {
     }
 }
 
-/// What pairwise weights save: the cost of balance over 7 × 7 pixels with one sample each, over that of a
-/// pairwise family with as many samples as it needs for the same error. How many it needs depends on how much
-/// the pixels resemble each other.
+/// What pairwise weights save: the cost of balance over 7 × 7 pixels with one sample each, over
+/// that of a pairwise family with as many samples as it needs for the same error. How many it needs
+/// depends on how much the pixels resemble each other.
 pub fn cost_at_equal_error(effort: f64) -> Outcome {
     let counts = [1u32, 2, 4, 8, 16, 32];
     let repeats = (4000.0 * effort).max(50.0) as u32;
@@ -187,8 +187,8 @@ pub fn cost_at_equal_error(effort: f64) -> Outcome {
                 .iter()
                 .map(|&count| measure(mis, window(count), (repeats / count).max(50)))
                 .collect();
-            // Error falls as 1/K: so many samples a pixel, no fewer than one. Costs are interpolated in
-            // logarithms.
+            // Error falls as 1/K: so many samples a pixel, no fewer than one. Costs are
+            // interpolated in logarithms.
             let samples = (family[0].error / balance.error).max(1.0);
             let exponent = samples.log2().min(counts.len() as f64 - 1.001);
             let (low, fraction) = (exponent.floor() as usize, exponent.fract());

@@ -1,11 +1,13 @@
-//! What the parameters of offline ReSTIR path tracing do at equal time: the exploration of Lin 2022 §B.7.
+//! What the parameters of offline ReSTIR path tracing do at equal time: the exploration of Lin 2022
+//! §B.7.
 //!
 //! ```text
 //! cargo run --release --example restir_parameters -- --json
 //! ```
 //!
-//! Each setting gets the same processor time, a frame at a time in turns, so that a busy machine treats all alike. The error is
-//! that of the luminance against a path-traced reference, whose own variance is subtracted.
+//! Each setting gets the same processor time, a frame at a time in turns, so that a busy machine
+//! treats all alike. The error is that of the luminance against a path-traced reference, whose own
+//! variance is subtracted.
 
 mod measure;
 

@@ -1,12 +1,14 @@
-//! Run time against error: path tracing, path reuse and ReSTIR path tracing on one scene, in one run.
+//! Run time against error: path tracing, path reuse and ReSTIR path tracing on one scene, in one
+//! run.
 //!
 //! ```text
 //! cargo run --release --example restir_race -- cornell-glossy --seconds 20 --json
 //! ```
 //!
-//! Methods take turns frame by frame until each has had its processor time; errors are those of the luminance, at times that
-//! double, and speed-ups say how much longer path tracing would take. Of the real-time chain single frames are judged, after 20 others, against as many path-traced samples as fit into the
-//! time of one.
+//! Methods take turns frame by frame until each has had its processor time; errors are those of the
+//! luminance, at times that double, and speed-ups say how much longer path tracing would take. Of
+//! the real-time chain single frames are judged, after 20 others, against as many path-traced
+//! samples as fit into the time of one.
 
 use clap::Parser;
 use lightshed::film::{FrameMethod, SampledFrames, read_exr};
@@ -41,19 +43,19 @@ struct Arguments {
     /// Image size.
     #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [128, 128])]
     size: Vec<u32>,
-    /// Show the middle of an image so many times as wide and high: pixels that are neighbours then see places as close as they are
-    /// in a large image.
+    /// Show the middle of an image so many times as wide and high: pixels that are neighbours then
+    /// see places as close as they are in a large image.
     #[arg(long, default_value_t = 1.0, value_parser = zoom)]
     zoom: f32,
     /// Longest path in edges, instead of the scene's own.
     #[arg(long)]
     max_depth: Option<u32>,
-    /// OpenEXR image of that size to compare with, or two independent ones of like precision, whose noise is then known;
-    /// path-traced with --reference-spp where there is none.
+    /// OpenEXR image of that size to compare with, or two independent ones of like precision, whose
+    /// noise is then known; path-traced with --reference-spp where there is none.
     #[arg(long, num_args = 1..=2)]
     reference: Vec<PathBuf>,
-    /// Setting of restir-pt-offline to race as well, hybrid: trees, rounds, neighbours of a disk (0 for all of a square) and its
-    /// radius in pixels, such as 16,3,12,10. May be repeated.
+    /// Setting of restir-pt-offline to race as well, hybrid: trees, rounds, neighbours of a disk (0
+    /// for all of a square) and its radius in pixels, such as 16,3,12,10. May be repeated.
     #[arg(long, value_name = "TREES,ROUNDS,NEIGHBOURS,RADIUS", value_parser = setting)]
     setting: Vec<RestirPtOptions>,
     /// Samples a pixel of the reference.

@@ -1,7 +1,9 @@
-//! The page in a real browser: its slider moves, its plots and pictures are there, and nothing is asked of the network.
+//! The page in a real browser: its slider moves, its plots and pictures are there, and nothing is
+//! asked of the network.
 //!
-//! Needs Chromium, and starts it only if asked: `LIGHTSHED_BROWSER` says where one is, `LIGHTSHED_REQUIRE_BROWSER=1` demands the test and
-//! looks for `chromium` on the path. Without either the test says SKIPPED.
+//! Needs Chromium, and starts it only if asked: `LIGHTSHED_BROWSER` says where one is,
+//! `LIGHTSHED_REQUIRE_BROWSER=1` demands the test and looks for `chromium` on the path. Without
+//! either the test says SKIPPED.
 
 use super::tests::example_page;
 use lightshed_testkit::found_or_skipped;

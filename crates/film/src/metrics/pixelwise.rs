@@ -5,7 +5,8 @@ use super::error::{paired, same_size};
 use crate::RgbImage;
 use lightshed_sampling::{Rgb, luminance};
 
-/// The `ε` of [`relative_mean_squared_error`]: it keeps black pixels of the reference from deciding alone.
+/// The `ε` of [`relative_mean_squared_error`]: it keeps black pixels of the reference from deciding
+/// alone.
 pub const RELATIVE_MSE_EPSILON: f64 = 0.01;
 
 /// Mean of a function over all pixels and channels.
@@ -33,8 +34,8 @@ pub fn mean_squared_error(image: &RgbImage, reference: &RgbImage) -> Result<f64,
 }
 
 /// Relative mean squared error, `mean((I − R)² / (R² + ε))` over pixels and channels, with `ε =`
-/// [`RELATIVE_MSE_EPSILON`] (the form of Rousselle et al. 2011, *Adaptive Sampling and Reconstruction using Greedy Error
-/// Minimization*, §4, with the `ε` of later works).
+/// [`RELATIVE_MSE_EPSILON`] (the form of Rousselle et al. 2011, *Adaptive Sampling and
+/// Reconstruction using Greedy Error Minimization*, §4, with the `ε` of later works).
 ///
 /// # Errors
 ///
@@ -45,10 +46,11 @@ pub fn relative_mean_squared_error(image: &RgbImage, reference: &RgbImage) -> Re
     })
 }
 
-/// Mean absolute percentage error, `mean(|Y_I − Y_R| / (0.01 · mean(Y_R) + Y_R))` over pixels, with `Y` the luminance
-/// (Lin et al. 2022, *Generalized Resampled Importance Sampling*; footnote 12 of the dissertation of Lin 2022, which takes a
-/// greyscale ground truth). As a fraction: 1 is a hundred per cent. Negative luminance of the reference, which
-/// no renderer with a positive filter makes, counts as zero.
+/// Mean absolute percentage error, `mean(|Y_I − Y_R| / (0.01 · mean(Y_R) + Y_R))` over pixels, with
+/// `Y` the luminance (Lin et al. 2022, *Generalized Resampled Importance Sampling*; footnote 12 of
+/// the dissertation of Lin 2022, which takes a greyscale ground truth). As a fraction: 1 is a
+/// hundred per cent. Negative luminance of the reference, which no renderer with a positive filter
+/// makes, counts as zero.
 ///
 /// # Errors
 ///
@@ -71,8 +73,8 @@ pub fn mean_absolute_percentage_error(image: &RgbImage, reference: &RgbImage) ->
     Ok(pairs.map(relative).sum::<f64>() / count)
 }
 
-/// Relative deviation of each channel's mean, `mean(I_c) / mean(R_c) − 1`: the measure of bias that noise hides least.
-/// `None` for a channel whose mean in the reference is zero.
+/// Relative deviation of each channel's mean, `mean(I_c) / mean(R_c) − 1`: the measure of bias that
+/// noise hides least. `None` for a channel whose mean in the reference is zero.
 ///
 /// # Errors
 ///
@@ -159,7 +161,8 @@ mod tests {
         );
         let mape = mean_absolute_percentage_error(&i, &r).unwrap();
         assert_relative_eq!(mape, naive_mape(&i, &r), max_relative = 1e-6);
-        // Planted faults, each far outside the tolerance: image and reference swapped; the mean left out.
+        // Planted faults, each far outside the tolerance: image and reference swapped; the mean
+        // left out.
         assert!((mean_absolute_percentage_error(&r, &i).unwrap() - mape).abs() > 1e-2);
         assert!((relative_mean_squared_error(&r, &i).unwrap() - relative).abs() > 1e-2 * relative);
     }

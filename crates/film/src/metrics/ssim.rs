@@ -15,14 +15,15 @@ const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Mean structural similarity (Wang, Bovik, Sheikh and Simoncelli 2004, *Image Quality Assessment: From Error Visibility to
-/// Structural Similarity*, eqs. 13 and 17): at each window
+/// Mean structural similarity (Wang, Bovik, Sheikh and Simoncelli 2004, *Image Quality Assessment:
+/// From Error Visibility to Structural Similarity*, eqs. 13 and 17): at each window
 ///
 /// `SSIM = (2 μ_I μ_R + C₁)(2 σ_IR + C₂) / ((μ_I² + μ_R² + C₁)(σ_I² + σ_R² + C₂))`
 ///
-/// with moments weighted by a Gaussian of 11×11 pixels and standard deviation 1.5, `K₁ = 0.01`, `K₂ = 0.03`, averaged over
-/// the windows that lie wholly inside the image. It is defined on displayed images: it sees the luminance, clamped
-/// to `[0, 1]` and encoded by [`linear_to_srgb`], with a dynamic range of 1. Between −1 and 1; 1 for equal images.
+/// with moments weighted by a Gaussian of 11×11 pixels and standard deviation 1.5, `K₁ = 0.01`,
+/// `K₂ = 0.03`, averaged over the windows that lie wholly inside the image. It is defined on
+/// displayed images: it sees the luminance, clamped to `[0, 1]` and encoded by [`linear_to_srgb`],
+/// with a dynamic range of 1. Between −1 and 1; 1 for equal images.
 ///
 /// # Errors
 ///
@@ -93,7 +94,8 @@ mod tests {
         RgbImage::from_fn(width, height, |x, y| [f(x, y); 3]).unwrap()
     }
 
-    /// The definition with a two-dimensional window, one window after the other, central moments in a second pass.
+    /// The definition with a two-dimensional window, one window after the other, central moments in
+    /// a second pass.
     fn naive(image: &RgbImage, reference: &RgbImage) -> f64 {
         let at =
             |image: &RgbImage, x, y| f64::from(linear_to_srgb(luminance(image.get(x, y).unwrap().into())));

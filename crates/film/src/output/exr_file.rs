@@ -9,7 +9,8 @@ use std::fmt;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// Why an OpenEXR file could not be read; what lies behind it is the [`source`](std::error::Error::source).
+/// Why an OpenEXR file could not be read; what lies behind it is the
+/// [`source`](std::error::Error::source).
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ExrError {
@@ -43,9 +44,10 @@ impl std::error::Error for ExrError {
     }
 }
 
-/// Reads the colour of the first layer that has one: channels `R`, `G`, `B` in any order and case, with or without a layer's
-/// name before them (`Combined.R`), or else a single luminance channel `Y`; samples of 16 or 32 bits. The image is the
-/// file's data window; alpha and other channels are passed over.
+/// Reads the colour of the first layer that has one: channels `R`, `G`, `B` in any order and case,
+/// with or without a layer's name before them (`Combined.R`), or else a single luminance channel
+/// `Y`; samples of 16 or 32 bits. The image is the file's data window; alpha and other channels are
+/// passed over.
 ///
 /// # Errors
 ///
@@ -112,7 +114,8 @@ fn find_rgb(layer: &Layer<AnyChannels<FlatSamples>>) -> Option<[usize; 3]> {
         .or_else(|| find("", "Y").map(|y| [y; 3]))
 }
 
-/// Writes `image` as an OpenEXR file of `f32` channels `R`, `G`, `B`. The same image gives the same bytes.
+/// Writes `image` as an OpenEXR file of `f32` channels `R`, `G`, `B`. The same image gives the same
+/// bytes.
 ///
 /// # Errors
 ///

@@ -3,7 +3,8 @@
 use crate::RgbImage;
 use std::io::{self, Write};
 
-/// The sRGB transfer function (IEC 61966-2-1) of a linear value: `[0, 1] → [0, 1]`, clamped outside, NaN to 0.
+/// The sRGB transfer function (IEC 61966-2-1) of a linear value: `[0, 1] → [0, 1]`, clamped
+/// outside, NaN to 0.
 #[inline]
 pub fn linear_to_srgb(linear: f32) -> f32 {
     if linear >= 1.0 {
@@ -22,8 +23,8 @@ pub(crate) fn srgb_bytes(image: &RgbImage, exposure: f32) -> Vec<u8> {
     image.pixels().iter().flatten().map(encode).collect()
 }
 
-/// Writes `image` as a PNG of 8 bits a channel: linear values are multiplied by `2^exposure` (`exposure` in stops),
-/// clamped to `[0, 1]` and encoded by [`linear_to_srgb`].
+/// Writes `image` as a PNG of 8 bits a channel: linear values are multiplied by `2^exposure`
+/// (`exposure` in stops), clamped to `[0, 1]` and encoded by [`linear_to_srgb`].
 ///
 /// # Errors
 ///

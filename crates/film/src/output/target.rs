@@ -46,7 +46,8 @@ pub enum OutputError {
     Io(PathBuf, io::Error),
     /// Encoding as OpenEXR failed.
     Exr(PathBuf, exr::error::Error),
-    /// A shard cannot be written like this: its file is no OpenEXR file, or its header would be too long.
+    /// A shard cannot be written like this: its file is no OpenEXR file, or its header would be too
+    /// long.
     Shard(PathBuf, String),
 }
 
@@ -78,8 +79,9 @@ impl std::error::Error for OutputError {
 
 /// A path that an image can be written to.
 ///
-/// [`OutputTarget::prepare`] finds out before anything is rendered; [`OutputTarget::write`] writes a temporary file in the
-/// same folder and renames it, so that the path holds what it held before or the whole new image, never a part of one.
+/// [`OutputTarget::prepare`] finds out before anything is rendered; [`OutputTarget::write`] writes
+/// a temporary file in the same folder and renames it, so that the path holds what it held before
+/// or the whole new image, never a part of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputTarget {
     path: PathBuf,
@@ -88,8 +90,8 @@ pub struct OutputTarget {
 }
 
 impl OutputTarget {
-    /// Checks that an image can be written to `path`: its extension names a format, its folder exists and lets a file be
-    /// made (one is, and removed), and nothing but a file is in the way.
+    /// Checks that an image can be written to `path`: its extension names a format, its folder
+    /// exists and lets a file be made (one is, and removed), and nothing but a file is in the way.
     ///
     /// # Errors
     ///
@@ -120,7 +122,8 @@ impl OutputTarget {
         }
     }
 
-    /// With linear values multiplied by `2^stops` in formats that clamp them (PNG); OpenEXR files keep theirs.
+    /// With linear values multiplied by `2^stops` in formats that clamp them (PNG); OpenEXR files
+    /// keep theirs.
     pub fn with_exposure(mut self, stops: f32) -> Self {
         self.exposure = stops;
         self

@@ -1,4 +1,5 @@
-//! What integration tests share: the folders of external data, and reading NumPy archives of reference moments.
+//! What integration tests share: the folders of external data, and reading NumPy archives of
+//! reference moments.
 
 use std::fs::File;
 use std::io::Read;
@@ -13,8 +14,8 @@ pub fn data_folder(variable: &str) -> Option<PathBuf> {
     folder
 }
 
-/// A reference image with the variance of its pixels' means, from an `.npz` archive with the arrays `mean`,
-/// `var_of_mean` (height × width × 3) and `spp`.
+/// A reference image with the variance of its pixels' means, from an `.npz` archive with the arrays
+/// `mean`, `var_of_mean` (height × width × 3) and `spp`.
 pub struct ReferenceMoments {
     /// Width in pixels.
     pub width: usize,
@@ -29,7 +30,8 @@ pub struct ReferenceMoments {
 }
 
 impl ReferenceMoments {
-    /// Reads the archive. A test that has data must not pass without it, so anything unexpected panics.
+    /// Reads the archive. A test that has data must not pass without it, so anything unexpected
+    /// panics.
     pub fn read(path: &Path) -> Self {
         let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let mut archive = zip::ZipArchive::new(file).unwrap();
@@ -53,7 +55,8 @@ impl ReferenceMoments {
     }
 }
 
-/// Shape and values of a little-endian, row-major array in NumPy's format: ten bytes, a header, the values.
+/// Shape and values of a little-endian, row-major array in NumPy's format: ten bytes, a header, the
+/// values.
 fn parse_npy(bytes: &[u8]) -> Option<(Vec<usize>, Vec<f64>)> {
     let rest = bytes.strip_prefix(b"\x93NUMPY\x01\x00")?;
     let (length, rest) = rest.split_first_chunk::<2>()?;

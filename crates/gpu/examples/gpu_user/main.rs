@@ -1,6 +1,7 @@
-//! A user: a wgpu program of its own that takes random numbers, a light tree and reservoirs from `lightshed-shaders` and brings the rest
-//! itself. A floor is lit by ten thousand small lamps; each of its points draws lamps, by power or by the tree, and keeps one in
-//! proportion to what it gives there (resampled importance sampling). Noise is printed against the number of draws.
+//! A user: a wgpu program of its own that takes random numbers, a light tree and reservoirs from
+//! `lightshed-shaders` and brings the rest itself. A floor is lit by ten thousand small lamps; each
+//! of its points draws lamps, by power or by the tree, and keeps one in proportion to what it gives
+//! there (resampled importance sampling). Noise is printed against the number of draws.
 //!
 //! ```text
 //! cargo run --release -p lightshed-gpu --example gpu_user

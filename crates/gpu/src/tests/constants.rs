@@ -1,6 +1,8 @@
-//! Numbers that shaders share with the libraries have one value: both texts are read, and compared by name.
+//! Numbers that shaders share with the libraries have one value: both texts are read, and compared
+//! by name.
 //!
-//! The libraries' numbers are read from their sources, since many of them are nobody else's business.
+//! The libraries' numbers are read from their sources, since many of them are nobody else's
+//! business.
 
 use lightshed_shaders::MODULES;
 use std::path::Path;
@@ -184,7 +186,8 @@ fn shader(module: &str) -> String {
     std::fs::read_to_string(path.with_extension("wesl")).unwrap_or_else(|error| panic!("{module}: {error}"))
 }
 
-/// Values of all constants of a name, as `f32` where they are fractions; those that are no plain numbers are passed over.
+/// Values of all constants of a name, as `f32` where they are fractions; those that are no plain
+/// numbers are passed over.
 fn constants(text: &str, name: &str) -> Vec<f64> {
     let declared = format!("const {name}: ");
     text.split(&declared)

@@ -1,4 +1,5 @@
-//! The WGSL that is checked in is what the programs link to, and binds what the tables of bindings say.
+//! The WGSL that is checked in is what the programs link to, and binds what the tables of bindings
+//! say.
 //!
 //! `LIGHTSHED_RELINK=1 cargo test -p lightshed-gpu linked` writes it anew.
 
@@ -73,7 +74,8 @@ pub(crate) fn linker() -> Linker<'static> {
         .fold(Linker::new(), |linker, (path, text)| linker.module(&path, text))
 }
 
-/// Links a program: `name.wesl`, or `name/main.wesl` with `name/reuse.wesl` for what merges ask for.
+/// Links a program: `name.wesl`, or `name/main.wesl` with `name/reuse.wesl` for what merges ask
+/// for.
 fn link(modules: &[(String, String)], name: &str) -> String {
     let text = |path: &str| {
         modules
@@ -133,8 +135,8 @@ fn checked_in_wgsl_is_what_programs_link_to() {
     }
 }
 
-/// Whether everything that a program binds stands in its tables, by group, number, name and access; and whether no two of them have a place
-/// in common.
+/// Whether everything that a program binds stands in its tables, by group, number, name and access;
+/// and whether no two of them have a place in common.
 fn check_bindings(tables: &[Table], module: &naga::Module) -> Result<(), String> {
     let all: Vec<_> = tables
         .iter()

@@ -1,4 +1,5 @@
-//! Tests of the crate as a whole: one program, so that devices are opened and shaders compiled once.
+//! Tests of the crate as a whole: one program, so that devices are opened and shaders compiled
+//! once.
 
 mod constants;
 mod linked;

@@ -1,4 +1,5 @@
-//! Shifts and walks on the device are those of `lightshed-shift`, bit for bit where the device is exact.
+//! Shifts and walks on the device are those of `lightshed-shift`, bit for bit where the device is
+//! exact.
 
 use crate::bindings::{Bindings, SceneBindings, Table, bindings};
 use crate::buffer::{Access, Buffer};
@@ -20,16 +21,20 @@ use lightshed_shift::{
 
 const SIDE: u32 = 64;
 const LENGTH: u32 = 7;
-/// Base paths and the domains that they are carried to, under the hybrid's rules; under others a quarter of that.
+/// Base paths and the domains that they are carried to, under the hybrid's rules; under others a
+/// quarter of that.
 const PAIRS: usize = 1 << 16;
 
-/// The outcome of a shift that is defined, by the shader's number; others have those of `Undefined`.
+/// The outcome of a shift that is defined, by the shader's number; others have those of
+/// `Undefined`.
 const DEFINED: u32 = u32::MAX;
 
-/// A sample as words, and the domain that it is carried to: a place, and the direction to the viewer.
+/// A sample as words, and the domain that it is carried to: a place, and the direction to the
+/// viewer.
 type Pair = ([u32; 16], [u32; 8]);
 
-/// Contribution and density of a shifted path, the outcome by the shader's number, and the Jacobian.
+/// Contribution and density of a shifted path, the outcome by the shader's number, and the
+/// Jacobian.
 type Outcome = [u32; 8];
 
 const SHIFTS: &str = "
@@ -295,7 +300,8 @@ fn pairs(world: &SceneWorld<'_>, rules: Connectability) -> (Vec<Pair>, Vec<Outco
     (pairs, answers)
 }
 
-/// Whether two answers agree: one outcome, and numbers that differ by a share of at most `tolerance`.
+/// Whether two answers agree: one outcome, and numbers that differ by a share of at most
+/// `tolerance`.
 fn agree(tolerance: f32, found: &Outcome, truth: &Outcome) -> bool {
     // What is undefined has no value.
     if found[4] != truth[4] {
@@ -397,8 +403,9 @@ fn shifts_are_those_of_the_library() {
     }
 }
 
-/// Walks on the device: every candidate is, but for the order of a product, what the library makes of it in its own domain, and those whose
-/// direction the reservoir did not round are the library's own, bit for bit.
+/// Walks on the device: every candidate is, but for the order of a product, what the library makes
+/// of it in its own domain, and those whose direction the reservoir did not round are the library's
+/// own, bit for bit.
 #[test]
 fn walks_are_those_of_the_library() {
     let Some(gpu) = gpu() else { return };

@@ -21,8 +21,8 @@ fn sized(mut description: SceneDescription, side: u32) -> Scene {
     Scene::new(&description).expect("built-in scenes are sound")
 }
 
-/// Share of the pixels whose sample `index` on the device is not the host's with `depths`: in any bit where the device and what is asked
-/// of it are exact, else by more than a thousandth.
+/// Share of the pixels whose sample `index` on the device is not the host's with `depths`: in any
+/// bit where the device and what is asked of it are exact, else by more than a thousandth.
 fn different(gpu: &Gpu, scene: &Scene, index: u32, depths: (Option<u32>, u32)) -> f64 {
     let has_image = scene
         .emitters()
@@ -51,8 +51,8 @@ fn different(gpu: &Gpu, scene: &Scene, index: u32, depths: (Option<u32>, u32)) -
     differing as f64 / found.len() as f64
 }
 
-/// The same bits, path by path, on a device that is exact; on others all but a few of a hundred paths, which took another branch, to a
-/// thousandth. Other lengths and another sample are noticed.
+/// The same bits, path by path, on a device that is exact; on others all but a few of a hundred
+/// paths, which took another branch, to a thousandth. Other lengths and another sample are noticed.
 #[test]
 fn paths_are_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
@@ -84,7 +84,8 @@ fn paths_are_those_of_the_cpu() {
     }
 }
 
-/// A ball with interpolated normals on a mirror, in constant light with a lamp, seen through a lens.
+/// A ball with interpolated normals on a mirror, in constant light with a lamp, seen through a
+/// lens.
 fn surrounded() -> SceneDescription {
     let mut scene = builtin::cornell();
     let (center, radius) = (glam::Vec3::new(-0.1, -0.2, 0.5), 0.4);
@@ -239,8 +240,8 @@ fn under_a_sky() -> SceneDescription {
     scene
 }
 
-/// A published hall under the sun and a bright sky, of a quarter of a million triangles: paths are the host's, but for one in a thousand that
-/// meets two surfaces at once.
+/// A published hall under the sun and a bright sky, of a quarter of a million triangles: paths are
+/// the host's, but for one in a thousand that meets two surfaces at once.
 #[test]
 fn paths_in_a_published_hall_are_those_of_the_cpu() {
     let Some(folder) = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from) else {
@@ -303,7 +304,8 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(GpuVplGrid::BYTES_PER_PIXEL, 88);
 }
 
-/// Published rooms with points, directions and panes of glass are taken; one with Beckmann's microfacets is refused by the material.
+/// Published rooms with points, directions and panes of glass are taken; one with Beckmann's
+/// microfacets is refused by the material.
 #[test]
 fn published_rooms_are_taken_or_refused_by_name() {
     let Some(folder) = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from) else {

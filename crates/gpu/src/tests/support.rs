@@ -15,7 +15,8 @@ pub(crate) fn under_the_sky(mut scene: SceneDescription) -> SceneDescription {
     scene
 }
 
-/// The device of all tests, or `None` with a word about it where there is none; with `LIGHTSHED_REQUIRE_GPU=1` there must be one.
+/// The device of all tests, or `None` with a word about it where there is none; with
+/// `LIGHTSHED_REQUIRE_GPU=1` there must be one.
 pub(crate) fn gpu() -> Option<&'static Gpu> {
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     let open = || found_or_skipped(Gpu::new(), "LIGHTSHED_REQUIRE_GPU");
@@ -50,7 +51,8 @@ pub(crate) fn host_means(size: [u32; 2], images: u32, value: impl Fn(u32, u32, u
 pub(crate) struct Chains<'a> {
     /// The frames of a chain whose mean counts; those before are rendered, too.
     pub counted: Range<u32>,
-    /// Subtracted from a pixel (column, row) of a frame, by its number and the seed: what is known and would only be noise.
+    /// Subtracted from a pixel (column, row) of a frame, by its number and the seed: what is known
+    /// and would only be noise.
     pub known: &'a dyn Fn([u32; 2], u32, u64) -> Rgb,
 }
 
@@ -69,8 +71,9 @@ impl Chains<'_> {
         found.test_equal(truth, 1e-4).is_ok()
     }
 
-    /// Whether the method turns out to have another expectation than `truth` in some chains of at most `most`, at 1e-4 each time it is asked. For
-    /// programs with a fault: most are found out early.
+    /// Whether the method turns out to have another expectation than `truth` in some chains of at
+    /// most `most`, at 1e-4 each time it is asked. For programs with a fault: most are found out
+    /// early.
     pub fn differ(&self, method: &mut dyn GpuMethod, most: u64, truth: &MeanTest) -> bool {
         const STEP: u64 = 6;
         let mut means = MeanTest::new();
@@ -83,7 +86,8 @@ impl Chains<'_> {
                 means.mean(),
                 means.standard_error()
             );
-            // Six values are beyond 12 with a probability of 7e-5 (Student's t, five degrees of freedom); the z-test wants twenty.
+            // Six values are beyond 12 with a probability of 7e-5 (Student's t, five degrees of
+            // freedom); the z-test wants twenty.
             let judged = means.test_equal(truth, 1e-4);
             score.abs() > 12.0 || matches!(judged, Err(StatisticsError::Rejected { .. }))
         })

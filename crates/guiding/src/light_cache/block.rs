@@ -1,12 +1,14 @@
 //! Lights as a cache weighs them, eight at a time.
 //!
-//! With `c` the middle of a light, `r` the radius of a ball around it that has it all, `n` its normal (zero where it shines all around),
-//! `d = c − x`, and `n_x` the normal at the receiver `x`, the weight is
+//! With `c` the middle of a light, `r` the radius of a ball around it that has it all, `n` its
+//! normal (zero where it shines all around), `d = c − x`, and `n_x` the normal at the receiver `x`,
+//! the weight is
 //!
 //! `w = s · max(0, o‖d‖ − n·d + r) · max(0, n_x·d + r) / max(‖d‖, r)⁴`:
 //!
-//! the irradiance by the light's intensity `s`, times a number that is learnt, with both cosines bounded by those of the ball. `o` is 1 where
-//! a light shines all around, else 0. The weight is zero only where no point of the light sends anything to `x`.
+//! the irradiance by the light's intensity `s`, times a number that is learnt, with both cosines
+//! bounded by those of the ball. `o` is 1 where a light shines all around, else 0. The weight is
+//! zero only where no point of the light sends anything to `x`.
 
 use glam::Vec3;
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
@@ -43,7 +45,8 @@ impl WeighedLight {
         }
     }
 
-    /// A group whose weight is about the sum of its members' weights, and zero only if all of them are.
+    /// A group whose weight is about the sum of its members' weights, and zero only if all of them
+    /// are.
     pub fn group(members: &[Self]) -> Self {
         let total: f32 = members.iter().map(|light| light.intensity).sum();
         if !(total > 0.0) {

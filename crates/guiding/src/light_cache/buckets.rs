@@ -10,7 +10,8 @@ use lightshed_lanes::LANES;
 pub(super) struct RegionLights {
     /// Bucket after bucket, each in blocks of its own.
     pub blocks: Vec<LightBlock>,
-    /// Where each bucket begins among the blocks; and where the last one ends. Empty without lights.
+    /// Where each bucket begins among the blocks; and where the last one ends. Empty without
+    /// lights.
     pub starts: Vec<u32>,
     /// Of aggregates each bucket's first unit …
     pub firsts: Vec<u32>,
@@ -32,7 +33,8 @@ impl RegionLights {
         (self.starts.len() as u32).saturating_sub(1)
     }
 
-    /// Divides the visible units among buckets; there were `before` of them. `lights` says how each unit is weighed.
+    /// Divides the visible units among buckets; there were `before` of them. `lights` says how each
+    /// unit is weighed.
     pub fn new(
         visible: &[Visible],
         lights: &[WeighedLight],

@@ -20,13 +20,14 @@ use lightshed_sampling::parallel::for_each_chunk;
 
 /// Chooses lights that are visible where they are asked for (§5.4).
 ///
-/// Space is divided into regions that follow the samples. A renderer tells the cache which lights it asked from where, and which of them it
-/// saw ([`LightRecord`]); an update gathers the visible lights of each region and of its neighbours. A choice weighs those lights
-/// for the receiver, so that light from hidden ones is never waited for. Lights that nobody has seen yet are found by exploration, whose
-/// share of the samples is learnt.
+/// Space is divided into regions that follow the samples. A renderer tells the cache which lights
+/// it asked from where, and which of them it saw ([`LightRecord`]); an update gathers the visible
+/// lights of each region and of its neighbours. A choice weighs those lights for the receiver, so
+/// that light from hidden ones is never waited for. Lights that nobody has seen yet are found by
+/// exploration, whose share of the samples is learnt.
 ///
-/// As a [`LightSampler`](lightshed_lights::LightSampler) it is unbiased whatever it has learnt: a light that can contribute has a positive probability, which is
-/// that of the choice really made.
+/// As a [`LightSampler`](lightshed_lights::LightSampler) it is unbiased whatever it has learnt: a
+/// light that can contribute has a positive probability, which is that of the choice really made.
 ///
 /// ```
 /// use lightshed_guiding::glam::Vec3;
@@ -80,12 +81,14 @@ struct RegionState {
 const CHUNK: usize = 16;
 
 impl LightCache {
-    /// A cache of `lights` that knows nothing. Regions are in the cube around `bounds`; outside, all samples explore.
+    /// A cache of `lights` that knows nothing. Regions are in the cube around `bounds`; outside,
+    /// all samples explore.
     ///
     /// # Errors
     ///
-    /// [`GuidingError::Option`] for options out of range, [`GuidingError::Lights`] for lights that no sampler takes, or none that shines where
-    /// a table explores, [`GuidingError::Bounds`] for bounds that are empty or not finite.
+    /// [`GuidingError::Option`] for options out of range, [`GuidingError::Lights`] for lights that
+    /// no sampler takes, or none that shines where a table explores, [`GuidingError::Bounds`] for
+    /// bounds that are empty or not finite.
     pub fn new(bounds: Bounds, lights: &[Light], options: LightCacheOptions) -> Result<Self, GuidingError> {
         options.check()?;
         check_lights(lights)?;
@@ -122,7 +125,8 @@ impl LightCache {
         }
     }
 
-    /// The same lights as they are now. What regions have learnt stays; a light that has become invisible is forgotten as time goes by.
+    /// The same lights as they are now. What regions have learnt stays; a light that has become
+    /// invisible is forgotten as time goes by.
     ///
     /// # Errors
     ///
@@ -140,8 +144,8 @@ impl LightCache {
         Ok(())
     }
 
-    /// Learns from what was asked since the last update. Records that are not sound count for nothing. The same records in the same order
-    /// give the same cache, for any number of threads.
+    /// Learns from what was asked since the last update. Records that are not sound count for
+    /// nothing. The same records in the same order give the same cache, for any number of threads.
     pub fn update(&mut self, records: &[LightRecord]) -> LightCacheReport {
         let lights = self.units.light_count();
         let sound = records
@@ -229,8 +233,8 @@ impl LightCache {
         }
     }
 
-    /// Makes buckets of what regions know, and learns shares from `records`, of which `inside` are those of each region. Returns the mean
-    /// share over the records.
+    /// Makes buckets of what regions know, and learns shares from `records`, of which `inside` are
+    /// those of each region. Returns the mean share over the records.
     fn rebuild(&mut self, records: &[LightRecord], inside: &[&[u32]]) -> f32 {
         let mut made: Vec<(RegionLights, Vec<Visible>)> = vec![Default::default(); self.states.len()];
         let (states, regions, options) = (&self.states, &self.regions, &self.options);
@@ -299,8 +303,9 @@ impl LightCache {
         }
     }
 
-    /// Second moments of what records brought, with the cache, with its tree alone, and with the tree as it was in the beginning: by records
-    /// that the cache has not learnt from yet they say how much of it is worth its cost. All alike where a table explores.
+    /// Second moments of what records brought, with the cache, with its tree alone, and with the
+    /// tree as it was in the beginning: by records that the cache has not learnt from yet they say
+    /// how much of it is worth its cost. All alike where a table explores.
     pub fn moments(&self, records: &[LightRecord]) -> CacheMoments {
         let mut moments = CacheMoments::default();
         for record in records
@@ -340,7 +345,8 @@ impl LightCache {
         }
     }
 
-    /// The lights that the region of `position` holds, in ascending order: what tests compare with the lights that are visible there.
+    /// The lights that the region of `position` holds, in ascending order: what tests compare with
+    /// the lights that are visible there.
     pub fn lights_at(&self, position: Vec3) -> Vec<u32> {
         let head = self.head(position);
         let blocks = (0..head.buckets as usize).flat_map(|bucket| self.lists.blocks(head, bucket));

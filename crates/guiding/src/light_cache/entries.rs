@@ -55,8 +55,8 @@ impl Entry {
     }
 }
 
-/// Adds the records `inside` a region, sorted by unit, to its entries, sorted by unit. Returns how many units it sees for the first
-/// time.
+/// Adds the records `inside` a region, sorted by unit, to its entries, sorted by unit. Returns how
+/// many units it sees for the first time.
 pub(super) fn collect(
     entries: &mut Vec<Entry>,
     records: &[LightRecord],

@@ -7,7 +7,8 @@ use glam::Vec3;
 use lightshed_lights::{Light, LightChoice, LightError, LightSampler, ShadingPoint};
 use lightshed_sampling::AliasTable;
 
-/// How much each of the three heuristics counts in an [`ExplorationTable`]. Not negative, one of them positive.
+/// How much each of the three heuristics counts in an [`ExplorationTable`]. Not negative, one of
+/// them positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExplorationWeights {
     /// Energy of a light.
@@ -28,13 +29,16 @@ impl Default for ExplorationWeights {
     }
 }
 
-/// One distribution of lights for all points (§5.4.3), an alias table over the blend `Σ_h w_h p_h` of three, each in proportion to
+/// One distribution of lights for all points (§5.4.3), an alias table over the blend `Σ_h w_h p_h`
+/// of three, each in proportion to
 ///
 /// - energy: intensity `I`,
-/// - change: `|I − I'| + min(I, I') ‖c − c'‖ / (‖c − c'‖ + r)`, where `c'` and `I'` are of the frame before and `r` is the radius of the light;
+/// - change: `|I − I'| + min(I, I') ‖c − c'‖ / (‖c − c'‖ + r)`, where `c'` and `I'` are of the
+///   frame before and `r` is the radius of the light;
 /// - distance: `I / max(‖c − eye‖, r)²`.
 ///
-/// A distribution that has nothing to say (nothing changed) counts for nothing. What shines has a positive probability.
+/// A distribution that has nothing to say (nothing changed) counts for nothing. What shines has a
+/// positive probability.
 #[derive(Clone, Debug)]
 pub struct ExplorationTable {
     table: AliasTable,
@@ -44,11 +48,13 @@ pub struct ExplorationTable {
 const MIN_ENERGY_WEIGHT: f32 = 1e-3;
 
 impl ExplorationTable {
-    /// A table of `lights`, of which `before` were as many in the frame before (`None` if there was none).
+    /// A table of `lights`, of which `before` were as many in the frame before (`None` if there was
+    /// none).
     ///
     /// # Errors
     ///
-    /// [`GuidingError::Option`] for weights that are negative or not finite; [`GuidingError::Lights`] if no light shines.
+    /// [`GuidingError::Option`] for weights that are negative or not finite;
+    /// [`GuidingError::Lights`] if no light shines.
     pub fn new(
         lights: &[Light],
         before: Option<&[Light]>,

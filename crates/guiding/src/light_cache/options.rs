@@ -11,11 +11,13 @@ pub const MAX_BUCKET: usize = 64;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum BucketRule {
-    /// By the remainder of the light's number, in a power of two of buckets that are chosen uniformly (§5.4.2). The cost of a choice
-    /// is bounded; its quality falls with the number of buckets.
+    /// By the remainder of the light's number, in a power of two of buckets that are chosen
+    /// uniformly (§5.4.2). The cost of a choice is bounded; its quality falls with the number of
+    /// buckets.
     Hashed,
-    /// In the order of a curve through all lights, so that a bucket is a group of near lights; a bucket is chosen by the weight of
-    /// its lights taken together. The cost of a choice is bounded by two walks.
+    /// In the order of a curve through all lights, so that a bucket is a group of near lights; a
+    /// bucket is chosen by the weight of its lights taken together. The cost of a choice is bounded
+    /// by two walks.
     #[default]
     Aggregates,
 }
@@ -25,11 +27,14 @@ pub enum BucketRule {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Exploration {
-    /// By one table for all points, over energy, change and distance from the eye (§5.4.3). Its density is known for every light at no cost, so
-    /// both techniques find cached lights: `p = f p_e + (1 − f) p_c`.
+    /// By one table for all points, over energy, change and distance from the eye (§5.4.3). Its
+    /// density is known for every light at no cost, so both techniques find cached lights:
+    /// `p = f p_e + (1 − f) p_c`.
     Table,
-    /// By a light tree that learns as well ([`LightTreeCache`](crate::LightTreeCache)), for the point. Its density costs a way through the tree, so it is left to lights that are not
-    /// cached: `p = (1 − f) p_c` of a light that `p_c` reaches, `f p_e` of others. What the tree chooses of the former is a sample of value zero.
+    /// By a light tree that learns as well ([`LightTreeCache`](crate::LightTreeCache)), for the
+    /// point. Its density costs a way through the tree, so it is left to lights that are not
+    /// cached: `p = (1 − f) p_c` of a light that `p_c` reaches, `f p_e` of others. What the tree
+    /// chooses of the former is a sample of value zero.
     #[default]
     Tree,
 }
@@ -44,8 +49,8 @@ pub struct LightCacheOptions {
     pub max_buckets: u32,
     /// How lights are divided among buckets.
     pub rule: BucketRule,
-    /// Extent of a group of lights that is learnt of and chosen as one, as a share of the extent of all lights; 0 for single lights.
-    /// Hashed buckets hold single lights.
+    /// Extent of a group of lights that is learnt of and chosen as one, as a share of the extent of
+    /// all lights; 0 for single lights. Hashed buckets hold single lights.
     pub unit_size: f32,
     /// How unknown lights are found.
     pub exploration: Exploration,
@@ -55,11 +60,14 @@ pub struct LightCacheOptions {
     pub learn_share: bool,
     /// Multiplies the weight of a light by the root of the share of a region's samples that saw it.
     pub learn_visibility: bool,
-    /// Fewer buckets than before are made only if no bucket is fuller than this part of its capacity: above 0, at most 1.
+    /// Fewer buckets than before are made only if no bucket is fuller than this part of its
+    /// capacity: above 0, at most 1.
     pub hysteresis: f32,
-    /// What is left of earlier samples at an update, 0 to 1: zero forgets the lights of the frame before.
+    /// What is left of earlier samples at an update, 0 to 1: zero forgets the lights of the frame
+    /// before.
     pub persistence: f32,
-    /// Updates with samples in a region after which a light that nobody has seen there is forgotten.
+    /// Updates with samples in a region after which a light that nobody has seen there is
+    /// forgotten.
     pub max_age: u32,
     /// A region is divided when an update has more samples in it.
     pub split_above: u32,
@@ -106,8 +114,8 @@ impl Default for LightCacheOptions {
 }
 
 impl LightCacheOptions {
-    /// The cache as the thesis describes it: hashed buckets, an exploration table with a tenth of the samples, nothing kept from earlier
-    /// frames.
+    /// The cache as the thesis describes it: hashed buckets, an exploration table with a tenth of
+    /// the samples, nothing kept from earlier frames.
     pub fn thesis() -> Self {
         Self {
             rule: BucketRule::Hashed,
@@ -183,7 +191,8 @@ impl LightCacheOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LightTreeCacheOptions {
-    /// A region is divided when it has more samples than this, those of earlier updates that are left included.
+    /// A region is divided when it has more samples than this, those of earlier updates that are
+    /// left included.
     pub split_above: u32,
     /// Eight regions are joined when they have fewer samples together.
     pub join_below: u32,

@@ -11,8 +11,9 @@ pub struct LightRecord {
     pub light: u32,
     /// Probability with which it was really chosen there, exploration included.
     pub pmf: f32,
-    /// What the light sent, of which `contribution / pmf` is what was added to an estimate: with the density of the place on the light,
-    /// but without the probability of the choice. Zero if the light was hidden. As one number (a luminance).
+    /// What the light sent, of which `contribution / pmf` is what was added to an estimate: with
+    /// the density of the place on the light, but without the probability of the choice. Zero if
+    /// the light was hidden. As one number (a luminance).
     pub contribution: f32,
     /// Whether nothing was between the point and the light.
     pub visible: bool,
@@ -41,8 +42,8 @@ pub enum CacheUse {
     Lists,
 }
 
-/// Second moments by which the parts of a cache are judged, see [`LightCache::moments`](crate::LightCache::moments). Those of several passes
-/// add up.
+/// Second moments by which the parts of a cache are judged, see
+/// [`LightCache::moments`](crate::LightCache::moments). Those of several passes add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CacheMoments {
     /// Of the tree without what was learnt.
@@ -53,7 +54,8 @@ pub struct CacheMoments {
     pub lists: f64,
 }
 
-/// By what factor lists have to lessen second moments to be worth their cost, and what the tree has learnt.
+/// By what factor lists have to lessen second moments to be worth their cost, and what the tree has
+/// learnt.
 const LISTS_COST: f64 = 1.05;
 const TREE_COST: f64 = 1.06;
 

@@ -14,7 +14,8 @@ pub(super) struct Regions {
 
 /// What became of regions.
 pub(super) struct Adapted {
-    /// For each slot the one before from which it takes what it knows; `None` where there is no region.
+    /// For each slot the one before from which it takes what it knows; `None` where there is no
+    /// region.
     pub from: Vec<Option<u32>>,
     /// For each slot what it has of the samples before.
     pub samples: Vec<f32>,
@@ -57,8 +58,8 @@ impl Regions {
         self.neighbours.of(slot)
     }
 
-    /// Divides and joins regions after the samples at `positions`, where `samples` are left in each slot of earlier ones: by as many levels as
-    /// they ask for.
+    /// Divides and joins regions after the samples at `positions`, where `samples` are left in each
+    /// slot of earlier ones: by as many levels as they ask for.
     pub fn adapt(&mut self, positions: &[Vec3], samples: &[f32], options: &RegionOptions) -> Adapted {
         let octree = OctreeOptions {
             split_above: options.split_above,

@@ -1,13 +1,15 @@
 //! The share of samples that explore.
 //!
-//! A sample of light `l` with contribution `F`, chosen with probability `q`, says how large the second moment of an estimate would be that
-//! chooses otherwise. Where the cache chooses the lights it knows with `(1 − f) p_c` and exploration the others with `f p_e`, it is
+//! A sample of light `l` with contribution `F`, chosen with probability `q`, says how large the
+//! second moment of an estimate would be that chooses otherwise. Where the cache chooses the lights
+//! it knows with `(1 − f) p_c` and exploration the others with `f p_e`, it is
 //!
 //! `M(f) = A / (1 − f) + B / f`, `A = Σ_known F² / (q p_c)`, `B = Σ_unknown F² / (q p_e)`,
 //!
-//! which is least, `(√A + √B)²`, at `f = √B / (√A + √B)`. A sample counts as one of an unknown light if the cache would not know the light
-//! but for this very sample: so `B` is what exploration still finds. Exploration alone has `T = Σ F² / (q p_e)`; where that is less, the cache is
-//! of no use and everything explores.
+//! which is least, `(√A + √B)²`, at `f = √B / (√A + √B)`. A sample counts as one of an unknown
+//! light if the cache would not know the light but for this very sample: so `B` is what exploration
+//! still finds. Exploration alone has `T = Σ F² / (q p_e)`; where that is less, the cache is of no
+//! use and everything explores.
 
 /// Second moments of a region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,7 +26,8 @@ pub(super) struct SecondMoments {
 const UNKNOWN_SHARE: f32 = 0.5;
 /// Part of a sample's second moment that may hide where no sample found anything new.
 const DOUBT: f64 = 0.05;
-/// Exploration alone is taken where the cache is not better by at least this factor: moments are estimates.
+/// Exploration alone is taken where the cache is not better by at least this factor: moments are
+/// estimates.
 const ADVANTAGE: f64 = 1.05;
 
 impl SecondMoments {

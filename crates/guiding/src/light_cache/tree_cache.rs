@@ -1,14 +1,16 @@
 //! A light tree that learns, region by region, where its light is hidden.
 //!
-//! Each region keeps factors for the upper part of one light tree: a cut through it, with all lights below. Where the children `c` of a node have
-//! probabilities `p_c(x)`, the second moment of an estimate that gives them `f_c p_c / Σ f p` instead is least over the region's points for
+//! Each region keeps factors for the upper part of one light tree: a cut through it, with all
+//! lights below. Where the children `c` of a node have probabilities `p_c(x)`, the second moment of
+//! an estimate that gives them `f_c p_c / Σ f p` instead is least over the region's points for
 //!
 //! `f_c² = A_c / B_c`, `A_c = E_x[m_c(x) / p_c(x)]`, `B_c = E_x[p_c(x)]`,
 //!
-//! where `m_c = Σ_{l in c} F_l² / p(l | c)` is the second moment below the child and `F_l` is what light `l` sends, visibility included (Lagrange, for
-//! normalisations that vary little). A sample of light `l` that was chosen with probability `q` adds `F² / (q p(l | c) p_c)` to the one and
-//! `p_c p(l | c) / q` to the other, whoever chose it. A child that is hidden gets little, but never nothing: what the tree reaches stays reachable, so nothing else has
-//! to explore.
+//! where `m_c = Σ_{l in c} F_l² / p(l | c)` is the second moment below the child and `F_l` is what
+//! light `l` sends, visibility included (Lagrange, for normalisations that vary little). A sample
+//! of light `l` that was chosen with probability `q` adds `F² / (q p(l | c) p_c)` to the one and
+//! `p_c p(l | c) / q` to the other, whoever chose it. A child that is hidden gets little, but never
+//! nothing: what the tree reaches stays reachable, so nothing else has to explore.
 
 use super::options::LightTreeCacheOptions;
 use super::record::{LightCacheReport, LightRecord};
@@ -21,9 +23,10 @@ use lightshed_sampling::parallel::for_each_chunk;
 
 /// Chooses lights by a light tree whose nodes' weights know what is visible, region by region.
 ///
-/// Unbiased whatever it has learnt, as a [`LightSampler`]: factors are positive. What it costs more than the tree is a way through an
-/// octree and a cache line a step. It needs no list of lights that were seen, so it serves scenes where thousands are visible as well as such where
-/// all but a few are hidden.
+/// Unbiased whatever it has learnt, as a [`LightSampler`]: factors are positive. What it costs more
+/// than the tree is a way through an octree and a cache line a step. It needs no list of lights
+/// that were seen, so it serves scenes where thousands are visible as well as such where all but a
+/// few are hidden.
 ///
 /// ```
 /// use lightshed_guiding::glam::Vec3;
@@ -126,18 +129,21 @@ impl RowState {
     }
 }
 
-/// A sample whose ratio is more than this many times that of all counts as that much: one firefly must not take all of a node's samples.
+/// A sample whose ratio is more than this many times that of all counts as that much: one firefly
+/// must not take all of a node's samples.
 const MOST_UNUSUAL: f64 = 32.0;
 
 /// Regions that a thread works on at once.
 const CHUNK: usize = 16;
 
 impl LightTreeCache {
-    /// A cache of `lights` that knows nothing: its choices are those of the tree. Regions are in the cube around `bounds`.
+    /// A cache of `lights` that knows nothing: its choices are those of the tree. Regions are in
+    /// the cube around `bounds`.
     ///
     /// # Errors
     ///
-    /// [`GuidingError`], for options out of range, lights that no sampler takes, or bounds that are not finite.
+    /// [`GuidingError`], for options out of range, lights that no sampler takes, or bounds that are
+    /// not finite.
     pub fn new(
         bounds: Bounds,
         lights: &[Light],
@@ -193,8 +199,8 @@ impl LightTreeCache {
         &self.rows[self.starts[slot] as usize..self.starts[slot + 1] as usize]
     }
 
-    /// Learns from what was asked since the last update. Records that are not sound count for nothing. The same records in the same order
-    /// give the same cache, for any number of threads.
+    /// Learns from what was asked since the last update. Records that are not sound count for
+    /// nothing. The same records in the same order give the same cache, for any number of threads.
     pub fn update(&mut self, records: &[LightRecord]) -> LightCacheReport {
         let lights = LightSampler::<ShadingPoint>::light_count(&self.tree);
         let sound = |record: &&LightRecord| record.is_sound() && (record.light as usize) < lights;

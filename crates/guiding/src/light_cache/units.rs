@@ -1,8 +1,8 @@
 //! The units that regions know: single lights, or groups of lights that are near each other.
 //!
-//! A cache that knows visibility of groups learns from far fewer samples than one that knows single lights, and a bucket holds
-//! many more of them. Groups are runs of a curve through all lights that fit into a small box: a cut of a tree along that curve.
-//! `p_c(l) = p_c(unit) · w_l / Σ_unit w`.
+//! A cache that knows visibility of groups learns from far fewer samples than one that knows single
+//! lights, and a bucket holds many more of them. Groups are runs of a curve through all lights that
+//! fit into a small box: a cut of a tree along that curve. `p_c(l) = p_c(unit) · w_l / Σ_unit w`.
 
 use super::block::{LightBlock, WeighedLight};
 use super::options::{BucketRule, LightCacheOptions, MAX_BUCKET};
@@ -19,13 +19,15 @@ pub(super) struct Units {
     of: Vec<u32>,
     /// The light of a unit that has only one, else any of its lights.
     single: Vec<u32>,
-    /// Where the members of each unit begin among the blocks, and where the last one's end. Units of one light have none.
+    /// Where the members of each unit begin among the blocks, and where the last one's end. Units
+    /// of one light have none.
     starts: Vec<u32>,
     blocks: Vec<LightBlock>,
 }
 
 impl Units {
-    /// Units of these lights, in the order of the curve; where buckets are hashed, in that of the lights.
+    /// Units of these lights, in the order of the curve; where buckets are hashed, in that of the
+    /// lights.
     pub fn new(lights: &[Light], options: &LightCacheOptions) -> Self {
         let weighed: Vec<WeighedLight> = lights.iter().map(WeighedLight::new).collect();
         let mut units = Self {
@@ -63,7 +65,8 @@ impl Units {
         units
     }
 
-    /// The same units of lights that have moved or changed: what regions know of them keeps its meaning.
+    /// The same units of lights that have moved or changed: what regions know of them keeps its
+    /// meaning.
     pub fn moved(&self, lights: &[Light]) -> Self {
         let weighed: Vec<WeighedLight> = lights.iter().map(WeighedLight::new).collect();
         let mut units = Self {
@@ -138,7 +141,8 @@ impl Units {
         find(members, light).map_or(0.0, |i| walk.probability(i))
     }
 
-    /// A light of a unit by `u`, with its probability within it; `None` if no light of the unit has a weight.
+    /// A light of a unit by `u`, with its probability within it; `None` if no light of the unit has
+    /// a weight.
     #[inline(always)]
     pub fn choose<L: Lanes>(&self, at: &ShadingPoint, unit: u32, u: f64) -> Option<(u32, f32)> {
         let members = self.members(unit);

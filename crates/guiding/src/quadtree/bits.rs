@@ -1,9 +1,9 @@
 //! Trees as bits: rank, select, and what makes bits a tree.
 //!
-//! Nodes stand breadth first, a bit each, 1 for an inner node. The root is always an inner node and has no bit; inner node
-//! number 0 is the root, and number `k` the `k`-th one among the bits. Its four children are the bits `4 k` to `4 k + 3`, child
-//! `x + 2 y` of half `x` along u and half `y` along v. Of `N` bits, a multiple of 32, `N/4 − 1` are ones and `3 N/4 + 1` zeros:
-//! the leaves.
+//! Nodes stand breadth first, a bit each, 1 for an inner node. The root is always an inner node and
+//! has no bit; inner node number 0 is the root, and number `k` the `k`-th one among the bits. Its
+//! four children are the bits `4 k` to `4 k + 3`, child `x + 2 y` of half `x` along u and half `y`
+//! along v. Of `N` bits, a multiple of 32, `N/4 − 1` are ones and `3 N/4 + 1` zeros: the leaves.
 
 /// Largest number of bits of a quadtree.
 pub const MAX_QUADTREE_BITS: u32 = 1024;
@@ -31,7 +31,8 @@ pub(super) fn rank(words: &[u32], place: u32) -> u32 {
     before + rest.count_ones()
 }
 
-/// The place of one number `number` from 0, if there is one; with `flip` of `u32::MAX` that of a zero.
+/// The place of one number `number` from 0, if there is one; with `flip` of `u32::MAX` that of a
+/// zero.
 pub(super) fn select(words: &[u32], number: u32, flip: u32) -> Option<u32> {
     let mut left = number;
     for (index, &word) in (0u32..).zip(words) {

@@ -2,7 +2,8 @@
 
 use super::bits::{bit, rank};
 
-/// Takes the four bits from `place` on away, a multiple of 4, and moves those after them down. The last four become zero.
+/// Takes the four bits from `place` on away, a multiple of 4, and moves those after them down. The
+/// last four become zero.
 fn remove(words: &mut [u32], place: u32) {
     let (first, low) = (place as usize / 32, (1u32 << (place % 32)) - 1);
     for index in first..words.len() {
@@ -12,7 +13,8 @@ fn remove(words: &mut [u32], place: u32) {
     }
 }
 
-/// Moves the bits from `place` on, a multiple of 4, up by four and puts zeros there. The last four bits are lost.
+/// Moves the bits from `place` on, a multiple of 4, up by four and puts zeros there. The last four
+/// bits are lost.
 fn insert(words: &mut [u32], place: u32) {
     let (first, low) = (place as usize / 32, (1u32 << (place % 32)) - 1);
     for index in (first + 1..words.len()).rev() {
@@ -32,8 +34,8 @@ pub(super) struct Moved {
     pub split: u32,
 }
 
-/// Makes a leaf of the inner node of bit `inner`, whose children must all be leaves, and splits the leaf of bit `leaf`, which must not be
-/// one of them. The number of bits stays.
+/// Makes a leaf of the inner node of bit `inner`, whose children must all be leaves, and splits the
+/// leaf of bit `leaf`, which must not be one of them. The number of bits stays.
 pub(super) fn migrate(words: &mut [u32], inner: u32, leaf: u32) -> Moved {
     let from = 4 * (rank(words, inner) + 1);
     debug_assert!(bit(words, inner) && !bit(words, leaf));
@@ -73,8 +75,9 @@ mod tests {
         leaves
     }
 
-    /// Moves leaves at random: a million times in all widths together. The tree stays one, and loses the four leaves that were joined and
-    /// the one that was split, and no other. Bits moved by a place too few are found.
+    /// Moves leaves at random: a million times in all widths together. The tree stays one, and
+    /// loses the four leaves that were joined and the one that was split, and no other. Bits moved
+    /// by a place too few are found.
     #[test]
     fn a_million_migrations_lose_no_leaf() {
         check_faults(&[()], |fault| {

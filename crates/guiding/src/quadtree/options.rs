@@ -9,8 +9,9 @@ pub struct QuadtreeOptions {
     pub bits: u32,
     /// Most leaves that an update moves in a tree.
     pub migrations: u32,
-    /// A leaf is split if this times what it carries is more than what the leaves carry that are given up for it; in (0, 1]. The
-    /// thesis has 0.1, against noise; samples of several frames need less.
+    /// A leaf is split if this times what it carries is more than what the leaves carry that are
+    /// given up for it; in (0, 1]. The thesis has 0.1, against noise; samples of several frames
+    /// need less.
     pub eagerness: f32,
     /// A leaf with fewer samples is not split.
     pub least_samples: u32,

@@ -6,7 +6,8 @@ use std::f32::consts::{FRAC_1_SQRT_2, LN_2};
 /// From here on `2^{−y}` counts as zero.
 const VANISHES_FROM: f32 = 126.0;
 
-/// `2^{−y}` for `y ≥ 0`, within two units in the last place and the rounding of `y`; zero from `y = 126` on and where `y` is no number.
+/// `2^{−y}` for `y ≥ 0`, within two units in the last place and the rounding of `y`; zero from
+/// `y = 126` on and where `y` is no number.
 #[inline(always)]
 pub(super) fn exp2_negative<L: Lanes>(y: L) -> L {
     // Where `y` is NaN, `min` returns the bound.

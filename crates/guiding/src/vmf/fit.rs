@@ -1,9 +1,10 @@
 //! Fitting a mixture to weighted directions, batch by batch.
 //!
-//! Samples `ω_i` of weight `w_i` (radiance over the density with which the direction was really sampled) are explained by lobes with shares
-//! `γ_ik = π_k p_k(ω_i) / Σ_j π_j p_j(ω_i)`; lobes follow from sums of `γ_ik w_i` (weighted expectation maximisation with a
-//! prior, as Vorba et al. 2014 and Ruppert, Herholz and Lensch 2020 use it for guides). Sums of earlier batches decay and are kept, so that a few
-//! samples at a time are enough.
+//! Samples `ω_i` of weight `w_i` (radiance over the density with which the direction was really
+//! sampled) are explained by lobes with shares `γ_ik = π_k p_k(ω_i) / Σ_j π_j p_j(ω_i)`; lobes
+//! follow from sums of `γ_ik w_i` (weighted expectation maximisation with a prior, as Vorba et al.
+//! 2014 and Ruppert, Herholz and Lensch 2020 use it for guides). Sums of earlier batches decay and
+//! are kept, so that a few samples at a time are enough.
 
 use super::lobe::VmfLobe;
 use super::mixture::{MAX_LOBES, VmfMixture};
@@ -81,13 +82,13 @@ pub struct VmfSample {
     pub direction: Vec3,
     /// Distance of that place; infinite for an environment.
     pub distance: f32,
-    /// Radiance as one number over the density with which the direction was really sampled. Samples whose weight is not positive and
-    /// finite count for nothing.
+    /// Radiance as one number over the density with which the direction was really sampled. Samples
+    /// whose weight is not positive and finite count for nothing.
     pub weight: f32,
 }
 
-/// A mixture that is fitted to directions around a point, and moved to others by the distances of what its lobes stand for
-/// (eq. 4.116).
+/// A mixture that is fitted to directions around a point, and moved to others by the distances of
+/// what its lobes stand for (eq. 4.116).
 ///
 /// ```
 /// use lightshed_guiding::glam::Vec3;
@@ -128,7 +129,8 @@ impl VmfFit {
     ///
     /// # Errors
     ///
-    /// [`GuidingError::Option`] where an option is out of its range, [`GuidingError::Bounds`] where the pivot is not finite.
+    /// [`GuidingError::Option`] where an option is out of its range, [`GuidingError::Bounds`] where
+    /// the pivot is not finite.
     pub fn new(options: VmfFitOptions, pivot: Vec3) -> Result<Self, GuidingError> {
         options.check()?;
         if !pivot.is_finite() {
@@ -161,8 +163,8 @@ impl VmfFit {
         self.learnt
     }
 
-    /// Learns from a batch. Sums of earlier batches are multiplied by the decay first; a batch without light changes nothing.
-    /// The same samples in the same order give the same bits.
+    /// Learns from a batch. Sums of earlier batches are multiplied by the decay first; a batch
+    /// without light changes nothing. The same samples in the same order give the same bits.
     pub fn update(&mut self, samples: &[VmfSample]) {
         let pivot = self.pivot();
         let seen: Vec<SeenSample> = samples.iter().filter_map(|s| SeenSample::new(s, pivot)).collect();

@@ -1,7 +1,7 @@
 //! A mixture of up to eight lobes, whose densities are computed in lanes.
 //!
-//! `p_ω = Σ_k π_k p_k(ω)`, per steradian. The exponent of lobe `k` is `−½ κ_k ‖ω − μ_k‖²`, which keeps its digits where the dot
-//! product of nearly equal directions loses them.
+//! `p_ω = Σ_k π_k p_k(ω)`, per steradian. The exponent of lobe `k` is `−½ κ_k ‖ω − μ_k‖²`, which
+//! keeps its digits where the dot product of nearly equal directions loses them.
 
 use super::exponential::exp2_negative;
 use super::lobe::{MAX_CONCENTRATION, VmfLobe, peak_density};
@@ -49,9 +49,10 @@ impl VmfMixture {
         Self::new(&[])
     }
 
-    /// A mixture of the first [`MAX_LOBES`] of `lobes`, their weights divided by their sum. Weights that are negative or no
-    /// numbers count as zero; if all are zero, the mixture is uniform. Means are normalised (z if they have no direction) and
-    /// concentrations clamped to 0 to [`MAX_CONCENTRATION`].
+    /// A mixture of the first [`MAX_LOBES`] of `lobes`, their weights divided by their sum. Weights
+    /// that are negative or no numbers count as zero; if all are zero, the mixture is uniform.
+    /// Means are normalised (z if they have no direction) and concentrations clamped to 0 to
+    /// [`MAX_CONCENTRATION`].
     pub fn new(lobes: &[VmfLobe]) -> Self {
         let mut mixture = Self {
             means: [[0.0; LANES], [0.0; LANES], [1.0; LANES]],

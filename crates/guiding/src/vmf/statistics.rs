@@ -54,7 +54,8 @@ impl LobeStatistics {
         }
     }
 
-    /// The lobe that fits best, with a prior: `r̄ ← (N² r̄ + N_p r_p) / (N² + N_p)` (Algorithm 3). `None` without a direction.
+    /// The lobe that fits best, with a prior: `r̄ ← (N² r̄ + N_p r_p) / (N² + N_p)` (Algorithm 3).
+    /// `None` without a direction.
     pub fn lobe(&self, prior_count: f64, prior_cosine: f64) -> Option<VmfLobe> {
         let sum = DVec3::from_array(self.direction);
         let length = sum.length();
@@ -72,7 +73,8 @@ impl LobeStatistics {
         })
     }
 
-    /// Distance of what the lobe stands for: the harmonic mean, which is that of the parallax. Infinite where no distance is known.
+    /// Distance of what the lobe stands for: the harmonic mean, which is that of the parallax.
+    /// Infinite where no distance is known.
     pub fn distance(&self) -> f32 {
         if self.inverse_distance > 0.0 {
             (self.distance_weight / self.inverse_distance) as f32

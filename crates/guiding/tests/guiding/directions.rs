@@ -17,7 +17,8 @@ pub const UNIT: Bounds = Bounds {
     max: Vec3::ONE,
 };
 
-/// Samples whose weights are those of two narrow lobes and a little from everywhere, taken uniformly.
+/// Samples whose weights are those of two narrow lobes and a little from everywhere, taken
+/// uniformly.
 pub fn lobes(count: u32, seed: u64) -> Vec<GuidingSample> {
     let lobes = [
         (Vec3::new(0.2, -0.3, -0.8), 120.0, 1.0),
@@ -64,11 +65,13 @@ pub fn quadtree(bits: u32) -> QuadtreeModel {
     .unwrap()
 }
 
-/// Rows and columns of cells of equal solid angle, and points of quadrature along each side of a cell.
+/// Rows and columns of cells of equal solid angle, and points of quadrature along each side of a
+/// cell.
 const CELLS: [usize; 2] = [16, 32];
 const POINTS: usize = 40;
 
-/// Holds a distribution to its integral, within 2·10⁻³, its histogram, at a significance of 10⁻⁶, and the density of its samples.
+/// Holds a distribution to its integral, within 2·10⁻³, its histogram, at a significance of 10⁻⁶,
+/// and the density of its samples.
 fn check_directions(directions: &impl DirectionDistribution, seed: u64) -> Result<(), String> {
     let [rows, columns] = CELLS;
     let mut expected = vec![0.0; rows * columns];
@@ -172,7 +175,8 @@ fn densities_are_those_of_the_samples() {
     check_directions(&model.directions(&[], Vec3::ZERO), 8).unwrap();
 }
 
-/// Leaves fill the square, each is where the density says it is, and the leaf that a naive search finds has the density of eq. 5.1.
+/// Leaves fill the square, each is where the density says it is, and the leaf that a naive search
+/// finds has the density of eq. 5.1.
 #[test]
 fn leaves_are_where_their_bits_say() {
     for bits in (32..=1024).step_by(32) {
@@ -208,8 +212,8 @@ fn leaves_are_where_their_bits_say() {
     assert!(CompressedQuadtree::new(&[]).is_err());
 }
 
-/// Neighbouring numbers give neighbouring directions: a net of 64 × 64 numbers leaves no leaf of a 64-bit tree empty, and none has far more than
-/// its share.
+/// Neighbouring numbers give neighbouring directions: a net of 64 × 64 numbers leaves no leaf of a
+/// 64-bit tree empty, and none has far more than its share.
 #[test]
 fn the_warp_keeps_strata() {
     let model = quadtree(64);
@@ -238,7 +242,8 @@ fn the_warp_keeps_strata() {
     assert!(variance < 0.6 * mean, "variance {variance} at a mean of {mean}");
 }
 
-/// The more bits, the nearer: the mean of `f²/p` over directions falls towards the squared integral, in at most two updates of fresh trees.
+/// The more bits, the nearer: the mean of `f²/p` over directions falls towards the squared
+/// integral, in at most two updates of fresh trees.
 #[test]
 fn more_bits_are_nearer_to_the_target() {
     let samples = lobes(20_000, 3);

@@ -94,7 +94,8 @@ fn fields_do_not_depend_on_threads() {
     }
 }
 
-/// Light from `+z` above the plane `x = ½` and from `−z` below it, of samples that were taken uniformly.
+/// Light from `+z` above the plane `x = ½` and from `−z` below it, of samples that were taken
+/// uniformly.
 fn halves(count: u32, seed: u64) -> Vec<GuidingSample> {
     let mut samples = lobes(count, seed);
     for sample in &mut samples {
@@ -146,7 +147,8 @@ fn useless_guides_lose_their_share() {
     let model = WeightedTreeModel::new(WeightedTreeOptions::default()).unwrap();
     let mut field = GuidingField::<_, BinaryTree>::new(UNIT, model, options).unwrap();
     for update in 0..40 {
-        // What scatters has the density of the light itself, which is narrow, and samples come from it.
+        // What scatters has the density of the light itself, which is narrow, and samples come from
+        // it.
         let mut samples = lobes(20_000, update);
         samples.retain(|sample| sample.direction.z > 0.98);
         for sample in &mut samples {
@@ -159,7 +161,8 @@ fn useless_guides_lose_their_share() {
     assert!(field.mean_share() < 0.2, "{}", field.mean_share());
 }
 
-/// A field that was saved knows the same; data with one number changed are refused, or differ in that number alone.
+/// A field that was saved knows the same; data with one number changed are refused, or differ in
+/// that number alone.
 #[test]
 fn saved_fields_are_checked() {
     let mut field = GuidingField::<_, AdaptiveOctree>::new(UNIT, quadtree(64), OPTIONS).unwrap();
@@ -223,8 +226,8 @@ fn saved_fields_are_checked() {
     }
 }
 
-/// Samples that were not taken uniformly count by their weight: a field learns the same from samples of any density. Without the weight it
-/// learns the density in which they were taken.
+/// Samples that were not taken uniformly count by their weight: a field learns the same from
+/// samples of any density. Without the weight it learns the density in which they were taken.
 #[test]
 fn samples_count_by_their_weight() {
     let options = FieldOptions {

@@ -1,4 +1,5 @@
-//! Light caches: probabilities by enumeration against frequencies, what is visible against brute force, hysteresis, and threads.
+//! Light caches: probabilities by enumeration against frequencies, what is visible against brute
+//! force, hysteresis, and threads.
 
 use lightshed_guiding::glam::Vec3;
 use lightshed_guiding::{
@@ -195,7 +196,8 @@ enum Fault {
     NoExploration,
 }
 
-/// `E[F / p] = Σ F` with the frequencies that are, for every kind of cache, also such as have learnt nothing or something else.
+/// `E[F / p] = Σ F` with the frequencies that are, for every kind of cache, also such as have
+/// learnt nothing or something else.
 #[test]
 fn estimates_are_unbiased() {
     check_faults(&[Fault::WrongRegion, Fault::NoExploration], |fault| {
@@ -231,7 +233,8 @@ fn estimates_are_unbiased() {
     .unwrap();
 }
 
-/// With single lights and no neighbours a region ends up with the lights that its points see, found by asking all of them.
+/// With single lights and no neighbours a region ends up with the lights that its points see, found
+/// by asking all of them.
 #[test]
 fn converged_sets_are_those_of_brute_force() {
     #[derive(Clone, Copy, Debug)]
@@ -273,7 +276,8 @@ fn converged_sets_are_those_of_brute_force() {
     .unwrap();
 }
 
-/// A light more or less in every other frame: with hysteresis the number of buckets stays, without it flickers.
+/// A light more or less in every other frame: with hysteresis the number of buckets stays, without
+/// it flickers.
 #[test]
 fn hysteresis_keeps_the_number_of_buckets() {
     #[derive(Clone, Copy, Debug)]
@@ -390,8 +394,8 @@ fn second_moment(sampler: &dyn LightSampler, lights: &[Light]) -> f64 {
     sum
 }
 
-/// What is learnt lessens the second moment: by the tree alone, and more so with lists. Samples whose probability is not counted teach
-/// something else.
+/// What is learnt lessens the second moment: by the tree alone, and more so with lists. Samples
+/// whose probability is not counted teach something else.
 #[test]
 fn what_is_learnt_lessens_the_second_moment() {
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -433,8 +437,9 @@ fn what_is_learnt_lessens_the_second_moment() {
     assert_ne!(moments.plus(&moments).use_of(), CacheUse::Nothing);
 }
 
-/// Two lamps, of which all points see the first and half of them the second, for which those that see it ask seldom. The share that is
-/// learnt is that of the root of the visible share of points, not of samples.
+/// Two lamps, of which all points see the first and half of them the second, for which those that
+/// see it ask seldom. The share that is learnt is that of the root of the visible share of points,
+/// not of samples.
 #[test]
 fn training_samples_count_with_their_weight() {
     #[derive(Clone, Copy, Debug)]

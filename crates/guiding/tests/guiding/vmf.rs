@@ -1,4 +1,5 @@
-//! Mixtures of lobes: densities against double precision, laws of distributions, and fits of known mixtures.
+//! Mixtures of lobes: densities against double precision, laws of distributions, and fits of known
+//! mixtures.
 
 use lightshed_guiding::glam::Vec3;
 use lightshed_guiding::{VmfFit, VmfFitOptions, VmfLobe, VmfMixture, VmfSample, concentration_of};
@@ -129,7 +130,8 @@ fn degenerate_mixtures_are_defined() {
     assert_eq!((concentration_of(f64::NAN), concentration_of(2.0)), (0.0, 1e6));
 }
 
-/// Samples of a mixture, weighted to be those of `p²`-free radiance: as a path tracer with uniform directions sees it.
+/// Samples of a mixture, weighted to be those of `p²`-free radiance: as a path tracer with uniform
+/// directions sees it.
 fn uniform_samples(truth: &VmfMixture, count: u32, seed: u64, position: Vec3) -> Vec<VmfSample> {
     (0..count)
         .map(|i| {

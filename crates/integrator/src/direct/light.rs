@@ -18,11 +18,13 @@ pub struct DirectLightOptions {
     pub emitter_samples: u32,
     /// Samples of the BSDF, m.
     pub bsdf_samples: u32,
-    /// Whether diffuse surfaces get samples of the BSDF too. There they find what the emitters' samples find, and more rarely, unless an
-    /// emitter is near and sampled by its area, or as wide as the sky.
+    /// Whether diffuse surfaces get samples of the BSDF too. There they find what the emitters'
+    /// samples find, and more rarely, unless an emitter is near and sampled by its area, or as wide
+    /// as the sky.
     pub bsdf_samples_where_diffuse: bool,
-    /// Parts of a pixel along each side, k: a sample of the pixel is the mean over `k²` camera rays, one in each part, and the `k² n`
-    /// emitter samples of all of them are stratified together. At most [`MAX_CAMERA_STRATA`].
+    /// Parts of a pixel along each side, k: a sample of the pixel is the mean over `k²` camera
+    /// rays, one in each part, and the `k² n` emitter samples of all of them are stratified
+    /// together. At most [`MAX_CAMERA_STRATA`].
     pub camera_strata: u32,
 }
 
@@ -85,16 +87,18 @@ impl std::error::Error for DirectLightError {}
 
 /// Estimates emission and light that is scattered once: all paths of one or two edges.
 ///
-/// The point that a camera ray meets contributes `L_e + ∫ f(ω_o, ω) L_e(ω) |cos θ| dω`, in the solid-angle measure. The
-/// integral is estimated by `n` samples of the emitters and `m` of the BSDF, combined with the power heuristic for these
-/// numbers (Veach 1997 §9.2.4, eq. 9.10). Its expectation is that of [`PathTracer`](crate::PathTracer) at a longest path
-/// of two edges, for any `n, m ≥ 1` and any [`EmitterSampler`]: more samples at the point spend less on camera rays.
+/// The point that a camera ray meets contributes `L_e + ∫ f(ω_o, ω) L_e(ω) |cos θ| dω`, in the
+/// solid-angle measure. The integral is estimated by `n` samples of the emitters and `m` of the
+/// BSDF, combined with the power heuristic for these numbers (Veach 1997 §9.2.4, eq. 9.10). Its
+/// expectation is that of [`PathTracer`](crate::PathTracer) at a longest path of two edges, for any
+/// `n, m ≥ 1` and any [`EmitterSampler`]: more samples at the point spend less on camera rays.
 ///
-/// The i-th emitter sample chooses with a number from the i-th of `n` equal parts of the unit interval: since light trees keep the
-/// order of lights, no two ask the same region for light unless it is that bright.
+/// The i-th emitter sample chooses with a number from the i-th of `n` equal parts of the unit
+/// interval: since light trees keep the order of lights, no two ask the same region for light
+/// unless it is that bright.
 ///
-/// With `n = 0` emitters that the BSDF cannot meet (points, spots, directions) are not seen, with `m = 0` delta lobes scatter
-/// nothing; everything else is still unbiased.
+/// With `n = 0` emitters that the BSDF cannot meet (points, spots, directions) are not seen, with
+/// `m = 0` delta lobes scatter nothing; everything else is still unbiased.
 ///
 /// ```
 /// use lightshed_film::PixelEstimator;
@@ -236,7 +240,8 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         }
     }
 
-    /// Hands over the shadow rays of all samples of emitters, with what they bring if they are free, times `n`.
+    /// Hands over the shadow rays of all samples of emitters, with what they bring if they are
+    /// free, times `n`.
     #[inline(always)]
     fn sample_emitters(
         &self,
@@ -252,7 +257,8 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         let (samples, rays) = (self.options.emitter_samples, self.rays_per_sample());
         // `2⁶⁴ / (k² n)`.
         let stratum = u64::MAX / (u64::from(samples) * u64::from(rays)).max(1);
-        // Which of the strata of each round is this ray's: a random rotation, so that each is as likely.
+        // Which of the strata of each round is this ray's: a random rotation, so that each is as
+        // likely.
         let turned = if rays > 1 { (part + shift % rays) % rays } else { 0 };
         let (mut u, mut done) = ([0; TOGETHER], 0);
         while done < samples {

@@ -35,8 +35,8 @@ pub struct LightcutOptions {
     pub subtrees: u32,
     /// Side of the pixel blocks that share a cut, k: a multiple of `interleaving`.
     pub block: u32,
-    /// Side of the pixel blocks that divide a cut's subtrees among themselves, m. A pixel samples `n / m²` of them in a frame, and others
-    /// in the next.
+    /// Side of the pixel blocks that divide a cut's subtrees among themselves, m. A pixel samples
+    /// `n / m²` of them in a frame, and others in the next.
     pub interleaving: u32,
     /// Samples of the BSDF where the surface is not diffuse.
     pub bsdf_samples: u32,
@@ -107,17 +107,21 @@ impl std::error::Error for LightcutError {
     }
 }
 
-/// Emission and light that is scattered once, by stochastic lightcuts (Lin 2022 ch. 4): `lightcuts`.
+/// Emission and light that is scattered once, by stochastic lightcuts (Lin 2022 ch. 4):
+/// `lightcuts`.
 ///
-/// For each block of `k × k` pixels, what one of them, chosen at random, sees decides a cut of `n` subtrees through a light tree; each pixel
-/// takes one light of every subtree by its own probabilities:
+/// For each block of `k × k` pixels, what one of them, chosen at random, sees decides a cut of `n`
+/// subtrees through a light tree; each pixel takes one light of every subtree by its own
+/// probabilities:
 ///
-/// > `L = Σ_s f(ω_o, ω_s) |cos θ_s| V L_e / (p_s p_ω)` (solid-angle measure), `p_s` the probability within the subtree.
+/// > `L = Σ_s f(ω_o, ω_s) |cos θ_s| V L_e / (p_s p_ω)` (solid-angle measure), `p_s` the probability
+/// > within the subtree.
 ///
-/// With interleaving, pixel `p` of `m²` samples subtrees `⌊pn/m²⌋ … ⌊(p+1)n/m²⌋ − 1` (eq. 4.3), each counting `m²`-fold, with
-/// `p = i + f mod m²` in frame `f`: unbiased over `m²` frames, and over any number of frames in the mean over seeds, which turn the
-/// assignment. Emitters at infinity get one sample more, all together. Where the surface is not diffuse, samples of the BSDF join by the
-/// power heuristic with the expected numbers of samples.
+/// With interleaving, pixel `p` of `m²` samples subtrees `⌊pn/m²⌋ … ⌊(p+1)n/m²⌋ − 1` (eq. 4.3),
+/// each counting `m²`-fold, with `p = i + f mod m²` in frame `f`: unbiased over `m²` frames, and
+/// over any number of frames in the mean over seeds, which turn the assignment. Emitters at
+/// infinity get one sample more, all together. Where the surface is not diffuse, samples of the
+/// BSDF join by the power heuristic with the expected numbers of samples.
 ///
 /// The tree's build is part of every frame if [`LightcutOptions::rebuild`] says so.
 pub struct Lightcuts<'a> {
@@ -219,7 +223,8 @@ impl<'a> Lightcuts<'a> {
         debug_assert!(built.is_ok());
     }
 
-    /// Part of the subtrees that pixel `(x, y)` samples in this frame, when there are `count` (eq. 4.3).
+    /// Part of the subtrees that pixel `(x, y)` samples in this frame, when there are `count` (eq.
+    /// 4.3).
     fn part_of(&self, x: u32, y: u32, frame: u32, turn: u32, count: usize) -> std::ops::Range<usize> {
         let m = self.options.interleaving;
         let all = u64::from(m * m);
@@ -313,8 +318,8 @@ impl<'a> Lightcuts<'a> {
         1.0 / (self.options.interleaving * self.options.interleaving) as f32
     }
 
-    /// Hands over the shadow rays of one light of each subtree of `part`, and of one emitter at infinity, with what they bring if they are
-    /// free.
+    /// Hands over the shadow rays of one light of each subtree of `part`, and of one emitter at
+    /// infinity, with what they bring if they are free.
     fn sample_emitters(
         &self,
         seen: &mut Seen,

@@ -5,19 +5,23 @@ use lightshed_scene::glam::DVec3;
 
 /// Combines frames by the inverse of their variance.
 ///
-/// Frames come in iterations: those of one have the same guide and count alike. Iteration `i` of `n_i` frames has the mean `x̄_i` and the variance `V_i`
-/// of a frame; the combination is `Σ (n_i/V_i) x̄_i / Σ n_i/V_i`, the least variance that fixed weights can give (Vorba 2019, §5.3 of
-/// *Path guiding in production*).
+/// Frames come in iterations: those of one have the same guide and count alike. Iteration `i` of
+/// `n_i` frames has the mean `x̄_i` and the variance `V_i` of a frame; the combination is
+/// `Σ (n_i/V_i) x̄_i / Σ n_i/V_i`, the least variance that fixed weights can give (Vorba 2019, §5.3
+/// of *Path guiding in production*).
 ///
-/// A weight that is estimated from the same samples as the mean is biased: dark frames look certain. So each pixel is weighed by the variance of
-/// pixels of the other colour of a checkerboard, whose samples are independent of its own.
+/// A weight that is estimated from the same samples as the mean is biased: dark frames look
+/// certain. So each pixel is weighed by the variance of pixels of the other colour of a
+/// checkerboard, whose samples are independent of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Combination {
     width: usize,
-    /// Weighted sums of the iterations that are complete, and the sums of their weights for both colours.
+    /// Weighted sums of the iterations that are complete, and the sums of their weights for both
+    /// colours.
     done: Vec<DVec3>,
     weights: [f64; 2],
-    /// Sum of the frames of the current iteration, and of their variances over the pixels of each colour.
+    /// Sum of the frames of the current iteration, and of their variances over the pixels of each
+    /// colour.
     current: Vec<DVec3>,
     variances: [f64; 2],
     frames: u32,

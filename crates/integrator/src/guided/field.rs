@@ -11,7 +11,8 @@ use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::Scene;
 use lightshed_scene::glam::Vec3;
 
-/// A field of one of the kinds of [`GuideKind`] over a scene: one type for all, so that path tracers are compiled once.
+/// A field of one of the kinds of [`GuideKind`] over a scene: one type for all, so that path
+/// tracers are compiled once.
 #[derive(Debug)]
 pub enum SceneField {
     /// Quadtrees of a few bits in an octree.

@@ -13,14 +13,16 @@ use std::sync::atomic::AtomicBool;
 
 /// Path tracing guided by what earlier frames found.
 ///
-/// Directions at a vertex come from the mixture of BSDF and guide ([`DirectionGuide`](crate::DirectionGuide)), whose density enters all weights: each
-/// frame is unbiased whatever the guide has learnt. The samples that train are those that shade. Frames are combined by the inverse of
-/// their variance, and what `render_frame` returns is such that the *mean* of the frames so far is that combination: frame `f` is
-/// `(f + 1) C_f − f C_{f−1}`, which has the expectation of the image but may be negative.
+/// Directions at a vertex come from the mixture of BSDF and guide
+/// ([`DirectionGuide`](crate::DirectionGuide)), whose density enters all weights: each frame is
+/// unbiased whatever the guide has learnt. The samples that train are those that shade. Frames are
+/// combined by the inverse of their variance, and what `render_frame` returns is such that the
+/// *mean* of the frames so far is that combination: frame `f` is `(f + 1) C_f − f C_{f−1}`, which
+/// has the expectation of the image but may be negative.
 ///
-/// A guide that gains less than it costs is dropped: where the variance of a frame without it, which the first frame shows, is not larger
-/// by more than the cost of guided paths, the rest of the frames are plain paths. The decision depends on samples alone and not on
-/// time.
+/// A guide that gains less than it costs is dropped: where the variance of a frame without it,
+/// which the first frame shows, is not larger by more than the cost of guided paths, the rest of
+/// the frames are plain paths. The decision depends on samples alone and not on time.
 pub struct GuidedPaths<'a, S> {
     scene: &'a Scene,
     sampler: S,
@@ -148,7 +150,8 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         if frame == 0 {
             self.unguided = variance;
         }
-        // A guide that has learnt little must only gain, one that is trained must gain what it costs.
+        // A guide that has learnt little must only gain, one that is trained must gain what it
+        // costs.
         let progress = f64::from(frame + 1).log2() / TRAINED.log2();
         let cost = COST.powf((2.0 * progress - 1.0).clamp(0.0, 1.0));
         if frame > 0 && self.options.may_drop && variance * cost >= self.unguided {

@@ -3,7 +3,8 @@
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Scene, SceneFeatures};
 
-/// `Ok` if a guide may help paths in `scene` of as many edges as its settings allow; else why it is left out.
+/// `Ok` if a guide may help paths in `scene` of as many edges as its settings allow; else why it is
+/// left out.
 ///
 /// # Errors
 /// What the scene lacks, in words.

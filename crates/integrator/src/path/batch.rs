@@ -8,8 +8,8 @@ use crate::emitter_sampler::EmitterSampler;
 use lightshed_film::MAX_BATCH;
 use lightshed_scene::{HitBatch, RayBatch, Rgb};
 
-/// Traces the first `alive` of `paths` to their ends, all at the same depth. Their rays are edges number `depth`; if paths have
-/// not as many, nothing is traced.
+/// Traces the first `alive` of `paths` to their ends, all at the same depth. Their rays are edges
+/// number `depth`; if paths have not as many, nothing is traced.
 pub(crate) fn follow<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
     paths: &mut Paths<S::Site>,
@@ -63,8 +63,8 @@ pub(crate) fn follow<S: EmitterSampler, G: DirectionGuide>(
     }
 }
 
-/// The last edge of each path: nothing but emission counts, so it is traced against what emits, and further only if
-/// there is light to be blocked.
+/// The last edge of each path: nothing but emission counts, so it is traced against what emits, and
+/// further only if there is light to be blocked.
 #[inline(never)]
 fn end<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,

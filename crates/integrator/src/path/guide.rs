@@ -16,10 +16,11 @@ pub struct GuidedVertex {
 
 /// Says where light is likely to come from.
 ///
-/// At a vertex with a guide `g` of share `α`, directions have the density `p = (1 − α) p_s + α p_g`, with `p_s` that of what
-/// scatters there (its lobes without width apart), in the solid-angle measure: one sample of the mixture, whose density enters
-/// all weights, so that estimates are unbiased for any guide, however wrong. A wrong one costs noise: at most a weight of
-/// `1/(1 − α)` times that without it.
+/// At a vertex with a guide `g` of share `α`, directions have the density
+/// `p = (1 − α) p_s + α p_g`, with `p_s` that of what scatters there (its lobes without width
+/// apart), in the solid-angle measure: one sample of the mixture, whose density enters all weights,
+/// so that estimates are unbiased for any guide, however wrong. A wrong one costs noise: at most a
+/// weight of `1/(1 − α)` times that without it.
 ///
 /// Nothing is guided where only lobes without width scatter.
 pub trait DirectionGuide: Sync {
@@ -31,12 +32,14 @@ pub trait DirectionGuide: Sync {
     where
         Self: 'g;
 
-    /// The directions from which light comes to a vertex, and the share `α` of them; `None` leaves them to what scatters. `α` is
-    /// brought into 0 to [`MAX_GUIDE_SHARE`]; not a number is 0. A pure function as long as paths are traced.
+    /// The directions from which light comes to a vertex, and the share `α` of them; `None` leaves
+    /// them to what scatters. `α` is brought into 0 to [`MAX_GUIDE_SHARE`]; not a number is 0. A
+    /// pure function as long as paths are traced.
     fn guide(&self, vertex: &GuidedVertex) -> Option<(Self::Distribution<'_>, f32)>;
 }
 
-/// Largest share of directions that is left to a guide: what it does not know of must be found as well.
+/// Largest share of directions that is left to a guide: what it does not know of must be found as
+/// well.
 pub const MAX_GUIDE_SHARE: f32 = 0.99;
 
 /// No guide.

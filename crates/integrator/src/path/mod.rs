@@ -33,19 +33,21 @@ pub(crate) use suffix::trace_suffixes;
 
 /// Estimates the light transport equation by paths from the camera.
 ///
-/// A path `x₀ x₁ … x_k` contributes `f(x̄) = T(x₀…x_k) L_e(x_k → x_{k−1})`. Its last vertex is found in two ways: by
-/// sampling an emitter, or by going on and meeting one. Both are weighted by the power heuristic, of
-/// densities in the solid-angle measure at `x_{k−1}` (Veach 1997 §9.2.4, eq. 9.10). An emitter that only one technique
-/// can find has weight 1 with it.
+/// A path `x₀ x₁ … x_k` contributes `f(x̄) = T(x₀…x_k) L_e(x_k → x_{k−1})`. Its last vertex is
+/// found in two ways: by sampling an emitter, or by going on and meeting one. Both are weighted by
+/// the power heuristic, of densities in the solid-angle measure at `x_{k−1}` (Veach 1997 §9.2.4,
+/// eq. 9.10). An emitter that only one technique can find has weight 1 with it.
 ///
-/// Emitters are chosen by an [`EmitterSampler`]. Directions are those of the BSDF, or of its mixture with a [`DirectionGuide`].
-/// A [`PathObserver`] is told of every path. What is not there compiles to nothing.
+/// Emitters are chosen by an [`EmitterSampler`]. Directions are those of the BSDF, or of its
+/// mixture with a [`DirectionGuide`]. A [`PathObserver`] is told of every path. What is not there
+/// compiles to nothing.
 ///
-/// The estimate is unbiased for paths of up to `max_depth` edges: 1 shows emitters only, 2 adds direct light, and so on; the same
-/// expectation for any sampler and guide. Longer paths than `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
+/// The estimate is unbiased for paths of up to `max_depth` edges: 1 shows emitters only, 2 adds
+/// direct light, and so on; the same expectation for any sampler and guide. Longer paths than
+/// `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
 ///
-/// Paths are traced in batches, all at the same depth, so that rays can be in flight together; each has random numbers of
-/// its own, and its result does not depend on the others.
+/// Paths are traced in batches, all at the same depth, so that rays can be in flight together; each
+/// has random numbers of its own, and its result does not depend on the others.
 ///
 /// ```
 /// use lightshed_film::PixelEstimator;
@@ -79,7 +81,8 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
 }
 
 impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S, G, O> {
-    /// With the given longest path in edges (`None` is unbounded) and first edge at which roulette may end a path.
+    /// With the given longest path in edges (`None` is unbounded) and first edge at which roulette
+    /// may end a path.
     #[must_use]
     pub fn with_depths(mut self, max_depth: Option<u32>, roulette_depth: u32) -> Self {
         self.transport.max_depth = max_depth.unwrap_or(u32::MAX);
@@ -94,8 +97,9 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
         self
     }
 
-    /// With several camera rays a sample where emitting surfaces may be seen, which stand for what paths of one edge meet there.
-    /// Changes nothing where that cannot gain: without such surfaces, where they may be seen everywhere, through a lens.
+    /// With several camera rays a sample where emitting surfaces may be seen, which stand for what
+    /// paths of one edge meet there. Changes nothing where that cannot gain: without such surfaces,
+    /// where they may be seen everywhere, through a lens.
     #[must_use]
     pub fn with_visible_emission(mut self) -> Self {
         let scene = self.transport.scene;
@@ -141,8 +145,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
         }
     }
 
-    /// Radiance that arrives along `ray`, from one path that nobody watches. The vertex at the end of edge `d` uses words `8 d` to
-    /// `8 d + 7` of `rng`, wherever that stands.
+    /// Radiance that arrives along `ray`, from one path that nobody watches. The vertex at the end
+    /// of edge `d` uses words `8 d` to `8 d + 7` of `rng`, wherever that stands.
     pub fn radiance(&self, ray: Ray, mut rng: CounterRng) -> Rgb {
         let (points, seed) = (PointSet::Independent, 0);
         let mut pixels = Pixels::new(PathWords { points, seed }, &NoObserver, 1);
@@ -230,7 +234,8 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for P
     }
 }
 
-/// A ray through a uniformly chosen point of the pixel's square, and of the lens where there is one.
+/// A ray through a uniformly chosen point of the pixel's square, and of the lens where there is
+/// one.
 #[inline(always)]
 pub(crate) fn camera_ray(scene: &Scene, x: u32, y: u32, rng: &mut CounterRng) -> Ray {
     PixelRay::draw(scene.camera(), Vec2::new(x as f32, y as f32), rng).ray
@@ -246,8 +251,8 @@ mod tests {
         ShapeDescription, SphereGeometry, builtin,
     };
 
-    /// The Cornell box with spheres, one of which emits, a mirror, a ball with interpolated normals and a texture, and
-    /// emitters of other kinds.
+    /// The Cornell box with spheres, one of which emits, a mirror, a ball with interpolated normals
+    /// and a texture, and emitters of other kinds.
     fn mixed() -> SceneDescription {
         let mut scene = builtin::cornell();
         scene.materials[0] = Material::TwoSided {
@@ -298,8 +303,8 @@ mod tests {
         scene
     }
 
-    /// Paths in company against paths alone, bit for bit, on all kinds of lanes, in batches of every size up to the full
-    /// one.
+    /// Paths in company against paths alone, bit for bit, on all kinds of lanes, in batches of
+    /// every size up to the full one.
     #[test]
     fn a_path_does_not_depend_on_its_batch() {
         let builtin = builtin::NAMES.map(|name| (name, builtin::by_name(name).unwrap()));
@@ -315,8 +320,8 @@ mod tests {
                     index: 3 * i,
                 })
                 .collect();
-            // Short paths, whose last edges often meet emitters, and long ones, with roulette from the third edge so that
-            // those of a batch end at different times.
+            // Short paths, whose last edges often meet emitters, and long ones, with roulette from
+            // the third edge so that those of a batch end at different times.
             let runs = [1, 2, 3, 7].map(|depth| (depth, PointSet::Independent));
             for (max_depth, points) in runs.into_iter().chain([(7, PointSet::Sobol)]) {
                 let tracer = || {
@@ -350,9 +355,10 @@ mod tests {
         }
     }
 
-    /// Means of 64 samples by Sobol points have the expectation of independent samples and a third of their variance at
-    /// most. Means of 100 seeds differ by more than 4.5 standard errors in one of 10⁵ tests; a ratio of variances that is
-    /// 1 in truth falls below 1/3 in none of 10⁷. Planted fault: independent numbers under the name of Sobol points.
+    /// Means of 64 samples by Sobol points have the expectation of independent samples and a third
+    /// of their variance at most. Means of 100 seeds differ by more than 4.5 standard errors in one
+    /// of 10⁵ tests; a ratio of variances that is 1 in truth falls below 1/3 in none of 10⁷.
+    /// Planted fault: independent numbers under the name of Sobol points.
     #[test]
     fn sobol_points_estimate_the_same_with_less_variance() {
         let mut description = builtin::cornell();

@@ -18,7 +18,8 @@ pub(crate) struct VertexNumbers {
 }
 
 impl VertexNumbers {
-    /// Those of the vertex at the end of edge `depth` (from 1): words `8 · depth` to `8 · depth + 7` of the stream.
+    /// Those of the vertex at the end of edge `depth` (from 1): words `8 · depth` to
+    /// `8 · depth + 7` of the stream.
     #[inline(always)]
     pub fn draw(rng: &mut CounterRng, depth: u32) -> Self {
         rng.set_dimension(depth.wrapping_mul(WORDS));
@@ -68,7 +69,8 @@ impl VertexStream for &VertexNumbers {
     }
 }
 
-/// A vertex's numbers as they come: where flights draw as many as they need, places have no meaning.
+/// A vertex's numbers as they come: where flights draw as many as they need, places have no
+/// meaning.
 impl VertexStream for CounterRng {
     #[inline(always)]
     fn emitter(&mut self) -> (u64, [f32; 2]) {
@@ -98,8 +100,8 @@ pub(super) struct VertexLanes<L: Lanes> {
 }
 
 impl<L: Lanes> VertexLanes<L> {
-    /// Number of the first of the two blocks of four words that belong to the vertex at the end of edge `depth`. It wraps with
-    /// the words.
+    /// Number of the first of the two blocks of four words that belong to the vertex at the end of
+    /// edge `depth`. It wraps with the words.
     #[inline(always)]
     pub fn first_block(depth: u32) -> u32 {
         depth.wrapping_mul(WORDS) / 4
@@ -162,7 +164,8 @@ pub(crate) struct PathWords {
 }
 
 impl PathWords {
-    /// The camera's words of eight paths: two for the place in the pixel, two for the lens if there is one.
+    /// The camera's words of eight paths: two for the place in the pixel, two for the lens if there
+    /// is one.
     #[inline(always)]
     pub fn camera_lanes<L: Lanes>(self, pixel: L::Words, sample: L::Words) -> [L::Words; 4] {
         self.points.block_lanes::<L>(self.seed, pixel, sample, 0)
@@ -192,8 +195,9 @@ impl PathWords {
     }
 }
 
-/// Which dimensions of a block are what at a vertex. The first two of a Sobol block are stratified best: they are the
-/// place on an emitter, and the direction. The third chooses the emitter (the high half of its number), or the lobe.
+/// Which dimensions of a block are what at a vertex. The first two of a Sobol block are stratified
+/// best: they are the place on an emitter, and the direction. The third chooses the emitter (the
+/// high half of its number), or the lobe.
 #[inline(always)]
 fn arrange<W: Copy>(points: PointSet, block: u32, [a, b, c, d]: [W; 4]) -> [W; 4] {
     match points {

@@ -11,8 +11,9 @@ pub trait PathObserver: Sync {
     /// Whether it watches at all: false compiles to nothing.
     const IS_ACTIVE: bool = true;
 
-    /// A path is complete. Called once for each sample, from any thread and in any order: what is to be the same for any number
-    /// of threads is summed in the order of [`ObservedPath::id`] or in integers.
+    /// A path is complete. Called once for each sample, from any thread and in any order: what is
+    /// to be the same for any number of threads is summed in the order of [`ObservedPath::id`] or
+    /// in integers.
     fn observe(&self, path: &ObservedPath<'_>);
 }
 
@@ -46,8 +47,8 @@ pub struct PathVertex {
     pub incoming: Vec3,
     /// What radiance that leaves the vertex against `incoming` counts for in the pixel.
     pub throughput: Rgb,
-    /// Direction towards the emitter that was sampled there, and its density with the choice of emitter (zero for lights that
-    /// nothing else can meet); `None` if the sample has value zero.
+    /// Direction towards the emitter that was sampled there, and its density with the choice of
+    /// emitter (zero for lights that nothing else can meet); `None` if the sample has value zero.
     pub emitter: Option<(Vec3, Density<SolidAngle>)>,
     /// Index of that emitter.
     pub emitter_index: Option<u32>,
@@ -60,15 +61,16 @@ pub struct PathVertex {
 pub struct PathDirection {
     /// Unit direction.
     pub direction: Vec3,
-    /// Density with which the direction was really sampled: of the mixture with a guide where there is one. Infinite for a lobe
-    /// without width.
+    /// Density with which the direction was really sampled: of the mixture with a guide where there
+    /// is one. Infinite for a lobe without width.
     pub pdf: Density<SolidAngle>,
-    /// Density with which what scatters would have sampled it, lobes without width apart: [`pdf`](Self::pdf) where there is no guide.
+    /// Density with which what scatters would have sampled it, lobes without width apart:
+    /// [`pdf`](Self::pdf) where there is no guide.
     pub scattering_pdf: Density<SolidAngle>,
     /// Whether it left by a lobe without width.
     pub is_delta: bool,
-    /// What radiance that arrives from there counts for in the pixel: `f |cos θ| / p` times the throughput, over the probability
-    /// of having survived roulette.
+    /// What radiance that arrives from there counts for in the pixel: `f |cos θ| / p` times the
+    /// throughput, over the probability of having survived roulette.
     pub throughput: Rgb,
 }
 
@@ -84,7 +86,8 @@ pub struct PathContribution {
 }
 
 impl ObservedPath<'_> {
-    /// What the emitter that was sampled at vertex number `index` added to the pixel, with its MIS weight; `None` if it was hidden.
+    /// What the emitter that was sampled at vertex number `index` added to the pixel, with its MIS
+    /// weight; `None` if it was hidden.
     pub fn from_sampled_emitter(&self, index: usize) -> Option<Rgb> {
         let edges = self.vertices.get(index)?.depth + 1;
         let mut found = self.contributions.iter();
@@ -93,8 +96,9 @@ impl ObservedPath<'_> {
             .map(|light| light.radiance)
     }
 
-    /// An estimate of the radiance that arrives at vertex number `index` from where the path went on, with the MIS weights of what
-    /// was met at the next edge; over [`PathDirection::pdf`] it is what a guide learns from. `None` if the path ended there.
+    /// An estimate of the radiance that arrives at vertex number `index` from where the path went
+    /// on, with the MIS weights of what was met at the next edge; over [`PathDirection::pdf`] it is
+    /// what a guide learns from. `None` if the path ended there.
     pub fn arrived(&self, index: usize) -> Option<Rgb> {
         let vertex = self.vertices.get(index)?;
         let onward = vertex.onward?;

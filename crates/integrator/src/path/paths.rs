@@ -11,7 +11,8 @@ const _: () = assert!(MAX_BATCH == Column::CAPACITY && MAX_BATCH == u64::BITS as
 
 const ZEROS: Column = Column::splat(0.0);
 
-/// Paths on their way, one column a number. Those that go on stand first. `K` is what the choice among emitters knows of a vertex.
+/// Paths on their way, one column a number. Those that go on stand first. `K` is what the choice
+/// among emitters knows of a vertex.
 #[derive(Clone)]
 pub(crate) struct Paths<K> {
     /// The current rays.
@@ -25,7 +26,8 @@ pub(crate) struct Paths<K> {
     pub pdf: Column,
     /// [`Bounce::site`].
     pub sites: [K; MAX_BATCH],
-    /// Two words that name the path for its random numbers: pixel and sample, or the words of a seed.
+    /// Two words that name the path for its random numbers: pixel and sample, or the words of a
+    /// seed.
     pub name: [Column; 2],
     /// Place of the path in the batch as it began, as a word.
     pub owner: Column,
@@ -47,7 +49,8 @@ impl<K: Copy + Default> Paths<K> {
         }
     }
 
-    /// Begins a path at a place of the batch: by its state, ray and names, for whoever is its owner.
+    /// Begins a path at a place of the batch: by its state, ray and names, for whoever is its
+    /// owner.
     pub fn begin(&mut self, index: usize, state: &PathState<K>, ray: &Ray, names: [u32; 2], owner: usize) {
         self.set(index, state, ray);
         for (name, word) in self.name.iter_mut().zip(names) {

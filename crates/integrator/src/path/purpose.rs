@@ -10,7 +10,8 @@ use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::Lanes;
 use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
 
-/// Who wants to know what the paths of a batch find. A path is known by its place among those that the batch began with.
+/// Who wants to know what the paths of a batch find. A path is known by its place among those that
+/// the batch began with.
 pub(crate) trait Purpose {
     /// Whether vertices are told of: then none is shaded in lanes.
     const OBSERVES: bool = false;
@@ -29,7 +30,8 @@ pub(crate) trait Purpose {
     ) {
     }
 
-    /// A path's ray, its edge number `depth`, has met `point`, or the environment. Nothing need be emitted there.
+    /// A path's ray, its edge number `depth`, has met `point`, or the environment. Nothing need be
+    /// emitted there.
     fn arrive<S: EmitterSampler, G: DirectionGuide>(
         &mut self,
         transport: &Transport<'_, S, G>,

@@ -1,4 +1,5 @@
-//! How light scatters at a vertex of a path: at a surface or in a medium, by itself or in a mixture with a guide.
+//! How light scatters at a vertex of a path: at a surface or in a medium, by itself or in a mixture
+//! with a guide.
 
 use super::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE};
 use crate::light_selection::shading_point;
@@ -8,7 +9,8 @@ use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::volume::PhaseFunction;
 use lightshed_scene::{Bsdf, EmitterSample, Medium, Ray, Rgb, Scene, SurfacePoint};
 
-/// A point of a path that scatters light. Directions are unit vectors of the world and point away from it.
+/// A point of a path that scatters light. Directions are unit vectors of the world and point away
+/// from it.
 pub(crate) trait Vertex {
     /// Whether a lobe is chosen before a direction.
     const HAS_LOBES: bool;

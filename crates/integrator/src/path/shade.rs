@@ -1,7 +1,7 @@
 //! The vertices of a batch: eight at a time where surfaces are diffuse, one at a time elsewhere.
 //!
-//! In lanes and alone a vertex takes the same operations in the same order, so a path has the same value, bit for bit, in
-//! any company.
+//! In lanes and alone a vertex takes the same operations in the same order, so a path has the same
+//! value, bit for bit, in any company.
 
 use super::guide::DirectionGuide;
 use super::numbers::{VertexLanes, VertexNumbers};
@@ -16,8 +16,9 @@ use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
 use lightshed_scene::{DiffuseLanes, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
-/// Takes in what the rays of `paths` (and how many there are), their edge number `depth`, have hit: tells
-/// `purpose`, and samples emitters into `shadows` and continuations into `next`, whose number it returns.
+/// Takes in what the rays of `paths` (and how many there are), their edge number `depth`, have hit:
+/// tells `purpose`, and samples emitters into `shadows` and continuations into `next`, whose number
+/// it returns.
 pub(super) fn shade<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
     depth: u32,

@@ -7,7 +7,8 @@ use lightshed_lanes::{LANES, LaneKernel, LaneWords, Lanes};
 use lightshed_sampling::f32_from_u32_lanes;
 use lightshed_scene::Camera;
 
-/// Sets `paths` to the beginnings of those that `ids` names, of which no more than [`MAX_BATCH`] are looked at.
+/// Sets `paths` to the beginnings of those that `ids` names, of which no more than [`MAX_BATCH`]
+/// are looked at.
 pub(super) struct Start<'a, K> {
     pub camera: &'a Camera,
     pub ids: &'a [SampleId],

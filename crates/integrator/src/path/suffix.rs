@@ -1,4 +1,5 @@
-//! Suffixes of paths, behind their reconnection vertices: the path tracer's batches, told what they find path by path.
+//! Suffixes of paths, behind their reconnection vertices: the path tracer's batches, told what they
+//! find path by path.
 
 use super::batch::follow;
 use super::guide::DirectionGuide;
@@ -13,8 +14,9 @@ use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
 use lightshed_shift::{Suffix, SuffixLight, SuffixLimits};
 
-/// Traces suffixes as [`WorldLighting::trace_suffixes`](lightshed_shift::WorldLighting::trace_suffixes) asks for; returns how many rays went on
-/// and how many to emitters.
+/// Traces suffixes as
+/// [`WorldLighting::trace_suffixes`](lightshed_shift::WorldLighting::trace_suffixes) asks for;
+/// returns how many rays went on and how many to emitters.
 pub(crate) fn trace_suffixes<S: EmitterSampler>(
     scene: &Scene,
     sampler: &S,

@@ -1,9 +1,11 @@
 //! What every path does at its vertices.
 //!
-//! At a point `x` seen from `ω_o`, the direct part of the scattered radiance is `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the
-//! solid-angle measure. It is found in two ways, by a sample of the emitters with density `p_e` and by the direction in which
-//! the path goes on, of density `p_b`, which are combined with the power heuristic `w_e = p_e² / (p_e² + p_b²)`, `w_b = 1 − w_e`
-//! (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4, eq. 9.10). Where only one of them can find an emitter its weight is 1.
+//! At a point `x` seen from `ω_o`, the direct part of the scattered radiance is
+//! `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the solid-angle measure. It is found in two ways, by
+//! a sample of the emitters with density `p_e` and by the direction in which the path goes on, of
+//! density `p_b`, which are combined with the power heuristic `w_e = p_e² / (p_e² + p_b²)`,
+//! `w_b = 1 − w_e` (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4, eq. 9.10). Where only one of them can
+//! find an emitter its weight is 1.
 
 use super::guide::{DirectionGuide, NoGuide};
 use super::observer::{PathDirection, PathVertex};
@@ -29,12 +31,13 @@ pub(crate) struct Transport<'a, S, G = NoGuide> {
     pub lanes: LaneChoice,
 }
 
-/// A path on its way, but for its ray and its random numbers. `K` is what the choice among emitters knows of a vertex.
+/// A path on its way, but for its ray and its random numbers. `K` is what the choice among emitters
+/// knows of a vertex.
 #[derive(Clone)]
 pub(crate) struct PathState<K> {
     pub throughput: Rgb,
-    /// Product of the squared relative indices of refraction: roulette judges the throughput without the radiance
-    /// scaling that refraction undoes on the way out.
+    /// Product of the squared relative indices of refraction: roulette judges the throughput
+    /// without the radiance scaling that refraction undoes on the way out.
     pub eta_squared: f32,
     /// How the current ray left its vertex; `None` from the camera.
     pub bounce: Option<Bounce<K>>,
@@ -82,7 +85,8 @@ pub(crate) fn met_emission(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint
 }
 
 impl<K> Bounce<K> {
-    /// Density with which an emitter sample finds the direction of `ray`, which left by this bounce and met an emitter at `point`.
+    /// Density with which an emitter sample finds the direction of `ray`, which left by this bounce
+    /// and met an emitter at `point`.
     #[inline(always)]
     pub fn emitter_pdf<S>(&self, sampler: &S, ray: &Ray, point: Option<&SurfacePoint>) -> Density<SolidAngle>
     where
@@ -103,7 +107,8 @@ impl<K> PathState<K> {
         bounce: None,
     };
 
-    /// Emitted radiance that the path's ray meets, times the MIS weight of having found it; from the camera that is 1.
+    /// Emitted radiance that the path's ray meets, times the MIS weight of having found it; from
+    /// the camera that is 1.
     #[inline(always)]
     pub fn met<S>(&self, scene: &Scene, sampler: &S, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb
     where
@@ -150,8 +155,8 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         self.sampler.site(|| vertex.shading_point())
     }
 
-    /// One sample of the light that reaches a vertex from the emitters and is scattered along the path. `None` is a sample of value
-    /// zero, for which no ray need be traced.
+    /// One sample of the light that reaches a vertex from the emitters and is scattered along the
+    /// path. `None` is a sample of value zero, for which no ray need be traced.
     #[inline(always)]
     pub fn emitter_light<V: Vertex, D: DirectionDistribution>(
         &self,
@@ -181,8 +186,8 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         })
     }
 
-    /// Lets a path go on from the vertex at the end of its edge number `depth`; the unit direction with its density without a guide, or
-    /// `None` if it ends.
+    /// Lets a path go on from the vertex at the end of its edge number `depth`; the unit direction
+    /// with its density without a guide, or `None` if it ends.
     #[inline(always)]
     pub fn scatter<V: Vertex, D: DirectionDistribution>(
         &self,
@@ -215,8 +220,8 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         Some((sample.direction, sample.own_pdf))
     }
 
-    /// At the end of a path's ray, its edge number `depth`, on a surface: samples an emitter and the next direction. `seen` gets the
-    /// vertex.
+    /// At the end of a path's ray, its edge number `depth`, on a surface: samples an emitter and
+    /// the next direction. `seen` gets the vertex.
     #[inline(always)]
     pub fn advance(
         &self,

@@ -4,7 +4,8 @@ use super::capabilities::MethodCapabilities;
 use super::option::{MethodOption, MethodValues};
 use super::stage::{Motion, Stage, Started};
 
-/// Makes a method ready: for a scene, by values of its options, with what moves. `Err` says why not.
+/// Makes a method ready: for a scene, by values of its options, with what moves. `Err` says why
+/// not.
 pub type StartMethod = for<'a, 'b> fn(
     stage: &'b Stage<'a>,
     values: &MethodValues,

@@ -11,8 +11,8 @@ use std::str::FromStr;
 
 /// A method of the registry with values of its options, by the text `name[:option=value]…`.
 ///
-/// A value without a name is for the first option that accepts it, and a switch's name alone turns it on. MethodValues are
-/// checked when they are set.
+/// A value without a name is for the first option that accepts it, and a switch's name alone turns
+/// it on. MethodValues are checked when they are set.
 ///
 /// ```
 /// use lightshed_integrator::Method;
@@ -42,7 +42,8 @@ impl Method {
     /// Sets an option; to its default is as if it was not given.
     ///
     /// # Errors
-    /// [`MethodError::Option`] if the method has no such option, or the option does not accept the value.
+    /// [`MethodError::Option`] if the method has no such option, or the option does not accept the
+    /// value.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), MethodError> {
         let refused = |reason: String| MethodError::Option {
             method: self.entry.name,
@@ -68,7 +69,8 @@ impl Method {
         self.entry
     }
 
-    /// What it can do. With a guide it makes frames that depend on those before, and is none of the device's.
+    /// What it can do. With a guide it makes frames that depend on those before, and is none of the
+    /// device's.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
         match self.values.guided_paths() {
@@ -87,7 +89,8 @@ impl Method {
         &self.values
     }
 
-    /// The longest path in edges, where `asked` is asked for and `of_scene` is the scene's own; `None` without end.
+    /// The longest path in edges, where `asked` is asked for and `of_scene` is the scene's own;
+    /// `None` without end.
     ///
     /// # Errors
     /// [`MethodError::Depth`] if paths of the method cannot be as long or short as is asked.

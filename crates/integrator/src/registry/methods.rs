@@ -17,7 +17,8 @@ use std::fmt::Display;
 
 type Start<'b> = Result<Started<'b>, String>;
 
-/// Compiles what is started for each of the two samplers of emitters, and takes the one that is asked for.
+/// Compiles what is started for each of the two samplers of emitters, and takes the one that is
+/// asked for.
 macro_rules! by_emitters {
     ($stage:expr, $values:expr, $sampler:ident => $start:expr) => {
         match $values.light_choosing() {
@@ -248,7 +249,8 @@ pub const METHODS: &[MethodEntry] = &[
     },
 ];
 
-/// Virtual point lights: three diffuse bounces unless told otherwise (Lin 2022 §3.4), one at least, never without end.
+/// Virtual point lights: three diffuse bounces unless told otherwise (Lin 2022 §3.4), one at least,
+/// never without end.
 const VPL: MethodCapabilities = MethodCapabilities {
     biased: true,
     depth: PathDepth::Bounded { least: 3, default: 5 },
@@ -288,7 +290,8 @@ where
     }
 }
 
-/// One sample of the emitters and one of the BSDF are a path of two edges; more samples of the emitters are weighed together.
+/// One sample of the emitters and one of the BSDF are a path of two edges; more samples of the
+/// emitters are weighed together.
 fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
     let emitter_samples = values.light_samples();
     if emitter_samples == 1 {

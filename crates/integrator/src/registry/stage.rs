@@ -96,8 +96,8 @@ impl<'a> Stage<'a> {
 }
 
 impl<'b> Started<'b> {
-    /// As frames of `size` pixels: of a method of independent samples each frame has `samples` of them in every pixel. For
-    /// other methods that number means nothing.
+    /// As frames of `size` pixels: of a method of independent samples each frame has `samples` of
+    /// them in every pixel. For other methods that number means nothing.
     pub fn into_frames(self, size: [u32; 2], samples: u32) -> Box<dyn FrameMethod + 'b> {
         match self {
             Self::Samples(estimator) => Box::new(SampledFrames::new(estimator, size, samples)),

@@ -12,7 +12,8 @@ fn scene_for(method: &Method) -> Scene {
     Scene::new(&description).unwrap()
 }
 
-/// Every method, plain and with each of its options, is found by its text and renders; it makes samples or frames as it says.
+/// Every method, plain and with each of its options, is found by its text and renders; it makes
+/// samples or frames as it says.
 #[test]
 fn every_method_is_found_by_its_name_and_renders() {
     let variants = [

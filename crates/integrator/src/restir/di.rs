@@ -26,7 +26,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RestirDiSettings {
-    /// Candidates of the emitters' sampler for each pixel and frame, besides one of the BSDF; at least 1.
+    /// Candidates of the emitters' sampler for each pixel and frame, besides one of the BSDF; at
+    /// least 1.
     pub emitter_candidates: u32,
     /// Whether a pixel reuses what it held in the frame before.
     pub temporal_reuse: bool,
@@ -38,17 +39,21 @@ pub struct RestirDiSettings {
     pub radius_pixels: f32,
     /// Most confidence that a pixel's history is given, in frames; positive.
     pub confidence_cap: f32,
-    /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j` that ask no technique whether
-    /// it could have produced them, and targets that know no occlusion. Edges of shadows and of surfaces darken.
+    /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j` that
+    /// ask no technique whether it could have produced them, and targets that know no occlusion.
+    /// Edges of shadows and of surfaces darken.
     pub biased: bool,
-    /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in the mean of frames.
+    /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in
+    /// the mean of frames.
     pub points: PointSet,
-    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their own.
+    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their
+    /// own.
     pub visible_emission: bool,
 }
 
 impl RestirDiSettings {
-    /// Unbiased: 32 candidates, temporal reuse with cap 20, one round with 3 neighbours within 30 pixels.
+    /// Unbiased: 32 candidates, temporal reuse with cap 20, one round with 3 neighbours within 30
+    /// pixels.
     pub const UNBIASED: Self = Self {
         emitter_candidates: 32,
         temporal_reuse: true,
@@ -128,17 +133,21 @@ impl std::error::Error for RestirDiError {
     }
 }
 
-/// Direct light by spatiotemporal reservoir resampling (Bitterli et al. 2020; merges by GRIS, Lin 2022 ch. 6).
+/// Direct light by spatiotemporal reservoir resampling (Bitterli et al. 2020; merges by GRIS, Lin
+/// 2022 ch. 6).
 ///
-/// Each frame and pixel traces one camera ray, through a new place in the pixel. At the surface it meets, candidates for the
-/// *endpoint* of light are resampled by `p̂(e) = Y(f L_e |cos θ| |dω/de|)`, those on surfaces, at infinity and of lights that are points or directions
-/// each for themselves; shadow rays tell which survivors go on (visibility *before* reuse), and one of them does. It is merged with what the pixel that saw the surface in the frame before held, then
-/// with neighbours of this frame, each in its own domain: its own surface, view direction and, unless biased, occlusion
-/// (visibility *after* reuse, asked in every MIS weight). The last round shades by the sum over its inputs, without colour
-/// noise. Emission seen directly, and light by delta lobes, which cannot be reused, are added exactly and by a sample each.
+/// Each frame and pixel traces one camera ray, through a new place in the pixel. At the surface it
+/// meets, candidates for the *endpoint* of light are resampled by
+/// `p̂(e) = Y(f L_e |cos θ| |dω/de|)`, those on surfaces, at infinity and of lights that are points
+/// or directions each for themselves; shadow rays tell which survivors go on (visibility *before*
+/// reuse), and one of them does. It is merged with what the pixel that saw the surface in the frame
+/// before held, then with neighbours of this frame, each in its own domain: its own surface, view
+/// direction and, unless biased, occlusion (visibility *after* reuse, asked in every MIS weight).
+/// The last round shades by the sum over its inputs, without colour noise. Emission seen directly,
+/// and light by delta lobes, which cannot be reused, are added exactly and by a sample each.
 ///
-/// Every frame's expectation is that of [`DirectLight`](crate::DirectLight); frames are correlated with those before, by way of
-/// what they reuse.
+/// Every frame's expectation is that of [`DirectLight`](crate::DirectLight); frames are correlated
+/// with those before, by way of what they reuse.
 ///
 /// ```
 /// use lightshed_integrator::{RestirDi, RestirDiSettings};
@@ -222,7 +231,8 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         })
     }
 
-    /// One ray for each pixel by its BSDF: those of delta lobes are shaded, the endpoints that others meet are candidates.
+    /// One ray for each pixel by its BSDF: those of delta lobes are shaded, the endpoints that
+    /// others meet are candidates.
     fn meet_emitters(
         &self,
         view: FrameView<'_>,
@@ -249,7 +259,8 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         self.tally.add(RayKind::Path, count);
         let mut hits = [None; MAX_BATCH];
         scene.intersect_emitting_many(&rays[..count], &mut hits[..count]);
-        // What a ray may meet; those that meet nothing need not be asked whether something is in between.
+        // What a ray may meet; those that meet nothing need not be asked whether something is in
+        // between.
         let (mut met, mut kept) = ([Met::default(); MAX_BATCH], 0);
         for index in 0..count {
             let (ray, hit) = (rays[index], hits[index]);
@@ -351,8 +362,8 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
             .filter_map(|(hidden, owner)| hidden.then_some(owner))
     }
 
-    /// All reuse of a frame. What the pixels hold in the end is in `reservoirs`; `image` is shaded, unless biased or without
-    /// neighbours.
+    /// All reuse of a frame. What the pixels hold in the end is in `reservoirs`; `image` is shaded,
+    /// unless biased or without neighbours.
     fn reuse(
         &self,
         view: FrameView<'_>,

@@ -1,4 +1,5 @@
-//! What the frames of all methods with reuse share: camera rays, what is kept of two frames, and passes between buffers.
+//! What the frames of all methods with reuse share: camera rays, what is kept of two frames, and
+//! passes between buffers.
 
 use crate::camera_ray::PixelRay;
 use lightshed_film::MAX_BATCH;
@@ -35,8 +36,8 @@ pub(crate) fn corner_of(extent: Extent, index: usize) -> Vec2 {
     Vec2::new((index % width) as f32, (index / width) as f32)
 }
 
-/// Does `work(first, batch)` for each of `batches`, chunks of [`MAX_BATCH`] pixels of which `first` is the first, as long as
-/// nobody cancels. False if somebody did.
+/// Does `work(first, batch)` for each of `batches`, chunks of [`MAX_BATCH`] pixels of which `first`
+/// is the first, as long as nobody cancels. False if somebody did.
 pub(crate) fn in_batches<B: Send>(
     batches: impl Iterator<Item = B>,
     cancel: &AtomicBool,
@@ -50,8 +51,9 @@ pub(crate) fn in_batches<B: Send>(
     !cancel.load(Ordering::Relaxed)
 }
 
-/// Traces a camera ray through a random place of every pixel, by the numbers of the pass `numbers`. What it meets `see` is told,
-/// with the pixel's number, its entry in `pixels` and its value in `image`. False if cancelled.
+/// Traces a camera ray through a random place of every pixel, by the numbers of the pass `numbers`.
+/// What it meets `see` is told, with the pixel's number, its entry in `pixels` and its value in
+/// `image`. False if cancelled.
 pub(crate) fn trace_camera_rays<P: Send>(
     (scene, camera): (&Scene, &Camera),
     numbers: PassNumbers,

@@ -25,25 +25,29 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most confidence of a pixel's history, in frames.
 const CONFIDENCE_CAP: f32 = 30.0;
-/// Number of the bits for the pattern of neighbours; those for direct light have the numbers of rounds.
+/// Number of the bits for the pattern of neighbours; those for direct light have the numbers of
+/// rounds.
 const KEY: u32 = u32::MAX;
 /// Neighbours in the round of spatial reuse …
 const NEIGHBOURS: u32 = 3;
 /// … within this share of the image's width.
 const RADIUS: f32 = 0.1;
 
-/// Indirect light by resampling the points that send it (Ouyang et al. 2021), with direct light by [`RestirDi`].
+/// Indirect light by resampling the points that send it (Ouyang et al. 2021), with direct light by
+/// [`RestirDi`].
 ///
-/// Each frame, a pixel's `x₁` samples a direction by its BSDF, meets `x₂`, and estimates the radiance `L̂` reflected there towards it
-/// by a path. `(x₂, L̂)` with target `Y(L̂)` is merged with what the pixel that saw `x₁` in the frame before held, then with
-/// neighbours, by reconnection to `x₂` and its Jacobian (their eq. 11); the pixel is shaded by `f(x₁) |cos θ| L̂ W`. Light by
-/// delta lobes at `x₁` is added by a sample.
+/// Each frame, a pixel's `x₁` samples a direction by its BSDF, meets `x₂`, and estimates the
+/// radiance `L̂` reflected there towards it by a path. `(x₂, L̂)` with target `Y(L̂)` is merged
+/// with what the pixel that saw `x₁` in the frame before held, then with neighbours, by
+/// reconnection to `x₂` and its Jacobian (their eq. 11); the pixel is shaded by
+/// `f(x₁) |cos θ| L̂ W`. Light by delta lobes at `x₁` is added by a sample.
 ///
 /// A baseline, **biased** as published:
 ///
-/// - `L̂` is reused for directions other than the one it was estimated for: right only where `x₂` is Lambertian;
-/// - samples merge with weights `c_i / Σ c_j` that ask no technique whether it could have produced them, which darkens where
-///   `x₂` is hidden from a neighbour, or below its horizon;
+/// - `L̂` is reused for directions other than the one it was estimated for: right only where `x₂`
+///   is Lambertian;
+/// - samples merge with weights `c_i / Σ c_j` that ask no technique whether it could have produced
+///   them, which darkens where `x₂` is hidden from a neighbour, or below its horizon;
 /// - reuse in time asks for no visibility, so light leaks where the view of `x₁` moves;
 /// - `L̂` of earlier frames is taken as it was.
 ///
@@ -108,7 +112,8 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
         extent_of(self.transport.scene)
     }
 
-    /// One sender for each of up to [`MAX_BATCH`] pixels from `first` on, and light by delta lobes into the image.
+    /// One sender for each of up to [`MAX_BATCH`] pixels from `first` on, and light by delta lobes
+    /// into the image.
     fn sample_senders(
         &self,
         (frame, seed): (u32, u64),
@@ -184,7 +189,8 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
         }
     }
 
-    /// Reuse in time of what `reservoirs` has now, which it then holds; what neighbours add to it is there now.
+    /// Reuse in time of what `reservoirs` has now, which it then holds; what neighbours add to it
+    /// is there now.
     fn reuse(
         &self,
         numbers: FrameNumbers,
@@ -257,7 +263,8 @@ fn alike(own: &Option<IndirectPixel>, other: &Option<IndirectPixel>) -> bool {
     matches!((own, other), (Some(own), Some(other)) if own.resembles(other))
 }
 
-/// What paths from the pixels' surfaces on find: the points that they meet first, and what those send.
+/// What paths from the pixels' surfaces on find: the points that they meet first, and what those
+/// send.
 struct Senders<'a> {
     seed: u64,
     /// Of the pass's random numbers.

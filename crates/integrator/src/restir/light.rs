@@ -1,12 +1,13 @@
-//! Direct light as a domain of its own for each pixel: endpoints on emitters, seen from the pixel's surface.
+//! Direct light as a domain of its own for each pixel: endpoints on emitters, seen from the pixel's
+//! surface.
 //!
 //! The sample of a pixel is an endpoint `e` ([`EmitterEndpoint`]); its domain has the target
 //!
 //! > `p̂(e) = Y(f(ω_o, ω) L_e(ω) |cos θ| |dω/de| V)`,
 //!
-//! with `ω` towards `e`, `Y` the luminance and, where visibility belongs to the target, `V` whether nothing stands in between.
-//! Endpoints do not depend on the pixel, so the shift between two pixels is the identity with Jacobian 1; all that differs is
-//! the target.
+//! with `ω` towards `e`, `Y` the luminance and, where visibility belongs to the target, `V` whether
+//! nothing stands in between. Endpoints do not depend on the pixel, so the shift between two pixels
+//! is the identity with Jacobian 1; all that differs is the target.
 
 use super::primary::Primary;
 use lightshed_film::{RayKind, RayTally};
@@ -53,7 +54,8 @@ pub(crate) struct Lit {
     pub connection: EmitterConnection,
     /// `f L_e |cos θ| |dω/de|`.
     pub value: Rgb,
-    /// Density with which sampling the BSDF finds the endpoint, in the measure of endpoints; zero for those it cannot hit.
+    /// Density with which sampling the BSDF finds the endpoint, in the measure of endpoints; zero
+    /// for those it cannot hit.
     pub pdf_bsdf: f32,
 }
 
@@ -94,7 +96,8 @@ pub(crate) struct SeenFrom<'a> {
 }
 
 impl SeenFrom<'_> {
-    /// What `endpoint` gives the pixel; a shadow ray is traced only where there is something to be blocked.
+    /// What `endpoint` gives the pixel; a shadow ray is traced only where there is something to be
+    /// blocked.
     pub fn value(&self, primary: &Primary, endpoint: &EmitterEndpoint) -> Rgb {
         let Some(lit) = lit_by(self.scene, primary, endpoint) else {
             return Rgb::ZERO;

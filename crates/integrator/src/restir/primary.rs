@@ -50,7 +50,8 @@ impl Primary {
 }
 
 impl Outlook {
-    /// Whether reuse between the two promises anything. It asks about the surfaces and not about samples: no bias.
+    /// Whether reuse between the two promises anything. It asks about the surfaces and not about
+    /// samples: no bias.
     pub fn resembles(&self, other: &Self) -> bool {
         let off_plane = (other.position - self.position).dot(self.normal);
         self.normal.dot(other.normal) >= LEAST_COS_NORMALS
@@ -58,9 +59,10 @@ impl Outlook {
     }
 }
 
-/// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet, `image` what is emitted from
-/// there towards the camera (or from infinity); surfaces' emission is estimated by `visible` if there is one. Returns how many
-/// rays that took; `None` if `cancel` was set meanwhile.
+/// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet,
+/// `image` what is emitted from there towards the camera (or from infinity); surfaces' emission is
+/// estimated by `visible` if there is one. Returns how many rays that took; `None` if `cancel` was
+/// set meanwhile.
 pub(crate) fn trace_primaries(
     scene: &Scene,
     view: FrameView<'_>,

@@ -25,7 +25,8 @@ impl Default for Guide {
 
 /// Exponent of the cosine between normals.
 const NORMAL_POWER: i32 = 32;
-/// Distance from the tangent plane at which the weight has fallen to 1/e, relative to the distance from the camera.
+/// Distance from the tangent plane at which the weight has fallen to 1/e, relative to the distance
+/// from the camera.
 const PLANE_TOLERANCE: f32 = 0.01;
 /// Weights of the B₃ spline: ⅜, ¼, ¹⁄₁₆.
 const KERNEL: [f32; 3] = [0.375, 0.25, 0.062_5];
@@ -43,14 +44,15 @@ pub(super) fn similarity(a: &Guide, b: &Guide) -> f32 {
     cosine.min(1.0).powi(NORMAL_POWER) * (-off_plane / scale.max(f32::MIN_POSITIVE)).exp()
 }
 
-/// Edge-avoiding à-trous wavelets (Dammertz et al. 2010): iteration `i` of `iterations` is a 5×5 B₃ spline with `2^i − 1` pixels left out
-/// between its taps,
+/// Edge-avoiding à-trous wavelets (Dammertz et al. 2010): iteration `i` of `iterations` is a 5×5 B₃
+/// spline with `2^i − 1` pixels left out between its taps,
 ///
 /// > `v'_p = Σ_q h_{p−q} w(p, q) v_q / Σ_q h_{p−q} w(p, q)`,
 ///
-/// with `w` from normals and tangent planes alone: nothing in it looks at the noisy values, so the filter is linear and keeps
-/// their expectation wherever that is the same on a surface. `values` are filtered in place, `scratch` has their length. Rows are filtered
-/// independently; the result does not depend on the threads.
+/// with `w` from normals and tangent planes alone: nothing in it looks at the noisy values, so the
+/// filter is linear and keeps their expectation wherever that is the same on a surface. `values`
+/// are filtered in place, `scratch` has their length. Rows are filtered independently; the result
+/// does not depend on the threads.
 pub(super) fn filter(
     values: &mut [f32],
     scratch: &mut [f32],
@@ -131,8 +133,9 @@ mod tests {
             .collect()
     }
 
-    /// Noise on each surface shrinks to its mean, the step between surfaces stays, and where there is no surface nothing changes. A filter
-    /// that ignores the surfaces, or one that stops after the first iteration, is noticed.
+    /// Noise on each surface shrinks to its mean, the step between surfaces stays, and where there
+    /// is no surface nothing changes. A filter that ignores the surfaces, or one that stops after
+    /// the first iteration, is noticed.
     #[test]
     fn noise_goes_and_edges_stay() {
         check_faults(&["blind", "once"], |fault| {
@@ -152,7 +155,8 @@ mod tests {
             filter(&mut values, &mut scratch, &judged, COLUMNS, iterations);
             let inside = || 0..COLUMNS * 40;
             let worst = inside().map(|i| (values[i] - clean(i)).abs()).fold(0.0, f32::max);
-            // A binomial value has a variance of 0.16 here; four iterations average some 200 of them, fewer at the rims.
+            // A binomial value has a variance of 0.16 here; four iterations average some 200 of
+            // them, fewer at the rims.
             if worst > 0.2 {
                 return Err(format!("off by {worst}"));
             }

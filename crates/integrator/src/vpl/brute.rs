@@ -16,14 +16,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 ///
 /// > `L_indirect = Σ_i f(ω_o, ω_i) |cos θ_i| V_i I_i(−ω_i) / max(d_i², d_min²)`
 ///
-/// over the lights of a [`VplSet`], all of them or an unbiased choice: `k` lights at equal distances in the list, from a random
-/// start, count `N/k`-fold. Each frame has its own set of lights (or all the same, see
-/// [`VplBrute::with_fixed_lights`]), so that the mean over frames converges to the light of all paths of up to `bounces + 2` edges
-/// but for:
+/// over the lights of a [`VplSet`], all of them or an unbiased choice: `k` lights at equal
+/// distances in the list, from a random start, count `N/k`-fold. Each frame has its own set of
+/// lights (or all the same, see [`VplBrute::with_fixed_lights`]), so that the mean over frames
+/// converges to the light of all paths of up to `bounces + 2` edges but for:
 ///
-/// - **clamping bias**: where a light is nearer than `d_min` its light is cut off, so corners are too dark. With
-///   `d_min = 0` there is none, and the variance is infinite;
-/// - the *diffuse approximation* of lights on surfaces that are not diffuse (see [`VplSet::trace`]);
+/// - **clamping bias**: where a light is nearer than `d_min` its light is cut off, so corners are
+///   too dark. With `d_min = 0` there is none, and the variance is infinite;
+/// - the *diffuse approximation* of lights on surfaces that are not diffuse (see
+///   [`VplSet::trace`]);
 /// - light that reaches the point from a light by a mirror, which is not looked for.
 ///
 /// In scenes of diffuse surfaces only the first remains.
@@ -38,7 +39,8 @@ pub struct VplBrute<'a, S = EmittersByPower<'a>> {
 }
 
 impl<'a, S: EmitterSampler> VplBrute<'a, S> {
-    /// Every light has its shadow ray; lights nearer than `min_distance` count as if they were that far.
+    /// Every light has its shadow ray; lights nearer than `min_distance` count as if they were that
+    /// far.
     ///
     /// # Errors
     ///
@@ -62,14 +64,16 @@ impl<'a, S: EmitterSampler> VplBrute<'a, S> {
         })
     }
 
-    /// As many lights a point as said, evenly spread over the list from a random start, instead of all.
+    /// As many lights a point as said, evenly spread over the list from a random start, instead of
+    /// all.
     #[must_use]
     pub fn with_lights_per_point(mut self, lights: u32) -> Self {
         self.lights_per_point = Some(lights.max(1));
         self
     }
 
-    /// The same lights in every frame: those that another method makes with the same options and seed.
+    /// The same lights in every frame: those that another method makes with the same options and
+    /// seed.
     #[must_use]
     pub fn with_fixed_lights(mut self) -> Self {
         self.fixed_lights = true;
@@ -105,7 +109,8 @@ impl<'a, S: EmitterSampler> VplBrute<'a, S> {
     }
 }
 
-/// Seed of the lights of a frame: frames of one seed, and the random numbers of pixels, have nothing in common.
+/// Seed of the lights of a frame: frames of one seed, and the random numbers of pixels, have
+/// nothing in common.
 pub(super) fn light_seed(seed: u64, frame: u32, fixed: bool) -> u64 {
     VplSet::seed_of_frame(seed, if fixed { 0 } else { frame })
 }

@@ -1,4 +1,5 @@
-//! What the camera sees: the diffuse point that VPLs shine on, and everything that does not come from VPLs.
+//! What the camera sees: the diffuse point that VPLs shine on, and everything that does not come
+//! from VPLs.
 
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::scattering::{SurfaceVertex, Vertex};
@@ -30,11 +31,13 @@ pub(super) struct CameraSample {
     pub receiver: Option<Receiver>,
 }
 
-/// Follows a camera ray through mirrors and panes to the first point that scatters in all directions.
+/// Follows a camera ray through mirrors and panes to the first point that scatters in all
+/// directions.
 ///
-/// The direct part is a path tracer's: emission with the weight of how it was found, one emitter sample at the receiver, and
-/// one sample of its BSDF. That sample goes on through mirrors as well, where it alone can find the light, so caustics of area
-/// lights are seen. Where a surface both mirrors and scatters, one of the two is followed, by its probability.
+/// The direct part is a path tracer's: emission with the weight of how it was found, one emitter
+/// sample at the receiver, and one sample of its BSDF. That sample goes on through mirrors as well,
+/// where it alone can find the light, so caustics of area lights are seen. Where a surface both
+/// mirrors and scatters, one of the two is followed, by its probability.
 pub(super) fn camera_sample<S: EmitterSampler>(
     transport: &Transport<'_, S>,
     ray: Ray,

@@ -11,7 +11,8 @@ use lightshed_scene::{Ray, Rgb, Scene};
 const SEGMENT_END: f32 = 1.0 - 16.0 * f32::EPSILON;
 
 impl Receiver {
-    /// `f(ω_o, ω) |cos θ| T` for light from the unit `direction`: what of irradiance on a facing plane reaches the pixel.
+    /// `f(ω_o, ω) |cos θ| T` for light from the unit `direction`: what of irradiance on a facing
+    /// plane reaches the pixel.
     #[inline(always)]
     pub fn response(&self, direction: Vec3) -> Rgb {
         self.throughput * self.vertex.evaluate(direction).value

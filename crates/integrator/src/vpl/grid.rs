@@ -23,8 +23,8 @@ pub enum ShadowTargets {
     /// At one of the lights that the grid light stands for.
     #[default]
     Represented,
-    /// At a random place in the box that has the spread of the lights it stands for (Lin 2022 §3.3.3). In curved or cornered
-    /// scenes that is often inside a body: too dark.
+    /// At a random place in the box that has the spread of the lights it stands for (Lin 2022
+    /// §3.3.3). In curved or cornered scenes that is often inside a body: too dark.
     Spread,
 }
 
@@ -35,7 +35,8 @@ pub struct VplGridOptions {
     pub lights: VplOptions,
     /// The hierarchy over them.
     pub grid: GridOptions,
-    /// The first level used: 0 for the lights themselves near a point, 1 to start with S₁ (Lin 2022 §3.4.1).
+    /// The first level used: 0 for the lights themselves near a point, 1 to start with S₁ (Lin 2022
+    /// §3.4.1).
     pub first_level: u32,
     /// Lights nearer than this count as if they were that far: clamping bias.
     pub min_distance: f32,
@@ -52,7 +53,8 @@ pub struct VplGridOptions {
 }
 
 impl VplGridOptions {
-    /// The thesis' choice: 10,000 paths of three bounces, α = 1, from S₁ on, four shadow samples filtered four times, no interleaving.
+    /// The thesis' choice: 10,000 paths of three bounces, α = 1, from S₁ on, four shadow samples
+    /// filtered four times, no interleaving.
     pub fn new(min_distance: f32) -> Self {
         Self {
             lights: VplOptions::default(),
@@ -74,24 +76,29 @@ struct Pixel {
     direct: Rgb,
     /// Light of the hierarchy as if nothing were in between.
     unshadowed: Rgb,
-    /// What the surface makes of light, roughly: by it the light is divided while it is averaged over neighbours.
+    /// What the surface makes of light, roughly: by it the light is divided while it is averaged
+    /// over neighbours.
     albedo: Rgb,
 }
 
-/// Direct light, and indirect light of virtual point lights by a [`LightingGrid`]: `vpl-grid` (Lin 2022 ch. 3).
+/// Direct light, and indirect light of virtual point lights by a [`LightingGrid`]: `vpl-grid` (Lin
+/// 2022 ch. 3).
 ///
-/// A frame traces a [`VplSet`], builds the hierarchy and, for each pixel, adds up what its lights give if nothing is in between, `U`,
-/// while it chooses a few of them for shadow rays in proportion. The share `V` of those that are seen, filtered over the image,
-/// gives `L = L_direct + U V`, a ratio estimator. It is a biased method. Against [`VplBrute`](crate::VplBrute), which has the first
-/// two as well:
+/// A frame traces a [`VplSet`], builds the hierarchy and, for each pixel, adds up what its lights
+/// give if nothing is in between, `U`, while it chooses a few of them for shadow rays in
+/// proportion. The share `V` of those that are seen, filtered over the image, gives
+/// `L = L_direct + U V`, a ratio estimator. It is a biased method. Against
+/// [`VplBrute`](crate::VplBrute), which has the first two as well:
 ///
 /// - clamping bias and the diffuse approximation, as there;
 /// - the error of the hierarchy, which α bounds, and of the smoothing when it starts from S₁;
-/// - where lights of different colours are differently shadowed, shadows have the colour of the whole;
+/// - where lights of different colours are differently shadowed, shadows have the colour of the
+///   whole;
 /// - shadows are blurred by the filter, light by interleaving;
 /// - [`ShadowTargets::Spread`] darkens.
 ///
-/// Lights, hierarchy and images keep their memory from frame to frame. Threads do not change the image.
+/// Lights, hierarchy and images keep their memory from frame to frame. Threads do not change the
+/// image.
 pub struct VplGrid<'a, S = EmittersByPower<'a>> {
     transport: Transport<'a, S>,
     options: VplGridOptions,
@@ -136,7 +143,8 @@ impl<'a, S: EmitterSampler> VplGrid<'a, S> {
         })
     }
 
-    /// The hierarchy of the last frame; `None` before the first, and where no light arrived anywhere.
+    /// The hierarchy of the last frame; `None` before the first, and where no light arrived
+    /// anywhere.
     pub fn grid(&self) -> Option<&LightingGrid> {
         self.grid.as_ref().filter(|_| !self.set.lights().is_empty())
     }
@@ -212,8 +220,8 @@ impl<'a, S: EmitterSampler> VplGrid<'a, S> {
         (pixel, guide(receiver), visibility)
     }
 
-    /// Light of the hierarchy at a pixel: its own, or with interleaving the mean over a block's worth of neighbours on the same
-    /// surface, which together have all the lights.
+    /// Light of the hierarchy at a pixel: its own, or with interleaving the mean over a block's
+    /// worth of neighbours on the same surface, which together have all the lights.
     fn unshadowed(&self, x: usize, y: usize, [columns, rows]: [usize; 2]) -> Rgb {
         let side = self.options.interleaving as usize;
         let here = y * columns + x;

@@ -1,6 +1,8 @@
-//! The whole renderer where the answer is known: white furnaces, path lengths, roulette, lenses, threads.
+//! The whole renderer where the answer is known: white furnaces, path lengths, roulette, lenses,
+//! threads.
 //!
-//! Seeds are fixed. Statistical tests reject a right renderer with probability 1e-4 each, or what they say.
+//! Seeds are fixed. Statistical tests reject a right renderer with probability 1e-4 each, or what
+//! they say.
 
 use crate::rendered::Rendered;
 use lightshed_film::{Budget, PixelEstimator, RenderOptions, render};
@@ -103,7 +105,8 @@ fn white(image: &Rendered) -> Result<(), StatisticsError> {
 
 #[test]
 fn a_white_diffuse_sphere_is_white_sample_by_sample() {
-    // Cosine sampling has the integrand's own shape: no noise at all. Albedo 0.999 is the planted fault.
+    // Cosine sampling has the integrand's own shape: no noise at all. Albedo 0.999 is the planted
+    // fault.
     check_faults(&[0.999], |fault| {
         let scene = Scene::new(&furnace_with(sphere(), diffuse(fault.unwrap_or(1.0)))).unwrap();
         let estimator = DirectLight::new(
@@ -122,8 +125,9 @@ fn a_white_diffuse_sphere_is_white_sample_by_sample() {
 fn emitter_sampling_keeps_the_furnace_white() {
     let scene = Scene::new(&builtin::furnace()).unwrap();
     let darker = Scene::new(&furnace_with(sphere(), diffuse(0.98))).unwrap();
-    // The sum of both techniques would hide two errors that cancel, so emitter sampling is tested by itself too. Its noise
-    // is the largest, 0.25 % of the sphere's mean: an albedo of 0.98 is 8 standard deviations off.
+    // The sum of both techniques would hide two errors that cancel, so emitter sampling is tested
+    // by itself too. Its noise is the largest, 0.25 % of the sphere's mean: an albedo of 0.98 is 8
+    // standard deviations off.
     for (emitter_samples, bsdf_samples) in [(1, 1), (1, 0), (3, 2)] {
         check_faults(&["albedo 0.98"], |fault| {
             let scene = if fault.is_some() { &darker } else { &scene };
@@ -169,8 +173,8 @@ fn lossless_smooth_materials_are_white_at_every_angle() {
     ];
     let deviation = |geometry: &Geometry, material: &Material| {
         let scene = Scene::new(&furnace_with(geometry.clone(), material.clone())).unwrap();
-        // Each path's weight is one, so that one sample shows the whole of it. Paths that total reflection holds for
-        // long end at an edge that none of them reaches in practice.
+        // Each path's weight is one, so that one sample shows the whole of it. Paths that total
+        // reflection holds for long end at an edge that none of them reaches in practice.
         let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(10_000), u32::MAX);
         worst_deviation(&Rendered::new(&tracer, SIZE, 4, 4))
     };
@@ -187,8 +191,9 @@ fn lossless_smooth_materials_are_white_at_every_angle() {
 
 #[test]
 fn no_material_gives_more_light_than_it_gets() {
-    // Masking loses light, nothing may win any: on convex solids, where light bounces off once, or passes, no tile is
-    // brighter than 1 beyond its noise. False-positive rate below 1e-3: 16 tiles × 3 channels × 24 images beyond 4.9 σ.
+    // Masking loses light, nothing may win any: on convex solids, where light bounces off once, or
+    // passes, no tile is brighter than 1 beyond its noise. False-positive rate below 1e-3: 16 tiles
+    // × 3 channels × 24 images beyond 4.9 σ.
     let copper = |distribution, alpha| Material::Conductor {
         ior: ConductorIor {
             eta: Rgb::new(0.2, 0.92, 1.1),
@@ -290,7 +295,8 @@ fn one_edge_shows_emitters_and_none_shows_nothing() {
     });
     let black = one.mean.chunks(3).filter(|p| p.iter().all(|&v| v == 0.0));
     let (whole, black) = (whole.count(), black.count());
-    // The light is a thin trapezium of some 13 × 3 pixels; the rest of those it touches are in between.
+    // The light is a thin trapezium of some 13 × 3 pixels; the rest of those it touches are in
+    // between.
     assert!(whole > 10, "{whole} pixels show the light");
     assert!(
         black > 3900 && whole + black < 4096,

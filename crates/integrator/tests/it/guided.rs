@@ -1,4 +1,5 @@
-//! Paths guided by fields that earlier frames trained: unbiased, the same for any threads, and better where there is something to find.
+//! Paths guided by fields that earlier frames trained: unbiased, the same for any threads, and
+//! better where there is something to find.
 
 use crate::guides::{mean, sized};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
@@ -100,8 +101,9 @@ impl DirectionDistribution for FaultyDirections<'_> {
     }
 }
 
-/// A trained field gives the image's mean, on surfaces of all lobes and in the lighthouse: z-tests at 1e-5, one for each kind of guide and
-/// scene. A density that belongs to another region and one without the octahedral factor are found.
+/// A trained field gives the image's mean, on surfaces of all lobes and in the lighthouse: z-tests
+/// at 1e-5, one for each kind of guide and scene. A density that belongs to another region and one
+/// without the octahedral factor are found.
 #[test]
 fn trained_fields_do_not_change_the_mean() {
     for (name, description, samples) in [
@@ -144,8 +146,8 @@ fn trained_fields_do_not_change_the_mean() {
     }
 }
 
-/// Combinations of frames that were trained on each other have the mean of path tracing: over an ensemble of seeds, since frames depend on
-/// those before. z-tests at 1e-5.
+/// Combinations of frames that were trained on each other have the mean of path tracing: over an
+/// ensemble of seeds, since frames depend on those before. z-tests at 1e-5.
 #[test]
 fn combined_frames_are_unbiased() {
     for (name, description) in [
@@ -183,7 +185,8 @@ fn frames_do_not_depend_on_threads() {
     }
 }
 
-/// In the lighthouse guided paths have less than a quarter of the variance of plain ones; in a box of even light the guide is dropped, and paths are plain.
+/// In the lighthouse guided paths have less than a quarter of the variance of plain ones; in a box
+/// of even light the guide is dropped, and paths are plain.
 #[test]
 fn guides_gain_where_there_is_something_to_find() {
     let mut description = builtin::lighthouse();

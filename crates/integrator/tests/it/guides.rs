@@ -1,4 +1,5 @@
-//! Guides and observers of paths: no guide, however wrong, changes the mean, and who watches sees all that arrives.
+//! Guides and observers of paths: no guide, however wrong, changes the mean, and who watches sees
+//! all that arrives.
 
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_integrator::{
@@ -116,9 +117,9 @@ pub fn mean(estimator: &impl PixelEstimator, samples: u32, seed: u64) -> MeanTes
     test
 }
 
-/// A guide that is right, one aimed away and a random one give the image's mean, on surfaces of all lobes and in smoke, with emitters
-/// chosen by power and by a tree: z-tests at 1e-5, eight of them. A density that is told half of the guide's
-/// is found.
+/// A guide that is right, one aimed away and a random one give the image's mean, on surfaces of all
+/// lobes and in smoke, with emitters chosen by power and by a tree: z-tests at 1e-5, eight of them.
+/// A density that is told half of the guide's is found.
 #[test]
 fn guides_do_not_change_the_mean() {
     let glossy = sized(builtin::cornell_glossy());
@@ -191,7 +192,8 @@ impl PathObserver for Watch {
             assert_eq!(next.depth, vertex.depth + 1);
             assert!(onward.direction.distance(next.incoming) < 1e-4);
             assert!(onward.is_delta || onward.pdf.is_positive());
-            // What arrives at a vertex is what leaves the next one, by an emitter there or by way of it, and what that emits itself.
+            // What arrives at a vertex is what leaves the next one, by an emitter there or by way
+            // of it, and what that emits itself.
             let behind: Rgb = path
                 .contributions
                 .iter()
@@ -205,8 +207,8 @@ impl PathObserver for Watch {
     }
 }
 
-/// Watched paths have the values of others, bit for bit, alone and in batches, with and without a guide, on surfaces and in media; and
-/// the sum of what an observer is told is the image.
+/// Watched paths have the values of others, bit for bit, alone and in batches, with and without a
+/// guide, on surfaces and in media; and the sum of what an observer is told is the image.
 #[test]
 fn observers_see_all_that_arrives() {
     let ids: Vec<SampleId> = (0..400)

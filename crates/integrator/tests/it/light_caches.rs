@@ -1,5 +1,5 @@
-//! Emitters chosen by a trained light cache: the same mean as by power, the same image for any number of threads, and less noise where most
-//! lights are hidden.
+//! Emitters chosen by a trained light cache: the same mean as by power, the same image for any
+//! number of threads, and less noise where most lights are hidden.
 
 use lightshed_film::{FrameMethod, PixelEstimator, SampleId};
 use lightshed_integrator::{
@@ -42,8 +42,8 @@ fn mean(estimator: &dyn PixelEstimator, samples: u32, seed: u64, factor: f64) ->
     test
 }
 
-/// z-tests at 10⁻⁶ of path tracing, on surfaces of all kinds, with one lamp and with hundreds, most of them hidden. What is 10 % too bright
-/// is found in the scene with most light.
+/// z-tests at 10⁻⁶ of path tracing, on surfaces of all kinds, with one lamp and with hundreds, most
+/// of them hidden. What is 10 % too bright is found in the scene with most light.
 #[test]
 fn caches_do_not_change_the_mean() {
     for (name, samples) in [
@@ -128,7 +128,8 @@ fn training_does_not_depend_on_threads() {
     assert_eq!(one, values(7));
 }
 
-/// Second moment of what one choice of an emitter brings, occlusion included, relative to the light tree's: in the warehouse it is far less.
+/// Second moment of what one choice of an emitter brings, occlusion included, relative to the light
+/// tree's: in the warehouse it is far less.
 #[test]
 fn hidden_lamps_are_seldom_asked() {
     let mut description = builtin::warehouse();

@@ -1,7 +1,9 @@
-//! Every way of choosing an emitter gives the same image, and the same as choosing by power alone does.
+//! Every way of choosing an emitter gives the same image, and the same as choosing by power alone
+//! does.
 //!
-//! Images are compared by tiles, each channel apart, with seeds of their own. A sound implementation fails a comparison
-//! with probability 1e-5; there are about twenty without data, and as many in the scenes of `LIGHTSHED_SCENES`.
+//! Images are compared by tiles, each channel apart, with seeds of their own. A sound
+//! implementation fails a comparison with probability 1e-5; there are about twenty without data,
+//! and as many in the scenes of `LIGHTSHED_SCENES`.
 
 use crate::common::data_folder;
 use crate::rendered::Rendered;
@@ -58,8 +60,9 @@ fn mixed_lights() -> SceneDescription {
     scene
 }
 
-/// Edge of the tiles. By uniform choice, and where a two-level tree's boxes overlap, the brightest emitters are met so seldom that
-/// only the whole image averages them: a tile of `oacmpctf3` that reads 0.85 after 500 samples reads 0.95 after 12,000.
+/// Edge of the tiles. By uniform choice, and where a two-level tree's boxes overlap, the brightest
+/// emitters are met so seldom that only the whole image averages them: a tile of `oacmpctf3` that
+/// reads 0.85 after 500 samples reads 0.95 after 12,000.
 fn tile_size(choosing: LightChoosing, size: [u32; 2]) -> usize {
     match choosing {
         LightChoosing::Uniform | LightChoosing::TwoLevel => size[0].max(size[1]) as usize,
@@ -77,8 +80,8 @@ fn compare(found: &Rendered, expected: &Rendered, tile_size: usize) -> Result<()
     report.verdict().map_err(|e| e.to_string())
 }
 
-/// Leaves out pixels that see more than the sky: where a small emitter is met by one camera ray in a thousand, noise is too
-/// skewed to be judged.
+/// Leaves out pixels that see more than the sky: where a small emitter is met by one camera ray in
+/// a thousand, noise is too skewed to be judged.
 struct Mask(Vec<bool>);
 
 impl Mask {
@@ -165,7 +168,8 @@ fn every_selection_gives_the_same_direct_light() {
     }
 }
 
-/// Frames of stochastic lightcuts, through both trees, with and without interleaving, against choosing by power.
+/// Frames of stochastic lightcuts, through both trees, with and without interleaving, against
+/// choosing by power.
 #[test]
 fn lightcuts_give_the_same_direct_light() {
     #[derive(Clone, Copy, Debug)]
@@ -232,8 +236,8 @@ fn lightcuts_give_the_same_direct_light() {
     }
 }
 
-/// Paths of up to four edges, with every selection, against the path tracer that chooses by power; ten per cent too
-/// much light is noticed.
+/// Paths of up to four edges, with every selection, against the path tracer that chooses by power;
+/// ten per cent too much light is noticed.
 #[test]
 fn every_selection_gives_the_same_paths() {
     let description = mixed_lights();
@@ -354,7 +358,8 @@ fn densities_of_samples_and_of_hits_agree() {
     assert!(compared > 300, "{compared}");
 }
 
-/// The scenes with the most lights there are, at a size at which a few samples say much: every selection against the best.
+/// The scenes with the most lights there are, at a size at which a few samples say much: every
+/// selection against the best.
 #[test]
 fn published_scenes_look_the_same_by_every_selection() {
     let Some(scenes) = data_folder("LIGHTSHED_SCENES") else {
@@ -371,7 +376,8 @@ fn published_scenes_look_the_same_by_every_selection() {
         let mut expected = Rendered::new(&selected(&scene, LightChoosing::OpenBvh, 8, 1), size, 64, 1);
         mask.apply(&mut expected);
         for (seed, choosing) in (2..).zip(LightChoosing::ALL) {
-            // A few of twenty thousand emitters light most of this room: chosen uniformly they are rarely met.
+            // A few of twenty thousand emitters light most of this room: chosen uniformly they are
+            // rarely met.
             let samples = match (name, choosing) {
                 ("classroom", LightChoosing::Uniform) => 1024,
                 _ => 64,

@@ -5,8 +5,9 @@ use lightshed_scene::{
     EmitterDescription, Geometry, Material, Rgb, SceneDescription, ShapeDescription, SphereGeometry, builtin,
 };
 
-/// The built-in smoke, seen from near: the large box mirrors, a glass sphere is half within the smoke, and the room is open to a sky. The light
-/// is larger and weaker, so that what is seen by way of glass is no noise.
+/// The built-in smoke, seen from near: the large box mirrors, a glass sphere is half within the
+/// smoke, and the room is open to a sky. The light is larger and weaker, so that what is seen by
+/// way of glass is no noise.
 pub fn smoke_and_mirrors() -> SceneDescription {
     let mut scene = builtin::smoke_in_cornell();
     scene.camera.fov_x = 0.45;

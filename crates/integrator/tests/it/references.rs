@@ -1,18 +1,21 @@
 //! Renderings of published scenes against images of another renderer.
 //!
-//! The scenes and images are no part of this repository. `LIGHTSHED_SCENES` names the folder of the scenes, in Mitsuba 3's
-//! format, `LIGHTSHED_REFERENCES` that of Mitsuba's images of them: box filter, and the variance of each pixel's mean.
+//! The scenes and images are no part of this repository. `LIGHTSHED_SCENES` names the folder of the
+//! scenes, in Mitsuba 3's format, `LIGHTSHED_REFERENCES` that of Mitsuba's images of them: box
+//! filter, and the variance of each pixel's mean.
 //!
-//! **What is asked.** In each channel, by tiles of 16 × 16 pixels (larger ones where noise is skewed): no more tiles beyond
-//! 4 standard deviations than chance gives, none far beyond, and a mean that is off by no more than noise explains. Seeds are
-//! fixed; a right renderer fails a case with probability 1e-4, a third of it for each channel, as far as the central limit
-//! holds: skewed noise makes that more. (Channels are tested apart since their noise is correlated: in a grey scene three
-//! outliers are one.)
+//! **What is asked.** In each channel, by tiles of 16 × 16 pixels (larger ones where noise is
+//! skewed): no more tiles beyond 4 standard deviations than chance gives, none far beyond, and a
+//! mean that is off by no more than noise explains. Seeds are fixed; a right renderer fails a case
+//! with probability 1e-4, a third of it for each channel, as far as the central limit holds: skewed
+//! noise makes that more. (Channels are tested apart since their noise is correlated: in a grey
+//! scene three outliers are one.)
 //!
-//! **What that finds.** The verdict on means rejects from 4.4 standard errors on (two-sided 1e-4 / 9), so that a uniform error
-//! of 6 of them is found with 95 % certainty: of 0.4 % in the Cornell box, 0.6 % with rough boxes, 0.2 % under the environment,
-//! 1 % under the thousand lights, 1.3…2.4 % in the game level. Where reference or rendering are noisier than 0.3 % (the door ajar,
-//! the atrium, the classroom), so is the test.
+//! **What that finds.** The verdict on means rejects from 4.4 standard errors on (two-sided 1e-4 /
+//! 9), so that a uniform error of 6 of them is found with 95 % certainty: of 0.4 % in the Cornell
+//! box, 0.6 % with rough boxes, 0.2 % under the environment, 1 % under the thousand lights, 1.3…2.4
+//! % in the game level. Where reference or rendering are noisier than 0.3 % (the door ajar, the
+//! atrium, the classroom), so is the test.
 
 use crate::common::{ReferenceMoments, data_folder};
 use crate::rendered::Rendered;
@@ -38,8 +41,9 @@ struct Case {
     samples_per_pixel: u32,
     /// Image of pixels to leave out.
     mask: Option<&'static str>,
-    /// Edge of the tiles in pixels. Where noise is skewed (rare bright samples, which most small tiles have not met yet, so
-    /// that they look darker than they are and surer than they can be) small tiles would cry wolf.
+    /// Edge of the tiles in pixels. Where noise is skewed (rare bright samples, which most small
+    /// tiles have not met yet, so that they look darker than they are and surer than they can be)
+    /// small tiles would cry wolf.
     tile_size: usize,
 }
 
@@ -174,7 +178,8 @@ fn judge(
             report.worst().map_or(0.0, |tile| tile.z)
         );
         report.verdict().map_err(|error| format!("{name}: {error}"))?;
-        // Nor may a mean be off by 0.3 % more than three standard errors explain, however skewed its noise.
+        // Nor may a mean be off by 0.3 % more than three standard errors explain, however skewed
+        // its noise.
         let excess = (ratio.ratio - 1.0).abs() - 3.0 * ratio.standard_error;
         if excess > 3e-3 {
             return Err(format!("{name}: channel {index} is off by {ratio:?}"));
@@ -231,8 +236,8 @@ fn the_cornell_box_is_mitsubas() {
     }
 }
 
-/// The published file and the scene in code, with the same random numbers: the same image, but for vertices that differ in
-/// their last bit and so may turn a path aside.
+/// The published file and the scene in code, with the same random numbers: the same image, but for
+/// vertices that differ in their last bit and so may turn a path aside.
 #[test]
 fn the_built_in_cornell_box_renders_as_the_file_does() {
     let Some(scenes) = data_folder("LIGHTSHED_SCENES") else {
@@ -374,11 +379,12 @@ fn the_atrium_is_mitsubas() {
     .agrees();
 }
 
-/// 20,166 emissive triangles, and points of light that rough conductors of `α = 0.01` mirror into everything: the noisiest
-/// reference, 0.6 % of the mean. Without the points Mitsuba and this renderer agree to 0.17 % already at 256 samples. With
-/// them a tile of 48² pixels is a few bright samples, far from the normal distribution that its score presumes: of six
-/// seeds at 256 samples one had such a tile 11 % too dark at 4.8 estimated deviations, five none, and their mean is 0.993 ±
-/// 0.010 of the reference's. Hence large tiles and more samples.
+/// 20,166 emissive triangles, and points of light that rough conductors of `α = 0.01` mirror into
+/// everything: the noisiest reference, 0.6 % of the mean. Without the points Mitsuba and this
+/// renderer agree to 0.17 % already at 256 samples. With them a tile of 48² pixels is a few bright
+/// samples, far from the normal distribution that its score presumes: of six seeds at 256 samples
+/// one had such a tile 11 % too dark at 4.8 estimated deviations, five none, and their mean is
+/// 0.993 ± 0.010 of the reference's. Hence large tiles and more samples.
 #[test]
 fn the_classroom_is_mitsubas() {
     Case {
@@ -388,12 +394,13 @@ fn the_classroom_is_mitsubas() {
     .agrees();
 }
 
-/// A suite of small scenes, rendered by Ignis and others at 4,096 samples a pixel. Its images have no variance: theirs
-/// is taken to be ours at that number of samples, and 0.3 % of each tile is forgiven for what rounding did to them.
+/// A suite of small scenes, rendered by Ignis and others at 4,096 samples a pixel. Its images have
+/// no variance: theirs is taken to be ours at that number of samples, and 0.3 % of each tile is
+/// forgiven for what rounding did to them.
 ///
-/// Left out: `env`, whose image is darker than Mitsuba 3.9 renders that file by the same factor 0.449 everywhere (ours agrees
-/// with Mitsuba's); `volume` (media); and the two scenes by Cycles and the Cornell box, which the suite has in Ignis' own
-/// format only.
+/// Left out: `env`, whose image is darker than Mitsuba 3.9 renders that file by the same factor
+/// 0.449 everywhere (ours agrees with Mitsuba's); `volume` (media); and the two scenes by Cycles
+/// and the Cornell box, which the suite has in Ignis' own format only.
 #[test]
 fn the_ignis_suite_agrees() {
     let Some(scenes) = data_folder("LIGHTSHED_SCENES") else {
@@ -434,8 +441,8 @@ fn suite_case(suite: &Path, scene: &str, reference: &str, max_depth: u32) -> Res
     let mut found = Rendered::new(&tracer, size, SAMPLES, 4);
     let mean: Vec<f64> = image.pixels().iter().flatten().map(|&v| f64::from(v)).collect();
     if max_depth == 1 {
-        // Samples are 0 or 1, and the reference knows the share of ones better: a corner that few samples met has no
-        // variance by them.
+        // Samples are 0 or 1, and the reference knows the share of ones better: a corner that few
+        // samples met has no variance by them.
         for (variance, p) in found.variance_of_mean.iter_mut().zip(&mean) {
             *variance = (p * (1.0 - p)).max(0.0) / f64::from(SAMPLES);
         }
@@ -467,8 +474,8 @@ enum MediumFault {
     MirroredGrid,
 }
 
-/// Light scattered once, and as often as it is, by a cloud of 32³ voxels; by tiles of 32 pixels, since noise is skewed: it is made by
-/// paths that leave straight towards the lamp.
+/// Light scattered once, and as often as it is, by a cloud of 32³ voxels; by tiles of 32 pixels,
+/// since noise is skewed: it is made by paths that leave straight towards the lamp.
 #[test]
 fn the_blob_of_a_medium_is_mitsubas() {
     use MediumFault::{Denser, LessAlbedo, LessForward, MirroredGrid};

@@ -4,7 +4,8 @@ use lightshed_film::{Budget, Film, PixelEstimator, RenderOptions, render};
 use lightshed_testkit::ImageMoments;
 use std::sync::atomic::AtomicBool;
 
-/// Means of pixels, rows after each other from the top, channels interleaved, and the variances of these means.
+/// Means of pixels, rows after each other from the top, channels interleaved, and the variances of
+/// these means.
 pub struct Rendered {
     width: usize,
     pub mean: Vec<f64>,

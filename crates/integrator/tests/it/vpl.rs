@@ -1,7 +1,7 @@
 //! Virtual point lights against the path tracer, and their lighting grid against their sum.
 //!
-//! Seeds are fixed. Frames of different lights are independent, pixels of a frame are not, so means over the image are tested, frame
-//! by frame: at 1e-6 each.
+//! Seeds are fixed. Frames of different lights are independent, pixels of a frame are not, so means
+//! over the image are tested, frame by frame: at 1e-6 each.
 
 use lightshed_film::{Budget, FrameMethod, PixelEstimator, RenderOptions, RgbImage, render_frames};
 use lightshed_integrator::{
@@ -31,8 +31,8 @@ fn shape(geometry: Geometry, material: u32, emission: Option<Rgb>) -> ShapeDescr
     }
 }
 
-/// A floor, three walls around it, a ball and a box above it, and a lamp, all with gaps between, so that no light is near what it shines
-/// on.
+/// A floor, three walls around it, a ball and a box above it, and a lamp, all with gaps between, so
+/// that no light is near what it shines on.
 fn apart() -> Scene {
     let floor = builtin::quad([
         Vec3::new(-1.5, 0.0, 1.5),
@@ -131,8 +131,8 @@ fn path_means(scene: &Scene, max_depth: u32, samples: u32) -> MeanTest {
     means
 }
 
-/// Where nothing is clamped and all is diffuse, `b` bounces of light give what paths of `b + 2` edges give; a bounce less is noticed, and
-/// so is the bias of clamping.
+/// Where nothing is clamped and all is diffuse, `b` bounces of light give what paths of `b + 2`
+/// edges give; a bounce less is noticed, and so is the bias of clamping.
 #[test]
 fn lights_one_by_one_give_what_paths_give() {
     let scene = apart();
@@ -147,7 +147,8 @@ fn lights_one_by_one_give_what_paths_give() {
     .unwrap();
 }
 
-/// Whether two methods have the same mean, frame by frame with the same random numbers for the camera and the direct light.
+/// Whether two methods have the same mean, frame by frame with the same random numbers for the
+/// camera and the direct light.
 fn same_mean(
     a: &mut impl FrameMethod,
     b: &mut impl FrameMethod,
@@ -159,8 +160,8 @@ fn same_mean(
     difference.test_against(0.0, 1e-6)
 }
 
-/// A few lights at each point stand for all of them, and a few shadow rays for many. Lights whose distance is clamped, and light without
-/// shadows, are noticed.
+/// A few lights at each point stand for all of them, and a few shadow rays for many. Lights whose
+/// distance is clamped, and light without shadows, are noticed.
 #[test]
 fn choices_stand_for_all() {
     let scene = cornell(12, 12);
@@ -229,9 +230,10 @@ fn cornell(width: u32, height: u32) -> Scene {
     Scene::new(&description).unwrap()
 }
 
-/// The Cornell box from the same lights, the direct part from the same random numbers: at α = 3 with all shadows the grid is within 2 % of the
-/// sum, at α = 1 from S₁ on farther from it, and so without shadows. Rays into the spread of grid lights are darker.
-/// One frame of few shadow rays is nearer with the filter than without.
+/// The Cornell box from the same lights, the direct part from the same random numbers: at α = 3
+/// with all shadows the grid is within 2 % of the sum, at α = 1 from S₁ on farther from it, and so
+/// without shadows. Rays into the spread of grid lights are darker. One frame of few shadow rays is
+/// nearer with the filter than without.
 #[test]
 fn the_grid_gives_nearly_what_the_sum_gives() {
     let scene = cornell(24, 24);
@@ -339,8 +341,9 @@ fn threads_do_not_change_the_image() {
     assert!(grid(1, 1) != grid(2, 1) && brute(1, 1) != brute(2, 1));
 }
 
-/// A convex body of any material in a white sky: what its lights could shine on is not there, so the camera's part alone must be the path
-/// tracer's, mirrors, panes and coats included. A body that scatters nothing is noticed.
+/// A convex body of any material in a white sky: what its lights could shine on is not there, so
+/// the camera's part alone must be the path tracer's, mirrors, panes and coats included. A body
+/// that scatters nothing is noticed.
 #[test]
 fn the_direct_part_is_that_of_the_path_tracer() {
     let materials = [

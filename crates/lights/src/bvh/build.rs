@@ -10,7 +10,8 @@ use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::{for_each_chunk, join};
 use lightshed_spatial::SortedIndices;
 
-/// Depth from which groups are halved by number, so that no way is longer than [`crate::tree::MAX_DEPTH`].
+/// Depth from which groups are halved by number, so that no way is longer than
+/// [`crate::tree::MAX_DEPTH`].
 const HALVE_FROM: usize = 36;
 /// Groups of fewer lights are built on one thread.
 const APART: usize = 1 << 12;
@@ -47,7 +48,8 @@ impl Spares {
     }
 }
 
-/// Blocks of the tree, the root's first. The same for any number of threads. `root` is what the source calls all together.
+/// Blocks of the tree, the root's first. The same for any number of threads. `root` is what the
+/// source calls all together.
 pub(super) fn build(
     source: impl SplitSource<LightExtent>,
     root: u32,

@@ -1,8 +1,9 @@
 //! The light BVH.
 //!
-//! Lights are divided top-down so that the surface area orientation heuristic is least (Conty Estevez and Kulla 2018, §4.4):
-//! `Σ I · M_A · M_Ω` over both parts, with `I` the intensity, `M_A` the extent and `M_Ω` the spread of normals. A node has up
-//! to eight children, found by dividing the costliest again and again.
+//! Lights are divided top-down so that the surface area orientation heuristic is least (Conty
+//! Estevez and Kulla 2018, §4.4): `Σ I · M_A · M_Ω` over both parts, with `I` the intensity, `M_A`
+//! the extent and `M_Ω` the spread of normals. A node has up to eight children, found by dividing
+//! the costliest again and again.
 
 mod build;
 mod extent;
@@ -21,8 +22,8 @@ use lightshed_lanes::{Lanes, prefetch};
 use lightshed_spatial::CurveOrder;
 use node::{LEAF, NO_LEAF, WideNode};
 
-/// A bounding volume hierarchy over lights: slower to build than a [`PerfectTree`](crate::PerfectTree), with better
-/// probabilities.
+/// A bounding volume hierarchy over lights: slower to build than a
+/// [`PerfectTree`](crate::PerfectTree), with better probabilities.
 ///
 /// `p(light | x) = Π_k w_k / Σ w` over the nodes on the way to the light, in the counting measure.
 ///
@@ -59,14 +60,14 @@ pub enum BvhBuild {
     /// By planes across each axis, at the bounds of 16 equal bins: for lights that stand still.
     #[default]
     Binned,
-    /// Lights are sorted along Hilbert's curve once, and groups divided between any neighbours on it: for lights that move. Several times
-    /// faster, with nodes nearly as good.
+    /// Lights are sorted along Hilbert's curve once, and groups divided between any neighbours on
+    /// it: for lights that move. Several times faster, with nodes nearly as good.
     AlongCurve,
-    /// Upper levels from a tenth of the lights, drawn by their intensity along Morton's curve, the rest by bins (Dittebrandt 2025 ch. 8): for many
-    /// lights.
+    /// Upper levels from a tenth of the lights, drawn by their intensity along Morton's curve, the
+    /// rest by bins (Dittebrandt 2025 ch. 8): for many lights.
     Stochastic,
-    /// From the bottom up: the two groups that are each other's cheapest partners become one, until one is left. On one thread, and tens of times
-    /// slower: what the others are compared with.
+    /// From the bottom up: the two groups that are each other's cheapest partners become one, until
+    /// one is left. On one thread, and tens of times slower: what the others are compared with.
     Agglomerative,
 }
 
@@ -106,8 +107,10 @@ impl LightBvh {
         Ok(bvh)
     }
 
-    /// Builds the hierarchy again for other lights, in the memory that it has: on one thread nothing is allocated unless there are more
-    /// lights, or more nodes, than ever before ([`BvhBuild::Stochastic`] allocates its clusters). The same lights give the same hierarchy on any number of threads.
+    /// Builds the hierarchy again for other lights, in the memory that it has: on one thread
+    /// nothing is allocated unless there are more lights, or more nodes, than ever before
+    /// ([`BvhBuild::Stochastic`] allocates its clusters). The same lights give the same hierarchy
+    /// on any number of threads.
     ///
     /// # Errors
     ///

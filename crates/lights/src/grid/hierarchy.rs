@@ -10,23 +10,26 @@ use glam::DVec3;
 use lightshed_sampling::parallel::{fill, reduce};
 use lightshed_spatial::{CellRanges, CubicGrid, KEY_BITS, KeyedIndex, finest_bits_below, sort_by_key};
 
-/// A lighting grid hierarchy (Lin 2022 ch. 3, after Yuksel and Yuksel 2017): many point lights at several resolutions.
+/// A lighting grid hierarchy (Lin 2022 ch. 3, after Yuksel and Yuksel 2017): many point lights at
+/// several resolutions.
 ///
-/// Level 0, S₀, is the lights. For ℓ ≥ 1 a grid of cubic cells of side `h_ℓ = 2 h_{ℓ−1}` covers them; each light is shared
-/// among the eight vertices of its cell by trilinear weights, and a vertex that got something is a [`GridLight`] of S_ℓ. The
-/// coarsest level has one cell. Every level stands for all the light: `Σ_{S_ℓ} I = Σ_{S_0} I`. What reaches a point from
-/// distance `d` is taken from the levels that [`BlendingFunctions`] choose for `d`:
+/// Level 0, S₀, is the lights. For ℓ ≥ 1 a grid of cubic cells of side `h_ℓ = 2 h_{ℓ−1}` covers
+/// them; each light is shared among the eight vertices of its cell by trilinear weights, and a
+/// vertex that got something is a [`GridLight`] of S_ℓ. The coarsest level has one cell. Every
+/// level stands for all the light: `Σ_{S_ℓ} I = Σ_{S_0} I`. What reaches a point from distance `d`
+/// is taken from the levels that [`BlendingFunctions`] choose for `d`:
 ///
 /// > `E(x) ≈ Σ_ℓ Σ_{i ∈ S_ℓ} B_ℓ(d_i) I_i e_i(−ω_i) max(0, n·ω_i) / d_i²`,
 ///
-/// an approximation whose error falls with α. Nothing in it is random, and it changes continuously with the lights as long
-/// as the box stays ([`GridOptions::bounds`]).
+/// an approximation whose error falls with α. Nothing in it is random, and it changes continuously
+/// with the lights as long as the box stays ([`GridOptions::bounds`]).
 ///
-/// **Construction.** Lights are sorted by their cells of the finest grid. Each vertex of level 1 gathers from the lights of its
-/// eight cells, each vertex of level ℓ + 1 from its 27 vertices of level ℓ, which gives exactly what scattering all lights into
-/// every level would. There are no atomic operations and every sum has one order, so the result is the same for any
-/// number of threads. Time `O(N)`. [`LightingGrid::rebuild`] keeps the memory, [`LightingGrid::update`] does only what a few changed
-/// lights ask for.
+/// **Construction.** Lights are sorted by their cells of the finest grid. Each vertex of level 1
+/// gathers from the lights of its eight cells, each vertex of level ℓ + 1 from its 27 vertices of
+/// level ℓ, which gives exactly what scattering all lights into every level would. There are no
+/// atomic operations and every sum has one order, so the result is the same for any number of
+/// threads. Time `O(N)`. [`LightingGrid::rebuild`] keeps the memory, [`LightingGrid::update`] does
+/// only what a few changed lights ask for.
 ///
 /// ```
 /// use lightshed_lights::{GridOptions, LightingGrid, PointLight, glam::Vec3};
@@ -73,7 +76,8 @@ impl LightingGrid {
     ///
     /// # Errors
     ///
-    /// No lights or too many, a light whose position, intensity or normal is none, or impossible options.
+    /// No lights or too many, a light whose position, intensity or normal is none, or impossible
+    /// options.
     pub fn new(lights: &[PointLight], options: &GridOptions) -> Result<Self, GridError> {
         let mut grid = Self {
             options: *options,
@@ -93,8 +97,9 @@ impl LightingGrid {
         Ok(grid)
     }
 
-    /// Builds the hierarchy of other lights in place of this one, as [`LightingGrid::new`] would, in the memory there is. With as many
-    /// lights as before, and about as many occupied vertices, nothing is allocated.
+    /// Builds the hierarchy of other lights in place of this one, as [`LightingGrid::new`] would,
+    /// in the memory there is. With as many lights as before, and about as many occupied vertices,
+    /// nothing is allocated.
     ///
     /// # Errors
     ///
@@ -129,7 +134,8 @@ impl LightingGrid {
             None => lights,
         };
         let diagonal = (self.bounds.max.as_dvec3() - self.bounds.min.as_dvec3()).max_element();
-        // Lights at one point still need a cell, one whose side the coordinates' rounding does not matter to.
+        // Lights at one point still need a cell, one whose side the coordinates' rounding does not
+        // matter to.
         let magnitude = f64::from(self.bounds.min.abs().max(self.bounds.max.abs()).max_element());
         // Nor must the square of a radius underflow.
         self.size = diagonal.max(magnitude * 2.0f64.powi(-18)).max(1e-12);
@@ -240,7 +246,8 @@ impl LightingGrid {
         self.lights.is_empty()
     }
 
-    /// The lights in the order in which they were given: those that [`LightingGrid::represented_light`] names.
+    /// The lights in the order in which they were given: those that
+    /// [`LightingGrid::represented_light`] names.
     pub fn lights(&self) -> &[PointLight] {
         &self.lights
     }
@@ -258,8 +265,9 @@ impl LightingGrid {
         }
     }
 
-    /// Where the grid lights of level ℓ are in its grid, in the order of [`grid_lights`](Self::grid_lights): numbers of vertices along each
-    /// axis, z first in the order, then y, then x.
+    /// Where the grid lights of level ℓ are in its grid, in the order of
+    /// [`grid_lights`](Self::grid_lights): numbers of vertices along each axis, z first in the
+    /// order, then y, then x.
     pub fn vertices(&self, level: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
         let place = level.checked_sub(1).filter(|_| level <= self.level_count);
         place
@@ -274,7 +282,8 @@ impl LightingGrid {
         (self.size * 0.5f64.powi(halvings)) as f32
     }
 
-    /// The blending functions when `first_level` (0 or 1; more counts as 1) is the first to be used.
+    /// The blending functions when `first_level` (0 or 1; more counts as 1) is the first to be
+    /// used.
     pub fn blending(&self, first_level: u32) -> BlendingFunctions {
         let radius_0 = self.options.alpha * self.cell_size(0);
         BlendingFunctions::new(radius_0, first_level.min(1), self.level_count)

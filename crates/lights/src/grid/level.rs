@@ -193,7 +193,8 @@ pub(super) fn cells_around(vertex: [u32; 3], cells: &CellRanges) -> impl Iterato
     rows.flat_map(move |(y, z)| cells.grid().range(x.saturating_sub(1), x, y, z))
 }
 
-/// The vertices of the finer level around `vertex` and how many of its cells they are away, in a fixed order.
+/// The vertices of the finer level around `vertex` and how many of its cells they are away, in a
+/// fixed order.
 pub(super) fn finer_around(
     vertex: [u32; 3],
     finer: &SparseGrid,

@@ -7,7 +7,8 @@ use crate::Bounds;
 /// How many levels there are above the lights themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Levels {
-    /// As many as leave the finest, S₁, fewer grid lights than half the lights (Lin 2022 §3.4.3); one at least.
+    /// As many as leave the finest, S₁, fewer grid lights than half the lights (Lin 2022 §3.4.3);
+    /// one at least.
     #[default]
     Auto,
     /// So many: level 1 has `2^(count − 1)` cells along the longest edge, level `count` has one.
@@ -17,24 +18,26 @@ pub enum Levels {
 /// How levels above the first are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Construction {
-    /// Each vertex gathers from the level below (Lin 2022 §3.3.1), with trilinear shares of vertices rather than of
-    /// illumination centres, so that nothing is smoothed.
+    /// Each vertex gathers from the level below (Lin 2022 §3.3.1), with trilinear shares of
+    /// vertices rather than of illumination centres, so that nothing is smoothed.
     #[default]
     Gather,
-    /// Every light is added to every level: the same lights up to rounding, for comparison. On one thread.
+    /// Every light is added to every level: the same lights up to rounding, for comparison. On one
+    /// thread.
     Scatter,
 }
 
 /// Size, fineness and accuracy of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridOptions {
-    /// α: level ℓ serves distances around `r_ℓ = α h_ℓ`, `h_ℓ` its cell size. More is more accurate and slower; 1 to 2 is
-    /// usual.
+    /// α: level ℓ serves distances around `r_ℓ = α h_ℓ`, `h_ℓ` its cell size. More is more accurate
+    /// and slower; 1 to 2 is usual.
     pub alpha: f32,
     /// Number of levels.
     pub levels: Levels,
-    /// The box that the grid covers at least, enlarged where lights lie outside; `None` for the lights' own. A box that
-    /// stays keeps the grid in place while lights move, so that what they give changes continuously.
+    /// The box that the grid covers at least, enlarged where lights lie outside; `None` for the
+    /// lights' own. A box that stays keeps the grid in place while lights move, so that what they
+    /// give changes continuously.
     pub bounds: Option<Bounds>,
     /// How levels above the first are made.
     pub construction: Construction,

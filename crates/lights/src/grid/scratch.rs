@@ -50,7 +50,8 @@ impl UpdateScratch {
         sort_unique(&mut self.dirty);
     }
 
-    /// From listed vertices of a level with `side` to those of the next coarser level that depend on them.
+    /// From listed vertices of a level with `side` to those of the next coarser level that depend
+    /// on them.
     pub fn list_coarser(&mut self, side: u32) {
         let coarser_side = side / 2 + 1;
         self.next.clear();

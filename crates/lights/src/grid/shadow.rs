@@ -21,12 +21,13 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// The chosen lights, independent of each other, each with probability `Y(f_i) / Σ_j Y(f_j)`, `Y` the luminance: as many as were
-    /// asked for, or none where no light arrives.
+    /// The chosen lights, independent of each other, each with probability `Y(f_i) / Σ_j Y(f_j)`,
+    /// `Y` the luminance: as many as were asked for, or none where no light arrives.
     ///
-    /// With `V` the visibility of the lights, the mean of `V` over the samples estimates `Σ Y(f_i) V_i / Σ Y(f_i)` without bias, and
-    /// `U` times it is the *ratio estimator* of the shadowed sum (Lin 2022 §3.3.3): unbiased for lights of one colour; where
-    /// colours differ, it gives shadows the colour of the whole.
+    /// With `V` the visibility of the lights, the mean of `V` over the samples estimates
+    /// `Σ Y(f_i) V_i / Σ Y(f_i)` without bias, and `U` times it is the *ratio estimator* of the
+    /// shadowed sum (Lin 2022 §3.3.3): unbiased for lights of one colour; where colours differ, it
+    /// gives shadows the colour of the whole.
     pub fn samples(&self) -> impl Iterator<Item = LightId> + '_ {
         self.samples[..self.count]
             .iter()
@@ -35,11 +36,13 @@ impl Gathered {
 }
 
 impl LightingGrid {
-    /// Adds up `f_i = response(influence_i)` over the lights that shine on `point`, and chooses `shadow_samples` (at most
-    /// [`MAX_SHADOW_SAMPLES`]) among them in proportion to the luminance of `f_i`, all in one pass and constant memory.
+    /// Adds up `f_i = response(influence_i)` over the lights that shine on `point`, and chooses
+    /// `shadow_samples` (at most [`MAX_SHADOW_SAMPLES`]) among them in proportion to the luminance
+    /// of `f_i`, all in one pass and constant memory.
     ///
-    /// `response` gives what of a light arrives, in linear RGB and not negative: for irradiance `intensity · cosθ / distance²`. Random
-    /// numbers are drawn only when a choice changes, about `ln M` times a sample for `M` lights.
+    /// `response` gives what of a light arrives, in linear RGB and not negative: for irradiance
+    /// `intensity · cosθ / distance²`. Random numbers are drawn only when a choice changes, about
+    /// `ln M` times a sample for `M` lights.
     #[inline]
     pub fn gather<R: Rng + ?Sized>(
         &self,
@@ -72,10 +75,11 @@ impl LightingGrid {
         gathered
     }
 
-    /// A place within what a light of the hierarchy stands for, by three uniform numbers in [0, 1): uniform in the box around the
-    /// illumination centre that has the standard deviations of the lights' positions. Rays to such places see the light as
-    /// an area (Lin 2022 §3.3.3). The box knows nothing of surfaces: it may reach through a wall that is not parallel
-    /// to an axis, which [`LightingGrid::represented_light`] does not.
+    /// A place within what a light of the hierarchy stands for, by three uniform numbers in [0, 1):
+    /// uniform in the box around the illumination centre that has the standard deviations of the
+    /// lights' positions. Rays to such places see the light as an area (Lin 2022 §3.3.3). The box
+    /// knows nothing of surfaces: it may reach through a wall that is not parallel to an axis,
+    /// which [`LightingGrid::represented_light`] does not.
     pub fn shadow_target(&self, id: LightId, u: [f32; 3]) -> Vec3 {
         let index = id.index as usize;
         match self.grid_lights(id.level).get(index) {
@@ -84,11 +88,13 @@ impl LightingGrid {
         }
     }
 
-    /// One of the lights that a light of the hierarchy stands for, as an index into [`LightingGrid::lights`].
+    /// One of the lights that a light of the hierarchy stands for, as an index into
+    /// [`LightingGrid::lights`].
     ///
-    /// Chosen from level to level down to the lights: a vertex or light in proportion to its share, its luminance, and what of it leaves
-    /// towards `point`. With trilinear shares that nest, that is about in proportion to `w_i L_i e_i`, `w_i` the light's
-    /// share in the vertex. So a shadow ray ends on a surface that really shines on `point`, where the illumination centre of a
+    /// Chosen from level to level down to the lights: a vertex or light in proportion to its share,
+    /// its luminance, and what of it leaves towards `point`. With trilinear shares that nest, that
+    /// is about in proportion to `w_i L_i e_i`, `w_i` the light's share in the vertex. So a shadow
+    /// ray ends on a surface that really shines on `point`, where the illumination centre of a
     /// curved or cornered surface is a place in the air or inside a body.
     pub fn represented_light<R: Rng + ?Sized>(&self, id: LightId, point: Vec3, rng: &mut R) -> u32 {
         // So that something is chosen where nothing shines on the point.

@@ -30,13 +30,15 @@ pub struct UpdateReport {
 const MANY: usize = 64;
 
 impl LightingGrid {
-    /// Changes some lights. The result has the bits of [`LightingGrid::rebuild`] with all lights, over the same box and with the
-    /// same number of levels; the work is that of the vertices around the changed lights and, if some went into other
-    /// cells, a copy of the rest. Of several changes of one light the last counts.
+    /// Changes some lights. The result has the bits of [`LightingGrid::rebuild`] with all lights,
+    /// over the same box and with the same number of levels; the work is that of the vertices
+    /// around the changed lights and, if some went into other cells, a copy of the rest. Of several
+    /// changes of one light the last counts.
     ///
     /// # Errors
     ///
-    /// A light that there is not, or that would be refused at construction; nothing has changed then.
+    /// A light that there is not, or that would be refused at construction; nothing has changed
+    /// then.
     pub fn update(&mut self, changes: &[GridChange]) -> Result<UpdateReport, GridError> {
         for change in changes {
             if change.index as usize >= self.lights.len() {
@@ -92,7 +94,8 @@ impl LightingGrid {
         levels.iter().map(|level| level.rows.len()).sum()
     }
 
-    /// Takes the changes over; lists changed lights and the cells that they are or were in. Returns how many changed cells.
+    /// Takes the changes over; lists changed lights and the cells that they are or were in. Returns
+    /// how many changed cells.
     fn apply(&mut self, changes: &[GridChange], scratch: &mut UpdateScratch) -> usize {
         let (frame, shift) = (self.key_frame(), self.cell_shift());
         let UpdateScratch { indices, cells, .. } = scratch;
@@ -192,8 +195,8 @@ impl LightingGrid {
         self.cells.collect(&self.pairs, bits);
     }
 
-    /// Sums around changed lights anew, level by level. With `structure` vertices may have come and gone, and those that
-    /// stayed as they were are copied. Returns how many were summed.
+    /// Sums around changed lights anew, level by level. With `structure` vertices may have come and
+    /// gone, and those that stayed as they were are copied. Returns how many were summed.
     fn refresh(&mut self, scratch: &mut UpdateScratch, structure: bool) -> usize {
         let mut refreshed = 0;
         while scratch.levels.len() < self.level_count as usize {

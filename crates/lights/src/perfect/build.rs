@@ -8,7 +8,8 @@ use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::join;
 use lightshed_spatial::SortedIndices;
 
-/// Levels that are built of a part of the leaves while it is in cache, that of the leaves among them.
+/// Levels that are built of a part of the leaves while it is in cache, that of the leaves among
+/// them.
 const LOW_LEVELS: usize = 10;
 /// Blocks of leaves in such a part: one block of the last of these levels.
 const PART: usize = 1 << (LOW_LEVELS - 1);
@@ -18,8 +19,9 @@ pub(super) const PART_LIGHTS: usize = PART * WIDTH;
 const PREFETCH_DISTANCE: usize = 32;
 
 impl PerfectTree {
-    /// Builds the tree again for other lights, in the memory that it has: nothing is allocated unless there are more than ever
-    /// before. The same lights give the same tree, bit for bit, whatever it was before and on any number of threads.
+    /// Builds the tree again for other lights, in the memory that it has: nothing is allocated
+    /// unless there are more than ever before. The same lights give the same tree, bit for bit,
+    /// whatever it was before and on any number of threads.
     ///
     /// # Errors
     ///

@@ -16,7 +16,8 @@ pub(super) struct Cost {
 }
 
 impl Cost {
-    /// How many times larger than `before`, the greater of both numbers; 1 where there is nothing to compare.
+    /// How many times larger than `before`, the greater of both numbers; 1 where there is nothing
+    /// to compare.
     pub fn growth(&self, before: &Self) -> f64 {
         let ratio = |now: f64, before: f64| if before > 0.0 { now / before } else { 1.0 };
         ratio(self.small, before.small).max(ratio(self.root, before.root))

@@ -9,8 +9,9 @@ use bytemuck::{Pod, Zeroable};
 /// The memory of a [`PerfectTree`], for copies on a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeLayout<'a> {
-    /// Blocks of eight nodes, 16 rows of four words each: least x, y, z, greatest x, y, z, intensity (all `f32`) and normals, of
-    /// nodes 0–3 and 4–7 in turn. A node of zero intensity has no bounds.
+    /// Blocks of eight nodes, 16 rows of four words each: least x, y, z, greatest x, y, z,
+    /// intensity (all `f32`) and normals, of nodes 0–3 and 4–7 in turn. A node of zero intensity
+    /// has no bounds.
     pub rows: &'a [[u32; 4]],
     /// The first block of each level, the root's first.
     pub levels: &'a [u32],
@@ -20,18 +21,20 @@ pub struct TreeLayout<'a> {
     pub leaf_of: &'a [u32],
     /// Levels that a step goes down: 1 or 3.
     pub stride: u32,
-    /// How distance enters a node's weight: 0 for [`Weighting::Center`], 1 for [`Weighting::MinMax`], 2 for [`Weighting::Yuksel`].
+    /// How distance enters a node's weight: 0 for [`Weighting::Center`], 1 for
+    /// [`Weighting::MinMax`], 2 for [`Weighting::Yuksel`].
     pub weighting: u32,
 }
 
-/// A light as a leaf of a tree holds it, 32 bytes: what a tree is built of where cones are too much.
+/// A light as a leaf of a tree holds it, 32 bytes: what a tree is built of where cones are too
+/// much.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LightRecord {
     /// Least corner of its box.
     pub min: [f32; 3],
-    /// Its [intensity](Light::intensity), four times as much where it shines in all directions alike: so much more than a surface of
-    /// unknown orientation. Zero for a light that is off.
+    /// Its [intensity](Light::intensity), four times as much where it shines in all directions
+    /// alike: so much more than a surface of unknown orientation. Zero for a light that is off.
     pub intensity: f32,
     /// Greatest corner of its box.
     pub max: [f32; 3],
@@ -81,7 +84,8 @@ mod tests {
     use crate::{Bounds, Light};
     use glam::Vec3;
 
-    /// The root's row of intensities has the sum of all, and leaves and lights are each other's inverse.
+    /// The root's row of intensities has the sum of all, and leaves and lights are each other's
+    /// inverse.
     #[test]
     fn rows_are_where_they_are_said_to_be() {
         let lights: Vec<Light> = (0..20)

@@ -20,11 +20,13 @@ pub enum TreeUpdate {
 }
 
 impl PerfectTree {
-    /// Follows lights that have moved, or changed otherwise, since the last build: keeps their order and finds all nodes anew, then
-    /// sorts those parts of 4,096 lights again, each in itself, whose drift exceeds `limit`, and all lights if that does not help or
-    /// their number has changed. Allocates nothing but in the first call and for more lights than ever before.
+    /// Follows lights that have moved, or changed otherwise, since the last build: keeps their
+    /// order and finds all nodes anew, then sorts those parts of 4,096 lights again, each in
+    /// itself, whose drift exceeds `limit`, and all lights if that does not help or their number
+    /// has changed. Allocates nothing but in the first call and for more lights than ever before.
     ///
-    /// The result is a sound tree whatever the limit; one of `1` sorts whatever got worse, and an infinite one nothing.
+    /// The result is a sound tree whatever the limit; one of `1` sorts whatever got worse, and an
+    /// infinite one nothing.
     ///
     /// # Errors
     ///
@@ -55,8 +57,9 @@ impl PerfectTree {
         Ok(TreeUpdate::PartlySorted(sorted))
     }
 
-    /// How many times larger the nodes are than when their lights were last sorted, in the part where that is worst: by `Σ I |diagonal|²`
-    /// of the nodes of eight lights, or of the part's root. 1 after a build.
+    /// How many times larger the nodes are than when their lights were last sorted, in the part
+    /// where that is worst: by `Σ I |diagonal|²` of the nodes of eight lights, or of the part's
+    /// root. 1 after a build.
     pub fn drift(&self) -> f64 {
         let growths = (0..)
             .zip(&self.drift.costs)

@@ -126,7 +126,8 @@ fn moved(lights: &[Light], by: f32, which: impl Fn(usize) -> bool) -> Vec<Light>
     moved
 }
 
-/// After every kind of update the tree holds the lights as they are now, each once, and every node is the union of its own.
+/// After every kind of update the tree holds the lights as they are now, each once, and every node
+/// is the union of its own.
 #[test]
 fn updated_trees_hold_all_lights() {
     let lights = lights_of(Layout::Uniform, 20_000, 5);
@@ -166,7 +167,8 @@ fn updated_trees_hold_all_lights() {
     }
 }
 
-/// Whether a tree holds these lights, each once and in its place, and every node of some levels is the union of its own.
+/// Whether a tree holds these lights, each once and in its place, and every node of some levels is
+/// the union of its own.
 fn holds(tree: &PerfectTree, lights: &[Light]) -> Result<(), String> {
     if tree.light_at.len() != lights.len() {
         return Err("another number of lights".to_owned());

@@ -24,9 +24,10 @@ impl<D: Domain, R: Storage> Clone for Input<'_, D, R> {
 impl<D: Domain, R: Storage> Copy for Input<'_, D, R> {}
 
 impl<'a, D: Domain, R: Storage> Input<'a, D, R> {
-    /// A canonical sample (Lin 2022 def. 6.4.2): drawn in the domain merged into, with its target, covering
-    /// its support; no shift. `domain` is that domain; it may be another value with the same target and its
-    /// own [`tractable_density`](Domain::tractable_density), one for each technique.
+    /// A canonical sample (Lin 2022 def. 6.4.2): drawn in the domain merged into, with its target,
+    /// covering its support; no shift. `domain` is that domain; it may be another value with the
+    /// same target and its own [`tractable_density`](Domain::tractable_density), one for each
+    /// technique.
     #[inline]
     pub fn canonical(domain: &'a D, reservoir: &'a DomainReservoir<D, R>) -> Self {
         Self {
@@ -38,8 +39,8 @@ impl<'a, D: Domain, R: Storage> Input<'a, D, R> {
 
     /// A sample of another domain, to be shifted.
     ///
-    /// Which neighbours take part must not depend on their samples: leaving one out because *its own* sample
-    /// fails a test is biased. A neighbour with an empty reservoir takes part.
+    /// Which neighbours take part must not depend on their samples: leaving one out because *its
+    /// own* sample fails a test is biased. A neighbour with an empty reservoir takes part.
     #[inline]
     pub fn neighbour(domain: &'a D, reservoir: &'a DomainReservoir<D, R>) -> Self {
         Self {
@@ -72,11 +73,13 @@ impl<D: Domain, R: Storage> Clone for Merged<D, R> {
     }
 }
 
-/// Why inputs cannot be merged. All causes are visible in confidences and roles alone, never in samples.
+/// Why inputs cannot be merged. All causes are visible in confidences and roles alone, never in
+/// samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MergeError {
-    /// Pairwise MIS weighs each neighbour against the canonical samples, and none of them has confidence.
+    /// Pairwise MIS weighs each neighbour against the canonical samples, and none of them has
+    /// confidence.
     NoCanonicalConfidence,
     /// More neighbour confidence came in than was announced.
     ConfidenceExceeded,

@@ -59,8 +59,8 @@ pub struct Evaluations {
 /// A merge's by-products.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MergeReport {
-    /// `Σ_i w_i`, an unbiased estimate of `∫ p̂`; its variance bounds that of the estimate (Lin 2022 eq.
-    /// 6.32).
+    /// `Σ_i w_i`, an unbiased estimate of `∫ p̂`; its variance bounds that of the estimate (Lin
+    /// 2022 eq. 6.32).
     pub weight_sum: f64,
     /// `Σ_i w_i²`.
     pub weight_square_sum: f64,

@@ -10,11 +10,12 @@ use crate::selection::Selection;
 use crate::storage::{Storage, product, sanitised};
 use crate::weight::ContributionWeight;
 
-/// A pairwise merge around one canonical input that sees its neighbours one by one and keeps none of them.
+/// A pairwise merge around one canonical input that sees its neighbours one by one and keeps none
+/// of them.
 ///
-/// Its outcome is distributed as that of [`merge`](super::merge) over the same inputs. Only the sum of the
-/// neighbours' confidences must be known beforehand: confidence is data apart from samples, so that is one
-/// cheap pass.
+/// Its outcome is distributed as that of [`merge`](super::merge) over the same inputs. Only the sum
+/// of the neighbours' confidences must be known beforehand: confidence is data apart from samples,
+/// so that is one cheap pass.
 pub struct PairwiseStream<'a, D: Domain, R: Storage = f32> {
     to: &'a D,
     canonical_domain: &'a D,
@@ -33,9 +34,9 @@ pub struct PairwiseStream<'a, D: Domain, R: Storage = f32> {
 }
 
 impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
-    /// Starts a merge into `to`, whose canonical sample comes from `canonical_domain` (usually `to` itself;
-    /// see [`Input::canonical`](super::Input::canonical)). `neighbour_confidence` is the sum over all
-    /// neighbours to come.
+    /// Starts a merge into `to`, whose canonical sample comes from `canonical_domain` (usually `to`
+    /// itself; see [`Input::canonical`](super::Input::canonical)). `neighbour_confidence` is the
+    /// sum over all neighbours to come.
     ///
     /// # Errors
     /// [`MergeError::NoCanonicalConfidence`] if the canonical input has none while neighbours have.
@@ -76,8 +77,8 @@ impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
     /// Adds a neighbour: one shift of its sample here, one of the canonical sample there.
     ///
     /// # Errors
-    /// [`MergeError::ConfidenceExceeded`] if neighbours bring more confidence than announced; the neighbour
-    /// is not added.
+    /// [`MergeError::ConfidenceExceeded`] if neighbours bring more confidence than announced; the
+    /// neighbour is not added.
     pub fn neighbour<T: ShiftMapping<D>>(
         &mut self,
         domain: &D,
@@ -100,8 +101,8 @@ impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
         self.add(domain, reservoir, incoming, outgoing, choose)
     }
 
-    /// Adds a neighbour whose shifts are at hand: `incoming`, its sample carried into this domain, and
-    /// `outgoing`, the canonical sample carried into the neighbour's.
+    /// Adds a neighbour whose shifts are at hand: `incoming`, its sample carried into this domain,
+    /// and `outgoing`, the canonical sample carried into the neighbour's.
     ///
     /// # Errors
     /// As [`PairwiseStream::neighbour`].
@@ -136,8 +137,8 @@ impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
             return Ok(());
         }
         self.seen += confidence;
-        // Undefined the other way: the neighbour cannot produce the canonical sample, which keeps the whole
-        // share.
+        // Undefined the other way: the neighbour cannot produce the canonical sample, which keeps
+        // the whole share.
         let q = outgoing.and_then(Result::ok).map_or(0.0, Pulled::density);
         self.kept += self.constants.kept(confidence, self.canonical_density, q);
 
@@ -167,9 +168,9 @@ impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
         Ok(())
     }
 
-    /// Offers the canonical sample and finalises. Neighbours announced but never added count as unable to
-    /// produce anything: their share goes to the canonical sample. In the report, `selected` counts the
-    /// neighbours from 0; the canonical sample is one past the last.
+    /// Offers the canonical sample and finalises. Neighbours announced but never added count as
+    /// unable to produce anything: their share goes to the canonical sample. In the report,
+    /// `selected` counts the neighbours from 0; the canonical sample is one past the last.
     pub fn finish(mut self, choose: &mut impl Choose) -> Merged<D, R> {
         let announced = self.constants.neighbour_confidence();
         let missing = if announced > 0.0 {
@@ -204,12 +205,12 @@ impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
     }
 }
 
-/// A sample carried from one domain into another, with all that both sides' pairwise merges want to know of
-/// it.
+/// A sample carried from one domain into another, with all that both sides' pairwise merges want to
+/// know of it.
 ///
-/// Where two domains reuse from each other, the image of `a`'s sample in `b` is at once what `b` merges and
-/// what `a`'s MIS weight asks for: two shifts serve both merges, where separate merges take four evaluations.
-/// Over a grid in pairs that is one shift a domain.
+/// Where two domains reuse from each other, the image of `a`'s sample in `b` is at once what `b`
+/// merges and what `a`'s MIS weight asks for: two shifts serve both merges, where separate merges
+/// take four evaluations. Over a grid in pairs that is one shift a domain.
 #[derive(Clone, Debug)]
 pub struct Carried<X>(Option<Result<(Shifted<X>, f64), Undefined>>);
 

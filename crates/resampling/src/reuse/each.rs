@@ -19,8 +19,8 @@ pub(super) fn each<X: Send, S>(
     })
 }
 
-/// Runs `run` for each pair of elements of two slices of one length, with scratch made by `scratch`. Pairs are
-/// independent of each other. Returns the error of the first pair that fails.
+/// Runs `run` for each pair of elements of two slices of one length, with scratch made by
+/// `scratch`. Pairs are independent of each other. Returns the error of the first pair that fails.
 pub(super) fn each_pair<X: Send, A: Send, S>(
     elements: &mut [X],
     others: &mut [A],

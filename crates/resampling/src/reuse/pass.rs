@@ -16,30 +16,32 @@ use crate::storage::Storage;
 
 /// What the previous frame left behind.
 ///
-/// The reservoirs' samples live in the domains of *their* frame, with its surfaces, lights and visibility. To give this
-/// frame's domains instead saves keeping the old ones, and is **biased** where anything moved: MIS weights then ask the
-/// wrong domain what it could have produced.
+/// The reservoirs' samples live in the domains of *their* frame, with its surfaces, lights and
+/// visibility. To give this frame's domains instead saves keeping the old ones, and is **biased**
+/// where anything moved: MIS weights then ask the wrong domain what it could have produced.
 pub struct History<'a, Ds: Domains + ?Sized, R: Storage = f32> {
     domains: &'a Ds,
     reservoirs: &'a [DomainReservoir<Ds::Domain, R>],
 }
 
 impl<'a, Ds: Domains + ?Sized, R: Storage> History<'a, Ds, R> {
-    /// The previous frame's domains and their reservoirs, one each; a pass refuses slices of other lengths.
+    /// The previous frame's domains and their reservoirs, one each; a pass refuses slices of other
+    /// lengths.
     pub fn new(domains: &'a Ds, reservoirs: &'a [DomainReservoir<Ds::Domain, R>]) -> Self {
         Self { domains, reservoirs }
     }
 }
 
-/// Where a round that integrates adds up: an element for each domain, and what is done with each [`Contribution`] to it.
+/// Where a round that integrates adds up: an element for each domain, and what is done with each
+/// [`Contribution`] to it.
 pub struct Sums<'a, A, V> {
     sums: &'a mut [A],
     visit: V,
 }
 
 impl<'a, A, V> Sums<'a, A, V> {
-    /// `visit(index, contribution, sum)` adds a contribution to the integral of the domain at `index` to its element of
-    /// `sums`.
+    /// `visit(index, contribution, sum)` adds a contribution to the integral of the domain at
+    /// `index` to its element of `sums`.
     pub fn new<X>(sums: &'a mut [A], visit: V) -> Self
     where
         V: Fn(usize, Contribution<'_, X>, &mut A) + Sync,
@@ -97,8 +99,9 @@ impl<'a, A, V> Sums<'a, A, V> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// A domain that is absent (see [`Domains`]), or whose own reservoir has no confidence, takes no part: others give it no
-/// weight. The reservoir of the former becomes empty, that of the latter passes through.
+/// A domain that is absent (see [`Domains`]), or whose own reservoir has no confidence, takes no
+/// part: others give it no weight. The reservoir of the former becomes empty, that of the latter
+/// passes through.
 ///
 /// Each pass makes the source of each domain's decisions by a `choose` of the domain's index.
 pub struct Reuse<'a, Ds, T> {
@@ -145,11 +148,12 @@ where
         &self.domains
     }
 
-    /// Temporal reuse: merges each domain's fresh reservoir (canonical) with that of `history` at `correspondence(index)`.
-    /// Where that is `None`, out of range or absent, the fresh reservoir passes through.
+    /// Temporal reuse: merges each domain's fresh reservoir (canonical) with that of `history` at
+    /// `correspondence(index)`. Where that is `None`, out of range or absent, the fresh reservoir
+    /// passes through.
     ///
-    /// A correspondence may depend on domains and random bits. One that depends on the fresh sample is biased (Lin 2022
-    /// §5.4.4), and so is one that depends on samples of the history.
+    /// A correspondence may depend on domains and random bits. One that depends on the fresh sample
+    /// is biased (Lin 2022 §5.4.4), and so is one that depends on samples of the history.
     ///
     /// # Errors
     /// [`ReuseError::Length`], or the error of some domain's merge.
@@ -190,8 +194,9 @@ where
         each(output, || (), run)
     }
 
-    /// One round of spatial reuse: each domain merges its own reservoir (canonical) with those of its neighbours. Run it
-    /// again on the output, over a topology with other random bits, for more rounds.
+    /// One round of spatial reuse: each domain merges its own reservoir (canonical) with those of
+    /// its neighbours. Run it again on the output, over a topology with other random bits, for more
+    /// rounds.
     ///
     /// # Errors
     /// As [`Reuse::temporal`].
@@ -215,8 +220,9 @@ where
         })
     }
 
-    /// As [`Reuse::spatial`], with the same reservoirs as a result, and the sum form of each domain's integral besides: `sums`
-    /// is handed each [`Contribution`]. A last round that shades so has no colour noise (Lin 2022 eq. 6.47).
+    /// As [`Reuse::spatial`], with the same reservoirs as a result, and the sum form of each
+    /// domain's integral besides: `sums` is handed each [`Contribution`]. A last round that shades
+    /// so has no colour noise (Lin 2022 eq. 6.47).
     ///
     /// ```
     /// # use lightshed_resampling::{
@@ -278,8 +284,9 @@ where
         })
     }
 
-    /// Rounds of [`Reuse::spatial`] between two buffers: the result is in `reservoirs`, `scratch` holds rubbish. `rounds`
-    /// gives their numbers (`0..3`); `topology` and `choose` are asked for each.
+    /// Rounds of [`Reuse::spatial`] between two buffers: the result is in `reservoirs`, `scratch`
+    /// holds rubbish. `rounds` gives their numbers (`0..3`); `topology` and `choose` are asked for
+    /// each.
     ///
     /// # Errors
     /// As [`Reuse::spatial`].
@@ -298,10 +305,11 @@ where
         Ok(())
     }
 
-    /// One round of reuse in pairs: `N` shifts serve `N` domains, where [`Reuse::spatial`] with one neighbour takes `2N`.
+    /// One round of reuse in pairs: `N` shifts serve `N` domains, where [`Reuse::spatial`] with one
+    /// neighbour takes `2N`.
     ///
-    /// `pairs` is a topology of which the first neighbour of each domain counts, its partner, where that one's partner is
-    /// the domain. Domains without a partner keep their reservoir.
+    /// `pairs` is a topology of which the first neighbour of each domain counts, its partner, where
+    /// that one's partner is the domain. Domains without a partner keep their reservoir.
     ///
     /// # Errors
     /// As [`Reuse::temporal`], and [`ReuseError::NotPairwise`].

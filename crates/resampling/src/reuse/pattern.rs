@@ -77,8 +77,8 @@ enum Kind {
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 impl Pattern {
-    /// The square window of side `2 · radius + 1`, dense (Lin 2022 §B.7.1; radius 3 is the 7 × 7 of fig.
-    /// 6.6).
+    /// The square window of side `2 · radius + 1`, dense (Lin 2022 §B.7.1; radius 3 is the 7 × 7 of
+    /// fig. 6.6).
     ///
     /// # Errors
     /// [`PatternError::Count`] beyond 65,536 neighbours, or without any.
@@ -90,9 +90,9 @@ impl Pattern {
         }
     }
 
-    /// `count` places of a low-discrepancy disk (a Vogel spiral), turned by a random angle for each pixel;
-    /// duplicates and the centre may fall out when the disk is small. Lin 2022 §6.7.3 takes 3 within 20
-    /// pixels in real time, §B.7.2 6 within 10 offline.
+    /// `count` places of a low-discrepancy disk (a Vogel spiral), turned by a random angle for each
+    /// pixel; duplicates and the centre may fall out when the disk is small. Lin 2022 §6.7.3 takes
+    /// 3 within 20 pixels in real time, §B.7.2 6 within 10 offline.
     ///
     /// # Errors
     /// [`PatternError`] for a radius or count out of range.
@@ -106,9 +106,9 @@ impl Pattern {
         }
     }
 
-    /// N-rooks tiles: blocks of `side × side` pixels fall into `side` groups of `side` pixels, one in each
-    /// row and column of the block; a group reuses among itself. The arrangement of path reuse (Bekaert et
-    /// al. 2002, Lin 2022 §6.8.3 with 16 pixels), as a baseline: its tiles show.
+    /// N-rooks tiles: blocks of `side × side` pixels fall into `side` groups of `side` pixels, one
+    /// in each row and column of the block; a group reuses among itself. The arrangement of path
+    /// reuse (Bekaert et al. 2002, Lin 2022 §6.8.3 with 16 pixels), as a baseline: its tiles show.
     ///
     /// # Errors
     /// [`PatternError::Count`] unless `2 ≤ side ≤ 256`.
@@ -116,8 +116,8 @@ impl Pattern {
         if !(2..=256).contains(&side) {
             return Err(PatternError::Count);
         }
-        // A lattice whose generator is coprime to the side and near its golden section: rooks far from each
-        // other.
+        // A lattice whose generator is coprime to the side and near its golden section: rooks far
+        // from each other.
         let golden = (f64::from(side) * 0.618_033_988_749_895).round() as u32;
         let coprime =
             |stride: u32| (2..=stride).all(|d| !(stride.is_multiple_of(d) && side.is_multiple_of(d)));
@@ -147,9 +147,9 @@ impl Pattern {
         }
     }
 
-    /// Calls `visit` with the index of each neighbour of `pixel`, without `pixel` itself; no neighbour twice.
-    /// `key` holds random bits, new for each round; how they differ between pixels is the pattern's own
-    /// business.
+    /// Calls `visit` with the index of each neighbour of `pixel`, without `pixel` itself; no
+    /// neighbour twice. `key` holds random bits, new for each round; how they differ between pixels
+    /// is the pattern's own business.
     pub fn for_each(&self, extent: Extent, pixel: usize, key: u32, mut visit: impl FnMut(usize)) {
         let [x, y] = extent.place(pixel);
         match self.0 {
@@ -157,7 +157,8 @@ impl Pattern {
                 for_each_within([extent.width, extent.height, 1], pixel, radius, visit);
             }
             Kind::Disk { radius, count } => {
-                // In f64: where platforms' sines differ in the last place, rounding to pixels still agrees.
+                // In f64: where platforms' sines differ in the last place, rounding to pixels still
+                // agrees.
                 let turn =
                     f64::from(scramble(pixel as u32, key)) * (core::f64::consts::TAU / 4_294_967_296.0);
                 let offset = |k: u32| {
@@ -170,8 +171,8 @@ impl Pattern {
                     let Some(index) = extent.index(x + dx, y + dy).filter(|&index| index != pixel) else {
                         continue;
                     };
-                    // Rounding can merge places; a neighbour taken twice would be one technique counted
-                    // twice.
+                    // Rounding can merge places; a neighbour taken twice would be one technique
+                    // counted twice.
                     if (0..k).all(|earlier| offset(earlier) != [dx, dy]) {
                         visit(index);
                     }
@@ -213,11 +214,11 @@ impl Topology for PixelNeighbours {
     }
 }
 
-/// Pairs of pixels: the partner of a pixel's partner is the pixel. So one shift a pixel serves all merges of
-/// a round (see [`Carried`](crate::Carried)).
+/// Pairs of pixels: the partner of a pixel's partner is the pixel. So one shift a pixel serves all
+/// merges of a round (see [`Carried`](crate::Carried)).
 ///
-/// Within blocks of a random offset, each pixel's coordinates are xor-ed with a random mask: one exclusive or
-/// for each partner, the same on a GPU.
+/// Within blocks of a random offset, each pixel's coordinates are xor-ed with a random mask: one
+/// exclusive or for each partner, the same on a GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PairedPattern {
     block: u32,
@@ -246,8 +247,8 @@ impl PairedPattern {
         }
     }
 
-    /// The partner of `pixel` in the round with random bits `key`, the same for all pixels; `None` where it
-    /// lies beyond the border.
+    /// The partner of `pixel` in the round with random bits `key`, the same for all pixels; `None`
+    /// where it lies beyond the border.
     #[inline]
     pub fn partner(&self, extent: Extent, pixel: usize, key: u32) -> Option<usize> {
         let mask = self.block - 1;
@@ -287,8 +288,8 @@ impl Topology for PixelPairs {
     }
 }
 
-/// Random bits from an index and a key: two rounds of a 32-bit permutation (Jarzynski & Olano 2020, the PCG
-/// output function).
+/// Random bits from an index and a key: two rounds of a 32-bit permutation (Jarzynski & Olano 2020,
+/// the PCG output function).
 #[inline]
 fn scramble(index: u32, key: u32) -> u32 {
     let permute = |value: u32| {

@@ -8,8 +8,8 @@ use crate::reservoir::Reservoir;
 use crate::space::Space;
 use crate::storage::Storage;
 
-/// How domains merge: a shift mapping, a MIS family, and a cap of confidence. What passes do to each of their domains; a
-/// renderer that works domain by domain does it by itself.
+/// How domains merge: a shift mapping, a MIS family, and a cap of confidence. What passes do to
+/// each of their domains; a renderer that works domain by domain does it by itself.
 ///
 /// ```
 /// use lightshed_resampling::{IdentityShift, MergeRule, Mis};
@@ -39,8 +39,8 @@ impl<T> MergeRule<T> {
         Self { mis, ..self }
     }
 
-    /// With another cap `M_c` (Lin 2022 §6.5.4): what comes out is trusted by at most it; `f32::INFINITY` for no cap. One
-    /// that is NaN or negative counts as 0.
+    /// With another cap `M_c` (Lin 2022 §6.5.4): what comes out is trusted by at most it;
+    /// `f32::INFINITY` for no cap. One that is NaN or negative counts as 0.
     #[must_use]
     pub fn with_confidence_cap(self, confidence_cap: f32) -> Self {
         Self {

@@ -3,12 +3,14 @@
 /// The neighbours of a domain, by index: those it reuses from.
 ///
 /// # Laws
-/// * Neighbours may depend on the index, on the *domains* and on random bits, never on samples: choosing neighbours by
-///   what they hold would be bias.
-/// * No index is its own neighbour, and none is visited twice: that would be one technique counted twice.
+/// * Neighbours may depend on the index, on the *domains* and on random bits, never on samples:
+///   choosing neighbours by what they hold would be bias.
+/// * No index is its own neighbour, and none is visited twice: that would be one technique counted
+///   twice.
 ///
 /// Patterns of pixels on an extent ([`Pattern::over`](crate::Pattern::over)), pairs of pixels
-/// ([`PairedPattern::over`](crate::PairedPattern::over)), [`CellGrid`] and [`NeighbourLists`] are topologies.
+/// ([`PairedPattern::over`](crate::PairedPattern::over)), [`CellGrid`] and [`NeighbourLists`] are
+/// topologies.
 pub trait Topology: Sync {
     /// An upper bound on the number of neighbours of any index.
     fn max_neighbours(&self) -> usize;
@@ -16,7 +18,8 @@ pub trait Topology: Sync {
     /// Calls `visit` with each neighbour of `index`.
     fn for_each(&self, index: usize, visit: impl FnMut(usize));
 
-    /// Those neighbours alone for which `keep(index, neighbour)` holds: domains that resemble each other, say.
+    /// Those neighbours alone for which `keep(index, neighbour)` holds: domains that resemble each
+    /// other, say.
     fn filtered<F: Fn(usize, usize) -> bool + Sync>(self, keep: F) -> Filtered<Self, F>
     where
         Self: Sized,
@@ -173,8 +176,8 @@ impl Topology for NeighbourLists {
     }
 }
 
-/// Cells of a regular grid in space, stored with the first axis fastest: the neighbours of a cell are all those within
-/// `radius` cells along each axis.
+/// Cells of a regular grid in space, stored with the first axis fastest: the neighbours of a cell
+/// are all those within `radius` cells along each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CellGrid {
     shape: [u32; 3],
@@ -212,7 +215,8 @@ impl Topology for CellGrid {
     }
 }
 
-/// Visits the cells of a grid within `radius` cells of cell `index` along each axis, but not that cell.
+/// Visits the cells of a grid within `radius` cells of cell `index` along each axis, but not that
+/// cell.
 #[inline]
 pub(super) fn for_each_within(shape: [u32; 3], index: usize, radius: u32, mut visit: impl FnMut(usize)) {
     let [width, height, depth] = shape.map(|cells| cells as usize);

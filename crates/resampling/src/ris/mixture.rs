@@ -10,9 +10,9 @@ use crate::storage::{Storage, product, sanitised};
 use crate::weight::ContributionWeight;
 use core::marker::PhantomData;
 
-/// Candidates of several techniques to one sample; each comes with its resampling MIS weight `m_i(X_i)`, of
-/// which `Σ_i m_i = 1` over all candidates that could have been `x` (Lin 2022 eqs. 6.4–6.6). Nothing is
-/// divided at the end.
+/// Candidates of several techniques to one sample; each comes with its resampling MIS weight
+/// `m_i(X_i)`, of which `Σ_i m_i = 1` over all candidates that could have been `x` (Lin 2022 eqs.
+/// 6.4–6.6). Nothing is divided at the end.
 #[derive(Clone, Debug)]
 pub struct MixtureRis<X, S: Space> {
     selection: Selection<(X, f64)>,
@@ -62,10 +62,11 @@ impl<X, S: Space> MixtureRis<X, S> {
     }
 }
 
-/// The balance weight of *one* candidate `x` of technique `technique`, `m(x) = p_t(x) / Σ_k n_k p_k(x)`
-/// (Talbot 2005, Lin 2022 eq. 6.5), where technique `k` draws `n_k` candidates. `techniques` holds `(n_k,
-/// p_k(x))`, densities in one measure; every technique is asked about `x`, also those that drew nothing
-/// useful. 0 if technique `t` cannot produce `x` or does not exist.
+/// The balance weight of *one* candidate `x` of technique `technique`,
+/// `m(x) = p_t(x) / Σ_k n_k p_k(x)` (Talbot 2005, Lin 2022 eq. 6.5), where technique `k` draws
+/// `n_k` candidates. `techniques` holds `(n_k, p_k(x))`, densities in one measure; every technique
+/// is asked about `x`, also those that drew nothing useful. 0 if technique `t` cannot produce `x`
+/// or does not exist.
 #[inline]
 pub fn balance_over_techniques(techniques: &[(u32, f64)], technique: usize) -> f64 {
     let total: f64 = techniques

@@ -33,8 +33,8 @@ impl<X, S: Space> Ris<X, S> {
         }
     }
 
-    /// A candidate `x` with `p̂(x)` and its contribution weight (`1/p` where drawn from a density). Every
-    /// candidate drawn must be handed in, those with a zero target too: they count in `M`.
+    /// A candidate `x` with `p̂(x)` and its contribution weight (`1/p` where drawn from a density).
+    /// Every candidate drawn must be handed in, those with a zero target too: they count in `M`.
     #[inline(always)]
     pub fn candidate<R: Storage>(
         &mut self,
@@ -49,7 +49,8 @@ impl<X, S: Space> Ris<X, S> {
             .offer((x, target), product([target, weight.value().to_f64()]), choose)
     }
 
-    /// The outcome of an earlier stage as a candidate, with this stage's target. An empty one counts in `M`.
+    /// The outcome of an earlier stage as a candidate, with this stage's target. An empty one
+    /// counts in `M`.
     pub fn reservoir<R: Storage>(
         &mut self,
         reservoir: &Reservoir<X, S, R>,
@@ -88,16 +89,17 @@ impl<X, S: Space> Ris<X, S> {
         }
     }
 
-    /// `Y` with `W_Y = (1/p̂(Y)) (1/M) Σ p̂ W`, trusted by `confidence` (1 as in Lin 2022 §6.5.2, or `M`; a
-    /// choice that must not depend on the candidates' values). Empty if no candidate had a positive target.
+    /// `Y` with `W_Y = (1/p̂(Y)) (1/M) Σ p̂ W`, trusted by `confidence` (1 as in Lin 2022 §6.5.2,
+    /// or `M`; a choice that must not depend on the candidates' values). Empty if no candidate had
+    /// a positive target.
     pub fn finish<R: Storage>(self, confidence: f32) -> Reservoir<X, S, R> {
         let integral = self.target_integral();
         finished(self.selection.into_item(), integral, confidence)
     }
 }
 
-/// `M` candidates of one technique to `N` samples, each as [`Ris`] would give it, independent given the
-/// candidates (Kettunen 2023 eq. 1). One sample may be selected more than once.
+/// `M` candidates of one technique to `N` samples, each as [`Ris`] would give it, independent given
+/// the candidates (Kettunen 2023 eq. 1). One sample may be selected more than once.
 #[derive(Clone, Debug)]
 pub struct RisMany<X, S: Space, const N: usize> {
     selections: Selections<(X, f64), N>,

@@ -2,8 +2,8 @@
 
 use crate::choose::Choose;
 
-/// `N` items out of a stream, independent of one another given the stream, each kept with probability `w_i /
-/// Σ_j w_j`: a sample with replacement.
+/// `N` items out of a stream, independent of one another given the stream, each kept with
+/// probability `w_i / Σ_j w_j`: a sample with replacement.
 #[derive(Clone, Debug)]
 pub struct Selections<X, const N: usize> {
     items: [Option<X>; N],
@@ -26,8 +26,8 @@ impl<X, const N: usize> Selections<X, N> {
         }
     }
 
-    /// Offers an item to each of the `N` slots: one decision a slot. `item` is built once for each slot that
-    /// takes it.
+    /// Offers an item to each of the `N` slots: one decision a slot. `item` is built once for each
+    /// slot that takes it.
     #[inline]
     pub fn offer_with(&mut self, weight: f64, choose: &mut impl Choose, mut item: impl FnMut() -> X) {
         // Also false for NaN.

@@ -3,16 +3,17 @@
 use crate::choose::uniform_positive;
 use rand::Rng;
 
-/// [`Selection`](crate::Selection) by jumps: the same distribution, an addition and a comparison a candidate,
-/// and about `ln M` random numbers for a stream of `M` similar weights instead of `M`.
+/// [`Selection`](crate::Selection) by jumps: the same distribution, an addition and a comparison a
+/// candidate, and about `ln M` random numbers for a stream of `M` similar weights instead of `M`.
 ///
-/// While the sum of weights grows from `S` to `S'`, the selected item survives with probability `S/S'`. So
-/// one uniform `u` in (0, 1], drawn when an item is selected at sum `S`, fixes the sum `S/u` beyond which the
-/// next selection happens: the single-item case of Efraimidis & Spirakis 2006 (A-ExpJ). The resolution of `u`
-/// acts on the *ratio* of sums, so shares far below 2⁻⁵³ are served too.
+/// While the sum of weights grows from `S` to `S'`, the selected item survives with probability
+/// `S/S'`. So one uniform `u` in (0, 1], drawn when an item is selected at sum `S`, fixes the sum
+/// `S/u` beyond which the next selection happens: the single-item case of Efraimidis & Spirakis
+/// 2006 (A-ExpJ). The resolution of `u` acts on the *ratio* of sums, so shares far below 2⁻⁵³ are
+/// served too.
 ///
-/// How many numbers are drawn depends on them; where each candidate must consume its own (replay, GPU parity)
-/// use `Selection`.
+/// How many numbers are drawn depends on them; where each candidate must consume its own (replay,
+/// GPU parity) use `Selection`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpSelection<X> {
     item: Option<X>,
@@ -37,8 +38,8 @@ impl<X> JumpSelection<X> {
         }
     }
 
-    /// Offers an item; true if it is now the selected one. Weights that are zero, negative or not finite add
-    /// nothing.
+    /// Offers an item; true if it is now the selected one. Weights that are zero, negative or not
+    /// finite add nothing.
     #[inline(always)]
     pub fn offer<R: Rng + ?Sized>(&mut self, item: X, weight: f64, rng: &mut R) -> bool {
         // Also false for NaN.

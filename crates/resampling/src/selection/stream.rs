@@ -2,12 +2,12 @@
 
 use crate::choose::Choose;
 
-/// One item out of a stream, kept with probability `w_i / Σ_j w_j` (Chao 1982; Lin 2022 eq. 5.4), in constant
-/// memory.
+/// One item out of a stream, kept with probability `w_i / Σ_j w_j` (Chao 1982; Lin 2022 eq. 5.4),
+/// in constant memory.
 ///
-/// The sum is kept in `f64`: over 10⁸ items its relative error stays below 10⁸ · 2⁻⁵³ ≈ 1e-8, where an `f32`
-/// sum stalls at 2²⁴ times the typical weight. Weights that are zero, negative or not finite never select and
-/// add nothing.
+/// The sum is kept in `f64`: over 10⁸ items its relative error stays below 10⁸ · 2⁻⁵³ ≈ 1e-8, where
+/// an `f32` sum stalls at 2²⁴ times the typical weight. Weights that are zero, negative or not
+/// finite never select and add nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Selection<X> {
     item: Option<X>,
@@ -30,8 +30,8 @@ impl<X> Selection<X> {
         }
     }
 
-    /// A selection in progress, as stored elsewhere. A sum that is negative or not finite counts as nothing
-    /// seen.
+    /// A selection in progress, as stored elsewhere. A sum that is negative or not finite counts as
+    /// nothing seen.
     #[inline]
     pub fn resume(item: Option<X>, weight_sum: f64) -> Self {
         if weight_sum > 0.0 && weight_sum.is_finite() {
@@ -62,7 +62,8 @@ impl<X> Selection<X> {
         accepted
     }
 
-    /// Appends another stream: the outcome is distributed as if its items had been offered here one by one.
+    /// Appends another stream: the outcome is distributed as if its items had been offered here one
+    /// by one.
     #[inline]
     pub fn merge(&mut self, other: Self, choose: &mut impl Choose) -> bool {
         match other.item {

@@ -3,24 +3,26 @@
 use crate::choose::uniform_positive;
 use rand::Rng;
 
-/// `N` distinct items out of a stream, drawn one after the other in proportion to weight, in one pass.
+/// `N` distinct items out of a stream, drawn one after the other in proportion to weight, in one
+/// pass.
 ///
-/// Each item gets a key `e_i ~ Exp(w_i)`; the `N` smallest keys win (Efraimidis & Spirakis 2006, in the
-/// logarithmic form). Instead of drawing every key, the pass *jumps*: with `τ` the largest key kept, the
-/// weight to skip until the next smaller key is `Exp(1)/τ`, and that item's key follows its exponential law
-/// cut off at `τ`. So `O(N log(M/N))` random numbers are drawn.
+/// Each item gets a key `e_i ~ Exp(w_i)`; the `N` smallest keys win (Efraimidis & Spirakis 2006, in
+/// the logarithmic form). Instead of drawing every key, the pass *jumps*: with `τ` the largest key
+/// kept, the weight to skip until the next smaller key is `Exp(1)/τ`, and that item's key follows
+/// its exponential law cut off at `τ`. So `O(N log(M/N))` random numbers are drawn.
 ///
-/// With `τ` the `(N+1)`-th smallest key, each item kept had the chance `π_i = 1 − exp(−w_i τ)`, the others'
-/// keys given, so
+/// With `τ` the `(N+1)`-th smallest key, each item kept had the chance `π_i = 1 − exp(−w_i τ)`, the
+/// others' keys given, so
 ///
 /// > `Σ_{i kept} f(x_i) / π_i`  estimates  `Σ_i f(x_i)` over the whole stream without bias
 ///
-/// (Cohen & Kaplan 2007, bottom-k sketches). For RIS with `w_i = m_i p̂(X_i) W_i` the sum over the kept of
-/// `f(X_i) m_i W_i / π_i` estimates `∫ f`: no duplicates, so less variance than
+/// (Cohen & Kaplan 2007, bottom-k sketches). For RIS with `w_i = m_i p̂(X_i) W_i` the sum over the
+/// kept of `f(X_i) m_i W_i / π_i` estimates `∫ f`: no duplicates, so less variance than
 /// [`Selections`](crate::Selections) when few candidates dominate.
 #[derive(Clone, Debug)]
 pub struct WithoutReplacement<X> {
-    /// A max-heap by key of at most `capacity + 1` entries: those kept, and the one whose key is `τ`.
+    /// A max-heap by key of at most `capacity + 1` entries: those kept, and the one whose key is
+    /// `τ`.
     heap: Vec<Entry<X>>,
     capacity: usize,
     /// Weight still to be skipped, once the heap is full.
@@ -57,8 +59,8 @@ impl<X> WithoutReplacement<X> {
         }
     }
 
-    /// Offers an item; true if it is kept for now. Weights that are zero, negative or not finite are never
-    /// kept.
+    /// Offers an item; true if it is kept for now. Weights that are zero, negative or not finite
+    /// are never kept.
     pub fn offer<R: Rng + ?Sized>(&mut self, item: X, weight: f64, rng: &mut R) -> bool {
         // Also false for NaN.
         if !(weight > 0.0 && weight < f64::INFINITY) {
@@ -74,7 +76,8 @@ impl<X> WithoutReplacement<X> {
         if self.jump >= 0.0 {
             return false;
         }
-        // Exp(weight) given that it is below τ, by inversion; expm1 and ln_1p because weight · τ may be tiny.
+        // Exp(weight) given that it is below τ, by inversion; expm1 and ln_1p because weight · τ
+        // may be tiny.
         let tau = self.heap[0].key;
         let key = -(uniform_positive(rng) * (-weight * tau).exp_m1()).ln_1p() / weight;
         // Rounding may lead past τ, and to 0/0 where weight · τ underflows.
@@ -86,8 +89,8 @@ impl<X> WithoutReplacement<X> {
     }
 
     /// Appends another stream's sample, as if its items had been offered here: keys are kept, so no
-    /// randomness is spent but on the next jump. Capacities should agree; the smaller one limits what is
-    /// exact.
+    /// randomness is spent but on the next jump. Capacities should agree; the smaller one limits
+    /// what is exact.
     pub fn merge<R: Rng + ?Sized>(&mut self, other: Self, rng: &mut R) {
         self.weight_sum = (self.weight_sum + other.weight_sum).min(f64::MAX);
         for entry in other.heap {
@@ -103,8 +106,8 @@ impl<X> WithoutReplacement<X> {
         }
     }
 
-    /// The items kept, in no particular order, with their inclusion probabilities; fewer than `N` while the
-    /// stream was shorter.
+    /// The items kept, in no particular order, with their inclusion probabilities; fewer than `N`
+    /// while the stream was shorter.
     pub fn iter(&self) -> impl Iterator<Item = Kept<'_, X>> {
         let full = self.heap.len() > self.capacity;
         let tau = if full { self.heap[0].key } else { f64::INFINITY };

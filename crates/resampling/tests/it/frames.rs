@@ -23,7 +23,8 @@ fn integrand(x: u32) -> f64 {
     Pixel.target(&x) * if x.is_multiple_of(2) { 0.2 } else { 1.8 }
 }
 
-/// Over an ensemble of independent chains: the last frame's estimate, and the average over all frames.
+/// Over an ensemble of independent chains: the last frame's estimate, and the average over all
+/// frames.
 fn chains(cap: f32, frames: u32) -> (MeanTest, MeanTest) {
     let weight = Tractable::<Counting>::from_density(1.0 / POINTS as f32)
         .unwrap()
@@ -52,9 +53,9 @@ fn chains(cap: f32, frames: u32) -> (MeanTest, MeanTest) {
     (last, average)
 }
 
-/// Every frame is unbiased with any cap (false-positive rate 1e-6 each). The variance of the average over
-/// frames falls as 1/frames with a cap; without one it stays: each chain converges to a wrong value of its
-/// own, which one long chain would never show.
+/// Every frame is unbiased with any cap (false-positive rate 1e-6 each). The variance of the
+/// average over frames falls as 1/frames with a cap; without one it stays: each chain converges to
+/// a wrong value of its own, which one long chain would never show.
 #[test]
 fn without_a_cap_the_average_does_not_converge() {
     let truth: f64 = (0..POINTS).map(integrand).sum();
@@ -65,7 +66,8 @@ fn without_a_cap_the_average_does_not_converge() {
         }
         early.1.variance() / late.1.variance()
     };
-    // Expected 8; the ratio of two variances of 600 chains is within 1.5 of it at far less than 1e-6.
+    // Expected 8; the ratio of two variances of 600 chains is within 1.5 of it at far less than
+    // 1e-6.
     let capped = fall(10.0);
     assert!((5.3..12.0).contains(&capped), "{capped}");
     // The planted fault: no cap. Eight times the frames leave the error nearly as it was.

@@ -170,8 +170,8 @@ proptest! {
     }
 }
 
-/// Three points with arbitrary targets. Point 2 shifts nowhere; others keep their place, with an arbitrary
-/// Jacobian.
+/// Three points with arbitrary targets. Point 2 shifts nowhere; others keep their place, with an
+/// arbitrary Jacobian.
 struct Wild {
     targets: [f64; 3],
     jacobian: f64,
@@ -206,8 +206,8 @@ impl ShiftMapping<Wild> for WildShift {
     }
 }
 
-/// Planted faults for the first two properties: constant weights give a share to techniques that cannot
-/// produce `y`, and let weights grow without bound where a neighbour is unlikely to.
+/// Planted faults for the first two properties: constant weights give a share to techniques that
+/// cannot produce `y`, and let weights grow without bound where a neighbour is unlikely to.
 #[test]
 fn constant_weights_break_partition_and_bound() {
     let technique = |density, canonical| Technique {

@@ -1,4 +1,5 @@
-//! Reuse over an image: exactness of passes, determinism, cost, and what the named biased switches do.
+//! Reuse over an image: exactness of passes, determinism, cost, and what the named biased switches
+//! do.
 
 use lightshed_resampling::{
     Choose, Contribution, Counting, Domain, DomainReservoir, Filtered, History, IdentityShift, MergeReport,
@@ -172,7 +173,8 @@ fn passes_are_deterministic() {
     }
     assert_eq!(bits(&chain(Mis::PAIRWISE_DEFENSIVE, 5)), once);
     assert_ne!(bits(&chain(Mis::PAIRWISE_DEFENSIVE, 6)), once);
-    // Value stability: a change of these numbers changes every image that is rendered with this crate.
+    // Value stability: a change of these numbers changes every image that is rendered with this
+    // crate.
     let checksum = once.iter().fold(0u64, |hash, (sample, weight)| {
         let word = u64::from(sample.unwrap_or(99)) << 32 | u64::from(*weight);
         (hash ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(23)
@@ -296,8 +298,9 @@ fn dissimilar_domains_are_left_out() {
     );
 }
 
-/// Shading beside a round of reuse: the reservoirs are those of the round alone, and the sum over inputs is what they average
-/// to, `Σ_i f(Y_i) W_i m_i |∂T_i/∂X_i|`, which for `f = p̂` is `Σ_i w_i` exactly.
+/// Shading beside a round of reuse: the reservoirs are those of the round alone, and the sum over
+/// inputs is what they average to, `Σ_i f(Y_i) W_i m_i |∂T_i/∂X_i|`, which for `f = p̂` is
+/// `Σ_i w_i` exactly.
 #[test]
 fn a_round_that_integrates_is_the_round_and_its_sum() {
     let domains = domains(0.0);
@@ -363,8 +366,8 @@ fn slices_that_do_not_match_are_refused() {
     );
 }
 
-/// Decisions enumerated; pixels are merged one after the other, so the enumerator is shared behind a pointer
-/// of its own.
+/// Decisions enumerated; pixels are merged one after the other, so the enumerator is shared behind
+/// a pointer of its own.
 struct Shared(std::sync::Arc<std::sync::Mutex<Chooser>>);
 
 impl Choose for Shared {

@@ -1,8 +1,9 @@
 //! The unit disk.
 //!
-//! Density `p(x) = 1/π` with respect to area, for `‖x‖ ≤ 1`. Two maps of the unit square onto it: the
-//! concentric map (Shirley and Chiu 1997) keeps neighbours together and shapes compact, the polar map
-//! `r = √u₀, φ = 2π u₁` is smooth but for one seam, and its first coordinate alone decides the radius.
+//! Density `p(x) = 1/π` with respect to area, for `‖x‖ ≤ 1`. Two maps of the unit square onto it:
+//! the concentric map (Shirley and Chiu 1997) keeps neighbours together and shapes compact, the
+//! polar map `r = √u₀, φ = 2π u₁` is smooth but for one seam, and its first coordinate alone
+//! decides the radius.
 
 use super::turn::{sin_cos_quarter, sin_cos_quarter_lanes, sin_cos_turns, turns_of};
 use crate::{Area, Density, ONE_MINUS_EPSILON};
@@ -10,7 +11,8 @@ use core::f32::consts::{FRAC_1_PI, FRAC_2_PI};
 use glam::Vec2;
 use lightshed_lanes::Lanes;
 
-/// `p_A = 1/π` inside the unit disk, 0 outside. Points that a warp put on the border count as inside.
+/// `p_A = 1/π` inside the unit disk, 0 outside. Points that a warp put on the border count as
+/// inside.
 #[inline(always)]
 fn density(point: Vec2) -> Density<Area> {
     // Rounding may put a sample outside by two units in the last place.
@@ -42,7 +44,8 @@ impl ConcentricDisk {
     #[inline(always)]
     pub(crate) fn sample_with_radius(u: [f32; 2]) -> (Vec2, f32) {
         let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-        // Which half of the square a point lies in is a coin flip: it selects by bits, not by a branch.
+        // Which half of the square a point lies in is a coin flip: it selects by bits, not by a
+        // branch.
         let along_x = u32::from(a.abs() > b.abs()).wrapping_neg();
         let (radius, other) = (select(along_x, a, b), select(along_x, b, a));
         // φ = (π/4)(other/radius) from the x or the y axis.
@@ -79,8 +82,8 @@ impl ConcentricDisk {
         density(point)
     }
 
-    /// The `u` that [`ConcentricDisk::sample`] maps to `point`, within 3·10⁻⁷ in each coordinate. A point
-    /// outside the disk is first moved to its border.
+    /// The `u` that [`ConcentricDisk::sample`] maps to `point`, within 3·10⁻⁷ in each coordinate. A
+    /// point outside the disk is first moved to its border.
     #[inline]
     pub fn invert(point: Vec2) -> [f32; 2] {
         let radius = point.length().min(1.0);
@@ -117,8 +120,9 @@ impl PolarDisk {
         density(point)
     }
 
-    /// The `u` that [`PolarDisk::sample`] maps to `point`, within 5·10⁻⁷ in each coordinate (the second of a
-    /// point at the centre is lost). A point outside the disk is first moved to its border.
+    /// The `u` that [`PolarDisk::sample`] maps to `point`, within 5·10⁻⁷ in each coordinate (the
+    /// second of a point at the centre is lost). A point outside the disk is first moved to its
+    /// border.
     #[inline]
     pub fn invert(point: Vec2) -> [f32; 2] {
         [

@@ -3,7 +3,8 @@
 use core::f64::consts::LN_2;
 
 /// `e^{x²} erfc(x)` with `erfc(x) = 2/√π ∫_x^∞ e^{−t²} dt`, for `x` in [0, 8], as `t Q(t)` with
-/// `t = 1/(1 + x/2)`. `Q` interpolates at Chebyshev nodes of `t` in [1/5, 1]; relative error below 2·10⁻¹¹.
+/// `t = 1/(1 + x/2)`. `Q` interpolates at Chebyshev nodes of `t` in [1/5, 1]; relative error below
+/// 2·10⁻¹¹.
 #[inline]
 pub(crate) fn scaled_erfc(x: f64) -> f64 {
     const Q: [f64; 14] = [
@@ -23,8 +24,8 @@ pub(crate) fn scaled_erfc(x: f64) -> f64 {
         1.673_580_245_198_298e-7,
     ];
     let t = 1.0 / (1.0 + 0.5 * x);
-    // The interval [1/5, 1] on [−1, 1]; even and odd powers apart, which halves the chain of dependent
-    // operations.
+    // The interval [1/5, 1] on [−1, 1]; even and odd powers apart, which halves the chain of
+    // dependent operations.
     let v = 2.5 * t - 1.5;
     let w = v * v;
     let even = Q.iter().step_by(2).rev().fold(0.0, |sum, c| sum * w + c);
@@ -51,8 +52,8 @@ pub(crate) fn erfc(x: f64) -> f64 {
 /// The ends of [0, 1) stand for cells of width 2⁻²⁴, and are taken as 2⁻²⁶ and 1 − 2⁻²⁶.
 pub(crate) const EDGE: f64 = 1.0 / (1u64 << 26) as f64;
 
-/// The `x` with `erf(x) = 2u − 1`, for `u` in [0, 1]: a start by polynomials and one step of Halley's method.
-/// Absolute error below 10⁻⁹.
+/// The `x` with `erf(x) = 2u − 1`, for `u` in [0, 1]: a start by polynomials and one step of
+/// Halley's method. Absolute error below 10⁻⁹.
 pub(crate) fn inverse_erf_of_uniform(u: f64) -> f64 {
     let u = u.clamp(EDGE, 1.0 - EDGE);
     let magnitude = inverse_erf_estimate(u).abs();
@@ -63,7 +64,8 @@ pub(crate) fn inverse_erf_of_uniform(u: f64) -> f64 {
     (magnitude + newton / (1.0 - newton * magnitude)).copysign(u - 0.5)
 }
 
-/// As [`inverse_erf_of_uniform`] to a relative error of 10⁻⁴, by polynomials in `w = −ln(4u(1 − u))`.
+/// As [`inverse_erf_of_uniform`] to a relative error of 10⁻⁴, by polynomials in
+/// `w = −ln(4u(1 − u))`.
 pub(crate) fn inverse_erf_estimate(u: f64) -> f64 {
     const CENTER: [f64; 7] = [
         1.501_409_351_11,

@@ -1,7 +1,7 @@
 //! Free flight through a homogeneous medium.
 //!
-//! Distances `t ≥ 0` with density `p(t) = σ e^{−σt}` per unit length: where a photon meets a medium of
-//! collision coefficient `σ` first. `t = −ln(1 − u)/σ`.
+//! Distances `t ≥ 0` with density `p(t) = σ e^{−σt}` per unit length: where a photon meets a medium
+//! of collision coefficient `σ` first. `t = −ln(1 − u)/σ`.
 
 use crate::ONE_MINUS_EPSILON;
 
@@ -12,9 +12,9 @@ pub struct FreeFlight {
 }
 
 impl FreeFlight {
-    /// Flight through a medium of collision coefficient `σ` per unit length; `None` unless it is positive and
-    /// finite. In a medium without collisions there is nothing to sample: the segment is crossed without
-    /// drawing a number.
+    /// Flight through a medium of collision coefficient `σ` per unit length; `None` unless it is
+    /// positive and finite. In a medium without collisions there is nothing to sample: the segment
+    /// is crossed without drawing a number.
     #[inline(always)]
     pub fn new(rate: f32) -> Option<Self> {
         if rate > 0.0 && rate <= f32::MAX {
@@ -46,7 +46,8 @@ impl FreeFlight {
         (-self.rate * distance.max(0.0)).exp()
     }
 
-    /// The `u` that [`FreeFlight::sample`] maps to `distance`, within 2·10⁻⁷; 0 for negative distances.
+    /// The `u` that [`FreeFlight::sample`] maps to `distance`, within 2·10⁻⁷; 0 for negative
+    /// distances.
     #[inline]
     pub fn invert(&self, distance: f32) -> f32 {
         (-(-self.rate * distance.max(0.0)).exp_m1()).min(ONE_MINUS_EPSILON)

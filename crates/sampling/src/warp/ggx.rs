@@ -3,9 +3,9 @@
 //! `D(m) = 1 / (π α_u α_v ((m_x/α_u)² + (m_y/α_v)² + m_z²)²)`,
 //! `Λ(ω) = (√(1 + (α_u²ω_x² + α_v²ω_y²)/ω_z²) − 1)/2`.
 //!
-//! Visible normals: stretching by `(α_u, α_v, 1)` turns the microsurface into a hemisphere, whose visible
-//! normals bisect the view direction `ω̂` and a direction uniform on the spherical cap `z > −ω̂_z` (Dupuy and
-//! Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*).
+//! Visible normals: stretching by `(α_u, α_v, 1)` turns the microsurface into a hemisphere, whose
+//! visible normals bisect the view direction `ω̂` and a direction uniform on the spherical cap
+//! `z > −ω̂_z` (Dupuy and Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*).
 
 use super::microfacet::{MicrofacetDistribution, clamp_alpha};
 use super::turn::{sin_cos_turns, turns_of};
@@ -21,8 +21,8 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// Roughness as it stands in `D` (the square of a "perceptual" roughness). Each is clamped to [10⁻⁴,
-    /// 10³]; NaN becomes 10⁻⁴.
+    /// Roughness as it stands in `D` (the square of a "perceptual" roughness). Each is clamped to
+    /// [10⁻⁴, 10³]; NaN becomes 10⁻⁴.
     #[inline(always)]
     pub fn new(alpha_u: f32, alpha_v: f32) -> Self {
         Self {
@@ -88,7 +88,8 @@ impl MicrofacetDistribution for Ggx {
 
     #[inline(always)]
     fn masking_shadowing(&self, a: Vec3, b: Vec3) -> f32 {
-        // 1 + Λ = (z + l)/2z for the stretched length l; over the common denominator nothing diverges.
+        // 1 + Λ = (z + l)/2z for the stretched length l; over the common denominator nothing
+        // diverges.
         let (za, zb) = (a.z.abs(), b.z.abs());
         let denominator = zb * self.stretch(a).length() + za * self.stretch(b).length();
         if denominator > 0.0 {
@@ -101,9 +102,10 @@ impl MicrofacetDistribution for Ggx {
     #[inline(always)]
     fn sample_visible_normal(&self, view: Vec3, u: [f32; 2]) -> Vec3 {
         let view = self.stretched_view(view);
-        // A direction c on the cap: 1 − c_z = u₁ (1 + ω̂_z), uniform by Archimedes' theorem. Nothing here cancels
-        // towards the cap's rim, where c is opposite to ω̂: c_z + ω̂_z = (1 − u₁)(1 + ω̂_z), and
-        // sin² θ_c = (1 − c_z)(1 + c_z) with 1 + c_z = (c_z + ω̂_z) + (1 − ω̂_z).
+        // A direction c on the cap: 1 − c_z = u₁ (1 + ω̂_z), uniform by Archimedes' theorem.
+        // Nothing here cancels towards the cap's rim, where c is opposite to ω̂: c_z + ω̂_z = (1 −
+        // u₁)(1 + ω̂_z), and sin² θ_c = (1 − c_z)(1 + c_z) with 1 + c_z = (c_z + ω̂_z) + (1 −
+        // ω̂_z).
         let above = u[1] * (1.0 + view.z);
         let sum_z = (1.0 - u[1]).max(0.5 * f32::EPSILON) * (1.0 + view.z);
         let one_minus_view_z = (view.x * view.x + view.y * view.y) / (1.0 + view.z);

@@ -7,8 +7,8 @@ use core::f32::consts::{FRAC_1_PI, TAU};
 use glam::{Vec2, Vec3};
 use lightshed_lanes::{Lanes, Vec3Lanes};
 
-/// Directions with `p_ω = cos θ / π` in the hemisphere around z, by lifting the concentric disk (Malley's
-/// method).
+/// Directions with `p_ω = cos θ / π` in the hemisphere around z, by lifting the concentric disk
+/// (Malley's method).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CosineHemisphere;
 
@@ -17,9 +17,9 @@ impl CosineHemisphere {
     #[inline(always)]
     pub fn sample(u: [f32; 2]) -> Vec3 {
         let (point, radius) = ConcentricDisk::sample_with_radius(u);
-        // 1 − r² = (1 − |r|)(1 + |r|), the first factor exact: no cancellation at the horizon. The smallest u
-        // reaches r = −1; there the middle of the cell that u stands for is taken, so that no sample has
-        // density zero.
+        // 1 − r² = (1 − |r|)(1 + |r|), the first factor exact: no cancellation at the horizon. The
+        // smallest u reaches r = −1; there the middle of the cell that u stands for is taken, so
+        // that no sample has density zero.
         let radius = radius.abs();
         let z_squared = ((1.0 - radius) * (1.0 + radius)).max(f32::EPSILON);
         Vec3::new(point.x, point.y, z_squared.sqrt())
@@ -41,8 +41,8 @@ impl CosineHemisphere {
     }
 
     /// The `u` that [`CosineHemisphere::sample`] maps to the unit direction, within 4·10⁻⁷ in each
-    /// coordinate. Directions below the horizon give the `u` of the horizon or of the direction mirrored in
-    /// it: their density is zero.
+    /// coordinate. Directions below the horizon give the `u` of the horizon or of the direction
+    /// mirrored in it: their density is zero.
     #[inline]
     pub fn invert(direction: Vec3) -> [f32; 2] {
         ConcentricDisk::invert(Vec2::new(direction.x, direction.y))
@@ -62,14 +62,16 @@ impl UniformHemisphere {
         Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, 1.0 - u[0])
     }
 
-    /// Density of [`UniformHemisphere::sample`] per solid angle: 1/2π above the horizon, 0 at and below it.
+    /// Density of [`UniformHemisphere::sample`] per solid angle: 1/2π above the horizon, 0 at and
+    /// below it.
     #[inline(always)]
     pub fn density(cos_theta: f32) -> Density<SolidAngle> {
         Density::new(if cos_theta > 0.0 { 1.0 / TAU } else { 0.0 })
     }
 
     /// The `u` that [`UniformHemisphere::sample`] maps to the unit direction, within 5·10⁻⁷ in each
-    /// coordinate (the second of the pole is lost). Directions below the horizon give the `u` of the horizon.
+    /// coordinate (the second of the pole is lost). Directions below the horizon give the `u` of
+    /// the horizon.
     #[inline]
     pub fn invert(direction: Vec3) -> [f32; 2] {
         [

@@ -1,13 +1,15 @@
 //! What every warp must satisfy, and faults that show that the checks can fail.
 //!
-//! A [`Case`] is one warp at one parameter over a [`Chart`], a map of the unit square onto the warp's domain
-//! whose Jacobian is known in `f64`. [`verify`] checks
+//! A [`Case`] is one warp at one parameter over a [`Chart`], a map of the unit square onto the
+//! warp's domain whose Jacobian is known in `f64`. [`verify`] checks
 //! 1. `∫ p = 1`, by adaptive quadrature over the chart;
-//! 2. a histogram of samples over the chart against `∫_bin p` (χ², false-positive rate 10⁻⁶ a case);
+//! 2. a histogram of samples over the chart against `∫_bin p` (χ², false-positive rate 10⁻⁶ a
+//!    case);
 //! 3. `p(x(u)) · |∂x/∂u| = 1` by finite differences;
-//! 4. `invert(sample(u)) = u` within a bound, and near enough to sample nearly the same point at hostile `u`;
-//! 5. finite samples of positive, finite density at hostile `u` (density zero is allowed at extreme `u` where
-//!    stated);
+//! 4. `invert(sample(u)) = u` within a bound, and near enough to sample nearly the same point at
+//!    hostile `u`;
+//! 5. finite samples of positive, finite density at hostile `u` (density zero is allowed at extreme
+//!    `u` where stated);
 //!
 //! and that each of 1–4 fails with a fault planted into the case.
 
@@ -54,8 +56,8 @@ fn combine<const N: usize>(a: [f64; N], v: [Point; N]) -> Point {
 }
 
 impl Chart {
-    /// Directions within `maximum` radians of `axis`, `θ = w (e^{Ls} − 1)`: uniform near the axis and
-    /// logarithmic beyond the width `w`.
+    /// Directions within `maximum` radians of `axis`, `θ = w (e^{Ls} − 1)`: uniform near the axis
+    /// and logarithmic beyond the width `w`.
     pub(super) fn cap(axis: Vec3, width: f64, maximum: f64) -> Self {
         let z = normalize(axis.to_array().map(f64::from));
         let helper = if z[0].abs() < 0.6 {
@@ -159,8 +161,8 @@ impl Chart {
         }
     }
 
-    /// This flat chart seen from the origin: directions to its points in the plane through `point` with
-    /// `normal`.
+    /// This flat chart seen from the origin: directions to its points in the plane through `point`
+    /// with `normal`.
     pub(super) fn projected(self, point: Vec3, normal: Vec3) -> Self {
         let [point, normal] = [point, normal].map(|v| v.to_array().map(f64::from));
         let normal = normalize(normal);
@@ -193,7 +195,8 @@ pub(super) struct Case {
     pub(super) chart: Chart,
     /// By how much the integral may miss one.
     pub(super) integral_tolerance: f64,
-    /// By how much `p |J|` may miss one. Infinite where the rounding of points leaves no differences to take.
+    /// By how much `p |J|` may miss one. Infinite where the rounding of points leaves no
+    /// differences to take.
     pub(super) jacobian_tolerance: f64,
     /// By how much `u` may change in the round trip.
     pub(super) inverse_tolerance: f32,
@@ -357,8 +360,8 @@ fn check_histogram(case: &Case, masses: &[f64], fault: Option<Fault>) -> Result<
 }
 
 fn check_jacobian(case: &Case, fault: Option<Fault>) -> Result<(), String> {
-    // Away from the edges, from u₀ = u₁ and u₀ + u₁ = 1, and from multiples of a quarter, where warps have
-    // creases.
+    // Away from the edges, from u₀ = u₁ and u₀ + u₁ = 1, and from multiples of a quarter, where
+    // warps have creases.
     for u0 in [0.11, 0.34, 0.6, 0.83] {
         for u1 in [0.28, 0.45, 0.77, 0.94] {
             let map = |u: [f64; 2]| sample(case, u.map(|x| x as f32), fault).to_array().map(f64::from);
@@ -396,8 +399,9 @@ fn check_inverse(case: &Case, fault: Option<Fault>) -> Result<(), String> {
         }
         // Azimuths are periodic.
         let error = [0, 1].map(|i| (back[i] - u[i]).abs()).map(|d| d.min(1.0 - d));
-        // Where the map contracts, u is lost to the rounding of the point: then the point must come back. At
-        // the poles it contracts like a square root, and the point itself is lost to the rounding of u.
+        // Where the map contracts, u is lost to the rounding of the point: then the point must come
+        // back. At the poles it contracts like a square root, and the point itself is lost to the
+        // rounding of u.
         let again = (case.sample)(back);
         let difference = (again - point).abs();
         let lost = difference.cmple(3e-7 * point.abs()).all();
@@ -442,8 +446,8 @@ fn check_extremes(case: &Case) {
     }
 }
 
-/// Asserts that samples at fixed `u` have not changed, to 10⁻⁶ of their size (platforms' logarithms and arc
-/// functions differ by units in the last place).
+/// Asserts that samples at fixed `u` have not changed, to 10⁻⁶ of their size (platforms' logarithms
+/// and arc functions differ by units in the last place).
 #[track_caller]
 pub(super) fn assert_frozen(sample: impl Fn([f32; 2]) -> Vec3, expected: [Vec3; 3]) {
     let got = [[0.1, 0.2], [0.5, 0.75], [0.85, 0.3]].map(sample);

@@ -2,14 +2,14 @@
 
 use glam::{DVec3, Vec3};
 
-/// The solid angle in steradians, in [0, 2π], of the flat triangle `a b c` seen from the origin (Van Oosterom
-/// and Strackee 1983):
+/// The solid angle in steradians, in [0, 2π], of the flat triangle `a b c` seen from the origin
+/// (Van Oosterom and Strackee 1983):
 ///
 /// `tan(Ω/2) = |a·(b×c)| / (‖a‖‖b‖‖c‖ + (a·b)‖c‖ + (b·c)‖a‖ + (c·a)‖b‖)`.
 ///
-/// The triple product is taken as `a·((b−a)×(c−a))` and all of it in `f64`, so that tiny and distant
-/// triangles keep all digits that their vertices have. Zero for degenerate triangles and those seen edge-on,
-/// and for vertices that are not finite.
+/// The triple product is taken as `a·((b−a)×(c−a))` and all of it in `f64`, so that tiny and
+/// distant triangles keep all digits that their vertices have. Zero for degenerate triangles and
+/// those seen edge-on, and for vertices that are not finite.
 #[inline]
 pub fn triangle_solid_angle(a: Vec3, b: Vec3, c: Vec3) -> f32 {
     solid_angle([a, b, c].map(Vec3::as_dvec3)) as f32

@@ -24,8 +24,8 @@ impl UniformSphere {
         Density::new(0.25 / PI)
     }
 
-    /// The `u` that [`UniformSphere::sample`] maps to the unit direction, within 5·10⁻⁷ in each coordinate
-    /// (the second of either pole is lost).
+    /// The `u` that [`UniformSphere::sample`] maps to the unit direction, within 5·10⁻⁷ in each
+    /// coordinate (the second of either pole is lost).
     #[inline]
     pub fn invert(direction: Vec3) -> [f32; 2] {
         [

@@ -1,27 +1,29 @@
 //! Directions towards a triangle, uniform by solid angle.
 //!
-//! `p_ω = 1/Ω` for directions that meet the flat triangle `A B C` seen from the origin. As in Arvo 1995
-//! (*Stratified Sampling of Spherical Triangles*) the share `u₀` of the solid angle fixes a point `C'` on the
-//! arc `A C` such that `A B C'` has solid angle `u₀Ω`, and `1 − cos θ = u₁ (1 − B·C')` a point on the arc
-//! `B C'`. But `C'` is found without any interior angle, whose excess over π cancels for small triangles: let
-//! `C' = A cos b + T sin b` with `T` the tangent at `A` towards `C`. Then the formula of Van Oosterom and
-//! Strackee for `A B C'` reads, with `h = tan(b/2)` and `t = tan(u₀Ω/2)`,
+//! `p_ω = 1/Ω` for directions that meet the flat triangle `A B C` seen from the origin. As in Arvo
+//! 1995 (*Stratified Sampling of Spherical Triangles*) the share `u₀` of the solid angle fixes a
+//! point `C'` on the arc `A C` such that `A B C'` has solid angle `u₀Ω`, and
+//! `1 − cos θ = u₁ (1 − B·C')` a point on the arc `B C'`. But `C'` is found without any interior
+//! angle, whose excess over π cancels for small triangles: let `C' = A cos b + T sin b` with `T`
+//! the tangent at `A` towards `C`. Then the formula of Van Oosterom and Strackee for `A B C'`
+//! reads, with `h = tan(b/2)` and `t = tan(u₀Ω/2)`,
 //!
 //! `t = h A·(B×T) / (1 + A·B + h B·T)`, so that `h = t (1 + A·B) / (A·(B×T) − t B·T)`.
 //!
-//! Inside it computes in `f64`: the arcs of a triangle that spans 10⁻⁵ radians are differences of 10⁻¹⁰.
+//! Inside it computes in `f64`: the arcs of a triangle that spans 10⁻⁵ radians are differences of
+//! 10⁻¹⁰.
 
 use super::clamp_or_low;
 use super::solid_angle::solid_angle;
 use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
 use glam::{DVec3, Vec3};
 
-/// Below this solid angle (an edge of about 10⁻⁴ radians) `f32` directions resolve too little of the
-/// triangle.
+/// Below this solid angle (an edge of about 10⁻⁴ radians) `f32` directions resolve too little of
+/// the triangle.
 const MIN_SOLID_ANGLE: f64 = 1e-9;
 
-/// Above this the origin lies so close to the triangle's plane that the arcs between its vertices are not
-/// defined.
+/// Above this the origin lies so close to the triangle's plane that the arcs between its vertices
+/// are not defined.
 const MAX_SOLID_ANGLE: f64 = 6.25;
 
 /// Uniform directions towards a triangle.
@@ -68,17 +70,18 @@ pub struct SphericalTriangle {
 pub struct SphericalTriangleSample {
     /// Unit direction from the origin.
     pub direction: Vec3,
-    /// Barycentric coordinates of the point of the triangle in that direction, in the order of the vertices:
-    /// none is negative, their sum is one up to rounding. No intersection test is needed to find the point.
+    /// Barycentric coordinates of the point of the triangle in that direction, in the order of the
+    /// vertices: none is negative, their sum is one up to rounding. No intersection test is needed
+    /// to find the point.
     pub barycentric: [f32; 3],
 }
 
 impl SphericalTriangle {
     /// The triangle with these vertices relative to the point it is seen from.
     ///
-    /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples the area
-    /// instead: solid angles below 10⁻⁹ or above 6.25 sr, degenerate triangles, vertices at the origin or not
-    /// finite.
+    /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples
+    /// the area instead: solid angles below 10⁻⁹ or above 6.25 sr, degenerate triangles, vertices
+    /// at the origin or not finite.
     pub fn new(vertices: [Vec3; 3]) -> Option<Self> {
         let [a, mut b, mut c] = vertices.map(Vec3::as_dvec3);
         let omega = solid_angle([a, b, c]);
@@ -118,8 +121,8 @@ impl SphericalTriangle {
         self.solid_angle as f32
     }
 
-    /// Density of [`SphericalTriangle::sample`] per solid angle, `1/Ω`, of every direction that meets the
-    /// triangle.
+    /// Density of [`SphericalTriangle::sample`] per solid angle, `1/Ω`, of every direction that
+    /// meets the triangle.
     #[inline(always)]
     pub fn density(&self) -> Density<SolidAngle> {
         Density::new((1.0 / self.solid_angle) as f32)
@@ -154,9 +157,9 @@ impl SphericalTriangle {
         }
     }
 
-    /// Barycentric coordinates of the point in direction `direction`, given also as its difference to `A`:
-    /// with edges `e`, `f` and `n = e×f` the point `λω = A + b₁e + b₂f` has `b₁ = ω·(f×A)/ω·n`,
-    /// `b₂ = ω·(A×e)/ω·n`, and `Â` contributes nothing.
+    /// Barycentric coordinates of the point in direction `direction`, given also as its difference
+    /// to `A`: with edges `e`, `f` and `n = e×f` the point `λω = A + b₁e + b₂f` has
+    /// `b₁ = ω·(f×A)/ω·n`, `b₂ = ω·(A×e)/ω·n`, and `Â` contributes nothing.
     #[expect(clippy::manual_clamp, reason = "NaN must not pass")]
     fn barycentric(&self, direction: DVec3, from_a: DVec3) -> [f32; 3] {
         let [e, f] = self.edges;
@@ -175,14 +178,15 @@ impl SphericalTriangle {
         .map(|x| x as f32)
     }
 
-    /// The `u` that [`SphericalTriangle::sample`] maps to a unit direction that meets the triangle; clamped
-    /// to the square for one that does not. What is lost is what the rounding of the direction loses: about
-    /// 10⁻⁷ over the triangle's angular size in `u₁`, over the distance to `B` in `u₀` (at `B` itself `u₀` is
-    /// lost).
+    /// The `u` that [`SphericalTriangle::sample`] maps to a unit direction that meets the triangle;
+    /// clamped to the square for one that does not. What is lost is what the rounding of the
+    /// direction loses: about 10⁻⁷ over the triangle's angular size in `u₁`, over the distance to
+    /// `B` in `u₀` (at `B` itself `u₀` is lost).
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let direction = direction.as_dvec3().normalize_or(self.b);
-        // C' lies where the great circle through B and ω meets that through A and C. With m its normal, it is along
-        // ±((T·m) A − (A·m) T): on the side of the middle of the arc, also where rounding puts it beyond an end.
+        // C' lies where the great circle through B and ω meets that through A and C. With m its
+        // normal, it is along ±((T·m) A − (A·m) T): on the side of the middle of the arc, also
+        // where rounding puts it beyond an end.
         let normal = self.b.cross(direction - self.b);
         let meeting = self.a * self.tangent.dot(normal) - self.tangent * self.a.dot(normal);
         let middle = self.a + (self.corner + self.edges[1]).normalize_or_zero();
@@ -268,7 +272,8 @@ mod tests {
 
     #[test]
     fn tiny_triangles_are_sampled_uniformly() {
-        // Where directions have no digits left, barycentric coordinates still do: their mean is a third each.
+        // Where directions have no digits left, barycentric coordinates still do: their mean is a
+        // third each.
         let vertices = [
             Vec3::new(0.0, 0.0, 1.0),
             Vec3::new(1e-4, 0.0, 1.0),

@@ -1,8 +1,9 @@
 //! Points on a triangle, uniform by area.
 //!
-//! Barycentric coordinates `(b₀, b₁, b₂)` with `p_A = 1/area`. The map folds the unit square over its
-//! diagonal and shears each half by half of the smaller coordinate (Heitz 2019, *A Low-Distortion Map Between
-//! Triangle and Square*): no square root, and neighbours stay closer together than with `√u`.
+//! Barycentric coordinates `(b₀, b₁, b₂)` with `p_A = 1/area`. The map folds the unit square over
+//! its diagonal and shears each half by half of the smaller coordinate (Heitz 2019, *A
+//! Low-Distortion Map Between Triangle and Square*): no square root, and neighbours stay closer
+//! together than with `√u`.
 
 use crate::{Area, Density, ONE_MINUS_EPSILON};
 use lightshed_lanes::Lanes;
@@ -21,15 +22,16 @@ impl UniformTriangle {
         [b0, b1, 1.0 - b0 - b1]
     }
 
-    /// The first two coordinates that [`UniformTriangle::sample`] gives for each of eight points, bit for bit.
+    /// The first two coordinates that [`UniformTriangle::sample`] gives for each of eight points,
+    /// bit for bit.
     #[inline(always)]
     pub fn sample_lanes<L: Lanes>(u: [L; 2]) -> [L; 2] {
         let half = L::splat(0.5) * u[0].min(u[1]);
         [u[0] - half, u[1] - half]
     }
 
-    /// Density of the point at [`UniformTriangle::sample`] per unit area, `1/area`; zero for a triangle
-    /// without area.
+    /// Density of the point at [`UniformTriangle::sample`] per unit area, `1/area`; zero for a
+    /// triangle without area.
     #[inline(always)]
     pub fn density(area: f32) -> Density<Area> {
         let density = 1.0 / area;
@@ -40,8 +42,8 @@ impl UniformTriangle {
         })
     }
 
-    /// The `u` that [`UniformTriangle::sample`] maps to the barycentric coordinates, within 2·10⁻⁷ in each
-    /// coordinate. Coordinates outside the triangle give a `u` on the border of the square.
+    /// The `u` that [`UniformTriangle::sample`] maps to the barycentric coordinates, within 2·10⁻⁷
+    /// in each coordinate. Coordinates outside the triangle give a `u` on the border of the square.
     #[inline]
     pub fn invert(barycentric: [f32; 3]) -> [f32; 2] {
         let [b0, b1, _] = barycentric;

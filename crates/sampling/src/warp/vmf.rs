@@ -1,10 +1,11 @@
 //! The von Mises–Fisher distribution on the sphere.
 //!
-//! `p_ω = κ / (2π (1 − e^{−2κ})) · e^{κ(μ·ω − 1)}`, with mean direction `μ` and concentration `κ ≥ 0`; 1/4π
-//! at `κ = 0`.
+//! `p_ω = κ / (2π (1 − e^{−2κ})) · e^{κ(μ·ω − 1)}`, with mean direction `μ` and concentration
+//! `κ ≥ 0`; 1/4π at `κ = 0`.
 //!
 //! In single precision the usual forms lose every digit as `κ` grows. Here
-//! - `κ(μ·ω − 1)` is `−½ κ ‖ω − μ‖²`: the dot product of near-equal vectors is off by 6·10⁻⁸, times `κ`;
+//! - `κ(μ·ω − 1)` is `−½ κ ‖ω − μ‖²`: the dot product of near-equal vectors is off by 6·10⁻⁸, times
+//!   `κ`;
 //! - `1 − e^{−2κ}` is `−expm1(−2κ)`, and both it and `κ` vanish together;
 //! - samples are `s = 1 − cos θ = −ln1p(u₀ expm1(−2κ))/κ`, `sin θ = √(s(2 − s))`.
 
@@ -32,8 +33,8 @@ pub struct VonMisesFisher {
 }
 
 impl VonMisesFisher {
-    /// A lobe around the direction of `mean` (normalised; z if it has none). The concentration is clamped to
-    /// [0, 10⁷]; NaN becomes 0.
+    /// A lobe around the direction of `mean` (normalised; z if it has none). The concentration is
+    /// clamped to [0, 10⁷]; NaN becomes 0.
     #[inline]
     pub fn new(mean: Vec3, concentration: f32) -> Self {
         let concentration = clamp_or_low(concentration, 0.0, MAX_CONCENTRATION);
@@ -80,8 +81,8 @@ impl VonMisesFisher {
         ))
     }
 
-    /// Density of [`VonMisesFisher::sample`] per solid angle, of a unit direction. May underflow to zero far
-    /// from the mean (from `κ(1 − cos θ) ≈ 100` on), where samples never fall.
+    /// Density of [`VonMisesFisher::sample`] per solid angle, of a unit direction. May underflow to
+    /// zero far from the mean (from `κ(1 − cos θ) ≈ 100` on), where samples never fall.
     ///
     /// # Precision
     /// Relative error about 10⁻⁷ κ θ, from the rounding of the direction itself.
@@ -91,9 +92,9 @@ impl VonMisesFisher {
         Density::new(self.peak * (-0.5 * self.concentration * chord_squared).exp())
     }
 
-    /// The `u` that [`VonMisesFisher::sample`] maps to the unit direction, within about `10⁻⁷ (1 + √κ)` in
-    /// the first coordinate and `10⁻⁷ (1 + 1/sin θ)` in the second: what the rounding of the direction
-    /// leaves.
+    /// The `u` that [`VonMisesFisher::sample`] maps to the unit direction, within about
+    /// `10⁻⁷ (1 + √κ)` in the first coordinate and `10⁻⁷ (1 + 1/sin θ)` in the second: what the
+    /// rounding of the direction leaves.
     #[inline]
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let local = self.frame.to_local(direction);
@@ -127,14 +128,15 @@ mod tests {
             (tilted, 1e4, (1e-4, 5e-3, 1e-4)),
             (tilted, 1e5, (1e-4, f64::INFINITY, 3e-4)),
             (tilted, 1e7, (1e-3, f64::INFINITY, 3e-3)),
-            // Around an axis the directions keep their digits; around others they round to 10⁻⁷, a thousandth
-            // of the width of the narrowest lobe.
+            // Around an axis the directions keep their digits; around others they round to 10⁻⁷, a
+            // thousandth of the width of the narrowest lobe.
             (Vec3::Z, 1e5, (1e-5, 2e-3, 1e-5)),
             (Vec3::Z, 1e7, (1e-5, 2e-3, 1e-5)),
         ] {
             let lobe = VonMisesFisher::new(mean, kappa);
             let width = 1.0 / f64::from(kappa.max(1.0)).sqrt();
-            // Beyond, the integral over the chart is below the tolerance and its density underflows.
+            // Beyond, the integral over the chart is below the tolerance and its density
+            // underflows.
             let maximum = (8.0 * width).min(PI);
             let case = Case::directions(
                 format!("vMF {kappa}"),

@@ -4,8 +4,8 @@ use lightshed_sampling::{Choice, ONE_MINUS_EPSILON, choose, choose_pmf, f32_from
 use lightshed_testkit::{check_faults, hostile_f32};
 use proptest::prelude::*;
 
-/// For 2⁸ evenly spread `u`: the share of each index is its pmf to one part in 2⁸, and remapped numbers fill
-/// [0, 1) evenly. Exact enumeration of a coarse uniform distribution.
+/// For 2⁸ evenly spread `u`: the share of each index is its pmf to one part in 2⁸, and remapped
+/// numbers fill [0, 1) evenly. Exact enumeration of a coarse uniform distribution.
 #[test]
 fn shares_and_remapped_numbers() {
     #[derive(Clone, Copy, Debug)]
@@ -54,8 +54,8 @@ fn extremes() {
         let choice = choose(&[0.0, 0.0, 1e-45, 0.0], u).unwrap();
         assert_eq!((choice.index, choice.pmf), (2, 1.0));
     }
-    // The sum of f32::MAX twice does not overflow, and a share too small for f32 is never chosen with a pmf
-    // of zero.
+    // The sum of f32::MAX twice does not overflow, and a share too small for f32 is never chosen
+    // with a pmf of zero.
     let choice = choose(&[f32::MAX, f32::MAX], 0.75).unwrap();
     assert_eq!(
         choice,
@@ -96,8 +96,8 @@ fn remap_stays_below_one() {
 proptest! {
     #![proptest_config(crate::config())]
 
-    /// The documented rule in integers: with integer weights and u = k/2²⁴, `u·Σw < w_0 + … + w_i` is exact
-    /// in u64.
+    /// The documented rule in integers: with integer weights and u = k/2²⁴, `u·Σw < w_0 + … + w_i`
+    /// is exact in u64.
     #[test]
     fn follows_the_rule(weights in prop::collection::vec(0u32..1000, 1..12), k in 0u32..1 << 24) {
         let sum: u64 = weights.iter().map(|&weight| u64::from(weight)).sum();

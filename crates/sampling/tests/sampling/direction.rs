@@ -73,8 +73,9 @@ fn distributions_keep_their_laws() {
     }
 }
 
-/// The density that a warp knew before its direction was rounded is not that of the direction: an implementation that
-/// hands it on is found. So is one that forgets to turn the direction, and one that samples another lobe.
+/// The density that a warp knew before its direction was rounded is not that of the direction: an
+/// implementation that hands it on is found. So is one that forgets to turn the direction, and one
+/// that samples another lobe.
 #[test]
 fn faults_are_found() {
     #[derive(Clone, Copy, Debug)]

@@ -64,7 +64,8 @@ enum Fault {
     SaturatingSum,
 }
 
-/// Whatever the order and the threads, one sum. Sums of floats, and integers that saturate as sums, are found.
+/// Whatever the order and the threads, one sum. Sums of floats, and integers that saturate as sums,
+/// are found.
 #[test]
 fn one_sum_in_any_order_on_any_threads() {
     let terms = terms();

@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 use lightshed_sampling::{CounterRng, Frame, glam};
 use lightshed_testkit::check_faults;
 
-/// Largest deviation from an orthonormal right-handed frame: of lengths, dots and the triple product.
+/// Largest deviation from an orthonormal right-handed frame: of lengths, dots and the triple
+/// product.
 fn deviation(frame: &Frame) -> f64 {
     let [t, b, n] = [frame.tangent, frame.bitangent, frame.normal].map(Vec3::as_dvec3);
     let errors = [
@@ -22,7 +23,8 @@ fn deviation(frame: &Frame) -> f64 {
     )
 }
 
-/// Unit vectors: uniform ones, near the poles, near the equator's seam, the axes with either sign of zero.
+/// Unit vectors: uniform ones, near the poles, near the equator's seam, the axes with either sign
+/// of zero.
 fn normals() -> impl Iterator<Item = Vec3> {
     let uniform = (0..1_000_000).map(|i| {
         let [u, v] = CounterRng::new(11, i, 0).next_2d().map(f64::from);

@@ -13,8 +13,8 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// Uniform directions, and ones within 1e-3 … 1e-9 of the octahedron's edges and corners, where the map
-/// folds.
+/// Uniform directions, and ones within 1e-3 … 1e-9 of the octahedron's edges and corners, where the
+/// map folds.
 fn directions(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(|i| {
         let mut rng = CounterRng::new(31, i, 0);
@@ -45,7 +45,8 @@ fn round_trip_to_6e_7() {
         for d in directions(1_000_000).chain(axes).chain(signs) {
             let mut uv = octahedral_encode(d);
             match fault {
-                // The pole −z, whose fold depends on the signs of two zeros, put into the wrong place.
+                // The pole −z, whose fold depends on the signs of two zeros, put into the wrong
+                // place.
                 Some("sign of zero") if d.z < 0.0 && d.x == 0.0 => uv *= d.x.signum(),
                 Some("unfolded") if d.z < 0.0 => uv = Vec2::ONE - uv,
                 _ => {}
@@ -116,7 +117,8 @@ fn packing_errors() {
     }
 }
 
-/// Packing an unpacked direction gives an equal direction: no drift. All of 2¹⁶ patterns, and a sweep of 2³².
+/// Packing an unpacked direction gives an equal direction: no drift. All of 2¹⁶ patterns, and a
+/// sweep of 2³².
 #[test]
 fn repacking_is_stable() {
     for bits in 0..=u16::MAX {
@@ -149,8 +151,8 @@ fn value_stability() {
     assert_eq!(octahedral_pack16(d), 106 << 8 | 85);
 }
 
-/// The conversion of densities: the uniform density on the square integrates to one over the sphere, and the
-/// factor is the map's Jacobian by finite differences in f64.
+/// The conversion of densities: the uniform density on the square integrates to one over the
+/// sphere, and the factor is the map's Jacobian by finite differences in f64.
 #[test]
 fn density_conversion() {
     check_faults(&["square instead of cube", "factor 4 forgotten"], |fault| {
@@ -178,7 +180,8 @@ fn density_conversion() {
                 continue;
             }
             let d = decode_f64([u, v]);
-            // Two orthonormal coordinates around d: |∂ω/∂uv| is the determinant of the tangential derivative.
+            // Two orthonormal coordinates around d: |∂ω/∂uv| is the determinant of the tangential
+            // derivative.
             let tangent = d.any_orthonormal_vector();
             let bitangent = d.cross(tangent);
             let jacobian = jacobian_determinant(

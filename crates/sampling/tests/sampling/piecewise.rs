@@ -207,8 +207,8 @@ fn map(width: u32, height: u32, seed: u64) -> Vec<f32> {
         .collect()
 }
 
-/// Each cell of a 2-D density at the corners of the words it owns: index, place, density; and the counts sum
-/// to 2⁶⁴.
+/// Each cell of a 2-D density at the corners of the words it owns: index, place, density; and the
+/// counts sum to 2⁶⁴.
 #[test]
 fn two_dimensions_exactly() {
     let (width, height) = (37u32, 19u32);
@@ -256,8 +256,8 @@ fn two_dimensions_exactly() {
     assert_eq!(density.cell_pdf([width, 0]) + density.cell_pdf([0, height]), 0.0);
 }
 
-/// The histogram of samples by ordinary numbers matches the values; a transposed map does not. False
-/// positives: 1e-6.
+/// The histogram of samples by ordinary numbers matches the values; a transposed map does not.
+/// False positives: 1e-6.
 #[test]
 fn two_dimensions_by_histogram() {
     let (width, height) = (16u32, 16u32);

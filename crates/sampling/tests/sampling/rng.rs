@@ -70,8 +70,8 @@ fn neighbours_are_independent() {
     .unwrap();
 }
 
-/// Flipping any one of the 160 bits of seed, pixel, sample and dimension flips each of the word's 32 bits
-/// with probability ½: χ² of flips against stays for each of the 5120 pairs.
+/// Flipping any one of the 160 bits of seed, pixel, sample and dimension flips each of the word's
+/// 32 bits with probability ½: χ² of flips against stays for each of the 5120 pairs.
 #[test]
 fn every_input_bit_reaches_every_output_bit() {
     check_faults(&[Fault::TooFewRounds, Fault::PixelForgotten], |fault| {
@@ -122,8 +122,8 @@ fn bytes_are_uniform() {
     }
 }
 
-/// The streams of path seeds neither repeat each other nor a pixel's stream: among 2¹⁶ × 4 words of 64 bits a
-/// repetition has probability 2⁻²⁹.
+/// The streams of path seeds neither repeat each other nor a pixel's stream: among 2¹⁶ × 4 words of
+/// 64 bits a repetition has probability 2⁻²⁹.
 #[test]
 fn path_streams_are_distinct() {
     let mut seen = Vec::new();

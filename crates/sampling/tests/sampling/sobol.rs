@@ -27,7 +27,8 @@ fn word(fault: Option<Fault>, seed: u64, pixel: u32, sample: u32, dimension: u32
     }
 }
 
-/// Whether `points` put equally many into every elementary box with `bits[d]` bits in dimension `d`.
+/// Whether `points` put equally many into every elementary box with `bits[d]` bits in dimension
+/// `d`.
 fn is_stratified(points: &[Vec<u32>], bits: &[u32]) -> bool {
     let total: u32 = bits.iter().sum();
     let mut counts = vec![0usize; 1 << total];
@@ -58,8 +59,8 @@ fn splits(total: u32, dimensions: usize) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// Every aligned block of `2^m` samples is a (0, m, 1)-net in each dimension, a (0, m, 2)-net in the first
-/// two of each group of four, and a (3, m, 4)-net in the group.
+/// Every aligned block of `2^m` samples is a (0, m, 1)-net in each dimension, a (0, m, 2)-net in
+/// the first two of each group of four, and a (3, m, 4)-net in the group.
 #[test]
 fn nets() {
     check_faults(
@@ -110,8 +111,8 @@ fn nets() {
     .unwrap();
 }
 
-/// Over seeds and pixels a single number is uniform, and two numbers of one sample are independent, also in
-/// different groups; χ² on 16 × 16 cells, false positives 1e-6 in all.
+/// Over seeds and pixels a single number is uniform, and two numbers of one sample are independent,
+/// also in different groups; χ² on 16 × 16 cells, false positives 1e-6 in all.
 #[test]
 fn single_samples_are_uniform() {
     check_faults(&["groups share seeds"], |fault| {
@@ -132,9 +133,9 @@ fn single_samples_are_uniform() {
     .unwrap();
 }
 
-/// The samples of a pixel lie on the plane of two groups' first dimensions as independent ones would: 256 of
-/// them in 16 × 16 cells leave 94 ± 6 empty (mean over 64 pixels: ± 0.8; here ± 5). Groups in one order would
-/// leave 240.
+/// The samples of a pixel lie on the plane of two groups' first dimensions as independent ones
+/// would: 256 of them in 16 × 16 cells leave 94 ± 6 empty (mean over 64 pixels: ± 0.8; here ± 5).
+/// Groups in one order would leave 240.
 #[test]
 fn groups_are_shuffled_apart() {
     check_faults(&["groups in one order"], |fault| {
@@ -163,8 +164,8 @@ fn groups_are_shuffled_apart() {
     .unwrap();
 }
 
-/// Root-mean-square error over 256 pixels of ∫∫ 3x² · (π/2) sin(πy/2) = 1 over the unit square with `samples`
-/// samples.
+/// Root-mean-square error over 256 pixels of ∫∫ 3x² · (π/2) sin(πy/2) = 1 over the unit square with
+/// `samples` samples.
 fn rms_error(number: impl Fn(u32, u32, u32) -> u32, samples: u32) -> f64 {
     let mut sum = 0.0;
     for pixel in 0..256 {
@@ -180,8 +181,8 @@ fn rms_error(number: impl Fn(u32, u32, u32) -> u32, samples: u32) -> f64 {
     (sum / 256.0).sqrt()
 }
 
-/// From 16 to 1024 samples of a smooth integrand the error falls by at least 64^1.2 (64^1.5 is the theory);
-/// independent samples only reach 64^0.5 and fail.
+/// From 16 to 1024 samples of a smooth integrand the error falls by at least 64^1.2 (64^1.5 is the
+/// theory); independent samples only reach 64^0.5 and fail.
 #[test]
 fn error_falls_faster_than_a_square_root() {
     check_faults(&[Fault::Independent], |fault| {

@@ -4,8 +4,8 @@ use super::{Hit, Ray};
 use glam::Vec3;
 use lightshed_lanes::{Column, Lanes, Vec3Lanes};
 
-/// Up to [`RayBatch::CAPACITY`] rays, one column a coordinate: the form in which code that takes eight at a time reads and
-/// writes them. How many there are, its user knows.
+/// Up to [`RayBatch::CAPACITY`] rays, one column a coordinate: the form in which code that takes
+/// eight at a time reads and writes them. How many there are, its user knows.
 #[derive(Clone, Debug)]
 pub struct RayBatch {
     /// Coordinates of [`Ray::origin`].

@@ -1,13 +1,15 @@
 //! Eight triangles at a time against one ray, watertight.
 //!
-//! Triangles are tested by signed areas in a space sheared along the ray (Woop, Benthin and Wald 2013, *Watertight
-//! Ray/Triangle Intersection*). The signed area of an edge is `a·b − c·d`, each product rounded once: rounding is
-//! monotonic, so the computed sign is never opposite to that of the exact value, only zero in its place; zero counts
-//! as inside. An edge seen from its two triangles has areas that differ in sign alone. So no ray passes between two
-//! triangles that share an edge or a vertex bit for bit.
+//! Triangles are tested by signed areas in a space sheared along the ray (Woop, Benthin and Wald
+//! 2013, *Watertight Ray/Triangle Intersection*). The signed area of an edge is `a·b − c·d`, each
+//! product rounded once: rounding is monotonic, so the computed sign is never opposite to that of
+//! the exact value, only zero in its place; zero counts as inside. An edge seen from its two
+//! triangles has areas that differ in sign alone. So no ray passes between two triangles that share
+//! an edge or a vertex bit for bit.
 //!
-//! No closures and no iterator adaptors here: they are functions of their own, which the compiler does not
-//! inline into a caller with other instructions than the crate's, and a call for every operation is the end of speed.
+//! No closures and no iterator adaptors here: they are functions of their own, which the compiler
+//! does not inline into a caller with other instructions than the crate's, and a call for every
+//! operation is the end of speed.
 
 use super::{Hit, Ray};
 use glam::Vec3;
@@ -25,7 +27,8 @@ pub struct TriangleBlock {
 const _: () = assert!(size_of::<TriangleBlock>() == 320);
 
 impl TriangleBlock {
-    /// A block of the given triangles (at most eight). Unused lanes hold a point at NaN, which no ray hits.
+    /// A block of the given triangles (at most eight). Unused lanes hold a point at NaN, which no
+    /// ray hits.
     pub fn new(triangles: impl IntoIterator<Item = (u32, [Vec3; 3])>) -> Self {
         let mut block = Self {
             vertices: [[[f32::NAN; 8]; 3]; 3],
@@ -93,7 +96,8 @@ impl TriangleRay {
         Sheared { x, y, z }
     }
 
-    /// Ray parameter, weights of the first and second vertex, and the triangles hit within `(0, t_max)`.
+    /// Ray parameter, weights of the first and second vertex, and the triangles hit within
+    /// `(0, t_max)`.
     #[inline(always)]
     fn test<L: Lanes>(&self, block: &TriangleBlock, t_max: f32) -> (L, L, L, u32) {
         let a = self.corner::<L>(&block.vertices[0]);
@@ -107,8 +111,8 @@ impl TriangleRay {
         let least = area_a.min(area_b.min(area_c));
         let greatest = area_a.max(area_b.max(area_c));
         let one_sign = zero.less_equal(least) | greatest.less_equal(zero);
-        // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below, which no
-        // comparison passes.
+        // A determinant of zero (a triangle seen edge-on, or without area) gives NaN or ∞ below,
+        // which no comparison passes.
         let inverse_determinant = L::splat(1.0) / (area_a + (area_b + area_c));
         let z = area_a * a.z + (area_b * b.z + area_c * c.z);
         let t = z * L::splat(self.shear[2]) * inverse_determinant;
@@ -133,8 +137,8 @@ impl TriangleRay {
 pub struct Nearest {
     /// Its ray parameter, or the ray's end.
     pub t: f32,
-    /// What is to be less than this is a candidate: the end of the ray, or the number after the hit's ray parameter, since one of a
-    /// lower index may lie at the same.
+    /// What is to be less than this is a candidate: the end of the ray, or the number after the
+    /// hit's ray parameter, since one of a lower index may lie at the same.
     bound: f32,
     primitive: u32,
     /// Weights of the first and second vertex.
@@ -153,7 +157,8 @@ impl Nearest {
         }
     }
 
-    /// Takes in the nearest hit among a block's triangles, which are in the order of their indices; of several at one place, that of the lowest.
+    /// Takes in the nearest hit among a block's triangles, which are in the order of their indices;
+    /// of several at one place, that of the lowest.
     #[inline(always)]
     pub fn take_block<L: Lanes>(&mut self, ray: &TriangleRay, block: &TriangleBlock) {
         let (t, a, b, hit) = ray.test::<L>(block, self.bound);

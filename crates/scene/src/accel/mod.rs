@@ -1,9 +1,10 @@
 //! Ray queries: the nearest hit, and whether there is any.
 //!
-//! [`Accelerator`] holds one of three trees over the same primitives. The default is this crate's own, with eight full-precision
-//! boxes a node and eight triangles a leaf tested at once, collapsed from a binary tree of the crate `lightshed-bvh`; the
-//! other two are built and traversed by obvhs, to be measured against. Of equal distances the hit of the lowest index counts, so that what
-//! this crate's tree finds does not depend on how it was built.
+//! [`Accelerator`] holds one of three trees over the same primitives. The default is this crate's
+//! own, with eight full-precision boxes a node and eight triangles a leaf tested at once, collapsed
+//! from a binary tree of the crate `lightshed-bvh`; the other two are built and traversed by obvhs,
+//! to be measured against. Of equal distances the hit of the lowest index counts, so that what this
+//! crate's tree finds does not depend on how it was built.
 
 mod batch;
 mod block;
@@ -62,8 +63,8 @@ pub struct Accelerator {
 }
 
 impl Accelerator {
-    /// Builds a tree. Coordinates must be finite and radii positive (`Scene` checks); no primitive at all is an empty
-    /// scene that no ray hits.
+    /// Builds a tree. Coordinates must be finite and radii positive (`Scene` checks); no primitive
+    /// at all is an empty scene that no ray hits.
     pub fn build(triangles: &[[Vec3; 3]], spheres: &[Sphere], kind: AcceleratorKind, preset: Preset) -> Self {
         let kept = if kind == AcceleratorKind::Wide {
             (Vec::new(), Vec::new())
@@ -112,7 +113,8 @@ impl Accelerator {
         }
     }
 
-    /// The nearest hit of each ray: as [`Accelerator::intersect`] for each, and faster. The shorter slice's length counts.
+    /// The nearest hit of each ray: as [`Accelerator::intersect`] for each, and faster. The shorter
+    /// slice's length counts.
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect_many(rays, hits),
@@ -136,8 +138,8 @@ impl Accelerator {
         }
     }
 
-    /// Whether anything lies in each open segment: as [`Accelerator::occluded`] for each, and faster. The shorter
-    /// slice's length counts.
+    /// Whether anything lies in each open segment: as [`Accelerator::occluded`] for each, and
+    /// faster. The shorter slice's length counts.
     pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded_many(rays, occluded),
@@ -161,7 +163,8 @@ impl Accelerator {
         }
     }
 
-    /// The nearest hit of each of the first `count` rays of a batch, as [`Accelerator::intersect`] finds it.
+    /// The nearest hit of each of the first `count` rays of a batch, as [`Accelerator::intersect`]
+    /// finds it.
     pub fn intersect_batch(&self, rays: &RayBatch, count: usize, hits: &mut HitBatch) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect_batch(rays, count, hits),
@@ -174,7 +177,8 @@ impl Accelerator {
         }
     }
 
-    /// Whether anything lies in the segments of each of the first `count` rays of a batch: bit `i` for ray `i`.
+    /// Whether anything lies in the segments of each of the first `count` rays of a batch: bit `i`
+    /// for ray `i`.
     pub fn occluded_batch(&self, rays: &RayBatch, count: usize) -> u64 {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded_batch(rays, count),
@@ -190,7 +194,8 @@ impl Accelerator {
         !matches!(self.tree, Tree::Flat(_) | Tree::Empty)
     }
 
-    /// Bytes of what rays of the kind `Wide` are traced through, copies of the triangles included; 0 for the others.
+    /// Bytes of what rays of the kind `Wide` are traced through, copies of the triangles included;
+    /// 0 for the others.
     pub fn wide_bytes(&self) -> usize {
         match &self.tree {
             Tree::Wide(bvh) => bvh.bytes(),
@@ -246,8 +251,8 @@ impl Accelerator {
     }
 }
 
-/// obvhs takes direction components below `f32::EPSILON` for zero, so it gets the direction normalised; also the
-/// length of the direction before.
+/// obvhs takes direction components below `f32::EPSILON` for zero, so it gets the direction
+/// normalised; also the length of the direction before.
 #[inline(always)]
 fn to_obvhs(ray: &Ray) -> (ObvhsRay, f32) {
     let length = ray.direction.length();
@@ -327,7 +332,8 @@ fn obvhs_parameters(preset: Preset, max_prims_per_leaf: u32) -> BvhBuildParams {
         Preset::Medium => BvhBuildParams::medium_build(),
         Preset::High | Preset::Best => BvhBuildParams::slow_build(),
     };
-    // Splitting large triangles gained nothing in the scenes of `docs/performance.md`, and costs time and memory.
+    // Splitting large triangles gained nothing in the scenes of `docs/performance.md`, and costs
+    // time and memory.
     BvhBuildParams {
         max_prims_per_leaf,
         pre_split: false,

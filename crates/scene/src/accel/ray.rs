@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-/// A half-open ray segment `origin + t · direction`, `0 < t < t_max`. `direction` need not be of unit length; `t` is
-/// in units of its length.
+/// A half-open ray segment `origin + t · direction`, `0 < t < t_max`. `direction` need not be of
+/// unit length; `t` is in units of its length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Start of the segment (itself excluded).
@@ -43,7 +43,7 @@ pub struct Hit {
     pub t: f32,
     /// Index of the primitive: triangles first, in the order given, then spheres.
     pub primitive: u32,
-    /// Barycentric weights of the triangle's second and third vertex (zero for spheres); the first has
-    /// `1 − u − v`.
+    /// Barycentric weights of the triangle's second and third vertex (zero for spheres); the first
+    /// has `1 − u − v`.
     pub barycentric: [f32; 2],
 }

@@ -12,8 +12,8 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// The nearest `t` in the open interval `(0, t_max)` at which `origin + t · direction` lies on the sphere. Solved
-    /// in `f64`, by the form of the quadratic that cancels nowhere.
+    /// The nearest `t` in the open interval `(0, t_max)` at which `origin + t · direction` lies on
+    /// the sphere. Solved in `f64`, by the form of the quadratic that cancels nowhere.
     #[inline]
     pub fn intersect(&self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<f32> {
         let to_center: DVec3 = self.center.as_dvec3() - origin.as_dvec3();
@@ -21,7 +21,8 @@ impl Sphere {
         let radius = f64::from(self.radius);
         let a = direction.length_squared();
         let b = to_center.dot(direction);
-        // Distance of the centre from the ray's line, by the perpendicular: b² − a·c would cancel for far spheres.
+        // Distance of the centre from the ray's line, by the perpendicular: b² − a·c would cancel
+        // for far spheres.
         let perpendicular = to_center - direction * (b / a);
         let discriminant = a * (radius * radius - perpendicular.length_squared());
         if discriminant.is_nan() || discriminant < 0.0 {
@@ -47,7 +48,8 @@ mod tests {
     use super::*;
     use lightshed_sampling::{CounterRng, UniformSphere};
 
-    /// Hits lie on the sphere, and are the nearest in front, whether the origin is far off, near or inside.
+    /// Hits lie on the sphere, and are the nearest in front, whether the origin is far off, near or
+    /// inside.
     #[test]
     fn hits_lie_on_the_sphere() {
         let mut rng = CounterRng::new(3, 0, 0);

@@ -1,7 +1,7 @@
 //! The traversal's stack: fixed, uninitialised until written, filled eight entries at a time.
 //!
-//! The crate's only module with `unsafe` code: clearing the stacks of the rays in flight for every batch took 4 %
-//! of a render of the Cornell box.
+//! The crate's only module with `unsafe` code: clearing the stacks of the rays in flight for every
+//! batch took 4 % of a render of the Cornell box.
 #![allow(unsafe_code)]
 
 use core::mem::MaybeUninit;
@@ -31,8 +31,8 @@ impl StackMemory {
     }
 }
 
-/// A stack of at most [`STACK_CAPACITY`] children still to be visited, each with the ray parameter at which its box is
-/// entered; what does not fit is a bug of the builder, and panics.
+/// A stack of at most [`STACK_CAPACITY`] children still to be visited, each with the ray parameter
+/// at which its box is entered; what does not fit is a bug of the builder, and panics.
 pub struct Stack<'a> {
     memory: &'a mut StackMemory,
     len: usize,
@@ -51,14 +51,16 @@ impl<'a> Stack<'a> {
         self.len = 0;
     }
 
-    /// Puts the children of the set bits of `mask` on top, in the order of the bits; bit `i` stands for lane `i ^ flip`.
+    /// Puts the children of the set bits of `mask` on top, in the order of the bits; bit `i` stands
+    /// for lane `i ^ flip`.
     #[inline(always)]
     pub fn push<L: Lanes>(&mut self, children: L, entered: L, mask: u32, flip: u32) {
         assert!(
             self.len <= STACK_CAPACITY,
             "the tree is deeper than its builder allows"
         );
-        // SAFETY: `len + 8 <= ROOM`, so the row lies within the arrays; writing a row initialises it, whatever was there.
+        // SAFETY: `len + 8 <= ROOM`, so the row lies within the arrays; writing a row initialises
+        // it, whatever was there.
         unsafe {
             let row = self.memory.children.as_mut_ptr().add(self.len).cast::<[f32; 8]>();
             row.write(children.compress(mask, flip).store());
@@ -75,8 +77,8 @@ impl<'a> Stack<'a> {
             return None;
         }
         self.len -= 1;
-        // SAFETY: all entries below the old `len` have been written by `push` since `len` was last zero, and `len` never
-        // exceeds the capacity by more than a row.
+        // SAFETY: all entries below the old `len` have been written by `push` since `len` was last
+        // zero, and `len` never exceeds the capacity by more than a row.
         unsafe {
             let child = self.memory.children.get_unchecked(self.len).assume_init();
             Some((

@@ -73,8 +73,9 @@ fn random_ray(rng: &mut impl Rng, axis_parallel: f32) -> Ray {
     Ray::segment(origin, direction, t_max)
 }
 
-/// The wide tree must return what brute force returns, to the bit, axis-parallel rays included. obvhs' box tests are
-/// not conservative: rays in general position alone are held against it, and one in a thousand may be lost.
+/// The wide tree must return what brute force returns, to the bit, axis-parallel rays included.
+/// obvhs' box tests are not conservative: rays in general position alone are held against it, and
+/// one in a thousand may be lost.
 fn agree_with_brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], seed: u64) {
     for quality in [Preset::Fast, Preset::High] {
         let ours = with_tree(triangles, spheres, quality);
@@ -130,7 +131,8 @@ fn trees_agree_with_brute_force_on_triangles_and_spheres() {
 fn degenerate_input_builds_and_traces() {
     let point = Vec3::splat(0.25);
     let quad = [Vec3::ZERO, Vec3::X, Vec3::Y];
-    // A thousand equal triangles make a binary tree of any depth; a point and a needle have no area.
+    // A thousand equal triangles make a binary tree of any depth; a point and a needle have no
+    // area.
     let mut triangles = vec![quad; 1_000];
     triangles.push([point; 3]);
     triangles.push([Vec3::ZERO, Vec3::X, Vec3::X * 0.5]);
@@ -151,7 +153,8 @@ fn degenerate_input_builds_and_traces() {
     }
 }
 
-/// Of triangles and spheres at one place the lowest index is hit, whatever the tree: as brute force does.
+/// Of triangles and spheres at one place the lowest index is hit, whatever the tree: as brute force
+/// does.
 #[test]
 fn equal_distances_go_to_the_lowest_index() {
     let mut rng = Pcg64Mcg::seed_from_u64(11);
@@ -202,8 +205,8 @@ fn lanes_give_the_same_bits() {
     }
 }
 
-/// Without a tree, alone and in company, on every kind of lanes: the hit of brute force to the last bit, where triangles
-/// share vertices and edges and where they do not.
+/// Without a tree, alone and in company, on every kind of lanes: the hit of brute force to the last
+/// bit, where triangles share vertices and edges and where they do not.
 #[test]
 fn a_few_triangles_are_brute_force() {
     let mut rng = Pcg64Mcg::seed_from_u64(7);
@@ -259,7 +262,8 @@ fn too_many_triangles_need_a_tree() {
     assert!(Flat::build(&soup(&mut rng, 5_000, 0.1)).is_none());
 }
 
-/// Rays in company against rays alone, bit for bit, for every number up to more than are in flight at once.
+/// Rays in company against rays alone, bit for bit, for every number up to more than are in flight
+/// at once.
 #[test]
 fn many_rays_are_traced_as_one_is() {
     let mut rng = Pcg64Mcg::seed_from_u64(6);
@@ -304,7 +308,8 @@ fn many_rays_are_traced_as_one_is() {
     }
 }
 
-/// A sphere of triangles, with vertices shared bit for bit; noise and a shear make its edges point everywhere.
+/// A sphere of triangles, with vertices shared bit for bit; noise and a shear make its edges point
+/// everywhere.
 fn closed_mesh(rings: u32, segments: u32, scale: f32, offset: Vec3) -> Vec<[Vec3; 3]> {
     let vertex = |ring: u32, segment: u32| {
         let (theta, phi) = (

@@ -3,8 +3,8 @@
 use super::{Hit, Ray};
 use glam::Vec3;
 
-/// Intersects `ray` with one triangle as the eight-wide traversal does, operation by operation; see there for why no
-/// ray passes between neighbours. `primitive` is copied into the hit.
+/// Intersects `ray` with one triangle as the eight-wide traversal does, operation by operation; see
+/// there for why no ray passes between neighbours. `primitive` is copied into the hit.
 #[inline]
 pub fn intersect_triangle(ray: &Ray, corners: &[Vec3; 3], primitive: u32, t_max: f32) -> Option<Hit> {
     let d = ray.direction;

@@ -12,12 +12,14 @@ const GREEN: Rgb = Rgb::new(0.105_421, 0.377_98, 0.076_425);
 const RED: Rgb = Rgb::new(0.570_068, 0.043_013_5, 0.044_370_6);
 const RADIANCE: Rgb = Rgb::new(18.387, 13.987_3, 6.753_57);
 
-/// The Cornell box of Mitsuba 3's documentation (`mitsuba.cornell_box()`): walls of the cube `[−1, 1]³` without the
-/// front, two boxes, one square light a hundredth below the ceiling; all Lambertian, one-sided, face normals.
+/// The Cornell box of Mitsuba 3's documentation (`mitsuba.cornell_box()`): walls of the cube
+/// `[−1, 1]³` without the front, two boxes, one square light a hundredth below the ceiling; all
+/// Lambertian, one-sided, face normals.
 ///
-/// The figures are Mitsuba's, the slips included: the tall box reaches down to `y = −1.01`, a hundredth below the
-/// floor, and the light is no square but 0.46 × 0.38. Shapes in order: floor, ceiling, back, green, red, smallbox,
-/// largebox, light; 36 triangles. 256 × 256 pixels, `max_depth` 8, no roulette before path edge 1000.
+/// The figures are Mitsuba's, the slips included: the tall box reaches down to `y = −1.01`, a
+/// hundredth below the floor, and the light is no square but 0.46 × 0.38. Shapes in order: floor,
+/// ceiling, back, green, red, smallbox, largebox, light; 36 triangles. 256 × 256 pixels,
+/// `max_depth` 8, no roulette before path edge 1000.
 pub fn cornell() -> SceneDescription {
     let diffuse = |reflectance| Material::Diffuse {
         reflectance: ColorTexture::Constant(reflectance),
@@ -27,11 +29,12 @@ pub fn cornell() -> SceneDescription {
 
 /// The Cornell box with glossy boxes, after Lin 2022, figure 6.5b.
 ///
-/// The work describes materials "mixing Lambertian and GGX microfacet BSDFs" with roughness 0.5 on the walls and 0.15
-/// on the two boxes, and gives neither the mixture nor the colours. Chosen here: equal parts of the Lambertian surface
-/// of [`cornell`] and of an uncoloured GGX mirror (`F = 1`) that reflects 0.9 on the boxes and the wall's own colour on
-/// the walls, with `α = roughness²`, as common for material roughness: `α` is 0.25 on the walls and 0.0225 on the
-/// boxes. Three bounces of indirect light, as in the figure: `max_depth` 5.
+/// The work describes materials "mixing Lambertian and GGX microfacet BSDFs" with roughness 0.5 on
+/// the walls and 0.15 on the two boxes, and gives neither the mixture nor the colours. Chosen here:
+/// equal parts of the Lambertian surface of [`cornell`] and of an uncoloured GGX mirror (`F = 1`)
+/// that reflects 0.9 on the boxes and the wall's own colour on the walls, with `α = roughness²`, as
+/// common for material roughness: `α` is 0.25 on the walls and 0.0225 on the boxes. Three bounces
+/// of indirect light, as in the figure: `max_depth` 5.
 pub fn cornell_glossy() -> SceneDescription {
     let mixture = |albedo: Rgb, mirror: Rgb, roughness: f32| {
         let alpha = FloatTexture::Constant(roughness * roughness);
@@ -62,7 +65,8 @@ pub fn cornell_glossy() -> SceneDescription {
     scene
 }
 
-/// Materials 0, 1 and 2 are white, green and red; `boxes` the materials of the small and the large box.
+/// Materials 0, 1 and 2 are white, green and red; `boxes` the materials of the small and the large
+/// box.
 fn cornell_with(materials: Vec<Material>, boxes: [u32; 2]) -> SceneDescription {
     let corner = Vec3::new;
     let mut shapes = Vec::with_capacity(8);
@@ -126,7 +130,8 @@ fn cornell_with(materials: Vec<Material>, boxes: [u32; 2]) -> SceneDescription {
         materials,
         emitters: Vec::new(),
         camera: CameraDescription {
-            // Origin (0, 0, 3.9), target (0, 0, 0): a half turn about +Y, so that local +X (image left) is world −X.
+            // Origin (0, 0, 3.9), target (0, 0, 0): a half turn about +Y, so that local +X (image
+            // left) is world −X.
             to_world: Affine3A::from_cols(
                 -glam::Vec3A::X,
                 glam::Vec3A::Y,
@@ -149,7 +154,8 @@ fn cornell_with(materials: Vec<Material>, boxes: [u32; 2]) -> SceneDescription {
     }
 }
 
-/// `translate · rotate_y · scale`, worked out in `f64` so that each vertex is off by one rounding only.
+/// `translate · rotate_y · scale`, worked out in `f64` so that each vertex is off by one rounding
+/// only.
 fn turned_box(center: [f64; 3], degrees: f64, half_extent: [f64; 3]) -> Affine3A {
     let matrix = DAffine3::from_scale_rotation_translation(
         DVec3::from_array(half_extent),
@@ -212,7 +218,8 @@ mod tests {
             assert_eq!(ours.indices, theirs.indices, "{}", shape.name);
             assert_eq!(ours.positions.len(), theirs.positions.len());
             for (a, b) in ours.positions.iter().zip(&theirs.positions) {
-                // Three roundings at magnitude one. The floor of the tall box is 0.01 away from the floor.
+                // Three roundings at magnitude one. The floor of the tall box is 0.01 away from the
+                // floor.
                 assert!(a.abs_diff_eq(*b, 2e-7), "{}: {a} against {b}", shape.name);
             }
         }

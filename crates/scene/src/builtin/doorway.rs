@@ -7,12 +7,13 @@ use crate::{
 };
 use glam::{Affine3A, Vec3, Vec3A};
 
-/// Two rooms with a doorway between them; the lamp is in the one that is not seen, on the other side of the wall, and shines
-/// away from it.
+/// Two rooms with a doorway between them; the lamp is in the one that is not seen, on the other
+/// side of the wall, and shines away from it.
 ///
-/// The front room is the cube `[−1, 1]³` without its front, with one red and one green wall, a diffuse box and a glossy one
-/// (GGX, `α = 0.1`). The doorway is 0.4 wide and 1.4 high; the back room is 1.6 deep. No light reaches the front room
-/// by fewer than two bounces. Surfaces scatter on both sides. 256 × 256 pixels, `max_depth` 8, no roulette before path edge 1000.
+/// The front room is the cube `[−1, 1]³` without its front, with one red and one green wall, a
+/// diffuse box and a glossy one (GGX, `α = 0.1`). The doorway is 0.4 wide and 1.4 high; the back
+/// room is 1.6 deep. No light reaches the front room by fewer than two bounces. Surfaces scatter on
+/// both sides. 256 × 256 pixels, `max_depth` 8, no roulette before path edge 1000.
 pub fn doorway() -> SceneDescription {
     let diffuse = |reflectance| Material::TwoSided {
         front: Box::new(Material::Diffuse {

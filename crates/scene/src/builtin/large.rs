@@ -12,8 +12,9 @@ use lightshed_sampling::{CounterRng, UniformSphere};
 const OF_CUBOID: usize = 12;
 const OF_HOUSE: usize = 83 * OF_CUBOID;
 
-/// A city of about `thousands` thousand triangles, 1 to 16,000: blocks of houses under a white sky, each with some eighty small boxes on its
-/// walls. Triangles are of very different sizes, and thin ones are common.
+/// A city of about `thousands` thousand triangles, 1 to 16,000: blocks of houses under a white sky,
+/// each with some eighty small boxes on its walls. Triangles are of very different sizes, and thin
+/// ones are common.
 pub fn city(thousands: u32) -> SceneDescription {
     let houses = (thousands as usize * 1000 / OF_HOUSE).max(1);
     let side = (houses as f64).sqrt().ceil() as usize;
@@ -49,8 +50,9 @@ pub fn city(thousands: u32) -> SceneDescription {
     scene(mesh, "houses", eye, Vec3::new(0.5 * extent, 0.0, 0.5 * extent))
 }
 
-/// A ball of hair of about `thousands` thousand triangles, 1 to 16,000: ribbons of a hundred thin triangles that wind around each other, under a
-/// white sky. Boxes of neighbours overlap everywhere.
+/// A ball of hair of about `thousands` thousand triangles, 1 to 16,000: ribbons of a hundred thin
+/// triangles that wind around each other, under a white sky. Boxes of neighbours overlap
+/// everywhere.
 pub fn hairball(thousands: u32) -> SceneDescription {
     const SEGMENTS: u32 = 50;
     let strands = (thousands * 1000 / (2 * SEGMENTS)).max(1);

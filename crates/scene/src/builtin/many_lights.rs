@@ -10,13 +10,13 @@ use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 /// Lights of [`many_lights`].
 const LIGHTS: usize = 1000;
 
-/// A grey plane of 20 × 20 with 40 thin walls standing on it, under 1,000 emissive tetrahedra (4,000 emissive
-/// triangles) whose radiance is spread log-uniformly over 2…200.
+/// A grey plane of 20 × 20 with 40 thin walls standing on it, under 1,000 emissive tetrahedra
+/// (4,000 emissive triangles) whose radiance is spread log-uniformly over 2…200.
 ///
-/// Walls are 0.1 thick, 0.6–1.6 long and 0.3–1 high at random places and angles. Lights have a circumradius of
-/// 0.04–0.06 and lie at heights of 0.2–2.5, clear of the plane; some touch a wall. They are black besides. The random
-/// figures come from a fixed sequence: the scene is the same everywhere, but for the last bit of a platform's sine and
-/// power. 256 × 256 pixels, direct light
+/// Walls are 0.1 thick, 0.6–1.6 long and 0.3–1 high at random places and angles. Lights have a
+/// circumradius of 0.04–0.06 and lie at heights of 0.2–2.5, clear of the plane; some touch a wall.
+/// They are black besides. The random figures come from a fixed sequence: the scene is the same
+/// everywhere, but for the last bit of a platform's sine and power. 256 × 256 pixels, direct light
 /// only (`max_depth` 2).
 pub fn many_lights() -> SceneDescription {
     let mut draw = Sequence(0x6c69_6768_7473_6864);
@@ -87,7 +87,8 @@ pub fn many_lights() -> SceneDescription {
     }
 }
 
-/// The SplitMix64 sequence (Steele, Lea and Flood 2014): a scene must never change with a generator meant for sampling.
+/// The SplitMix64 sequence (Steele, Lea and Flood 2014): a scene must never change with a generator
+/// meant for sampling.
 struct Sequence(u64);
 
 impl Sequence {
@@ -121,7 +122,8 @@ mod tests {
                 .iter()
                 .all(|&(_, radiance)| (2.0..=200.0).contains(&radiance))
         );
-        // Log-uniform: the middle of the scale, 20, halves the lights. 500 ± 16 (one standard deviation).
+        // Log-uniform: the middle of the scale, 20, halves the lights. 500 ± 16 (one standard
+        // deviation).
         let dim = lights.iter().filter(|&&(_, radiance)| radiance < 20.0).count();
         assert!((420..580).contains(&dim), "{dim}");
         for shape in &scene.shapes[1..] {

@@ -39,7 +39,8 @@ pub const NAMES: [&str; 10] = [
     "warehouse",
 ];
 
-/// The built-in scene of that name, or `None`. `city:1000` and `hairball:1000` are of about so many thousand triangles, up to 16,000.
+/// The built-in scene of that name, or `None`. `city:1000` and `hairball:1000` are of about so many
+/// thousand triangles, up to 16,000.
 pub fn by_name(name: &str) -> Option<SceneDescription> {
     if let Some((kind, thousands)) = name.split_once(':') {
         let thousands = thousands.parse().ok().filter(|n| (1..=16_000).contains(n))?;

@@ -2,7 +2,8 @@
 
 use glam::{IVec3, Vec3};
 
-/// Uniform numbers in [0, 1) at the points of a lattice: the finaliser of MurmurHash3 over their mixed coordinates.
+/// Uniform numbers in [0, 1) at the points of a lattice: the finaliser of MurmurHash3 over their
+/// mixed coordinates.
 fn lattice(p: IVec3) -> f32 {
     let mut h = (p.x as u32)
         .wrapping_mul(0x8da6_b343)

@@ -11,8 +11,9 @@ use crate::{
 use glam::{Affine3A, Vec3, Vec3A};
 use std::sync::Arc;
 
-/// A cloud under a blue sky with a bright, warm sun of some degrees: a grid of 80 × 56 × 80 voxels, albedo 1, isotropic, with a mean free
-/// path of a twentieth of its width where it is densest. Nothing else. 192 × 128 pixels, `max_depth` 8.
+/// A cloud under a blue sky with a bright, warm sun of some degrees: a grid of 80 × 56 × 80 voxels,
+/// albedo 1, isotropic, with a mean free path of a twentieth of its width where it is densest.
+/// Nothing else. 192 × 128 pixels, `max_depth` 8.
 ///
 /// Values are computed in code, the same everywhere but for the last bit of a platform's functions.
 pub fn cloud() -> SceneDescription {
@@ -52,8 +53,9 @@ pub fn cloud() -> SceneDescription {
     scene
 }
 
-/// The Cornell box with a plume of grey-blue smoke that rises between the boxes, around them and in front of them: a grid of
-/// 48 × 64 × 48 voxels, scattering forward with an asymmetry of 0.4. 192 × 192 pixels, `max_depth` 8.
+/// The Cornell box with a plume of grey-blue smoke that rises between the boxes, around them and in
+/// front of them: a grid of 48 × 64 × 48 voxels, scattering forward with an asymmetry of 0.4. 192 ×
+/// 192 pixels, `max_depth` 8.
 pub fn smoke_in_cornell() -> SceneDescription {
     const SIZE: [u32; 3] = [48, 64, 48];
     let extent = Vec3::new(1.5, 1.86, 1.5);
@@ -85,8 +87,9 @@ pub fn smoke_in_cornell() -> SceneDescription {
     scene
 }
 
-/// A fire over a grey floor, at night: flames that emit where they are hottest, with smoke above, whose extinction is stronger in the blue.
-/// A grid of 48 × 72 × 48 voxels, emission in another of that size. 160 × 192 pixels, `max_depth` 6.
+/// A fire over a grey floor, at night: flames that emit where they are hottest, with smoke above,
+/// whose extinction is stronger in the blue. A grid of 48 × 72 × 48 voxels, emission in another of
+/// that size. 160 × 192 pixels, `max_depth` 6.
 pub fn fire() -> SceneDescription {
     const SIZE: [u32; 3] = [48, 72, 48];
     let extent = Vec3::new(1.2, 1.8, 1.2);
@@ -147,7 +150,8 @@ pub fn fire() -> SceneDescription {
     scene
 }
 
-/// A grid over the box of that extent around the origin, of the values of a function of the voxels' centres there.
+/// A grid over the box of that extent around the origin, of the values of a function of the voxels'
+/// centres there.
 fn voxels(size: [u32; 3], extent: Vec3, value: impl Fn(Vec3) -> f32) -> GridDescription {
     let mut values = Vec::with_capacity(size.map(|n| n as usize).iter().product());
     let step = extent / Vec3::from_array(size.map(|n| n as f32));
@@ -195,7 +199,8 @@ fn fill(scene: &mut SceneDescription, mut medium: MediumDescription, center: Vec
     scene.media.push(medium);
 }
 
-/// A sky that is bluer overhead, over dark ground, with a sun 35° above the horizon, to the right and behind the camera.
+/// A sky that is bluer overhead, over dark ground, with a sun 35° above the horizon, to the right
+/// and behind the camera.
 fn sky() -> EnvironmentMap {
     const SIZE: [u32; 2] = [128, 64];
     let sun = Vec3::new(0.65, 0.57, 0.5).normalize();

@@ -18,10 +18,11 @@ const DOOR: [f32; 2] = [0.7, 2.0];
 
 /// 384 lamps in as many rooms: eight storeys of 12 × 4 rooms of 2 × 3 × 2 behind an open front.
 ///
-/// Under each ceiling hangs a lamp of 0.4 × 0.4 that shines downwards, of radiance 4 to 16. Doorways of 0.7 × 2 join rooms side by side; there is no way
-/// from the front to the back. So a point sees its own lamp, and through doorways a part of one or two others, while hundreds of hidden
-/// ones are in front of it and together would be many times as bright. Walls are grey, scatter on both sides and have no thickness. 256 × 256
-/// pixels, `max_depth` 4.
+/// Under each ceiling hangs a lamp of 0.4 × 0.4 that shines downwards, of radiance 4 to 16.
+/// Doorways of 0.7 × 2 join rooms side by side; there is no way from the front to the back. So a
+/// point sees its own lamp, and through doorways a part of one or two others, while hundreds of
+/// hidden ones are in front of it and together would be many times as bright. Walls are grey,
+/// scatter on both sides and have no thickness. 256 × 256 pixels, `max_depth` 4.
 pub fn warehouse() -> SceneDescription {
     let mut shapes = Vec::new();
     let mut add = |name: String, mesh: TriangleMesh, emission: Option<f32>| {

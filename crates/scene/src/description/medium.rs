@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 /// A participating medium.
 ///
-/// Extinction is `σ_t(x) = extinction · ρ(x)` per unit of world length, scattering `albedo · σ_t`, emission
-/// `(1 − albedo) σ_t(x) L_e(x)` per unit of length.
+/// Extinction is `σ_t(x) = extinction · ρ(x)` per unit of world length, scattering `albedo · σ_t`,
+/// emission `(1 − albedo) σ_t(x) L_e(x)` per unit of length.
 #[derive(Clone, Debug)]
 pub struct MediumDescription {
     /// For messages: the id in the file, or a made-up one.
@@ -56,12 +56,14 @@ pub enum GridFilter {
     Trilinear,
 }
 
-/// What a medium emits where it absorbs: the radiance `L_e(x)`, in `σ_a(x) L_e(x)` per unit of length.
+/// What a medium emits where it absorbs: the radiance `L_e(x)`, in `σ_a(x) L_e(x)` per unit of
+/// length.
 #[derive(Clone, Debug)]
 pub struct EmissionDescription {
     /// The radiance, of finite components that are not negative.
     pub radiance: Rgb,
-    /// Multiplies it; nothing is emitted outside of the grid. `None` for the same radiance everywhere.
+    /// Multiplies it; nothing is emitted outside of the grid. `None` for the same radiance
+    /// everywhere.
     pub grid: Option<GridDescription>,
 }
 
@@ -96,13 +98,14 @@ pub enum PhaseDescription {
 
 /// Says that a shape bounds media: what crosses it goes from one into the other.
 ///
-/// A shape of [`Material::Null`](crate::Material::Null) does nothing else. The interior is on the side that the geometric normal points
-/// away from.
+/// A shape of [`Material::Null`](crate::Material::Null) does nothing else. The interior is on the
+/// side that the geometric normal points away from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MediumBoundary {
     /// Index into [`SceneDescription::shapes`](crate::SceneDescription::shapes).
     pub shape: u32,
-    /// Index into [`SceneDescription::media`](crate::SceneDescription::media); `None` for empty space.
+    /// Index into [`SceneDescription::media`](crate::SceneDescription::media); `None` for empty
+    /// space.
     pub interior: Option<u32>,
     /// The same, on the other side.
     pub exterior: Option<u32>,

@@ -29,8 +29,8 @@ pub struct SceneDescription {
     pub media: Vec<MediumDescription>,
     /// Shapes that bound media; one each at most.
     pub boundaries: Vec<MediumBoundary>,
-    /// The medium around the camera. `None` leaves it to the boundaries, see [`Scene::medium_around`](crate::Scene::medium_around);
-    /// needed only where no boundary tells.
+    /// The medium around the camera. `None` leaves it to the boundaries, see
+    /// [`Scene::medium_around`](crate::Scene::medium_around); needed only where no boundary tells.
     pub camera_medium: Option<u32>,
 }
 
@@ -56,16 +56,17 @@ pub enum Geometry {
     Sphere(SphereGeometry),
 }
 
-/// An indexed triangle mesh in world space. Counter-clockwise order seen from the side the geometric normal
-/// points to.
+/// An indexed triangle mesh in world space. Counter-clockwise order seen from the side the
+/// geometric normal points to.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleMesh {
     /// Vertex positions.
     pub positions: Vec<Vec3>,
     /// Per-vertex shading normals (unit length, world space), or empty for face normals.
     pub normals: Vec<Vec3>,
-    /// Per-vertex texture coordinates, or empty. `v` as in the file: image row 0 is at `v = 1` (Mitsuba's and
-    /// OBJ's convention); importers of formats with the other convention flip on reading.
+    /// Per-vertex texture coordinates, or empty. `v` as in the file: image row 0 is at `v = 1`
+    /// (Mitsuba's and OBJ's convention); importers of formats with the other convention flip on
+    /// reading.
     pub uvs: Vec<Vec2>,
     /// Three indices a triangle.
     pub indices: Vec<[u32; 3]>,
@@ -92,8 +93,8 @@ pub enum EmitterDescription {
         /// Radiant intensity.
         intensity: Rgb,
     },
-    /// A spot light: intensity within `beam_width`, falling linearly in the angle to zero at `cutoff_angle`
-    /// (Mitsuba's falloff).
+    /// A spot light: intensity within `beam_width`, falling linearly in the angle to zero at
+    /// `cutoff_angle` (Mitsuba's falloff).
     Spot {
         /// World position.
         position: Vec3,
@@ -123,8 +124,8 @@ pub enum EmitterDescription {
 }
 
 /// An equirectangular environment. For a direction `d` in the map's local frame: column coordinate
-/// `u = atan2(d.x, −d.z) / 2π` (wrapped, pixel-centred), row `θ/π · (H−1)` with `θ` from local +Y (node-centred),
-/// bilinear.
+/// `u = atan2(d.x, −d.z) / 2π` (wrapped, pixel-centred), row `θ/π · (H−1)` with `θ` from local +Y
+/// (node-centred), bilinear.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     /// Radiance, row 0 at +Y.
@@ -140,7 +141,8 @@ pub struct EnvironmentMap {
 pub struct CameraDescription {
     /// Camera to world.
     pub to_world: Affine3A,
-    /// Horizontal field of view, radians (importers convert from other axes by the image's aspect ratio).
+    /// Horizontal field of view, radians (importers convert from other axes by the image's aspect
+    /// ratio).
     pub fov_x: f32,
     /// Pinhole or lens.
     pub projection: Projection,
@@ -182,8 +184,8 @@ pub enum FovAxis {
 }
 
 impl FovAxis {
-    /// Horizontal field of view in radians of an image of `aspect` = width / height, from the field of view `angle`
-    /// in radians along this axis, in (0, π).
+    /// Horizontal field of view in radians of an image of `aspect` = width / height, from the field
+    /// of view `angle` in radians along this axis, in (0, π).
     pub fn to_horizontal(self, angle: f64, aspect: f64) -> f64 {
         // Half extent over distance is proportional to the extent in pixels.
         let ratio = match self {

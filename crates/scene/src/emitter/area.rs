@@ -6,8 +6,8 @@ use glam::Vec3;
 use lightshed_sampling::{Area, Density, Frame, SolidAngle, UniformCone, UniformSphere, UniformTriangle};
 use std::f32::consts::{PI, TAU};
 
-/// A surface that emits. Its densities are those of sampling it, times the probability of having chosen it, which is 1 unless
-/// [`AreaEmitter::chosen_with`] says otherwise.
+/// A surface that emits. Its densities are those of sampling it, times the probability of having
+/// chosen it, which is 1 unless [`AreaEmitter::chosen_with`] says otherwise.
 #[derive(Clone, Debug)]
 pub enum AreaEmitter {
     Triangle(TriangleEmitter),
@@ -175,8 +175,8 @@ impl TriangleEmitter {
 }
 
 impl SphereEmitter {
-    /// The cone that the sphere fills as seen from `from`, its unit axis and the distance of the centre; `None` from
-    /// inside.
+    /// The cone that the sphere fills as seen from `from`, its unit axis and the distance of the
+    /// centre; `None` from inside.
     #[inline(always)]
     fn cone(&self, from: Vec3) -> Option<(UniformCone, Vec3, f32)> {
         let to_center = self.sphere.center - from;
@@ -190,8 +190,8 @@ impl SphereEmitter {
         Density::new(self.probability / (2.0 * TAU * self.sphere.radius * self.sphere.radius))
     }
 
-    /// A direction from the centre to the place on the sphere that `u` maps to as seen from `from`, and the density;
-    /// `None` where the sphere shines the other way.
+    /// A direction from the centre to the place on the sphere that `u` maps to as seen from `from`,
+    /// and the density; `None` where the sphere shines the other way.
     #[inline]
     pub(super) fn place(&self, from: Vec3, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
         let Sphere { center, radius } = self.sphere;

@@ -46,10 +46,11 @@ impl PowerTable {
 
 /// A scene's emitters, chosen by power.
 ///
-/// An emitter is chosen in two steps: uniformly among the emitters at infinity and, as one more choice, all finite
-/// ones together (the power of an emitter at infinity, which depends on the size of the scene, cannot be set against that
-/// of a lamp); then among the finite ones in proportion to their power (luminous flux). So every emitter that emits has a
-/// positive probability `p_sel`, the same at every point. All densities include it.
+/// An emitter is chosen in two steps: uniformly among the emitters at infinity and, as one more
+/// choice, all finite ones together (the power of an emitter at infinity, which depends on the size
+/// of the scene, cannot be set against that of a lamp); then among the finite ones in proportion to
+/// their power (luminous flux). So every emitter that emits has a positive probability `p_sel`, the
+/// same at every point. All densities include it.
 #[derive(Clone, Copy)]
 pub struct EmittersByPower<'a> {
     emitters: &'a Emitters,
@@ -80,8 +81,9 @@ impl<'a> EmittersByPower<'a> {
         self.table.groups == 0
     }
 
-    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` where nothing emits, or where the
-    /// chosen emitter sends nothing to `from`: that outcome counts as a sample of value zero.
+    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` where nothing
+    /// emits, or where the chosen emitter sends nothing to `from`: that outcome counts as a sample
+    /// of value zero.
     #[inline]
     pub fn sample(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
         match self.select(u_select) {
@@ -95,8 +97,8 @@ impl<'a> EmittersByPower<'a> {
         }
     }
 
-    /// Density with which [`sample`](Self::sample) at `from` chooses the direction to `point`, which lies on an area emitter;
-    /// zero if it does not.
+    /// Density with which [`sample`](Self::sample) at `from` chooses the direction to `point`,
+    /// which lies on an area emitter; zero if it does not.
     #[inline(always)]
     pub fn pdf(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
         match self.area(point.emitter) {
@@ -114,8 +116,9 @@ impl<'a> EmittersByPower<'a> {
         }
     }
 
-    /// The endpoint that [`sample`](Self::sample) aims at for the same arguments; `None` where nothing emits or a sphere shines
-    /// the other way. Whether it sends anything to `from`, [`connect`](Self::connect) says.
+    /// The endpoint that [`sample`](Self::sample) aims at for the same arguments; `None` where
+    /// nothing emits or a sphere shines the other way. Whether it sends anything to `from`,
+    /// [`connect`](Self::connect) says.
     #[inline]
     pub fn sample_endpoint(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
         match self.select(u_select) {
@@ -124,8 +127,8 @@ impl<'a> EmittersByPower<'a> {
         }
     }
 
-    /// Probability with which [`sample_endpoint`](Self::sample_endpoint) chooses the emitter of an endpoint; of one at infinity
-    /// that of choosing any of those.
+    /// Probability with which [`sample_endpoint`](Self::sample_endpoint) chooses the emitter of an
+    /// endpoint; of one at infinity that of choosing any of those.
     #[inline]
     pub fn endpoint_probability(&self, endpoint: &EmitterEndpoint) -> f32 {
         match self.emitters.finite_emitter(endpoint) {

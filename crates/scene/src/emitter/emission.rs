@@ -1,8 +1,9 @@
 //! Light as it leaves the emitters: rays for those who trace from the light.
 //!
-//! The flux through anything is `Φ = Σ ∫∫ L_e(x, ω) |cos θ| dω dA` over the rays that reach it. A ray is drawn with density
-//! `p(x, ω)` in the measure `dω dA` (of area, or of the disk across the scene for light from infinity; solid angle alone for points)
-//! and carries `L_e |cos θ| / p`, so that the sum over what happens to it estimates `Σ` without bias.
+//! The flux through anything is `Φ = Σ ∫∫ L_e(x, ω) |cos θ| dω dA` over the rays that reach it. A
+//! ray is drawn with density `p(x, ω)` in the measure `dω dA` (of area, or of the disk across the
+//! scene for light from infinity; solid angle alone for points) and carries `L_e |cos θ| / p`, so
+//! that the sum over what happens to it estimates `Σ` without bias.
 
 use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
 use super::by_power::Selected;
@@ -157,7 +158,8 @@ mod tests {
     use lightshed_testkit::{MeanTest, check_faults};
     use std::sync::Arc;
 
-    /// The flux through a triangle, by rays from the emitters and by the irradiance at its points as `EmittersByPower::sample` sees it.
+    /// The flux through a triangle, by rays from the emitters and by the irradiance at its points
+    /// as `EmittersByPower::sample` sees it.
     fn fluxes(scene: &Scene, corners: [Vec3; 3], count: u32, fault: f64) -> (MeanTest, MeanTest) {
         let (mut from_light, mut at_surface) = (MeanTest::new(), MeanTest::new());
         let [a, b, c] = corners;
@@ -183,7 +185,8 @@ mod tests {
         (from_light, at_surface)
     }
 
-    /// Every kind of emitter alone, and all of them together, z-test at 1e-6 each. A twentieth of the flux missing is noticed.
+    /// Every kind of emitter alone, and all of them together, z-test at 1e-6 each. A twentieth of
+    /// the flux missing is noticed.
     #[test]
     fn flux_from_the_light_is_flux_at_the_surface() {
         let lit = triangle([
@@ -258,7 +261,8 @@ mod tests {
         .unwrap();
     }
 
-    /// The whole flux of lamps in closed form: `π A L` and `4π I`. Emission of a lamp does not meet the lamp itself.
+    /// The whole flux of lamps in closed form: `π A L` and `4π I`. Emission of a lamp does not meet
+    /// the lamp itself.
     #[test]
     fn rays_carry_the_whole_flux_away() {
         let corners = [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)];

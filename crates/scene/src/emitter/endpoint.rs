@@ -1,13 +1,15 @@
 //! Places on emitters that do not depend on where they are seen from.
 //!
-//! A direction towards an emitter means something at one point only. What is reused at other points is the place that sends
-//! the light: a point on a surface (measured by area), a direction towards the environment (by solid angle), or a light
-//! that is a point or a direction itself (counted). With `e` such an endpoint, seen from `x` in the direction `ω(x, e)`,
+//! A direction towards an emitter means something at one point only. What is reused at other points
+//! is the place that sends the light: a point on a surface (measured by area), a direction towards
+//! the environment (by solid angle), or a light that is a point or a direction itself (counted).
+//! With `e` such an endpoint, seen from `x` in the direction `ω(x, e)`,
 //!
 //! > `L_r = ∫ f(ω_o, ω) L_e(ω) |cos θ| V dω = ∫ f L_e |cos θ| V |dω/de| de`,
 //!
-//! where `|dω/de| = |cos θ_e| / d²` on surfaces and 1 otherwise. The space of all `e` is the union of the three, and none of
-//! it depends on `x`: a sample keeps its contribution weight at another point as it is, with Jacobian 1.
+//! where `|dω/de| = |cos θ_e| / d²` on surfaces and 1 otherwise. The space of all `e` is the union
+//! of the three, and none of it depends on `x`: a sample keeps its contribution weight at another
+//! point as it is, with Jacobian 1.
 
 use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
 use super::{Emitters, ray_towards, shadow_ray, target_on_surface};
@@ -42,17 +44,19 @@ pub enum EmitterEndpoint {
 pub struct EmitterConnection {
     /// Unit direction towards the endpoint.
     pub direction: Vec3,
-    /// Radiance that arrives from there; of lights that are a point or a direction: the irradiance on a plane facing them.
+    /// Radiance that arrives from there; of lights that are a point or a direction: the irradiance
+    /// on a plane facing them.
     pub radiance: Rgb,
-    /// Density `P p_ω` of this direction by an emitter sample at the point, where `P` is the probability with which the emitter
-    /// (or any of those at infinity) was chosen, which is 1 unless something else is said; zero for emitters that no other
-    /// technique can hit.
+    /// Density `P p_ω` of this direction by an emitter sample at the point, where `P` is the
+    /// probability with which the emitter (or any of those at infinity) was chosen, which is 1
+    /// unless something else is said; zero for emitters that no other technique can hit.
     pub pdf: Density<SolidAngle>,
     /// Whether no other technique can hit the emitter.
     pub is_delta: bool,
     /// `|dω/de|`, solid angle per measure of endpoints: `|cos θ_e| / d²` on surfaces, else 1.
     pub solid_angle_per_endpoint: f32,
-    /// Density `P p(e)` of this endpoint by the same, in the measure of endpoints: per area, per solid angle, or a probability.
+    /// Density `P p(e)` of this endpoint by the same, in the measure of endpoints: per area, per
+    /// solid angle, or a probability.
     pub pdf_endpoint: f32,
     /// The point aimed at, moved off the emitter's surface; `None` at infinity.
     target: Option<Vec3>,
@@ -76,7 +80,8 @@ impl EmitterConnection {
         shadow_ray(from, self.direction, self.target)
     }
 
-    /// The segment that must be free for the endpoint to be seen from a point off all surfaces, in a medium.
+    /// The segment that must be free for the endpoint to be seen from a point off all surfaces, in
+    /// a medium.
     #[inline(always)]
     pub fn shadow_ray_from(&self, position: Vec3) -> Ray {
         ray_towards(position, self.direction, self.target)
@@ -84,8 +89,8 @@ impl EmitterConnection {
 }
 
 impl Emitters {
-    /// An endpoint on the finite emitter `emitter`; `None` where a sphere shines the other way, and for any other index. Whether it
-    /// sends anything to `from`, [`Emitters::connect`] says.
+    /// An endpoint on the finite emitter `emitter`; `None` where a sphere shines the other way, and
+    /// for any other index. Whether it sends anything to `from`, [`Emitters::connect`] says.
     #[inline]
     pub fn endpoint_on(&self, from: Vec3, emitter: u32, u: [f32; 2]) -> Option<EmitterEndpoint> {
         match self.areas.get(emitter as usize) {
@@ -97,8 +102,8 @@ impl Emitters {
         }
     }
 
-    /// Density with which [`endpoint_on`](Self::endpoint_on) at `from` chooses `point` on its emitter, per solid angle there; zero if
-    /// it lies on none.
+    /// Density with which [`endpoint_on`](Self::endpoint_on) at `from` chooses `point` on its
+    /// emitter, per solid angle there; zero if it lies on none.
     #[inline]
     pub fn endpoint_pdf_on(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
         match self.areas.get(point.emitter as usize) {
@@ -107,7 +112,8 @@ impl Emitters {
         }
     }
 
-    /// An endpoint of one of the emitters at infinity, which are chosen by `u_select` uniformly; `None` where there are none.
+    /// An endpoint of one of the emitters at infinity, which are chosen by `u_select` uniformly;
+    /// `None` where there are none.
     #[inline]
     pub fn endpoint_at_infinity(&self, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
         let count = self.infinite_count();
@@ -138,8 +144,9 @@ impl Emitters {
     }
 
     /// What `endpoint` sends to `from`, and the densities with which endpoints on its emitter
-    /// ([`endpoint_on`](Self::endpoint_on)), or on those at infinity ([`endpoint_at_infinity`](Self::endpoint_at_infinity)), are
-    /// that one. `None` where it sends nothing: from behind, outside of a spot's cone, or where `from` is so near that no `f32`
+    /// ([`endpoint_on`](Self::endpoint_on)), or on those at infinity
+    /// ([`endpoint_at_infinity`](Self::endpoint_at_infinity)), are that one. `None` where it sends
+    /// nothing: from behind, outside of a spot's cone, or where `from` is so near that no `f32`
     /// holds the figures.
     #[inline]
     pub fn connect(&self, from: Vec3, endpoint: &EmitterEndpoint) -> Option<EmitterConnection> {
@@ -147,8 +154,8 @@ impl Emitters {
         self.connect_among(&self.areas, |_| 1.0, at_infinity, from, endpoint)
     }
 
-    /// [`connect`](Self::connect), where surfaces have been chosen as these say, points and spots with the probability `point`,
-    /// and each emitter at infinity with the other.
+    /// [`connect`](Self::connect), where surfaces have been chosen as these say, points and spots
+    /// with the probability `point`, and each emitter at infinity with the other.
     #[inline(always)]
     pub(super) fn connect_among(
         &self,
@@ -367,7 +374,8 @@ mod tests {
         }
     }
 
-    /// Seen from the point that it was sampled from, an endpoint is the sample of the same random numbers.
+    /// Seen from the point that it was sampled from, an endpoint is the sample of the same random
+    /// numbers.
     #[test]
     fn connecting_from_where_it_was_sampled_gives_the_sample() {
         let scene = every_kind();
@@ -436,7 +444,8 @@ mod tests {
         .unwrap();
     }
 
-    /// From any other point: densities are those of [`EmittersByPower::pdf`], and the place is the same place.
+    /// From any other point: densities are those of [`EmittersByPower::pdf`], and the place is the
+    /// same place.
     #[test]
     fn connecting_from_elsewhere_aims_at_the_same_place() {
         let scene = every_kind();

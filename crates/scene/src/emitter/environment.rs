@@ -18,8 +18,9 @@ enum Kind {
     Image(Box<ImageEnvironment>),
 }
 
-/// An equirectangular image, sampled in proportion to luminance times `sin θ`, constant over each cell between four
-/// neighbouring texel centres. Bilinear interpolation is zero only where all four corners are, and so is the density.
+/// An equirectangular image, sampled in proportion to luminance times `sin θ`, constant over each
+/// cell between four neighbouring texel centres. Bilinear interpolation is zero only where all four
+/// corners are, and so is the density.
 #[derive(Clone, Debug)]
 struct ImageEnvironment {
     image: Arc<Image>,
@@ -143,7 +144,8 @@ fn to_solid_angle(pdf_uv: f32, sin_theta: f32) -> Density<SolidAngle> {
     }
 }
 
-/// Texels around the cell right of and below the centre of texel (`column`, `row`): columns wrap, rows end.
+/// Texels around the cell right of and below the centre of texel (`column`, `row`): columns wrap,
+/// rows end.
 fn cell_corners(image: &Image, column: u32, row: u32) -> [Rgb; 4] {
     let right = if column + 1 == image.width() {
         0
@@ -172,8 +174,8 @@ impl ImageEnvironment {
         }
     }
 
-    /// Coordinates over the cells, in the unit square: `u` starts at the centre of the first column, `v` at the first
-    /// row.
+    /// Coordinates over the cells, in the unit square: `u` starts at the centre of the first
+    /// column, `v` at the first row.
     #[inline]
     fn coordinates(&self, direction: Vec3) -> [f32; 2] {
         let d = self.to_local * direction;

@@ -104,7 +104,8 @@ fn load_vectors<L: Lanes>(rows: &[[f32; LANES]; 3]) -> Vec3Lanes<L> {
 }
 
 impl EmittersByPower<'_> {
-    /// [`EmittersByPower::sample`] for eight points, those in the lanes `wanted`; `u_select` are the low and the high halves. Bit for bit.
+    /// [`EmittersByPower::sample`] for eight points, those in the lanes `wanted`; `u_select` are
+    /// the low and the high halves. Bit for bit.
     #[inline(always)]
     pub fn sample_lanes<L: Lanes>(
         &self,

@@ -1,4 +1,5 @@
-//! Emitters: sampling a direction towards one, the density of having done so, and choosing one by power.
+//! Emitters: sampling a direction towards one, the density of having done so, and choosing one by
+//! power.
 
 mod area;
 mod by_power;
@@ -31,8 +32,8 @@ use infinite::Directional;
 use lightshed_sampling::{Density, SolidAngle};
 use point::{Point, Spot};
 
-/// All emitters of a scene, by index: what they emit, and the densities of sampling one that was chosen. Who chooses multiplies
-/// them by the probability of the choice.
+/// All emitters of a scene, by index: what they emit, and the densities of sampling one that was
+/// chosen. Who chooses multiplies them by the probability of the choice.
 pub struct Emitters {
     /// Emitters `0 ..` by index: surfaces, …
     areas: Vec<AreaEmitter>,
@@ -53,15 +54,18 @@ enum PointEmitter {
 /// A sampled direction towards an emitter, from a given reference point.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
-    /// Index of the emitter: surfaces first, in the order of the description, then the other emitters in theirs.
+    /// Index of the emitter: surfaces first, in the order of the description, then the other
+    /// emitters in theirs.
     pub emitter: u32,
     /// Unit direction from the reference point.
     pub direction: Vec3,
-    /// Incident radiance over density, `L_i / (P p_ω)`, where `P` is the probability with which the emitter was chosen: the sum
-    /// over emitters of `∫ L_i f cosθ dω` is estimated by `weight · f cosθ` without bias (but for occlusion). For emitters
-    /// that are a point or a direction: the irradiance on a plane facing them, over `P`.
+    /// Incident radiance over density, `L_i / (P p_ω)`, where `P` is the probability with which the
+    /// emitter was chosen: the sum over emitters of `∫ L_i f cosθ dω` is estimated by
+    /// `weight · f cosθ` without bias (but for occlusion). For emitters that are a point or a
+    /// direction: the irradiance on a plane facing them, over `P`.
     pub weight: Rgb,
-    /// Density `P p_ω` of this direction by this technique; zero for emitters that no other technique can hit.
+    /// Density `P p_ω` of this direction by this technique; zero for emitters that no other
+    /// technique can hit.
     pub pdf: Density<SolidAngle>,
     /// Whether no other technique can hit the emitter, so that the sample has MIS weight 1.
     pub is_delta: bool,
@@ -69,13 +73,13 @@ pub struct EmitterSample {
     target: Option<Vec3>,
 }
 
-/// Where shadow rays end, as a share of the way: short of the target by the error of the intersection with the emitter
-/// itself, which is relative to the distance.
+/// Where shadow rays end, as a share of the way: short of the target by the error of the
+/// intersection with the emitter itself, which is relative to the distance.
 const SEGMENT_END: f32 = 1.0 - 16.0 * f32::EPSILON;
 
 impl EmitterSample {
-    /// The same, had the emitter been chosen with `probability`, where it was given before. `None` where the weight is no number
-    /// then.
+    /// The same, had the emitter been chosen with `probability`, where it was given before. `None`
+    /// where the weight is no number then.
     #[inline(always)]
     pub fn chosen_with(self, probability: f32) -> Option<Self> {
         let sample = Self {
@@ -92,7 +96,8 @@ impl EmitterSample {
         shadow_ray(from, self.direction, self.target)
     }
 
-    /// The segment that must be free for the emitter to be seen from a point off all surfaces, in a medium: the reference point.
+    /// The segment that must be free for the emitter to be seen from a point off all surfaces, in a
+    /// medium: the reference point.
     #[inline(always)]
     pub fn shadow_ray_from(&self, position: Vec3) -> Ray {
         ray_towards(position, self.direction, self.target)
@@ -222,7 +227,8 @@ impl Emitters {
         })
     }
 
-    /// Towards an emitter at infinity, by its number among those, that was chosen with `probability`.
+    /// Towards an emitter at infinity, by its number among those, that was chosen with
+    /// `probability`.
     #[inline(always)]
     fn sample_infinite(&self, index: usize, probability: f32, u: [f32; 2]) -> Option<EmitterSample> {
         let emitter = (self.areas.len() + self.points.len() + index) as u32;

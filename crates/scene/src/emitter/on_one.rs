@@ -1,4 +1,5 @@
-//! What there is to know of a finite emitter for who chooses among them, and samples of one that was chosen.
+//! What there is to know of a finite emitter for who chooses among them, and samples of one that
+//! was chosen.
 
 use super::area::TriangleEmitter;
 use super::{AreaEmitter, EmitterSample, Emitters, PointEmitter, target_on_surface};
@@ -15,7 +16,8 @@ pub struct EmitterExtent {
     pub min: Vec3,
     /// Greatest coordinates of its points.
     pub max: Vec3,
-    /// Luminance of its radiant intensity in the direction in which that is greatest (of a small emitter, seen from afar).
+    /// Luminance of its radiant intensity in the direction in which that is greatest (of a small
+    /// emitter, seen from afar).
     pub intensity: f32,
     /// How it is oriented.
     pub orientation: EmitterOrientation,
@@ -71,8 +73,8 @@ impl Emitters {
         })
     }
 
-    /// Finite emitters that go together, as ranges of indices that cover all of them: surfaces next to each other of the same
-    /// radiance, which as a rule are those of one mesh, and all points.
+    /// Finite emitters that go together, as ranges of indices that cover all of them: surfaces next
+    /// to each other of the same radiance, which as a rule are those of one mesh, and all points.
     pub fn groups_of_finite(&self) -> Vec<Range<u32>> {
         let mut first = 0;
         let runs = self
@@ -89,9 +91,11 @@ impl Emitters {
             .collect()
     }
 
-    /// A direction towards the finite emitter `index`. `None` where the emitter sends nothing to `from`, and for any other index.
+    /// A direction towards the finite emitter `index`. `None` where the emitter sends nothing to
+    /// `from`, and for any other index.
     ///
-    /// Near triangles are sampled by solid angle: there `L_i / p_ω` is bounded, while by area it has no bound.
+    /// Near triangles are sampled by solid angle: there `L_i / p_ω` is bounded, while by area it
+    /// has no bound.
     #[inline(always)]
     pub fn sample_on(&self, from: Vec3, index: u32, u: [f32; 2]) -> Option<EmitterSample> {
         match self.areas.get(index as usize) {
@@ -104,8 +108,8 @@ impl Emitters {
         }
     }
 
-    /// Density with which [`sample_on`](Self::sample_on) at `from` chooses the direction to `point` on its emitter; zero if it
-    /// lies on none.
+    /// Density with which [`sample_on`](Self::sample_on) at `from` chooses the direction to `point`
+    /// on its emitter; zero if it lies on none.
     #[inline(always)]
     pub fn pdf_on(&self, from: Vec3, point: &SurfacePoint) -> Density<SolidAngle> {
         match self.areas.get(point.emitter as usize) {
@@ -117,8 +121,8 @@ impl Emitters {
         }
     }
 
-    /// A direction towards one of the emitters at infinity, which are chosen by `u_select` uniformly. `None` where there are
-    /// none, or where nothing comes from there.
+    /// A direction towards one of the emitters at infinity, which are chosen by `u_select`
+    /// uniformly. `None` where there are none, or where nothing comes from there.
     #[inline]
     pub fn sample_at_infinity(&self, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
         let count = self.infinite_count();
@@ -128,7 +132,8 @@ impl Emitters {
             .flatten()
     }
 
-    /// Density with which [`sample_at_infinity`](Self::sample_at_infinity) chooses `direction` towards the environment.
+    /// Density with which [`sample_at_infinity`](Self::sample_at_infinity) chooses `direction`
+    /// towards the environment.
     #[inline(always)]
     pub fn pdf_at_infinity(&self, direction: Vec3) -> Density<SolidAngle> {
         match self.environment() {
@@ -168,8 +173,9 @@ impl AreaEmitter {
     }
 }
 
-/// A triangle is near within this many times the root of its edges' squares: beyond, densities by area and by solid angle
-/// differ by a fraction that depends on the place in the triangle, and area is much faster.
+/// A triangle is near within this many times the root of its edges' squares: beyond, densities by
+/// area and by solid angle differ by a fraction that depends on the place in the triangle, and area
+/// is much faster.
 const NEAR: f32 = 2.5;
 
 impl TriangleEmitter {

@@ -27,7 +27,8 @@ impl Point {
     }
 }
 
-/// A spot light: full intensity inside the beam, then falling linearly in the angle to nothing at the cut-off.
+/// A spot light: full intensity inside the beam, then falling linearly in the angle to nothing at
+/// the cut-off.
 #[derive(Clone, Debug)]
 pub struct Spot {
     pub position: Vec3,

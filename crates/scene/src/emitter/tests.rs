@@ -1,7 +1,7 @@
 //! Emitter samples against closed forms and quadrature, and against the densities that they report.
 //!
-//! The irradiance `E = ∫ L_i cos θ dω` at a point is estimated by `weight · cos θ`, averaged over a grid of stratified
-//! random numbers: no statistics, the tolerance is the grid's.
+//! The irradiance `E = ∫ L_i cos θ dω` at a point is estimated by `weight · cos θ`, averaged over a
+//! grid of stratified random numbers: no statistics, the tolerance is the grid's.
 
 use crate::builtin::quad;
 use crate::{
@@ -51,7 +51,8 @@ pub(super) fn sphere(center: Vec3, radius: f32, flip_normals: bool) -> Geometry 
     })
 }
 
-/// Irradiance (of red) on a surface at `from` with normal `normal`, from `strata` × 64 × 64 samples.
+/// Irradiance (of red) on a surface at `from` with normal `normal`, from `strata` × 64 × 64
+/// samples.
 fn irradiance(scene: &Scene, from: Vec3, normal: Vec3, strata: u64) -> f64 {
     let mut sum = 0.0;
     for select in 0..strata {
@@ -174,7 +175,8 @@ fn points_spots_and_directions_follow_their_laws() {
     assert_close(irradiance(&alone(&sun), from, normal, 2), 4.0, 1e-5);
 }
 
-/// A scene with one emitter. A scene without surfaces needs an environment, so one is there that can be neglected.
+/// A scene with one emitter. A scene without surfaces needs an environment, so one is there that
+/// can be neglected.
 fn alone(emitter: &EmitterDescription) -> Scene {
     let surrounds = matches!(emitter, EmitterDescription::Constant { .. });
     let others = if surrounds { vec![] } else { vec![constant(1e-30)] };
@@ -187,7 +189,8 @@ fn constant(radiance: f32) -> EmitterDescription {
     }
 }
 
-/// All kinds at once: what one emitter gives must not depend on the others, selection probabilities included.
+/// All kinds at once: what one emitter gives must not depend on the others, selection probabilities
+/// included.
 #[test]
 fn irradiances_add_up() {
     let (from, normal) = (Vec3::ZERO, Vec3::Z);
@@ -223,7 +226,8 @@ fn irradiances_add_up() {
     assert_close(together, separate, 3e-3);
 }
 
-/// Everything but the sampled emitter's own density depends on the map: its orientation, its rows, its wrap.
+/// Everything but the sampled emitter's own density depends on the map: its orientation, its rows,
+/// its wrap.
 #[test]
 fn environment_images_give_the_irradiance_of_a_quadrature() {
     let (width, height) = (16u32, 9u32);
@@ -272,7 +276,8 @@ fn environment_images_give_the_irradiance_of_a_quadrature() {
     }
 }
 
-/// What [`super::EmittersByPower::pdf`] says of a point that a ray meets is the density that sampling it reports.
+/// What [`super::EmittersByPower::pdf`] says of a point that a ray meets is the density that
+/// sampling it reports.
 #[test]
 fn densities_of_samples_are_those_of_hits() {
     let corners = [

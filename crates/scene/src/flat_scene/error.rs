@@ -10,8 +10,9 @@ pub enum FlatError {
     Spheres,
     /// It has participating media.
     Media,
-    /// The material of this index lets light pass, has textures of something else than the reflectance of diffuse surfaces, mirrors and
-    /// conductors, has Beckmann's microfacets, or is glTF's.
+    /// The material of this index lets light pass, has textures of something else than the
+    /// reflectance of diffuse surfaces, mirrors and conductors, has Beckmann's microfacets, or is
+    /// glTF's.
     Material(usize),
 }
 

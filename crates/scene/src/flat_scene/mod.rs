@@ -10,19 +10,21 @@ use crate::{FlatCamera, FlatDelta, FlatEmitter, FlatMaterials, FlatSky, Material
 use glam::Vec3;
 use lightshed_sampling::AliasEntry;
 
-/// Everything that a path tracer asks of a scene of triangles, as arrays whose rows have the layout of the shaders' structs.
+/// Everything that a path tracer asks of a scene of triangles, as arrays whose rows have the layout
+/// of the shaders' structs.
 ///
 /// Not every scene has that form: see [`FlatError`].
 #[derive(Clone, Debug)]
 pub struct FlatScene {
     /// Geometry and what it is made of; 64 bytes each.
     pub triangles: Vec<FlatTriangle>,
-    /// Normals at the corners of triangles that have them, as three times four numbers of which the last means nothing.
+    /// Normals at the corners of triangles that have them, as three times four numbers of which the
+    /// last means nothing.
     pub normals: Vec<[[f32; 4]; 3]>,
     /// Texture coordinates at the corners of triangles that have them.
     pub uvs: Vec<[[f32; 2]; 3]>,
-    /// Of each triangle, if it bounds a medium and lies on a surface which light does not pass, how far apart the two may be found; else 0. Empty
-    /// where none does.
+    /// Of each triangle, if it bounds a medium and lies on a surface which light does not pass, how
+    /// far apart the two may be found; else 0. Empty where none does.
     pub touching: Vec<f32>,
     /// Materials with their textures.
     pub materials: FlatMaterials,
@@ -40,8 +42,8 @@ pub struct FlatScene {
     pub surroundings: Vec3,
     /// An image from all around.
     pub sky: Option<FlatSky>,
-    /// Kinds of emitters to choose from: all that shine from somewhere count as one, each direction as another, and the surroundings as one
-    /// more.
+    /// Kinds of emitters to choose from: all that shine from somewhere count as one, each direction
+    /// as another, and the surroundings as one more.
     pub groups: u32,
 }
 

@@ -71,8 +71,9 @@ impl fmt::Display for Location {
     }
 }
 
-/// Why a scene, mesh or image could not be imported. Every variant names the file; where one file refers to another,
-/// the chain of [`source`](std::error::Error::source)s leads from the reference to the cause.
+/// Why a scene, mesh or image could not be imported. Every variant names the file; where one file
+/// refers to another, the chain of [`source`](std::error::Error::source)s leads from the reference
+/// to the cause.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {

@@ -25,7 +25,8 @@ pub(super) fn bounds(scene: &SceneDescription) -> Option<(Vec3, Vec3)> {
     low.cmple(high).all().then_some((low, high))
 }
 
-/// Sets a camera of 45° that sees the whole box around the scene, from the direction (1, 0.6, 1.4), +Y up.
+/// Sets a camera of 45° that sees the whole box around the scene, from the direction (1, 0.6, 1.4),
+/// +Y up.
 pub(super) fn camera(scene: &mut SceneDescription) {
     let (low, high) = bounds(scene).unwrap_or((-Vec3::ONE, Vec3::ONE));
     let (low, high) = (low.as_dvec3(), high.as_dvec3());
@@ -64,7 +65,8 @@ mod tests {
     use super::*;
     use crate::{ShapeDescription, SphereGeometry, builtin};
 
-    /// A ball seen in pictures of every shape: it fills the shorter side and reaches beyond no side.
+    /// A ball seen in pictures of every shape: it fills the shorter side and reaches beyond no
+    /// side.
     #[test]
     fn the_whole_box_is_in_the_picture() {
         for (width, height) in [(100, 100), (300, 100), (100, 300)] {

@@ -19,16 +19,16 @@ const EXTENSIONS: &str = match (cfg!(feature = "mitsuba"), cfg!(feature = "gltf"
     (false, false) => "ply, obj (xml with the feature `mitsuba`, gltf, glb with the feature `gltf`)",
 };
 
-/// Imports a scene by its file name's extension: `xml` (Mitsuba 3; with the feature `mitsuba`), `gltf` or `glb` (with the
-/// feature `gltf`), or a lone mesh, `ply` or `obj`.
+/// Imports a scene by its file name's extension: `xml` (Mitsuba 3; with the feature `mitsuba`),
+/// `gltf` or `glb` (with the feature `gltf`), or a lone mesh, `ply` or `obj`.
 ///
-/// A lone mesh becomes a Lambertian surface of albedo one half, seen from both sides, with the file's normals or smooth
-/// ones, under constant radiance 1, with a camera that sees all of it.
+/// A lone mesh becomes a Lambertian surface of albedo one half, seen from both sides, with the
+/// file's normals or smooth ones, under constant radiance 1, with a camera that sees all of it.
 ///
 /// # Errors
 ///
-/// The extension is unknown, a file is missing, truncated or malformed, or asks for something that is not supported.
-/// Definitions are an error where the file has no use for them.
+/// The extension is unknown, a file is missing, truncated or malformed, or asks for something that
+/// is not supported. Definitions are an error where the file has no use for them.
 pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportError> {
     let path = path.as_ref();
     let extension = extension(path);

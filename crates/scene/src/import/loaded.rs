@@ -4,7 +4,8 @@ use super::error::Location;
 use crate::SceneDescription;
 use std::fmt;
 
-/// Definitions `(name, value)` that replace a Mitsuba scene's `<default>`s, like Mitsuba's `-D name=value`.
+/// Definitions `(name, value)` that replace a Mitsuba scene's `<default>`s, like Mitsuba's
+/// `-D name=value`.
 pub type Defines = [(String, String)];
 
 /// An imported scene and what was done differently from what the file asks.

@@ -3,9 +3,9 @@
 use crate::TriangleMesh;
 use glam::Vec3;
 
-/// Unit vertex normals, each the mean of its triangles' normals weighted by their angles at the vertex (Thürmer and
-/// Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets"). A vertex of degenerate triangles only, or of none,
-/// gets +Z.
+/// Unit vertex normals, each the mean of its triangles' normals weighted by their angles at the
+/// vertex (Thürmer and Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets"). A vertex
+/// of degenerate triangles only, or of none, gets +Z.
 pub(crate) fn angle_weighted_normals(positions: &[Vec3], indices: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     for triangle in indices {
@@ -56,8 +56,9 @@ pub(crate) fn mend_normals(mesh: &mut TriangleMesh) {
 mod tests {
     use super::*;
 
-    /// The corner of a cube at the origin, where one face is split in two triangles and the others are not. Weights of
-    /// angles do not see the split; equal weights would lean towards the split face.
+    /// The corner of a cube at the origin, where one face is split in two triangles and the others
+    /// are not. Weights of angles do not see the split; equal weights would lean towards the split
+    /// face.
     fn cube_corner() -> TriangleMesh {
         TriangleMesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(1.0, 1.0, 0.0)],

@@ -1,8 +1,9 @@
 //! Wavefront OBJ meshes.
 //!
-//! Read are `v`, `vt`, `vn` and `f`, with indices from 1 or, counted back from the last one read, negative. Polygons
-//! become fans around their first corner. Groups, objects, smoothing groups and materials are passed over: a file is
-//! one mesh. Corners of equal position, texture coordinate and normal index become one vertex.
+//! Read are `v`, `vt`, `vn` and `f`, with indices from 1 or, counted back from the last one read,
+//! negative. Polygons become fans around their first corner. Groups, objects, smoothing groups and
+//! materials are passed over: a file is one mesh. Corners of equal position, texture coordinate and
+//! normal index become one vertex.
 
 use super::error::{ImportError, Location, read_file};
 use super::normals::mend_normals;
@@ -12,13 +13,13 @@ use std::path::Path;
 
 /// Reads an OBJ mesh. Texture coordinates are as in the file, `v` upwards.
 ///
-/// Normals are kept if every corner has one, texture coordinates likewise: a mesh where only some corners have them
-/// has none.
+/// Normals are kept if every corner has one, texture coordinates likewise: a mesh where only some
+/// corners have them has none.
 ///
 /// # Errors
 ///
-/// The file cannot be read, a number cannot be parsed or is not finite, an index is out of range, a face has fewer than
-/// three corners, or there is no face at all. The message names the line.
+/// The file cannot be read, a number cannot be parsed or is not finite, an index is out of range, a
+/// face has fewer than three corners, or there is no face at all. The message names the line.
 pub fn read_obj(path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
     let path = path.as_ref();
     parse_obj(&read_file(path)?, path)
@@ -54,7 +55,8 @@ struct Parser {
     positions: Vec<Vec3>,
     uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
-    /// Distinct corners, and for each the one before it with the same position: chains that start at `latest`.
+    /// Distinct corners, and for each the one before it with the same position: chains that start
+    /// at `latest`.
     corners: Vec<Corner>,
     earlier: Vec<u32>,
     /// The last distinct corner at each position.
@@ -103,7 +105,8 @@ impl Parser {
         Ok(())
     }
 
-    /// Index of the vertex `position/texture coordinate/normal`, the last two of which may be missing.
+    /// Index of the vertex `position/texture coordinate/normal`, the last two of which may be
+    /// missing.
     fn corner(&mut self, word: &str) -> Result<u32, String> {
         let mut corner = [NONE; 3];
         let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
@@ -128,8 +131,8 @@ impl Parser {
         Ok(self.vertex(corner))
     }
 
-    /// The vertex of a corner, a new one if no equal corner came before. Few corners share a position, so that a walk
-    /// along a chain beats a hash table.
+    /// The vertex of a corner, a new one if no equal corner came before. Few corners share a
+    /// position, so that a walk along a chain beats a hash table.
     fn vertex(&mut self, corner: Corner) -> u32 {
         self.latest.resize(self.positions.len(), NONE);
         let latest = &mut self.latest[corner[0] as usize];

@@ -8,9 +8,9 @@ use crate::builtin::turn;
 use glam::Vec3;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Moves a mesh by `map`, in `f64` with one rounding a coordinate. Normals move by the inverse transpose; where `map`
-/// mirrors they are negated, so that they stay on the side that the winding calls the front. `None` if `map` is
-/// singular or a vertex leaves the range of `f32`.
+/// Moves a mesh by `map`, in `f64` with one rounding a coordinate. Normals move by the inverse
+/// transpose; where `map` mirrors they are negated, so that they stay on the side that the winding
+/// calls the front. `None` if `map` is singular or a vertex leaves the range of `f32`.
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) fn move_mesh(mesh: &mut TriangleMesh, map: &DAffine3) -> Option<()> {
     if *map == DAffine3::IDENTITY {
@@ -33,7 +33,8 @@ pub(crate) fn move_mesh(mesh: &mut TriangleMesh, map: &DAffine3) -> Option<()> {
     Some(())
 }
 
-/// Cofactor matrix `det(M) M⁻ᵀ`: maps normals, and turns them where `M` mirrors, as `M a × M b` does.
+/// Cofactor matrix `det(M) M⁻ᵀ`: maps normals, and turns them where `M` mirrors, as `M a × M b`
+/// does.
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) fn normal_map(map: &DAffine3) -> DMat3 {
     let [a, b, c] = map.matrix3.to_cols_array_2d().map(DVec3::from_array);
@@ -51,7 +52,8 @@ pub(crate) fn face_towards(mesh: &mut TriangleMesh, front: Vec3) {
     }
 }
 
-/// The nearest orthonormal axes by Gram–Schmidt, the third axis leading; `None` if `matrix` is singular.
+/// The nearest orthonormal axes by Gram–Schmidt, the third axis leading; `None` if `matrix` is
+/// singular.
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) fn orthonormal(matrix: &DMat3) -> Option<DMat3> {
     let z = matrix.z_axis.try_normalize()?;
@@ -60,8 +62,8 @@ pub(crate) fn orthonormal(matrix: &DMat3) -> Option<DMat3> {
     Some(DMat3::from_cols(x, y, z))
 }
 
-/// Camera or light frame looking from `origin` to `target`: columns left, up, forward, as Mitsuba's `lookat`. `None` if
-/// the points coincide or `up` is parallel to the view.
+/// Camera or light frame looking from `origin` to `target`: columns left, up, forward, as Mitsuba's
+/// `lookat`. `None` if the points coincide or `up` is parallel to the view.
 pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     let forward = (target - origin).try_normalize()?;
     let left = up.cross(forward).try_normalize()?;
@@ -73,7 +75,8 @@ pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine
 mod tests {
     use super::*;
 
-    /// Normals must stay at right angles to the surface and on its front, under maps that stretch, shear and mirror.
+    /// Normals must stay at right angles to the surface and on its front, under maps that stretch,
+    /// shear and mirror.
     #[test]
     fn normals_stay_normal_to_the_moved_surface() {
         let triangle = || TriangleMesh {

@@ -1,7 +1,8 @@
 //! Mitsuba's `.vol` files: grids of numbers.
 //!
-//! Little-endian: `VOL`, the version 3 as a byte; as `i32` the encoding (1: `f32`), voxels along x, y and z, and channels; six
-//! `f32` for the least and greatest corner of a box; then the values, channels fastest, then x, y, z.
+//! Little-endian: `VOL`, the version 3 as a byte; as `i32` the encoding (1: `f32`), voxels along x,
+//! y and z, and channels; six `f32` for the least and greatest corner of a box; then the values,
+//! channels fastest, then x, y, z.
 
 use super::error::{ImportError, Location, read_file};
 use glam::Vec3;
@@ -14,8 +15,8 @@ pub struct VolumeGrid {
     pub resolution: [u32; 3],
     /// Values of a voxel, at least one.
     pub channels: u32,
-    /// Least and greatest corner of the box that the file names: finite, of positive extent along each axis, or else the
-    /// unit cube.
+    /// Least and greatest corner of the box that the file names: finite, of positive extent along
+    /// each axis, or else the unit cube.
     pub bounds: [Vec3; 2],
     /// Finite values: channel `c` of voxel `(x, y, z)` at `((z · ny + y) · nx + x) · channels + c`.
     pub values: Vec<f32>,
@@ -37,8 +38,8 @@ pub fn read_vol(path: impl AsRef<Path>) -> Result<VolumeGrid, ImportError> {
 ///
 /// # Errors
 ///
-/// Another format, version or encoding, a grid without voxels or too large to count, values that are missing, too many, or not
-/// finite.
+/// Another format, version or encoding, a grid without voxels or too large to count, values that
+/// are missing, too many, or not finite.
 pub fn parse_vol(bytes: &[u8], path: impl AsRef<Path>) -> Result<VolumeGrid, ImportError> {
     let path = path.as_ref();
     let at = |byte: usize| Location::byte(path, byte as u64);

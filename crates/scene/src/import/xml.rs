@@ -1,11 +1,13 @@
-//! An XML file as an owned tree with line numbers, `<default>` and `$name` resolved and `<include>` spliced in.
+//! An XML file as an owned tree with line numbers, `<default>` and `$name` resolved and `<include>`
+//! spliced in.
 
 use super::error::{ImportError, Location, read_file};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// Deepest nesting of elements, and of includes: far more than any scene has, and little for the stack.
+/// Deepest nesting of elements, and of includes: far more than any scene has, and little for the
+/// stack.
 const DEEPEST: usize = 64;
 
 /// An element.
@@ -46,8 +48,8 @@ impl Node {
         ImportError::unsupported(self.location(), message)
     }
 
-    /// A path in an attribute or property of this element. A relative one starts at the folder of the element's file
-    /// or, if nothing is there, at the current directory, as in Mitsuba.
+    /// A path in an attribute or property of this element. A relative one starts at the folder of
+    /// the element's file or, if nothing is there, at the current directory, as in Mitsuba.
     pub(crate) fn resolve(&self, name: &str) -> PathBuf {
         let beside = self.file.parent().unwrap_or(Path::new("")).join(name);
         if !beside.exists() && Path::new(name).exists() {

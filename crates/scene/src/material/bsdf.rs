@@ -9,20 +9,23 @@ use std::f32::consts::FRAC_1_PI;
 /// Most components (leaves of blends and sides) that a [`Bsdf`] holds.
 pub(super) const MAX_COMPONENTS: usize = 4;
 
-/// A bidirectional scattering distribution function at one surface point, in the local shading frame whose `z` is
-/// the shading normal.
+/// A bidirectional scattering distribution function at one surface point, in the local shading
+/// frame whose `z` is the shading normal.
 ///
-/// **Directions.** `wo` (towards the viewer) and `wi` (towards the light) are unit vectors that both point away from
-/// the surface; either may be below it. `value`s are `f(wo, wi)·|cos θ_i|` for *radiance* arriving along `wi` and
-/// leaving along `wo`; refraction scales radiance by the squared ratio of indices.
+/// **Directions.** `wo` (towards the viewer) and `wi` (towards the light) are unit vectors that
+/// both point away from the surface; either may be below it. `value`s are `f(wo, wi)·|cos θ_i|` for
+/// *radiance* arriving along `wi` and leaving along `wo`; refraction scales radiance by the squared
+/// ratio of indices.
 ///
-/// **Lobes.** The function is a sum of lobes `f = Σ_l f_l`, each with its own sampler. `P(l | wo)` is the probability
-/// of choosing lobe `l`: it depends on `wo` alone, and sampling realises exactly it, from its own random number, so
-/// that a replay of random numbers follows the same lobes. Densities in the solid-angle measure are *joint* with the
-/// choice: `p_l(wi) = P(l | wo) · p(wi | l, wo)`, so that their sum over lobes is the density of the whole sampler.
+/// **Lobes.** The function is a sum of lobes `f = Σ_l f_l`, each with its own sampler. `P(l | wo)`
+/// is the probability of choosing lobe `l`: it depends on `wo` alone, and sampling realises exactly
+/// it, from its own random number, so that a replay of random numbers follows the same lobes.
+/// Densities in the solid-angle measure are *joint* with the choice:
+/// `p_l(wi) = P(l | wo) · p(wi | l, wo)`, so that their sum over lobes is the density of the whole
+/// sampler.
 ///
-/// **Delta lobes** (mirrors, smooth dielectrics) have no density: they evaluate to zero for any given `wi`, and
-/// samples of them say so by `is_delta` and carry an infinite density.
+/// **Delta lobes** (mirrors, smooth dielectrics) have no density: they evaluate to zero for any
+/// given `wi`, and samples of them say so by `is_delta` and carry an infinite density.
 ///
 /// ```
 /// use lightshed_scene::{Material, Rgb, glam::{Vec2, Vec3}};
@@ -52,7 +55,8 @@ enum Repr {
     },
 }
 
-/// The side of the surface that a component is seen from. It is evaluated in a frame mirrored so that `wo` is above.
+/// The side of the surface that a component is seen from. It is evaluated in a frame mirrored so
+/// that `wo` is above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Front,
@@ -61,7 +65,8 @@ pub(super) enum Side {
 }
 
 impl Side {
-    /// Factor for `z` that brings `wo` above the surface; `None` where the component is not seen from `wo`.
+    /// Factor for `z` that brings `wo` above the surface; `None` where the component is not seen
+    /// from `wo`.
     #[inline(always)]
     fn mirror(self, wo: Vec3) -> Option<f32> {
         match self {
@@ -105,8 +110,8 @@ pub struct BsdfValue {
 pub struct BsdfSample {
     /// Sampled direction towards the light.
     pub wi: Vec3,
-    /// `f·|cos θ_i|/p` with `p` the density of *all* non-delta lobes; for a delta lobe its share of the scattered
-    /// radiance over the probability of the lobe.
+    /// `f·|cos θ_i|/p` with `p` the density of *all* non-delta lobes; for a delta lobe its share of
+    /// the scattered radiance over the probability of the lobe.
     pub weight: Rgb,
     /// Density of `wi` over all non-delta lobes; infinite for a delta lobe.
     pub pdf: Density<SolidAngle>,
@@ -114,8 +119,9 @@ pub struct BsdfSample {
     pub lobe: u8,
     /// Whether the lobe is a delta lobe.
     pub is_delta: bool,
-    /// Index of refraction on the side of `wi` over that on the side of `wo` for transmission, 1 for reflection. A
-    /// path that multiplies its throughput by `eta²` undoes the radiance scaling, as Russian roulette wants.
+    /// Index of refraction on the side of `wi` over that on the side of `wo` for transmission, 1
+    /// for reflection. A path that multiplies its throughput by `eta²` undoes the radiance scaling,
+    /// as Russian roulette wants.
     pub eta: f32,
 }
 
@@ -124,8 +130,8 @@ pub struct BsdfSample {
 pub struct LobeSample {
     /// Sampled direction towards the light.
     pub wi: Vec3,
-    /// `f_l(wo, wi)·|cos θ_i|` of this lobe alone, per steradian; for a delta lobe the share of radiance that it
-    /// scatters (no unit).
+    /// `f_l(wo, wi)·|cos θ_i|` of this lobe alone, per steradian; for a delta lobe the share of
+    /// radiance that it scatters (no unit).
     pub value: Rgb,
     /// Density of `wi`, joint with the choice of this lobe; infinite for a delta lobe.
     pub pdf: Density<SolidAngle>,
@@ -262,9 +268,9 @@ impl Bsdf {
             .sum()
     }
 
-    /// `P(lobe | wo)`, the probability that [`Bsdf::sample`] chooses `lobe`. The sum over lobes is 1, or 0 where
-    /// nothing is scattered towards `wo` (a one-sided surface from behind, or one that is black). 0 for a lobe that does not
-    /// exist.
+    /// `P(lobe | wo)`, the probability that [`Bsdf::sample`] chooses `lobe`. The sum over lobes is
+    /// 1, or 0 where nothing is scattered towards `wo` (a one-sided surface from behind, or one
+    /// that is black). 0 for a lobe that does not exist.
     #[inline]
     pub fn lobe_probability(&self, lobe: u8, wo: Vec3) -> f32 {
         if let Repr::Diffuse { side, .. } = self.repr {
@@ -284,8 +290,8 @@ impl Bsdf {
         share * entry.component.probabilities(mirrored(wo, mirror), mirror < 0.0)[local as usize]
     }
 
-    /// A measure of a lobe's width: 0 for a delta lobe, `min(α_x, α_y, 1)` for a microfacet lobe, 1 for a diffuse
-    /// lobe. For thresholds of connectability. 0 for a lobe that does not exist.
+    /// A measure of a lobe's width: 0 for a delta lobe, `min(α_x, α_y, 1)` for a microfacet lobe, 1
+    /// for a diffuse lobe. For thresholds of connectability. 0 for a lobe that does not exist.
     #[inline]
     pub fn lobe_roughness(&self, lobe: u8) -> f32 {
         match (&self.repr, self.locate(lobe)) {
@@ -310,7 +316,8 @@ impl Bsdf {
         }
     }
 
-    /// Whether a lobe with a density may scatter light through the surface, from the side away from `wo`.
+    /// Whether a lobe with a density may scatter light through the surface, from the side away from
+    /// `wo`.
     #[inline]
     pub fn scatters_through(&self) -> bool {
         self.entries().iter().any(|entry| match &entry.component {
@@ -338,7 +345,8 @@ impl Bsdf {
         }
     }
 
-    /// `f(wo, wi)·|cos θ_i|` over all non-delta lobes, and the density with which [`Bsdf::sample`] takes `wi`.
+    /// `f(wo, wi)·|cos θ_i|` over all non-delta lobes, and the density with which [`Bsdf::sample`]
+    /// takes `wi`.
     #[inline(always)]
     pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         match self.repr {
@@ -374,8 +382,8 @@ impl Bsdf {
         }
     }
 
-    /// `f_l(wo, wi)·|cos θ_i|` of one lobe, and its density joint with the choice of the lobe. Zero for a delta lobe
-    /// and for a lobe that does not exist.
+    /// `f_l(wo, wi)·|cos θ_i|` of one lobe, and its density joint with the choice of the lobe. Zero
+    /// for a delta lobe and for a lobe that does not exist.
     #[inline]
     pub fn evaluate_lobe(&self, lobe: u8, wo: Vec3, wi: Vec3) -> BsdfValue {
         if let Repr::Diffuse { reflectance, side } = self.repr {
@@ -401,8 +409,9 @@ impl Bsdf {
         }
     }
 
-    /// Chooses a lobe by `u_lobe ∈ [0, 1)` alone and samples it by `u ∈ [0, 1)²`. `None` where nothing is scattered
-    /// or the sampled microfacet scatters into the surface: such samples count as zero.
+    /// Chooses a lobe by `u_lobe ∈ [0, 1)` alone and samples it by `u ∈ [0, 1)²`. `None` where
+    /// nothing is scattered or the sampled microfacet scatters into the surface: such samples count
+    /// as zero.
     #[inline(always)]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         match self.repr {
@@ -539,7 +548,8 @@ impl Bsdf {
             }
             first += count;
         }
-        // The sum of the probabilities may round to less than 1: the last possible lobe takes the rest.
+        // The sum of the probabilities may round to less than 1: the last possible lobe takes the
+        // rest.
         chosen
     }
 }

@@ -19,12 +19,14 @@ pub struct ComponentRow {
     pub color: Rgb,
     /// Roughness `α` along the tangent.
     pub alpha_u: f32,
-    /// Real part of the index of refraction. Of dielectrics and plastics: interior over exterior index, of plastics then the largest channel of
-    /// the base's albedo and, under rough coats, the number of the coat's table.
+    /// Real part of the index of refraction. Of dielectrics and plastics: interior over exterior
+    /// index, of plastics then the largest channel of the base's albedo and, under rough coats, the
+    /// number of the coat's table.
     pub eta: Rgb,
     /// Roughness `α` along the bitangent.
     pub alpha_v: f32,
-    /// Imaginary part. Of dielectrics: what multiplies the transmission; of plastics: `ρ/(1 − ρ R_int)/η²` of the base.
+    /// Imaginary part. Of dielectrics: what multiplies the transmission; of plastics:
+    /// `ρ/(1 − ρ R_int)/η²` of the base.
     pub k: Rgb,
     /// In place of `color`: one more than the number of a texture, or 0.
     pub texture: u32,

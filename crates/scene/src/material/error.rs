@@ -32,11 +32,13 @@ pub enum MaterialError {
         /// Field.
         parameter: &'static str,
     },
-    /// A transmissive material inside [`Material::TwoSided`](crate::Material::TwoSided): it has two sides already.
+    /// A transmissive material inside [`Material::TwoSided`](crate::Material::TwoSided): it has two
+    /// sides already.
     TransmissiveTwoSided,
     /// Blends and sides nest deeper than [`Material::MAX_DEPTH`](crate::Material::MAX_DEPTH).
     TooDeep,
-    /// Blends and sides hold more than [`Material::MAX_LEAVES`](crate::Material::MAX_LEAVES) materials.
+    /// Blends and sides hold more than [`Material::MAX_LEAVES`](crate::Material::MAX_LEAVES)
+    /// materials.
     TooManyLeaves,
 }
 

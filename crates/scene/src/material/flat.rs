@@ -17,7 +17,8 @@ pub struct FlatMaterials {
     pub textures: Vec<FlatTexture>,
     /// Texels, and what they are decoded by.
     pub texels: Vec<u32>,
-    /// For each rough coat the share of light that gets through, at equal steps of the root of the cosine from 0 to 1.
+    /// For each rough coat the share of light that gets through, at equal steps of the root of the
+    /// cosine from 0 to 1.
     pub coats: Vec<f32>,
     /// Images that have been laid flat, with their first word and that of their table.
     images: Vec<(Arc<Image>, [u32; 2])>,
@@ -37,11 +38,13 @@ pub struct FlatTexture {
     pub scale: Vec3,
     /// First word among the texels.
     pub first: u32,
-    /// [`FlatTexture::BILINEAR`], [`FlatTexture::NEAREST`] or [`FlatTexture::CHECKERBOARD`], of which the two texels are the colours.
+    /// [`FlatTexture::BILINEAR`], [`FlatTexture::NEAREST`] or [`FlatTexture::CHECKERBOARD`], of
+    /// which the two texels are the colours.
     pub filter: u32,
     /// What lies outside the unit square: 0 the image again, 1 its mirror image, 2 its edge.
     pub wrap: u32,
-    /// First word of the 256 numbers that codes of eight bits a channel stand for, or [`FlatTexture::NO_TABLE`]: texels are three numbers each.
+    /// First word of the 256 numbers that codes of eight bits a channel stand for, or
+    /// [`FlatTexture::NO_TABLE`]: texels are three numbers each.
     pub table: u32,
     /// Nothing.
     pub padding: u32,
@@ -204,7 +207,8 @@ mod tests {
         assert_eq!(f32::from_bits(flat.texels[255]), 1.0);
     }
 
-    /// Which leaf of a blend a texture belongs to, where one of the leaves has no share; and what has no rows.
+    /// Which leaf of a blend a texture belongs to, where one of the leaves has no share; and what
+    /// has no rows.
     #[test]
     fn textures_go_with_their_leaves() {
         let image = Arc::new(Image::from_srgb8(1, 1, vec![[1, 2, 3]]).unwrap());

@@ -55,7 +55,8 @@ impl Distribution {
         each!(self, d => d.visible_normal_density(v, h).value())
     }
 
-    /// Density per steradian of the mirror image of `v` in a visible normal, which must be `h`: `D_v(h)/(4 v·h)`.
+    /// Density per steradian of the mirror image of `v` in a visible normal, which must be `h`:
+    /// `D_v(h)/(4 v·h)`.
     #[inline]
     pub(super) fn reflection_density(&self, v: Vec3, h: Vec3) -> f32 {
         let facing = v.dot(h);

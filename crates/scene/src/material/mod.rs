@@ -49,8 +49,9 @@ pub struct ConductorIor {
     pub k: Rgb,
 }
 
-/// A material as data. All but [`Material::Dielectric`], [`Material::ThinDielectric`], [`Material::Null`] and transmissive
-/// [`Material::MetallicRoughness`] are one-sided (black from behind) unless wrapped in [`Material::TwoSided`].
+/// A material as data. All but [`Material::Dielectric`], [`Material::ThinDielectric`],
+/// [`Material::Null`] and transmissive [`Material::MetallicRoughness`] are one-sided (black from
+/// behind) unless wrapped in [`Material::TwoSided`].
 #[derive(Clone, Debug)]
 pub enum Material {
     /// Lambertian reflection.

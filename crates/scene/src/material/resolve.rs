@@ -12,10 +12,12 @@ use glam::Vec2;
 use lightshed_sampling::Ggx;
 
 impl Material {
-    /// The scattering function at mesh coordinates `uv`: textures looked up, blends and sides laid flat. Neither
-    /// allocates nor fails; of a material that [`Material::validate`] refuses it makes something finite.
+    /// The scattering function at mesh coordinates `uv`: textures looked up, blends and sides laid
+    /// flat. Neither allocates nor fails; of a material that [`Material::validate`] refuses it
+    /// makes something finite.
     ///
-    /// A rough dielectric whose index matches the outside's is a smooth one: it lets all light pass unbent.
+    /// A rough dielectric whose index matches the outside's is a smooth one: it lets all light pass
+    /// unbent.
     #[inline]
     pub fn at(&self, uv: Vec2) -> Bsdf {
         match self.as_diffuse() {
@@ -27,7 +29,8 @@ impl Material {
         }
     }
 
-    /// The reflectance of a material that is diffuse everywhere, and whether it is seen from both sides.
+    /// The reflectance of a material that is diffuse everywhere, and whether it is seen from both
+    /// sides.
     #[inline]
     pub(crate) fn as_diffuse(&self) -> Option<(&ColorTexture, bool)> {
         match self {
@@ -57,7 +60,8 @@ impl Material {
         Bsdf::from_entries(&leaves.entries[..leaves.count])
     }
 
-    /// Adds the leaves of this material. `side` is what an enclosing [`Material::TwoSided`] has settled.
+    /// Adds the leaves of this material. `side` is what an enclosing [`Material::TwoSided`] has
+    /// settled.
     fn collect(&self, uv: Vec2, weight: f32, side: Option<Side>, leaves: &mut Leaves) {
         match self {
             Self::Blend {
@@ -85,7 +89,8 @@ impl Material {
         }
     }
 
-    /// The component of a material that is no blend and has no sides of its own, and the side it is seen from.
+    /// The component of a material that is no blend and has no sides of its own, and the side it is
+    /// seen from.
     #[inline]
     fn leaf(&self, uv: Vec2) -> Option<(Component, Side)> {
         Some(match self {

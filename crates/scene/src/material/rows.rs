@@ -130,8 +130,9 @@ impl FlatMaterials {
 }
 
 impl Material {
-    /// The components of a material, in the order in which [`Bsdf`](crate::Bsdf) chooses among them, with the textures of what multiplies their
-    /// reflection added to `flat`; `None` for one with other textures, and for one with components for which there is no row.
+    /// The components of a material, in the order in which [`Bsdf`](crate::Bsdf) chooses among
+    /// them, with the textures of what multiplies their reflection added to `flat`; `None` for one
+    /// with other textures, and for one with components for which there is no row.
     pub(crate) fn rows(&self, flat: &mut FlatMaterials) -> Option<Vec<ComponentRow>> {
         let mut textures = Vec::new();
         self.leaf_textures(1.0, &mut textures)?;
@@ -147,7 +148,8 @@ impl Material {
         .collect()
     }
 
-    /// What varies over each leaf that [`Material::at`] finds, if anything; `None` if more does than what multiplies reflections.
+    /// What varies over each leaf that [`Material::at`] finds, if anything; `None` if more does
+    /// than what multiplies reflections.
     fn leaf_textures<'a>(&'a self, weight: f32, leaves: &mut Vec<Option<&'a ColorTexture>>) -> Option<()> {
         match self {
             Self::Blend {

@@ -13,11 +13,13 @@ impl Material {
     /// Most materials that a tree of blends and sides may hold.
     pub const MAX_LEAVES: usize = MAX_COMPONENTS;
 
-    /// Checks every parameter: colours are finite and not negative (above 1 is allowed: such a surface gains energy, as
-    /// its author asked), shares likewise (they are clamped to 1 when looked up), roughness and indices of refraction
-    /// positive and finite, blends and sides within [`Material::MAX_DEPTH`] and [`Material::MAX_LEAVES`], no
-    /// dielectric inside a [`Material::TwoSided`], the index of a rough plastic within `[1, 3]`, where its transmittance
-    /// is tabulated (the table is computed here, not on the first hit). Reads every texel of images.
+    /// Checks every parameter: colours are finite and not negative (above 1 is allowed: such a
+    /// surface gains energy, as its author asked), shares likewise (they are clamped to 1 when
+    /// looked up), roughness and indices of refraction positive and finite, blends and sides within
+    /// [`Material::MAX_DEPTH`] and [`Material::MAX_LEAVES`], no dielectric inside a
+    /// [`Material::TwoSided`], the index of a rough plastic within `[1, 3]`, where its
+    /// transmittance is tabulated (the table is computed here, not on the first hit). Reads every
+    /// texel of images.
     ///
     /// # Errors
     /// The first [`MaterialError`] found.

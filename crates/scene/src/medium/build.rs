@@ -11,7 +11,8 @@ use glam::{Affine3A, Vec3};
 use lightshed_volume::{DenseGrid, Filter, MajorantGrid};
 use std::ops::Range;
 
-/// The media of a scene. `triangles` are the ranges of the primitives that each shape became, spheres after all triangles.
+/// The media of a scene. `triangles` are the ranges of the primitives that each shape became,
+/// spheres after all triangles.
 pub(crate) fn build_media(
     description: &SceneDescription,
     primitives: &[Range<usize>],

@@ -19,8 +19,8 @@ pub struct GridField {
     pub(super) to_field: Affine3A,
 }
 
-/// Edge of the super-voxels that bound a grid's density, in voxels: 8, as in Lin 2022 §5.6, but no more than an eighth of the grid's
-/// shortest edge.
+/// Edge of the super-voxels that bound a grid's density, in voxels: 8, as in Lin 2022 §5.6, but no
+/// more than an eighth of the grid's shortest edge.
 pub(super) fn super_voxel(resolution: [u32; 3]) -> f32 {
     let shortest = resolution.into_iter().min().unwrap_or(1);
     (shortest / 8).clamp(2, 8) as f32
@@ -33,7 +33,8 @@ impl GridField {
         &self.grid
     }
 
-    /// Their bounds on super-voxels: of 8 voxels, or an eighth of the shortest edge of a small grid.
+    /// Their bounds on super-voxels: of 8 voxels, or an eighth of the shortest edge of a small
+    /// grid.
     #[inline(always)]
     pub fn majorants(&self) -> &MajorantGrid {
         &self.majorants
@@ -62,8 +63,9 @@ impl GridField {
 }
 
 impl GridField {
-    /// Whether no surface reaches into the grid's box: collisions in it then come before all surfaces that a ray meets. Surfaces on the
-    /// box's faces, as far as rounding tells, do not count; slanted ones are taken for the boxes around them.
+    /// Whether no surface reaches into the grid's box: collisions in it then come before all
+    /// surfaces that a ray meets. Surfaces on the box's faces, as far as rounding tells, do not
+    /// count; slanted ones are taken for the boxes around them.
     pub(super) fn is_clear(&self, triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> bool {
         let (least, greatest) = (self.grid.bounds().min(), self.grid.bounds().max());
         let reaches_in = |corners: &mut dyn Iterator<Item = Vec3>| {

@@ -19,9 +19,10 @@ use glam::Vec3;
 
 /// A medium of a scene, as trackers read it.
 ///
-/// With the density `ρ(x)`, without unit: extinction `σ_t(x) = k ρ(x)` per unit of world length, with the coefficients `k` of
-/// [`Medium::extinction`]; scattering `σ_s = α σ_t` with the albedo `α`; absorption `σ_a = σ_t − σ_s`. The medium emits
-/// `σ_a(x) L_e(x)` per unit of length (Lin 2022 eq. 5.12).
+/// With the density `ρ(x)`, without unit: extinction `σ_t(x) = k ρ(x)` per unit of world length,
+/// with the coefficients `k` of [`Medium::extinction`]; scattering `σ_s = α σ_t` with the albedo
+/// `α`; absorption `σ_a = σ_t − σ_s`. The medium emits `σ_a(x) L_e(x)` per unit of length (Lin 2022
+/// eq. 5.12).
 pub struct Medium {
     name: String,
     density: MediumDensity,
@@ -70,14 +71,15 @@ impl Medium {
         self.emission.as_ref()
     }
 
-    /// Whether extinction is alike in all channels, so that light of all of them collides at the same places.
+    /// Whether extinction is alike in all channels, so that light of all of them collides at the
+    /// same places.
     #[inline(always)]
     pub fn is_grey(&self) -> bool {
         self.extinction == Rgb::splat(self.extinction.x)
     }
 
-    /// `(1 − α) L_e(x)`, what a collision at the world position `x` adds to a path with its throughput: the emission
-    /// `σ_a L_e` over the extinction `σ_t`.
+    /// `(1 − α) L_e(x)`, what a collision at the world position `x` adds to a path with its
+    /// throughput: the emission `σ_a L_e` over the extinction `σ_t`.
     #[inline]
     pub fn emission_per_collision(&self, position: Vec3) -> Rgb {
         match self.emission() {

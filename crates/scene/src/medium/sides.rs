@@ -23,8 +23,8 @@ impl MediumSides {
         }
     }
 
-    /// The medium that a ray gets into which leaves the surface with `cos_theta` to the geometric normal: the exterior one above,
-    /// the interior one below. `None` for empty space.
+    /// The medium that a ray gets into which leaves the surface with `cos_theta` to the geometric
+    /// normal: the exterior one above, the interior one below. `None` for empty space.
     #[inline(always)]
     pub fn towards(&self, cos_theta: f32) -> Option<u32> {
         let medium = if cos_theta > 0.0 {

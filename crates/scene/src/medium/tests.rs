@@ -27,7 +27,8 @@ fn grid() -> GridDescription {
     }
 }
 
-/// Medium 1 in a ball of radius 1, within medium 0 in a mesh of radius 3, in empty space; and a ball with nothing to do with media.
+/// Medium 1 in a ball of radius 1, within medium 0 in a mesh of radius 3, in empty space; and a
+/// ball with nothing to do with media.
 fn nested() -> SceneDescription {
     let sphere = |center, radius| {
         Geometry::Sphere(SphereGeometry {
@@ -234,7 +235,8 @@ fn spoilt(spoil: fn(&mut GridDescription)) -> DensityDescription {
     DensityDescription::Grid(grid)
 }
 
-/// A grid in a cube that it fills, turned and moved, with something in it, or on its face, or around a smaller boundary.
+/// A grid in a cube that it fills, turned and moved, with something in it, or on its face, or
+/// around a smaller boundary.
 #[test]
 fn a_grid_is_clear_if_no_surface_reaches_into_it() {
     let to_world = Affine3A::from_translation(Vec3::new(3.0, -70.0, 11.0))

@@ -22,8 +22,9 @@ use std::ops::Range;
 pub struct BuildOptions {
     /// Tree to trace rays through.
     pub accelerator: AcceleratorKind,
-    /// Effort to spend on it; `None` for what takes the least time together with the rays of an image of the description's
-    /// settings ([`BuildOptions::preset`]). What rays hit does not depend on it.
+    /// Effort to spend on it; `None` for what takes the least time together with the rays of an
+    /// image of the description's settings ([`BuildOptions::preset`]). What rays hit does not
+    /// depend on it.
     pub preset: Option<Preset>,
 }
 
@@ -31,7 +32,8 @@ impl BuildOptions {
     /// Rays of a sample: two at each vertex of a path of usual length.
     const RAYS_OF_SAMPLE: f64 = 8.0;
 
-    /// The preset for a scene of so many primitives: the one asked for, or by the number of rays that `settings` tells of.
+    /// The preset for a scene of so many primitives: the one asked for, or by the number of rays
+    /// that `settings` tells of.
     pub fn preset(&self, settings: &RenderSettings, primitives: usize) -> Preset {
         let pixels = f64::from(settings.width) * f64::from(settings.height);
         let vertices = settings
@@ -363,8 +365,8 @@ fn validate_mesh(mesh: &TriangleMesh, name: &str) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Unit normal by the winding, in `f64` so that small triangles far from the origin keep theirs; `None` if the
-/// triangle has no area.
+/// Unit normal by the winding, in `f64` so that small triangles far from the origin keep theirs;
+/// `None` if the triangle has no area.
 fn unit_normal(corners: &[Vec3; 3]) -> Option<Vec3> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a).try_normalize()?;

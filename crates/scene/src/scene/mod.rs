@@ -25,7 +25,8 @@ pub struct Scene {
     opaque: Option<OpaqueSurfaces>,
     /// Whether there is one medium, and no surface in it.
     has_clear_grid_alone: bool,
-    /// By primitive, of a boundary that lies on a surface how far apart the two may be found; empty where none does.
+    /// By primitive, of a boundary that lies on a surface how far apart the two may be found; empty
+    /// where none does.
     touching: Vec<f32>,
     /// What emits, alone.
     emitting: EmittingSurfaces,
@@ -90,8 +91,9 @@ impl Scene {
         }
     }
 
-    /// Two numbers that name the place of a hit on its primitive, see [`Scene::locate`]: on triangles the barycentric weights
-    /// of the second and third vertex, on spheres the octahedral map of the direction from the centre, in the unit square.
+    /// Two numbers that name the place of a hit on its primitive, see [`Scene::locate`]: on
+    /// triangles the barycentric weights of the second and third vertex, on spheres the octahedral
+    /// map of the direction from the centre, in the unit square.
     #[inline]
     pub fn coordinates(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
         match (hit.primitive as usize).checked_sub(self.triangles.len()) {
@@ -100,8 +102,9 @@ impl Scene {
         }
     }
 
-    /// The surface point at the place `coordinates` of a primitive, as [`Scene::coordinates`] names it: what
-    /// [`Scene::surface`] gives for the hit, with the same bits on triangles, to `10⁻⁶` of the radius on spheres.
+    /// The surface point at the place `coordinates` of a primitive, as [`Scene::coordinates`] names
+    /// it: what [`Scene::surface`] gives for the hit, with the same bits on triangles, to `10⁻⁶` of
+    /// the radius on spheres.
     ///
     /// # Panics
     /// If the scene has no such primitive.
@@ -123,9 +126,9 @@ impl Scene {
         }
     }
 
-    /// The nearest *emitting* surface along each ray, whatever is in between: for rays of which nothing but emission
-    /// matters any more. To see it, the segment up to it must be free, see [`Scene::occluded`]. The shorter slice's
-    /// length counts.
+    /// The nearest *emitting* surface along each ray, whatever is in between: for rays of which
+    /// nothing but emission matters any more. To see it, the segment up to it must be free, see
+    /// [`Scene::occluded`]. The shorter slice's length counts.
     pub fn intersect_emitting_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let EmittingSurfaces {
             accelerator,
@@ -138,7 +141,8 @@ impl Scene {
         }
     }
 
-    /// The primitive that an emitting surface is, by its index as an emitter; `None` for emitters that are no surface.
+    /// The primitive that an emitting surface is, by its index as an emitter; `None` for emitters
+    /// that are no surface.
     #[inline]
     pub fn emitter_primitive(&self, emitter: u32) -> Option<u32> {
         self.emitting.by_emitter.get(emitter as usize).copied()
@@ -186,8 +190,8 @@ impl Scene {
         }
     }
 
-    /// Asks for what [`Scene::surface`] reads of a primitive to be brought near: worth it some hundred instructions
-    /// ahead. There need not be one of that number.
+    /// Asks for what [`Scene::surface`] reads of a primitive to be brought near: worth it some
+    /// hundred instructions ahead. There need not be one of that number.
     #[inline]
     pub fn prefetch_primitive(&self, primitive: u32) {
         if let Some(triangle) = self.triangles.get(primitive as usize) {
@@ -218,10 +222,11 @@ impl Scene {
         EmittersByPower::new(&self.emitters, &self.by_power)
     }
 
-    /// A ray of light from an emitter chosen by `u_select`, from a place on it by `u_place` in a direction by `u_direction`; `None` where
-    /// nothing emits. For tracing from the light: the mean of what the rays bring about, weighted by their flux, is what the
-    /// emitters bring about. Areas emit with the cosine, points uniformly over their solid angle, light from infinity through
-    /// a disk as wide as the scene.
+    /// A ray of light from an emitter chosen by `u_select`, from a place on it by `u_place` in a
+    /// direction by `u_direction`; `None` where nothing emits. For tracing from the light: the mean
+    /// of what the rays bring about, weighted by their flux, is what the emitters bring about.
+    /// Areas emit with the cosine, points uniformly over their solid angle, light from infinity
+    /// through a disk as wide as the scene.
     #[inline]
     pub fn sample_emission(
         &self,
@@ -271,8 +276,8 @@ impl Scene {
         &self.media.media
     }
 
-    /// The media on both sides of a primitive; `None` if it is no boundary of any: light that crosses it stays in the medium that
-    /// it is in.
+    /// The media on both sides of a primitive; `None` if it is no boundary of any: light that
+    /// crosses it stays in the medium that it is in.
     #[inline(always)]
     pub fn medium_sides(&self, primitive: u32) -> Option<MediumSides> {
         if cfg!(lightshed_without = "media") {
@@ -281,16 +286,18 @@ impl Scene {
         self.media.of_primitive(primitive)
     }
 
-    /// Whether no surface reaches into the grid of a medium (those on the faces of its box do not count): a ray in that medium collides
-    /// there before it meets any surface, so that none need be looked for. `false` for media without a grid.
+    /// Whether no surface reaches into the grid of a medium (those on the faces of its box do not
+    /// count): a ray in that medium collides there before it meets any surface, so that none need
+    /// be looked for. `false` for media without a grid.
     #[inline(always)]
     pub fn medium_is_clear(&self, medium: u32) -> bool {
         self.media.is_clear(medium)
     }
 
-    /// The transmittance of a segment that starts in this medium, as far as surfaces matter: `Some(false)` if one is in the way,
-    /// `Some(true)` if the medium's grid is all that the segment passes through, since it is the scene's only one and
-    /// [clear](Self::medium_is_clear); `None` where boundaries must be looked for.
+    /// The transmittance of a segment that starts in this medium, as far as surfaces matter:
+    /// `Some(false)` if one is in the way, `Some(true)` if the medium's grid is all that the
+    /// segment passes through, since it is the scene's only one and [clear](Self::medium_is_clear);
+    /// `None` where boundaries must be looked for.
     #[inline(always)]
     pub fn passes_grid_alone(&self, ray: &Ray, medium: u32) -> Option<bool> {
         let opaque = self.opaque.as_ref().filter(|_| self.has_clear_grid_alone)?;
@@ -298,16 +305,17 @@ impl Scene {
             .then(|| !opaque.accelerator.occluded(ray))
     }
 
-    /// The medium in which rays of `camera` start: the one that the description names, else the one around the place where the
-    /// ray through the middle of the image starts.
+    /// The medium in which rays of `camera` start: the one that the description names, else the one
+    /// around the place where the ray through the middle of the image starts.
     pub fn camera_medium(&self, camera: &Camera) -> Option<u32> {
         let middle = Vec2::new(self.settings.width as f32, self.settings.height as f32) * 0.5;
         let start = || camera.ray(middle, [0.5; 2]).origin;
         self.media.camera_medium.or_else(|| self.medium_around(start()))
     }
 
-    /// The medium around a place off all surfaces, as the boundaries tell: the one on the near side of the first boundary that some
-    /// ray from there meets. Closed boundaries give the same for every ray.
+    /// The medium around a place off all surfaces, as the boundaries tell: the one on the near side
+    /// of the first boundary that some ray from there meets. Closed boundaries give the same for
+    /// every ray.
     pub fn medium_around(&self, position: Vec3) -> Option<u32> {
         if self.media().is_empty() {
             return None;
@@ -362,7 +370,8 @@ mod tests {
     use crate::{Rgb, builtin};
     use lightshed_sampling::{CounterRng, UniformSphere};
 
-    /// Surface points by their coordinates are those of the hit: bit for bit on triangles, to rounding on spheres.
+    /// Surface points by their coordinates are those of the hit: bit for bit on triangles, to
+    /// rounding on spheres.
     #[test]
     fn coordinates_name_the_surface_point() {
         let mut description = builtin::many_lights();

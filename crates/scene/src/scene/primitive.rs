@@ -96,8 +96,8 @@ impl SphereRecord {
         (along_ray - self.sphere.center).normalize_or(Vec3::Z)
     }
 
-    /// The surface point in the unit direction `outward` from the centre. A hit is projected onto the sphere that way, which
-    /// is more precise than the point along the ray.
+    /// The surface point in the unit direction `outward` from the centre. A hit is projected onto
+    /// the sphere that way, which is more precise than the point along the ray.
     #[inline]
     pub fn surface(&self, outward: Vec3, primitive: u32) -> SurfacePoint {
         let Sphere { center, radius } = self.sphere;

@@ -1,8 +1,9 @@
 //! Boundaries that lie on surfaces which light does not pass.
 //!
-//! Fog that fills a room up to its floor is bounded by a face in the floor's plane. To rounding both are met at the same distance, and a ray
-//! that passes the boundary first goes on behind it by an offset that is larger than that rounding: behind the floor. Such boundaries are
-//! found when a scene is built, and looked at twice; all others cost nothing.
+//! Fog that fills a room up to its floor is bounded by a face in the floor's plane. To rounding
+//! both are met at the same distance, and a ray that passes the boundary first goes on behind it by
+//! an offset that is larger than that rounding: behind the floor. Such boundaries are found when a
+//! scene is built, and looked at twice; all others cost nothing.
 
 use super::Scene;
 use super::primitive::{SphereRecord, TriangleRecord};
@@ -45,11 +46,12 @@ impl OpaqueSurfaces {
     }
 }
 
-/// Most pairs of a boundary's triangle and another that are compared; beyond, every boundary is taken to touch something.
+/// Most pairs of a boundary's triangle and another that are compared; beyond, every boundary is
+/// taken to touch something.
 const MOST_PAIRS: usize = 1 << 24;
 
-/// By primitive, how far apart along the normal a boundary and a surface that it lies on may be found, and 0 for all other primitives. Empty where
-/// nothing touches.
+/// By primitive, how far apart along the normal a boundary and a surface that it lies on may be
+/// found, and 0 for all other primitives. Empty where nothing touches.
 pub(super) fn touching(
     triangles: &[TriangleRecord],
     spheres: &[SphereRecord],
@@ -126,15 +128,17 @@ fn lies_in_plane(triangle: &TriangleRecord, plane: &TriangleRecord, slack: f32) 
 }
 
 impl Scene {
-    /// The nearest hit in the open segment, of light that passes boundaries: where one lies on a surface that light does not pass, that
-    /// surface, though to rounding the boundary may come first.
+    /// The nearest hit in the open segment, of light that passes boundaries: where one lies on a
+    /// surface that light does not pass, that surface, though to rounding the boundary may come
+    /// first.
     #[inline(always)]
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let hit = self.accelerator.intersect(ray)?;
         Some(self.settled(ray, hit))
     }
 
-    /// By primitive, of a boundary that lies on a surface how far apart the two may be found; empty where none does.
+    /// By primitive, of a boundary that lies on a surface how far apart the two may be found; empty
+    /// where none does.
     pub(crate) fn slack_of_touching(&self) -> &[f32] {
         &self.touching
     }
@@ -176,7 +180,8 @@ mod tests {
     use lightshed_sampling::{CounterRng, UniformSphere};
     use lightshed_testkit::check_faults;
 
-    /// The built-in cloud's boundary, turned and moved, on a floor that reaches beyond it and lies lower by `gap`; and what does both.
+    /// The built-in cloud's boundary, turned and moved, on a floor that reaches beyond it and lies
+    /// lower by `gap`; and what does both.
     fn on_floor(gap: f32) -> (Scene, Affine3A) {
         let to_world = Affine3A::from_translation(Vec3::new(7.0, -40.0, 3.0))
             * Affine3A::from_rotation_z(0.4)
@@ -216,7 +221,8 @@ mod tests {
         (Scene::new(&scene).unwrap(), to_world)
     }
 
-    /// Rays from within a boundary down to the floor that it lies on meet the floor, all of them; without a second look many do not.
+    /// Rays from within a boundary down to the floor that it lies on meet the floor, all of them;
+    /// without a second look many do not.
     #[test]
     fn a_floor_is_met_before_the_boundary_on_it() {
         let (scene, to_world) = on_floor(0.0);
@@ -252,7 +258,8 @@ mod tests {
         .unwrap();
     }
 
-    /// A floor a thousandth lower is no floor that a boundary lies on, and from below the floor is met first in any case.
+    /// A floor a thousandth lower is no floor that a boundary lies on, and from below the floor is
+    /// met first in any case.
     #[test]
     fn what_is_apart_does_not_touch() {
         let (scene, to_world) = on_floor(1e-3);

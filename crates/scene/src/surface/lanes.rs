@@ -4,7 +4,8 @@ use super::POSITION_ERROR;
 use lightshed_lanes::{Lanes, Vec3Lanes};
 use lightshed_sampling::FrameLanes;
 
-/// Eight points on diffuse triangles, as [`Scene::surface`](crate::Scene::surface) and [`Scene::bsdf`](crate::Scene::bsdf) find them, bit for bit.
+/// Eight points on diffuse triangles, as [`Scene::surface`](crate::Scene::surface) and
+/// [`Scene::bsdf`](crate::Scene::bsdf) find them, bit for bit.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseLanes<L: Lanes> {
     /// [`SurfacePoint::position`](crate::SurfacePoint::position).
@@ -20,14 +21,16 @@ pub struct DiffuseLanes<L: Lanes> {
     /// Sides from which it is seen.
     pub(crate) front: L::Mask,
     pub(crate) back: L::Mask,
-    /// Lanes, of those asked for, whose point is on a diffuse triangle; nothing else is of meaning in the others.
+    /// Lanes, of those asked for, whose point is on a diffuse triangle; nothing else is of meaning
+    /// in the others.
     pub diffuse: u32,
     /// Lanes of these whose surface emits.
     pub emitting: u32,
 }
 
 impl<L: Lanes> DiffuseLanes<L> {
-    /// Whether the surface is seen along directions of the given local `z`, and a factor for `z` that brings them above it.
+    /// Whether the surface is seen along directions of the given local `z`, and a factor for `z`
+    /// that brings them above it.
     #[inline(always)]
     pub fn seen_from(&self, cos_theta_out: L) -> (L::Mask, L) {
         let zero = L::splat(0.0);

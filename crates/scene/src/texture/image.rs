@@ -63,8 +63,8 @@ impl fmt::Debug for Image {
 }
 
 impl Image {
-    /// An image from linear pixels, row by row from the top. `None` if a side is zero, the count of pixels is not
-    /// `width · height` or a value is not finite.
+    /// An image from linear pixels, row by row from the top. `None` if a side is zero, the count of
+    /// pixels is not `width · height` or a value is not finite.
     pub fn from_linear(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Option<Self> {
         let finite = pixels.iter().flatten().all(|v| v.is_finite());
         if finite {
@@ -74,16 +74,17 @@ impl Image {
         }
     }
 
-    /// An image from sRGB-encoded bytes, row by row from the top; it keeps them as they are (a quarter of the
-    /// memory of `f32`) and decodes through a table. `None` if a side is zero or the count of pixels is not
-    /// `width · height`.
+    /// An image from sRGB-encoded bytes, row by row from the top; it keeps them as they are (a
+    /// quarter of the memory of `f32`) and decodes through a table. `None` if a side is zero or the
+    /// count of pixels is not `width · height`.
     pub fn from_srgb8(width: u32, height: u32, codes: Vec<[u8; 3]>) -> Option<Self> {
         let table = &*SRGB_TO_LINEAR;
         Self::new(width, height, codes.len(), Texels::Coded { codes, table })
     }
 
-    /// An image from bytes that hold linear values `v/255` (roughness, metalness, masks), row by row from the top,
-    /// kept as they are. `None` if a side is zero or the count of pixels is not `width · height`.
+    /// An image from bytes that hold linear values `v/255` (roughness, metalness, masks), row by
+    /// row from the top, kept as they are. `None` if a side is zero or the count of pixels is not
+    /// `width · height`.
     pub fn from_linear8(width: u32, height: u32, codes: Vec<[u8; 3]>) -> Option<Self> {
         let table = &*UNIT_TO_LINEAR;
         Self::new(width, height, codes.len(), Texels::Coded { codes, table })
@@ -149,8 +150,8 @@ impl Image {
         self.mean
     }
 
-    /// The texels as words, row by row: codes of eight bits a channel, red in the lowest, with the table that they lead into; or the bits
-    /// of three numbers each.
+    /// The texels as words, row by row: codes of eight bits a channel, red in the lowest, with the
+    /// table that they lead into; or the bits of three numbers each.
     pub(crate) fn words(&self) -> (Vec<u32>, Option<&'static [f32; 256]>) {
         match &self.texels {
             Texels::Linear(pixels) => (pixels.iter().flatten().map(|v| v.to_bits()).collect(), None),
@@ -186,7 +187,8 @@ mod tests {
     #[test]
     fn bytes_decode_by_their_transfer_function() {
         let srgb = Image::from_srgb8(2, 1, vec![[0, 255, 188], [10, 11, 128]]).unwrap();
-        // IEC 61966-2-1: code 188 is (188/255 + 0.055)/1.055 to the 2.4th, code 10 is on the linear foot.
+        // IEC 61966-2-1: code 188 is (188/255 + 0.055)/1.055 to the 2.4th, code 10 is on the linear
+        // foot.
         assert!(
             (srgb.texel(0, 0) - Rgb::new(0.0, 1.0, 0.502_886_5))
                 .abs()

@@ -1,9 +1,10 @@
 //! Textures: constants, images and checkerboards over texture coordinates.
 //!
-//! **Orientation.** A mesh's `(u, v)` has `v` upwards: image row 0 is at `v = 1`, as in OBJ. A texture first turns it
-//! into texture space `(s, t) = to_uv · (u, 1 − v)`, where row 0 is at `t = 0`. Texture space is that of Mitsuba 3
-//! (whose OBJ reader flips `v` on reading by default, and whose PLY reader and analytic shapes do not) and of
-//! glTF 2.0, so a file's own transform is used as it stands.
+//! **Orientation.** A mesh's `(u, v)` has `v` upwards: image row 0 is at `v = 1`, as in OBJ. A
+//! texture first turns it into texture space `(s, t) = to_uv · (u, 1 − v)`, where row 0 is at
+//! `t = 0`. Texture space is that of Mitsuba 3 (whose OBJ reader flips `v` on reading by default,
+//! and whose PLY reader and analytic shapes do not) and of glTF 2.0, so a file's own transform is
+//! used as it stands.
 //!
 //! **Texels.** Texel `i` of `W` covers `s ∈ [i/W, (i+1)/W)`; its centre is `(i + ½)/W`.
 
@@ -55,7 +56,8 @@ pub enum Channel {
 pub struct ImageTexture {
     /// Texels.
     pub image: Arc<Image>,
-    /// Texture space from `(u, 1 − v)`: the file's own transform (Mitsuba's `to_uv`, glTF's `KHR_texture_transform`).
+    /// Texture space from `(u, 1 − v)`: the file's own transform (Mitsuba's `to_uv`, glTF's
+    /// `KHR_texture_transform`).
     pub to_uv: Affine2,
     /// Filtering.
     pub filter: Filter,
@@ -65,7 +67,8 @@ pub struct ImageTexture {
     pub scale: Rgb,
 }
 
-/// Mitsuba's checkerboard: `color0` where both or neither of the fractional parts of `(s, t)` is above one half.
+/// Mitsuba's checkerboard: `color0` where both or neither of the fractional parts of `(s, t)` is
+/// above one half.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checkerboard {
     /// Colour of the squares at the origin.
@@ -117,8 +120,8 @@ impl Wrap {
         }
     }
 
-    /// The two texels of `count` whose centres enclose the folded coordinate `s ∈ [0, 1]`, and the share of the
-    /// second.
+    /// The two texels of `count` whose centres enclose the folded coordinate `s ∈ [0, 1]`, and the
+    /// share of the second.
     #[inline]
     fn neighbours(self, s: f32, count: u32) -> (u32, u32, f32) {
         let position = s * count as f32 - 0.5;

@@ -37,7 +37,8 @@ fn the_transform_acts_in_texture_space() {
 fn bilinear_mixes_and_wraps() {
     let middle = quad(Filter::Bilinear, Wrap::Repeat).at(Vec2::splat(0.5));
     assert!((middle - Rgb::new(0.5, 0.5, 0.5)).abs().max_element() < 1e-6);
-    // At the left edge of the upper row: half of the right texel when repeating, none of it otherwise.
+    // At the left edge of the upper row: half of the right texel when repeating, none of it
+    // otherwise.
     let edge = Vec2::new(0.0, 0.75);
     let repeated = quad(Filter::Bilinear, Wrap::Repeat).at(edge);
     assert!((repeated - Rgb::new(0.5, 0.5, 0.0)).abs().max_element() < 1e-6);

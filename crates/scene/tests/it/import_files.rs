@@ -1,4 +1,5 @@
-//! Files on disk: every format by its extension, images of every kind, includes, and what is said of broken ones.
+//! Files on disk: every format by its extension, images of every kind, includes, and what is said
+//! of broken ones.
 
 use lightshed_scene::import::{Encoding, ImportError, load, parse_image, parse_mitsuba, read_image};
 use lightshed_scene::{Geometry, Scene, builtin};
@@ -219,7 +220,8 @@ fn images_are_decoded_to_linear() {
     );
 }
 
-/// Eight and sixteen bits, grey, colours, alpha, JPEG and HDR have the bits that the crate `image` decodes.
+/// Eight and sixteen bits, grey, colours, alpha, JPEG and HDR have the bits that the crate `image`
+/// decodes.
 #[test]
 fn images_have_the_bits_of_another_decoder() {
     let noise = |x: u32, y: u32| {
@@ -275,7 +277,8 @@ fn damaged_images_never_panic() {
         let read = |bytes: &[u8]| parse_image(bytes, name, Encoding::Srgb);
         assert!(read(&[]).is_err() && read(&bytes).is_ok(), "{name}");
         for end in 0..bytes.len() {
-            // What is left of JPEG and HDR may still be decodable; of a half file of the others nothing is.
+            // What is left of JPEG and HDR may still be decodable; of a half file of the others
+            // nothing is.
             let outcome = read(&bytes[..end]);
             assert!(
                 outcome.is_err() || end > bytes.len() / 2 || name == "f.hdr",
@@ -295,8 +298,9 @@ fn damaged_images_never_panic() {
     }
 }
 
-/// Mitsuba turns the texture coordinates of OBJ over by default and those of PLY not; the published `v` points upwards,
-/// which is Mitsuba's turned over. Meshes without normals are smooth unless they are told not to be.
+/// Mitsuba turns the texture coordinates of OBJ over by default and those of PLY not; the published
+/// `v` points upwards, which is Mitsuba's turned over. Meshes without normals are smooth unless
+/// they are told not to be.
 #[test]
 fn texture_coordinates_and_normals_follow_mitsubas_defaults() {
     let folder = folder("defaults");

@@ -1,4 +1,5 @@
-//! Rays that leave a surface do not meet it again, at scales from 1e-4 to 1e6 and far from the origin.
+//! Rays that leave a surface do not meet it again, at scales from 1e-4 to 1e6 and far from the
+//! origin.
 //!
 //! Nothing here is a matter of chance once seeds are fixed: the property must hold for every ray.
 
@@ -15,7 +16,8 @@ const SCALES: [f32; 6] = [1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6];
 /// Distances from the origin, in sizes of the object.
 const OFFSETS: [f32; 4] = [0.0, 1.0, 10.0, 100.0];
 
-/// Share of the object's size by which rays may start off its surface: more would let light through.
+/// Share of the object's size by which rays may start off its surface: more would let light
+/// through.
 const LARGEST_OFFSET: f32 = 1e-3;
 
 fn scene(geometry: Geometry, emission: Option<Rgb>) -> Scene {
@@ -65,7 +67,8 @@ fn vector(rng: &mut CounterRng) -> Vec3 {
     }
 }
 
-/// A unit direction on the side of `normal`: half of them spread evenly, half grazing down to a sine of 1e-4.
+/// A unit direction on the side of `normal`: half of them spread evenly, half grazing down to a
+/// sine of 1e-4.
 fn above(normal: Vec3, rng: &mut CounterRng) -> Vec3 {
     let direction = vector(rng).normalize();
     let along = direction.dot(normal);
@@ -102,7 +105,8 @@ fn leave(scene: &Scene, center: Vec3, size: f32, fault: Option<Fault>, rng: &mut
         if let Some(fault) = fault {
             fault.plant(&mut point);
         }
-        // A lone triangle is met from either side; the side that rays leave on is the side they came from.
+        // A lone triangle is met from either side; the side that rays leave on is the side they
+        // came from.
         let side = point.geometric_normal * -ray.direction.dot(point.geometric_normal).signum();
         for _ in 0..100 {
             seen.rays += 1;
@@ -112,8 +116,8 @@ fn leave(scene: &Scene, center: Vec3, size: f32, fault: Option<Fault>, rng: &mut
     seen
 }
 
-/// Objects of size `scale` at `center`: random triangles, triangles in the planes of the axes (whose coordinates may
-/// vanish), meshes, spheres.
+/// Objects of size `scale` at `center`: random triangles, triangles in the planes of the axes
+/// (whose coordinates may vanish), meshes, spheres.
 fn objects(center: Vec3, scale: f32, rng: &mut CounterRng) -> Vec<Geometry> {
     let mut objects = vec![
         Geometry::Mesh(builtin::icosphere(center, scale, 2)),
@@ -162,7 +166,8 @@ fn rays_leave_convex_objects() {
         let (mut points, mut worst) = (0, 0.0_f32);
         for scale in SCALES {
             for offset in OFFSETS {
-                // Also in the planes of the axes, where coordinates vanish and relative bounds with them.
+                // Also in the planes of the axes, where coordinates vanish and relative bounds with
+                // them.
                 for direction in [vector(&mut rng).normalize(), Vec3::Y] {
                     let center = direction * (offset * scale);
                     for geometry in objects(center, scale, &mut rng) {

@@ -14,11 +14,13 @@ enum Origin {
 }
 
 impl AdaptiveOctree {
-    /// Splits each leaf with more samples than [`OctreeOptions::split_above`], and joins eight leaves of one parent that have
-    /// fewer together than [`OctreeOptions::collapse_below`]; by one level at a time. `counts` are the samples of each slot.
-    /// Returns whether anything was split or joined.
+    /// Splits each leaf with more samples than [`OctreeOptions::split_above`], and joins eight
+    /// leaves of one parent that have fewer together than [`OctreeOptions::collapse_below`]; by one
+    /// level at a time. `counts` are the samples of each slot. Returns whether anything was split
+    /// or joined.
     ///
-    /// The new tree's nodes stand breadth first again, whatever was changed. The cost is `O(nodes)`.
+    /// The new tree's nodes stand breadth first again, whatever was changed. The cost is
+    /// `O(nodes)`.
     ///
     /// # Errors
     /// Options out of range, a wrong number of counts, or too many nodes; the tree is as it was.

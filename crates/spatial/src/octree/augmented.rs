@@ -9,8 +9,8 @@ pub enum Correspondence {
     Same(u32),
     /// A part of the leaf of this slot, which was split.
     PartOf(u32),
-    /// Eight leaves that were joined; this slot is that of the leaf with most samples. The slots of all eight are those of its
-    /// parent, `8 (slot / 8)` and the seven after it.
+    /// Eight leaves that were joined; this slot is that of the leaf with most samples. The slots of
+    /// all eight are those of its parent, `8 (slot / 8)` and the seven after it.
     Joined(u32),
 }
 
@@ -68,7 +68,8 @@ impl Augmented {
         }
     }
 
-    /// Of nodes that stand breadth first, each leaf its own correspondence; `None` if they are not those of a tree.
+    /// Of nodes that stand breadth first, each leaf its own correspondence; `None` if they are not
+    /// those of a tree.
     pub fn of_nodes(nodes: &[OctreeNode]) -> Option<Self> {
         let mut augmented = Self {
             parents: vec![0],

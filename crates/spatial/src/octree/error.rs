@@ -9,7 +9,8 @@ use std::fmt;
 pub enum OctreeError {
     /// The box to be covered is empty or not finite, or the cube around it is.
     Bounds,
-    /// Leaves are to be split from this many samples on, but joined below this larger number: they would alternate.
+    /// Leaves are to be split from this many samples on, but joined below this larger number: they
+    /// would alternate.
     Thresholds {
         /// Leaves with more samples are split.
         split_above: u32,

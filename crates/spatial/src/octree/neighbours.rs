@@ -2,10 +2,12 @@
 
 use super::tree::{AdaptiveOctree, OctreeCell};
 
-/// For each leaf of an octree the leaves that share a part of a face with it, on coarser and on finer sides alike.
+/// For each leaf of an octree the leaves that share a part of a face with it, on coarser and on
+/// finer sides alike.
 ///
-/// A leaf of depth `d` has at most one neighbour at each face that is not deeper, or any number of deeper ones. The lists of
-/// all leaves stand one after the other; together they are as long as twice the number of touching pairs.
+/// A leaf of depth `d` has at most one neighbour at each face that is not deeper, or any number of
+/// deeper ones. The lists of all leaves stand one after the other; together they are as long as
+/// twice the number of touching pairs.
 #[derive(Clone, Debug, Default)]
 pub struct OctreeNeighbours {
     /// Of each slot the start of its list, and the end of the last.

@@ -8,7 +8,8 @@ use super::node::{MAX_OCTREE_DEPTH, MAX_OCTREE_NODES};
 pub struct OctreeOptions {
     /// A leaf with more samples is split.
     pub split_above: u32,
-    /// Eight leaves of one parent that have fewer samples together become one; at most [`split_above`](Self::split_above).
+    /// Eight leaves of one parent that have fewer samples together become one; at most
+    /// [`split_above`](Self::split_above).
     pub collapse_below: u32,
     /// Largest depth of a leaf; the children of the root have depth 1.
     pub max_depth: u32,

@@ -9,15 +9,18 @@ use glam::Vec3;
 /// Cells an axis at the largest depth.
 const UNITS: u32 = 1 << MAX_OCTREE_DEPTH;
 
-/// An octree over a cube, whose leaves are split and joined by the number of samples that fall into them
-/// (Dittebrandt 2025 §5.6).
+/// An octree over a cube, whose leaves are split and joined by the number of samples that fall into
+/// them (Dittebrandt 2025 §5.6).
 ///
-/// A leaf is known by its *slot*, 8 times the number of its parent and its place there: whoever keeps records for leaves
-/// keeps an array for each kind (structure of arrays) of [`slot_count`](Self::slot_count) elements, of which one in eight
-/// at most stands at the place of an inner node and means nothing. [`adapt`](Self::adapt) changes the tree;
-/// [`populate`](Self::populate) then brings such arrays from the slots of the tree before to those of the new one.
+/// A leaf is known by its *slot*, 8 times the number of its parent and its place there: whoever
+/// keeps records for leaves keeps an array for each kind (structure of arrays) of
+/// [`slot_count`](Self::slot_count) elements, of which one in eight at most stands at the place of
+/// an inner node and means nothing. [`adapt`](Self::adapt) changes the tree;
+/// [`populate`](Self::populate) then brings such arrays from the slots of the tree before to those
+/// of the new one.
 ///
-/// As a [`SpatialIndex`] it has the slot of the leaf that a position is in; positions outside the cube have none.
+/// As a [`SpatialIndex`] it has the slot of the leaf that a position is in; positions outside the
+/// cube have none.
 ///
 /// ```
 /// use lightshed_spatial::glam::Vec3;
@@ -47,7 +50,8 @@ pub struct AdaptiveOctree {
     pub(super) augmented: Augmented,
 }
 
-/// The cube of a leaf: `[coordinates, coordinates + 1) · side · 2^−depth` from the least corner of the tree's.
+/// The cube of a leaf: `[coordinates, coordinates + 1) · side · 2^−depth` from the least corner of
+/// the tree's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreeCell {
     /// Depth of the leaf, from 1.
@@ -57,8 +61,8 @@ pub struct OctreeCell {
 }
 
 impl AdaptiveOctree {
-    /// Eight leaves over the cube with the least corner and the longest side of `bounds`, made larger by a thousandth on all
-    /// sides, so that rounding leaves nothing outside.
+    /// Eight leaves over the cube with the least corner and the longest side of `bounds`, made
+    /// larger by a thousandth on all sides, so that rounding leaves nothing outside.
     ///
     /// # Errors
     /// [`OctreeError::Bounds`].
@@ -82,7 +86,8 @@ impl AdaptiveOctree {
         })
     }
 
-    /// A tree of the same cube with these nodes, breadth first, each its own correspondence: what was saved.
+    /// A tree of the same cube with these nodes, breadth first, each its own correspondence: what
+    /// was saved.
     ///
     /// # Errors
     /// [`OctreeError::Damaged`] if they are not those of a tree.
@@ -170,8 +175,8 @@ impl AdaptiveOctree {
         Some(self.descend(0, 0, self.units(position)?))
     }
 
-    /// Slots of two positions at once, as of a point in this frame and where it was in the frame before: the way that they have
-    /// in common is gone once.
+    /// Slots of two positions at once, as of a point in this frame and where it was in the frame
+    /// before: the way that they have in common is gone once.
     #[inline]
     pub fn slots_of_pair(&self, now: Vec3, before: Vec3) -> [Option<u32>; 2] {
         let (Some(first), Some(second)) = (self.units(now), self.units(before)) else {
@@ -231,7 +236,8 @@ impl AdaptiveOctree {
         }
     }
 
-    /// Goes down to the node or leaf that contains the cube `cell`, at most to its depth: the slot, and whether that is a leaf.
+    /// Goes down to the node or leaf that contains the cube `cell`, at most to its depth: the slot,
+    /// and whether that is a leaf.
     pub(super) fn slot_of_cell(&self, cell: OctreeCell) -> (u32, bool) {
         let units = cell
             .coordinates
@@ -248,15 +254,17 @@ impl AdaptiveOctree {
         }
     }
 
-    /// What a slot was in the tree before the last [`adapt`](Self::adapt); `None` for slots of inner nodes.
+    /// What a slot was in the tree before the last [`adapt`](Self::adapt); `None` for slots of
+    /// inner nodes.
     #[inline]
     pub fn correspondence(&self, slot: u32) -> Option<Correspondence> {
         let code = self.augmented.correspondences.get(slot as usize)?;
         Correspondence::decode(*code)
     }
 
-    /// Brings an array of something that leaves keep from the slots of the tree before to those of this one: a part of a split
-    /// leaf gets what the whole had, a joined leaf what the part with most samples had.
+    /// Brings an array of something that leaves keep from the slots of the tree before to those of
+    /// this one: a part of a split leaf gets what the whole had, a joined leaf what the part with
+    /// most samples had.
     pub fn populate<T: Clone + Default>(&self, before: &[T]) -> Vec<T> {
         let of = |slot| {
             let from = self.correspondence(slot).map(Correspondence::slot);

@@ -58,8 +58,8 @@ fn sites() -> Vec<SurfaceSite> {
     sites
 }
 
-/// What [`SpatialIndex`] promises: one answer for one site, none for what is not a place; and that cells are small:
-/// sites of one cell are at most `diameter` apart.
+/// What [`SpatialIndex`] promises: one answer for one site, none for what is not a place; and that
+/// cells are small: sites of one cell are at most `diameter` apart.
 fn check_index<I: SpatialIndex>(index: &I, diameter: f64) -> Result<(), String> {
     let mut members: HashMap<I::Cell, Vec<Vec3>> = HashMap::new();
     for site in sites() {
@@ -148,7 +148,8 @@ fn points_are_in_their_cells() {
     }
 }
 
-/// Searches of every size, also from outside, against a look at every point; a search that leaves out the rim is noticed.
+/// Searches of every size, also from outside, against a look at every point; a search that leaves
+/// out the rim is noticed.
 #[test]
 fn all_points_within_a_radius_are_found() {
     for (count, cell) in [(0, 1.0), (1, 0.5), (300, 0.05), (5000, 0.02)] {
@@ -208,7 +209,8 @@ fn impossible_grids_are_refused() {
     );
 }
 
-/// Coarser cells are the leading bits of one key, and the finest grid below a number of cells is that of counting.
+/// Coarser cells are the leading bits of one key, and the finest grid below a number of cells is
+/// that of counting.
 #[test]
 fn keys_hold_all_coarser_grids() {
     let points = points(2000, 5);

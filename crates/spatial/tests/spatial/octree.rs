@@ -114,7 +114,8 @@ fn check_tree(tree: &AdaptiveOctree) -> Result<(), String> {
     }
 }
 
-/// A program of frames with other numbers of samples; each tree against the naive searches, and its leaves against those of the tree before.
+/// A program of frames with other numbers of samples; each tree against the naive searches, and its
+/// leaves against those of the tree before.
 #[test]
 fn the_tree_follows_samples() {
     let mut tree = AdaptiveOctree::new(UNIT).unwrap();
@@ -172,8 +173,8 @@ fn the_tree_follows_samples() {
     assert_eq!(tree.nodes().len(), 1);
 }
 
-/// The memory follows the samples of a frame: each inner node over leaves alone has `collapse_below` samples once the tree has settled, and
-/// lies on the way to one.
+/// The memory follows the samples of a frame: each inner node over leaves alone has
+/// `collapse_below` samples once the tree has settled, and lies on the way to one.
 #[test]
 fn memory_is_bounded_by_samples() {
     let mut tree = AdaptiveOctree::new(UNIT).unwrap();
@@ -195,7 +196,8 @@ fn memory_is_bounded_by_samples() {
     }
 }
 
-/// Single and paired traversals against a search through all leaves, also on borders and outside. A tree with one wrong offset is found.
+/// Single and paired traversals against a search through all leaves, also on borders and outside. A
+/// tree with one wrong offset is found.
 #[test]
 fn traversals_agree_with_a_naive_search() {
     let mut tree = AdaptiveOctree::new(UNIT).unwrap();

@@ -40,7 +40,8 @@ fn noise(p: Vec3) -> f32 {
     lerp(face(z), face(z + 1), f.z)
 }
 
-/// Four octaves of noise within a ball, in [0, 1]: `coverage` moves the threshold below which there is nothing.
+/// Four octaves of noise within a ball, in [0, 1]: `coverage` moves the threshold below which there
+/// is nothing.
 pub fn cloud(size: u32, coverage: f32) -> DenseGrid {
     DenseGrid::from_fn([size; 3], Filter::Trilinear, |[x, y, z]| {
         let p = (Vec3::new(x as f32, y as f32, z as f32) + 0.5) / size as f32;
@@ -51,8 +52,8 @@ pub fn cloud(size: u32, coverage: f32) -> DenseGrid {
     .expect("values are in [0, 1]")
 }
 
-/// Rays of a pinhole camera in front of the grid, the middle of an image of 512² that it fills, in tiles of 8 × 8 pixels: neighbours one after
-/// the other.
+/// Rays of a pinhole camera in front of the grid, the middle of an image of 512² that it fills, in
+/// tiles of 8 × 8 pixels: neighbours one after the other.
 pub fn camera(grid: &DenseGrid, pixels: u32) -> Vec<(FieldRay, Interval)> {
     let size = Vec3::from_array(grid.size().map(|n| n as f32));
     let eye = size * Vec3::new(0.4, 0.6, -0.8);

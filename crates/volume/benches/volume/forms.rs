@@ -9,7 +9,8 @@ use std::hint::black_box;
 
 const TURNS: u32 = 5;
 
-/// Root mean square and greatest difference of densities from those of `truth`, over random points where there is any.
+/// Root mean square and greatest difference of densities from those of `truth`, over random points
+/// where there is any.
 fn errors<G: DensityField>(truth: &DenseGrid, grid: &G, to_grid: f32) -> (f64, f64) {
     let size = Vec3::from_array(truth.size().map(|n| n as f32));
     let (mut squares, mut greatest, mut count) = (0.0, 0.0f64, 0.0);
@@ -27,7 +28,8 @@ fn errors<G: DensityField>(truth: &DenseGrid, grid: &G, to_grid: f32) -> (f64, f
     (f64::sqrt(squares / count), greatest)
 }
 
-/// One row: bytes, errors, and ns a lookup of ratio tracking and of ray marching by steps of a voxel.
+/// One row: bytes, errors, and ns a lookup of ratio tracking and of ray marching by steps of a
+/// voxel.
 fn row<G: VoxelGrid>(name: &str, medium: &Medium, grid: &G, bytes: usize, to_grid: f32) {
     let (rms, greatest) = errors(&medium.grid, grid, to_grid);
     print!(

@@ -1,4 +1,5 @@
-//! Light of a lamp that fog scatters once: relative variance of a sample, by how distances are sampled.
+//! Light of a lamp that fog scatters once: relative variance of a sample, by how distances are
+//! sampled.
 
 use lightshed_sampling::CounterRng;
 use lightshed_testkit::{MeanTest, integrate};

@@ -5,12 +5,14 @@
 //! cargo bench -p lightshed-volume --bench volume -- forms
 //! ```
 //!
-//! - `forms`: size, error and speed of a grid's forms: dense, sparse, 8 and 4 bits a value, coarser levels;
-//! - `variance`: variance times lookups of each estimate of transmittance, in four media. The fourth is the Disney cloud, read
-//!   from the folder `LIGHTSHED_SCENES`;
+//! - `forms`: size, error and speed of a grid's forms: dense, sparse, 8 and 4 bits a value, coarser
+//!   levels;
+//! - `variance`: variance times lookups of each estimate of transmittance, in four media. The
+//!   fourth is the Disney cloud, read from the folder `LIGHTSHED_SCENES`;
 //! - `lamps`: variance of a lamp's light scattered once, by free flights and by equal angles.
 //!
-//! Times are CPU time of the threads that work, the least of several turns: what other processes take does not count.
+//! Times are CPU time of the threads that work, the least of several turns: what other processes
+//! take does not count.
 
 mod clock;
 mod fields;

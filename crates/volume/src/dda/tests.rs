@@ -13,7 +13,8 @@ fn bounds() -> FieldBounds {
     FieldBounds::new(Vec3::new(-1.0, 0.0, 2.0), Vec3::new(9.0, 6.0, 16.0)).unwrap()
 }
 
-/// Random rays with many that are parallel to axes, in planes, through edges and corners, from inside and outside.
+/// Random rays with many that are parallel to axes, in planes, through edges and corners, from
+/// inside and outside.
 fn hostile_ray(rng: &mut impl Rng) -> FieldRay {
     let mut point = |outside: f64| {
         Vec3::from_array(core::array::from_fn(|a| {
@@ -104,7 +105,8 @@ fn cells_cover_the_ray_without_gap_and_hold_their_points() {
 
 #[test]
 fn no_ray_through_the_box_is_lost() {
-    // Brute force in f64: a point in the open box at some t of the interval means that there are cells.
+    // Brute force in f64: a point in the open box at some t of the interval means that there are
+    // cells.
     let mut rng = rng(2);
     let (low, high) = (bounds().min().as_dvec3(), bounds().max().as_dvec3());
     let mut inside = 0;

@@ -1,9 +1,10 @@
 //! Equi-angular sampling of distances.
 //!
-//! Along a ray seen from a point light at distance `D` from it, closest at `t = Δ`: points whose directions from the light are
-//! uniform in angle, `p(t) = D / ((θ_b − θ_a) (D² + (t − Δ)²))` per unit of `t` (Kulla and Fajardo 2012, eq. 5): in proportion to the light's inverse
-//! square. Angles are taken between the light's directions to the interval's ends, without the difference of two arc tangents that
-//! cancels for lights far away.
+//! Along a ray seen from a point light at distance `D` from it, closest at `t = Δ`: points whose
+//! directions from the light are uniform in angle, `p(t) = D / ((θ_b − θ_a) (D² + (t − Δ)²))` per
+//! unit of `t` (Kulla and Fajardo 2012, eq. 5): in proportion to the light's inverse square. Angles
+//! are taken between the light's directions to the interval's ends, without the difference of two
+//! arc tangents that cancels for lights far away.
 
 use crate::{FieldRay, Interval};
 use glam::Vec3;
@@ -29,13 +30,13 @@ pub struct EquiAngularSample {
     pub pdf: f32,
 }
 
-/// Least `D` as a part of the interval's length and the light's distance along the ray: closer lights count as that far, for density and
-/// samples alike.
+/// Least `D` as a part of the interval's length and the light's distance along the ray: closer
+/// lights count as that far, for density and samples alike.
 const LEAST_DISTANCE: f64 = 1e-6;
 
 impl EquiAngular {
-    /// Of a `light` at a point in the space of `ray` (which must not be distorted against the world's). `None` unless the
-    /// interval has a positive, finite length and all is finite.
+    /// Of a `light` at a point in the space of `ray` (which must not be distorted against the
+    /// world's). `None` unless the interval has a positive, finite length and all is finite.
     pub fn new(ray: &FieldRay, interval: Interval, light: Vec3) -> Option<Self> {
         let direction = ray.direction.as_dvec3();
         let towards = light.as_dvec3() - ray.origin.as_dvec3();

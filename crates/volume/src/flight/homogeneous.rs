@@ -3,7 +3,8 @@
 use super::{KnownFlight, depth_of_collision};
 use crate::Interval;
 
-/// Free flight through the constant density `ρ` along `interval`: *known in closed form*, `σ e^{−σ (t − t₀)}`.
+/// Free flight through the constant density `ρ` along `interval`: *known in closed form*,
+/// `σ e^{−σ (t − t₀)}`.
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`; `u` in [0, 1).
 #[inline]

@@ -1,7 +1,8 @@
 //! Where light collides: free-flight distances.
 //!
-//! With extinction `σ(t) = k ρ(x(t))` and `T(t) = e^{−∫₀ᵗ σ}`, a photon collides first at `t` with density `σ(t) T(t)` per unit of
-//! `t`, and comes through with probability `T(t₁)` (Lin 2022 §2.3.1).
+//! With extinction `σ(t) = k ρ(x(t))` and `T(t) = e^{−∫₀ᵗ σ}`, a photon collides first at `t` with
+//! density `σ(t) T(t)` per unit of `t`, and comes through with probability `T(t₁)` (Lin 2022
+//! §2.3.1).
 
 mod decomposition;
 mod delta;
@@ -30,8 +31,9 @@ pub struct Flight {
 
 /// How far light came, by a method whose density is known in closed form.
 ///
-/// It holds what the density is made of, so that the density for any coefficient `k` can be told, not only for the one that was sampled with: that
-/// is what multiple importance sampling over channels needs.
+/// It holds what the density is made of, so that the density for any coefficient `k` can be told,
+/// not only for the one that was sampled with: that is what multiple importance sampling over
+/// channels needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownFlight {
     /// Where on the ray it collided; `None` if it came through.
@@ -45,8 +47,8 @@ pub struct KnownFlight {
 }
 
 impl KnownFlight {
-    /// With the coefficient `extinction`, `k`: the density `k ρ e^{−k ∫ρ}` per unit of `t` of a collision, the probability
-    /// `e^{−k ∫ρ}` of coming through.
+    /// With the coefficient `extinction`, `k`: the density `k ρ e^{−k ∫ρ}` per unit of `t` of a
+    /// collision, the probability `e^{−k ∫ρ}` of coming through.
     #[inline]
     pub fn pdf(&self, extinction: f32) -> f32 {
         let transmittance = self.transmittance(extinction);
@@ -68,7 +70,8 @@ impl KnownFlight {
     }
 }
 
-/// The `∫ ρ dt` at which a flight with coefficient `extinction` collides, for `u` in [0, 1); infinite without extinction.
+/// The `∫ ρ dt` at which a flight with coefficient `extinction` collides, for `u` in [0, 1);
+/// infinite without extinction.
 #[inline]
 pub(crate) fn depth_of_collision(extinction: f32, u: f64) -> f64 {
     if extinction > 0.0 {

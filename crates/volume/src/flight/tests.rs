@@ -10,7 +10,8 @@ use lightshed_testkit::{
 
 const BINS: usize = 16;
 
-/// The expected counts of distances in equal bins of the path, and of those that come through last; by exact depths.
+/// The expected counts of distances in equal bins of the path, and of those that come through last;
+/// by exact depths.
 fn expected(medium: &Medium, path: &Path, k: f32, samples: u32) -> Vec<f64> {
     let Interval { t0, t1 } = path.interval;
     let transmittance = |bin: usize| {
@@ -362,8 +363,8 @@ fn marched_flights_are_biased_but_sound_proposals() {
     let (medium, path, k) = straight();
     const SAMPLES: u32 = 40_000;
     let truth = expected(&medium, &path, k, SAMPLES);
-    // With the true density over its own: unbiased in every bin. Without, and few steps: biased, and seen to be.
-    // False-positive rate 1e-6.
+    // With the true density over its own: unbiased in every bin. Without, and few steps: biased,
+    // and seen to be. False-positive rate 1e-6.
     check_faults(&[Fault::TakenForExact, Fault::StepTooShort], |fault| {
         let mut tests = vec![MeanTest::new(); BINS + 1];
         for i in 0..SAMPLES {
@@ -407,7 +408,8 @@ fn marched_flights_are_biased_but_sound_proposals() {
 
 #[test]
 fn marching_finer_is_less_biased() {
-    // The probability of coming through, against the exact one: the order is that of the midpoint rule.
+    // The probability of coming through, against the exact one: the order is that of the midpoint
+    // rule.
     let bounds = crate::FieldBounds::new(Vec3::ZERO, Vec3::ONE).unwrap();
     let bell = |x: f64| 3.0 * (-6.0 * (x - 0.7) * (x - 0.7)).exp();
     let range = |_, _| crate::DensityRange { min: 0.0, max: 3.0 };

@@ -55,8 +55,8 @@ pub(super) fn check_values(values: &[f32], first: u64) -> Result<DensityRange, G
 }
 
 impl DenseGrid {
-    /// From `nx · ny · nz` values, x fastest, then y, then z: voxel `(x, y, z)` is `values[(z · ny + y) · nx + x]`, the order
-    /// of Mitsuba's `.vol` files.
+    /// From `nx · ny · nz` values, x fastest, then y, then z: voxel `(x, y, z)` is
+    /// `values[(z · ny + y) · nx + x]`, the order of Mitsuba's `.vol` files.
     ///
     /// # Errors
     /// [`GridError`] for sizes out of range and values that are negative or not finite.

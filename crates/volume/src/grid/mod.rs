@@ -31,7 +31,8 @@ pub const MAX_VOXELS: u64 = 1 << 32;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GridError {
-    /// An axis has no voxels or more than [`MAX_VOXELS_PER_AXIS`], or there are more than [`MAX_VOXELS`].
+    /// An axis has no voxels or more than [`MAX_VOXELS_PER_AXIS`], or there are more than
+    /// [`MAX_VOXELS`].
     Size([u32; 3]),
     /// The number of values is not that of voxels.
     Count {
@@ -40,9 +41,11 @@ pub enum GridError {
         /// Values.
         found: u64,
     },
-    /// The value at this index is negative or not finite; of a block, the index counts all values of the blocks before.
+    /// The value at this index is negative or not finite; of a block, the index counts all values
+    /// of the blocks before.
     Value(u64),
-    /// A block does not lie on the lattice of blocks or outside of the grid, or there are two at one place. The index of the block.
+    /// A block does not lie on the lattice of blocks or outside of the grid, or there are two at
+    /// one place. The index of the block.
     Block(usize),
 }
 
@@ -65,16 +68,19 @@ impl fmt::Display for GridError {
 
 impl std::error::Error for GridError {}
 
-/// A grid of `nx × ny × nz` voxels of density, filling `[0, nx] × [0, ny] × [0, nz]`: its space counts voxels.
+/// A grid of `nx × ny × nz` voxels of density, filling `[0, nx] × [0, ny] × [0, nz]`: its space
+/// counts voxels.
 ///
-/// Outside of this box there is no medium; up to its faces a trilinear density keeps the value of the outermost centres, as
-/// Mitsuba's `gridvolume` does with its wrap mode `clamp`.
+/// Outside of this box there is no medium; up to its faces a trilinear density keeps the value of
+/// the outermost centres, as Mitsuba's `gridvolume` does with its wrap mode `clamp`.
 ///
-/// Its voxels are kept in one of several forms `S`: [`DenseGrid`], [`SparseGrid`], [`Grid8`], [`Grid4`].
+/// Its voxels are kept in one of several forms `S`: [`DenseGrid`], [`SparseGrid`], [`Grid8`],
+/// [`Grid4`].
 ///
 /// # Performance
-/// All have bricks of 8³ cells with the 9³ voxels at their corners: the eight voxels of a lookup are always in the same
-/// brick, for 1.42 times as many values as voxels (more for grids of less than 8 voxels along an axis).
+/// All have bricks of 8³ cells with the 9³ voxels at their corners: the eight voxels of a lookup
+/// are always in the same brick, for 1.42 times as many values as voxels (more for grids of less
+/// than 8 voxels along an axis).
 #[derive(Clone, Debug)]
 pub struct BrickGrid<S> {
     layout: Layout,
@@ -156,8 +162,8 @@ impl<S: BrickStorage> BrickGrid<S> {
                     }
                 }
             }
-            // All corners of the cells that the box touches, each from the brick that holds the cell: bricks may differ in what they keep of a
-            // voxel they share.
+            // All corners of the cells that the box touches, each from the brick that holds the
+            // cell: bricks may differ in what they keep of a voxel they share.
             Filter::Trilinear => {
                 let first: [u32; 3] = core::array::from_fn(|a| ((low[a] + 0.5) as u32).min(size[a]));
                 let last: [u32; 3] = core::array::from_fn(|a| ((high[a] + 0.5) as u32).min(size[a]));
@@ -218,8 +224,8 @@ impl<S: BrickStorage> VoxelGrid for BrickGrid<S> {
     }
 }
 
-/// Looks up a [`BrickGrid`]. Keeps nothing but where the grid is: to look whether the cell is still the same costs more than its eight voxels
-/// do.
+/// Looks up a [`BrickGrid`]. Keeps nothing but where the grid is: to look whether the cell is still
+/// the same costs more than its eight voxels do.
 #[derive(Clone, Debug)]
 pub struct BrickAccessor<'a, S> {
     grid: &'a BrickGrid<S>,

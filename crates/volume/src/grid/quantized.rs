@@ -6,13 +6,15 @@ use super::{BrickGrid, BrickStorage};
 use crate::DensityRange;
 use lightshed_sampling::parallel::for_each_chunk;
 
-/// Values of `BITS` bits, 8 or 4, between the least and the greatest of their brick; in `BYTES` a brick. The idea of the block-compressed
-/// textures of graphics hardware (BC4; Lin 2022 §5.5.1), with larger blocks.
+/// Values of `BITS` bits, 8 or 4, between the least and the greatest of their brick; in `BYTES` a
+/// brick. The idea of the block-compressed textures of graphics hardware (BC4; Lin 2022 §5.5.1),
+/// with larger blocks.
 ///
 /// # Precision
-/// A value is off by half a step, `(max − min)/(2^BITS − 1)` of its brick, at most; except that a positive one never becomes 0, so that nothing
-/// vanishes from the medium (Lin 2022 §5.4.1), and may be a whole step too large. Zero stays zero. Across bricks the density may jump by a
-/// step; all trackers, and [`DensityField::range`](crate::DensityField::range), see the same density.
+/// A value is off by half a step, `(max − min)/(2^BITS − 1)` of its brick, at most; except that a
+/// positive one never becomes 0, so that nothing vanishes from the medium (Lin 2022 §5.4.1), and
+/// may be a whole step too large. Zero stays zero. Across bricks the density may jump by a step;
+/// all trackers, and [`DensityField::range`](crate::DensityField::range), see the same density.
 #[derive(Clone, Debug)]
 pub struct QuantizedBricks<const BITS: u32, const BYTES: usize>(Vec<QuantizedBrick<BYTES>>);
 

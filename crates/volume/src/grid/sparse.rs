@@ -7,7 +7,8 @@ use super::{BrickGrid, Filter, GridError, SparseGrid};
 use crate::DensityRange;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
 
-/// The values of a [`SparseGrid`]: of the bricks in which anything is positive, and one brick of zeros for all others.
+/// The values of a [`SparseGrid`]: of the bricks in which anything is positive, and one brick of
+/// zeros for all others.
 #[derive(Clone, Debug)]
 pub struct SparseBricks {
     /// Where a brick's values are.
@@ -56,7 +57,8 @@ impl SparseGrid {
     /// From the `blocks` that are not empty; everywhere else the density is 0.
     ///
     /// # Errors
-    /// [`GridError`] for sizes out of range, values that are negative or not finite, and blocks out of place.
+    /// [`GridError`] for sizes out of range, values that are negative or not finite, and blocks out
+    /// of place.
     pub fn from_blocks(size: [u32; 3], blocks: &[VoxelBlock], filter: Filter) -> Result<Self, GridError> {
         let layout = Layout::new(size).ok_or(GridError::Size(size))?;
         let counts = size.map(|n| n.div_ceil(CELLS as u32));

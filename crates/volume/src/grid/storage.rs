@@ -2,7 +2,8 @@
 
 use std::fmt::Debug;
 
-/// A form in which a [`BrickGrid`](super::BrickGrid) keeps its values. Implemented by this crate's forms only.
+/// A form in which a [`BrickGrid`](super::BrickGrid) keeps its values. Implemented by this crate's
+/// forms only.
 pub trait BrickStorage: Debug + Sync + sealed::Bricks {}
 
 impl<S: Debug + Sync + sealed::Bricks> BrickStorage for S {}

@@ -297,7 +297,8 @@ fn misplaced_blocks_are_refused() {
     assert_eq!(build(&[block([8, 0, 0]), bad]), Err(GridError::Value(515)));
 }
 
-/// Checks a compressed grid against the original: half a step where nothing is near zero, a step elsewhere, nothing lost.
+/// Checks a compressed grid against the original: half a step where nothing is near zero, a step
+/// elsewhere, nothing lost.
 fn check_compressed<S: BrickStorage>(
     dense: &DenseGrid,
     compressed: &BrickGrid<S>,

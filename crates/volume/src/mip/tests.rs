@@ -48,7 +48,8 @@ fn means_are_means() {
 
 #[test]
 fn whole_depths_are_kept_along_axes() {
-    // A ray along an axis through the middle of a coarse voxel meets, on average over the fine rays within it, what the means say.
+    // A ray along an axis through the middle of a coarse voxel meets, on average over the fine rays
+    // within it, what the means say.
     let size = [12, 8, 8];
     let grid = DenseGrid::from_fn(size, Filter::Nearest, |[x, y, z]| {
         ((x * 5 + y * 3 + z) % 7) as f32
@@ -77,7 +78,8 @@ fn levels_are_positive_wherever_the_density_is_and_bounded() {
         let mut thin = 0;
         for size in [[16, 16, 16], [13, 9, 11]] {
             let mut grid = noise(size);
-            // A single faint voxel in a corner of its cube: interpolation reaches into seven others.
+            // A single faint voxel in a corner of its cube: interpolation reaches into seven
+            // others.
             grid = DenseGrid::from_fn(size, Filter::Trilinear, |v| {
                 let kept = if v[0] < 8 { 0.0 } else { grid.voxel(v) };
                 if v == [4, 4, 4] { 1e-3 } else { kept }

@@ -51,8 +51,8 @@ fn all() -> Vec<(String, Box<dyn PhaseFunction>)> {
     all
 }
 
-/// `2π ∫ f p dcos θ` over all angles from `low` to `high`, angles measured by `log₂(1 − cos θ)` up to the side and by
-/// `−log₂(1 + cos θ)` from there: −60 is ahead, 0 at the side, 60 back.
+/// `2π ∫ f p dcos θ` over all angles from `low` to `high`, angles measured by `log₂(1 − cos θ)` up
+/// to the side and by `−log₂(1 + cos θ)` from there: −60 is ahead, 0 at the side, 60 back.
 fn over_angles(phase: &dyn PhaseFunction, f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     let integrand = |x: f64| {
         let small = (-x.abs()).exp2();
@@ -222,8 +222,8 @@ fn sampled_directions_agree_with_what_is_said_of_them() {
     }
 }
 
-/// Phase functions keep the laws of distributions of directions; one that hands on the density of the angle before
-/// rounding, or scatters backwards, does not.
+/// Phase functions keep the laws of distributions of directions; one that hands on the density of
+/// the angle before rounding, or scatters backwards, does not.
 #[test]
 fn scattered_directions_keep_their_laws() {
     #[derive(Clone, Copy, Debug)]

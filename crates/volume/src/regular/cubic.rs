@@ -7,7 +7,8 @@ pub(super) struct Cubic {
 }
 
 impl Cubic {
-    /// From the corners of the cell, x fastest, the place in the cell where the ray enters, and where it goes from there.
+    /// From the corners of the cell, x fastest, the place in the cell where the ray enters, and
+    /// where it goes from there.
     #[inline(always)]
     pub fn new(corners: &[f32; 8], entry: [f64; 3], along: [f64; 3]) -> Self {
         let [x, y, z] = entry;
@@ -47,8 +48,8 @@ impl Cubic {
         (s * (c0 + s * (c1 / 2.0 + s * (c2 / 3.0 + s * c3 / 4.0)))).max(0.0)
     }
 
-    /// The least `s` in [0, 1] with `∫₀ˢ ρ = target`, for a target from 0 to the whole integral: Newton's method on a monotone
-    /// quartic, kept within a shrinking bracket by bisection.
+    /// The least `s` in [0, 1] with `∫₀ˢ ρ = target`, for a target from 0 to the whole integral:
+    /// Newton's method on a monotone quartic, kept within a shrinking bracket by bisection.
     #[inline]
     pub fn invert(&self, target: f64) -> f64 {
         let (mut low, mut high) = (0.0f64, 1.0f64);

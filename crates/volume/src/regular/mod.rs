@@ -1,8 +1,9 @@
 //! Regular tracking: voxel by voxel, with exact optical depths.
 //!
-//! Where the density is constant in each voxel its integral along a ray is a sum of products (Amanatides and Woo 1987; Lin 2022
-//! eqs. 5.24, 5.25); where it is trilinear, it is a cubic in each cell between voxel centres, whose integral is known and inverts by a
-//! safeguarded Newton iteration (Lin 2022 §5.5.1). Both are exact up to rounding, in `f64`.
+//! Where the density is constant in each voxel its integral along a ray is a sum of products
+//! (Amanatides and Woo 1987; Lin 2022 eqs. 5.24, 5.25); where it is trilinear, it is a cubic in
+//! each cell between voxel centres, whose integral is known and inverts by a safeguarded Newton
+//! iteration (Lin 2022 §5.5.1). Both are exact up to rounding, in `f64`.
 
 mod cubic;
 #[cfg(test)]
@@ -31,8 +32,8 @@ impl RegularDepth {
     }
 }
 
-/// The exact `∫ ρ dt` of a grid along a part of a ray, by its own filter: regular tracking, piecewise constant or piecewise
-/// trilinear.
+/// The exact `∫ ρ dt` of a grid along a part of a ray, by its own filter: regular tracking,
+/// piecewise constant or piecewise trilinear.
 #[inline]
 pub fn regular_depth<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval) -> RegularDepth {
     let mut depth = 0.0;
@@ -58,11 +59,11 @@ pub fn regular_depth<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval)
     RegularDepth { depth, lookups }
 }
 
-/// Free flight by regular tracking, piecewise constant or piecewise trilinear by the grid's filter: the density of distances is `σ T`
-/// exactly, *known in closed form* with the distance.
+/// Free flight by regular tracking, piecewise constant or piecewise trilinear by the grid's filter:
+/// the density of distances is `σ T` exactly, *known in closed form* with the distance.
 ///
-/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`; `u` in [0, 1). For MIS over channels sample with one channel's coefficient, and ask
-/// [`KnownFlight::pdf`] for every channel's.
+/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`; `u` in [0, 1). For MIS over channels
+/// sample with one channel's coefficient, and ask [`KnownFlight::pdf`] for every channel's.
 #[inline]
 pub fn regular_flight<G: VoxelGrid>(
     grid: &G,
@@ -130,7 +131,8 @@ fn voxels<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval) -> Dda {
     Dda::new(&lattice, ray, grid.bounds().clip(ray, interval))
 }
 
-/// The cells between voxel centres along a ray: one more than voxels along each axis, the outermost cut in half by the bounds.
+/// The cells between voxel centres along a ray: one more than voxels along each axis, the outermost
+/// cut in half by the bounds.
 #[inline(always)]
 fn cells<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval) -> Dda {
     let lattice = Lattice::new(DVec3::splat(-0.5), 1.0, grid.size().map(|n| n + 1));

@@ -38,9 +38,11 @@ fn depths_are_those_of_double_precision() {
                             }
                         };
                         let truth = medium.depth(&path);
-                        // Rays are cut to the box in f32, where the nearest filter's edge counts whole: a few 10⁻⁷ of the ray's length.
+                        // Rays are cut to the box in f32, where the nearest filter's edge counts
+                        // whole: a few 10⁻⁷ of the ray's length.
                         let length = f64::from(path.interval.t1);
-                        // A ray within a face of voxels of the nearest filter belongs to either side.
+                        // A ray within a face of voxels of the nearest filter belongs to either
+                        // side.
                         let in_face = filter == Filter::Nearest
                             && (0..3).any(|a| {
                                 path.ray.direction[a] == 0.0
@@ -190,7 +192,8 @@ fn distances_of_one_channel_serve_all_by_their_densities() {
     let whole = medium.depth(&path);
     let extinction = [0.0, 0.5, 3.0].map(|tau| (tau / whole) as f32);
     let middle = 0.5 * (path.interval.t0 + path.interval.t1);
-    // In each channel: the probability of coming through, and of a collision before the middle. False-positive rate 1e-6 each.
+    // In each channel: the probability of coming through, and of a collision before the middle.
+    // False-positive rate 1e-6 each.
     let upto = crate::testing::Path {
         interval: Interval {
             t1: middle,

@@ -4,10 +4,12 @@ use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Segment, delta_tracking};
 use lightshed_sampling::rand::Rng;
 
-/// Transmittance by delta tracking: 1 if a photon comes through, 0 if it collides. Unbiased; variance `T (1 − T)`.
+/// Transmittance by delta tracking: 1 if a photon comes through, 0 if it collides. Unbiased;
+/// variance `T (1 − T)`.
 ///
-/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. Takes fewer lookups than [`ratio_tracking`](crate::ratio_tracking) where
-/// the medium is dense, since it stops at the first real collision.
+/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. Takes fewer lookups than
+/// [`ratio_tracking`](crate::ratio_tracking) where the medium is dense, since it stops at the first
+/// real collision.
 #[inline]
 pub fn delta_transmittance<A: DensityAccessor>(
     density: &mut A,

@@ -4,12 +4,14 @@ use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Interval};
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 
-/// Transmittance by ray marching with `steps` equal steps (at least 1), one lookup within each: `exp(−k Σ ρ_i Δt)`. **Biased.**
+/// Transmittance by ray marching with `steps` equal steps (at least 1), one lookup within each:
+/// `exp(−k Σ ρ_i Δt)`. **Biased.**
 ///
-/// At the midpoints, `offset` ½, the optical depth of a smooth density is off by the square of the step, and so is the estimate; structures
-/// narrower than a step may be missed. With a random `offset` the optical depth is unbiased, but its exponential is not: by Jensen's
-/// inequality it is too large, by about half its variance. Good for targets of resampling, where bias is only noise (Lin 2022 §5.4.3); for
-/// shading see [`unbiased_ray_marching`](crate::unbiased_ray_marching).
+/// At the midpoints, `offset` ½, the optical depth of a smooth density is off by the square of the
+/// step, and so is the estimate; structures narrower than a step may be missed. With a random
+/// `offset` the optical depth is unbiased, but its exponential is not: by Jensen's inequality it is
+/// too large, by about half its variance. Good for targets of resampling, where bias is only noise
+/// (Lin 2022 §5.4.3); for shading see [`unbiased_ray_marching`](crate::unbiased_ray_marching).
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`.
 #[inline]
@@ -29,8 +31,8 @@ pub fn ray_marching_transmittance<A: DensityAccessor>(
     }
 }
 
-/// `∫ ρ dt` by ray marching, the exponent of [`ray_marching_transmittance`] for the coefficient 1: unbiased with a random `offset`, off by
-/// the square of the step at the midpoints.
+/// `∫ ρ dt` by ray marching, the exponent of [`ray_marching_transmittance`] for the coefficient 1:
+/// unbiased with a random `offset`, off by the square of the step at the midpoints.
 #[inline]
 pub fn ray_marching_depth<A: DensityAccessor>(
     density: &mut A,

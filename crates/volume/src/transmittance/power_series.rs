@@ -1,12 +1,14 @@
 //! Transmittance by a power series.
 //!
-//! With the residual depth `R = k ∫ (ρ̄ − ρ̌) dt` of a segment and `r` the share `(ρ − ρ̌)/(ρ̄ − ρ̌)` at a uniform point of it,
+//! With the residual depth `R = k ∫ (ρ̄ − ρ̌) dt` of a segment and `r` the share
+//! `(ρ − ρ̌)/(ρ̄ − ρ̌)` at a uniform point of it,
 //!
 //! `T = e^{−k ∫ρ̌} · e^{−R} Σ_n R^n/n! · E[1 − r]^n`.
 //!
-//! Ratio tracking draws `n` from the Poisson distribution and takes one term. Summing the terms instead removes the noise of `n`: the product
-//! over the first `n` points serves term `n`, and the series ends by Russian roulette once 99 % of the Poisson mass is summed
-//! (the "p-series CMF" of Georgiev et al. 2019).
+//! Ratio tracking draws `n` from the Poisson distribution and takes one term. Summing the terms
+//! instead removes the noise of `n`: the product over the first `n` points serves term `n`, and the
+//! series ends by Russian roulette once 99 % of the Poisson mass is summed (the "p-series CMF" of
+//! Georgiev et al. 2019).
 
 use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Segment};
@@ -18,13 +20,15 @@ const CERTAIN_MASS: f64 = 0.99;
 /// Segments of a greater residual depth are cut: `e^{−R}` must not underflow.
 const MAX_RESIDUAL: f64 = 64.0;
 
-/// Transmittance by summing a power series over each segment (see the source's head): unbiased, in [0, 1] but for the rare estimates that
-/// survive roulette.
+/// Transmittance by summing a power series over each segment (see the source's head): unbiased, in
+/// [0, 1] but for the rare estimates that survive roulette.
 ///
-/// Points are uniform within a segment, so one segment for the whole ray ([`MajorantGrid::whole_segment`](crate::MajorantGrid::whole_segment))
-/// and one for each super-voxel are different estimators: the first has fewer terms, the second tighter bounds.
+/// Points are uniform within a segment, so one segment for the whole ray
+/// ([`MajorantGrid::whole_segment`](crate::MajorantGrid::whole_segment)) and one for each
+/// super-voxel are different estimators: the first has fewer terms, the second tighter bounds.
 ///
-/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. About `R + 2.3 √R + 1` lookups for a segment of residual depth `R`.
+/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. About `R + 2.3 √R + 1` lookups for a
+/// segment of residual depth `R`.
 pub fn power_series_transmittance<A: DensityAccessor>(
     density: &mut A,
     ray: &FieldRay,
@@ -76,7 +80,8 @@ fn series<R: Rng + ?Sized>(residual: f64, rng: &mut R, mut factor: impl FnMut(&m
     let mut n = 0.0;
     loop {
         n += 1.0;
-        // The next term's mass over this one's; below 1 in the tail, where it is the chance to go on.
+        // The next term's mass over this one's; below 1 in the tail, where it is the chance to go
+        // on.
         let ratio = residual / n;
         if summed >= CERTAIN_MASS {
             let chance = ratio.min(1.0);

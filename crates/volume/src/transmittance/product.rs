@@ -19,7 +19,8 @@ pub(super) trait Product: Copy {
     fn has_vanished(self) -> bool;
 }
 
-/// `Π` of all collisions' factors by channel at the rate `k̂`, the greatest coefficient, and lookups. `0` once all have vanished.
+/// `Π` of all collisions' factors by channel at the rate `k̂`, the greatest coefficient, and
+/// lookups. `0` once all have vanished.
 #[inline(always)]
 pub(super) fn product<const N: usize, P: Product, A: DensityAccessor>(
     density: &mut A,

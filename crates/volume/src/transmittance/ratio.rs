@@ -7,10 +7,12 @@ use crate::{DensityAccessor, FieldRay, Segment};
 use lightshed_lanes::Lanes;
 use lightshed_sampling::rand::Rng;
 
-/// Transmittance by ratio tracking (Novák et al. 2014): `Π (1 − ρ/ρ̄)` over all tentative collisions. Unbiased, in [0, 1].
+/// Transmittance by ratio tracking (Novák et al. 2014): `Π (1 − ρ/ρ̄)` over all tentative
+/// collisions. Unbiased, in [0, 1].
 ///
-/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The expected number of lookups is `∫ k ρ̄ dt`, less where the estimate
-/// reaches 0 before. Estimates below the least normal `f32` are 0.
+/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The expected number of lookups is
+/// `∫ k ρ̄ dt`, less where the estimate reaches 0 before. Estimates below the least normal `f32`
+/// are 0.
 #[inline]
 pub fn ratio_tracking<A: DensityAccessor>(
     density: &mut A,
@@ -22,9 +24,9 @@ pub fn ratio_tracking<A: DensityAccessor>(
     ratio(density, ray, segments, [extinction], rng).into()
 }
 
-/// Transmittance of all channels by ratio tracking at the rate of the greatest coefficient `k̂`: `Π (1 − k_c ρ / (k̂ ρ̄))`,
-/// unbiased and in [0, 1] for each (spectral tracking, Kutz et al. 2017). The channels share their collisions: no weights between them
-/// are needed.
+/// Transmittance of all channels by ratio tracking at the rate of the greatest coefficient `k̂`:
+/// `Π (1 − k_c ρ / (k̂ ρ̄))`, unbiased and in [0, 1] for each (spectral tracking, Kutz et al.
+/// 2017). The channels share their collisions: no weights between them are needed.
 ///
 /// `extinction` has the coefficients `k_c ≥ 0`, finite.
 #[inline]

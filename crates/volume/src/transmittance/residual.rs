@@ -13,17 +13,20 @@ pub enum Control {
     /// `ρ_c = ρ̌`, the minorant: estimates stay in [0, 1].
     #[default]
     Minorant,
-    /// `ρ_c = (ρ̌ + ρ̄)/2`: half as many lookups; estimates are not negative, but exceed 1 in places. The second moment is up to
-    /// `e^{∫ k (ρ̄ − ρ̌)/2}` times the square of the mean: for rays whose residual depth is small, or densities near the middle of their
-    /// bounds. Where most of a segment is at its minorant, [`Control::Minorant`] is far better.
+    /// `ρ_c = (ρ̌ + ρ̄)/2`: half as many lookups; estimates are not negative, but exceed 1 in
+    /// places. The second moment is up to `e^{∫ k (ρ̄ − ρ̌)/2}` times the square of the mean: for
+    /// rays whose residual depth is small, or densities near the middle of their bounds. Where most
+    /// of a segment is at its minorant, [`Control::Minorant`] is far better.
     Middle,
 }
 
-/// Transmittance by residual ratio tracking (Novák et al. 2014): `e^{−∫ k ρ_c} Π (1 − (ρ − ρ_c)/ρ̄_r)`, the transmittance of a control density in closed
-/// form times ratio tracking of the rest at the rate `k ρ̄_r`. Unbiased.
+/// Transmittance by residual ratio tracking (Novák et al. 2014):
+/// `e^{−∫ k ρ_c} Π (1 − (ρ − ρ_c)/ρ̄_r)`, the transmittance of a control density in closed form
+/// times ratio tracking of the rest at the rate `k ρ̄_r`. Unbiased.
 ///
-/// `ρ̄_r` is the greatest of `|ρ − ρ_c|` that the segment allows: `ρ̄ − ρ̌` or half of it ([`Control`]). `extinction` is the coefficient
-/// `k ≥ 0` of `σ = k ρ`; the expected number of lookups is `∫ k ρ̄_r dt`.
+/// `ρ̄_r` is the greatest of `|ρ − ρ_c|` that the segment allows: `ρ̄ − ρ̌` or half of it
+/// ([`Control`]). `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`; the expected number of
+/// lookups is `∫ k ρ̄_r dt`.
 #[inline]
 pub fn residual_ratio_tracking<A: DensityAccessor>(
     density: &mut A,
@@ -36,8 +39,8 @@ pub fn residual_ratio_tracking<A: DensityAccessor>(
     residual(density, ray, segments, [extinction], control, rng).into()
 }
 
-/// [`residual_ratio_tracking`] of all channels at once, at the rate of the greatest coefficient `k̂`:
-/// `e^{−∫ k_c ρ_c} Π (1 − k_c (ρ − ρ_c)/(k̂ ρ̄_r))`.
+/// [`residual_ratio_tracking`] of all channels at once, at the rate of the greatest coefficient
+/// `k̂`: `e^{−∫ k_c ρ_c} Π (1 − k_c (ρ − ρ_c)/(k̂ ρ̄_r))`.
 #[inline]
 pub fn spectral_residual_ratio_tracking<A: DensityAccessor>(
     density: &mut A,
@@ -60,7 +63,8 @@ fn residual<const N: usize, A: DensityAccessor>(
     rng: &mut (impl Rng + ?Sized),
 ) -> Estimates<N> {
     let mut control_depth = 0.0f32;
-    // The residual's majorant in place of the medium's, the control density in place of the minorant.
+    // The residual's majorant in place of the medium's, the control density in place of the
+    // minorant.
     let residual = segments.map(|segment| {
         let (control, majorant) = match control {
             Control::Minorant => (segment.minorant, segment.majorant - segment.minorant),

@@ -101,8 +101,8 @@ fn test_mean(
         let estimate = estimator.estimate(&mut medium.grid.accessor(), path, segments, k, &mut rng);
         test.push(f64::from(estimate.value));
     }
-    // Values that never vary are right up to the rounding of f32, or came without a single lookup: then they are off by the majorants' depth at
-    // most, of which 4000 samples have seen nothing.
+    // Values that never vary are right up to the rounding of f32, or came without a single lookup:
+    // then they are off by the majorants' depth at most, of which 4000 samples have seen nothing.
     let bound: f32 = medium
         .segments(path)
         .map(|s| k * s.majorant * (s.t1 - s.t0))
@@ -124,7 +124,8 @@ fn test_mean(
 fn unbiased_estimators_have_the_mean_of_the_exact_depth() {
     const PATHS: usize = 6;
     const DEPTHS: [f64; 4] = [1e-8, 0.05, 0.7, 4.0];
-    // False-positive rate 1e-4 over all. The skew of estimates far below 1 asks for a margin: hence 4000 samples and a depth of 4 at most.
+    // False-positive rate 1e-4 over all. The skew of estimates far below 1 asks for a margin: hence
+    // 4000 samples and a depth of 4 at most.
     let tests = 2 * 5 * PATHS * DEPTHS.len() * ALL.len();
     let significance = family_significance(1e-4, tests);
     let mut tested = 0;
@@ -142,7 +143,8 @@ fn unbiased_estimators_have_the_mean_of_the_exact_depth() {
                 tested += 1;
                 for tau in DEPTHS {
                     let k = (tau / depth) as f32;
-                    // The second moment of the middle control is exponential in this, and a z-test of no use.
+                    // The second moment of the middle control is exponential in this, and a z-test
+                    // of no use.
                     let bounds = medium.segments(&path);
                     let wide: f32 = bounds
                         .map(|s| k * (s.majorant - s.minorant) * (s.t1 - s.t0))
@@ -169,7 +171,8 @@ fn estimators_notice_what_is_wrong_with_their_bounds() {
     };
     let k = (1.5 / medium.depth(&path)) as f32;
     for estimator in ALL {
-        // Bounds that are too low bias all whose weights they must keep in [0, 1]; the others are unbiased for any.
+        // Bounds that are too low bias all whose weights they must keep in [0, 1]; the others are
+        // unbiased for any.
         let faults: &[Fault] = match estimator {
             Estimator::Delta | Estimator::Ratio | Estimator::NextFlight => {
                 &[Fault::SegmentDropped, Fault::MajorantsTooLow]
@@ -182,7 +185,8 @@ fn estimators_notice_what_is_wrong_with_their_bounds() {
         })
         .unwrap();
     }
-    // What control variates are for: any will do, as long as it is counted. Without the factor e^{−∫ k ρ_c} it is not.
+    // What control variates are for: any will do, as long as it is counted. Without the factor
+    // e^{−∫ k ρ_c} it is not.
     check_faults(&[Fault::MinorantsForgotten], |fault| {
         let mut test = MeanTest::new();
         for i in 0..20_000 {
@@ -382,7 +386,8 @@ fn ray_marching_is_biased_by_the_square_of_the_step() {
         assert!(error(steps).abs() > 1e-5);
     }
 
-    // Jensen: with random offsets the depth is unbiased and the estimate too large by half its variance, which a z-test sees.
+    // Jensen: with random offsets the depth is unbiased and the estimate too large by half its
+    // variance, which a z-test sees.
     let (mut value, mut depth) = (MeanTest::new(), MeanTest::new());
     for i in 0..4096 {
         let offset = (i as f32 + 0.5) / 4096.0;

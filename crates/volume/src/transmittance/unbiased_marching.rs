@@ -1,17 +1,20 @@
 //! Unbiased ray marching (Kettunen et al. 2021).
 //!
-//! A *query* `X` is an unbiased estimate of the optical depth `τ` by ray marching: `M` lookups at equal distances with one random offset. `e^{−X}` is too
-//! large on average; around a pivot `P`, another query, the power series
+//! A *query* `X` is an unbiased estimate of the optical depth `τ` by ray marching: `M` lookups at
+//! equal distances with one random offset. `e^{−X}` is too large on average; around a pivot `P`,
+//! another query, the power series
 //!
 //! `e^{−τ} = e^{−P} Σ_n (P − τ)^n / n!`
 //!
-//! puts that right: `(P − τ)^n` is the mean product of `n` of the differences `P − X_i`. The number `N` of terms is random, most often 0. With
-//! `N + 1` queries, each in turn the pivot and the others in elementary symmetric means `m_n`, term `n` over `q_n = P(N ≥ n)`,
+//! puts that right: `(P − τ)^n` is the mean product of `n` of the differences `P − X_i`. The number
+//! `N` of terms is random, most often 0. With `N + 1` queries, each in turn the pivot and the
+//! others in elementary symmetric means `m_n`, term `n` over `q_n = P(N ≥ n)`,
 //!
 //! `T̂ = 1/(N + 1) Σ_j e^{−X_j} Σ_{n ≤ N} m_n({X_j − X_i}_{i ≠ j}) / (n! q_n)`.
 //!
-//! The lookups are at equal distances not in `t` but in the residual depth `∫ (ρ̄ − ρ̌) dt` of the segments, with `∫ ρ̌ dt` as control variate: empty
-//! segments take none of them, and `X` is bounded on both sides.
+//! The lookups are at equal distances not in `t` but in the residual depth `∫ (ρ̄ − ρ̌) dt` of the
+//! segments, with `∫ ρ̌ dt` as control variate: empty segments take none of them, and `X` is
+//! bounded on both sides.
 
 use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Segment, densities_at};
@@ -26,8 +29,8 @@ const ROULETTE: f64 = 2.0;
 /// Most queries at once: `q` of more is 10⁻¹⁵, and so is the bias of leaving them out.
 const MAX_QUERIES: usize = 26;
 
-/// Lookups of one query that suit a majorant depth `τ̄ = k ∫ ρ̄ dt`: `⌈((0.015 + τ̄)(0.65 + τ̄)(60.3 + τ̄))^{1/3}⌉`, the rule of Kettunen et al.
-/// 2021; at most 2¹⁶.
+/// Lookups of one query that suit a majorant depth `τ̄ = k ∫ ρ̄ dt`:
+/// `⌈((0.015 + τ̄)(0.65 + τ̄)(60.3 + τ̄))^{1/3}⌉`, the rule of Kettunen et al. 2021; at most 2¹⁶.
 #[inline]
 pub fn unbiased_ray_marching_lookups(majorant_depth: f32) -> u32 {
     let depth = majorant_depth.clamp(0.0, 65536.0);
@@ -37,13 +40,15 @@ pub fn unbiased_ray_marching_lookups(majorant_depth: f32) -> u32 {
         .min(65536.0) as u32
 }
 
-/// Transmittance by unbiased ray marching (see the source's head), with `lookups` lookups a query (at least 1;
-/// [`unbiased_ray_marching_lookups`] suggests a number).
+/// Transmittance by unbiased ray marching (see the source's head), with `lookups` lookups a query
+/// (at least 1; [`unbiased_ray_marching_lookups`] suggests a number).
 ///
-/// Unbiased. Nine estimates in ten are one query, `e^{−X}`, in (0, 1]; the others may be negative or exceed 1. Where a query's noise is well
-/// below 1 the variance is far below that of ratio tracking; where a query misses the medium's structure, it is large.
+/// Unbiased. Nine estimates in ten are one query, `e^{−X}`, in (0, 1]; the others may be negative
+/// or exceed 1. Where a query's noise is well below 1 the variance is far below that of ratio
+/// tracking; where a query misses the medium's structure, it is large.
 ///
-/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The segments are walked once for each query.
+/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The segments are walked once for each
+/// query.
 pub fn unbiased_ray_marching<A: DensityAccessor>(
     density: &mut A,
     ray: &FieldRay,
@@ -187,8 +192,8 @@ fn chance_of(n: usize) -> f64 {
 /// `Σ_n m_n / (n! q_n)` around the pivot `queries[j]`.
 fn corrected(queries: &[f64], j: usize, chance: impl Fn(usize) -> f64) -> f64 {
     let count = queries.len() - 1;
-    // Means of products of n different ones, e_n / C(count, n), built by adding one query at a time:
-    // m_n of i + 1 is ((i + 1 − n) m_n + n x m_{n−1}) / (i + 1).
+    // Means of products of n different ones, e_n / C(count, n), built by adding one query at a
+    // time: m_n of i + 1 is ((i + 1 − n) m_n + n x m_{n−1}) / (i + 1).
     let mut means = [0.0f64; MAX_QUERIES];
     means[0] = 1.0;
     let others = queries.iter().enumerate().filter(|&(i, _)| i != j);
@@ -220,7 +225,8 @@ mod tests {
 
     #[test]
     fn all_outcomes_together_have_the_mean_exactly() {
-        // Queries with two values; numbers of corrections up to where nothing is left of the series.
+        // Queries with two values; numbers of corrections up to where nothing is left of the
+        // series.
         const VALUES: [f64; 2] = [0.2, 0.9];
         const MOST: usize = 10;
         let truth = (-0.5 * (VALUES[0] + VALUES[1])).exp();
@@ -259,7 +265,8 @@ mod tests {
 
     #[test]
     fn the_number_of_corrections_is_drawn_by_its_chances() {
-        // The loop in `unbiased_ray_marching`, all outcomes of its roulette: P(N ≥ n + 1 | N ≥ n) is what is compared with.
+        // The loop in `unbiased_ray_marching`, all outcomes of its roulette: P(N ≥ n + 1 | N ≥ n)
+        // is what is compared with.
         for n in 2..12 {
             let ratio = chance_of(n + 1) / chance_of(n);
             assert!((ratio - ROULETTE / (n + 1) as f64).abs() < 1e-15);

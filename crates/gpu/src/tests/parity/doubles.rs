@@ -23,8 +23,8 @@ fn joined(low: u32, high: u32) -> f64 {
     plain(f64::from_bits(u64::from(low) | u64::from(high) << 32))
 }
 
-/// Pairs of doubles: any bits; numbers near each other, so that sums cancel and quotients are near one; few bits, so that halves
-/// have to be rounded to even; and the ends of the range.
+/// Pairs of doubles: any bits; numbers near each other, so that sums cancel and quotients are near
+/// one; few bits, so that halves have to be rounded to even; and the ends of the range.
 fn pairs() -> Vec<[u32; 4]> {
     const ENDS: [u64; 16] = [
         0,
@@ -126,7 +126,8 @@ fn conversions() {
     let mut inputs: Vec<[u32; 4]> = pairs();
     let hostile = HOSTILE.map(|word| [word, word ^ 1, word, 0]);
     inputs[1000..1000 + hostile.len()].copy_from_slice(&hostile);
-    // Doubles of the size of f32s, whole and with the bits that decide how an f32 is rounded; numbers around 2⁶³.
+    // Doubles of the size of f32s, whole and with the bits that decide how an f32 is rounded;
+    // numbers around 2⁶³.
     let mut rng = CounterRng::new(51, 0, 0);
     for input in inputs.iter_mut().skip(2000).step_by(2) {
         let exponent = 1023 - 155 + rng.next_u32() % 300;

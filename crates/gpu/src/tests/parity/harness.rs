@@ -8,8 +8,8 @@ use lightshed_shaders::Linker;
 /// Inputs of a function.
 pub const COUNT: usize = 1 << 16;
 
-/// A function as the device runs it: what it imports, and the body of `fn run(i: u32)`, which reads `word(k)` and `number(k)` and writes by
-/// `put(k, word)` and `put_f(k, number)`.
+/// A function as the device runs it: what it imports, and the body of `fn run(i: u32)`, which reads
+/// `word(k)` and `number(k)` and writes by `put(k, word)` and `put_f(k, number)`.
 pub struct Shader<'a> {
     pub imports: &'a str,
     pub host: &'a str,
@@ -98,7 +98,8 @@ pub enum Tier {
     Words,
     /// The same bits; any NaN is equal to any other.
     Exact,
-    /// Numbers that differ by at most `absolute + relative · |truth|`; infinities and NaN as they are.
+    /// Numbers that differ by at most `absolute + relative · |truth|`; infinities and NaN as they
+    /// are.
     Bounded { absolute: f32, relative: f32 },
 }
 
@@ -169,7 +170,8 @@ pub fn check<const I: usize, const O: usize>(
     }
 }
 
-/// Words that arithmetic may stumble over: zeros, subnormals, the largest, infinities, NaN, powers of two, one and its neighbours.
+/// Words that arithmetic may stumble over: zeros, subnormals, the largest, infinities, NaN, powers
+/// of two, one and its neighbours.
 pub const HOSTILE: [u32; 24] = [
     0x0000_0000,
     0x8000_0000,

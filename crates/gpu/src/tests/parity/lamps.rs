@@ -5,7 +5,8 @@ use glam::Vec3;
 use lightshed_sampling::CounterRng;
 use lightshed_scene::{EmitterDescription, FlatScene, Rgb, Scene, SceneDescription, builtin};
 
-/// A lamp, points, spots whose light falls off and one whose does not, and directions; all around a constant light.
+/// A lamp, points, spots whose light falls off and one whose does not, and directions; all around a
+/// constant light.
 fn lamps() -> SceneDescription {
     let mut scene = builtin::cornell();
     let spot = |beam_width, cutoff_angle| EmitterDescription::Spot {
@@ -37,7 +38,8 @@ fn lamps() -> SceneDescription {
     scene
 }
 
-/// What `package::host` has for a scene in one buffer: its emitters, triangles first, and the table.
+/// What `package::host` has for a scene in one buffer: its emitters, triangles first, and the
+/// table.
 const HOST: &str = "
     import package::lightshed::alias::AliasEntry;
     import package::lightshed::emitter::{DeltaEmitter, Emitter, EmitterGroups};
@@ -60,7 +62,8 @@ const HOST: &str = "
 type Inputs = [u32; 7];
 type Outputs = [u32; 10];
 
-/// Choices, directions, weights and densities are the library's; where a spot falls off, by a polynomial.
+/// Choices, directions, weights and densities are the library's; where a spot falls off, by a
+/// polynomial.
 #[test]
 fn emitters_are_sampled_alike() {
     let Some(device) = gpu() else { return };
@@ -150,7 +153,8 @@ fn emitters_are_sampled_alike() {
             input[..3].copy_from_slice(&place.to_array().map(f32::to_bits));
         }
     }
-    // But for spots, whose angles are by a polynomial of the chord: next to nothing is left of their intensity at the edge.
+    // But for spots, whose angles are by a polynomial of the chord: next to nothing is left of
+    // their intensity at the edge.
     let tier = Tier::Bounded {
         absolute: 3e-5,
         relative: 3e-5,

@@ -9,8 +9,8 @@ use lightshed_lights::{
 };
 use lightshed_sampling::{CounterRng, UniformSphere};
 
-/// Lights in a box of 10 along each side: points, boxes and flat ones, with cones and without; some are off, some at one place, some very
-/// strong or far away.
+/// Lights in a box of 10 along each side: points, boxes and flat ones, with cones and without; some
+/// are off, some at one place, some very strong or far away.
 pub fn lights(count: usize, salt: u32) -> Vec<Light> {
     let mut rng = CounterRng::new(80, count as u32, salt);
     (0..count)
@@ -183,7 +183,8 @@ fn choices() {
         let chosen = found.iter().filter(|found| found[1] != 0).count();
         assert!(chosen > inputs.len() / 4, "{name}: {chosen} choices");
         if count > 2 {
-            // Planted: a point that is moved by one unit in the last place; a route that begins one bit further.
+            // Planted: a point that is moved by one unit in the last place; a route that begins one
+            // bit further.
             let moved = |words: &[u32; 10]| {
                 let mut words = *words;
                 words[1] ^= 1;
@@ -200,9 +201,11 @@ fn choices() {
     }
 }
 
-/// Stretches of rays: weights contain the device's `atan2`, so a choice near an edge between two may fall on the other side, one in a
-/// thousand at most. Where it does not, its probability is within 2·10⁻⁴ relatively over all steps, and so is that of any light, but for one
-/// number in a thousand: a stretch that is barely within reach of a light's normals gets what is left of two numbers that cancel.
+/// Stretches of rays: weights contain the device's `atan2`, so a choice near an edge between two
+/// may fall on the other side, one in a thousand at most. Where it does not, its probability is
+/// within 2·10⁻⁴ relatively over all steps, and so is that of any light, but for one number in a
+/// thousand: a stretch that is barely within reach of a light's normals gets what is left of two
+/// numbers that cancel.
 #[test]
 fn choices_for_stretches() {
     let Some(gpu) = gpu() else { return };

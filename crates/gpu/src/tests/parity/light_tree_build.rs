@@ -123,7 +123,8 @@ fn trees_are_the_same_node_for_node() {
         check(name, &lights, Curve::Morton);
     }
 
-    // Planted: one light that moved by a unit in the last place, or is one step brighter, is seen; and so is another order of ties.
+    // Planted: one light that moved by a unit in the last place, or is one step brighter, is seen;
+    // and so is another order of ties.
     let plain = lights(3000, 3);
     let found = built(gpu, &builder, &plain, Curve::Hilbert);
     let mut moved = plain.clone();

@@ -10,10 +10,12 @@ use lightshed_sampling::{CounterRng, UniformSphere};
 
 /// Most subtrees of a cut.
 const MOST: usize = 12;
-/// Words of an answer: the cut's length, light and probability for each subtree, and the probability of a light.
+/// Words of an answer: the cut's length, light and probability for each subtree, and the
+/// probability of a light.
 const WORDS: usize = 2 + 2 * MOST;
 
-/// A receiver for whom the cut is chosen, another one that uses it, sides, a number of subtrees, two words of numbers, and a light.
+/// A receiver for whom the cut is chosen, another one that uses it, sides, a number of subtrees,
+/// two words of numbers, and a light.
 type Question = [u32; 17];
 
 fn questions(count: usize, lights: usize, salt: u32) -> Vec<Question> {
@@ -167,7 +169,8 @@ fn cuts_and_choices() {
         if count < 300 {
             continue;
         }
-        // Planted: a cut of one subtree more; a cut for the point that uses it; a receiver that is moved by one unit in the last place.
+        // Planted: a cut of one subtree more; a cut for the point that uses it; a receiver that is
+        // moved by one unit in the last place.
         let faults: [fn(&mut Question); 3] = [
             |words| words[13] = words[13] % MOST as u32 + 1,
             |words| words.copy_within(6..9, 0),

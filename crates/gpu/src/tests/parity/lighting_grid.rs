@@ -8,7 +8,8 @@ use lightshed_sampling::{CounterRng, UniformSphere};
 
 const LEAST_DISTANCE: f32 = 0.05;
 
-/// Point lights on the walls of a box, in its middle, in a cluster; half of them shine all around, some are off.
+/// Point lights on the walls of a box, in its middle, in a cluster; half of them shine all around,
+/// some are off.
 pub fn point_lights(count: usize, salt: u32) -> Vec<PointLight> {
     let mut rng = CounterRng::new(85, count as u32, salt);
     (0..count)
@@ -218,8 +219,8 @@ fn answers(grid: &LightingGrid, words: &[u32; 9]) -> [u32; 5] {
     [r, g, b, count, names]
 }
 
-/// The same lights in the same order, and sums within 2·10⁻⁶ relatively. Levels that serve distances a thousandth farther out, and a light that
-/// is lost, are noticed.
+/// The same lights in the same order, and sums within 2·10⁻⁶ relatively. Levels that serve
+/// distances a thousandth farther out, and a light that is lost, are noticed.
 #[test]
 fn look_ups() {
     let Some(gpu) = gpu() else { return };

@@ -94,7 +94,8 @@ fn plus(x: f32) -> u32 {
     (if x == 0.0 { 0.0 } else { x }).to_bits()
 }
 
-/// Rays through a field, at random, and along faces, edges and diagonals of its cells; their origins, directions and intervals.
+/// Rays through a field, at random, and along faces, edges and diagonals of its cells; their
+/// origins, directions and intervals.
 fn rays(size: [u32; 3], cell: f32, salt: u32, count: usize) -> Vec<[u32; 8]> {
     let size = Vec3::from_array(size.map(|n| n as f32));
     let mut rng = CounterRng::new(71, salt, 0);
@@ -306,9 +307,9 @@ const TRACKERS: &str = "let k = number(8u);
         put(5u + c, residual.lookups); put_f(9u + c, residual.value); put(9u, s2.dimension);
     }";
 
-/// Tracking draws the library's random words: collisions are the same, and transmittances by ratio tracking. What residual ratio
-/// tracking estimates contains the device's `exp`, and a product that is rounded to `f32`: within 4·10⁻⁶ relatively, or 10⁻³⁷ where it
-/// leaves the range.
+/// Tracking draws the library's random words: collisions are the same, and transmittances by ratio
+/// tracking. What residual ratio tracking estimates contains the device's `exp`, and a product that
+/// is rounded to `f32`: within 4·10⁻⁶ relatively, or 10⁻³⁷ where it leaves the range.
 #[test]
 fn trackers() {
     let Some(device) = gpu() else { return };
@@ -372,8 +373,9 @@ const MARCHING: &str = "let k = number(8u);
     let found = unbiased_ray_marching(medium, ray, interval, bounds, k, word(9u), &stream);
     put_f(0u, found.value); put(1u, found.lookups); put(2u, stream.dimension);";
 
-/// Unbiased ray marching draws the library's random words and makes as many queries. Its sums are `f32`, and where a lookup falls on the other
-/// side of a jump of the density by rounding its estimate is another: for all but one in a thousand it is within 2·10⁻⁴ of 1.
+/// Unbiased ray marching draws the library's random words and makes as many queries. Its sums are
+/// `f32`, and where a lookup falls on the other side of a jump of the density by rounding its
+/// estimate is another: for all but one in a thousand it is within 2·10⁻⁴ of 1.
 #[test]
 fn unbiased_marching() {
     let Some(device) = gpu() else { return };

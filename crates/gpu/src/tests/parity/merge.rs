@@ -13,8 +13,8 @@ const INPUTS: usize = 4;
 const EACH: usize = 8;
 const CAP: f32 = 20.0;
 
-/// The part `[offset, offset + scale)` of a line, seen from within: `x` is where on it one is. Its target is a tent, cut off where it would be
-/// negative.
+/// The part `[offset, offset + scale)` of a line, seen from within: `x` is where on it one is. Its
+/// target is a tent, cut off where it would be negative.
 struct Part {
     scale: f32,
     offset: f32,
@@ -65,7 +65,8 @@ impl Choose for Decisions<'_> {
     }
 }
 
-/// Where the kept sample lies, its weight, the confidence, and the integral of the place on the line; `None` where rounding decides.
+/// Where the kept sample lies, its weight, the confidence, and the integral of the place on the
+/// line; `None` where rounding decides.
 fn merged(numbers: &[f32; INPUTS * EACH], count: usize, mis: Mis, canonical_last: bool) -> Option<[f32; 4]> {
     let mut inputs: Vec<(Part, DomainReservoir<Part>)> = numbers
         .chunks_exact(EACH)
@@ -153,8 +154,9 @@ const HOST: &str = "
     fn merge_visit(i: u32, weight: f32) { sum += arrived(i) * weight; }
 ";
 
-/// Merges of two and of four inputs by either family of weights, samples, weights, confidences and integrals: `f32` against the library's `f64`,
-/// but for decisions that rounding takes. Faults in the merge are noticed.
+/// Merges of two and of four inputs by either family of weights, samples, weights, confidences and
+/// integrals: `f32` against the library's `f64`, but for decisions that rounding takes. Faults in
+/// the merge are noticed.
 #[test]
 fn merges_are_those_of_the_library() {
     let Some(gpu) = gpu() else { return };

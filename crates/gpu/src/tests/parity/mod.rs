@@ -1,8 +1,9 @@
 //! What shaders compute is what the library computes.
 //!
-//! Three tiers: the same bits, for integers and for chains of additions, multiplications, divisions and square roots; within a stated
-//! bound, where a function of the device's own is called; and by statistics, for whole images. Without a device the
-//! tests say SKIPPED and pass, unless `LIGHTSHED_REQUIRE_GPU=1`.
+//! Three tiers: the same bits, for integers and for chains of additions, multiplications, divisions
+//! and square roots; within a stated bound, where a function of the device's own is called; and by
+//! statistics, for whole images. Without a device the tests say SKIPPED and pass, unless
+//! `LIGHTSHED_REQUIRE_GPU=1`.
 
 mod doubles;
 mod harness;

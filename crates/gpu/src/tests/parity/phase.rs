@@ -124,8 +124,9 @@ fn between_directions() {
     );
 }
 
-/// Draine's is computed in `f64` here and in `f32` there. Densities are within 4·10⁻⁶ relatively; a sample is where the
-/// probability up to it is within 4·10⁻⁶ of the right one: where the density is small, angles may differ by more.
+/// Draine's is computed in `f64` here and in `f32` there. Densities are within 4·10⁻⁶ relatively; a
+/// sample is where the probability up to it is within 4·10⁻⁶ of the right one: where the density is
+/// small, angles may differ by more.
 #[test]
 fn draine() {
     let Some(gpu) = gpu() else { return };
@@ -158,7 +159,8 @@ fn draine() {
     };
     assert_eq!(compare("Draine", tier, &inputs, &densities, truth), Ok(()));
 
-    // The probability between two angles, ahead: by the substitution x = sqrt((1 - g)^2 + 2 g s) of the integral in f64.
+    // The probability between two angles, ahead: by the substitution x = sqrt((1 - g)^2 + 2 g s) of
+    // the integral in f64.
     let off = |input: &[u32; 3], found: f32| -> f64 {
         let [g, u, alpha] = floats(input);
         let phase = phase(g, alpha);

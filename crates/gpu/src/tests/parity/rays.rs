@@ -6,7 +6,8 @@ use glam::Vec3;
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_scene::{Ray, Scene, builtin, intersect_triangle};
 
-/// The nearest hit by testing all triangles; of those at the same distance, that of the lowest number.
+/// The nearest hit by testing all triangles; of those at the same distance, that of the lowest
+/// number.
 fn nearest(corners: &[[Vec3; 3]], ray: &Ray, step: usize) -> Option<(f32, u32, [f32; 2])> {
     let mut best: Option<(f32, u32, [f32; 2])> = None;
     for (primitive, corners) in (0..).zip(corners).step_by(step) {
@@ -18,7 +19,8 @@ fn nearest(corners: &[[Vec3; 3]], ray: &Ray, step: usize) -> Option<(f32, u32, [
     best
 }
 
-/// Rays at random, along axes, in planes of axes, at corners and at middles of edges, from near and far; directions of any length.
+/// Rays at random, along axes, in planes of axes, at corners and at middles of edges, from near and
+/// far; directions of any length.
 fn rays(corners: &[[Vec3; 3]], count: usize) -> Vec<[u32; 7]> {
     let mut rng = CounterRng::new(77, 0, 0);
     let pick = |rng: &mut CounterRng| {

@@ -262,7 +262,8 @@ fn expected(material: &Material, words: &Inputs) -> Outputs {
     all
 }
 
-/// Values of all lobes and of one, samples, and which lobe they are of; and that faults in them are noticed.
+/// Values of all lobes and of one, samples, and which lobe they are of; and that faults in them are
+/// noticed.
 #[test]
 fn materials_scatter_alike() {
     let Some(device) = gpu() else { return };

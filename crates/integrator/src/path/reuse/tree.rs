@@ -36,7 +36,8 @@ pub struct Shared {
     pub emitter: Option<SharedEmitter>,
     /// The direction sampled at `x₂`, in its shading frame.
     pub wi: Option<Vec3>,
-    /// Radiance emitted from there, and the density with which the emitter sample would have found it.
+    /// Radiance emitted from there, and the density with which the emitter sample would have found
+    /// it.
     pub met: Option<(Rgb, f32)>,
     /// Radiance reflected from there.
     pub beyond: Rgb,
@@ -189,7 +190,8 @@ impl<S: EmitterSampler> Ground<'_, S> {
         }
     }
 
-    /// What the edge from `x₁` met, seen by its own pixel alone: direct light, weighted against the emitter sample at `x₁`.
+    /// What the edge from `x₁` met, seen by its own pixel alone: direct light, weighted against the
+    /// emitter sample at `x₁`.
     fn collect(&self, start: &Onward<S::Site>, point: Option<&SurfacePoint>, trees: &mut [Tree]) {
         let (scene, sampler) = (self.transport.scene, &self.transport.sampler);
         let met = start.path.met(scene, sampler, &start.ray, point);
@@ -253,7 +255,8 @@ impl<S: EmitterSampler> Ground<'_, S> {
         onward
     }
 
-    /// An emitter sample at `x₂`, whatever the direction that it is scattered to, and the segment that must be free.
+    /// An emitter sample at `x₂`, whatever the direction that it is scattered to, and the segment
+    /// that must be free.
     fn sample_emitter(
         &self,
         second: &SurfaceVertex,
@@ -269,7 +272,8 @@ impl<S: EmitterSampler> Ground<'_, S> {
             .sampler
             .sample(second.position(), site, u_select, u)?;
         let wi = second.point.shading.to_local(light.direction);
-        // A sample that this pixel cannot use is left out, and so does not count as its technique's.
+        // A sample that this pixel cannot use is left out, and so does not count as its
+        // technique's.
         if second.bsdf.evaluate(second.wo, wi).value == Rgb::ZERO {
             return None;
         }
@@ -308,7 +312,8 @@ impl<S: EmitterSampler> Ground<'_, S> {
         };
         if !sample.is_delta {
             path.throughput = Rgb::ONE;
-            // For roulette alone. Colours are left out: what is black here, red times green say, may not be so from elsewhere.
+            // For roulette alone. Colours are left out: what is black here, red times green say,
+            // may not be so from elsewhere.
             path.eta_squared *= before.max_element() * sample.weight.max_element();
             shared.wi = Some(sample.wi);
         }
@@ -357,8 +362,8 @@ struct Behind<'a> {
     tally: &'a RayTally,
     /// Whether what the first edge meets is kept apart.
     is_apart: [bool; MAX_BATCH],
-    /// Radiance that the first edge met, without MIS weight, and the density with which sampling emitters would have found
-    /// it, in the solid-angle measure.
+    /// Radiance that the first edge met, without MIS weight, and the density with which sampling
+    /// emitters would have found it, in the solid-angle measure.
     met: [Option<(Rgb, f32)>; MAX_BATCH],
     radiances: [Rgb; MAX_BATCH],
 }

@@ -1,4 +1,5 @@
-//! ReSTIR path tracing (Lin 2022 ch. 6): paths resampled from trees, the last frame, and neighbours.
+//! ReSTIR path tracing (Lin 2022 ch. 6): paths resampled from trees, the last frame, and
+//! neighbours.
 
 mod options;
 
@@ -26,22 +27,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 type Domain<'a, E> = PathDomain<'a, SceneWorld<'a, E>>;
 type PathReservoir<'a, E> = DomainReservoir<Domain<'a, E>>;
 
-/// ReSTIR PT: estimates the light transport equation by paths that pixels share, within a frame and from frame to frame.
+/// ReSTIR PT: estimates the light transport equation by paths that pixels share, within a frame and
+/// from frame to frame.
 ///
-/// Each frame, every pixel sees a surface point `x₁` through a random point of its square; what `x₁` emits is taken as it is.
-/// The paths behind `x₁` are a domain ([`PathDomain`]). A pixel's reservoir is
+/// Each frame, every pixel sees a surface point `x₁` through a random point of its square; what
+/// `x₁` emits is taken as it is. The paths behind `x₁` are a domain ([`PathDomain`]). A pixel's
+/// reservoir is
 ///
 /// 1. resampled from trees of paths of its own, each candidate weighing the same;
-/// 2. merged with the previous frame's reservoir of the place where `x₁` was seen, by the balance heuristic, in that frame's own
-///    domain (point and view direction);
-/// 3. merged with those of neighbours, by the defensive pairwise weights (eq. 6.38), in one or more rounds. The last round
-///    shades by the sum over its inputs (eq. 6.47), not by the one sample it keeps.
+/// 2. merged with the previous frame's reservoir of the place where `x₁` was seen, by the balance
+///    heuristic, in that frame's own domain (point and view direction);
+/// 3. merged with those of neighbours, by the defensive pairwise weights (eq. 6.38), in one or more
+///    rounds. The last round shades by the sum over its inputs (eq. 6.47), not by the one sample it
+///    keeps.
 ///
-/// Every frame is unbiased. Frames with temporal reuse are correlated, and their average converges as long as the
-/// confidence cap is finite; frames without are independent.
+/// Every frame is unbiased. Frames with temporal reuse are correlated, and their average converges
+/// as long as the confidence cap is finite; frames without are independent.
 ///
-/// Roulette works on the candidates' walks alone, from `roulette_depth` edges on as in the path tracer.
-/// The shift is [`PathShift`] unless another is given.
+/// Roulette works on the candidates' walks alone, from `roulette_depth` edges on as in the path
+/// tracer. The shift is [`PathShift`] unless another is given.
 pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> {
     shift: S,
     world: &'a SceneWorld<'a, E>,
@@ -130,7 +134,8 @@ const TREES: usize = 64;
 const CHUNKS_IN_GROUP: usize = 16;
 
 impl<'a, E: EmitterSampler> RestirPt<'a, E> {
-    /// For images of the size that the scene's settings ask for, with paths as long as they ask for.
+    /// For images of the size that the scene's settings ask for, with paths as long as they ask
+    /// for.
     ///
     /// # Errors
     /// [`RestirPtError`] for options out of range.
@@ -180,7 +185,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         }
     }
 
-    /// The pixels' domains, and what is seen without a path behind it. Returns how many rays that took, `None` if cancelled.
+    /// The pixels' domains, and what is seen without a path behind it. Returns how many rays that
+    /// took, `None` if cancelled.
     fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> Option<u64> {
         let (world, scene, extent) = (self.world, self.world.scene(), self.extent);
         let (connectability, at_sensor) = (self.connectability, self.options.path_starts_at_sensor);
@@ -274,7 +280,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                         let place = owners[tree];
                         match finding {
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
-                            // What cannot be carried elsewhere is no use to others and would only crowd out what can.
+                            // What cannot be carried elsewhere is no use to others and would only
+                            // crowd out what can.
                             Finding::Path(sample, weight)
                                 if !pixels[place]
                                     .domain

@@ -11,8 +11,8 @@ use std::fmt;
 pub enum PathMapping {
     /// `y₂ = x₂`: cheap, good for rough surfaces.
     Reconnection,
-    /// Random replay up to the first connectable pair of vertices: good for glossy surfaces too. In a scene of diffuse surfaces
-    /// it is the reconnection.
+    /// Random replay up to the first connectable pair of vertices: good for glossy surfaces too. In
+    /// a scene of diffuse surfaces it is the reconnection.
     Hybrid,
 }
 
@@ -44,20 +44,22 @@ pub struct RestirPtOptions {
     pub neighbourhood: Neighbourhood,
     /// Confidence cap `M_c` of temporal reuse; `None` for independent frames.
     pub temporal_cap: Option<f32>,
-    /// Whether the place in the pixel is a path's own, so that a frame has as many as candidates; else it is one for all paths
-    /// of a frame, which saves rays, and what temporal reuse takes for granted.
+    /// Whether the place in the pixel is a path's own, so that a frame has as many as candidates;
+    /// else it is one for all paths of a frame, which saves rays, and what temporal reuse takes for
+    /// granted.
     pub path_starts_at_sensor: bool,
     /// The shift.
     pub mapping: PathMapping,
     /// Least roughness of lobes for a reconnection by the hybrid shift, as GGX's `α`.
     pub min_roughness: f32,
-    /// Least distance of vertices for a reconnection by the hybrid shift, as a share of the scene's size.
+    /// Least distance of vertices for a reconnection by the hybrid shift, as a share of the scene's
+    /// size.
     pub min_distance: f32,
-    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their own. Not for paths that start at
-    /// the sensor.
+    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their
+    /// own. Not for paths that start at the sensor.
     pub visible_emission: bool,
-    /// Random numbers of the camera rays that all paths of a frame share, over the frames. Stratified ones lessen the noise of
-    /// edges in the mean of frames.
+    /// Random numbers of the camera rays that all paths of a frame share, over the frames.
+    /// Stratified ones lessen the noise of edges in the mean of frames.
     pub points: PointSet,
 }
 
@@ -106,8 +108,8 @@ impl fmt::Display for RestirPtError {
 impl std::error::Error for RestirPtError {}
 
 impl RestirPtOptions {
-    /// A frame at a time, with reuse from the frame before (Lin 2022 §6.7.3): one tree, a cap of 20, and one round with 3
-    /// neighbours within 20 pixels.
+    /// A frame at a time, with reuse from the frame before (Lin 2022 §6.7.3): one tree, a cap of
+    /// 20, and one round with 3 neighbours within 20 pixels.
     pub fn real_time(mapping: PathMapping) -> Self {
         Self {
             candidates: 1,
@@ -126,7 +128,8 @@ impl RestirPtOptions {
         }
     }
 
-    /// Independent frames to be averaged (Lin 2022 §6.5.5, §B.7): 32 trees, and three rounds with 6 neighbours within 10 pixels.
+    /// Independent frames to be averaged (Lin 2022 §6.5.5, §B.7): 32 trees, and three rounds with 6
+    /// neighbours within 10 pixels.
     pub fn offline(mapping: PathMapping) -> Self {
         Self {
             candidates: 32,
@@ -157,7 +160,8 @@ impl RestirPtOptions {
         self.thresholds(scene.extent(), scene.materials().iter().all(is_diffuse))
     }
 
-    /// The thresholds of connectability for a scene of this size, in which all materials scatter by diffuse lobes alone or not.
+    /// The thresholds of connectability for a scene of this size, in which all materials scatter by
+    /// diffuse lobes alone or not.
     ///
     /// # Errors
     /// [`RestirPtError`] for options out of range.
@@ -180,7 +184,8 @@ impl RestirPtOptions {
             return Err(RestirPtError::Distance(self.min_distance));
         }
         let min_distance = self.min_distance * extent;
-        // Among diffuse surfaces every pair of vertices is connectable, unless it is too close: there replay gains nothing.
+        // Among diffuse surfaces every pair of vertices is connectable, unless it is too close:
+        // there replay gains nothing.
         if self.mapping == PathMapping::Reconnection || is_diffuse {
             Connectability::reconnection(min_distance).map_err(|_| RestirPtError::Distance(self.min_distance))
         } else {

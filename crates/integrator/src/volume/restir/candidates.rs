@@ -1,4 +1,5 @@
-//! Candidates: random walks through coarse densities, of which each vertex ends a path at an emitter, and where media emit another.
+//! Candidates: random walks through coarse densities, of which each vertex ends a path at an
+//! emitter, and where media emit another.
 
 use super::evaluation::{Evaluation, Lit};
 use super::pixel::{First, VolumePath, VolumePixel, VolumeReservoir};
@@ -51,8 +52,8 @@ struct Found {
     part: f64,
 }
 
-/// Points of the unit cube that fill it evenly, each of them uniform by a random shift: the additive recurrence of the powers of `1/g`,
-/// `g⁴ = g + 1` (Roberts 2018).
+/// Points of the unit cube that fill it evenly, each of them uniform by a random shift: the
+/// additive recurrence of the powers of `1/g`, `g⁴ = g + 1` (Roberts 2018).
 #[derive(Clone, Copy)]
 pub(crate) struct Sequence {
     /// In 2⁻⁶⁴.
@@ -87,17 +88,19 @@ impl Sequence {
 }
 
 impl Evaluation<'_> {
-    /// One path of the pixel out of `walks` random walks of at most `scatterings` scattering vertices, by RIS with this evaluation's target
-    /// (Lin 2022 eqs. 5.17, 5.18, A.1). After their first vertex walks go through densities of this evaluation's level, and of cubes of
-    /// `cubes`.
+    /// One path of the pixel out of `walks` random walks of at most `scatterings` scattering
+    /// vertices, by RIS with this evaluation's target (Lin 2022 eqs. 5.17, 5.18, A.1). After their
+    /// first vertex walks go through densities of this evaluation's level, and of cubes of `cubes`.
     ///
     /// The path has the walk's own target, of the proposals' transmittances.
     ///
-    /// `start` has the numbers of first distances and first emitter samples, each set uniform, all together more even than chance.
+    /// `start` has the numbers of first distances and first emitter samples, each set uniform, all
+    /// together more even than chance.
     ///
-    /// The paths of a walk differ in length or kind, but for those to the environment and to lamps, which end by an emitter sample or where the walk
-    /// comes upon the emitter by itself: these two techniques share by the balance heuristic of their densities of endpoints as seen from the last
-    /// vertex, all others have no rival; and all walks share alike.
+    /// The paths of a walk differ in length or kind, but for those to the environment and to lamps,
+    /// which end by an emitter sample or where the walk comes upon the emitter by itself: these two
+    /// techniques share by the balance heuristic of their densities of endpoints as seen from the
+    /// last vertex, all others have no rival; and all walks share alike.
     pub fn resample_walks(
         &self,
         pixel: &VolumePixel,
@@ -185,7 +188,8 @@ impl Evaluation<'_> {
         ris.finish(1.0)
     }
 
-    /// Whether a walk goes on from a vertex, in a direction of some width, to come upon emitters: not from the last one where it would seldom do.
+    /// Whether a walk goes on from a vertex, in a direction of some width, to come upon emitters:
+    /// not from the last one where it would seldom do.
     fn looks_for_emitters(&self, vertex: &Vertex<'_>, is_last: bool) -> bool {
         let has_environment = self.volumes.scene.emitters().environment().is_some();
         if !(has_environment || self.volumes.shows_lamps) {
@@ -199,8 +203,8 @@ impl Evaluation<'_> {
         }
     }
 
-    /// Share of an emitter sample under balance MIS with directions from its vertex, which come upon the emitter too:
-    /// `p_e/(p_e + p_ω |dω/de|)`.
+    /// Share of an emitter sample under balance MIS with directions from its vertex, which come
+    /// upon the emitter too: `p_e/(p_e + p_ω |dω/de|)`.
     fn share_of_sample(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint, lit: &Lit) -> f64 {
         let is_met = match endpoint {
             EmitterEndpoint::Surface { .. } => self.volumes.shows_lamps,
@@ -214,8 +218,8 @@ impl Evaluation<'_> {
         }
     }
 
-    /// What a walk has come upon, with its value and density up to there: an emitter, in a direction of density `pdf_direction`; `None` by a lobe
-    /// without width.
+    /// What a walk has come upon, with its value and density up to there: an emitter, in a
+    /// direction of density `pdf_direction`; `None` by a lobe without width.
     fn found(&self, walk: &Walk<'_>, endpoint: EmitterEndpoint, pdf_direction: Option<f64>) -> Option<Found> {
         let seen = self
             .volumes
@@ -408,8 +412,9 @@ mod tests {
         RestirVolume::new(scene, RestirVolumeOptions::new(scatterings), CameraMotion::STILL).unwrap()
     }
 
-    /// A path to a lamp is the same by an emitter sample and by coming upon it: the value is, but for what is in between, and the shares add up
-    /// to one. A ray in its direction comes upon the place that was sampled.
+    /// A path to a lamp is the same by an emitter sample and by coming upon it: the value is, but
+    /// for what is in between, and the shares add up to one. A ray in its direction comes upon the
+    /// place that was sampled.
     #[test]
     fn lamps_are_shared() {
         let scene = lobes();
@@ -482,8 +487,9 @@ mod tests {
         .unwrap();
     }
 
-    /// By RIS of walks among lobes light has the mean of path tracing, seen through smoke and on metal; z-tests at 1e-6. (Seen to fail where emitter
-    /// samples, or what walks come upon, take the whole of a path, and where the latter is left out.)
+    /// By RIS of walks among lobes light has the mean of path tracing, seen through smoke and on
+    /// metal; z-tests at 1e-6. (Seen to fail where emitter samples, or what walks come upon, take
+    /// the whole of a path, and where the latter is left out.)
     #[test]
     fn walks_among_lobes_estimate_what_path_tracing_does() {
         let scene = lobes();

@@ -13,9 +13,10 @@ pub const MAX_COARSENESS: u32 = 4;
 
 /// A medium's density at coarser levels.
 ///
-/// Both proposals and targets see it interpolated, by lookups along the ray (Lin 2022 §5.5.1): smooth, or what they miss of the structure is
-/// noise of `F/p̂` that no number of candidates makes less. Proposals must miss nothing (§5.4.1): they mix in a little of what is constant over
-/// cubes of `2^level` voxels, and positive wherever the density is.
+/// Both proposals and targets see it interpolated, by lookups along the ray (Lin 2022 §5.5.1):
+/// smooth, or what they miss of the structure is noise of `F/p̂` that no number of candidates makes
+/// less. Proposals must miss nothing (§5.4.1): they mix in a little of what is constant over cubes
+/// of `2^level` voxels, and positive wherever the density is.
 pub(crate) struct CoarseMedium {
     /// Levels from 1 on; `None` where the medium is homogeneous.
     pyramid: Option<MipPyramid>,
@@ -33,7 +34,8 @@ pub(crate) struct Constant {
     pub density: f32,
 }
 
-/// `ε`: the share of the upper bound in the density along a camera ray. What a proposal wastes on it is little.
+/// `ε`: the share of the upper bound in the density along a camera ray. What a proposal wastes on
+/// it is little.
 const LEAST_SHARE: f32 = 0.01;
 
 /// The same in the density that walks see.
@@ -48,7 +50,8 @@ const MOST_BINS: f32 = 128.0;
 /// A voxel's diagonal in edges: the length of a step.
 const DIAGONAL: f32 = 1.732_050_8;
 
-/// Optical depth behind which marching stops. Targets are then too large, but still so small that nothing is chosen for them.
+/// Optical depth behind which marching stops. Targets are then too large, but still so small that
+/// nothing is chosen for them.
 const OPAQUE_DEPTH: f32 = 10.0;
 
 /// Greatest optical depth of a step of level 1 that serves for level 0.
@@ -84,7 +87,8 @@ impl CoarseMedium {
         }
     }
 
-    /// What is as good as a level along a ray: level 1 for 0 where a step through it is optically thin.
+    /// What is as good as a level along a ray: level 1 for 0 where a step through it is optically
+    /// thin.
     fn thinned(&self, level: u32, ray: &Ray, field_ray: &FieldRay) -> u32 {
         let step = 2.0 * DIAGONAL * ray.direction.length() / field_ray.direction.length();
         if level == 0 && self.densest * step < THIN_DEPTH {
@@ -114,7 +118,8 @@ impl CoarseMedium {
         }
     }
 
-    /// `∫ ρ dt` along `ray` within `interval` by ray marching at a level, or what of it suffices that next to nothing comes through.
+    /// `∫ ρ dt` along `ray` within `interval` by ray marching at a level, or what of it suffices
+    /// that next to nothing comes through.
     pub fn depth(&self, medium: &Medium, ray: &Ray, interval: Interval, level: u32) -> f64 {
         let MediumDensity::Grid(field) = medium.density() else {
             return f64::from(interval.t1) - f64::from(interval.t0);
@@ -152,10 +157,12 @@ impl CoarseMedium {
         }
     }
 
-    /// The part of a camera ray within `interval` that holds some density, cut into bins of equal length, about that of the level's voxels;
-    /// `bins` is given `∫ ρ* dt` from its beginning to the end of each. `None` if there is nothing.
+    /// The part of a camera ray within `interval` that holds some density, cut into bins of equal
+    /// length, about that of the level's voxels; `bins` is given `∫ ρ* dt` from its beginning to
+    /// the end of each. `None` if there is nothing.
     ///
-    /// `ρ* = (1 − ε) ρ + ε ρ̄` with one lookup of `ρ` a bin, interpolated, and the upper bound `ρ̄`: positive wherever the density is.
+    /// `ρ* = (1 − ε) ρ + ε ρ̄` with one lookup of `ρ` a bin, interpolated, and the upper bound
+    /// `ρ̄`: positive wherever the density is.
     pub fn along(
         &self,
         medium: &Medium,
@@ -218,10 +225,12 @@ impl CoarseMedium {
         Some(occupied)
     }
 
-    /// The stretches of `ray` within `interval` that proposals see, in order; `each` says whether to go on.
+    /// The stretches of `ray` within `interval` that proposals see, in order; `each` says whether
+    /// to go on.
     ///
-    /// `ρ* = (1 − ε) ρ + ε ρ̄`: one lookup of `ρ`, interpolated at `level`, for a stretch of about a voxel of that level; and `ρ̄` of the cube of
-    /// `cubes`, at least 1, in which it lies, positive wherever the density is.
+    /// `ρ* = (1 − ε) ρ + ε ρ̄`: one lookup of `ρ`, interpolated at `level`, for a stretch of about
+    /// a voxel of that level; and `ρ̄` of the cube of `cubes`, at least 1, in which it lies,
+    /// positive wherever the density is.
     #[inline]
     pub fn stretches(
         &self,

@@ -34,27 +34,37 @@ use pixel::{VolumePath, VolumePixel, VolumeReservoir};
 use std::sync::atomic::{AtomicBool, Ordering};
 use through::Volumes;
 
-/// Light that media and surfaces scatter, by spatiotemporal reservoir resampling of whole paths (Lin 2022 ch. 5; merges by GRIS, ch. 6).
+/// Light that media and surfaces scatter, by spatiotemporal reservoir resampling of whole paths
+/// (Lin 2022 ch. 5; merges by GRIS, ch. 6).
 ///
-/// Each frame, each pixel looks along one camera ray, for each of its reservoirs. *Candidates* come from random walks: free flights through a coarse
-/// copy of the density, constant along short stretches of the ray, whose density `p` is known in closed form; every vertex is connected to a sampled
-/// emitter, one that emits is the end of a path itself, and so are the environment and lamps that a walk comes upon. First distances and emitter samples of a pixel's walks, over the frames, are
-/// points of one sequence that fills their domain evenly. RIS keeps one of them, by `|F|` over the channels with coarse transmittances
-/// (eqs. 5.17–5.20, A.1). It is *merged* with what the pixel held in the frame before, under balance MIS. The place in the pixel is part of
-/// a path: in a still that is the same path with the same target. In another pixel distances and directions stay up to the
-/// first edge that is long enough, so that vertices move with the camera ray (direction reuse, §5.4.2); what is behind that edge stays where it
-/// is (vertex reuse, ibid.). A frame *shows* the mean of the pixel's reservoirs, with unbiased estimates of transmittance (unbiased ray
-/// marching), each, where that is asked for, merged with those of neighbours, all of which shade. Targets are coarse but positive wherever light is: they cost noise, not bias.
-/// In a still without neighbours a path never leaves its pixel: the walk's own target serves, and the first estimate of `F` as long as the pixel holds the path.
+/// Each frame, each pixel looks along one camera ray, for each of its reservoirs. *Candidates* come
+/// from random walks: free flights through a coarse copy of the density, constant along short
+/// stretches of the ray, whose density `p` is known in closed form; every vertex is connected to a
+/// sampled emitter, one that emits is the end of a path itself, and so are the environment and
+/// lamps that a walk comes upon. First distances and emitter samples of a pixel's walks, over the
+/// frames, are points of one sequence that fills their domain evenly. RIS keeps one of them, by
+/// `|F|` over the channels with coarse transmittances (eqs. 5.17–5.20, A.1). It is *merged* with
+/// what the pixel held in the frame before, under balance MIS. The place in the pixel is part of a
+/// path: in a still that is the same path with the same target. In another pixel distances and
+/// directions stay up to the first edge that is long enough, so that vertices move with the camera
+/// ray (direction reuse, §5.4.2); what is behind that edge stays where it is (vertex reuse, ibid.).
+/// A frame *shows* the mean of the pixel's reservoirs, with unbiased estimates of transmittance
+/// (unbiased ray marching), each, where that is asked for, merged with those of neighbours, all of
+/// which shade. Targets are coarse but positive wherever light is: they cost noise, not bias. In a
+/// still without neighbours a path never leaves its pixel: the walk's own target serves, and the
+/// first estimate of `F` as long as the pixel holds the path.
 ///
 /// Light that arrives unscattered is added by itself.
 ///
-/// Every frame of a still camera has the expectation of [`VolumePathTracer`](crate::VolumePathTracer) with a longest path of `K + 1` edges.
-/// Under motion of the camera or of media ([`RestirVolume::animated`]) the place in the frame before is chosen by the pixel's own path
-/// (*stochastic reprojection*, §5.4.4), which is slightly biased; that vanishes a few frames after the motion does.
+/// Every frame of a still camera has the expectation of
+/// [`VolumePathTracer`](crate::VolumePathTracer) with a longest path of `K + 1` edges. Under motion
+/// of the camera or of media ([`RestirVolume::animated`]) the place in the frame before is chosen
+/// by the pixel's own path (*stochastic reprojection*, §5.4.4), which is slightly biased; that
+/// vanishes a few frames after the motion does.
 ///
-/// Camera rays end on the first surface that is not [`Material::Null`](lightshed_scene::Material::Null). Mirrors and smooth dielectrics are
-/// vertices like others, whose direction follows from the one before in every pixel.
+/// Camera rays end on the first surface that is not
+/// [`Material::Null`](lightshed_scene::Material::Null). Mirrors and smooth dielectrics are vertices
+/// like others, whose direction follows from the one before in every pixel.
 ///
 /// ```
 /// use lightshed_integrator::{CameraMotion, RestirVolume, RestirVolumeOptions};
@@ -123,7 +133,8 @@ const PASSES: FramePasses = match FramePasses::new(Pass::Shade as u32 + 1, 1, MA
 /// Words of one input that shades.
 const WORDS_PER_INPUT: u32 = 1 << 18;
 
-/// Frames after a motion until a pixel's history may weigh as in a still: by then the lower cap has forgotten the motion and its bias.
+/// Frames after a motion until a pixel's history may weigh as in a still: by then the lower cap has
+/// forgotten the motion and its bias.
 const FORGETTING: u32 = 16;
 
 /// A frame, and which of a pixel's reservoirs is at work.
@@ -156,12 +167,14 @@ impl<'a> RestirVolume<'a> {
         Self::of_scenes(std::slice::from_ref(scene), None, options, motion)
     }
 
-    /// For densities that change: frame `f` shows `scenes[f]`, and the last one from then on. They may differ in media and in what bounds
-    /// them; cameras, emitters and the image's size are those of the first.
+    /// For densities that change: frame `f` shows `scenes[f]`, and the last one from then on. They
+    /// may differ in media and in what bounds them; cameras, emitters and the image's size are
+    /// those of the first.
     ///
-    /// `flow(f, x)` says where in frame `f − 1` was what is at `x` in frame `f`: `x − v Δt` of a velocity field. A pixel asks it for the point at
-    /// which its own path scatters first, and reuses from the pixel that saw it there (velocity resampling, Lin 2022 §5.5.2). Wrong answers cost
-    /// noise and the small bias that any motion has, as long as it lasts.
+    /// `flow(f, x)` says where in frame `f − 1` was what is at `x` in frame `f`: `x − v Δt` of a
+    /// velocity field. A pixel asks it for the point at which its own path scatters first, and
+    /// reuses from the pixel that saw it there (velocity resampling, Lin 2022 §5.5.2). Wrong
+    /// answers cost noise and the small bias that any motion has, as long as it lasts.
     ///
     /// # Errors
     /// See [`RestirVolumeError`].
@@ -208,7 +221,8 @@ impl<'a> RestirVolume<'a> {
         })
     }
 
-    /// Whether no path is ever asked for in another pixel, or in another frame in which its own would see it differently.
+    /// Whether no path is ever asked for in another pixel, or in another frame in which its own
+    /// would see it differently.
     fn stays_in_pixels(&self) -> bool {
         self.is_still() && self.pattern.is_none()
     }
@@ -360,8 +374,8 @@ impl<'a> RestirVolume<'a> {
         evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng)
     }
 
-    /// All reuse of a frame: what the pixels hold for the next is held then. Neighbours only shade; what they bring would make
-    /// later frames alike in blotches.
+    /// All reuse of a frame: what the pixels hold for the next is held then. Neighbours only shade;
+    /// what they bring would make later frames alike in blotches.
     fn reuse(
         &self,
         view: View<'_>,
@@ -449,7 +463,8 @@ impl<'a> RestirVolume<'a> {
     }
 }
 
-/// Where the sequence of the walks of pixel number `index` begins, in all frames and for all reservoirs.
+/// Where the sequence of the walks of pixel number `index` begins, in all frames and for all
+/// reservoirs.
 fn shift_of(view: View<'_>, index: usize) -> [u64; 3] {
     let numbers = view.frame.numbers.of_frame(0);
     let mut rng = numbers.pass(Pass::Sequence).pixel(index);
@@ -473,7 +488,8 @@ fn bounded(light: DVec3) -> Rgb {
     light.clamp(-limit, limit).as_vec3()
 }
 
-/// As long as `pixels` are wide at the first vertex, or in the middle of the scene where that is on a surface.
+/// As long as `pixels` are wide at the first vertex, or in the middle of the scene where that is on
+/// a surface.
 fn reach(scene: &Scene, pixels: f32) -> ConnectionReach {
     let (camera, settings) = (scene.camera(), scene.settings());
     let middle = 0.5 * Vec2::new(settings.width as f32, settings.height as f32);

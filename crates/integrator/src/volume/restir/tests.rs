@@ -43,8 +43,8 @@ fn sequence(rng: &mut CounterRng) -> Sequence {
     Sequence::new(core::array::from_fn(|_| rng.next_u64()), 0)
 }
 
-/// Of 64 points between 5 and 11 lie in each eighth of each axis, whatever the shift; as many independent ones would leave that in most
-/// cases.
+/// Of 64 points between 5 and 11 lie in each eighth of each axis, whatever the shift; as many
+/// independent ones would leave that in most cases.
 #[test]
 fn walks_start_evenly() {
     check_faults(&[()], |fault: Option<()>| {
@@ -123,8 +123,9 @@ fn coarse_densities_are_positive_where_densities_are() {
     assert!(found.iter().all(|&count| count > 10_000), "{found:?}");
 }
 
-/// Collisions have the density that they say: `1 − e^{−τ(z)}`, of the depth that the pixel tells for their distance, is uniform up to the
-/// chance of no collision, and the density is its derivative. Z-tests at 1e-6 of mean and chance.
+/// Collisions have the density that they say: `1 − e^{−τ(z)}`, of the depth that the pixel tells
+/// for their distance, is uniform up to the chance of no collision, and the density is its
+/// derivative. Z-tests at 1e-6 of mean and chance.
 #[test]
 fn flights_along_camera_rays_have_their_density() {
     let scene = small("smoke-in-cornell", [32, 32]);
@@ -175,7 +176,8 @@ fn flights_along_camera_rays_have_their_density() {
     .unwrap();
 }
 
-/// Candidates shifted into other pixels and back are what they were, and shifted into their own pixel have the target that they carry.
+/// Candidates shifted into other pixels and back are what they were, and shifted into their own
+/// pixel have the target that they carry.
 #[test]
 fn paths_come_back_from_other_pixels() {
     for name in ["cloud", "smoke-in-cornell", "fire", "mirrors"] {
@@ -202,7 +204,8 @@ fn paths_come_back_from_other_pixels() {
     }
 }
 
-/// `|∂(ω′, z′)/∂(ω, z)|` of connected edges, by finite differences in `f64` of where they lead: 1e-3.
+/// `|∂(ω′, z′)/∂(ω, z)|` of connected edges, by finite differences in `f64` of where they lead:
+/// 1e-3.
 #[test]
 fn connections_have_their_jacobian() {
     #[derive(Clone, Copy, Debug)]
@@ -237,7 +240,8 @@ fn connections_have_their_jacobian() {
                     let ray = scene.camera().ray(pixel.corner + path.seen.film, path.seen.lens);
                     (ray.origin + ray.direction * first).as_dvec3()
                 });
-                // Steps along two tangents and the length, and what they are of the image's direction and length.
+                // Steps along two tangents and the length, and what they are of the image's
+                // direction and length.
                 let place = path.connection.place.as_dvec3();
                 let (edge, image) = (place - from, place - to);
                 let coordinates = |at: DVec3| {
@@ -384,7 +388,8 @@ fn walks_estimate_what_path_tracing_does() {
 fn walks_by_mirrors_and_glass_estimate_what_path_tracing_does() {
     #[derive(Clone, Copy, Debug)]
     enum Fault {
-        /// Emitters that a mirror or glass shows are not looked for, since emitter samples find them elsewhere.
+        /// Emitters that a mirror or glass shows are not looked for, since emitter samples find
+        /// them elsewhere.
         ShownLeftOut,
         /// They are taken to share with emitter samples, half each.
         ShownShared,

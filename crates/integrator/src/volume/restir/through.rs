@@ -12,10 +12,12 @@ use lightshed_scene::{EmitterEndpoint, Material, Medium, MediumDensity, Ray, Sce
 pub(crate) struct Volumes<'a> {
     pub scene: &'a Scene,
     pub coarse: Vec<CoarseMedium>,
-    /// Whether there is one medium and nothing else: coarse densities then are all that is in the way, and no ray need be traced for
-    /// them. (Where the boundary cuts off part of a grid they are more than is in the way: a target may.)
+    /// Whether there is one medium and nothing else: coarse densities then are all that is in the
+    /// way, and no ray need be traced for them. (Where the boundary cuts off part of a grid they
+    /// are more than is in the way: a target may.)
     alone: bool,
-    /// Whether that medium's grid, besides, is cut off by nothing: then it is all that any ray passes.
+    /// Whether that medium's grid, besides, is cut off by nothing: then it is all that any ray
+    /// passes.
     clear: bool,
     /// By medium, whether it scatters into a lobe.
     pub has_lobe: Vec<bool>,
@@ -100,8 +102,8 @@ impl<'a> Volumes<'a> {
         (&self.scene.media()[index as usize], &self.coarse[index as usize])
     }
 
-    /// The parts of a ray up to the first surface that light does not pass: `each` takes them and says whether to go on. The surface, if
-    /// it was reached.
+    /// The parts of a ray up to the first surface that light does not pass: `each` takes them and
+    /// says whether to go on. The surface, if it was reached.
     pub fn parts(
         &self,
         ray: &Ray,
@@ -185,7 +187,8 @@ impl<'a> Volumes<'a> {
         }
     }
 
-    /// The same with an unbiased estimate of the transmittance, by unbiased ray marching; exact where extinction differs by channel.
+    /// The same with an unbiased estimate of the transmittance, by unbiased ray marching; exact
+    /// where extinction differs by channel.
     pub fn estimate(&self, ray: &Ray, medium: Option<u32>, rng: &mut CounterRng) -> Through {
         let mut transmittance = DVec3::ONE;
         let (surface, medium) = self.parts(ray, medium, |part| {
@@ -230,8 +233,8 @@ impl<'a> Volumes<'a> {
         }
     }
 
-    /// A free flight along `ray`, whose direction is of unit length, with densities of a level of at least 1; `u` is asked for uniform
-    /// numbers.
+    /// A free flight along `ray`, whose direction is of unit length, with densities of a level of
+    /// at least 1; `u` is asked for uniform numbers.
     pub fn fly(
         &self,
         ray: &Ray,

@@ -56,7 +56,8 @@ impl Vertex<'_> {
         }
     }
 
-    /// Where a lobe without width sends light that comes to the viewer, and what share of it. `None` for vertices in media and other lobes.
+    /// Where a lobe without width sends light that comes to the viewer, and what share of it.
+    /// `None` for vertices in media and other lobes.
     pub fn reflected(&self, lobe: u8) -> Option<Reflected> {
         let Self::Surface { point, bsdf, wo, .. } = self else {
             return None;
@@ -81,7 +82,8 @@ impl Vertex<'_> {
         }
     }
 
-    /// Density of solid angle at which a direction is sampled from here, but for lobes without width.
+    /// Density of solid angle at which a direction is sampled from here, but for lobes without
+    /// width.
     pub fn pdf_towards(&self, direction: Vec3) -> f64 {
         match self {
             Self::Medium { .. } => self.phase(direction),

@@ -14,17 +14,19 @@ pub enum VolumeTracking {
     /// Delta tracking and ratio tracking.
     #[default]
     Delta,
-    /// Decomposition tracking (Kutz et al. 2017) and residual ratio tracking (Novák et al. 2014) over super-voxels of 8 voxels (fewer in small grids): the
-    /// baseline of Lin 2022 §5.6. Fewer lookups where the density's lower bound is high. Where extinction differs by channel, flights are
-    /// by delta tracking.
+    /// Decomposition tracking (Kutz et al. 2017) and residual ratio tracking (Novák et al. 2014)
+    /// over super-voxels of 8 voxels (fewer in small grids): the baseline of Lin 2022 §5.6. Fewer
+    /// lookups where the density's lower bound is high. Where extinction differs by channel,
+    /// flights are by delta tracking.
     Decomposition,
 }
 
 /// How a path weighs in each channel, where it was sampled at the rate of one of them.
 ///
-/// With `r_c = p_c / p_h`, the density of the path's flights at the rate of channel `c` over that of the channel `h` used, and `h`
-/// chosen uniformly, the balance heuristic gives channel `c` the weight `r_c / (⅓ Σ_i r_i)` relative to a path that was sampled at
-/// its own rate. Common factors of all `r` cancel.
+/// With `r_c = p_c / p_h`, the density of the path's flights at the rate of channel `c` over that
+/// of the channel `h` used, and `h` chosen uniformly, the balance heuristic gives channel `c` the
+/// weight `r_c / (⅓ Σ_i r_i)` relative to a path that was sampled at its own rate. Common factors
+/// of all `r` cancel.
 #[derive(Clone, Copy)]
 pub(crate) struct Channels {
     hero: usize,
@@ -54,14 +56,15 @@ impl Channels {
 
     /// One more flight.
     fn fly(&mut self, density_ratio: [f32; 3]) {
-        // The hero's own is 1, so the greatest is positive; both factors are finite, but their product need not be.
+        // The hero's own is 1, so the greatest is positive; both factors are finite, but their
+        // product need not be.
         let ratio = self.ratio.as_dvec3() * Rgb::from_array(density_ratio).as_dvec3();
         self.ratio = (ratio / ratio.max_element()).as_vec3();
     }
 }
 
-/// Where on `ray`, within `(0, t_max)`, light collides; `None` if it does not. Collisions have density `σ_t T` in the channel that
-/// `channels` has chosen.
+/// Where on `ray`, within `(0, t_max)`, light collides; `None` if it does not. Collisions have
+/// density `σ_t T` in the channel that `channels` has chosen.
 #[inline]
 pub(crate) fn fly(
     medium: &Medium,

@@ -24,24 +24,30 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 /// Estimates the radiative transfer equation by paths from the camera.
 ///
 /// A path `x₀ x₁ … x_k` through surfaces and media contributes the product of what
-/// [`PathTracer`](crate::PathTracer) has at surfaces, of `σ_s(x) p(ω → ω′)` at collisions, and of the transmittances
-/// `T(x ↔ y) = e^{−∫σ_t}` of its edges, times what its last vertex emits towards the one before: a surface `L_e`, a medium
-/// `σ_a L_e` (Lin 2022 eqs. 5.10–5.12).
+/// [`PathTracer`](crate::PathTracer) has at surfaces, of `σ_s(x) p(ω → ω′)` at collisions, and of
+/// the transmittances `T(x ↔ y) = e^{−∫σ_t}` of its edges, times what its last vertex emits towards
+/// the one before: a surface `L_e`, a medium `σ_a L_e` (Lin 2022 eqs. 5.10–5.12).
 ///
-/// - *Free flights* by delta tracking: collisions have the density `σ_t T`, which cancels against the integrand and leaves the
-///   albedo. A flight that meets no collision reaches the surface behind.
-/// - *Light from emitters* is found in two ways, by sampling an emitter and by the direction that a phase function or BSDF samples,
-///   weighted by the power heuristic of their densities in the solid-angle measure. The transmittance up to the sampled emitter is
-///   estimated by ratio tracking, without bias.
-/// - *Directions* are those of phase functions and BSDFs, or of their mixture with a [`DirectionGuide`]; a [`PathObserver`] is told of
-///   every path, of which collisions are vertices like others.
-/// - *Extinction that differs by channel* is sampled at the rate of a channel chosen uniformly for each path; the channels' densities
-///   are weighted by the balance heuristic over the whole path (spectral MIS: Wilkie et al. 2014, Miller et al. 2019).
-/// - Light passes shapes of [`Material::Null`] unchanged; they are no vertices, and do not count as edges.
+/// - *Free flights* by delta tracking: collisions have the density `σ_t T`, which cancels against
+///   the integrand and leaves the albedo. A flight that meets no collision reaches the surface
+///   behind.
+/// - *Light from emitters* is found in two ways, by sampling an emitter and by the direction that a
+///   phase function or BSDF samples, weighted by the power heuristic of their densities in the
+///   solid-angle measure. The transmittance up to the sampled emitter is estimated by ratio
+///   tracking, without bias.
+/// - *Directions* are those of phase functions and BSDFs, or of their mixture with a
+///   [`DirectionGuide`]; a [`PathObserver`] is told of every path, of which collisions are vertices
+///   like others.
+/// - *Extinction that differs by channel* is sampled at the rate of a channel chosen uniformly for
+///   each path; the channels' densities are weighted by the balance heuristic over the whole path
+///   (spectral MIS: Wilkie et al. 2014, Miller et al. 2019).
+/// - Light passes shapes of [`Material::Null`] unchanged; they are no vertices, and do not count as
+///   edges.
 ///
-/// Unbiased for paths of up to `max_depth` edges: 1 shows emitters, 2 adds light that is scattered once. Longer paths than
-/// `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`. In a scene without media and without [`Material::Null`] its
-/// samples are those of [`PathTracer`], which is the faster one there.
+/// Unbiased for paths of up to `max_depth` edges: 1 shows emitters, 2 adds light that is scattered
+/// once. Longer paths than `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
+/// In a scene without media and without [`Material::Null`] its samples are those of [`PathTracer`],
+/// which is the faster one there.
 pub struct VolumePathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver> {
     /// What happens at vertices, and what samples scenes without anything to pass through.
     tracer: PathTracer<'a, S, G, O>,
@@ -102,15 +108,17 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         }
     }
 
-    /// With the given longest path in edges (`None` is unbounded) and first edge at which roulette may end a path.
+    /// With the given longest path in edges (`None` is unbounded) and first edge at which roulette
+    /// may end a path.
     #[must_use]
     pub fn with_depths(mut self, max_depth: Option<u32>, roulette_depth: u32) -> Self {
         self.tracer = self.tracer.with_depths(max_depth, roulette_depth);
         self
     }
 
-    /// With camera rays whose numbers are those of `points`; independent ones unless told otherwise. Without anything to pass
-    /// through, all numbers of a path are. Flights draw as many as they need, so numbers behind them have no place of their own.
+    /// With camera rays whose numbers are those of `points`; independent ones unless told
+    /// otherwise. Without anything to pass through, all numbers of a path are. Flights draw as many
+    /// as they need, so numbers behind them have no place of their own.
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.tracer = self.tracer.with_points(points);
@@ -138,7 +146,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         &self.tracer.transport
     }
 
-    /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path that nobody watches.
+    /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path
+    /// that nobody watches.
     pub fn radiance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
         self.walk(ray, medium, None, rng, None).radiance
     }
@@ -258,7 +267,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         Some(())
     }
 
-    /// Samples an emitter at a vertex, and the direction in which the path goes on. `None` ends the path.
+    /// Samples an emitter at a vertex, and the direction in which the path goes on. `None` ends the
+    /// path.
     #[inline(always)]
     fn scatter<V: Vertex>(
         &self,
@@ -319,7 +329,8 @@ impl<K> State<K> {
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_, S, G, O> {
-    /// The value of a sample whose camera ray is `ray`, where it is known what that hits, or not yet.
+    /// The value of a sample whose camera ray is `ray`, where it is known what that hits, or not
+    /// yet.
     fn value(
         &self,
         id: SampleId,

@@ -46,10 +46,11 @@ pub(crate) fn end_of(ray: &Ray) -> Option<Vec3> {
     (ray.t_max < f32::INFINITY).then(|| ray.origin + ray.direction * ray.t_max)
 }
 
-/// From `origin`, which is off the segment `ray` by what moves it off a surface, to the same `end`, in units of the same length: finite wherever
-/// the ray is.
+/// From `origin`, which is off the segment `ray` by what moves it off a surface, to the same `end`,
+/// in units of the same length: finite wherever the ray is.
 ///
-/// Not in the same direction: a slanting segment that is moved as a whole ends behind the emitter that it was to end in front of, and meets it.
+/// Not in the same direction: a slanting segment that is moved as a whole ends behind the emitter
+/// that it was to end in front of, and meets it.
 #[inline(always)]
 fn rest_of(ray: &Ray, origin: Vec3, end: Vec3) -> Ray {
     let rest = end - origin;
@@ -69,8 +70,8 @@ fn rest_of(ray: &Ray, origin: Vec3, end: Vec3) -> Ray {
 const WAITING: usize = 4;
 
 impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_, S, G, O> {
-    /// An unbiased estimate of the transmittance along the segment `ray`, which starts in the medium of that index: zero if a surface
-    /// is in between.
+    /// An unbiased estimate of the transmittance along the segment `ray`, which starts in the
+    /// medium of that index: zero if a surface is in between.
     pub(super) fn transmittance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
         let scene = self.transport().scene;
         if let Some(index) = medium
@@ -129,7 +130,8 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_,
 mod tests {
     use super::*;
 
-    /// The rest of a segment has the same end, or none where that is not to be told, and is in units of the same length.
+    /// The rest of a segment has the same end, or none where that is not to be told, and is in
+    /// units of the same length.
     #[test]
     fn segments_keep_their_ends() {
         let offset = 4e-6;

@@ -1,7 +1,7 @@
 //! Closed forms.
 //!
-//! Means of independent samples against what they must be, with fixed seeds. Each test is a z-test that a sound estimator fails with
-//! probability 1e-6, a planted fault must fail it.
+//! Means of independent samples against what they must be, with fixed seeds. Each test is a z-test
+//! that a sound estimator fails with probability 1e-6, a planted fault must fail it.
 
 use super::*;
 use crate::path::camera_ray;
@@ -13,7 +13,8 @@ use lightshed_scene::{
 };
 use lightshed_testkit::{MeanTest, check_faults};
 
-/// A ball of radius 1 of a medium, around the origin, in white light; the camera looks at its middle along −z from a distance.
+/// A ball of radius 1 of a medium, around the origin, in white light; the camera looks at its
+/// middle along −z from a distance.
 fn ball(extinction: Rgb, albedo: Rgb) -> SceneDescription {
     let mut scene = SceneDescription {
         shapes: vec![ShapeDescription {
@@ -47,7 +48,8 @@ fn ball(extinction: Rgb, albedo: Rgb) -> SceneDescription {
     scene
 }
 
-/// The density of a grid whose optical depth along z through the middle, over the ball's diameter, is 2: linear in z, 0.5 … 1.5.
+/// The density of a grid whose optical depth along z through the middle, over the ball's diameter,
+/// is 2: linear in z, 0.5 … 1.5.
 fn ramp() -> DensityDescription {
     DensityDescription::Grid(GridDescription {
         resolution: [1, 1, 40],
@@ -126,7 +128,8 @@ const FAULTS: [Fault; 4] = [
     Fault::Dimmer,
 ];
 
-/// `L = e^{−k τ}` behind an absorbing medium of depth `τ = 2`, from outside and, half as deep, from within.
+/// `L = e^{−k τ}` behind an absorbing medium of depth `τ = 2`, from outside and, half as deep, from
+/// within.
 #[test]
 fn what_absorbs_lets_through_its_transmittance() {
     for density in [DensityDescription::Homogeneous, ramp()] {
@@ -220,8 +223,8 @@ fn what_emits_is_as_bright_as_it_is_opaque() {
     }
 }
 
-/// An image of one pixel by samples of the estimator itself, through the render loop's interface, and what a longest path of no or
-/// one edge shows.
+/// An image of one pixel by samples of the estimator itself, through the render loop's interface,
+/// and what a longest path of no or one edge shows.
 #[test]
 fn paths_of_one_edge_show_what_is_behind() {
     let mut scene = ball(Rgb::splat(0.5), Rgb::ONE);
@@ -254,8 +257,8 @@ fn roulette_changes_no_mean() {
     }
 }
 
-/// Where there is nothing to pass through, samples are those of the path tracer, alone and in batches; and the walk through media,
-/// which they replace, has their mean.
+/// Where there is nothing to pass through, samples are those of the path tracer, alone and in
+/// batches; and the walk through media, which they replace, has their mean.
 #[test]
 fn without_media_samples_are_the_path_tracers() {
     let mut description = builtin::cornell_glossy();
@@ -288,8 +291,9 @@ fn without_media_samples_are_the_path_tracers() {
     walked.test_equal(&traced, 1e-6).unwrap();
 }
 
-/// A grid that fills its boundary, a cube just above a floor, in light from a point and from all around. `dust`, a tiny
-/// triangle that all light passes, makes boundaries be looked for where else none would be.
+/// A grid that fills its boundary, a cube just above a floor, in light from a point and from all
+/// around. `dust`, a tiny triangle that all light passes, makes boundaries be looked for where else
+/// none would be.
 fn cube_on_floor(dust: bool) -> SceneDescription {
     let mut scene = ball(Rgb::splat(1.2), Rgb::splat(0.8));
     scene.media[0].density = ramp();
@@ -331,7 +335,8 @@ fn cube_on_floor(dust: bool) -> SceneDescription {
     scene
 }
 
-/// Looking for no surfaces in a grid that has none changes nothing but the time: nor do shadow rays that look for what is opaque alone.
+/// Looking for no surfaces in a grid that has none changes nothing but the time: nor do shadow rays
+/// that look for what is opaque alone.
 #[test]
 fn clear_grids_are_those_with_surfaces_in_them() {
     #[derive(Clone, Copy, Debug)]
@@ -392,8 +397,9 @@ fn a_path_does_not_depend_on_its_batch() {
     }
 }
 
-/// Clear air in a box on a black floor in its bottom's plane, and light from below only: nothing comes up through the floor, neither along camera rays nor
-/// to a place that looks for light. Exact.
+/// Clear air in a box on a black floor in its bottom's plane, and light from below only: nothing
+/// comes up through the floor, neither along camera rays nor to a place that looks for light.
+/// Exact.
 #[test]
 fn no_light_comes_through_a_floor_that_bounds_a_medium() {
     let turn = Affine3A::from_rotation_z(0.3) * Affine3A::from_rotation_x(0.8);
@@ -442,8 +448,8 @@ fn no_light_comes_through_a_floor_that_bounds_a_medium() {
     }
 }
 
-/// What lets all light pass hides no emitter, however slanting the light: with a box of it in the way each sample is the one without, but where
-/// rounding moves a ray over an edge.
+/// What lets all light pass hides no emitter, however slanting the light: with a box of it in the
+/// way each sample is the one without, but where rounding moves a ray over an edge.
 #[test]
 fn boundaries_hide_nothing() {
     let mut with = builtin::smoke_in_cornell();

@@ -122,7 +122,8 @@ fn frames_agree_with_direct_light() {
     }
 }
 
-/// Candidates of every light sampler, as of the scene's own table. What finds the fault with one of them is the same for all.
+/// Candidates of every light sampler, as of the scene's own table. What finds the fault with one of
+/// them is the same for all.
 #[test]
 fn candidates_of_light_samplers_agree_with_direct_light() {
     let scene = every_emitter(32, 2);

@@ -1,7 +1,8 @@
 //! Ensembles of independent chains of frames against plain estimators, by tiles.
 //!
-//! Pixels of a frame with reuse are correlated, so their variances do not add up to that of a tile. Each chain therefore counts
-//! as *one* sample of each tile's mean and of the image's; chains of different seeds are independent.
+//! Pixels of a frame with reuse are correlated, so their variances do not add up to that of a tile.
+//! Each chain therefore counts as *one* sample of each tile's mean and of the image's; chains of
+//! different seeds are independent.
 
 use lightshed_film::{FrameMethod, PixelEstimator, SampleId};
 use lightshed_scene::Rgb;
@@ -15,8 +16,8 @@ fn tile(width: u32) -> usize {
     if width < 100 { 8 } else { 16 }
 }
 
-/// Means of tiles and, last, of the whole image, channels interleaved, over independent images; and the variances of these
-/// means.
+/// Means of tiles and, last, of the whole image, channels interleaved, over independent images; and
+/// the variances of these means.
 pub struct Ensemble {
     mean: Vec<f64>,
     variance_of_mean: Vec<f64>,
@@ -38,8 +39,8 @@ pub struct Agreement {
 }
 
 impl Ensemble {
-    /// The mean of the frames `counted` of `chains` chains, seeds from `seed` on. Frames of a chain are alike, but not quite: those whose
-    /// expectation is asked for count together.
+    /// The mean of the frames `counted` of `chains` chains, seeds from `seed` on. Frames of a chain
+    /// are alike, but not quite: those whose expectation is asked for count together.
     pub fn of_chains<M: FrameMethod>(
         make: impl Fn() -> M + Sync,
         counted: Range<u32>,
@@ -138,7 +139,8 @@ impl Ensemble {
 
     /// Scores of the differences.
     pub fn compare(&self, other: &Self) -> Agreement {
-        // A tile is a pixel here. Where nothing but a constant sky is seen, sums differ by their rounding alone.
+        // A tile is a pixel here. Where nothing but a constant sky is seen, sums differ by their
+        // rounding alone.
         let options = TileOptions {
             tile_size: 1,
             relative_tolerance: 1e-5,
@@ -161,8 +163,9 @@ impl Ensemble {
 }
 
 impl Agreement {
-    /// Whether chance explains what was found: with a false-positive rate of at most 3·10⁻⁵, from a tile beyond 5.5 (4·10⁻⁸
-    /// each, of at most 420), four beyond 4 (420 · 6·10⁻⁵ are expected, correlated between channels) or a mean beyond 4.6 (4·10⁻⁶ each).
+    /// Whether chance explains what was found: with a false-positive rate of at most 3·10⁻⁵, from a
+    /// tile beyond 5.5 (4·10⁻⁸ each, of at most 420), four beyond 4 (420 · 6·10⁻⁵ are expected,
+    /// correlated between channels) or a mean beyond 4.6 (4·10⁻⁶ each).
     pub fn verdict(&self) -> Result<(), String> {
         assert!(self.tiles <= 420, "the rate is stated for fewer");
         let sound =

@@ -7,8 +7,8 @@ use lightshed_scene::{
     ColorTexture, Geometry, Material, Rgb, Scene, SceneDescription, ShapeDescription, builtin,
 };
 
-/// A Lambertian floor and a wall under a lamp that is not in view: every point of the one sees every point of the other, nothing
-/// is hidden, nothing leaves a horizon.
+/// A Lambertian floor and a wall under a lamp that is not in view: every point of the one sees
+/// every point of the other, nothing is hidden, nothing leaves a horizon.
 fn open_corner(side: u32) -> Scene {
     let lambertian = Material::Diffuse {
         reflectance: ColorTexture::Constant(Rgb::new(0.8, 0.6, 0.4)),

@@ -1,4 +1,5 @@
-//! Methods that make whole frames, held to plain estimators by ensembles of independent chains, and to hostile scenes.
+//! Methods that make whole frames, held to plain estimators by ensembles of independent chains, and
+//! to hostile scenes.
 
 mod direct;
 mod ensemble;

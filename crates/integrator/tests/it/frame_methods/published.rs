@@ -1,5 +1,5 @@
-//! Published scenes, which are no part of this repository: `LIGHTSHED_SCENES` names their folder, in Mitsuba 3's format.
-//! `LIGHTSHED_CHAINS` multiplies the number of chains, and with it the work.
+//! Published scenes, which are no part of this repository: `LIGHTSHED_SCENES` names their folder,
+//! in Mitsuba 3's format. `LIGHTSHED_CHAINS` multiplies the number of chains, and with it the work.
 
 use super::ensemble::Ensemble;
 use lightshed_integrator::{
@@ -8,7 +8,8 @@ use lightshed_integrator::{
 use lightshed_scene::Scene;
 use lightshed_scene::import::load;
 
-/// Small images of a door ajar, an atrium and the Cornell box, and how often all of it is done; `None` without the folder.
+/// Small images of a door ajar, an atrium and the Cornell box, and how often all of it is done;
+/// `None` without the folder.
 fn scenes() -> Option<(Vec<(&'static str, Scene)>, u32)> {
     let Some(folder) = std::env::var_os("LIGHTSHED_SCENES") else {
         println!("SKIPPED: LIGHTSHED_SCENES is not set");

@@ -30,7 +30,8 @@ enum Fault {
     JacobianDropped,
     /// A neighbour that cannot produce a sample still gets a share of it.
     ShareLost,
-    /// The MIS weight of an emitter that was met keeps the density that emitter sampling had at the base path's vertex.
+    /// The MIS weight of an emitter that was met keeps the density that emitter sampling had at the
+    /// base path's vertex.
     EmitterDensityOfBase,
 }
 
@@ -69,7 +70,8 @@ impl<'w> ShiftMapping<Domain<'w>> for Faulty<'w> {
         match self.fault {
             Some(Fault::JacobianDropped) => image.jacobian = Jacobian::IDENTITY,
             Some(Fault::EmitterDensityOfBase) => {
-                // A sample's contribution is its own affair; as good as scaling it is to scale what it is reached with.
+                // A sample's contribution is its own affair; as good as scaling it is to scale what
+                // it is reached with.
                 if let Some(factor) = self.with_density_of_base(&image.sample, from, to) {
                     image.jacobian = Jacobian::new(image.jacobian.value() * factor)?;
                 }
@@ -135,8 +137,8 @@ fn truth(scene: &Scene, images: u32) -> Ensemble {
     )
 }
 
-/// Chains of four frames in real time, those with reuse in time, and single frames offline, with both shifts, in scenes with every kind of emitter and
-/// lobe.
+/// Chains of four frames in real time, those with reuse in time, and single frames offline, with
+/// both shifts, in scenes with every kind of emitter and lobe.
 #[test]
 fn frames_agree_with_path_tracing() {
     for (name, scene) in scenes() {
@@ -153,10 +155,12 @@ fn frames_agree_with_path_tracing() {
     }
 }
 
-/// In a scene lit indirectly, where determinants differ from 1. Power: the faults are off by 10 and 95 standard errors in a tile.
+/// In a scene lit indirectly, where determinants differ from 1. Power: the faults are off by 10 and
+/// 95 standard errors in a tile.
 #[test]
 fn faults_are_detected_in_images() {
-    // Among near neighbours determinants are about 1 and shifts hardly ever undefined: from afar they matter.
+    // Among near neighbours determinants are about 1 and shifts hardly ever undefined: from afar
+    // they matter.
     let options = RestirPtOptions {
         rounds: 3,
         neighbourhood: Neighbourhood::Disk {
@@ -225,8 +229,9 @@ fn floor_and_lamp() -> Scene {
     Scene::new(&description).unwrap()
 }
 
-/// A point of the floor takes paths from one under the lamp, trusted twenty times as much as its own. An image has neighbours on
-/// all sides, among which a wrong density of emitter sampling nearly cancels; here it does not. False-positive rate 10⁻⁶.
+/// A point of the floor takes paths from one under the lamp, trusted twenty times as much as its
+/// own. An image has neighbours on all sides, among which a wrong density of emitter sampling
+/// nearly cancels; here it does not. False-positive rate 10⁻⁶.
 #[test]
 fn wrong_emitter_density_is_detected_between_two_points() {
     let scene = floor_and_lamp();
@@ -295,7 +300,8 @@ fn frame(scene: &Scene, options: RestirPtOptions, threads: usize) -> (Vec<Rgb>, 
     (image, rays)
 }
 
-/// A Cornell box in small whose lamp shines on the ceiling, so that nothing else has light but from there.
+/// A Cornell box in small whose lamp shines on the ceiling, so that nothing else has light but from
+/// there.
 fn lit_by_the_ceiling(side: u32) -> Scene {
     let mut description = small_description(builtin::cornell(), side);
     description.settings.max_depth = Some(4);

@@ -33,7 +33,8 @@ fn chains(scene: &Scene, options: RestirVolumeOptions, count: u64) -> Ensemble {
     Ensemble::of_chains(make, 1..3, count, 1)
 }
 
-/// Chains of three frames of each scene, scattered once, thrice and seven times, evenly and forward, of several reservoirs and with neighbours.
+/// Chains of three frames of each scene, scattered once, thrice and seven times, evenly and
+/// forward, of several reservoirs and with neighbours.
 #[test]
 fn frames_agree_with_path_tracing_through_media() {
     // From near enough that the light is not in view: its edges would be most of the noise.
@@ -69,9 +70,10 @@ fn frames_agree_with_path_tracing_through_media() {
     }
 }
 
-/// Fog that fills the pixels of one column, and a third of those beside: most rays of these find nothing, and what they find counts no less for
-/// that. Z-tests at 1e-6. (Seen to fail by 8 % where a pixel whose ray meets no fog has no confidence: a technique is dropped when its own
-/// sample fails.)
+/// Fog that fills the pixels of one column, and a third of those beside: most rays of these find
+/// nothing, and what they find counts no less for that. Z-tests at 1e-6. (Seen to fail by 8 % where
+/// a pixel whose ray meets no fog has no confidence: a technique is dropped when its own sample
+/// fails.)
 #[test]
 fn rays_that_find_nothing_count() {
     const HEIGHT: u32 = 8;
@@ -134,7 +136,8 @@ fn rays_that_find_nothing_count() {
     }
 }
 
-/// The same beside a mirror and a glass sphere, which is half within the smoke; three and five edges.
+/// The same beside a mirror and a glass sphere, which is half within the smoke; three and five
+/// edges.
 #[test]
 fn frames_agree_beside_mirrors_and_glass() {
     for (scatterings, neighbours) in [(2, 0), (4, 3)] {
@@ -210,7 +213,8 @@ fn drifting(frames: u32, step: f32) -> Vec<SceneDescription> {
     (0..frames).map(puff).collect()
 }
 
-/// The same of densities that move, whose velocity is known: the pixel reused from is the one that saw the same part of the puff.
+/// The same of densities that move, whose velocity is known: the pixel reused from is the one that
+/// saw the same part of the puff.
 #[test]
 fn a_moving_density_is_a_little_biased_and_then_not() {
     const FRAMES: u32 = 5;

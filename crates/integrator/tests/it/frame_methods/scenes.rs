@@ -19,7 +19,8 @@ pub fn small_description(mut description: SceneDescription, side: u32) -> SceneD
     description
 }
 
-/// A Cornell box in small, from so near that the light is not in view: its edges would be most of the noise.
+/// A Cornell box in small, from so near that the light is not in view: its edges would be most of
+/// the noise.
 pub fn cornell_without_light(mut description: SceneDescription, side: u32) -> SceneDescription {
     description.camera.fov_x = 0.4;
     small_description(description, side)
@@ -38,8 +39,8 @@ fn sphere(center: Vec3, radius: f32, material: u32, emission: Option<f32>) -> Sh
     }
 }
 
-/// Every kind of emitter over a floor with a diffuse, a glossy, a mirror and a plastic sphere: an environment with a bright
-/// spot, a sphere, two triangles, a point, a spot and a direction.
+/// Every kind of emitter over a floor with a diffuse, a glossy, a mirror and a plastic sphere: an
+/// environment with a bright spot, a sphere, two triangles, a point, a spot and a direction.
 pub fn every_emitter(side: u32, max_depth: u32) -> Scene {
     let diffuse = |r, g, b| Material::Diffuse {
         reflectance: ColorTexture::Constant(Rgb::new(r, g, b)),

@@ -1,6 +1,8 @@
-//! What motion costs volumetric reuse: noise, and a bias that ends with the motion (Lin 2022 §5.4.4, fig. 5.9).
+//! What motion costs volumetric reuse: noise, and a bias that ends with the motion (Lin 2022
+//! §5.4.4, fig. 5.9).
 //!
-//! `cargo test -p lightshed-integrator --test it volume_motion -- --nocapture` prints the figures of `docs/performance.md`.
+//! `cargo test -p lightshed-integrator --test it volume_motion -- --nocapture` prints the figures
+//! of `docs/performance.md`.
 
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};
@@ -133,9 +135,11 @@ fn options(temporal_reuse: bool) -> RestirVolumeOptions {
     options
 }
 
-/// A cloud that drifts by half a pixel and by four a frame: reuse along its velocity, from the same pixel, and none. Along the velocity a frame is
-/// less noisy than alone, and a little darker as long as it moves; from the same pixel nothing is biased, since the place does not depend on a path,
-/// but fast motion makes history worse than none. Ten frames after the motion nothing is left of it.
+/// A cloud that drifts by half a pixel and by four a frame: reuse along its velocity, from the same
+/// pixel, and none. Along the velocity a frame is less noisy than alone, and a little darker as
+/// long as it moves; from the same pixel nothing is biased, since the place does not depend on a
+/// path, but fast motion makes history worse than none. Ten frames after the motion nothing is left
+/// of it.
 #[test]
 fn drifting_densities() {
     const CHAINS: u64 = 24;
@@ -181,8 +185,9 @@ fn drifting_densities() {
     }
 }
 
-/// A camera that moves past a cloud with much of the sky in view: with velocity resampling a frame is hardly darker. The fault is to do without,
-/// so that rays which found nothing do not look where others do: that costs some per cent at the cloud's edges.
+/// A camera that moves past a cloud with much of the sky in view: with velocity resampling a frame
+/// is hardly darker. The fault is to do without, so that rays which found nothing do not look where
+/// others do: that costs some per cent at the cloud's edges.
 #[test]
 fn moving_cameras() {
     const CHAINS: u64 = 60;

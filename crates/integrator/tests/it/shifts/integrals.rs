@@ -8,8 +8,8 @@ use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_shift::{Finding, TreeTracer};
 use lightshed_testkit::MeanTest;
 
-/// Mean over the image of what trees of paths find, emission at the first surface added, against the path tracer's.
-/// False-positive rate 10⁻⁴ for each scene and mapping.
+/// Mean over the image of what trees of paths find, emission at the first surface added, against
+/// the path tracer's. False-positive rate 10⁻⁴ for each scene and mapping.
 #[test]
 fn trees_find_the_light_of_the_path_tracer() {
     for name in ["zoo", "cornell-glossy"] {

@@ -102,8 +102,8 @@ fn alike(a: &SuffixLight, b: &SuffixLight) -> bool {
     (length, technique) == (length_b, technique_b) && close && (pdf - pdf_b).abs() <= 1e-4 * pdf_b
 }
 
-/// On diffuse surfaces both take the same decisions with the same numbers: all but the few paths that rounding sends past an
-/// edge find the same light.
+/// On diffuse surfaces both take the same decisions with the same numbers: all but the few paths
+/// that rounding sends past an edge find the same light.
 #[test]
 fn suffixes_between_diffuse_walls_find_the_same_light_in_batches() {
     let found = found("cornell", 4000);

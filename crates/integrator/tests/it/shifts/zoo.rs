@@ -22,8 +22,9 @@ fn roughness(alpha: f32, distribution: Microfacet) -> Option<Roughness> {
     })
 }
 
-/// The Cornell box, open at the front to a sky with a sun, with a checkered floor, spheres of mirror, glass, rough glass, rough
-/// metal, coated plastic and a blend, a point light, and an emitting sphere beside the lamp.
+/// The Cornell box, open at the front to a sky with a sun, with a checkered floor, spheres of
+/// mirror, glass, rough glass, rough metal, coated plastic and a blend, a point light, and an
+/// emitting sphere beside the lamp.
 pub fn zoo() -> SceneDescription {
     let mut description = builtin::cornell();
     (description.settings.width, description.settings.height) = (32, 32);
@@ -170,8 +171,8 @@ pub fn domain<'w>(
     ))
 }
 
-/// Calls `visit` with paths of a random pixel and the domains of that pixel and of one near by, until about `count` paths
-/// have been seen.
+/// Calls `visit` with paths of a random pixel and the domains of that pixel and of one near by,
+/// until about `count` paths have been seen.
 pub fn random_paths<'w>(
     world: &'w SceneWorld<'w>,
     connectability: Connectability,

@@ -46,8 +46,8 @@ fn by_definition(lights: &[PointLight], vertex: DVec3, cell: f64) -> Option<Expe
     })
 }
 
-/// Every grid light of every level against sums by definition, made by either construction; and that there is one for every
-/// vertex that should have light.
+/// Every grid light of every level against sums by definition, made by either construction; and
+/// that there is one for every vertex that should have light.
 #[test]
 fn grid_lights_are_what_the_definition_says() {
     for (lights, construction) in [
@@ -88,8 +88,9 @@ fn grid_lights_are_what_the_definition_says() {
     }
 }
 
-/// Intensity of each level is that of the lights within 1e-5, in every channel, over nine levels of 20,000 lights; so is the
-/// illumination centre. A level that lost one in a thousand of its lights is noticed.
+/// Intensity of each level is that of the lights within 1e-5, in every channel, over nine levels of
+/// 20,000 lights; so is the illumination centre. A level that lost one in a thousand of its lights
+/// is noticed.
 #[test]
 fn levels_conserve_intensity_and_centre() {
     for lights in [room(20_000, 3), cloud(20_000, 4)] {
@@ -128,8 +129,8 @@ fn levels_conserve_intensity_and_centre() {
     }
 }
 
-/// Gathering from level to level gives the lights that scattering all lights gives: positions within 1e-5 of a cell, intensities within
-/// 1e-5, over eight levels of 30,000 lights.
+/// Gathering from level to level gives the lights that scattering all lights gives: positions
+/// within 1e-5 of a cell, intensities within 1e-5, over eight levels of 30,000 lights.
 #[test]
 fn gathering_is_scattering() {
     let lights = room(30_000, 5);
@@ -160,7 +161,8 @@ fn gathering_is_scattering() {
     }
 }
 
-/// Auto leaves S₁ fewer lights than half of S₀, and one level more would not; every light's cell is in the finest grid.
+/// Auto leaves S₁ fewer lights than half of S₀, and one level more would not; every light's cell is
+/// in the finest grid.
 #[test]
 fn the_finest_level_has_fewer_than_half_as_many_lights() {
     for (lights, count) in [
@@ -176,8 +178,8 @@ fn the_finest_level_has_fewer_than_half_as_many_lights() {
     }
 }
 
-/// Lights at one point, one light, lights of no intensity, on a line, and so bright that sums overflow: finite and, where
-/// there is a truth, true.
+/// Lights at one point, one light, lights of no intensity, on a line, and so bright that sums
+/// overflow: finite and, where there is a truth, true.
 #[test]
 fn degenerate_lights_give_finite_light() {
     let at = Vec3::new(3.0, -2.0, 7.0);

@@ -9,8 +9,9 @@ use super::*;
 use glam::Vec3;
 use lightshed_sampling::{CounterRng, UniformSphere};
 
-/// Virtual point lights as a path tracer leaves them: on the walls of a room of 4×3×5, facing inwards, and on a ball in it, facing
-/// outwards, with colours and intensities that vary by a factor of sixteen.
+/// Virtual point lights as a path tracer leaves them: on the walls of a room of 4×3×5, facing
+/// inwards, and on a ball in it, facing outwards, with colours and intensities that vary by a
+/// factor of sixteen.
 pub(super) fn room(count: u32, seed: u64) -> Vec<PointLight> {
     (0..count)
         .map(|i| room_light(CounterRng::new(seed, i, 0)))

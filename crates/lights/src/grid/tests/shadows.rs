@@ -49,7 +49,8 @@ fn lights_are_chosen_in_proportion_to_what_they_give() {
     .unwrap();
 }
 
-/// One pass adds up what a visit adds up, whatever the number of samples; where nothing arrives nothing is chosen.
+/// One pass adds up what a visit adds up, whatever the number of samples; where nothing arrives
+/// nothing is chosen.
 #[test]
 fn the_sum_does_not_depend_on_the_samples() {
     let grid = LightingGrid::new(&room(2000, 23), &GridOptions::default()).unwrap();
@@ -68,8 +69,8 @@ fn the_sum_does_not_depend_on_the_samples() {
     assert_eq!((none.unshadowed, none.samples().count()), (Vec3::ZERO, 0));
 }
 
-/// Places in the box of a grid light have its centre and standard deviations: z-tests at 1e-6 a coordinate. A box as wide as the
-/// deviations themselves is noticed.
+/// Places in the box of a grid light have its centre and standard deviations: z-tests at 1e-6 a
+/// coordinate. A box as wide as the deviations themselves is noticed.
 #[test]
 fn shadow_targets_have_the_mean_and_the_spread_of_the_lights() {
     let grid = LightingGrid::new(&cloud(3000, 25), &GridOptions::default()).unwrap();
@@ -100,8 +101,8 @@ fn shadow_targets_have_the_mean_and_the_spread_of_the_lights() {
     .unwrap();
 }
 
-/// Lights behind a grid light are drawn by their shares in it, exactly where they shine all around: χ² at 1e-6 for a light of
-/// each of three levels. Drawing without the trilinear shares is noticed.
+/// Lights behind a grid light are drawn by their shares in it, exactly where they shine all around:
+/// χ² at 1e-6 for a light of each of three levels. Drawing without the trilinear shares is noticed.
 #[test]
 fn represented_lights_are_drawn_by_their_shares() {
     let lights = cloud(150, 27);

@@ -30,8 +30,9 @@ fn fixed(levels: u32) -> GridOptions {
     }
 }
 
-/// Lights that dim, lights that move about in their cells, lights that go elsewhere, several at once and the same twice: each
-/// update gives what a new construction gives. One that forgets a light, or a level, is noticed.
+/// Lights that dim, lights that move about in their cells, lights that go elsewhere, several at
+/// once and the same twice: each update gives what a new construction gives. One that forgets a
+/// light, or a level, is noticed.
 #[test]
 fn an_update_is_a_rebuild_bit_for_bit() {
     let steps: [(&str, usize); 7] = [
@@ -88,7 +89,8 @@ fn an_update_is_a_rebuild_bit_for_bit() {
     .unwrap();
 }
 
-/// One light of many costs the vertices around it, a few dozen a level, whatever the number of lights.
+/// One light of many costs the vertices around it, a few dozen a level, whatever the number of
+/// lights.
 #[test]
 fn a_small_update_does_little() {
     let lights = room(50_000, 43);

@@ -13,9 +13,11 @@ const PREFIX_MEASURE: [f64; 3] = [1.0, 2.0, 0.5];
 const PREFIX_THROUGHPUT: [f64; 3] = [0.4, 1.0, 2.5];
 
 const SUFFIX_PMF: [f64; 4] = [0.1, 0.4, 0.2, 0.3];
-/// Measures of suffix points behind each prefix: a suffix carried from one to another has a Jacobian.
+/// Measures of suffix points behind each prefix: a suffix carried from one to another has a
+/// Jacobian.
 const SUFFIX_MEASURE: [[f64; 4]; 3] = [[1.0, 0.5, 1.0, 2.0], [0.25, 1.0, 1.0, 1.0], [1.0, 1.0, 3.0, 0.5]];
-/// `f_ps(z, x) f_s(x)`: what a suffix contributes behind a prefix. Some are occluded from some prefixes.
+/// `f_ps(z, x) f_s(x)`: what a suffix contributes behind a prefix. Some are occluded from some
+/// prefixes.
 const CONTRIBUTION: [[f64; 4]; 3] = [[1.0, 0.0, 2.0, 0.1], [0.3, 4.0, 0.0, 1.0], [2.0, 0.5, 0.7, 0.0]];
 
 /// The suffix space behind a prefix.
@@ -46,7 +48,8 @@ impl Behind {
     }
 }
 
-/// Reconnects the same suffix point behind another prefix; prefixes 1 and 2 cannot exchange point 0.
+/// Reconnects the same suffix point behind another prefix; prefixes 1 and 2 cannot exchange
+/// point 0.
 struct Reconnect;
 
 impl ShiftMapping<Behind> for Reconnect {
@@ -144,12 +147,14 @@ fn conditional_weights_integrate_for_each_fixed_condition() {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dependence {
-    /// Supporting prefixes are resampled by a target that sees their suffixes (against Kettunen 2023 eq. 19).
-    /// Given the supporting prefix, its suffix then is no longer distributed as its weight says.
+    /// Supporting prefixes are resampled by a target that sees their suffixes (against Kettunen
+    /// 2023 eq. 19). Given the supporting prefix, its suffix then is no longer distributed as its
+    /// weight says.
     SupportChosenBySuffix,
 }
 
-/// An integration prefix, resampled; a suffix for it from its own technique and from a supporting prefix.
+/// An integration prefix, resampled; a suffix for it from its own technique and from a supporting
+/// prefix.
 #[test]
 fn joint_weights_integrate_over_prefix_and_suffix() {
     let run = |mis: Mis, fault: Option<Dependence>| {
@@ -201,8 +206,8 @@ fn joint_weights_integrate_over_prefix_and_suffix() {
     }
 }
 
-/// Theorem 4.1 needs its premise: two weights, each right by itself, whose product is wrong because both
-/// depend on the prefix that was not chosen.
+/// Theorem 4.1 needs its premise: two weights, each right by itself, whose product is wrong because
+/// both depend on the prefix that was not chosen.
 #[test]
 fn weights_that_share_randomness_have_no_product() {
     // The suffix technique looks at the prefix candidate that lost.
@@ -300,8 +305,8 @@ enum Gather {
     ForgetCanonicalTechnique,
 }
 
-/// Kettunen 2023 eq. 23: many prefixes, one of them with a canonical suffix of its own; for the others
-/// roulette has replaced it by a null sample, which keeps its confidence.
+/// Kettunen 2023 eq. 23: many prefixes, one of them with a canonical suffix of its own; for the
+/// others roulette has replaced it by a null sample, which keeps its confidence.
 #[test]
 fn final_gather_with_roulette() {
     let count = 2;

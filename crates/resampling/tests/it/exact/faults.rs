@@ -1,9 +1,9 @@
-//! Planted faults: each mistake that is easily made in resampling is made here once, and the exact proof
-//! notices it.
+//! Planted faults: each mistake that is easily made in resampling is made here once, and the exact
+//! proof notices it.
 //!
-//! Mistakes in *using* the library are made through its interface. Mistakes *inside* a merge are planted in a
-//! naive merge of a few lines, which without a fault has the same outcomes with the same probabilities as the
-//! shipped one.
+//! Mistakes in *using* the library are made through its interface. Mistakes *inside* a merge are
+//! planted in a naive merge of a few lines, which without a fault has the same outcomes with the
+//! same probabilities as the shipped one.
 
 use super::finite::{ByLabel, ELSEWHERE, Enumerate, Finite, HERE, Pixel, THERE, deviation};
 use lightshed_resampling::{
@@ -43,8 +43,8 @@ enum Inside {
     OwnTargetForNeighbour,
 }
 
-/// The merge as one would first write it: all densities of all techniques at each candidate, weights by
-/// definition.
+/// The merge as one would first write it: all densities of all techniques at each candidate,
+/// weights by definition.
 fn naive_merge(
     chooser: &mut Chooser,
     to: &Finite,
@@ -108,7 +108,8 @@ fn naive_merge(
         mis.weights(&techniques, &mut weights);
         let mut m = weights[i];
         if fault == Some(Inside::ForgetShareOfUndefinedShift) && canonical {
-            // What the canonical sample keeps, without the whole shares of those that cannot produce it.
+            // What the canonical sample keeps, without the whole shares of those that cannot
+            // produce it.
             let lost = techniques.iter().filter(|t| !t.canonical && t.density == 0.0);
             let total: f64 = techniques.iter().map(|t| t.confidence).sum();
             m -= lost.map(|t| t.confidence / total).sum::<f64>();
@@ -252,7 +253,8 @@ fn mistakes_in_using_the_merge() {
         caught(&faults, |fault| {
             exact(&DIM.truth(), |chooser| {
                 let here = DIM.draw(chooser, 1, 1.0);
-                // A technique that comes up empty for reasons that have nothing to do with its sample.
+                // A technique that comes up empty for reasons that have nothing to do with its
+                // sample.
                 let mut there = THERE.draw(chooser, 1, 4.0);
                 let failed = chooser.bernoulli(0.5);
                 let doubled = |w: f64| ContributionWeight::new(2.0 * w).unwrap();

@@ -15,13 +15,14 @@ impl Choose for Enumerate<'_> {
             part > 0.0 && part <= total && total.is_finite(),
             "{part} of {total}"
         );
-        // Certain decisions do not fork: 1 − part/total may otherwise leave a branch of probability 1e-17.
+        // Certain decisions do not fork: 1 − part/total may otherwise leave a branch of probability
+        // 1e-17.
         part == total || self.0.bernoulli(part / total)
     }
 }
 
-/// A finite domain. Each point has a label, by which shifts find it, and a measure: `∫ f = Σ f(x) μ(x)`, so a
-/// shift between points of different measure has a Jacobian.
+/// A finite domain. Each point has a label, by which shifts find it, and a measure:
+/// `∫ f = Σ f(x) μ(x)`, so a shift between points of different measure has a Jacobian.
 #[derive(Clone, Debug)]
 pub struct Finite {
     pub labels: &'static [u32],
@@ -71,8 +72,8 @@ impl Finite {
         ris.finish(confidence)
     }
 
-    /// One sample with its density, unresampled: for tractable forms, whose canonical densities cover the
-    /// target.
+    /// One sample with its density, unresampled: for tractable forms, whose canonical densities
+    /// cover the target.
     pub fn draw_tractable(&self, chooser: &mut Chooser, confidence: f32) -> Pixel {
         let x = chooser.choose(self.pmf);
         Reservoir::from_density(x, self.density(x), confidence).unwrap()
@@ -108,8 +109,8 @@ pub fn deviation(values: &[f64], truth: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Shifts to the point with the same label; undefined where there is none, and between certain labels beyond
-/// a Jacobian gate.
+/// Shifts to the point with the same label; undefined where there is none, and between certain
+/// labels beyond a Jacobian gate.
 #[derive(Clone, Copy, Debug)]
 pub struct ByLabel {
     pub gate: f64,
@@ -141,7 +142,8 @@ pub const HERE: Finite = Finite {
     tractable: false,
 };
 
-/// A neighbour with other labels (partial), in another order, of other measure, and zero where `HERE` is not.
+/// A neighbour with other labels (partial), in another order, of other measure, and zero where
+/// `HERE` is not.
 pub const THERE: Finite = Finite {
     labels: &[9, 4, 1, 3, 0],
     measure: &[1.0, 0.5, 0.75, 0.5, 3.0],

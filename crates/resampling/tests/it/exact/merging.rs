@@ -169,8 +169,8 @@ fn chained_twice_with_a_cap() {
         let result = expectation_vector(|chooser| {
             let there = THERE.draw(chooser, 1, 1.0);
             let here = HERE.draw(chooser, 1, 1.0);
-            // Both pixels reuse from each other; then HERE reuses THERE's result, which descends from its own
-            // sample.
+            // Both pixels reuse from each other; then HERE reuses THERE's result, which descends
+            // from its own sample.
             let inputs = [Input::canonical(&THERE, &there), Input::neighbour(&HERE, &here)];
             let there = merged(chooser, &THERE, &SHIFT, &inputs, mis).with_confidence_cap(1.75);
             let inputs = [Input::canonical(&HERE, &here), Input::neighbour(&THERE, &there)];
@@ -210,8 +210,8 @@ fn temporal_chain_of_three_frames_with_a_cap() {
 #[test]
 fn empty_reservoirs_keep_their_share() {
     for mis in unbiased_families() {
-        // A neighbour that comes up empty half of the time, whatever it would have held, with W doubled
-        // otherwise.
+        // A neighbour that comes up empty half of the time, whatever it would have held, with W
+        // doubled otherwise.
         let result = expectation_vector(|chooser| {
             let here = HERE.draw(chooser, 1, 1.0);
             let there = THERE.draw(chooser, 1, 2.0);
@@ -423,8 +423,8 @@ fn reports_say_what_happened() {
         Input::neighbour(&THERE, &lost),
         Input::neighbour(&THERE, &found),
     ];
-    // By hand: label 0 lies at THERE's point 4 and HERE's point 0, label 1 at THERE's point 2 with a zero
-    // target there.
+    // By hand: label 0 lies at THERE's point 4 and HERE's point 0, label 1 at THERE's point 2 with
+    // a zero target there.
     let (jacobian, q) = (
         HERE.measure[0] / THERE.measure[4],
         THERE.target[4] / (HERE.measure[0] / THERE.measure[4]),

@@ -1,5 +1,5 @@
-//! Passes over domains some of which are absent, and over neighbours that no grid has: each domain's expectations after
-//! a whole pass are exact, and planted faults are not.
+//! Passes over domains some of which are absent, and over neighbours that no grid has: each
+//! domain's expectations after a whole pass are exact, and planted faults are not.
 
 use super::finite::{ByLabel, ELSEWHERE, Finite, HERE, Pixel, THERE, deviation};
 use super::merging::unbiased_families;
@@ -19,7 +19,8 @@ const CONFIDENCES: [f32; 4] = [1.0, 0.0, 2.5, 0.5];
 /// Mistakes that a user can make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
-    /// The absent domain is left out of the row, so that those behind it move up; their reservoirs stay.
+    /// The absent domain is left out of the row, so that those behind it move up; their reservoirs
+    /// stay.
     MovedUp,
     /// Neighbours are chosen by what they hold.
     EmptyNeighboursLeftOut,
@@ -90,7 +91,8 @@ fn exact(run: impl FnMut(&mut Chooser) -> Vec<f64>) -> Result<(), String> {
     }
 }
 
-/// A directed graph: nobody reuses from the third domain but the fourth, the absent one is everybody's neighbour.
+/// A directed graph: nobody reuses from the third domain but the fourth, the absent one is
+/// everybody's neighbour.
 fn graph() -> NeighbourLists {
     NeighbourLists::new([vec![1, 3], vec![0, 2], vec![1, 0], vec![0, 1, 2]]).unwrap()
 }
@@ -137,7 +139,8 @@ fn cells_of_a_grid_with_an_absent_cell() {
 #[test]
 fn histories_with_absent_domains() {
     const BEFORE: [Option<Finite>; 3] = [None, Some(THERE), Some(HERE)];
-    // The first domain was not there, the third is another one now, the fourth comes from beyond the row.
+    // The first domain was not there, the third is another one now, the fourth comes from beyond
+    // the row.
     let places = [0, 1, 2, 7];
     let run = |mis: Mis, fault: Option<Fault>| {
         let reuse = Reuse::new(Row(fault), MergeRule::new(SHIFT).with_mis(mis));
@@ -198,7 +201,8 @@ fn pairs_with_an_absent_partner() {
     }
 }
 
-/// A struct of a renderer keeps its domains and its shift, owned or shared, with what reuses among them.
+/// A struct of a renderer keeps its domains and its shift, owned or shared, with what reuses among
+/// them.
 struct Renderer {
     reuse: Reuse<'static, Arc<[Option<Finite>]>, Arc<ByLabel>>,
     own: Reuse<'static, Vec<Finite>, ByLabel>,

@@ -114,7 +114,8 @@ fn merged_streams_are_one_stream() {
     }
 }
 
-/// Visibility tested once before reuse: the target of the next stage has it, and the neighbour's domain does.
+/// Visibility tested once before reuse: the target of the next stage has it, and the neighbour's
+/// domain does.
 #[test]
 fn a_visibility_test_before_reuse() {
     let visible = |x: usize| x != 1;

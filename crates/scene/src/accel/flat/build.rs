@@ -6,7 +6,8 @@ use glam::Vec3;
 use lightshed_lanes::{LANES, LaneChoice};
 
 impl Flat {
-    /// The triangles, unless there are too many of them. Vertices are shared bit for bit or not at all.
+    /// The triangles, unless there are too many of them. Vertices are shared bit for bit or not at
+    /// all.
     pub fn build(triangles: &[[Vec3; 3]]) -> Option<Self> {
         if triangles.len() > MAX_TRIANGLES {
             return None;

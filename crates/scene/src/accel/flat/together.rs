@@ -16,8 +16,8 @@ pub struct View {
 }
 
 thread_local! {
-    /// One for each thread, since clearing it for every batch takes a tenth of a render of the Cornell box. Nothing is read
-    /// that has not been written for the rays in question.
+    /// One for each thread, since clearing it for every batch takes a tenth of a render of the
+    /// Cornell box. Nothing is read that has not been written for the rays in question.
     static VIEW: RefCell<View> = const {
         RefCell::new(View {
             vertices: [[[0.0; LANES]; 3]; MAX_VERTICES],
@@ -66,7 +66,8 @@ impl View {
         for (edge, areas) in flat.edges.iter().zip(self.areas.as_chunks_mut::<2>().0) {
             let [from_x, from_y, _] = &self.vertices[edge[0] as usize];
             let [to_x, to_y, _] = &self.vertices[edge[1] as usize];
-            // Products rounded on their own, never fused: the antisymmetry of the areas rests on it.
+            // Products rounded on their own, never fused: the antisymmetry of the areas rests on
+            // it.
             let forth = L::load(from_x) * L::load(to_y);
             let back = L::load(from_y) * L::load(to_x);
             *areas = [(forth - back).store(), (back - forth).store()];

@@ -1,6 +1,7 @@
 //! Collapsing a binary tree into one with eight children a node, at the least expected cost.
 //!
-//! The surface area heuristic's cost of a subtree `n`, when it is to become at most `i` children of some node:
+//! The surface area heuristic's cost of a subtree `n`, when it is to become at most `i` children of
+//! some node:
 //!
 //! ```text
 //! C(n, 1) = min( A(n) · c_leaf            if n has at most 8 triangles,
@@ -9,8 +10,9 @@
 //! D(n, j) = min over 0 < k < j of C(left, k) + C(right, j−k)
 //! ```
 //!
-//! with `A` the surface area of the box: the dynamic programme of Ylitie, Karras and Laine 2017, *Efficient
-//! Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, §3.1, with this tree's own leaf costs.
+//! with `A` the surface area of the box: the dynamic programme of Ylitie, Karras and Laine 2017,
+//! *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, §3.1, with this
+//! tree's own leaf costs.
 
 use super::node::{Child, ChildKind, Node};
 use super::{Primitives, WideBvh};
@@ -18,21 +20,24 @@ use crate::accel::block::TriangleBlock;
 use crate::accel::stack::STACK_CAPACITY;
 use lightshed_bvh::{Bvh, Node as BinaryNode, Primitive};
 
-/// Cost of testing eight boxes, and of testing a block of eight triangles or a sphere; only their ratio counts.
+/// Cost of testing eight boxes, and of testing a block of eight triangles or a sphere; only their
+/// ratio counts.
 const COST_NODE: f32 = 1.0;
 const COST_LEAF: f32 = 1.2;
 
 /// Triangles in a block.
 const LEAF_TRIANGLES: usize = 8;
 
-/// Deepest tree that the traversal's stack can hold: each level leaves at most seven siblings behind.
+/// Deepest tree that the traversal's stack can hold: each level leaves at most seven siblings
+/// behind.
 const MAX_DEPTH: usize = (STACK_CAPACITY - 1) / 7;
 
 /// Costs of a subtree that is to become at most `i + 1` children, `i` the index.
 type Costs = [f32; 7];
 
-/// How a subtree is best turned into at most `i` children: four bits for each number, which tell how many of them are given to the left
-/// subtree. 0 where one child fewer is as good; for `i = 1`, 0 for a leaf, else the left's share of the eight.
+/// How a subtree is best turned into at most `i` children: four bits for each number, which tell
+/// how many of them are given to the left subtree. 0 where one child fewer is as good; for `i = 1`,
+/// 0 for a leaf, else the left's share of the eight.
 #[derive(Clone, Copy, Default)]
 struct Shares(u32);
 
@@ -50,7 +55,8 @@ impl Shares {
 
 fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
     let mut plans = vec![Shares::default(); tree.nodes().len()];
-    // From the last node to the first, the subtrees of a node are the last that were finished, the left one on top.
+    // From the last node to the first, the subtrees of a node are the last that were finished, the
+    // left one on top.
     let mut finished: Vec<Costs> = Vec::new();
     for i in (0..plans.len()).rev() {
         let node = &tree.nodes()[i];
@@ -152,7 +158,8 @@ impl Emitter<'_> {
         (children, count)
     }
 
-    /// A slot for each child by where it lies, see [`Node`]: the child that most wants a slot takes it first.
+    /// A slot for each child by where it lies, see [`Node`]: the child that most wants a slot takes
+    /// it first.
     fn slots(&self, root: u32, children: &[u32]) -> [usize; 8] {
         let center = |node: u32| self.tree.nodes()[node as usize].bounds().center();
         let middle = center(root);
@@ -177,7 +184,8 @@ impl Emitter<'_> {
             let mut best = (f32::NEG_INFINITY, 0, 0);
             for (place, wishes) in wishes[..children.len()].iter().enumerate() {
                 for (slot, &wish) in wishes.iter().enumerate() {
-                    // NaN cannot win; the first free slot is there if all wishes are lost to overflow.
+                    // NaN cannot win; the first free slot is there if all wishes are lost to
+                    // overflow.
                     let better = wish > best.0 || best.0 == f32::NEG_INFINITY;
                     if !placed[place] && !taken[slot] && better {
                         best = (wish, place, slot);
@@ -255,7 +263,8 @@ pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: &Primitives) -> 
     let first_sphere = primitives.triangles.len() as u32;
     let plans = plan(&tree, primitives);
     let mut emitted = collapse(&tree, &plans, primitives);
-    // Input on which the heuristic's tree degenerates (a million equal triangles, say) would be too deep to traverse.
+    // Input on which the heuristic's tree degenerates (a million equal triangles, say) would be too
+    // deep to traverse.
     let (balanced, plans);
     if emitted.depth > MAX_DEPTH {
         balanced = Bvh::balanced(shapes).unwrap_or_default();

@@ -52,9 +52,11 @@ impl Child {
     }
 }
 
-/// Eight children with their boxes, laid out so that bit `a` of a child's slot says whether it lies towards the positive
-/// side of axis `a`, as far as the children can be told apart so; a ray then meets them about in the order of their slots,
-/// exclusive-or the octant of its direction (Ylitie, Karras and Laine 2017 §3.2). One row of eight a bound: `min.x, min.y, min.z, max.x, max.y, max.z`.
+/// Eight children with their boxes, laid out so that bit `a` of a child's slot says whether it lies
+/// towards the positive side of axis `a`, as far as the children can be told apart so; a ray then
+/// meets them about in the order of their slots, exclusive-or the octant of its direction (Ylitie,
+/// Karras and Laine 2017 §3.2). One row of eight a bound:
+/// `min.x, min.y, min.z, max.x, max.y, max.z`.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub struct Node {

@@ -1,12 +1,13 @@
 //! Rays through the eight-wide tree.
 //!
-//! Boxes are tested by slabs whose far ends are widened by the test's own rounding error (Ize 2013, *Robust BVH Ray
-//! Traversal*), triangles as [`crate::accel::block`] says.
+//! Boxes are tested by slabs whose far ends are widened by the test's own rounding error (Ize 2013,
+//! *Robust BVH Ray Traversal*), triangles as [`crate::accel::block`] says.
 //!
-//! A ray visits few nodes, and each visit waits: for the node to come from memory, for the chain of operations on it, for
-//! a branch that cannot be predicted. So several rays are in flight at once, a step of each in turn ([`IN_FLIGHT`]), the
-//! next node of each is asked for as soon as it is known, and a step decides with masks and selections where it can.
-//! A ray's own steps do not depend on its neighbours: its result is the same, bit for bit, in any company.
+//! A ray visits few nodes, and each visit waits: for the node to come from memory, for the chain of
+//! operations on it, for a branch that cannot be predicted. So several rays are in flight at once,
+//! a step of each in turn ([`IN_FLIGHT`]), the next node of each is asked for as soon as it is
+//! known, and a step decides with masks and selections where it can. A ray's own steps do not
+//! depend on its neighbours: its result is the same, bit for bit, in any company.
 
 use super::WideBvh;
 use super::node::{Child, ChildKind, Node};
@@ -22,8 +23,9 @@ const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 /// What the tests need of a ray.
 ///
-/// No closures and no iterator adaptors from here on: they are functions of their own, which the compiler does not
-/// inline into a caller with other instructions than the crate's, and a call for every operation is the end of speed.
+/// No closures and no iterator adaptors from here on: they are functions of their own, which the
+/// compiler does not inline into a caller with other instructions than the crate's, and a call for
+/// every operation is the end of speed.
 #[derive(Clone, Copy)]
 struct RayConstants {
     triangle: TriangleRay,
@@ -31,8 +33,9 @@ struct RayConstants {
     /// Row of the node's bounds in which the ray enters, and in which it leaves, along each axis.
     near_row: [usize; 3],
     far_row: [usize; 3],
-    /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by where the children
-    /// lie (see [`Node`]), so that far ones come first and the nearest is on top.
+    /// Exclusive-ors a child's slot to its place on the stack: the slots of a node are laid out by
+    /// where the children lie (see [`Node`]), so that far ones come first and the nearest is on
+    /// top.
     flip: u32,
 }
 
@@ -76,7 +79,8 @@ impl RayConstants {
     }
 }
 
-/// Rays in flight at once. With four, large scenes are a few per cent slower; sixteen gain nothing. A power of two.
+/// Rays in flight at once. With four, large scenes are a few per cent slower; sixteen gain nothing.
+/// A power of two.
 const IN_FLIGHT: usize = 8;
 
 /// Where rays come from.
@@ -270,7 +274,8 @@ impl<Q: Query> Traversal<Q> {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
             if hit != 0 {
-                // The nearest is visited next, or about the nearest; the others wait, about in order.
+                // The nearest is visited next, or about the nearest; the others wait, about in
+                // order.
                 let flip = self.constants.flip;
                 let order = flip_mask(hit, flip);
                 let next = if Q::ORDERED {

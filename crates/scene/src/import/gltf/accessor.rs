@@ -4,7 +4,8 @@ use gltf::Document;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::View;
 
-/// Reads accessors out of the loaded buffers. Messages of errors say what is wrong with the accessor.
+/// Reads accessors out of the loaded buffers. Messages of errors say what is wrong with the
+/// accessor.
 pub(super) struct Buffers(pub(super) Vec<Vec<u8>>);
 
 impl Buffers {
@@ -69,7 +70,8 @@ impl Buffers {
                 let items = self.items(&view, accessor.offset(), count, accessor.size(), stride)?;
                 items.map(item).collect()
             }
-            // Without a view all items are zero, to be replaced by the sparse ones: so many at most make sense.
+            // Without a view all items are zero, to be replaced by the sparse ones: so many at most
+            // make sense.
             None => {
                 let most: usize = document.buffers().map(|b| b.length()).sum();
                 if count > most {

@@ -1,7 +1,7 @@
 //! From bytes to a validated document.
 //!
-//! The container and a few members are checked here, before the `gltf` crate sees them: its own checks take them for
-//! granted and panic where they are wrong.
+//! The container and a few members are checked here, before the `gltf` crate sees them: its own
+//! checks take them for granted and panic where they are wrong.
 
 use crate::import::error::{ImportError, Location};
 use gltf::json::camera::Type as CameraType;

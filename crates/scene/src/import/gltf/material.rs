@@ -132,7 +132,8 @@ impl Importer<'_> {
             ));
         }
         let to_uv = transform.map_or(Affine2::IDENTITY, |t| {
-            // KHR_texture_transform: translation · rotation · scale, counter-clockwise with v downwards.
+            // KHR_texture_transform: translation · rotation · scale, counter-clockwise with v
+            // downwards.
             let rotation = Mat2::from_angle(-t.rotation());
             let scale = Mat2::from_diagonal(Vec2::from_array(t.scale()));
             Affine2::from_mat2_translation(rotation * scale, Vec2::from_array(t.offset()))

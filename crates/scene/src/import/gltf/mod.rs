@@ -1,20 +1,23 @@
 //! glTF 2.0 scenes, `.gltf` with embedded or external buffers and `.glb`.
 //!
-//! The default scene (or the first) is read: nodes with their transforms, triangle meshes, metallic-roughness materials
-//! with factors and textures, the first perspective camera, and of the extensions `KHR_lights_punctual`,
-//! `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_transmission` and `KHR_texture_transform`.
-//! An extension that a file requires and that is not among them is an error; what is left out otherwise (normal maps,
-//! alpha, vertex colours, skins, morph targets, optional extensions) is a warning.
+//! The default scene (or the first) is read: nodes with their transforms, triangle meshes,
+//! metallic-roughness materials with factors and textures, the first perspective camera, and of the
+//! extensions `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_ior`,
+//! `KHR_materials_transmission` and `KHR_texture_transform`. An extension that a file requires and
+//! that is not among them is an error; what is left out otherwise (normal maps, alpha, vertex
+//! colours, skins, morph targets, optional extensions) is a warning.
 //!
 //! # Units
 //!
-//! glTF's lights are photometric, the renderer's radiometric. The numbers are taken over as they are: candela as
-//! W/sr of each channel, lux as W/m², and emission in cd/m² as W/(m² sr). The picture is the same up to a factor
-//! (683 lm/W at 555 nm) that a display exposure takes away. A spot light's intensity falls off linearly in the angle
-//! between its cones, where glTF recommends, but does not demand, another smooth curve.
+//! glTF's lights are photometric, the renderer's radiometric. The numbers are taken over as they
+//! are: candela as W/sr of each channel, lux as W/m², and emission in cd/m² as W/(m² sr). The
+//! picture is the same up to a factor (683 lm/W at 555 nm) that a display exposure takes away. A
+//! spot light's intensity falls off linearly in the angle between its cones, where glTF recommends,
+//! but does not demand, another smooth curve.
 //!
-//! A surface without `doubleSided` is black from behind, where glTF would cull it. A file without light gets constant
-//! radiance 1 from everywhere, one without a perspective camera a view of the whole scene.
+//! A surface without `doubleSided` is black from behind, where glTF would cull it. A file without
+//! light gets constant radiance 1 from everywhere, one without a perspective camera a view of the
+//! whole scene.
 
 mod accessor;
 mod container;
@@ -50,7 +53,8 @@ pub(super) fn load(path: &Path) -> Result<Loaded, ImportError> {
     parse_gltf(&read_file(path)?, path)
 }
 
-/// Parses a glTF scene in memory, JSON or binary. `path` is where it would lie: the folder of files that it refers to.
+/// Parses a glTF scene in memory, JSON or binary. `path` is where it would lie: the folder of files
+/// that it refers to.
 ///
 /// # Errors
 ///

@@ -13,7 +13,8 @@ use gltf::camera;
 use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
 
-/// Height of the image where the file has a camera: glTF says how wide it is in terms of its height, not how high.
+/// Height of the image where the file has a camera: glTF says how wide it is in terms of its
+/// height, not how high.
 const HEIGHT: u32 = 512;
 
 impl Importer<'_> {
@@ -93,7 +94,8 @@ impl Importer<'_> {
                 continue;
             }
             if to_world.matrix3.determinant() < 0.0 {
-                // A mirrored mesh is wound the other way round (glTF 2.0, §3.7.4), so that its front stays its front.
+                // A mirrored mesh is wound the other way round (glTF 2.0, §3.7.4), so that its
+                // front stays its front.
                 turn(&mut geometry);
             }
             let (material, emission) = self.material(&primitive.material())?;

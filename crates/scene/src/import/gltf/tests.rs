@@ -22,8 +22,8 @@ fn base64(bytes: &[u8]) -> String {
     text
 }
 
-/// A unit square in the plane z = 0: positions at 0, normals at 48, texture coordinates at 96, `u16` indices at 128 of
-/// two triangles facing +Z, and as `u8` a strip at 140.
+/// A unit square in the plane z = 0: positions at 0, normals at 48, texture coordinates at 96,
+/// `u16` indices at 128 of two triangles facing +Z, and as `u8` a strip at 140.
 fn square() -> Vec<u8> {
     let mut bytes = Vec::new();
     let corners = [[0.0_f32, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
@@ -198,7 +198,8 @@ fn strips_fans_and_lists_without_indices() {
 
 #[test]
 fn sparse_accessors_replace_items() {
-    // Item 2 of the positions becomes item 0 of the normals, (0, 0, 1): the index is the third of the `u16` indices.
+    // Item 2 of the positions becomes item 0 of the normals, (0, 0, 1): the index is the third of
+    // the `u16` indices.
     let json = embedded(r#"{"mesh":0}"#, PLAIN).replacen(
         r#""type":"VEC3","min""#,
         r#""type":"VEC3","sparse":{"count":1,"indices":{"bufferView":1,"byteOffset":4,"componentType":5123},
@@ -255,7 +256,8 @@ fn textures_are_decoded_for_what_they_hold() {
         (base.filter, base.wrap),
         (crate::Filter::Nearest, crate::Wrap::Clamp)
     );
-    // KHR_texture_transform turns counter-clockwise with v downwards: (u, v) goes to (v, −u), after the scale.
+    // KHR_texture_transform turns counter-clockwise with v downwards: (u, v) goes to (v, −u), after
+    // the scale.
     let moved = base.to_uv.transform_point2(Vec2::new(1.0, 10.0));
     assert!(moved.abs_diff_eq(Vec2::new(30.5, -2.0), 1e-4), "{moved}");
     // Emission is the texture's mean, times factor and strength: red is half of 0.5029 times 8.

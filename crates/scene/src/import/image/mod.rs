@@ -22,19 +22,21 @@ pub enum Encoding {
 /// Extensions that [`read_image`] knows.
 const EXTENSIONS: &str = "png, jpg, jpeg, hdr, exr";
 
-/// Reads an image by its file name's extension: `png`, `jpg`, `jpeg`, `hdr` or `exr`. Alpha is dropped without
-/// multiplying; grey becomes RGB. Eight bits a channel stay eight bits in memory.
+/// Reads an image by its file name's extension: `png`, `jpg`, `jpeg`, `hdr` or `exr`. Alpha is
+/// dropped without multiplying; grey becomes RGB. Eight bits a channel stay eight bits in memory.
 ///
 /// # Errors
 ///
-/// The extension is unknown, or the file cannot be read or decoded, or has a value that is not finite.
+/// The extension is unknown, or the file cannot be read or decoded, or has a value that is not
+/// finite.
 pub fn read_image(path: impl AsRef<Path>, encoding: Encoding) -> Result<Image, ImportError> {
     let path = path.as_ref();
     let format = format_of(path)?;
     decode(&read_file(path)?, format, encoding, path)
 }
 
-/// Decodes an image that is already in memory; `path` gives the format by its extension and is otherwise for messages.
+/// Decodes an image that is already in memory; `path` gives the format by its extension and is
+/// otherwise for messages.
 ///
 /// # Errors
 ///
@@ -91,7 +93,8 @@ fn decode(bytes: &[u8], format: Format, encoding: Encoding, path: &Path) -> Resu
     }
 }
 
-/// An image of eight bits a channel: one (grey), two (grey and alpha), three or four channels (colours and alpha).
+/// An image of eight bits a channel: one (grey), two (grey and alpha), three or four channels
+/// (colours and alpha).
 fn from_codes(
     (width, height): (u32, u32),
     channels: usize,
@@ -110,7 +113,8 @@ fn from_codes(
     }
 }
 
-/// Most pixels that a byte of a file can stand for: eight to a byte before a compression of 1032 : 1 (deflate's best).
+/// Most pixels that a byte of a file can stand for: eight to a byte before a compression of 1032 :
+/// 1 (deflate's best).
 const PIXELS_PER_BYTE: usize = 8 * 1032;
 
 /// Refuses sizes that no file of this length can hold, before memory is taken for them.

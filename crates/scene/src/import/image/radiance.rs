@@ -1,4 +1,5 @@
-//! Radiance HDR: `RGBE` pixels, as they are or run-length encoded (Ward, *Real Pixels*, Graphics Gems II, 1991).
+//! Radiance HDR: `RGBE` pixels, as they are or run-length encoded (Ward, *Real Pixels*, Graphics
+//! Gems II, 1991).
 
 use super::{check_size, unusable};
 use crate::Image;
@@ -8,8 +9,8 @@ use std::path::Path;
 /// Mantissas of red, green and blue and their common exponent.
 type Rgbe = [u8; 4];
 
-/// Decodes a Radiance HDR file whose rows run from top to bottom and whose columns run from left to right. Exposure and
-/// colour correction of the header are not applied.
+/// Decodes a Radiance HDR file whose rows run from top to bottom and whose columns run from left to
+/// right. Exposure and colour correction of the header are not applied.
 pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, ImportError> {
     let mut reader = Reader { bytes, at: 0 };
     let wrong = |at: usize, what: String| ImportError::malformed(Location::byte(path, at as u64), what);
@@ -129,7 +130,8 @@ impl Reader<'_> {
         self.old_row(first, row)
     }
 
-    /// One channel of a row as runs: a count up to 128 of values that follow, or 128 and a count of repetitions of one value.
+    /// One channel of a row as runs: a count up to 128 of values that follow, or 128 and a count of
+    /// repetitions of one value.
     fn channel(&mut self, row: &mut [Rgbe], channel: usize) -> Result<(), &'static str> {
         let mut done = 0;
         while done < row.len() {
@@ -150,7 +152,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Pixels as they are, where (1, 1, 1, n) repeats the last one; each repetition that follows another counts 256 times as much.
+    /// Pixels as they are, where (1, 1, 1, n) repeats the last one; each repetition that follows
+    /// another counts 256 times as much.
     fn old_row(&mut self, first: Rgbe, row: &mut [Rgbe]) -> Result<(), &'static str> {
         if let [1, 1, 1, _] = first {
             return Err("a row starts with a repetition");

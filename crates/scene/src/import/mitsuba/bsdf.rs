@@ -7,7 +7,8 @@ use crate::import::xml::Node;
 use crate::{ColorTexture, ConductorIor, FloatTexture, Material, Microfacet, Rgb, Roughness};
 
 impl Importer<'_> {
-    /// Index of the material that a `bsdf` element describes; the same element always gives the same index.
+    /// Index of the material that a `bsdf` element describes; the same element always gives the
+    /// same index.
     pub(super) fn material(&mut self, node: &Node) -> Result<u32, ImportError> {
         let key = std::ptr::from_ref(node);
         if let Some(&index) = self.materials.get(&key) {

@@ -2,7 +2,8 @@
 
 use crate::{ConductorIor, Rgb};
 
-/// Index of refraction of a dielectric at room conditions, by the names that Mitsuba's documentation lists.
+/// Index of refraction of a dielectric at room conditions, by the names that Mitsuba's
+/// documentation lists.
 pub(super) fn dielectric(name: &str) -> Option<f32> {
     Some(match name {
         "vacuum" => 1.0,
@@ -31,8 +32,9 @@ pub(super) fn dielectric(name: &str) -> Option<f32> {
     })
 }
 
-/// Complex index of refraction of a metal, measured spectra (the SOPRA collection) weighted to Rec. 709 RGB, as
-/// tabulated with the scenes of Bitterli's Rendering Resources (2016). `none` reflects everything at every angle.
+/// Complex index of refraction of a metal, measured spectra (the SOPRA collection) weighted to Rec.
+/// 709 RGB, as tabulated with the scenes of Bitterli's Rendering Resources (2016). `none` reflects
+/// everything at every angle.
 pub(super) fn conductor(name: &str) -> Option<ConductorIor> {
     let ior = |eta, k| ConductorIor {
         eta: Rgb::from_array(eta),
@@ -54,7 +56,8 @@ mod tests {
 
     #[test]
     fn metals_have_their_colours_at_normal_incidence() {
-        // Reflectances in linear sRGB published for real-time shading (Akenine-Möller et al. 2018, table 9.2).
+        // Reflectances in linear sRGB published for real-time shading (Akenine-Möller et al. 2018,
+        // table 9.2).
         let cases = [
             ("none", [1.0, 1.0, 1.0]),
             ("Ag", [0.972, 0.960, 0.915]),

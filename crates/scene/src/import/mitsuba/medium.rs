@@ -16,7 +16,8 @@ enum Volume {
 }
 
 impl Importer<'_> {
-    /// Index of the medium that a `medium` element describes; the same element always gives the same index.
+    /// Index of the medium that a `medium` element describes; the same element always gives the
+    /// same index.
     pub(super) fn medium(&mut self, node: &Node) -> Result<u32, ImportError> {
         let key = std::ptr::from_ref(node);
         if let Some(&index) = self.media.get(&key) {

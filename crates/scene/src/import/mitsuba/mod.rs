@@ -12,14 +12,15 @@
 //! | `phase` | `isotropic`, `hg`, `rayleigh`, `blendphase` of two others with a constant weight |
 //! | `integrator` | `path`, `direct`, `volpath` |
 //!
-//! `default`, `$name`, `include`, ids and references work as in Mitsuba. Whatever is not known is an error that names
-//! the file, the line and the element: nothing is left out in silence.
+//! `default`, `$name`, `include`, ids and references work as in Mitsuba. Whatever is not known is
+//! an error that names the file, the line and the element: nothing is left out in silence.
 //!
-//! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in the order in which
-//! they stand; a mesh's geometric normal follows from its winding in world space, so that a mirroring `to_world` turns
-//! the mesh over, while a `rectangle` or `disk` keeps facing where its normal goes; a mesh without normals is smooth
-//! unless `face_normals` is true; a shape without BSDF is Lambertian with albedo one half; the field of view is along x
-//! unless `fov_axis` says otherwise.
+//! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in
+//! the order in which they stand; a mesh's geometric normal follows from its winding in world
+//! space, so that a mirroring `to_world` turns the mesh over, while a `rectangle` or `disk` keeps
+//! facing where its normal goes; a mesh without normals is smooth unless `face_normals` is true; a
+//! shape without BSDF is Lambertian with albedo one half; the field of view is along x unless
+//! `fov_axis` says otherwise.
 
 mod bsdf;
 mod emitter;
@@ -48,7 +49,8 @@ pub(super) fn load(path: &Path, defines: &[(String, String)]) -> Result<Loaded, 
     import(&read_xml(path, defines)?)
 }
 
-/// Parses a Mitsuba 3 scene in memory. `path` is where it would lie: the folder of files that it refers to.
+/// Parses a Mitsuba 3 scene in memory. `path` is where it would lie: the folder of files that it
+/// refers to.
 ///
 /// # Errors
 ///

@@ -5,8 +5,8 @@ use crate::builtin::quad;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// The square `[−1, 1]²` at z = 0, normal +Z. In Mitsuba's texture space `(0, 0)` is at (−1, −1); `v` here points
-/// upwards, so it is turned over.
+/// The square `[−1, 1]²` at z = 0, normal +Z. In Mitsuba's texture space `(0, 0)` is at (−1, −1);
+/// `v` here points upwards, so it is turned over.
 pub(super) fn rectangle() -> TriangleMesh {
     let mut mesh = quad([
         Vec3::new(-1.0, -1.0, 0.0),
@@ -20,7 +20,8 @@ pub(super) fn rectangle() -> TriangleMesh {
     mesh
 }
 
-/// The cube `[−1, 1]³`, normals outwards, each face with the whole unit square of texture coordinates.
+/// The cube `[−1, 1]³`, normals outwards, each face with the whole unit square of texture
+/// coordinates.
 pub(super) fn cube() -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     for axis in 0..3 {
@@ -49,8 +50,9 @@ pub(super) fn cube() -> TriangleMesh {
 /// Triangles of [`disk`].
 pub(super) const DISK_TRIANGLES: u32 = 128;
 
-/// The unit disk at z = 0, normal +Z, as a fan of 128 triangles of the *same area* as the disk: its rim runs between
-/// radius 0.9998 and 1.0001. Texture coordinates are Mitsuba's, `(r, φ/2π)`, with the second turned over.
+/// The unit disk at z = 0, normal +Z, as a fan of 128 triangles of the *same area* as the disk: its
+/// rim runs between radius 0.9998 and 1.0001. Texture coordinates are Mitsuba's, `(r, φ/2π)`, with
+/// the second turned over.
 pub(super) fn disk() -> TriangleMesh {
     let step = 2.0 * PI / DISK_TRIANGLES as f32;
     // n/2 · sin(2π/n) r² = π

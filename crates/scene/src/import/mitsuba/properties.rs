@@ -1,4 +1,5 @@
-//! An element's children as named properties. Whatever is never asked for is an error in the end, not a guess.
+//! An element's children as named properties. Whatever is never asked for is an error in the end,
+//! not a guess.
 
 use super::values;
 use crate::Rgb;

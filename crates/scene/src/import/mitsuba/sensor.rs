@@ -201,7 +201,8 @@ fn field_of_view(properties: &Properties, aspect: f64) -> Result<f64, ImportErro
     Ok(axis.to_horizontal(angle, aspect))
 }
 
-/// `map` without the rounding of its figures, or `None` if it is more than a rotation (or reflection) and a shift.
+/// `map` without the rounding of its figures, or `None` if it is more than a rotation (or
+/// reflection) and a shift.
 fn rigid(map: &DAffine3) -> Option<DAffine3> {
     const TOLERANCE: f64 = 1e-3;
     let m = map.matrix3;

@@ -44,7 +44,8 @@ impl Importer<'_> {
                     primitives::rectangle()
                 };
                 place(node, &mut mesh, &to_world)?;
-                // These two face where the normal +Z goes as a normal, also where `to_world` mirrors.
+                // These two face where the normal +Z goes as a normal, also where `to_world`
+                // mirrors.
                 let determinant = to_world.matrix3.determinant();
                 let front = normal_map(&to_world) * DVec3::Z * determinant.signum();
                 let front = front.try_normalize().unwrap_or(DVec3::Z).as_vec3();
@@ -130,8 +131,8 @@ impl Importer<'_> {
             location: node.location(),
             source: Box::new(source),
         })?;
-        // Mitsuba turns OBJ's `v` over on reading unless told not to, PLY's only if told to. Here `v` points upwards,
-        // which is Mitsuba's turned over.
+        // Mitsuba turns OBJ's `v` over on reading unless told not to, PLY's only if told to. Here
+        // `v` points upwards, which is Mitsuba's turned over.
         let flipped = properties.boolean("flip_tex_coords")?.unwrap_or(kind == "obj");
         if !flipped {
             for uv in &mut mesh.uvs {

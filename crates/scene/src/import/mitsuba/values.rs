@@ -34,7 +34,8 @@ pub(super) fn float(node: &Node, text: &str) -> Result<f32, ImportError> {
     }
 }
 
-/// A vector as `value="a b c"`, `value="a"` (thrice the same) or `x= y= z=` with `default` for those missing.
+/// A vector as `value="a b c"`, `value="a"` (thrice the same) or `x= y= z=` with `default` for
+/// those missing.
 pub(super) fn vector(node: &Node, default: f64) -> Result<DVec3, ImportError> {
     if let Some(value) = node.attribute("value") {
         if ["x", "y", "z"].iter().any(|axis| node.attribute(axis).is_some()) {
@@ -55,8 +56,8 @@ pub(super) fn vector(node: &Node, default: f64) -> Result<DVec3, ImportError> {
     Ok(DVec3::from_array(axes))
 }
 
-/// A colour from an `rgb`, `spectrum` or `float` element: one number, three, or `#rrggbb`, whose codes are taken as
-/// sRGB-encoded.
+/// A colour from an `rgb`, `spectrum` or `float` element: one number, three, or `#rrggbb`, whose
+/// codes are taken as sRGB-encoded.
 pub(super) fn color(node: &Node) -> Result<Rgb, ImportError> {
     let text = node.require("value")?;
     if let Some(hex) = text.trim().strip_prefix('#') {

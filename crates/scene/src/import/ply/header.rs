@@ -67,7 +67,8 @@ impl Property {
         }
     }
 
-    /// Least number of bytes that one occurrence takes in the body: what bounds an allocation by the file's size.
+    /// Least number of bytes that one occurrence takes in the body: what bounds an allocation by
+    /// the file's size.
     fn least_bytes(&self, encoding: Encoding) -> usize {
         match (encoding, self) {
             (Encoding::Ascii, _) => 2, // a digit and a separator
@@ -86,7 +87,8 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// Records that `bytes` of body can hold at most: an honest capacity however large the header's count is.
+    /// Records that `bytes` of body can hold at most: an honest capacity however large the header's
+    /// count is.
     pub(super) fn capacity(&self, encoding: Encoding, bytes: usize) -> usize {
         let least: usize = self.properties.iter().map(|p| p.least_bytes(encoding)).sum();
         // One over: the last number of an ASCII file needs no separator.

@@ -1,9 +1,9 @@
 //! Stanford PLY meshes: ASCII and binary, little- and big-endian.
 //!
-//! Read are the element `vertex` with `x y z`, optionally `nx ny nz` and one of `u v`, `s t`, `texture_u texture_v`
-//! (in any order, of any number type), and the element `face` with a list `vertex_indices` or `vertex_index` of any
-//! integer type. Polygons become fans around their first vertex, which is right for convex ones. Other elements and
-//! properties are skipped.
+//! Read are the element `vertex` with `x y z`, optionally `nx ny nz` and one of `u v`, `s t`,
+//! `texture_u texture_v` (in any order, of any number type), and the element `face` with a list
+//! `vertex_indices` or `vertex_index` of any integer type. Polygons become fans around their first
+//! vertex, which is right for convex ones. Other elements and properties are skipped.
 
 mod body;
 mod header;
@@ -20,8 +20,9 @@ use std::path::Path;
 ///
 /// # Errors
 ///
-/// The file cannot be read, is truncated, has a vertex, normal or texture coordinate that is not finite, an index out
-/// of range, a face of fewer than three vertices, or no triangle at all. The message names the line or the offset.
+/// The file cannot be read, is truncated, has a vertex, normal or texture coordinate that is not
+/// finite, an index out of range, a face of fewer than three vertices, or no triangle at all. The
+/// message names the line or the offset.
 pub fn read_ply(path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
     let path = path.as_ref();
     parse_ply(&read_file(path)?, path)

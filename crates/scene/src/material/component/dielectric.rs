@@ -1,13 +1,15 @@
 //! Dielectric boundaries, smooth and rough.
 //!
-//! `η` is the index of refraction on the far side of the boundary over that on the side of `wo`. Refraction squeezes a
-//! beam's solid angle, so that radiance crossing from the far side is scaled by `1/η²`: the transmission of a smooth
-//! boundary is `(1 − F)/η²`, and power is what is conserved, `F + η² · (1 − F)/η² = 1`.
+//! `η` is the index of refraction on the far side of the boundary over that on the side of `wo`.
+//! Refraction squeezes a beam's solid angle, so that radiance crossing from the far side is scaled
+//! by `1/η²`: the transmission of a smooth boundary is `(1 − F)/η²`, and power is what is
+//! conserved, `F + η² · (1 − F)/η² = 1`.
 //!
-//! Rough (Walter et al. 2007, *Microfacet Models for Refraction through Rough Surfaces*, eqs. 16, 17, 20, 21), with
-//! separable masking: reflection as for conductors; transmission through microfacets of normal
-//! `h ∝ wo + η wi` (towards the side of `wo`), where `wi` has, given that a visible normal is sampled, the density
-//! `D_v(h) · η² |wi·h| / (wo·h + η wi·h)²` and a sample weighs `(1 − F) G1(wi)/η²`.
+//! Rough (Walter et al. 2007, *Microfacet Models for Refraction through Rough Surfaces*, eqs. 16,
+//! 17, 20, 21), with separable masking: reflection as for conductors; transmission through
+//! microfacets of normal `h ∝ wo + η wi` (towards the side of `wo`), where `wi` has, given that a
+//! visible normal is sampled, the density `D_v(h) · η² |wi·h| / (wo·h + η wi·h)²` and a sample
+//! weighs `(1 − F) G1(wi)/η²`.
 
 use super::super::fresnel;
 use super::super::microfacet::Distribution;
@@ -105,7 +107,8 @@ impl RoughDielectric {
         if wi.z >= 0.0 {
             return LobeEvaluation::default();
         }
-        // Snell's law makes `wo + η wi` normal to the microfacet; it points into the medium of lower index.
+        // Snell's law makes `wo + η wi` normal to the microfacet; it points into the medium of
+        // lower index.
         let unnormalised = wo + eta * wi;
         let h = unnormalised.normalize_or_zero();
         let h = if h.z < 0.0 { -h } else { h };
@@ -131,8 +134,9 @@ impl Scatter for RoughDielectric {
 
     fn probabilities(&self, wo: Vec3, inside: bool) -> [f32; MAX_COMPONENT_LOBES] {
         let eta = self.smooth.relative_eta(inside);
-        // The choice may not look at the microfacet, so the mean surface stands in for it; microfacets turned away
-        // from it may do the other thing even where it reflects or transmits all.
+        // The choice may not look at the microfacet, so the mean surface stands in for it;
+        // microfacets turned away from it may do the other thing even where it reflects or
+        // transmits all.
         let reflectance = fresnel::dielectric(wo.z.min(1.0), eta).reflectance;
         self.smooth.shares(reflectance.clamp(0.1, 0.9))
     }

@@ -1,15 +1,17 @@
 //! glTF 2.0 metallic-roughness (specification, appendix B), with `KHR_materials_ior` and thin
 //! `KHR_materials_transmission`.
 //!
-//! With `m` metalness, `t` transmission, `c` base colour, `α` the square of the perceptual roughness, `h` the half
-//! vector, Schlick's `F_d = F_0 + (1 − F_0)(1 − wo·h)⁵`, `F_0 = ((η−1)/(η+1))²`, `F_m = c + (1 − c)(1 − wo·h)⁵`:
+//! With `m` metalness, `t` transmission, `c` base colour, `α` the square of the perceptual
+//! roughness, `h` the half vector, Schlick's `F_d = F_0 + (1 − F_0)(1 − wo·h)⁵`,
+//! `F_0 = ((η−1)/(η+1))²`, `F_m = c + (1 − c)(1 − wo·h)⁵`:
 //! - specular `(F_d (1 − m) + F_m m) · S`, `S = D(h) G2(wo, wi) / (4 cos θ_o cos θ_i)`
 //! - diffuse `(1 − m)(1 − F_d)(1 − t) c/π`
-//! - transmission `(1 − m)(1 − F_d) t c · S` with `wi` mirrored to the side of `wo` in `S`, `F_d` and `h`: a thin
-//!   sheet that does not bend light, so that radiance is not scaled.
+//! - transmission `(1 − m)(1 − F_d) t c · S` with `wi` mirrored to the side of `wo` in `S`, `F_d`
+//!   and `h`: a thin sheet that does not bend light, so that radiance is not scaled.
 //!
-//! `D` is GGX and `G2` is *height-correlated* Smith masking, as appendix B has it; the other microfacet components here
-//! use the separable form. Visible normals are sampled: `wi` has density `G1(wo) D(h)/(4 cos θ_o)`.
+//! `D` is GGX and `G2` is *height-correlated* Smith masking, as appendix B has it; the other
+//! microfacet components here use the separable form. Visible normals are sampled: `wi` has density
+//! `G1(wo) D(h)/(4 cos θ_o)`.
 
 use super::{Draw, LobeEvaluation, MAX_COMPONENT_LOBES, Scatter, reflect};
 use crate::Rgb;
@@ -72,7 +74,8 @@ impl Scatter for MetallicRoughness {
     #[inline]
     fn probabilities(&self, wo: Vec3, _: bool) -> [f32; MAX_COMPONENT_LOBES] {
         let grazing = schlick(wo.z);
-        // The half vector is not known yet: bounds keep what it may scatter from being chosen too seldom.
+        // The half vector is not known yet: bounds keep what it may scatter from being chosen too
+        // seldom.
         let specular = self.specular(grazing).max_element().max(0.05);
         let entering = (1.0 - self.dielectric(grazing)).max(0.1) * (1.0 - self.metallic);
         let base = entering * self.base_color.max_element();

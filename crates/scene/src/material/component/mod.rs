@@ -1,5 +1,5 @@
-//! The BSDFs that blends and sides are made of. All see `wo` above the surface; whether the medium there is the
-//! inside of the object is told apart.
+//! The BSDFs that blends and sides are made of. All see `wo` above the surface; whether the medium
+//! there is the inside of the object is told apart.
 
 mod conductor;
 mod dielectric;
@@ -53,10 +53,12 @@ impl Draw {
     }
 }
 
-/// Whether mirrors and smooth refractions can be met at all: in builds without them they answer nothing.
+/// Whether mirrors and smooth refractions can be met at all: in builds without them they answer
+/// nothing.
 pub(super) const HAS_DELTA: bool = !cfg!(lightshed_without = "specular");
 
-/// What every component answers. `wo.z > 0` always; `inside` says that `wo` is on the inner side of a closed object.
+/// What every component answers. `wo.z > 0` always; `inside` says that `wo` is on the inner side of
+/// a closed object.
 trait Scatter {
     /// Number of lobes, at most [`MAX_COMPONENT_LOBES`].
     const LOBES: u8;

@@ -33,7 +33,8 @@ fn every_lobe_integrates_to_its_probability() {
                     (70.0, -1.0),
                 ] {
                     let wo = direction(angle) * Vec3::new(1.0, 1.0, flip);
-                    // Samples that scatter into the surface are lost: they carry the rest of the probability.
+                    // Samples that scatter into the surface are lost: they carry the rest of the
+                    // probability.
                     let expected = mean_over_samples(&subject, lobe, wo, 5e-4, |_| 1.0)
                         * bsdf.lobe_probability(lobe, wo) as f64;
                     let density = |d: [f64; 3]| {
@@ -92,7 +93,8 @@ fn narrow_lobes_integrate_to_their_probability() {
 const RINGS: usize = 10;
 const SECTORS: usize = 10;
 
-/// Counts of samples in the bins, the last for samples that were lost, and what the density expects.
+/// Counts of samples in the bins, the last for samples that were lost, and what the density
+/// expects.
 fn histogram(subject: &Subject, lobe: u8, wo: Vec3, count: usize, seed: u64) -> (Vec<u64>, Vec<f64>) {
     let bsdf = &subject.bsdf;
     let frame = lightshed_sampling::Frame::from_normal(axis(bsdf, lobe, wo));

@@ -47,8 +47,8 @@ fn smooth_surfaces_return_all_energy() {
 
 #[test]
 fn smooth_samples_weigh_one() {
-    // Through the whole sampler: with lobes chosen by what they scatter, every sample of a lossless surface carries
-    // all power.
+    // Through the whole sampler: with lobes chosen by what they scatter, every sample of a lossless
+    // surface carries all power.
     for material in [mirror(), dielectric(1.5, None), thin_dielectric(1.5)] {
         let bsdf = material.at(Vec2::ZERO);
         for angle in ANGLES {
@@ -154,7 +154,8 @@ fn nothing_gains_energy() {
             for flip in [1.0, -1.0] {
                 let wo = direction(angle) * Vec3::new(1.0, 1.0, flip);
                 let energy = total(&subject, wo);
-                // Schlick's Fresnel of the half vector over a Lambertian base lets glTF gain at grazing angles.
+                // Schlick's Fresnel of the half vector over a Lambertian base lets glTF gain at
+                // grazing angles.
                 let bound = if name.starts_with("gltf") { 1.1 } else { 1.0 + 1e-3 };
                 assert!(energy < bound, "{name} at {angle}°: {energy}");
             }
@@ -164,8 +165,8 @@ fn nothing_gains_energy() {
 
 #[test]
 fn plastic_matches_its_closed_form() {
-    // Under constant light the coat reflects F(θ) and the base returns (1 − F(θ)) (1 − R_ext) / η² · ρ/(1 − ρ R_int),
-    // where (1 − R_ext)/η² = 1 − R_int. Both R by quadrature.
+    // Under constant light the coat reflects F(θ) and the base returns (1 − F(θ)) (1 − R_ext) / η²
+    // · ρ/(1 − ρ R_int), where (1 − R_ext)/η² = 1 − R_int. Both R by quadrature.
     let eta = 1.49f64;
     let external =
         lightshed_testkit::integrate(|mu| 2.0 * mu * super::oracle::fresnel(mu, eta).0, 0.0, 1.0, 1e-9);

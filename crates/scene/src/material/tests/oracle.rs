@@ -1,5 +1,6 @@
-//! Single-scattering albedo of rough surfaces in `f64`, written from the formulas alone: an integral over normals
-//! sampled without regard to visibility, and no code shared with the implementation.
+//! Single-scattering albedo of rough surfaces in `f64`, written from the formulas alone: an
+//! integral over normals sampled without regard to visibility, and no code shared with the
+//! implementation.
 
 use super::super::Microfacet;
 use super::integrate_unit_square;
@@ -53,8 +54,9 @@ pub enum Event {
     Transmit { eta: f64 },
 }
 
-/// `∫ D(h) G1(wo) G1(w) s(wo·h) (wo·h)/cos θ_o dh` with `w` the scattered direction and `s` the share of power that
-/// takes it: the albedo for separable masking. Normals are laid out by `D cos θ_h`.
+/// `∫ D(h) G1(wo) G1(w) s(wo·h) (wo·h)/cos θ_o dh` with `w` the scattered direction and `s` the
+/// share of power that takes it: the albedo for separable masking. Normals are laid out by
+/// `D cos θ_h`.
 pub fn albedo(kind: Microfacet, alpha: f64, wo: DVec3, event: Event) -> f64 {
     let integrand = |xi: f64, half_turn: f64| {
         let phi = std::f64::consts::PI * half_turn;

@@ -1,4 +1,5 @@
-//! `η_i² f(wo, wi) = η_o² f(wi, wo)` for every lobe (Veach 1997 eq. 5.14), `η` the index on a direction's side.
+//! `η_i² f(wo, wi) = η_o² f(wi, wo)` for every lobe (Veach 1997 eq. 5.14), `η` the index on a
+//! direction's side.
 
 use super::*;
 use lightshed_testkit::{check_faults, rng, uniform_f32};

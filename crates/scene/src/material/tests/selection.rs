@@ -32,7 +32,8 @@ fn probabilities_sum_to_one_or_nothing_is_scattered() {
 
 #[test]
 fn the_reported_probability_is_the_one_realised() {
-    // The lobes' shares of the unit interval of `u_lobe`, measured on 2¹⁴ midpoints. A fault: probabilities swapped.
+    // The lobes' shares of the unit interval of `u_lobe`, measured on 2¹⁴ midpoints. A fault:
+    // probabilities swapped.
     let zoo = zoo();
     check_faults(&[()], |fault| {
         for (name, material) in &zoo {
@@ -43,7 +44,8 @@ fn the_reported_probability_is_the_one_realised() {
                 let steps = 1 << 14;
                 for step in 0..steps {
                     let u_lobe = (step as f32 + 0.5) / steps as f32;
-                    // The other numbers do not matter to the choice; a lost sample is tried again with others.
+                    // The other numbers do not matter to the choice; a lost sample is tried again
+                    // with others.
                     let tries = [0.35, 0.1, 0.9, 0.01, 0.6];
                     let mut samples = tries
                         .iter()

@@ -10,8 +10,8 @@ use glam::{Vec2, Vec3};
 use lightshed_lanes::{LANES, LaneMask, Lanes, Vec3Lanes};
 use lightshed_sampling::FrameLanes;
 
-/// A material as points in lanes read it: reflectance, 1 or 0 for whether it is seen from the front and from the back,
-/// and the kind. One row of lanes, so that eight of them can be transposed.
+/// A material as points in lanes read it: reflectance, 1 or 0 for whether it is seen from the front
+/// and from the back, and the kind. One row of lanes, so that eight of them can be transposed.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct DiffuseRow([f32; LANES]);
@@ -43,8 +43,9 @@ impl DiffuseRow {
 }
 
 impl Scene {
-    /// The points that rays `place` to `place + 7` of a batch have hit, as far as they lie on diffuse triangles. `wanted`
-    /// are the lanes asked for; each must have a hit by this scene's accelerator.
+    /// The points that rays `place` to `place + 7` of a batch have hit, as far as they lie on
+    /// diffuse triangles. `wanted` are the lanes asked for; each must have a hit by this scene's
+    /// accelerator.
     #[inline(always)]
     pub fn diffuse_lanes<L: Lanes>(&self, hits: &HitBatch, place: usize, wanted: u32) -> DiffuseLanes<L> {
         const NO_MATERIAL: &DiffuseRow = &DiffuseRow([OTHER; LANES]);

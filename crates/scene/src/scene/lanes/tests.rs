@@ -72,8 +72,8 @@ fn figures(scene: &Scene, point: &SurfacePoint) -> Option<[f32; FIGURES]> {
     figures.try_into().ok()
 }
 
-/// The Cornell box with a checkered two-sided material, a ball with interpolated normals, emitting and plain spheres, a
-/// material that is not diffuse, and emitters of every kind.
+/// The Cornell box with a checkered two-sided material, a ball with interpolated normals, emitting
+/// and plain spheres, a material that is not diffuse, and emitters of every kind.
 fn mixed() -> SceneDescription {
     let mut scene = builtin::cornell();
     let checkered = Material::Diffuse {
