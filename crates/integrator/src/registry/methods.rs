@@ -275,14 +275,11 @@ fn restir_di<'b>(
 }
 
 /// A path tracer with the random numbers and the visible emission that options ask for.
-fn path_tracer<'b, S: EmitterSampler>(
+fn path_tracer<'b, S: EmitterSampler + 'b>(
     stage: &'b Stage<'_>,
     values: &MethodValues,
     sampler: S,
-) -> PathTracer<'b, S>
-where
-    S: 'b,
-{
+) -> PathTracer<'b, S> {
     let tracer = PathTracer::new(stage.scene(), sampler).with_points(values.points());
     match values.visible_emission() {
         true => tracer.with_visible_emission(),
