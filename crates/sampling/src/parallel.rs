@@ -156,7 +156,10 @@ fn run_both(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
     #[cfg(feature = "parallel")]
     rayon::join(a, b);
     #[cfg(not(feature = "parallel"))]
-    (a(), b());
+    {
+        a();
+        b();
+    }
 }
 
 #[cfg(test)]
