@@ -46,6 +46,7 @@
 
 mod binned;
 mod build;
+mod clusters;
 mod curve;
 mod error;
 mod instances;
@@ -70,6 +71,7 @@ mod tree;
 mod treelet;
 
 pub use build::Builder;
+pub use clusters::{Clustered, Clusters};
 pub use error::BuildError;
 pub use glam;
 pub use instances::{Instance, InstanceTree};
@@ -84,8 +86,8 @@ pub use primitive::{MAX_PRIMITIVES, Primitive};
 pub use refit::Refit;
 pub use reinsertion::Reinsertion;
 pub use split::{
-    AlongCurve, AreaExtent, AreaItem, Binned, Clustered, Clusters, Extent, MergedTree, Merges, Pyramid,
-    SplitGroup, SplitGroups, SplitItem, SplitSource, split_tree,
+    AlongCurve, AreaExtent, AreaItem, Binned, Extent, MergedTree, Merges, Pyramid, SplitGroup, SplitGroups,
+    SplitItem, SplitSource, split_tree,
 };
 pub use subset::{Sampling, SubsetOptions, WeightHistogram, sample, stratum_beside_uniform};
 pub use traverse::{MAX_DEPTH, Ray};

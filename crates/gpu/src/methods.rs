@@ -7,7 +7,6 @@ use crate::{
 use lightshed_integrator::{
     LightChoosing, METHODS, Method, MethodValues, RestirDiSettings, RestirPtOptions, RestirVolumeOptions,
 };
-use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
 
 /// A scene on the device, for one method of the registry.
@@ -121,7 +120,8 @@ impl<'a> GpuStage<'a> {
                 return Err(GpuError::Settings(message.into()));
             }
         }
-        if method.values().points_given() == Some(PointSet::Sobol) {
+        let points = method.values().points_given();
+        if points.is_some_and(|points| points.name() != "independent") {
             let message = "the device draws independent numbers: points has to be independent";
             return Err(GpuError::Settings(message.into()));
         }

@@ -11,7 +11,6 @@ mod binary;
 mod binned;
 mod extent;
 mod group;
-mod stochastic;
 
 pub use agglomerative::{MergedTree, Merges};
 pub use along_curve::{AlongCurve, Pyramid};
@@ -20,4 +19,3 @@ pub use binary::split_tree;
 pub use binned::Binned;
 pub use extent::{Extent, SplitItem};
 pub use group::{SplitGroup, SplitGroups, SplitSource};
-pub use stochastic::{Clustered, Clusters};

@@ -37,7 +37,7 @@ pub struct GuidedPaths<'a, S> {
     before: Vec<Rgb>,
 }
 
-/// What a guided path costs, in plain ones: measured in scenes where a guide is of no use.
+/// What a guided path is taken to cost, in plain ones.
 const COST: f64 = 2.5;
 /// Frames after which a guide has to gain what it costs.
 const TRAINED: f64 = 16.0;

@@ -10,12 +10,9 @@
 //! that of a group with the same box and orientations but the weight of one item on average; from
 //! there on clusters are divided by bins.
 
-use super::binary::split_tree;
-use super::binned::Binned;
-use super::extent::{Extent, SplitItem};
-use super::group::{SplitGroup, SplitSource};
 use crate::linked::count_below;
 use crate::node::Node;
+use crate::split::{Binned, Extent, SplitGroup, SplitItem, SplitSource, split_tree};
 use crate::subset::{Sampling, SubsetOptions, sample};
 use crate::tree::children;
 use lightshed_sampling::CounterRng;
