@@ -121,7 +121,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-lights",
         "called by the rows of the same type, which measure what comes of it",
-        "LightSampler::sample_each LightSampler::sample_many LightSubtrees::sample_subtrees \
+        "LightBvh::pmf_factored LightBvh::sample_each_factored LightBvh::sample_factored \
+         LightSampler::sample_each LightSampler::sample_many LightSubtrees::sample_subtrees \
          OrientationCone::is_valid",
     ),
     (
@@ -231,7 +232,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "estimators: held to closed forms, to each other and to another renderer's images",
         "EmitterSampler::connect EmitterSampler::connect_chosen EmitterSampler::endpoint_pdf EmitterSampler::endpoint_probability \
          EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_endpoint \
-         EmitterSampler::sample_lanes EmitterSampler::sample_many EmitterSampler::site ObservedPath::arrived \
+         EmitterSampler::sample_lanes EmitterSampler::sample_many EmitterSampler::site \
+         LightSelection::probability ObservedPath::arrived ObservedPath::from_sampled_emitter \
          PathTracer::radiance RestirVolume::animated SceneWorld::arrive VolumePathTracer::radiance",
     ),
     (

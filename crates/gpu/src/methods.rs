@@ -120,6 +120,10 @@ impl<'a> GpuStage<'a> {
                 return Err(GpuError::Settings(message.into()));
             }
         }
+        if method.values().visible_given() == Some(true) {
+            let message = "the device finds visible emission by paths: visible has to be paths";
+            return Err(GpuError::Settings(message.into()));
+        }
         let points = method.values().points_given();
         if points.is_some_and(|points| points.name() != "independent") {
             let message = "the device draws independent numbers: points has to be independent";

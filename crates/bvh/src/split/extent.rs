@@ -42,7 +42,7 @@ pub trait Extent: Copy + Send + Sync {
     /// The cost of the group if it had this weight and diagonal; grows with both.
     fn cost_of(&self, weight: f64, diagonal: Vec3A) -> f64;
 
-    /// By what a stochastic subset is drawn ([`Clusters`](super::Clusters)): how much an item
+    /// By what a stochastic subset is drawn ([`Clusters`](crate::Clusters)): how much an item
     /// matters for the upper levels.
     fn sampling_weight(item: &Self::Item) -> f32;
 

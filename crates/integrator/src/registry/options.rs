@@ -270,7 +270,12 @@ impl MethodValues {
 
     /// Whether emission that the camera sees directly has rays of its own.
     pub fn visible_emission(&self) -> bool {
-        self.get::<String>(&VISIBLE).is_none_or(|how| how == "rays")
+        self.visible_given().unwrap_or(true)
+    }
+
+    /// The same, if told.
+    pub fn visible_given(&self) -> Option<bool> {
+        self.get::<String>(&VISIBLE).map(|how| how == "rays")
     }
 
     /// Samples of emitters at a point.
