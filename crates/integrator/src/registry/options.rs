@@ -245,12 +245,12 @@ impl MethodValues {
 
     /// The random numbers of a pixel's samples: stratified unless told otherwise.
     pub fn points(&self) -> PointSet {
-        self.points_given().unwrap_or(PointSet::Sobol)
+        self.get(&POINTS).unwrap_or(PointSet::Sobol)
     }
 
     /// The same, if told.
     pub fn points_given(&self) -> Option<PointSet> {
-        self.get(&POINTS)
+        self.has(&POINTS).then(|| self.points())
     }
 
     /// How paths are guided, if they are.
@@ -270,12 +270,12 @@ impl MethodValues {
 
     /// Whether emission that the camera sees directly has rays of its own.
     pub fn visible_emission(&self) -> bool {
-        self.visible_given().unwrap_or(true)
+        self.get::<String>(&VISIBLE).is_none_or(|how| how == "rays")
     }
 
     /// The same, if told.
     pub fn visible_given(&self) -> Option<bool> {
-        self.get::<String>(&VISIBLE).map(|how| how == "rays")
+        self.has(&VISIBLE).then(|| self.visible_emission())
     }
 
     /// Samples of emitters at a point.
