@@ -14,6 +14,10 @@
 //! The exit status is 0 if all channels agree or nothing was asked, 1 if shards were refused, 3 if
 //! a channel differs, 4 if none differs but shards are too few to tell.
 
+#[path = "../shared/error_chain.rs"]
+mod error_chain;
+#[path = "../shared/shard_files.rs"]
+mod shard_files;
 mod shards;
 
 use clap::Parser;

@@ -1,10 +1,11 @@
 //! Shards of one method, of any number of seeds.
 
+use crate::error_chain::chain;
+use crate::shard_files::files_of;
 use lightshed::evaluate::ShardMeans;
 use lightshed::film::{ImageKey, ShardFile, ShardSet};
 use std::collections::BTreeMap;
-use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Shards of one method that have no samples in common.
 pub struct Shards {
@@ -96,35 +97,5 @@ impl Shards {
             means.push(shard.film()).map_err(|error| error.to_string())?;
         }
         Ok(means)
-    }
-}
-
-/// The file itself, or those of shards in a folder.
-fn files_of(path: &Path) -> Result<Vec<PathBuf>, String> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_owned()]);
-    }
-    let failed = |error: std::io::Error| format!("{}: {error}", path.display());
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(failed)? {
-        let file = entry.map_err(failed)?.path();
-        let name = file
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        if !name.starts_with('.') && name.contains(".shard-") && name.ends_with(".exr") {
-            files.push(file);
-        }
-    }
-    files.sort();
-    Ok(files)
-}
-
-/// An error and what is behind it.
-fn chain(error: &dyn Error) -> String {
-    match error.source() {
-        Some(source) => format!("{error}: {source}"),
-        None => error.to_string(),
     }
 }

@@ -1,7 +1,9 @@
 //! Shards sorted into images, and these merged.
 
 use crate::Arguments;
-use crate::report::{Merged, chain, status};
+use crate::error_chain::chain;
+use crate::report::{Merged, status};
+use crate::shard_files::files_of;
 use lightshed::film::{OutputTarget, ShardFile, ShardSet};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -99,29 +101,6 @@ impl Images {
         }
         Ok(true)
     }
-}
-
-/// The file itself, or those of shards in a folder.
-fn files_of(path: &Path) -> Result<Vec<PathBuf>, String> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_owned()]);
-    }
-    let failed = |error: std::io::Error| format!("{}: {error}", path.display());
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(failed)? {
-        let file = entry.map_err(failed)?.path();
-        let name = file
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        // What a process is writing, or was when it was killed, begins with a dot.
-        if !name.starts_with('.') && name.contains(".shard-") && name.ends_with(".exr") {
-            files.push(file);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 /// `image-0007.exr` for frame 7 of several.

@@ -2,7 +2,6 @@
 
 use lightshed::film::{Film, ImageKey, MissingSamples, ShardPart, ShardSet};
 use serde_json::{Value, json};
-use std::error::Error;
 use std::path::Path;
 
 /// An image that has been merged and written.
@@ -112,18 +111,4 @@ fn missing_json(missing: &MissingSamples) -> Value {
         .collect();
     let parts: Vec<String> = missing.parts.iter().map(ShardPart::to_string).collect();
     json!({"samples": ranges, "parts": parts})
-}
-
-/// An error and what is behind it, on one line.
-pub fn chain(error: &dyn Error) -> String {
-    let mut message = error.to_string();
-    let mut source = error.source();
-    while let Some(error) = source {
-        let cause = error.to_string();
-        if !message.ends_with(&cause) {
-            message = format!("{message}: {cause}");
-        }
-        source = error.source();
-    }
-    message
 }

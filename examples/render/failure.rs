@@ -1,5 +1,6 @@
 //! Errors as one line.
 
+use crate::error_chain::chain;
 use std::error::Error;
 use std::fmt;
 
@@ -29,21 +30,6 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
-}
-
-/// An error and its sources, separated by colons; a source that its error already quotes is not
-/// repeated.
-fn chain(error: &dyn Error) -> String {
-    let mut message = error.to_string();
-    let mut source = error.source();
-    while let Some(error) = source {
-        let cause = error.to_string();
-        if !message.ends_with(&cause) {
-            message = format!("{message}: {cause}");
-        }
-        source = error.source();
-    }
-    message
 }
 
 /// The text with line breaks and runs of blanks turned into single blanks.

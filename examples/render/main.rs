@@ -13,6 +13,8 @@
 //! standard error stream.
 
 mod arguments;
+#[path = "../shared/error_chain.rs"]
+mod error_chain;
 mod explain;
 mod failure;
 mod gpu;

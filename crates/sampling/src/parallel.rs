@@ -62,17 +62,12 @@ pub fn for_each<P: Send>(parts: impl Iterator<Item = P>, work: impl Fn(usize, P)
 
 /// `work(i, part)` of each part, in the parts' order.
 pub fn map<P: Send, V: Send>(parts: impl Iterator<Item = P>, work: impl Fn(usize, P) -> V + Sync) -> Vec<V> {
-    let slots: Vec<_> = parts
-        .map(|part| (Slot::full(part), Slot(Mutex::new(None))))
-        .collect();
-    run(slots.len(), &|i| {
-        let (part, value) = &slots[i];
-        if let Some(part) = part.take() {
-            let found = work(i, part);
-            *value.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
-        }
+    let parts: Vec<P> = parts.collect();
+    let mut values: Vec<Option<V>> = parts.iter().map(|_| None).collect();
+    for_each(parts.into_iter().zip(&mut values), |i, (part, value)| {
+        *value = Some(work(i, part));
     });
-    slots.iter().filter_map(|(_, value)| value.take()).collect()
+    values.into_iter().flatten().collect()
 }
 
 /// Calls `work(start, part)` for consecutive parts of `chunk` items, `start` the index of each

@@ -89,6 +89,24 @@ pub(super) struct RegionOptions {
     pub max_regions: u32,
 }
 
+impl RegionOptions {
+    fn check(&self) -> Result<(), GuidingError> {
+        check_option(
+            self.split_above >= 8,
+            "split_above",
+            self.split_above.into(),
+            "at least 8",
+        )?;
+        let join = self.join_below <= self.split_above / 2;
+        check_option(
+            join,
+            "join_below",
+            self.join_below.into(),
+            "at most half of split_above",
+        )
+    }
+}
+
 impl Default for LightCacheOptions {
     /// Persistent caches with aggregates, explored by a light tree.
     fn default() -> Self {
@@ -170,19 +188,7 @@ impl LightCacheOptions {
         )?;
         let persistence = (0.0..=1.0).contains(&self.persistence);
         check_option(persistence, "persistence", self.persistence.into(), "0 to 1")?;
-        check_option(
-            self.split_above >= 8,
-            "split_above",
-            self.split_above.into(),
-            "at least 8",
-        )?;
-        let join = self.join_below <= self.split_above / 2;
-        check_option(
-            join,
-            "join_below",
-            self.join_below.into(),
-            "at most half of split_above",
-        )?;
+        self.regions().check()?;
         self.tree.check()
     }
 }
@@ -238,19 +244,7 @@ impl LightTreeCacheOptions {
     ///
     /// [`GuidingError::Option`] names the first option that is out of its range.
     pub fn check(&self) -> Result<(), GuidingError> {
-        check_option(
-            self.split_above >= 8,
-            "split_above",
-            self.split_above.into(),
-            "at least 8",
-        )?;
-        let join = self.join_below <= self.split_above / 2;
-        check_option(
-            join,
-            "join_below",
-            self.join_below.into(),
-            "at most half of split_above",
-        )?;
+        self.regions().check()?;
         let count = |x: f32| (1.0..=1e6).contains(&x);
         check_option(
             count(self.split_row),
