@@ -54,13 +54,13 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-spatial",
         "gives what it holds, or checks and stores",
-        "AdaptiveOctree::min AdaptiveOctree::new AdaptiveOctree::side Bounds::new Bounds::of_point CubicGrid::cell CubicGrid::new CurveCube::around PointGrid::cell_side PointGrid::new PointGrid::rebuild \
+        "AdaptiveOctree::min AdaptiveOctree::new AdaptiveOctree::side Bounds::new Bounds::of_point CubicGrid::cell CubicGrid::new CurveCube::around LevelGrid::new LevelGridOptions::new PointGrid::cell_side PointGrid::new PointGrid::rebuild \
          SurfaceSite::new SurfaceSite::with_eye_distance",
     ),
     (
         "lightshed-spatial",
         "cells and what lies within a radius, held to exact quotients and to a look at every point by the crate's tests",
-        "AdaptiveOctree::bounds AdaptiveOctree::leaf_side AdaptiveOctree::slot AdaptiveOctree::slots_of_pair CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode PointGrid::for_each_within \
+        "AdaptiveOctree::bounds AdaptiveOctree::leaf_side AdaptiveOctree::slot AdaptiveOctree::slots_of_pair CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode LevelGrid::jittered LevelGrid::level LevelGrid::side Occupancy::load PointGrid::for_each_within \
          SpatialIndex::locate for_each_row_within",
     ),
     (

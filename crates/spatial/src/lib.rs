@@ -14,6 +14,7 @@
 //! | the occupied places of a grid, and who is in them | [`SparseGrid`], [`CellRanges`] | integers |
 //! | points near a point | [`PointGrid`] | none is missed |
 //! | leaves that follow the samples | [`AdaptiveOctree`], [`OctreeNeighbours`] | cells found in `f32`, the rest integers |
+//! | cells that grow with distance, apart by normal, in a table of bounded size | [`LevelGrid`], [`CellTable`], [`HashGrid`] | cells found in `f64`, the rest integers |
 //! | the cell of a surface point | [`SpatialIndex`], [`SurfaceSite`] | |
 //!
 //! # Features
@@ -26,6 +27,7 @@ mod capacity;
 mod cells;
 mod cubic_grid;
 mod curve;
+mod hash_grid;
 mod index;
 mod morton;
 mod octree;
@@ -40,6 +42,7 @@ pub use cells::{CellRanges, finest_bits_below};
 pub use cubic_grid::{CubicGrid, KEY_BITS};
 pub use curve::{CellLanes, Curve, CurveCube};
 pub use glam;
+pub use hash_grid::{CellKey, CellTable, HashGrid, HashGridError, LevelGrid, LevelGridOptions, Occupancy};
 pub use index::{SpatialIndex, SurfaceSite};
 pub use morton::{morton30_decode, morton30_encode, morton63_decode, morton63_encode};
 pub use octree::{

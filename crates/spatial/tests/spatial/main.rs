@@ -1,14 +1,15 @@
 //! What holds for every index, and searches against looking at every point.
 
 mod curves;
+mod hash_grid;
 mod morton;
 mod octree;
 
 use lightshed_sampling::{CounterRng, UniformSphere};
 use lightshed_spatial::glam::{DVec3, Vec3};
 use lightshed_spatial::{
-    AdaptiveOctree, Bounds, CellRanges, CubicGrid, KEY_BITS, KeyedIndex, PointGrid, PointGridError,
-    SpatialIndex, SurfaceSite, finest_bits_below, morton30_decode, sort_by_key,
+    AdaptiveOctree, Bounds, CellRanges, CubicGrid, HashGrid, KEY_BITS, KeyedIndex, LevelGridOptions,
+    PointGrid, PointGridError, SpatialIndex, SurfaceSite, finest_bits_below, morton30_decode, sort_by_key,
 };
 use lightshed_testkit::check_faults;
 use std::collections::{HashMap, HashSet};
@@ -124,6 +125,16 @@ fn indices_keep_their_promises() {
     let bounds = Bounds::new(Vec3::splat(-0.5), Vec3::splat(1.5));
     let tree = AdaptiveOctree::new(bounds).unwrap();
     check_index(&tree, f64::from(tree.side()) * 0.5 * 3.0f64.sqrt()).expect("an octree is an index");
+    let options = LevelGridOptions {
+        cell: 0.125,
+        growth: 0.0,
+        faces: true,
+    };
+    let mut table = HashGrid::new(options, 1 << 14).unwrap();
+    check_index(&table.cells, diameter).expect("a grid of levels is an index");
+    sites().iter().for_each(|site| _ = table.claim(site));
+    table.table.settle(|_| ());
+    check_index(&table, diameter).expect("a hash grid is an index");
 }
 
 /// Every point is in the cell where it is located, and is found there alone.

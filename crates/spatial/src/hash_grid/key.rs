@@ -1,0 +1,106 @@
+//! Names of cells.
+
+/// The name of a cell of a [`LevelGrid`](crate::LevelGrid), in 62 bits: its level, its place and
+/// which way the surface faces. Different cells have different keys.
+///
+/// | bits | what |
+/// |---|---|
+/// | 0–17, 18–35, 36–53 | cell along x, y and z, in two's complement |
+/// | 54–58 | level: cells are 2^level times as large as the finest |
+/// | 59–61 | which way the normal points: ±x, ±y, ±z, or 6 without |
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(transparent)]
+pub struct CellKey(u64);
+
+/// Bits of a coordinate.
+const COORDINATE_BITS: u32 = 18;
+/// Cells along an axis on each side of the origin.
+pub(super) const REACH: f64 = (1u32 << (COORDINATE_BITS - 1)) as f64;
+/// Levels that have a number.
+pub(super) const LEVELS: u32 = 32;
+/// Ways in which a normal may point, none included.
+pub(super) const FACES: u32 = 7;
+
+impl CellKey {
+    /// Of coordinates within [`REACH`].
+    #[inline(always)]
+    pub(super) fn new([x, y, z]: [i32; 3], level: u32, face: u32) -> Self {
+        let bits = |c: i32| (c as u32 & ((1 << COORDINATE_BITS) - 1)) as u64;
+        let place = bits(x) | bits(y) << COORDINATE_BITS | bits(z) << (2 * COORDINATE_BITS);
+        let rest = (level % LEVELS) | (face % (FACES + 1)) << 5;
+        Self(place | u64::from(rest) << (3 * COORDINATE_BITS))
+    }
+
+    /// The bits.
+    #[inline(always)]
+    pub fn bits(self) -> u64 {
+        self.0
+    }
+
+    /// The level of the cell.
+    #[inline(always)]
+    pub fn level(self) -> u32 {
+        (self.0 >> (3 * COORDINATE_BITS)) as u32 % LEVELS
+    }
+
+    /// Cell numbers along the axes, in cells of its level.
+    pub fn coordinates(self) -> [i32; 3] {
+        [0, 1, 2].map(|axis| {
+            let bits = (self.0 >> (axis * COORDINATE_BITS)) as u32;
+            (bits << (32 - COORDINATE_BITS)) as i32 >> (32 - COORDINATE_BITS)
+        })
+    }
+
+    /// Which way the surface faces: 2·axis, and one more where the normal is negative; 6 without a
+    /// normal.
+    #[inline(always)]
+    pub fn face(self) -> u32 {
+        (self.0 >> (3 * COORDINATE_BITS + 5)) as u32 & 7
+    }
+
+    /// The key mixed to 63 bits, one to one, and never 0: equal words are equal keys.
+    #[inline(always)]
+    pub(super) fn word(self) -> u64 {
+        // Odd factors modulo 2^63 and shifts that fold downwards can be undone.
+        const LOW: u64 = (1 << 63) - 1;
+        let mut x = self.0 | 1 << 62;
+        x ^= x >> 32;
+        x = x.wrapping_mul(0xd6e8_feb8_6659_fd93) & LOW;
+        x ^= x >> 32;
+        x = x.wrapping_mul(0xa076_1d64_78bd_642f) & LOW;
+        x ^ x >> 32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_sampling::CounterRng;
+    use std::collections::HashSet;
+
+    #[test]
+    fn keys_hold_what_they_are_made_of() {
+        let mut words = HashSet::new();
+        let mut keys = HashSet::new();
+        for i in 0..100_000 {
+            let mut rng = CounterRng::new(1, i, 0);
+            let reach = REACH as i32;
+            let mut coordinate = || match rng.next_u32() % 4 {
+                0 => -reach,
+                1 => reach - 1,
+                _ => (rng.next_u32() % 64) as i32 - 32,
+            };
+            let coordinates = [coordinate(), coordinate(), coordinate()];
+            let (level, face) = (rng.next_u32() % LEVELS, rng.next_u32() % FACES);
+            let key = CellKey::new(coordinates, level, face);
+            assert_eq!(
+                (key.coordinates(), key.level(), key.face()),
+                (coordinates, level, face)
+            );
+            assert!(key.word() != 0 && key.word() >> 63 == 0);
+            words.insert(key.word());
+            keys.insert(key);
+        }
+        assert_eq!(words.len(), keys.len());
+    }
+}

@@ -1,0 +1,146 @@
+//! Grids whose cells grow with distance.
+
+use super::error::HashGridError;
+use super::key::{CellKey, FACES, LEVELS, REACH};
+use crate::{CubicGrid, SpatialIndex, SurfaceSite};
+use glam::{DVec3, Vec3};
+use lightshed_sampling::Frame;
+
+/// How large cells are, and what parts them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelGridOptions {
+    /// Side of the finest cells.
+    pub cell: f32,
+    /// Share of a site's distance from the eye that its cell has as side, rounded down to a power
+    /// of two times the finest side; 0 if all cells are to be of one size. An angle in radians.
+    pub growth: f32,
+    /// Whether cells are apart for the six directions along an axis that a normal is nearest to:
+    /// two sides of a wall, or walls that meet.
+    pub faces: bool,
+}
+
+impl LevelGridOptions {
+    /// Cells of one size, apart for the ways in which surfaces face.
+    pub fn new(cell: f32) -> Self {
+        Self {
+            cell,
+            growth: 0.0,
+            faces: true,
+        }
+    }
+}
+
+/// Cubic cells whose side doubles with the distance from the eye, apart for the ways in which
+/// surfaces face.
+///
+/// The side at distance `d` is `s 2^l` with the level `l = max(0, ⌊log₂(g d / s)⌋)`, by the
+/// exponent of `g d / s` in `f32`. Levels have cells of their own: where two meet, a site belongs
+/// to one of them alone. A place that is too far from the origin for the cells of its level gets
+/// larger ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelGrid {
+    finest: CubicGrid,
+    options: LevelGridOptions,
+    /// `g / s`.
+    per_distance: f32,
+}
+
+impl LevelGrid {
+    /// A grid with a vertex of all levels at the origin.
+    ///
+    /// # Errors
+    /// A side that is not positive and finite, a growth that is negative or not finite.
+    pub fn new(options: LevelGridOptions) -> Result<Self, HashGridError> {
+        let LevelGridOptions { cell, growth, .. } = options;
+        if !(cell > 0.0 && cell.is_finite()) {
+            return Err(HashGridError::Cell(cell));
+        }
+        if !(growth >= 0.0 && growth.is_finite()) {
+            return Err(HashGridError::Growth(growth));
+        }
+        Ok(Self {
+            finest: CubicGrid::new(DVec3::ZERO, f64::from(cell)),
+            options,
+            per_distance: growth / cell,
+        })
+    }
+
+    /// The options.
+    pub fn options(&self) -> &LevelGridOptions {
+        &self.options
+    }
+
+    /// The level of cells at a distance from the eye; the finest for what is not a distance.
+    #[inline(always)]
+    pub fn level(&self, eye_distance: f32) -> u32 {
+        let sides = eye_distance * self.per_distance;
+        // NaN and what is below 1 have exponents that are not above 127, or a sign.
+        match sides > 1.0 {
+            true => ((sides.to_bits() >> 23) - 127).min(LEVELS - 1),
+            false => 0,
+        }
+    }
+
+    /// Side of a level's cells.
+    #[inline(always)]
+    pub fn side(&self, level: u32) -> f64 {
+        self.finest.cell() * f64::from(1u32 << level.min(LEVELS - 1))
+    }
+
+    /// The site moved in its tangent plane by up to half a cell along each axis, as `u` in `[0,
+    /// 1)²` says. Who reads the record of a site moved by uniform `u` interpolates between cells,
+    /// in the mean. Sites without a normal stay.
+    #[inline]
+    pub fn jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> SurfaceSite {
+        if site.normal == Vec3::ZERO {
+            return *site;
+        }
+        let side = self.side(self.level(site.eye_distance)) as f32;
+        let frame = Frame::from_normal(site.normal);
+        let [x, y] = u.map(|u| (u - 0.5) * side);
+        SurfaceSite {
+            position: site.position + frame.tangent * x + frame.bitangent * y,
+            ..*site
+        }
+    }
+
+    /// Which way a normal points.
+    #[inline(always)]
+    fn face(&self, normal: Vec3) -> u32 {
+        // NaN fails the comparison.
+        if !self.options.faces || !(normal.length_squared() > 0.0) {
+            return FACES - 1;
+        }
+        let size = normal.abs();
+        let axis = match (size.x >= size.y, size.x >= size.z, size.y >= size.z) {
+            (true, true, _) => 0,
+            (_, _, true) => 1,
+            _ => 2,
+        };
+        2 * axis + u32::from(normal[axis as usize] < 0.0)
+    }
+}
+
+impl SpatialIndex for LevelGrid {
+    type Cell = CellKey;
+
+    #[inline]
+    fn locate(&self, site: &SurfaceSite) -> Option<CellKey> {
+        let finest = self.finest.in_cells(site.position);
+        if !finest.is_finite() {
+            return None;
+        }
+        let mut level = self.level(site.eye_distance);
+        // Halving is exact.
+        let mut cell = finest * 0.5f64.powi(level as i32);
+        while cell.abs().max_element() >= REACH - 1.0 {
+            level += 1;
+            if level >= LEVELS {
+                return None;
+            }
+            cell *= 0.5;
+        }
+        let cell = cell.floor().to_array().map(|c| c as i32);
+        Some(CellKey::new(cell, level, self.face(site.normal)))
+    }
+}
