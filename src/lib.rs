@@ -6,10 +6,11 @@
 //! | module | crate | what is in it |
 //! |---|---|---|
 //! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
-//! | [`spatial`] | `lightshed-spatial` | curve orders, sparse grids, neighbour search, indices of surface sites |
+//! | [`spatial`] | `lightshed-spatial` | curve orders, sparse and hash grids, neighbour search, indices of surface sites |
 //! | [`bvh`] | `lightshed-bvh` | bounding volume hierarchies over boxes, built fast; refits, instances |
 //! | [`resampling`] | `lightshed-resampling` | reservoirs, RIS, MIS families, GRIS merges, spatiotemporal reuse |
 //! | [`lights`] | `lightshed-lights` | choosing among many lights: trees, cuts, light BVH, lighting grid |
+//! | [`caching`] | `lightshed-caching` | radiance caches with variance and bias, where paths end |
 //! | [`guiding`] | `lightshed-guiding` | guides that learn from paths where light comes from, caches of visible lights |
 //! | [`shift`] | `lightshed-shift` | paths, shift mappings and their Jacobians for ReSTIR path tracing |
 //! | [`volume`] | `lightshed-volume` | density grids, majorants, free flight, transmittance, phase functions |
@@ -44,6 +45,8 @@
 //! ```
 #[cfg(feature = "bvh")]
 pub use lightshed_bvh as bvh;
+#[cfg(feature = "caching")]
+pub use lightshed_caching as caching;
 #[cfg(feature = "evaluate")]
 pub use lightshed_evaluate as evaluate;
 #[cfg(feature = "film")]

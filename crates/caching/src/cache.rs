@@ -1,0 +1,227 @@
+//! A cache of outgoing radiance.
+
+use super::error::CachingError;
+use super::moments::VertexMoments;
+use super::options::{MAX_UPDATE_SAMPLES, RadianceCacheOptions};
+use super::published::CachedRadiance;
+use super::record::Record;
+use super::report::CacheReport;
+use super::sampler::{CacheSample, VertexSampler, VertexVisit};
+use super::view::CacheView;
+use glam::DVec3;
+use lightshed_sampling::{CounterRng, parallel};
+use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
+
+/// Outgoing radiance of surfaces by place, level and side, in a hash grid of bounded size, with its
+/// local variance and its bias.
+///
+/// `rc = E_P[E[g^suf | x_0, x_1]]` (eq. 4.121): the mean of what the vertices of a cell scatter,
+/// over the vertices and outgoing directions that paths have found. It is updated in passes of its
+/// own (§7.4). In each, a vertex of every record is sampled independently several times; a sample
+/// is direct light and what the cache had, in the pass before, at the end of the next edge. So
+/// radiance propagates by one edge a pass, and records learn what a path's next step varies by.
+///
+/// Vertices come from [`offer`](Self::offer), and from the samples, which explore. A pass has the
+/// same result for any number of threads: records are updated one by one from their own samples,
+/// and vertices are kept in the order of the records that found them.
+pub struct RadianceCache<V> {
+    options: RadianceCacheOptions,
+    grid: HashGrid,
+    records: Vec<Record<V>>,
+    published: Vec<CachedRadiance>,
+    /// Vertices that wait for the next pass.
+    offered: Vec<(SurfaceSite, V)>,
+    pass: u32,
+}
+
+/// Slots that go to a thread together.
+const TOGETHER: usize = 128;
+/// Offered vertices whose cells are claimed together.
+const CLAIMS: usize = 1024;
+/// Seeds of which vertices are kept, and where.
+const KEEP_SEED: u64 = 0x6361_6368_655f_6b65;
+const PLACE_SEED: u64 = 0x6361_6368_655f_706c;
+
+/// What a part of the records did in a pass.
+struct Part<V> {
+    visited: usize,
+    found: Vec<(SurfaceSite, V)>,
+}
+
+impl<V: Copy + Send + Sync> RadianceCache<V> {
+    /// A cache without records.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn new(options: RadianceCacheOptions) -> Result<Self, CachingError> {
+        options.check()?;
+        let grid = HashGrid::new(options.cells, options.slots)?;
+        let slots = grid.table.slots();
+        Ok(Self {
+            options,
+            grid,
+            records: vec![Record::new(); slots],
+            published: vec![CachedRadiance::default(); slots],
+            offered: Vec::new(),
+            pass: 0,
+        })
+    }
+
+    /// The options.
+    pub fn options(&self) -> &RadianceCacheOptions {
+        &self.options
+    }
+
+    /// What the cache answers.
+    #[inline]
+    pub fn view(&self) -> CacheView<'_> {
+        CacheView {
+            grid: &self.grid,
+            published: &self.published,
+        }
+    }
+
+    /// [`CacheView::query`].
+    #[inline]
+    pub fn query(&self, site: &SurfaceSite) -> Option<&CachedRadiance> {
+        self.view().query(site)
+    }
+
+    /// Vertices that paths have come to, for the next pass: their cells get records, or stay in
+    /// use. Their order counts.
+    pub fn offer(&mut self, vertices: impl IntoIterator<Item = (SurfaceSite, V)>) {
+        self.offered.extend(vertices);
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.offered.clear();
+        self.grid.table.evict(0, |_| ());
+        self.records.fill(Record::new());
+        self.published.fill(CachedRadiance::default());
+    }
+
+    /// A pass: samples a vertex of every record, and opens records for the vertices that were
+    /// found and offered.
+    pub fn update(&mut self, sampler: &impl VertexSampler<V>) -> CacheReport {
+        self.pass += 1;
+        let parts = self.sample(sampler);
+        let visited = parts.iter().map(|part| part.visited).sum();
+        self.publish();
+        let mut offered = std::mem::take(&mut self.offered);
+        parts.into_iter().for_each(|part| offered.extend(part.found));
+        self.open(&offered);
+        let report = CacheReport {
+            passes: self.pass,
+            answering: self.published.iter().filter(|record| record.passes > 0.0).count(),
+            visited,
+            samples: visited as u64 * u64::from(self.options.samples),
+            offered: offered.len(),
+            occupancy: self.grid.table.occupancy(),
+        };
+        // The memory is for the next pass.
+        offered.clear();
+        self.offered = offered;
+        report
+    }
+
+    /// Samples a vertex of every record, which learns from it.
+    fn sample(&mut self, sampler: &impl VertexSampler<V>) -> Vec<Part<V>> {
+        let Self {
+            options,
+            grid,
+            records,
+            published,
+            pass,
+            ..
+        } = self;
+        let (grid, pass, count) = (&*grid, *pass, options.samples as usize);
+        let view = CacheView { grid, published };
+        parallel::map(records.chunks_mut(TOGETHER), |part, records| {
+            let first = part * TOGETHER;
+            let visits: Vec<VertexVisit<V>> = (0u32..)
+                .zip(records.iter())
+                .filter_map(|(place, record)| {
+                    let slot = first as u32 + place;
+                    let &(site, vertex) = record.vertex(slot, pass)?;
+                    Some(VertexVisit {
+                        vertex,
+                        site,
+                        slot,
+                        pass,
+                    })
+                })
+                .collect();
+            let mut found = Vec::new();
+            let mut samples = [CacheSample::default(); MAX_UPDATE_SAMPLES as usize];
+            for visits in visits.chunks(MAX_UPDATE_SAMPLES as usize / count) {
+                let samples = &mut samples[..visits.len() * count];
+                samples.fill(CacheSample::default());
+                sampler.sample(&view, visits, samples);
+                for (visit, samples) in visits.iter().zip(samples.chunks(count)) {
+                    let record = &mut records[visit.slot as usize - first];
+                    learn(record, samples, options);
+                    let next = (0u32..)
+                        .zip(samples)
+                        .filter_map(|(number, sample)| Some((number, sample.next?)));
+                    found.extend(next.filter_map(|(number, (site, vertex))| {
+                        let word = CounterRng::at(KEEP_SEED, visit.slot, pass, number);
+                        let wanted = word.is_multiple_of(options.keep_one_in) || grid.locate(&site).is_none();
+                        wanted.then_some((site, vertex))
+                    }));
+                }
+            }
+            let visited = visits.len();
+            Part { visited, found }
+        })
+    }
+
+    /// Shows what the records have learnt.
+    fn publish(&mut self) {
+        let (records, least) = (&self.records, self.options.min_passes);
+        parallel::for_each_chunk(&mut self.published, CLAIMS, |first, published| {
+            for (record, shown) in records[first..].iter().zip(published) {
+                *shown = record.publish(least);
+            }
+        });
+    }
+
+    /// Opens records for the cells of vertices, keeps the vertices there, and closes records that
+    /// none was found for.
+    fn open(&mut self, offered: &[(SurfaceSite, V)]) {
+        let grid = &self.grid;
+        parallel::for_each(offered.chunks(CLAIMS), |_, part| {
+            part.iter().for_each(|(site, _)| {
+                grid.claim(site);
+            });
+        });
+        let Self {
+            grid,
+            records,
+            published,
+            ..
+        } = self;
+        let mut begin = |slot: u32| {
+            records[slot as usize] = Record::new();
+            published[slot as usize] = CachedRadiance::default();
+        };
+        grid.table.settle(&mut begin);
+        grid.table.evict(self.options.max_age, &mut begin);
+        for (number, vertex) in (0u32..).zip(offered) {
+            if let Some(slot) = grid.locate(&vertex.0) {
+                let place = CounterRng::at(PLACE_SEED, slot, self.pass, number);
+                records[slot as usize].keep(*vertex, place);
+            }
+        }
+    }
+}
+
+/// Lets a record learn from samples of one vertex.
+fn learn<V: Copy>(record: &mut Record<V>, samples: &[CacheSample<V>], options: &RadianceCacheOptions) {
+    let moments = VertexMoments::of(samples.iter().map(|sample| sample.radiance));
+    let deferred = samples
+        .iter()
+        .map(|sample| sample.deferred_bias_squared.as_dvec3());
+    let deferred = deferred.sum::<DVec3>() / samples.len().max(1) as f64;
+    record.learn(&moments, deferred, options.history);
+}

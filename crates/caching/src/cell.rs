@@ -1,0 +1,121 @@
+//! Moments over the vertices of a cell.
+
+use super::moments::VertexMoments;
+use glam::DVec3;
+
+/// Moments of a cell's record over many vertices `y`, each with samples of its own: `E[Y]`, `E[Y²]`
+/// and `E[E[Y|y]²]`, channel by channel, and from them the local variance and the squared bias of
+/// the record.
+///
+/// - `E[V[Y|y]] = E[Y²] − E[E[Y|y]²]` (eq. 7.16),
+/// - `E[(E[Y|y] − E[Y])²] = E[E[Y|y]²] − E[Y]²` (eq. 7.17).
+///
+/// Neither is found as a difference of moments. With weights `w_k`, means `m_k` and sample
+/// variances `s_k²` of `n_k` samples, the first is the weighted mean of `s_k²`, and the second the
+/// weighted sample variance of `m_k`, less the part of it that is noise of the means:
+/// `Σ w_k (m_k − M)² / (W − Σ w_k²/W) − (1/W) Σ w_k s_k²/n_k`. Both are unbiased for vertices that
+/// are independent and of one distribution, whatever the weights; the second may be negative. The
+/// sums around the mean are updated as West 1979 does and merged as Chan, Golub and LeVeque 1983
+/// do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellMoments {
+    /// `W = Σ w_k`.
+    weight: f64,
+    /// `Σ w_k²`.
+    weight_squared: f64,
+    /// `M = Σ w_k m_k / W`.
+    mean: DVec3,
+    /// `Σ w_k (m_k − M)²`.
+    between: DVec3,
+    /// `Σ w_k s_k²`.
+    within: DVec3,
+    /// `Σ w_k s_k² / n_k`.
+    noise: DVec3,
+}
+
+impl CellMoments {
+    /// Adds a vertex, with weight 1.
+    pub fn push(&mut self, vertex: &VertexMoments) {
+        if vertex.count == 0 || !(vertex.mean.is_finite() && vertex.variance.is_finite()) {
+            return;
+        }
+        self.weight += 1.0;
+        self.weight_squared += 1.0;
+        let from = vertex.mean - self.mean;
+        self.mean += from / self.weight;
+        self.between += from * (vertex.mean - self.mean);
+        self.within += vertex.variance;
+        self.noise += vertex.variance / f64::from(vertex.count);
+    }
+
+    /// Multiplies the weights of all vertices so far.
+    pub fn fade(&mut self, keep: f64) {
+        self.weight *= keep;
+        self.weight_squared *= keep * keep;
+        self.between *= keep;
+        self.within *= keep;
+        self.noise *= keep;
+    }
+
+    /// The moments of the vertices of both.
+    #[must_use]
+    pub fn merged(&self, other: &Self) -> Self {
+        let weight = self.weight + other.weight;
+        if !(weight > 0.0) {
+            return Self::default();
+        }
+        let apart = other.mean - self.mean;
+        let (share, product) = (other.weight / weight, self.weight * (other.weight / weight));
+        Self {
+            weight,
+            weight_squared: self.weight_squared + other.weight_squared,
+            mean: self.mean + apart * share,
+            between: self.between + other.between + apart * apart * product,
+            within: self.within + other.within,
+            noise: self.noise + other.noise,
+        }
+    }
+
+    /// Sum of the weights.
+    pub fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    /// Over `W`, or 0 where there is nothing.
+    fn per_weight(&self, sum: DVec3) -> DVec3 {
+        match self.weight > 0.0 {
+            true => sum / self.weight,
+            false => DVec3::ZERO,
+        }
+    }
+
+    /// An unbiased estimate of `E[Y]`: the radiance of the cell.
+    pub fn mean(&self) -> DVec3 {
+        self.mean
+    }
+
+    /// An unbiased estimate of `E[Y²]`.
+    pub fn second(&self) -> DVec3 {
+        self.marginal_second() + self.variance()
+    }
+
+    /// An unbiased estimate of `E[E[Y|y]²]`.
+    pub fn marginal_second(&self) -> DVec3 {
+        self.mean * self.mean + self.per_weight(self.between) - self.per_weight(self.noise)
+    }
+
+    /// An unbiased estimate of `E[V[Y|y]]`, the local variance (eq. 7.16).
+    pub fn variance(&self) -> DVec3 {
+        self.per_weight(self.within)
+    }
+
+    /// An unbiased estimate of `E[(E[Y|y] − E[Y])²]`, the squared bias of the record (eq. 7.17). 0
+    /// of a single vertex, which says nothing of it; may be negative.
+    pub fn bias_squared(&self) -> DVec3 {
+        let free = self.weight - self.weight_squared / self.weight;
+        if !(free > 1e-9 * self.weight) {
+            return DVec3::ZERO;
+        }
+        self.between / free - self.per_weight(self.noise)
+    }
+}

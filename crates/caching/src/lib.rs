@@ -1,0 +1,58 @@
+//! Radiance caches that trade bias for variance: what paths that end early find instead of light.
+//!
+//! Knows no scene: positions, normals, radiance, and vertices of whatever kind a renderer has. A
+//! renderer tells how a stored vertex scatters light (one trait, [`VertexSampler`]), lets the cache
+//! update itself before a frame, and asks at each vertex of a path whether it should end there
+//! ([`PathBudget`]).
+//!
+//! | you want | take |
+//! |---|---|
+//! | outgoing radiance by place, with its variance and bias | [`RadianceCache`], [`CachedRadiance`] |
+//! | variance and bias of what samples of many vertices give | [`VertexMoments`], [`CellMoments`] |
+//! | to end paths so that images have a noise that you choose | [`Termination`], [`PathBudget`] |
+//! | the area spread of a path | [`AreaSpread`] |
+//!
+//! A path that ends in a cache estimates another integral than one that does not: everything here
+//! is **biased**, on purpose, and says by how much as far as it can.
+//!
+//! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of
+//! Illumination for Real-Time Path Tracing*) if no other work is named.
+//!
+//! # Features
+//!
+//! - `parallel`: updates over a rayon pool. Same result, bit for bit.
+#![forbid(unsafe_code)]
+
+mod budget;
+mod cache;
+mod cell;
+mod error;
+mod moments;
+mod options;
+mod published;
+mod record;
+mod report;
+mod sampler;
+mod spread;
+mod termination;
+mod view;
+
+pub use budget::{PathBudget, Prefixed};
+pub use cache::RadianceCache;
+pub use cell::CellMoments;
+pub use error::CachingError;
+pub use glam;
+pub use moments::VertexMoments;
+pub use options::{History, MAX_UPDATE_SAMPLES, RadianceCacheOptions};
+pub use published::CachedRadiance;
+pub use record::RECORD_VERTICES;
+pub use report::CacheReport;
+pub use sampler::{CacheSample, VertexSampler, VertexVisit};
+pub use spread::AreaSpread;
+pub use termination::Termination;
+pub use view::CacheView;
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/caching.md")]
+struct Guide;

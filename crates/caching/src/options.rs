@@ -1,0 +1,78 @@
+//! How a cache is kept.
+
+use super::error::{CachingError, check_option};
+use lightshed_spatial::LevelGridOptions;
+
+/// What becomes of what a record has learnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum History {
+    /// The last two windows of passes count, all of their passes alike. Windows are 1, 2, 4, …
+    /// passes long, up to `longest`: what was learnt while radiance had not yet propagated is
+    /// forgotten soon, and what is older than `2 · longest` passes has no influence.
+    Windows {
+        /// Passes of the longest window.
+        longest: u32,
+    },
+    /// The weight of a pass falls by a factor with each that follows.
+    Exponential {
+        /// The factor, in 0 to 1.
+        keep: f64,
+    },
+}
+
+/// Most samples of a vertex in a pass.
+pub const MAX_UPDATE_SAMPLES: u32 = 64;
+
+/// How a [`RadianceCache`](crate::RadianceCache) is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadianceCacheOptions {
+    /// Its cells.
+    pub cells: LevelGridOptions,
+    /// Most records. Each takes about 500 bytes, used or not, and four vertices.
+    pub slots: usize,
+    /// Independent samples of one vertex of each record in a pass; 2 to 64. A single one would say
+    /// nothing of variance.
+    pub samples: u32,
+    /// What becomes of older passes.
+    pub history: History,
+    /// Passes after which a record goes whose cell no vertex was found in.
+    pub max_age: u32,
+    /// Passes from which on a record answers: before, it knows too little.
+    pub min_passes: u32,
+    /// One in so many of the vertices that samples find is kept for later passes, where the record
+    /// exists already.
+    pub keep_one_in: u32,
+}
+
+impl RadianceCacheOptions {
+    /// 2¹⁶ records, 16 samples in a pass, windows of up to 32 passes.
+    pub fn new(cells: LevelGridOptions) -> Self {
+        Self {
+            cells,
+            slots: 1 << 16,
+            samples: 16,
+            history: History::Windows { longest: 32 },
+            max_age: 64,
+            min_passes: 2,
+            keep_one_in: 16,
+        }
+    }
+
+    /// Whether a cache can be kept so, but for its cells and slots.
+    pub(crate) fn check(&self) -> Result<(), CachingError> {
+        let samples = (2..=MAX_UPDATE_SAMPLES).contains(&self.samples);
+        check_option(samples, "samples", f64::from(self.samples), "from 2 to 64")?;
+        match self.history {
+            History::Windows { longest } => {
+                check_option(longest > 0, "longest", f64::from(longest), "positive")?;
+            }
+            History::Exponential { keep } => {
+                check_option((0.0..=1.0).contains(&keep), "keep", keep, "from 0 to 1")?;
+            }
+        }
+        check_option(self.max_age > 0, "max_age", f64::from(self.max_age), "positive")?;
+        let one_in = f64::from(self.keep_one_in);
+        check_option(self.keep_one_in > 0, "keep_one_in", one_in, "positive")
+    }
+}

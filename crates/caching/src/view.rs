@@ -1,0 +1,31 @@
+//! A cache while it does not change.
+
+use super::published::CachedRadiance;
+use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
+
+/// What a cache answers, while its records may be changing: those of the last complete pass.
+#[derive(Clone, Copy)]
+pub struct CacheView<'a> {
+    pub(crate) grid: &'a HashGrid,
+    pub(crate) published: &'a [CachedRadiance],
+}
+
+impl<'a> CacheView<'a> {
+    /// The record of a site; `None` if it has none, or one that knows too little: paths go on
+    /// there.
+    #[inline]
+    pub fn query(&self, site: &SurfaceSite) -> Option<&'a CachedRadiance> {
+        let slot = self.grid.locate(site)?;
+        let record = self.published.get(slot as usize)?;
+        (record.passes > 0.0).then_some(record)
+    }
+
+    /// The record of a site that is moved at random by up to half a cell, as `u` in `[0, 1)²` says:
+    /// in the mean over `u` it interpolates between cells (§7.4). Where the moved site has no
+    /// record, that of the site itself.
+    #[inline]
+    pub fn query_jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> Option<&'a CachedRadiance> {
+        self.query(&self.grid.cells.jittered(site, u))
+            .or_else(|| self.query(site))
+    }
+}

@@ -1,0 +1,7 @@
+//! Moments by enumeration, trees by enumeration, and caches in a sphere whose light is known.
+
+mod moments;
+mod sphere;
+mod spread;
+mod tree;
+mod trees;
