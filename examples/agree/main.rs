@@ -19,6 +19,8 @@ mod error_chain;
 #[path = "../shared/shard_files.rs"]
 mod shard_files;
 mod shards;
+#[path = "../shared/streams.rs"]
+mod streams;
 
 use clap::Parser;
 use lightshed::evaluate::{AGREEMENT_CHANNELS, Agreement, RelativeInterval, ShardMeans, Verdict};
@@ -26,6 +28,7 @@ use serde_json::{Value, json};
 use shards::Shards;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use streams::{complain, say};
 
 /// Compares the means of two methods by their shards.
 #[derive(Debug, Parser)]
@@ -79,7 +82,7 @@ fn main() -> ExitCode {
     match agree(&arguments) {
         Ok(exit) => exit,
         Err(message) => {
-            eprintln!("error: {message}");
+            complain(format_args!("error: {message}"));
             ExitCode::FAILURE
         }
     }
@@ -99,14 +102,19 @@ fn agree(arguments: &Arguments) -> Result<ExitCode, String> {
         .whole
         .map(|channel| channel.relative(arguments.confidence));
     if arguments.json {
-        println!(
-            "{}",
-            as_json(arguments, [&baseline, &other], [&a, &b], &agreement, &intervals)
-        );
+        say(as_json(
+            arguments,
+            [&baseline, &other],
+            [&a, &b],
+            &agreement,
+            &intervals,
+        ))
     } else {
-        println!("{} against {}", describe(&other, &b), describe(&baseline, &a));
-        print!("{}", as_text(arguments, &agreement, &intervals));
+        let compared = format!("{} against {}", describe(&other, &b), describe(&baseline, &a));
+        let text = as_text(arguments, &agreement, &intervals);
+        say(format_args!("{compared}\n{}", text.trim_end_matches('\n')))
     }
+    .map_err(|error| error.to_string())?;
     let Some(within) = arguments.within else {
         return Ok(ExitCode::SUCCESS);
     };

@@ -4,6 +4,7 @@ use crate::Arguments;
 use crate::error_chain::chain;
 use crate::report::{Merged, status};
 use crate::shard_files::files_of;
+use crate::streams::say;
 use lightshed::film::{OutputTarget, ShardFile, ShardSet};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -65,9 +66,9 @@ impl Images {
     }
 
     /// Says what is there; whether that is all.
-    pub fn status(&self, json: bool) -> bool {
-        println!("{}", status(self.frames.values(), json));
-        self.frames.values().all(|set| set.missing().is_none())
+    pub fn status(&self, json: bool) -> Result<bool, String> {
+        say(status(self.frames.values(), json)).map_err(|error| chain(&error))?;
+        Ok(self.frames.values().all(|set| set.missing().is_none()))
     }
 
     /// Merges and writes each image; whether all were complete, or need not be.
@@ -97,7 +98,8 @@ impl Images {
                 let image = film.variance_of_mean().ok_or("a single sample has no variance")?;
                 target.write(&image).map_err(|error| chain(&error))?;
             }
-            println!("{}", Merged::new(set, &film, target.path()).text(arguments.json));
+            let merged = Merged::new(set, &film, target.path());
+            say(merged.text(arguments.json)).map_err(|error| chain(&error))?;
         }
         Ok(true)
     }

@@ -19,11 +19,14 @@ mod images;
 mod report;
 #[path = "../shared/shard_files.rs"]
 mod shard_files;
+#[path = "../shared/streams.rs"]
+mod streams;
 
 use clap::Parser;
 use images::Images;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use streams::complain;
 
 /// Merges shards of images into images.
 #[derive(Debug, Parser)]
@@ -68,19 +71,20 @@ fn main() -> ExitCode {
     let images = match Images::open(&arguments.shards) {
         Ok(images) => images,
         Err(refusals) => {
-            refusals.iter().for_each(|refusal| eprintln!("error: {refusal}"));
+            let refusals = refusals.iter();
+            refusals.for_each(|refusal| complain(format_args!("error: {refusal}")));
             return ExitCode::FAILURE;
         }
     };
     let done = match arguments.status {
-        true => Ok(images.status(arguments.json)),
+        true => images.status(arguments.json),
         false => images.merge(&arguments),
     };
     match done {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(refusal) => {
-            eprintln!("error: {refusal}");
+            complain(format_args!("error: {refusal}"));
             ExitCode::FAILURE
         }
     }

@@ -1,11 +1,13 @@
 //! The command line.
 
 use crate::failure::one_line;
+use crate::streams::complain;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory, FromArgMatches, Parser, ValueEnum};
 use lightshed::film::{MAX_THREADS, ShardPart, ShardPartError};
 use lightshed::integrator::{METHODS, Method, MethodOption};
+use lightshed::scene::import::LoadLimits;
 use std::ffi::OsString;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -125,6 +127,16 @@ pub struct Arguments {
     #[arg(long = "define", value_name = "KEY=VALUE", value_parser = definition)]
     pub defines: Vec<(String, String)>,
 
+    /// Lets the scene's files lie in this folder too, or beneath it; may be given several times.
+    /// Without, they lie beside the scene's file or beneath its folder.
+    #[arg(long = "allow-folder", value_name = "FOLDER")]
+    pub allowed_folders: Vec<PathBuf>,
+
+    /// Sets a limit of reading a scene's files: bytes (of files and images), vertices (and
+    /// triangles), nodes, includes, depth or seconds; inf is no limit.
+    #[arg(long = "load-limit", value_name = "NAME=N", value_parser = load_limit)]
+    pub load_limits: Vec<(String, f64)>,
+
     /// All arguments as they were given, without the program's name.
     #[arg(skip)]
     pub words: Vec<OsString>,
@@ -151,6 +163,19 @@ pub enum Scheduler {
 }
 
 impl Arguments {
+    /// Limits of reading the scene's files.
+    pub fn limits(&self) -> LoadLimits {
+        let mut limits = LoadLimits {
+            folders: self.allowed_folders.clone(),
+            ..LoadLimits::default()
+        };
+        for (name, value) in &self.load_limits {
+            // The names have been checked.
+            let _known = limits.set(name, *value);
+        }
+        limits
+    }
+
     /// Samples or frames that are asked for, by either name.
     pub fn samples(&self) -> Option<u32> {
         match self.frames {
@@ -273,10 +298,7 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments,
                 // The message ends where the usage begins.
                 let text = error.to_string();
                 let message = text.split("\n\nUsage:").next().unwrap_or_default();
-                eprintln!(
-                    "{}",
-                    one_line(message.split("\n\nFor more").next().unwrap_or_default())
-                );
+                complain(one_line(message.split("\n\nFor more").next().unwrap_or_default()));
                 ExitCode::from(2)
             }
         })
@@ -341,6 +363,19 @@ fn motion(text: &str) -> Result<Motion, String> {
         _ => None,
     };
     parsed.ok_or_else(|| "not of the form translate:X,Y,Z or orbit:DEGREES".to_owned())
+}
+
+fn load_limit(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("not of the form vertices=1e8")?;
+    let value: f64 = value.parse().map_err(|_| format!("{value} is not a number"))?;
+    match LoadLimits::default().set(name, value) {
+        true => Ok((name.to_owned(), value)),
+        false if LoadLimits::NAMES.contains(&name) => Err(format!("{value} is no limit")),
+        false => Err(format!(
+            "there is no limit {name}, only {}",
+            LoadLimits::NAMES.join(", ")
+        )),
+    }
 }
 
 fn definition(text: &str) -> Result<(String, String), String> {

@@ -8,11 +8,13 @@
 //! `--shard` renders a part of the samples, for the program `merge`, and `--submit` writes what a
 //! scheduler needs for all parts: see `docs/distribution.md`. `--help` lists the options. The exit
 //! status is 0 if all went well, 1 if the scene could not be rendered or the image not be written,
-//! 2 if the command line is wrong, and 130 after an interruption (SIGINT), which writes the whole
-//! passes done so far. Whatever can be known to fail fails before rendering, with one line on the
-//! standard error stream.
+//! 2 if the command line is wrong, and 130 after an interruption (SIGINT, SIGTERM, SIGHUP), which
+//! writes the whole passes done so far. Whatever can be known to fail fails before rendering, with
+//! one line on the standard error stream. A scene's file is taken for untrusted: what reading it may
+//! cost and which folders it may read have limits, which `--load-limit` and `--allow-folder` widen.
 
 mod arguments;
+mod emptiness;
 #[path = "../shared/error_chain.rs"]
 mod error_chain;
 mod explain;
@@ -23,6 +25,8 @@ mod progress;
 mod report;
 mod session;
 mod shards;
+#[path = "../shared/streams.rs"]
+mod streams;
 mod submit;
 
 use std::process::ExitCode;
@@ -35,7 +39,7 @@ fn main() -> ExitCode {
     match session::run(&arguments) {
         Ok(exit) => exit,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            streams::complain(format_args!("error: {failure}"));
             ExitCode::FAILURE
         }
     }

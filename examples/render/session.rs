@@ -2,6 +2,8 @@
 //! the figures.
 
 use crate::arguments::{Arguments, Device, Motion};
+use crate::emptiness::{black, empty};
+use crate::error_chain::chain;
 use crate::explain::explain;
 use crate::failure::{Failure, one_line};
 use crate::gpu::on_gpu;
@@ -12,13 +14,15 @@ use crate::shards::{
     check_frames, check_parts, default_out, done_already, file_of, header_of, image_key, is_done,
     one_after_the_other, options_of, plain_key,
 };
+use crate::streams::{complain, say};
 use crate::submit::submit;
 use lightshed::film::{
-    Budget, ImageComparison, OutputTarget, RenderOptions, RenderOutcome, RgbImage, Shard, ShardPart,
-    read_exr, render,
+    Budget, ImageComparison, ImageFormat, OutputTarget, RenderOptions, RenderOutcome, RgbImage, Shard,
+    ShardPart, read_exr, render,
 };
 use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
+use lightshed::scene::import::ImportError;
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -58,6 +62,12 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     let target = target
         .map(|out| OutputTarget::prepare(file_of(out, frame, arguments.shard)))
         .transpose()?;
+    let is_exr = |target: &OutputTarget| target.format() == ImageFormat::Exr;
+    if arguments.exposure != 0.0 && target.as_ref().is_some_and(is_exr) {
+        return Err(Failure::new(
+            "--exposure has no meaning for an OpenEXR image, which keeps its values",
+        ));
+    }
     let reference = arguments.reference.as_deref().map(read_reference).transpose()?;
     // Frames of samples show one moment; others have their own number.
     let moment = arguments
@@ -126,7 +136,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
     if arguments.explain {
         let roulette_depth = scene.settings().roulette_depth;
-        println!("{}", explain(arguments, &scene, max_depth, roulette_depth));
+        say(explain(arguments, &scene, max_depth, roulette_depth))?;
         return Ok(ExitCode::SUCCESS);
     }
     let motion = match arguments.motion {
@@ -172,7 +182,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         .as_ref()
         .filter(|header| !arguments.again && is_done(header, &target))
     {
-        println!("{}", done_already(header, &target, arguments.json));
+        say(done_already(header, &target, arguments.json))?;
         return Ok(ExitCode::SUCCESS);
     }
     let before = |_: u32, place: Vec3| media.map_or(place, |media| media.before(place));
@@ -183,13 +193,14 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
             before: &before,
         }),
     };
+    warnings.extend(empty(&scene).map(str::to_owned));
     let stage = Stage::new(&scene);
     if arguments.device == Device::Cpu {
         arguments.method.start(&stage, moves)?;
     }
     let setup_seconds = setup.elapsed().as_secs_f64();
     for warning in &warnings {
-        eprintln!("warning: {}", one_line(warning));
+        complain(format_args!("warning: {}", one_line(warning)));
     }
 
     let interruption = Interruption::catch()?;
@@ -217,6 +228,12 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     bar.finish();
     interruption.writing.store(true, Ordering::SeqCst);
 
+    if outcome.samples_per_pixel > 0
+        && let Some(warning) = black(&scene, &outcome.film.mean_image())
+    {
+        complain(format_args!("warning: {warning}"));
+        warnings.push(warning);
+    }
     let report = Report {
         scene: arguments.scene.clone(),
         method: arguments.method.name(),
@@ -334,22 +351,27 @@ fn finish(
     }
     let non_finite = report.outcome.film.non_finite();
     if non_finite > 0 {
-        eprintln!("warning: {non_finite} samples were not finite and were left out");
+        complain(format_args!(
+            "warning: {non_finite} samples were not finite and were left out"
+        ));
     }
     if json {
-        println!("{}", report.json());
+        say(report.json())?;
     } else {
-        println!("{}", report.text());
+        say(report.text())?;
     }
     if !report.outcome.interrupted {
         return Ok(ExitCode::SUCCESS);
     }
     match &report.output {
-        Some(path) => eprintln!("interrupted; {} holds the passes done so far", path.display()),
+        Some(path) => complain(format_args!(
+            "interrupted; {} holds the passes done so far",
+            path.display()
+        )),
         None if report.shard.is_some() => {
-            eprintln!("interrupted; a shard is whole or not there: nothing was written")
+            complain("interrupted; a shard is whole or not there: nothing was written")
         }
-        None => eprintln!("interrupted before the first pass was done; nothing was written"),
+        None => complain("interrupted before the first pass was done; nothing was written"),
     }
     Ok(ExitCode::from(INTERRUPTED))
 }
@@ -358,12 +380,17 @@ fn finish(
 fn describe(arguments: &Arguments) -> Result<(SceneDescription, Vec<String>), Failure> {
     let name = arguments.scene.as_str();
     if let Some(description) = builtin::by_name(name) {
-        return match arguments.defines.first() {
-            Some((key, _)) => Err(Failure::new(format_args!(
+        if let Some((key, _)) = arguments.defines.first() {
+            return Err(Failure::new(format_args!(
                 "the built-in scene {name} has no parameter {key}"
-            ))),
-            None => Ok((description, Vec::new())),
-        };
+            )));
+        }
+        if !arguments.allowed_folders.is_empty() || !arguments.load_limits.is_empty() {
+            return Err(Failure::new(format_args!(
+                "--allow-folder and --load-limit have no meaning with the built-in scene {name}"
+            )));
+        }
+        return Ok((description, Vec::new()));
     }
     let path = Path::new(name);
     if !path.exists() {
@@ -372,14 +399,40 @@ fn describe(arguments: &Arguments) -> Result<(SceneDescription, Vec<String>), Fa
             "{name} is no file and no built-in scene ({known})"
         )));
     }
-    let loaded = import::load(path, &arguments.defines)?;
+    if let Some(folder) = arguments.allowed_folders.iter().find(|folder| !folder.is_dir()) {
+        return Err(Failure::new(format_args!(
+            "--allow-folder {}: there is no such folder",
+            folder.display()
+        )));
+    }
+    let loaded = import::load_with(path, &arguments.defines, &arguments.limits());
+    let loaded = loaded.map_err(|error| not_loaded(&error))?;
     Ok((
         loaded.description,
         loaded.warnings.iter().map(ToString::to_string).collect(),
     ))
 }
 
+/// Why a scene was not loaded, and the option that would let it.
+fn not_loaded(error: &ImportError) -> Failure {
+    let option = match error.innermost() {
+        ImportError::OverBudget { resource, .. } => {
+            format!("; --load-limit {}=N raises it", resource.name())
+        }
+        ImportError::Outside { .. } => "; --allow-folder FOLDER allows more of them".to_owned(),
+        _ => String::new(),
+    };
+    Failure::new(format_args!("{}{option}", chain(error)))
+}
+
 fn read_reference(path: &Path) -> Result<(PathBuf, RgbImage), Failure> {
+    // A pipe would be waited for.
+    if path.exists() && !path.is_file() {
+        return Err(Failure::new(format_args!(
+            "{} is not a regular file",
+            path.display()
+        )));
+    }
     match read_exr(path) {
         Ok(image) => Ok((path.to_owned(), image)),
         Err(error) => Err(Failure::because(path.display(), &error)),
@@ -392,6 +445,16 @@ fn default_target(arguments: &Arguments, frame: Option<u32>) -> Result<OutputTar
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| Failure::because("cannot make the folder out", &e))?;
     Ok(OutputTarget::prepare(file_of(&path, frame, arguments.shard))?)
+}
+
+/// Whether the program was started so that it outlives its terminal (`nohup`), which a handler would
+/// undo.
+fn ignores_hangups() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    // SIGHUP is signal 1.
+    ignored.is_some_and(|mask| mask & 1 != 0)
 }
 
 /// What interruptions do: the first cancels the rendering, the second ends the program, and none
@@ -411,6 +474,9 @@ impl Interruption {
         };
         static CAUGHT: AtomicBool = AtomicBool::new(false);
         ONE.writing.store(false, Ordering::SeqCst);
+        if ignores_hangups() {
+            return Ok(&ONE);
+        }
         if !CAUGHT.swap(true, Ordering::SeqCst) {
             ctrlc::set_handler(|| {
                 let again = ONE.cancel.swap(true, Ordering::SeqCst);

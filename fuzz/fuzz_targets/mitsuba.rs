@@ -2,12 +2,12 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use lightshed_scene::import::parse_mitsuba;
+use lightshed_scene::import::parse_mitsuba_with;
 
 mod checks;
 
 fuzz_target!(|text: &str| {
-    if let Ok(loaded) = parse_mitsuba(text, "fuzz.xml", &[]) {
+    if let Ok(loaded) = parse_mitsuba_with(text, "fuzz.xml", &[], &checks::limits()) {
         checks::scene(&loaded);
     }
 });

@@ -1,6 +1,7 @@
 //! The example `render` as a user meets it: as a program with arguments, streams, files and an exit
 //! status.
 
+mod safety;
 mod shards;
 
 use lightshed::film::{RgbImage, read_exr, write_exr};

@@ -1,8 +1,21 @@
 //! What must hold of all that importers let through.
 #![allow(dead_code)]
 
-use lightshed_scene::import::Loaded;
+use lightshed_scene::import::{LoadLimits, Loaded};
 use lightshed_scene::{Scene, TriangleMesh};
+
+/// What an input may cost: none should need 256 MB or two seconds.
+pub fn limits() -> LoadLimits {
+    LoadLimits {
+        bytes: 32 << 20,
+        vertices: 100_000,
+        nodes: 50_000,
+        includes: 10,
+        depth: 100,
+        seconds: 2.0,
+        folders: Vec::new(),
+    }
+}
 
 /// Every triangle has three corners, and what vertices have all have.
 pub fn mesh(mesh: &TriangleMesh) {

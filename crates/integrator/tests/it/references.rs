@@ -22,7 +22,7 @@ use crate::rendered::Rendered;
 use lightshed_film::read_exr;
 use lightshed_integrator::{PathTracer, VolumePathTracer};
 use lightshed_scene::glam::{Affine3A, Vec3};
-use lightshed_scene::import::{load, parse_mitsuba};
+use lightshed_scene::import::{LoadLimits, load, parse_mitsuba_with};
 use lightshed_scene::{
     DensityDescription, EmitterDescription, Material, Microfacet, PhaseDescription, Scene, SceneDescription,
     builtin,
@@ -429,7 +429,11 @@ fn suite_case(suite: &Path, scene: &str, reference: &str, max_depth: u32) -> Res
     const SAMPLES: u32 = 32;
     // The files name others from the folder above, where they were rendered.
     let text = std::fs::read_to_string(suite.join(format!("mitsuba/{scene}.xml"))).unwrap();
-    let mut description = parse_mitsuba(&text, suite.join(format!("{scene}.xml")), &[])
+    let limits = LoadLimits {
+        folders: vec![suite.join("..")],
+        ..LoadLimits::default()
+    };
+    let mut description = parse_mitsuba_with(&text, suite.join(format!("{scene}.xml")), &[], &limits)
         .unwrap_or_else(|e| panic!("{}", e.chain()))
         .description;
     let image = read_exr(suite.join(format!("references/ref-{reference}-4096.exr"))).unwrap();

@@ -1,5 +1,6 @@
 //! What can go wrong while a scene is read, and where in which file.
 
+use super::limits::LoadResource;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -125,6 +126,30 @@ pub enum ImportError {
         /// What is wrong with the file referred to.
         source: Box<ImportError>,
     },
+    /// The file needs more than its caller allows: see [`LoadLimits`](super::LoadLimits).
+    #[error("{location}: more than {limit} {resource}, the limit `{}`", resource.name())]
+    OverBudget {
+        /// Where.
+        location: Location,
+        /// Of what there is too much.
+        resource: LoadResource,
+        /// How much is allowed.
+        limit: f64,
+    },
+    /// A file that the scene refers to lies in no folder that it may read.
+    #[error("{} is outside of the scene's folder {} and of the folders that are allowed", path.display(), folder.display())]
+    Outside {
+        /// The file, as the scene names it.
+        path: PathBuf,
+        /// The folder of the scene's file.
+        folder: PathBuf,
+    },
+    /// A folder, pipe or device where a file is needed.
+    #[error("{} is not a regular file", path.display())]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+    },
     /// A definition given by the caller that the scene has no use for.
     #[error("{}: the definition of `{name}` is used nowhere in the scene", path.display())]
     UnusedDefine {
@@ -150,6 +175,14 @@ impl ImportError {
         }
     }
 
+    /// The innermost import error: what is wrong with the file that others lead to.
+    pub fn innermost(&self) -> &Self {
+        match self {
+            Self::Referenced { source, .. } => source.innermost(),
+            other => other,
+        }
+    }
+
     /// The whole chain of causes in one line, separated by `: `.
     pub fn chain(&self) -> String {
         let mut text = self.to_string();
@@ -161,14 +194,6 @@ impl ImportError {
         }
         text
     }
-}
-
-/// The whole file as bytes.
-pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, ImportError> {
-    std::fs::read(path).map_err(|source| ImportError::Read {
-        path: path.to_path_buf(),
-        source,
-    })
 }
 
 /// Extension in lower case, empty if there is none.

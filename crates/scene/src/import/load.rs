@@ -3,7 +3,9 @@
 use super::error::{ImportError, Location, extension};
 #[cfg(feature = "gltf")]
 use super::gltf;
+use super::limits::LoadLimits;
 use super::loaded::{Defines, Loaded, Warning};
+use super::loading::Loading;
 #[cfg(feature = "mitsuba")]
 use super::mitsuba;
 use super::normals::angle_weighted_normals;
@@ -19,6 +21,16 @@ const EXTENSIONS: &str = match (cfg!(feature = "mitsuba"), cfg!(feature = "gltf"
     (false, false) => "ply, obj (xml with the feature `mitsuba`, gltf, glb with the feature `gltf`)",
 };
 
+/// Imports a scene by its file name's extension, within the default [`LoadLimits`]: as
+/// [`load_with`].
+///
+/// # Errors
+///
+/// As [`load_with`].
+pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportError> {
+    load_with(path, defines, &LoadLimits::default())
+}
+
 /// Imports a scene by its file name's extension: `xml` (Mitsuba 3; with the feature `mitsuba`),
 /// `gltf` or `glb` (with the feature `gltf`), or a lone mesh, `ply` or `obj`.
 ///
@@ -28,9 +40,15 @@ const EXTENSIONS: &str = match (cfg!(feature = "mitsuba"), cfg!(feature = "gltf"
 /// # Errors
 ///
 /// The extension is unknown, a file is missing, truncated or malformed, or asks for something that
-/// is not supported. Definitions are an error where the file has no use for them.
-pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportError> {
+/// is not supported, or needs more than `limits` allow. Definitions are an error where the file has
+/// no use for them.
+pub fn load_with(
+    path: impl AsRef<Path>,
+    defines: &Defines,
+    limits: &LoadLimits,
+) -> Result<Loaded, ImportError> {
     let path = path.as_ref();
+    let loading = Loading::new(path, limits);
     let extension = extension(path);
     if let (true, Some((name, _))) = (extension != "xml", defines.first()) {
         return Err(ImportError::UnusedDefine {
@@ -40,11 +58,17 @@ pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportE
     }
     match extension.as_str() {
         #[cfg(feature = "mitsuba")]
-        "xml" => mitsuba::load(path, defines),
+        "xml" => mitsuba::load(path, defines, &loading),
         #[cfg(feature = "gltf")]
-        "gltf" | "glb" => gltf::load(path),
-        "ply" => Ok(lone_mesh(ply::read_ply(path)?, path)),
-        "obj" => Ok(lone_mesh(obj::read_obj(path)?, path)),
+        "gltf" | "glb" => gltf::load(path, &loading),
+        "ply" => {
+            let mesh = ply::parse_within(&loading.read_main(path)?, path, &loading)?;
+            Ok(lone_mesh(mesh, path))
+        }
+        "obj" => {
+            let mesh = obj::parse_within(&loading.read_main(path)?, path, &loading)?;
+            Ok(lone_mesh(mesh, path))
+        }
         _ => Err(ImportError::UnknownFormat {
             path: path.to_path_buf(),
             expected: EXTENSIONS,

@@ -26,6 +26,24 @@ pub struct Warning {
     pub message: String,
 }
 
+impl Warning {
+    /// Most warnings that are kept.
+    const MOST: usize = 256;
+
+    /// Adds a warning to a list that stays short, whatever the file.
+    #[cfg(any(feature = "gltf", feature = "mitsuba"))]
+    pub(crate) fn push(list: &mut Vec<Self>, location: Location, message: String) {
+        if list.len() > Self::MOST {
+            return;
+        }
+        let message = match list.len() {
+            Self::MOST => "further warnings are left out".to_owned(),
+            _ => message,
+        };
+        list.push(Self { location, message });
+    }
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.location, self.message)

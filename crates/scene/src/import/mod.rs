@@ -11,27 +11,31 @@ mod fit;
 mod gltf;
 #[cfg(feature = "images")]
 mod image;
+mod limits;
 mod load;
 mod loaded;
+mod loading;
 #[cfg(feature = "mitsuba")]
 mod mitsuba;
 mod normals;
 mod obj;
 mod ply;
+mod polygon;
 mod transform;
 mod vol;
 #[cfg(feature = "mitsuba")]
 mod xml;
 
 #[cfg(feature = "gltf")]
-pub use self::gltf::parse_gltf;
+pub use self::gltf::{parse_gltf, parse_gltf_with};
 #[cfg(feature = "images")]
 pub use self::image::{Encoding, parse_image, read_image};
 pub use error::{ImportError, Location, Position};
-pub use load::load;
+pub use limits::{LoadLimits, LoadResource};
+pub use load::{load, load_with};
 pub use loaded::{Defines, Loaded, Warning};
 #[cfg(feature = "mitsuba")]
-pub use mitsuba::parse_mitsuba;
+pub use mitsuba::{parse_mitsuba, parse_mitsuba_with};
 pub use obj::{parse_obj, read_obj};
 pub use ply::{parse_ply, read_ply};
 pub use vol::{VolumeGrid, parse_vol, read_vol};

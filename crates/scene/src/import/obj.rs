@@ -1,14 +1,17 @@
 //! Wavefront OBJ meshes.
 //!
 //! Read are `v`, `vt`, `vn` and `f`, with indices from 1 or, counted back from the last one read,
-//! negative. Polygons become fans around their first corner. Groups, objects, smoothing groups and
+//! negative. Polygons become fans around their first corner, those of very many corners are halved. Groups, objects, smoothing groups and
 //! materials are passed over: a file is one mesh. Corners of equal position, texture coordinate and
 //! normal index become one vertex.
 
-use super::error::{ImportError, Location, read_file};
+use super::error::{ImportError, Location};
+use super::loading::Loading;
 use super::normals::mend_normals;
+use super::polygon::triangulate;
 use crate::TriangleMesh;
 use glam::{Vec2, Vec3};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// Reads an OBJ mesh. Texture coordinates are as in the file, `v` upwards.
@@ -22,7 +25,7 @@ use std::path::Path;
 /// face has fewer than three corners, or there is no face at all. The message names the line.
 pub fn read_obj(path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
     let path = path.as_ref();
-    parse_obj(&read_file(path)?, path)
+    parse_obj(&Loading::of_file().read(path)?, path)
 }
 
 /// Parses an OBJ mesh that is already in memory; `path` is for messages only.
@@ -31,19 +34,32 @@ pub fn read_obj(path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
 ///
 /// As [`read_obj`], less those of reading.
 pub fn parse_obj(bytes: &[u8], path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
-    let path = path.as_ref();
+    parse_within(bytes, path.as_ref(), &Loading::of_file())
+}
+
+/// Parses within the budget of a loading.
+pub(super) fn parse_within(
+    bytes: &[u8],
+    path: &Path,
+    loading: &Loading,
+) -> Result<TriangleMesh, ImportError> {
     let mut parser = Parser::default();
+    let most = loading.vertices_left();
     for (number, line) in bytes.split(|&b| b == b'\n').enumerate() {
         let fail = |message| ImportError::malformed(Location::line(path, number as u32 + 1), message);
         // Comments and names may be in any encoding: only what is parsed must be text.
         if let [b'v' | b'f', ..] = line.trim_ascii_start() {
             let text = std::str::from_utf8(line).map_err(|_| fail("the line is not text".to_owned()))?;
             parser.line(text).map_err(fail)?;
+            if parser.size() > most {
+                return Err(loading.too_many_vertices(Location::line(path, number as u32 + 1)));
+            }
         }
     }
-    parser
-        .finish()
-        .ok_or_else(|| ImportError::malformed(Location::file(path), "the mesh has no face"))
+    let mesh = parser.finish();
+    let mesh = mesh.ok_or_else(|| ImportError::malformed(Location::file(path), "the mesh has no face"))?;
+    loading.spend_mesh(mesh.positions.len(), mesh.indices.len(), || Location::file(path))?;
+    Ok(mesh)
 }
 
 /// Indices of a corner's position, texture coordinate and normal; `NONE` where it has none.
@@ -61,8 +77,15 @@ struct Parser {
     earlier: Vec<u32>,
     /// The last distinct corner at each position.
     latest: Vec<u32>,
+    /// Distinct corners of chains of more than [`LONG`].
+    in_long_chains: HashMap<Corner, u32>,
+    /// Vertices of the face that is being read.
+    face: Vec<u32>,
     indices: Vec<[u32; 3]>,
 }
+
+/// How far a chain is walked.
+const LONG: u32 = 16;
 
 impl Parser {
     fn line(&mut self, text: &str) -> Result<(), String> {
@@ -88,21 +111,24 @@ impl Parser {
     }
 
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>) -> Result<(), String> {
-        let (mut first, mut last, mut count) = (0, 0, 0);
+        let mut face = std::mem::take(&mut self.face);
+        face.clear();
         for word in words {
-            let index = self.corner(word)?;
-            match count {
-                0 => first = index,
-                1 => {}
-                _ => self.indices.push([first, last, index]),
-            }
-            last = index;
-            count += 1;
+            face.push(self.corner(word)?);
         }
-        if count < 3 {
-            return Err(format!("a face of {count} corners"));
+        if face.len() < 3 {
+            return Err(format!("a face of {} corners", face.len()));
         }
+        triangulate(&face, &mut self.indices);
+        self.face = face;
         Ok(())
+    }
+
+    /// Vertices and triangles so far, of the file or of the mesh, whichever are more.
+    fn size(&self) -> u64 {
+        let vertices = self.positions.len().max(self.corners.len());
+        let vertices = vertices.max(self.uvs.len()).max(self.normals.len());
+        (vertices + self.indices.len()) as u64
     }
 
     /// Index of the vertex `position/texture coordinate/normal`, the last two of which may be
@@ -132,18 +158,32 @@ impl Parser {
     }
 
     /// The vertex of a corner, a new one if no equal corner came before. Few corners share a
-    /// position, so that a walk along a chain beats a hash table.
+    /// position, so that a walk along a chain beats a hash table. Where many do, the table is asked.
     fn vertex(&mut self, corner: Corner) -> u32 {
         self.latest.resize(self.positions.len(), NONE);
         let latest = &mut self.latest[corner[0] as usize];
-        let mut candidate = *latest;
-        while candidate != NONE {
+        let (mut candidate, mut steps) = (*latest, 0);
+        while candidate != NONE && steps < LONG {
             if self.corners[candidate as usize] == corner {
                 return candidate;
             }
             candidate = self.earlier[candidate as usize];
+            steps += 1;
         }
         let new = self.corners.len() as u32;
+        if steps == LONG {
+            if candidate == NONE {
+                // From now on the chain is long.
+                let mut member = *latest;
+                while member != NONE {
+                    self.in_long_chains.insert(self.corners[member as usize], member);
+                    member = self.earlier[member as usize];
+                }
+            } else if let Some(&known) = self.in_long_chains.get(&corner) {
+                return known;
+            }
+            self.in_long_chains.insert(corner, new);
+        }
         self.corners.push(corner);
         self.earlier.push(std::mem::replace(latest, new));
         new
@@ -252,6 +292,33 @@ mod tests {
                 .to_string()
                 .contains("no face")
         );
+    }
+
+    /// Corners that share one position are told apart in whatever order they come: the walk and the
+    /// table together against a list of all pairs.
+    #[test]
+    fn many_corners_of_one_position_are_welded() {
+        for kinds in [3, LONG, LONG + 1, 5 * LONG] {
+            let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
+            (0..kinds).for_each(|i| text += &format!("vt {i} 0\n"));
+            let mut expected: Vec<u32> = Vec::new();
+            for face in 0..4 * kinds {
+                let uv = face * face * 7 % kinds;
+                text += &format!("f 1/{} 2/1 3/1\n", uv + 1);
+                expected.push(uv);
+            }
+            let mesh = parse_obj(text.as_bytes(), "q.obj").unwrap();
+            let found: Vec<u32> = mesh
+                .indices
+                .iter()
+                .map(|t| mesh.uvs[t[0] as usize].x as u32)
+                .collect();
+            assert_eq!(found, expected);
+            let mut distinct = expected;
+            distinct.sort_unstable();
+            distinct.dedup();
+            assert_eq!(mesh.positions.len(), distinct.len() + 2);
+        }
     }
 
     proptest! {

@@ -4,7 +4,8 @@
 //! y and z, and channels; six `f32` for the least and greatest corner of a box; then the values,
 //! channels fastest, then x, y, z.
 
-use super::error::{ImportError, Location, read_file};
+use super::error::{ImportError, Location};
+use super::loading::Loading;
 use glam::Vec3;
 use std::path::Path;
 
@@ -31,7 +32,7 @@ const HEADER: usize = 48;
 ///
 /// The file cannot be read, or as [`parse_vol`].
 pub fn read_vol(path: impl AsRef<Path>) -> Result<VolumeGrid, ImportError> {
-    parse_vol(&read_file(path.as_ref())?, path)
+    parse_vol(&Loading::of_file().read(path.as_ref())?, path)
 }
 
 /// Parses a `.vol` file in memory; `path` is for messages.

@@ -3,7 +3,7 @@
 //! The scenes are no part of this repository: the folder is named by `LIGHTSHED_SCENES`.
 
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::import::{Encoding, load, parse_mitsuba, read_image, read_ply};
+use lightshed_scene::import::{Encoding, LoadLimits, load, parse_mitsuba_with, read_image, read_ply};
 use lightshed_scene::{
     ColorTexture, DensityDescription, EmitterDescription, Geometry, Material, Scene, SceneDescription,
     builtin,
@@ -75,6 +75,10 @@ fn counts_are_those_of_the_files() {
 fn the_reference_suite_loads() {
     let Some(folder) = scenes() else { return };
     let suite = folder.join("ignis_reference_suite/evaluation");
+    let limits = LoadLimits {
+        folders: vec![folder.join("ignis_reference_suite")],
+        ..LoadLimits::default()
+    };
     let cases = [
         ("emissive-plane", [4, 2, 0, 0, 0]),
         ("emissive-plane-scale", [4, 2, 0, 0, 0]),
@@ -88,7 +92,8 @@ fn the_reference_suite_loads() {
     for (name, expected) in cases {
         let file = format!("{name}.xml");
         let text = std::fs::read_to_string(suite.join("mitsuba").join(&file)).unwrap();
-        let loaded = parse_mitsuba(&text, suite.join(&file), &[]).unwrap_or_else(|e| panic!("{}", e.chain()));
+        let loaded = parse_mitsuba_with(&text, suite.join(&file), &[], &limits)
+            .unwrap_or_else(|e| panic!("{}", e.chain()));
         assert_eq!(counts(&loaded.description), expected, "{name}");
         assert_eq!(loaded.warnings, [], "{name}");
     }

@@ -4,6 +4,8 @@
 //! checks take them for granted and panic where they are wrong.
 
 use crate::import::error::{ImportError, Location};
+use crate::import::limits::LoadResource;
+use crate::import::loading::Loading;
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::validation::Checked;
@@ -15,7 +17,11 @@ const JSON: &[u8; 4] = b"JSON";
 const BIN: &[u8; 4] = b"BIN\0";
 
 /// The document and the binary chunk of a GLB.
-pub(super) fn open(bytes: &[u8], path: &Path) -> Result<(Document, Option<Vec<u8>>), ImportError> {
+pub(super) fn open(
+    bytes: &[u8],
+    path: &Path,
+    loading: &Loading,
+) -> Result<(Document, Option<Vec<u8>>), ImportError> {
     let (text, blob) = if bytes.starts_with(MAGIC) {
         let (text, blob) = split_binary(bytes)
             .map_err(|(at, what)| ImportError::malformed(Location::byte(path, at as u64), what))?;
@@ -23,6 +29,7 @@ pub(super) fn open(bytes: &[u8], path: &Path) -> Result<(Document, Option<Vec<u8
     } else {
         (bytes, None)
     };
+    loading.spend(LoadResource::Nodes, objects(text), || Location::file(path))?;
     let root: json::Root = json::Root::from_slice(text).map_err(|source| ImportError::Decode {
         path: path.to_path_buf(),
         source: Box::new(source),
@@ -42,6 +49,21 @@ pub(super) fn open(bytes: &[u8], path: &Path) -> Result<(Document, Option<Vec<u8
         source: Box::new(source),
     })?;
     Ok((document, blob))
+}
+
+/// Number of objects in a JSON text: each takes hundreds of bytes once it is read, and two here.
+fn objects(text: &[u8]) -> u64 {
+    let (mut count, mut quoted, mut escaped) = (0, false, false);
+    for &byte in text {
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' if quoted => escaped = true,
+            b'"' => quoted = !quoted,
+            b'{' if !quoted => count += 1,
+            _ => {}
+        }
+    }
+    count
 }
 
 /// Offset and nature of a fault in a GLB.

@@ -1,8 +1,9 @@
 //! glTF materials and textures.
 
 use super::Importer;
-use crate::import::error::{ImportError, read_file};
+use crate::import::error::{ImportError, Location};
 use crate::import::image::{Encoding, decode_guessed};
+use crate::import::limits::LoadResource;
 use crate::{Channel, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Material, Rgb, Wrap};
 use glam::{Affine2, Mat2, Vec2};
 use gltf::material::AlphaMode;
@@ -177,14 +178,19 @@ impl Importer<'_> {
         let image = match (uri, view) {
             (Some(uri), _) => {
                 let (bytes, path) = self.resource(uri, &element)?;
-                decode_guessed(&bytes, encoding, path.as_deref().unwrap_or(self.path))
+                decode_guessed(
+                    &bytes,
+                    encoding,
+                    path.as_deref().unwrap_or(self.path),
+                    self.loading,
+                )
             }
             (None, Some(view)) => {
                 let bytes = self
                     .buffers
                     .view(&view)
                     .map_err(|what| self.malformed(&element, what))?;
-                decode_guessed(bytes, encoding, self.path)
+                decode_guessed(bytes, encoding, self.path, self.loading)
             }
             (None, None) => {
                 return Err(self.malformed(&element, "the image has neither a URI nor a buffer view"));
@@ -202,9 +208,17 @@ impl Importer<'_> {
         element: &str,
     ) -> Result<(Vec<u8>, Option<std::path::PathBuf>), ImportError> {
         match super::resolve_uri(uri, self.path).map_err(|what| self.malformed(element, what))? {
-            super::Resource::Data(bytes) => Ok((bytes, None)),
+            super::Resource::Data(bytes) => {
+                let location = || Location::file(self.path).element(element);
+                self.loading
+                    .spend(LoadResource::Bytes, bytes.len() as u64, location)?;
+                Ok((bytes, None))
+            }
             super::Resource::File(path) => {
-                let bytes = read_file(&path).map_err(|source| self.referenced(element, source))?;
+                let bytes = self
+                    .loading
+                    .read(&path)
+                    .map_err(|source| self.referenced(element, source))?;
                 Ok((bytes, Some(path)))
             }
         }

@@ -24,10 +24,12 @@ mod container;
 mod material;
 mod node;
 
-use super::error::{ImportError, Location, read_file};
+use super::error::{ImportError, Location};
 use super::fit;
 use super::image::Encoding;
+use super::limits::{LoadLimits, LoadResource};
 use super::loaded::{Loaded, Warning};
+use super::loading::Loading;
 use crate::{Image, Rgb, SceneDescription};
 use accessor::Buffers;
 use base64::Engine;
@@ -49,8 +51,17 @@ const EXTENSIONS: [&str; 5] = [
 ];
 
 /// Reads a glTF scene.
-pub(super) fn load(path: &Path) -> Result<Loaded, ImportError> {
-    parse_gltf(&read_file(path)?, path)
+pub(super) fn load(path: &Path, loading: &Loading) -> Result<Loaded, ImportError> {
+    parse_within(&loading.read_main(path)?, path, loading)
+}
+
+/// Parses a glTF scene in memory within the default limits, as [`parse_gltf_with`].
+///
+/// # Errors
+///
+/// As [`load`](super::load()).
+pub fn parse_gltf(bytes: &[u8], path: impl AsRef<Path>) -> Result<Loaded, ImportError> {
+    parse_gltf_with(bytes, path, &LoadLimits::default())
 }
 
 /// Parses a glTF scene in memory, JSON or binary. `path` is where it would lie: the folder of files
@@ -58,14 +69,23 @@ pub(super) fn load(path: &Path) -> Result<Loaded, ImportError> {
 ///
 /// # Errors
 ///
-/// As [`load`](super::load()).
-pub fn parse_gltf(bytes: &[u8], path: impl AsRef<Path>) -> Result<Loaded, ImportError> {
+/// As [`load_with`](super::load_with).
+pub fn parse_gltf_with(
+    bytes: &[u8],
+    path: impl AsRef<Path>,
+    limits: &LoadLimits,
+) -> Result<Loaded, ImportError> {
     let path = path.as_ref();
-    let (document, blob) = container::open(bytes, path)?;
+    parse_within(bytes, path, &Loading::new(path, limits))
+}
+
+fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, ImportError> {
+    let (document, blob) = container::open(bytes, path, loading)?;
     let mut importer = Importer {
         path,
+        loading,
         document: &document,
-        buffers: Buffers(load_buffers(&document, blob, path)?),
+        buffers: Buffers(load_buffers(&document, blob, path, loading)?),
         description: SceneDescription::default(),
         warnings: Vec::new(),
         materials: HashMap::new(),
@@ -83,6 +103,7 @@ pub fn parse_gltf(bytes: &[u8], path: impl AsRef<Path>) -> Result<Loaded, Import
 /// State of an import.
 struct Importer<'a> {
     path: &'a Path,
+    loading: &'a Loading,
     document: &'a Document,
     buffers: Buffers,
     description: SceneDescription,
@@ -135,10 +156,8 @@ impl Importer<'_> {
     }
 
     fn warn(&mut self, element: &str, message: impl Into<String>) {
-        self.warnings.push(Warning {
-            location: self.location(element),
-            message: message.into(),
-        });
+        let location = self.location(element);
+        Warning::push(&mut self.warnings, location, message.into());
     }
 
     fn malformed(&self, element: &str, message: impl Into<String>) -> ImportError {
@@ -161,6 +180,7 @@ fn load_buffers(
     document: &Document,
     mut blob: Option<Vec<u8>>,
     path: &Path,
+    loading: &Loading,
 ) -> Result<Vec<Vec<u8>>, ImportError> {
     let mut buffers = Vec::new();
     for (index, buffer) in document.as_json().buffers.iter().enumerate() {
@@ -171,11 +191,16 @@ fn load_buffers(
                 .ok_or_else(|| ImportError::malformed(location(), "the buffer has no data"))?,
             Some(uri) => {
                 match resolve_uri(uri, path).map_err(|what| ImportError::malformed(location(), what))? {
-                    Resource::Data(bytes) => bytes,
-                    Resource::File(file) => read_file(&file).map_err(|source| ImportError::Referenced {
-                        location: location(),
-                        source: Box::new(source),
-                    })?,
+                    Resource::Data(bytes) => {
+                        loading.spend(LoadResource::Bytes, bytes.len() as u64, location)?;
+                        bytes
+                    }
+                    Resource::File(file) => {
+                        loading.read(&file).map_err(|source| ImportError::Referenced {
+                            location: location(),
+                            source: Box::new(source),
+                        })?
+                    }
                 }
             }
         };

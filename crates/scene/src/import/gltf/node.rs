@@ -17,21 +17,22 @@ use gltf::mesh::Mode;
 /// height, not how high.
 const HEIGHT: u32 = 512;
 
+/// Characters of a name that are kept, since every node of a mesh has it again.
+const LONGEST_NAME: usize = 64;
+
 impl Importer<'_> {
     pub(super) fn node(
         &mut self,
         node: &gltf::Node,
         parent: &DAffine3,
-        depth: usize,
+        depth: u64,
     ) -> Result<(), ImportError> {
         let element = format!("nodes[{}]", node.index());
         // glTF demands a forest; anything else could be walked for ever.
         if std::mem::replace(&mut self.visited[node.index()], true) {
             return Err(self.malformed(&element, "the node is reached twice"));
         }
-        if depth > 256 {
-            return Err(self.malformed(&element, "nodes are nested more than 256 deep"));
-        }
+        self.loading.check_depth(depth, || self.location(&element))?;
         let columns = node.transform().matrix().map(|column| column.map(f64::from));
         let to_world = *parent * DAffine3::from_mat4(DMat4::from_cols_array_2d(&columns));
         if !to_world.is_finite() {
@@ -79,6 +80,17 @@ impl Importer<'_> {
             if primitive.get(&gltf::Semantic::Colors(0)).is_some() {
                 self.warn(&element, "vertex colours are not supported: left out");
             }
+            // Each node that has the mesh has it placed anew.
+            let vertices = primitive.get(&gltf::Semantic::Positions).map_or(0, |a| a.count());
+            let triangles = match (
+                primitive.indices().map_or(vertices, |a| a.count()),
+                primitive.mode(),
+            ) {
+                (corners, Mode::Triangles) => corners / 3,
+                (corners, _) => corners,
+            };
+            self.loading
+                .spend_mesh(vertices, triangles, || self.location(&element))?;
             let mut geometry = self
                 .triangles(&primitive)
                 .map_err(|what| self.malformed(&element, what))?;
@@ -99,7 +111,12 @@ impl Importer<'_> {
                 turn(&mut geometry);
             }
             let (material, emission) = self.material(&primitive.material())?;
-            let mesh_name = name.or(mesh.name()).unwrap_or("mesh");
+            let mesh_name: String = name
+                .or(mesh.name())
+                .unwrap_or("mesh")
+                .chars()
+                .take(LONGEST_NAME)
+                .collect();
             self.description.shapes.push(ShapeDescription {
                 name: format!("{mesh_name}.{}", primitive.index()),
                 geometry: Geometry::Mesh(geometry),
@@ -119,24 +136,28 @@ impl Importer<'_> {
             .get(&gltf::Semantic::Positions)
             .ok_or("the attribute POSITION is missing")?;
         let positions = read3(&positions)?;
+        // Compared before anything is read.
+        let same_count = |name: &str, accessor: &gltf::Accessor| match accessor.count() {
+            count if count == positions.len() => Ok(()),
+            count => Err(format!("{count} of {name} for {} of POSITION", positions.len())),
+        };
         let normals = match primitive.get(&gltf::Semantic::Normals) {
-            Some(accessor) => read3(&accessor)?,
+            Some(accessor) => {
+                same_count("NORMAL", &accessor)?;
+                read3(&accessor)?
+            }
             // Flat, says glTF 2.0, §3.7.2.1.
             None => Vec::new(),
         };
         let uvs: Vec<Vec2> = match primitive.get(&gltf::Semantic::TexCoords(0)) {
             Some(accessor) => {
+                same_count("TEXCOORD_0", &accessor)?;
                 let values = self.buffers.vectors::<2>(self.document, &accessor)?;
                 // glTF's v points downwards.
                 values.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect()
             }
             None => Vec::new(),
         };
-        for (name, count) in [("NORMAL", normals.len()), ("TEXCOORD_0", uvs.len())] {
-            if count != 0 && count != positions.len() {
-                return Err(format!("{count} of {name} for {} of POSITION", positions.len()));
-            }
-        }
         let finite =
             positions.iter().chain(&normals).all(|v| v.is_finite()) && uvs.iter().all(|v| v.is_finite());
         if !finite {

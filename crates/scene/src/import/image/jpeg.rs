@@ -3,6 +3,7 @@
 use super::{Encoding, broken, check_size, from_codes, unusable};
 use crate::Image;
 use crate::import::error::ImportError;
+use crate::import::loading::Loading;
 use std::path::Path;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
@@ -11,7 +12,12 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// Decodes a JPEG file. What is neither grey nor RGB becomes RGB.
-pub(super) fn decode(bytes: &[u8], encoding: Encoding, path: &Path) -> Result<Image, ImportError> {
+pub(super) fn decode(
+    bytes: &[u8],
+    encoding: Encoding,
+    path: &Path,
+    loading: &Loading,
+) -> Result<Image, ImportError> {
     let broken = |source: DecodeErrors| broken(path, source);
     let options = DecoderOptions::default()
         .set_strict_mode(false)
@@ -21,6 +27,8 @@ pub(super) fn decode(bytes: &[u8], encoding: Encoding, path: &Path) -> Result<Im
     decoder.decode_headers().map_err(broken)?;
     let (width, height) = decoder.dimensions().ok_or_else(|| unusable(path))?;
     check_size(width, height, bytes, path)?;
+    // Coefficients of up to four components in words and the decoded codes, then the image's.
+    loading.spend_image([width, height], 8 + 3, 3, path)?;
     let space = match decoder.input_colorspace() {
         Some(grey @ (ColorSpace::Luma | ColorSpace::LumaA)) => grey,
         _ => ColorSpace::RGB,

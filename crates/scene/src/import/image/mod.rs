@@ -5,7 +5,8 @@ mod openexr;
 mod png;
 mod radiance;
 
-use super::error::{ImportError, Location, extension, read_file};
+use super::error::{ImportError, Location, extension};
+use super::loading::Loading;
 use crate::Image;
 use std::path::Path;
 
@@ -30,9 +31,13 @@ const EXTENSIONS: &str = "png, jpg, jpeg, hdr, exr";
 /// The extension is unknown, or the file cannot be read or decoded, or has a value that is not
 /// finite.
 pub fn read_image(path: impl AsRef<Path>, encoding: Encoding) -> Result<Image, ImportError> {
-    let path = path.as_ref();
+    read_within(path.as_ref(), encoding, &Loading::of_file())
+}
+
+/// Reads an image within the budget of a loading.
+pub(super) fn read_within(path: &Path, encoding: Encoding, loading: &Loading) -> Result<Image, ImportError> {
     let format = format_of(path)?;
-    decode(&read_file(path)?, format, encoding, path)
+    decode(&loading.read(path)?, format, encoding, path, loading)
 }
 
 /// Decodes an image that is already in memory; `path` gives the format by its extension and is
@@ -43,7 +48,7 @@ pub fn read_image(path: impl AsRef<Path>, encoding: Encoding) -> Result<Image, I
 /// As [`read_image`], less those of reading.
 pub fn parse_image(bytes: &[u8], path: impl AsRef<Path>, encoding: Encoding) -> Result<Image, ImportError> {
     let path = path.as_ref();
-    decode(bytes, format_of(path)?, encoding, path)
+    decode(bytes, format_of(path)?, encoding, path, &Loading::of_file())
 }
 
 /// A format that is decoded here.
@@ -70,7 +75,12 @@ fn format_of(path: &Path) -> Result<Format, ImportError> {
 
 /// Decodes PNG or JPEG bytes, whichever they are.
 #[cfg(feature = "gltf")]
-pub(crate) fn decode_guessed(bytes: &[u8], encoding: Encoding, path: &Path) -> Result<Image, ImportError> {
+pub(crate) fn decode_guessed(
+    bytes: &[u8],
+    encoding: Encoding,
+    path: &Path,
+    loading: &Loading,
+) -> Result<Image, ImportError> {
     let format = if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
         Format::Png
     } else if bytes.starts_with(&[0xff, 0xd8, 0xff]) {
@@ -81,15 +91,21 @@ pub(crate) fn decode_guessed(bytes: &[u8], encoding: Encoding, path: &Path) -> R
             "the image is neither PNG nor JPEG",
         ));
     };
-    decode(bytes, format, encoding, path)
+    decode(bytes, format, encoding, path, loading)
 }
 
-fn decode(bytes: &[u8], format: Format, encoding: Encoding, path: &Path) -> Result<Image, ImportError> {
+fn decode(
+    bytes: &[u8],
+    format: Format,
+    encoding: Encoding,
+    path: &Path,
+    loading: &Loading,
+) -> Result<Image, ImportError> {
     match format {
-        Format::Png => png::decode(bytes, encoding, path),
-        Format::Jpeg => jpeg::decode(bytes, encoding, path),
-        Format::Radiance => radiance::decode(bytes, path),
-        Format::OpenExr => openexr::decode(bytes, path),
+        Format::Png => png::decode(bytes, encoding, path, loading),
+        Format::Jpeg => jpeg::decode(bytes, encoding, path, loading),
+        Format::Radiance => radiance::decode(bytes, path, loading),
+        Format::OpenExr => openexr::decode(bytes, path, loading),
     }
 }
 
@@ -117,7 +133,8 @@ fn from_codes(
 /// 1 (deflate's best).
 const PIXELS_PER_BYTE: usize = 8 * 1032;
 
-/// Refuses sizes that no file of this length can hold, before memory is taken for them.
+/// Refuses sizes that no file of this length can hold, before memory is taken for them. What they
+/// cost otherwise, [`Loading::spend_image`] counts.
 fn check_size(width: usize, height: usize, bytes: &[u8], path: &Path) -> Result<(), ImportError> {
     match width.checked_mul(height) {
         Some(pixels) if pixels <= bytes.len().saturating_mul(PIXELS_PER_BYTE) => Ok(()),

@@ -3,16 +3,24 @@
 use super::{broken, check_size, unusable};
 use crate::Image;
 use crate::import::error::{ImportError, Location};
+use crate::import::loading::Loading;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use std::io::Cursor;
 use std::path::Path;
 
 /// The first layer of an OpenEXR file with channels R, G, B, or with Y alone.
-pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, ImportError> {
+pub(super) fn decode(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Image, ImportError> {
     let broken = |source: exr::error::Error| broken(path, source);
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     for header in &meta.headers {
-        check_size(header.layer_size.width(), header.layer_size.height(), bytes, path)?;
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        check_size(width, height, bytes, path)?;
+        // Every channel is decoded, then three floats are kept.
+        let channels = header.channels.list.iter();
+        let decoded: usize = channels
+            .map(|channel| channel.sample_type.bytes_per_sample())
+            .sum();
+        loading.spend_image([width, height], decoded, 12, path)?;
     }
     let file = read()
         .no_deep_data()

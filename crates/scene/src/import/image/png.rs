@@ -3,17 +3,27 @@
 use super::{Encoding, broken, check_size, from_codes, unusable};
 use crate::Image;
 use crate::import::error::ImportError;
+use crate::import::loading::Loading;
 use png::{BitDepth, Decoder, DecodingError, Transformations};
 use std::io::Cursor;
 use std::path::Path;
 
 /// Decodes a PNG file. Palettes and fewer than eight bits a channel become eight bits.
-pub(super) fn decode(bytes: &[u8], encoding: Encoding, path: &Path) -> Result<Image, ImportError> {
+pub(super) fn decode(
+    bytes: &[u8],
+    encoding: Encoding,
+    path: &Path,
+    loading: &Loading,
+) -> Result<Image, ImportError> {
     let broken = |source: DecodingError| broken(path, source);
     let mut decoder = Decoder::new(Cursor::new(bytes));
     let header = decoder.read_header_info().map_err(broken)?;
     let size = (header.width, header.height);
     check_size(size.0 as usize, size.1 as usize, bytes, path)?;
+    // Four channels as decoded, then three codes or three floats.
+    let wide = header.bit_depth == BitDepth::Sixteen;
+    let (decoded, kept) = if wide { (8, 12) } else { (4, 3) };
+    loading.spend_image([size.0 as usize, size.1 as usize], decoded, kept, path)?;
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(broken)?;
     let length = reader.output_buffer_size().ok_or_else(|| unusable(path))?;

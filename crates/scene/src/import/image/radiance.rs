@@ -4,6 +4,7 @@
 use super::{check_size, unusable};
 use crate::Image;
 use crate::import::error::{ImportError, Location};
+use crate::import::loading::Loading;
 use std::path::Path;
 
 /// Mantissas of red, green and blue and their common exponent.
@@ -11,7 +12,7 @@ type Rgbe = [u8; 4];
 
 /// Decodes a Radiance HDR file whose rows run from top to bottom and whose columns run from left to
 /// right. Exposure and colour correction of the header are not applied.
-pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, ImportError> {
+pub(super) fn decode(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Image, ImportError> {
     let mut reader = Reader { bytes, at: 0 };
     let wrong = |at: usize, what: String| ImportError::malformed(Location::byte(path, at as u64), what);
     let (width, height) = match reader.header() {
@@ -23,6 +24,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, ImportError> {
         }
     };
     check_size(width as usize, height as usize, bytes, path)?;
+    loading.spend_image([width as usize, height as usize], 0, 12, path)?;
     let mut pixels = Vec::with_capacity(width as usize * height as usize);
     let mut row = vec![[0; 4]; width as usize];
     if width > 0 {
@@ -184,7 +186,7 @@ mod tests {
     fn pixels(body: &[u8], width: u32) -> Result<Vec<[f32; 3]>, ImportError> {
         let mut bytes = format!("#?RADIANCE\nEXPOSURE=2\n\n-Y 1 +X {width}\n").into_bytes();
         bytes.extend(body);
-        let image = decode(&bytes, Path::new("a.hdr"))?;
+        let image = decode(&bytes, Path::new("a.hdr"), &Loading::of_file())?;
         Ok((0..width).map(|x| image.texel(x, 0).to_array()).collect())
     }
 

@@ -21,6 +21,8 @@ impl Importer<'_> {
     }
 
     fn bsdf(&mut self, node: &Node) -> Result<Material, ImportError> {
+        // References can make a few elements many.
+        self.spend_node(node)?;
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
         let material = match kind {

@@ -4,7 +4,7 @@ use super::Importer;
 use super::properties::Properties;
 use super::values;
 use crate::import::error::ImportError;
-use crate::import::vol::read_vol;
+use crate::import::vol::parse_vol;
 use crate::import::xml::Node;
 use crate::{DensityDescription, GridDescription, GridFilter, MediumDescription, PhaseDescription, Rgb};
 use glam::{DAffine3, DVec3};
@@ -159,64 +159,64 @@ impl Importer<'_> {
                 let value = value.ok_or_else(|| node.malformed("`value` is missing"))?;
                 Volume::Constant(values::color(value)?)
             }
-            "gridvolume" => Volume::Grid(grid(&properties)?),
+            "gridvolume" => Volume::Grid(self.grid(&properties)?),
             kind => return Err(node.unsupported(format!("the volume `{kind}` is not supported"))),
         };
         properties.finish()?;
         Ok(Some(volume))
     }
-}
 
-fn grid(properties: &Properties) -> Result<GridDescription, ImportError> {
-    let node = properties.node;
-    // Colours are not converted where there is one channel.
-    properties.ignore(&["raw", "accel"]);
-    let file = properties
-        .string("filename")?
-        .ok_or_else(|| node.malformed("`filename` is missing"))?;
-    let filter = match properties.string("filter_type")?.unwrap_or("trilinear") {
-        "trilinear" => GridFilter::Trilinear,
-        "nearest" => GridFilter::Nearest,
-        other => return Err(node.unsupported(format!("unknown `filter_type` `{other}`"))),
-    };
-    let wrap = properties.string("wrap_mode")?.unwrap_or("clamp");
-    if wrap != "clamp" {
-        return Err(node.unsupported(format!("the `wrap_mode` `{wrap}` is not supported, only `clamp`")));
+    /// The grid of a volume in a file.
+    fn grid(&self, properties: &Properties) -> Result<GridDescription, ImportError> {
+        let node = properties.node;
+        // Colours are not converted where there is one channel.
+        properties.ignore(&["raw", "accel"]);
+        let file = properties
+            .string("filename")?
+            .ok_or_else(|| node.malformed("`filename` is missing"))?;
+        let filter = match properties.string("filter_type")?.unwrap_or("trilinear") {
+            "trilinear" => GridFilter::Trilinear,
+            "nearest" => GridFilter::Nearest,
+            other => return Err(node.unsupported(format!("unknown `filter_type` `{other}`"))),
+        };
+        let wrap = properties.string("wrap_mode")?.unwrap_or("clamp");
+        if wrap != "clamp" {
+            return Err(node.unsupported(format!("the `wrap_mode` `{wrap}` is not supported, only `clamp`")));
+        }
+        let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+        let by_file = properties.boolean("use_grid_bbox")?.unwrap_or(false);
+        let path = node.resolve(file, self.loading);
+        let bytes = self.loading.read(&path);
+        let volume = bytes
+            .and_then(|bytes| parse_vol(&bytes, &path))
+            .map_err(|source| Self::referenced(node, source))?;
+        if volume.channels != 1 {
+            return Err(node.unsupported(format!(
+                "a grid of {} channels is not supported, only of one",
+                volume.channels
+            )));
+        }
+        if let Some(index) = volume.values.iter().position(|&value| value < 0.0) {
+            let value = volume.values[index];
+            return Err(node.malformed(format!("value {index} of the grid is negative: {value}")));
+        }
+        let unit_to_box = if by_file {
+            let [least, greatest] = volume.bounds.map(|corner| corner.as_dvec3());
+            DAffine3::from_translation(least) * DAffine3::from_scale(greatest - least)
+        } else {
+            DAffine3::IDENTITY
+        };
+        let to_world = to_world * unit_to_box;
+        let inverse = to_world.inverse();
+        let sound = |map: &DAffine3| map.is_finite() && map.matrix3.determinant() != 0.0;
+        if !(sound(&to_world) && inverse.is_finite() && inverse.matrix3.mul_vec3(DVec3::ONE).is_finite()) {
+            return Err(node.malformed("`to_world` is singular"));
+        }
+        Ok(GridDescription {
+            resolution: volume.resolution,
+            values: volume.values.into(),
+            filter,
+            to_world: to_world.as_affine3a(),
+        })
     }
-    let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
-    let by_file = properties.boolean("use_grid_bbox")?.unwrap_or(false);
-    let path = node.resolve(file);
-    let referenced = |source| ImportError::Referenced {
-        location: node.location(),
-        source: Box::new(source),
-    };
-    let volume = read_vol(&path).map_err(referenced)?;
-    if volume.channels != 1 {
-        return Err(node.unsupported(format!(
-            "a grid of {} channels is not supported, only of one",
-            volume.channels
-        )));
-    }
-    if let Some(index) = volume.values.iter().position(|&value| value < 0.0) {
-        let value = volume.values[index];
-        return Err(node.malformed(format!("value {index} of the grid is negative: {value}")));
-    }
-    let unit_to_box = if by_file {
-        let [least, greatest] = volume.bounds.map(|corner| corner.as_dvec3());
-        DAffine3::from_translation(least) * DAffine3::from_scale(greatest - least)
-    } else {
-        DAffine3::IDENTITY
-    };
-    let to_world = to_world * unit_to_box;
-    let inverse = to_world.inverse();
-    let sound = |map: &DAffine3| map.is_finite() && map.matrix3.determinant() != 0.0;
-    if !(sound(&to_world) && inverse.is_finite() && inverse.matrix3.mul_vec3(DVec3::ONE).is_finite()) {
-        return Err(node.malformed("`to_world` is singular"));
-    }
-    Ok(GridDescription {
-        resolution: volume.resolution,
-        values: volume.values.into(),
-        filter,
-        to_world: to_world.as_affine3a(),
-    })
 }

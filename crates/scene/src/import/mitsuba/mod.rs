@@ -36,7 +36,9 @@ mod values;
 use super::error::ImportError;
 use super::fit;
 use super::image::Encoding;
-use super::xml::{Node, parse_xml, read_xml};
+use super::limits::{LoadLimits, LoadResource};
+use super::loading::Loading;
+use super::xml::{Node, parse_xml};
 use super::{Loaded, Warning};
 use crate::{Image, RenderSettings, SceneDescription};
 use properties::check_tree;
@@ -45,12 +47,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Reads a Mitsuba 3 scene; `defines` replace the file's `<default>`s.
-pub(super) fn load(path: &Path, defines: &[(String, String)]) -> Result<Loaded, ImportError> {
-    import(&read_xml(path, defines)?)
+pub(super) fn load(
+    path: &Path,
+    defines: &[(String, String)],
+    loading: &Loading,
+) -> Result<Loaded, ImportError> {
+    let bytes = loading.read_main(path)?;
+    import(&parse_xml(&bytes, path, defines, loading)?, loading)
 }
 
-/// Parses a Mitsuba 3 scene in memory. `path` is where it would lie: the folder of files that it
-/// refers to.
+/// Parses a Mitsuba 3 scene in memory within the default limits, as [`parse_mitsuba_with`].
 ///
 /// # Errors
 ///
@@ -60,11 +66,29 @@ pub fn parse_mitsuba(
     path: impl AsRef<Path>,
     defines: &[(String, String)],
 ) -> Result<Loaded, ImportError> {
-    import(&parse_xml(text.as_bytes(), path.as_ref(), defines)?)
+    parse_mitsuba_with(text, path, defines, &LoadLimits::default())
+}
+
+/// Parses a Mitsuba 3 scene in memory. `path` is where it would lie: the folder of files that it
+/// refers to.
+///
+/// # Errors
+///
+/// As [`load_with`](super::load_with).
+pub fn parse_mitsuba_with(
+    text: &str,
+    path: impl AsRef<Path>,
+    defines: &[(String, String)],
+    limits: &LoadLimits,
+) -> Result<Loaded, ImportError> {
+    let path = path.as_ref();
+    let loading = Loading::new(path, limits);
+    import(&parse_xml(text.as_bytes(), path, defines, &loading)?, &loading)
 }
 
 /// State of an import.
 struct Importer<'a> {
+    loading: &'a Loading,
     description: SceneDescription,
     warnings: Vec<Warning>,
     /// Elements with an id, wherever they stand.
@@ -79,7 +103,7 @@ struct Importer<'a> {
     depth: u32,
 }
 
-fn import(root: &Node) -> Result<Loaded, ImportError> {
+fn import(root: &Node, loading: &Loading) -> Result<Loaded, ImportError> {
     if root.tag != "scene" {
         return Err(root.malformed(format!("the root is <{}>, expected <scene>", root.tag)));
     }
@@ -89,6 +113,7 @@ fn import(root: &Node) -> Result<Loaded, ImportError> {
     }
     check_tree(root)?;
     let mut importer = Importer {
+        loading,
         description: SceneDescription {
             settings: RenderSettings {
                 samples_per_pixel: 4,
@@ -141,10 +166,20 @@ impl<'a> Importer<'a> {
     }
 
     fn warn(&mut self, node: &Node, message: impl Into<String>) {
-        self.warnings.push(Warning {
+        Warning::push(&mut self.warnings, node.location(), message.into());
+    }
+
+    /// Counts an element that is read once more.
+    fn spend_node(&self, node: &Node) -> Result<(), ImportError> {
+        self.loading.spend(LoadResource::Nodes, 1, || node.location())
+    }
+
+    /// Why a file that `node` refers to could not be read.
+    fn referenced(node: &Node, source: ImportError) -> ImportError {
+        ImportError::Referenced {
             location: node.location(),
-            message: message.into(),
-        });
+            source: Box::new(source),
+        }
     }
 
     fn scene(&mut self, root: &'a Node) -> Result<(), ImportError> {

@@ -7,6 +7,7 @@ use crate::import::error::ImportError;
 use crate::import::xml::Node;
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
+use std::collections::HashSet;
 
 /// Attributes that an element may have, by tag; `None` for a tag that means nothing in a scene.
 fn known_attributes(tag: &str) -> Option<&'static [&'static str]> {
@@ -52,9 +53,9 @@ impl<'a> Properties<'a> {
     ///
     /// Two children have the same name.
     pub(super) fn new(node: &'a Node) -> Result<Self, ImportError> {
-        for (index, child) in node.children.iter().enumerate() {
-            let name = child.attribute("name");
-            if name.is_some() && node.children[..index].iter().any(|c| c.attribute("name") == name) {
+        let mut names = HashSet::new();
+        for child in &node.children {
+            if child.attribute("name").is_some_and(|name| !names.insert(name)) {
                 return Err(child.malformed("the name is taken by an earlier element"));
             }
         }

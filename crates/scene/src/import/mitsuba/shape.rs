@@ -6,10 +6,9 @@ use super::properties::Properties;
 use crate::builtin::turn;
 use crate::import::error::ImportError;
 use crate::import::normals::angle_weighted_normals;
-use crate::import::obj::read_obj;
-use crate::import::ply::read_ply;
 use crate::import::transform::{face_towards, move_mesh, normal_map};
 use crate::import::xml::Node;
+use crate::import::{obj, ply};
 use crate::{Geometry, Material, MediumBoundary, ShapeDescription, SphereGeometry, TriangleMesh};
 use glam::{DAffine3, DVec3};
 
@@ -121,16 +120,13 @@ impl Importer<'_> {
         let file = properties
             .string("filename")?
             .ok_or_else(|| node.malformed("`filename` is missing"))?;
-        let path = node.resolve(file);
-        let read = if kind == "obj" {
-            read_obj(&path)
-        } else {
-            read_ply(&path)
-        };
-        let mut mesh = read.map_err(|source| ImportError::Referenced {
-            location: node.location(),
-            source: Box::new(source),
-        })?;
+        let path = node.resolve(file, self.loading);
+        let bytes = self.loading.read(&path);
+        let read = bytes.and_then(|bytes| match kind {
+            "obj" => obj::parse_within(&bytes, &path, self.loading),
+            _ => ply::parse_within(&bytes, &path, self.loading),
+        });
+        let mut mesh = read.map_err(|source| Self::referenced(node, source))?;
         // Mitsuba turns OBJ's `v` over on reading unless told not to, PLY's only if told to. Here
         // `v` points upwards, which is Mitsuba's turned over.
         let flipped = properties.boolean("flip_tex_coords")?.unwrap_or(kind == "obj");

@@ -4,7 +4,7 @@ use super::Importer;
 use super::properties::Properties;
 use super::values;
 use crate::import::error::ImportError;
-use crate::import::image::{Encoding, read_image};
+use crate::import::image::{Encoding, read_within};
 use crate::import::xml::Node;
 use crate::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Rgb, Wrap};
 use glam::{Affine2, DAffine3, Vec2};
@@ -18,14 +18,12 @@ impl Importer<'_> {
         file: &str,
         encoding: Encoding,
     ) -> Result<Arc<Image>, ImportError> {
-        let key = (node.resolve(file), encoding);
+        let key = (node.resolve(file, self.loading), encoding);
         if let Some(image) = self.images.get(&key) {
             return Ok(image.clone());
         }
-        let image = read_image(&key.0, encoding).map_err(|source| ImportError::Referenced {
-            location: node.location(),
-            source: Box::new(source),
-        })?;
+        let image = read_within(&key.0, encoding, self.loading);
+        let image = image.map_err(|source| Self::referenced(node, source))?;
         let image = Arc::new(image);
         self.images.insert(key, image.clone());
         Ok(image)

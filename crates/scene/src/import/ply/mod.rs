@@ -3,14 +3,16 @@
 //! Read are the element `vertex` with `x y z`, optionally `nx ny nz` and one of `u v`, `s t`,
 //! `texture_u texture_v` (in any order, of any number type), and the element `face` with a list
 //! `vertex_indices` or `vertex_index` of any integer type. Polygons become fans around their first
-//! vertex, which is right for convex ones. Other elements and properties are skipped.
+//! vertex, those of very many vertices are halved; both are right for convex ones. Other elements and properties are skipped.
 
 mod body;
 mod header;
 
 use crate::TriangleMesh;
-use crate::import::error::{ImportError, read_file};
+use crate::import::error::{ImportError, Location};
+use crate::import::loading::Loading;
 use crate::import::normals::mend_normals;
+use crate::import::polygon::triangulate;
 use body::{Ascii, Binary, Numbers};
 use glam::{Vec2, Vec3};
 use header::{Element, Encoding, Header, Property};
@@ -25,7 +27,7 @@ use std::path::Path;
 /// message names the line or the offset.
 pub fn read_ply(path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
     let path = path.as_ref();
-    parse_ply(&read_file(path)?, path)
+    parse_ply(&Loading::of_file().read(path)?, path)
 }
 
 /// Parses a PLY mesh that is already in memory; `path` is for messages only.
@@ -34,16 +36,34 @@ pub fn read_ply(path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
 ///
 /// As [`read_ply`], less those of reading.
 pub fn parse_ply(bytes: &[u8], path: impl AsRef<Path>) -> Result<TriangleMesh, ImportError> {
-    let path = path.as_ref();
-    let header = Header::parse(bytes, path)?;
-    match header.encoding {
-        Encoding::Ascii => parse_body(&header, Ascii::new(bytes, header.body, header.body_line), path),
-        Encoding::LittleEndian => parse_body(&header, Binary::<false>::new(bytes, header.body), path),
-        Encoding::BigEndian => parse_body(&header, Binary::<true>::new(bytes, header.body), path),
-    }
+    parse_within(bytes, path.as_ref(), &Loading::of_file())
 }
 
-fn parse_body<N: Numbers>(header: &Header, mut numbers: N, path: &Path) -> Result<TriangleMesh, ImportError> {
+/// Parses within the budget of a loading.
+pub(super) fn parse_within(
+    bytes: &[u8],
+    path: &Path,
+    loading: &Loading,
+) -> Result<TriangleMesh, ImportError> {
+    let header = Header::parse(bytes, path)?;
+    let (body, line) = (header.body, header.body_line);
+    let mesh = match header.encoding {
+        Encoding::Ascii => parse_body(&header, Ascii::new(bytes, body, line), path, loading),
+        Encoding::LittleEndian => parse_body(&header, Binary::<false>::new(bytes, body), path, loading),
+        Encoding::BigEndian => parse_body(&header, Binary::<true>::new(bytes, body), path, loading),
+    }?;
+    loading.spend_mesh(mesh.positions.len(), mesh.indices.len(), || Location::file(path))?;
+    Ok(mesh)
+}
+
+fn parse_body<N: Numbers>(
+    header: &Header,
+    mut numbers: N,
+    path: &Path,
+    loading: &Loading,
+) -> Result<TriangleMesh, ImportError> {
+    // Vertices and triangles that there may be; reading ends at the first one too many.
+    let most = usize::try_from(loading.vertices_left()).unwrap_or(usize::MAX);
     let mut mesh = TriangleMesh::default();
     let mut seen_vertices = false;
     let mut seen_faces = false;
@@ -51,16 +71,19 @@ fn parse_body<N: Numbers>(header: &Header, mut numbers: N, path: &Path) -> Resul
         let outcome = match element.name.as_str() {
             "vertex" if !seen_vertices => {
                 seen_vertices = true;
-                read_vertices(element, header.encoding, &mut numbers, &mut mesh)
+                read_vertices(element, header.encoding, most, &mut numbers, &mut mesh)
             }
             "face" if seen_vertices && !seen_faces => {
                 seen_faces = true;
-                read_faces(element, header.encoding, &mut numbers, &mut mesh)
+                read_faces(element, header.encoding, most, &mut numbers, &mut mesh)
             }
             "vertex" | "face" => Err("expected one element `vertex`, then one element `face`".to_owned()),
             _ => skip_element(element, &mut numbers),
         };
         outcome.map_err(|message| ImportError::malformed(numbers.location(path), message))?;
+        if mesh.positions.len() + mesh.indices.len() > most {
+            return Err(loading.too_many_vertices(numbers.location(path)));
+        }
     }
     if mesh.indices.is_empty() {
         return Err(ImportError::malformed(
@@ -90,6 +113,7 @@ fn vertex_slot(name: &str) -> usize {
 fn read_vertices(
     element: &Element,
     encoding: Encoding,
+    most: usize,
     numbers: &mut impl Numbers,
     mesh: &mut TriangleMesh,
 ) -> Result<(), String> {
@@ -99,11 +123,11 @@ fn read_vertices(
         return Err("the vertices lack one of the properties `x`, `y`, `z`".into());
     }
     let (with_normals, with_uvs) = (has(&[3, 4, 5]), has(&[6, 7]));
-    let capacity = element.capacity(encoding, numbers.remaining());
+    let capacity = element.capacity(encoding, numbers.remaining()).min(most);
     mesh.positions.reserve(capacity);
     mesh.normals.reserve(if with_normals { capacity } else { 0 });
     mesh.uvs.reserve(if with_uvs { capacity } else { 0 });
-    for vertex in 0..element.count {
+    for vertex in 0..element.count.min(most.saturating_add(1)) {
         let at_vertex = |what: &str| format!("{what} (vertex {vertex})");
         let mut values = [0.0_f32; 9];
         for (property, &slot) in element.properties.iter().zip(&slots) {
@@ -133,6 +157,7 @@ fn read_vertices(
 fn read_faces(
     element: &Element,
     encoding: Encoding,
+    most: usize,
     numbers: &mut impl Numbers,
     mesh: &mut TriangleMesh,
 ) -> Result<(), String> {
@@ -143,9 +168,13 @@ fn read_faces(
         None => return Err("the faces lack the list `vertex_indices`".into()),
     }
     let vertices = mesh.positions.len() as f64;
-    mesh.indices
-        .reserve(element.capacity(encoding, numbers.remaining()));
+    let mut polygon = Vec::new();
+    let capacity = element.capacity(encoding, numbers.remaining());
+    mesh.indices.reserve(capacity.min(most));
     for face in 0..element.count {
+        if mesh.indices.len() > most {
+            break;
+        }
         let at_face = |what: &str| format!("{what} (face {face})");
         for property in &element.properties {
             match *property {
@@ -162,12 +191,11 @@ fn read_faces(
                             Err(at_face(&format!("index {value} of {vertices} vertices")))
                         }
                     };
-                    let (first, mut last) = (index()?, index()?);
-                    for _ in 2..corners {
-                        let next = index()?;
-                        mesh.indices.push([first, last, next]);
-                        last = next;
+                    polygon.clear();
+                    for _ in 0..corners.min(most as u64 + 3) {
+                        polygon.push(index()?);
                     }
+                    triangulate(&polygon, &mut mesh.indices);
                 }
                 Property::List { count, of, .. } => skip_list(numbers, count, of).map_err(|e| at_face(&e))?,
                 Property::Scalar { of, .. } => {

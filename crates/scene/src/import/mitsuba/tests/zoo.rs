@@ -373,5 +373,5 @@ fn deep_nesting_is_an_error_and_no_overflow() {
         "<bsdf type=\"twosided\">".repeat(100_000),
         "</bsdf>".repeat(100_000)
     );
-    assert!(message(&deep).contains("nested"));
+    assert!(message(&deep).contains("levels of nesting"));
 }
