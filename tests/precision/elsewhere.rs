@@ -81,7 +81,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-resampling",
         "held to exact enumeration of all outcomes, to 10⁻¹², by the crate's tests",
         "Choose::accept MergeRule::merge MergeRule::merge_and_integrate MergeReport::effective_count PairwiseStream::exchanged PairwiseStream::finish PairwiseStream::neighbour PairwiseStream::new \
-         Reuse::paired Reuse::spatial Reuse::spatial_integrated Reuse::spatial_rounds Reuse::temporal Ris::reservoir integrate merge \
+         Reuse::paired Reuse::spatial Reuse::spatial_integrated Reuse::spatial_rounds Reuse::temporal Ris::drawn Ris::reservoir integrate merge \
          merge_and_integrate round_trip Carried::new",
     ),
     (
@@ -92,7 +92,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-shift",
         "gives what it holds, or checks and stores",
-        "Connectability::hybrid Connectability::min_distance Connectability::min_roughness \
+        "Connection::to_delta Connectability::hybrid Connectability::min_distance Connectability::min_roughness \
          Connectability::reconnection ConnectionReach::least_length LobeDirection::of_single_lobe \
          MeasuredJacobian::determinant MeasuredJacobian::new PathDomain::behind PathDomain::first \
          PathSample::contribution PathSample::target PathShift::with_jacobian_limit VolumePath::connect \
@@ -116,7 +116,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-shift",
         "held to densities and determinants of whole paths by the crate's tests and the integrator's",
-        "FollowPaths::estimate FollowPaths::settled trace_suffix",
+        "FollowPaths::estimate FollowPaths::settled check_world trace_suffix",
     ),
     (
         "lightshed-lights",
@@ -166,7 +166,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-scene",
         "gives what it holds, or checks and stores",
         "Channel::of DiffuseLanes::origin_towards DiffuseLanes::seen_from Environment::constant_radiance FlatScene::corners GridField::clip \
-         GridField::field_ray HitBatch::get HitBatch::set Image::from_linear Image::texels Material::at Medium::albedo Medium::emission_per_collision \
+         GridField::field_ray HitBatch::get HitBatch::set Image::from_linear Image::texels LoadLimits::set Material::at Medium::albedo Medium::emission_per_collision \
          Medium::extinction MediumEmission::radiance MediumSides::towards Ray::new Ray::segment RayBatch::fill RayBatch::get RayBatch::load RayBatch::set \
          RayBatch::store RayBatch::store_compressed Scene::bounds Scene::bsdf Scene::coordinates Scene::diffuse_lanes Scene::extent \
          Scene::medium_around Checkerboard::at",

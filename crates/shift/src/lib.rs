@@ -9,6 +9,7 @@
 //! | random replay, reconnection, hybrid | [`PathShift`] with [`Connectability`] |
 //! | one scattering event: copies of a vertex, a direction, a half vector | [`LocalShift`], [`VertexCopy`], [`DirectionCopy`], [`HalfVectorCopy`] |
 //! | paths through volumes: their coordinates, their integrand, the shift between pixels | [`VolumePath`], [`VolumeWorld`], [`VolumePathShift`] |
+//! | whether a renderer's world keeps the laws that shifts rest on | [`check_world`] |
 //! | determinants that know their measure | [`MeasuredJacobian`], [`reconnection_jacobian`] |
 //!
 //! [`PathDomain`] and [`PathShift`] are a `Domain` and a `ShiftMapping` of `lightshed-resampling`:
@@ -18,6 +19,7 @@
 //! Real-Time Ray Tracing*, ch. 6 and app. B).
 #![forbid(unsafe_code)]
 
+mod check;
 mod connectability;
 mod domain;
 mod jacobian;
@@ -35,6 +37,7 @@ mod volume;
 mod walk;
 mod world;
 
+pub use check::{WorldFault, WorldFaults, WorldLaw, WorldTally, check_world};
 pub use connectability::{Connectability, ConnectabilityError};
 pub use domain::PathDomain;
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};

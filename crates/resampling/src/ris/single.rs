@@ -34,7 +34,9 @@ impl<X, S: Space> Ris<X, S> {
     }
 
     /// A candidate `x` with `p̂(x)` and its contribution weight (`1/p` where drawn from a density).
-    /// Every candidate drawn must be handed in, those with a zero target too: they count in `M`.
+    /// Every candidate drawn must be handed in: those with a zero target, and by
+    /// [`null_candidate`](Self::null_candidate) those that a sampler did not produce. They count in
+    /// `M`.
     #[inline(always)]
     pub fn candidate<R: Storage>(
         &mut self,
@@ -47,6 +49,30 @@ impl<X, S: Space> Ris<X, S> {
         self.candidates += 1;
         self.selection
             .offer((x, target), product([target, weight.value().to_f64()]), choose)
+    }
+
+    /// A candidate that the sampler did not produce, such as a light sampler's `None`: it counts in
+    /// `M` as a sample of value zero. Left out, `W_Y` is too large by the share of such samples.
+    #[inline(always)]
+    pub fn null_candidate(&mut self) {
+        self.candidates += 1;
+    }
+
+    /// A sampler's answer: [`candidate`](Self::candidate) of `(x, p̂(x), W)`, or
+    /// [`null_candidate`](Self::null_candidate).
+    #[inline(always)]
+    pub fn drawn<R: Storage>(
+        &mut self,
+        candidate: Option<(X, f64, ContributionWeight<S, R>)>,
+        choose: &mut impl Choose,
+    ) -> bool {
+        match candidate {
+            Some((x, target, weight)) => self.candidate(x, target, weight, choose),
+            None => {
+                self.null_candidate();
+                false
+            }
+        }
     }
 
     /// The outcome of an earlier stage as a candidate, with this stage's target. An empty one
@@ -63,7 +89,7 @@ impl<X, S: Space> Ris<X, S> {
         match reservoir.weighted_sample() {
             Some((x, weight)) => self.candidate(x.clone(), target(x), weight, choose),
             None => {
-                self.candidates += 1;
+                self.null_candidate();
                 false
             }
         }
@@ -141,6 +167,12 @@ impl<X: Clone, S: Space, const N: usize> RisMany<X, S, N> {
             });
     }
 
+    /// A candidate that the sampler did not produce; see [`Ris::null_candidate`].
+    #[inline]
+    pub fn null_candidate(&mut self) {
+        self.candidates += 1;
+    }
+
     /// The `N` samples. An estimate of `∫ f` is the *mean* of their `f(Y) W_Y`.
     pub fn finish<R: Storage>(self, confidence: f32) -> [Reservoir<X, S, R>; N] {
         let integral = if self.candidates > 0 {
@@ -167,5 +199,40 @@ pub(super) fn finished<X, S: Space, R: Storage>(
             Reservoir::assembled(Some(x), weight, empty.confidence())
         }
         None => empty,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::Counting;
+    use crate::weight::Tractable;
+
+    /// A sampler that fails half of the time and else gives `x` with `p = ½`, and the target 3: over
+    /// all outcomes of two draws the mean of `Σ w` is 3. Failures that are left out make it 4.5.
+    #[test]
+    fn candidates_that_were_not_drawn_count() {
+        let weight = Tractable::<Counting>::from_density(0.5).unwrap().weight();
+        let outcomes = [[false, false], [false, true], [true, false], [true, true]];
+        let mean = |leave_out: bool| {
+            let integrals = outcomes.map(|drawn| {
+                let mut ris = Ris::<u32, Counting>::new();
+                for drawn in drawn {
+                    let candidate = drawn.then_some((7, 3.0, weight));
+                    if drawn || !leave_out {
+                        ris.drawn::<f32>(candidate, &mut lightshed_sampling::CounterRng::new(1, 2, 3));
+                    }
+                }
+                ris.target_integral()
+            });
+            integrals.iter().sum::<f64>() / 4.0
+        };
+        assert_eq!(mean(false), 3.0);
+        assert_eq!(mean(true), 4.5);
+        let mut many = RisMany::<u32, Counting, 1>::new();
+        many.null_candidate();
+        many.candidate(&7, 3.0, weight, &mut lightshed_sampling::CounterRng::new(1, 2, 3));
+        let [one]: [Reservoir<u32, Counting>; 1] = many.finish(1.0);
+        assert_eq!(one.estimate(|_| 3.0), 3.0);
     }
 }

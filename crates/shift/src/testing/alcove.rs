@@ -3,8 +3,8 @@
 
 use super::shapes::Shape;
 use crate::world::{
-    Connection, Endpoint, EndpointDensity, LobeDirection, Place, RayKind, Scattering, WorldGeometry,
-    WorldLighting, WorldScattering,
+    Connection, Endpoint, LobeDirection, Place, RayKind, Scattering, WorldGeometry, WorldLighting,
+    WorldScattering,
 };
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{CosineHemisphere, Density, Frame, SolidAngle, UniformSphere};
@@ -413,17 +413,18 @@ impl WorldLighting for Alcove {
         };
         let d = position - from.position;
         let origin = Self::offset(from, d);
-        Some(Connection {
-            direction: d.normalize(),
-            radiance: intensity / d.length_squared(),
-            pdf: Density::new(self.choice()),
-            own_density: EndpointDensity::Probability(self.choice()),
-            ray: Ray {
-                origin,
-                direction: position - origin,
-                range: [0.0, 1.0],
-            },
-        })
+        let ray = Ray {
+            origin,
+            direction: position - origin,
+            range: [0.0, 1.0],
+        };
+        let irradiance = intensity / d.length_squared();
+        Some(Connection::to_delta(
+            d.normalize(),
+            irradiance,
+            self.choice(),
+            ray,
+        ))
     }
 }
 

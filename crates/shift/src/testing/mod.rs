@@ -2,6 +2,7 @@
 //! [`World`](crate::World).
 
 mod alcove;
+mod checks;
 mod determinants;
 mod evaluation;
 mod integrals;

@@ -137,6 +137,20 @@ impl EndpointDensity {
     }
 }
 
+impl<R> Connection<R> {
+    /// To an emitter that only emitter sampling finds: `irradiance` at normal incidence out of
+    /// `direction`, from an emitter that is chosen with `probability`.
+    pub fn to_delta(direction: Vec3, irradiance: Vec3, probability: f32, ray: R) -> Self {
+        Self {
+            direction,
+            radiance: irradiance,
+            pdf: Density::new(probability),
+            own_density: EndpointDensity::Probability(probability),
+            ray,
+        }
+    }
+}
+
 /// What an [`Endpoint`] sends to a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connection<R> {
