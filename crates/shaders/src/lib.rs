@@ -6,8 +6,10 @@
 //! are to stand together in one folder (a package path such as `package::lightshed`), since they
 //! import each other by `super::`.
 //!
+//! Without a linker, [`bundle`] joins any modules that need no host into one text of WGSL.
+//!
 //! WESL linkers — the crate `wesl`, or an engine that has one — take the modules as they are.
-//! Without one, [`Module::wgsl`] is the same linked to plain WGSL, every declaration of the module
+//! [`Module::wgsl`] is the same linked to plain WGSL, every declaration of the module
 //! kept by its name, those of others with a prefix; modules that need a host have none. A test
 //! links it anew and compares: it lies in the folder `generated`, and nobody edits it.
 //!
@@ -26,10 +28,12 @@
 //! * What calls `exp`, `log`, `sin`, `cos` or `atan2` is as good as the device's; the crate
 //!   `lightshed-gpu` has the tests and the bounds.
 
+mod bundle;
 #[cfg(feature = "link")]
 mod link;
 mod modules;
 
+pub use bundle::{BundleError, bundle};
 #[cfg(feature = "link")]
 pub use link::{LinkError, Linker};
 pub use modules::{MODULES, Module, module};

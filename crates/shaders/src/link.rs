@@ -54,9 +54,30 @@ impl std::error::Error for LinkError {}
 impl LinkError {
     fn new(error: impl fmt::Display) -> Self {
         Self {
-            message: error.to_string(),
+            message: without_escapes(&error.to_string()),
         }
     }
+}
+
+/// The text without a terminal's escape sequences (`ESC [ … m`), which the linker colours it with.
+fn without_escapes(text: &str) -> String {
+    let mut parts = text.split('\u{1b}');
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let end = part.find(|c: char| c.is_ascii_alphabetic());
+        plain += end.map_or("", |end| &part[end + 1..]);
+    }
+    plain
+}
+
+#[test]
+fn messages_have_no_escapes() {
+    assert_eq!(without_escapes("a \u{1b}[1;31mred\u{1b}[0m word"), "a red word");
+    let error = Linker::new()
+        .module("package::main", "fn main( {")
+        .link("package::main");
+    let message = error.unwrap_err().to_string();
+    assert!(!message.contains('\u{1b}'), "{message:?}");
 }
 
 impl<'a> Linker<'a> {

@@ -3,7 +3,7 @@
 //!
 //! `LIGHTSHED_RELINK=1 cargo test -p lightshed-shaders --test linked` writes it anew.
 
-use lightshed_shaders::{Linker, MODULES};
+use lightshed_shaders::{Linker, MODULES, bundle};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -164,4 +164,47 @@ fn faults_are_found() {
         .keep_all()
         .link("package::main");
     assert!(missing.is_err());
+}
+
+/// Any two modules that need no host, and all of them together, make one valid text that has each
+/// declaration once and the names of both. Two texts joined as they are do not.
+#[test]
+fn any_two_modules_make_a_bundle() {
+    let plain: Vec<&str> = MODULES
+        .iter()
+        .filter(|m| m.host.is_empty())
+        .map(|m| m.name)
+        .collect();
+    let (mut pairs, mut clashes) = (0, 0);
+    for (i, first) in plain.iter().enumerate() {
+        for second in &plain[i + 1..] {
+            let text = bundle(&[first, second]).unwrap_or_else(|error| panic!("{error}"));
+            let module = validate(&format!("{first} and {second}"), &text);
+            for name in [first, second] {
+                let own = validate(name, lightshed_shaders::module(name).unwrap().wgsl.unwrap());
+                for (_, function) in own.functions.iter() {
+                    let name = function.name.as_deref().unwrap();
+                    let is_there = module
+                        .functions
+                        .iter()
+                        .any(|(_, f)| f.name.as_deref() == Some(name));
+                    assert!(
+                        is_there || name.starts_with("package_"),
+                        "{first}, {second}: {name}"
+                    );
+                }
+            }
+            pairs += 1;
+            let texts = [first, second].map(|name| lightshed_shaders::module(name).unwrap().wgsl.unwrap());
+            clashes += usize::from(naga::front::wgsl::parse_str(&texts.concat()).is_err());
+        }
+    }
+    println!("{pairs} pairs, {clashes} of which cannot be joined as they are");
+    assert!(clashes > 0);
+    let all = bundle(&plain).unwrap_or_else(|error| panic!("{error}"));
+    validate("all", &all);
+    assert!(
+        !all.contains("package_lightshed_"),
+        "what is asked for has its own name"
+    );
 }
