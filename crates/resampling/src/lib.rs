@@ -21,6 +21,7 @@ mod reuse;
 mod ris;
 mod selection;
 mod space;
+mod stochastic_mis;
 mod storage;
 mod weight;
 
@@ -43,6 +44,7 @@ pub use reuse::{
 pub use ris::{MixtureRis, Ris, RisMany, balance_over_techniques};
 pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplacement};
 pub use space::{Counting, Given, Joint, Space};
+pub use stochastic_mis::{ChainTile, Exchange, SetWeight, TileScratch, permute, spatial_smis, temporal_smis};
 pub use storage::Storage;
 pub use weight::{ConditionallyIndependent, ContributionWeight, Tractable, WeightError};
 

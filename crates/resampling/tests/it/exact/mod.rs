@@ -8,3 +8,4 @@ mod finite;
 mod merging;
 mod reuse;
 mod stages;
+mod stochastic_mis;
