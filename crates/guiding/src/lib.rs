@@ -1,4 +1,5 @@
-//! Guides that learn from paths where light comes from, and caches of the lights that are visible.
+//! Guides that learn from paths where light comes from, chains of lobes that need no list of
+//! lights, and caches of the lights that are visible.
 //!
 //! Scene-agnostic: knows positions, directions and radiance, and lights as the crate
 //! `lightshed-lights` does. A renderer records samples while it traces paths, updates once a pass
@@ -19,6 +20,7 @@ mod binary_tree;
 mod error;
 mod field;
 mod light_cache;
+mod markov;
 mod model;
 mod options;
 mod partition;
@@ -40,6 +42,10 @@ pub use light_cache::{
     BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, LightCache,
     LightCacheOptions, LightCacheReport, LightRecord, LightTreeCache, LightTreeCacheOptions, MAX_BUCKET,
 };
+pub use markov::{
+    ApparentDistance, Discovery, Finding, MarkovChain, MarkovModel, MarkovOptions, MarkovState, OFFSET_WORDS,
+    Proposal, SeenLobe, TargetLobe, neighbour_offset,
+};
 pub use model::DirectionalModel;
 pub use options::{FieldOptions, Interpolation};
 pub use partition::Partition;
@@ -49,7 +55,8 @@ pub use quadtree::{
 pub use sample::{GuidingSample, TrainingSample};
 pub use saved::SavedField;
 pub use vmf::{
-    MAX_CONCENTRATION, MAX_LOBES, VmfFit, VmfFitOptions, VmfLobe, VmfMixture, VmfSample, concentration_of,
+    MAX_CONCENTRATION, MAX_LOBES, VmfFit, VmfFitOptions, VmfLobe, VmfMixture, VmfModel, VmfSample,
+    concentration_of,
 };
 pub use weighted_tree::{
     WeightedDirections, WeightedNode, WeightedTree, WeightedTreeModel, WeightedTreeOptions,

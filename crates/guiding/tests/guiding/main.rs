@@ -3,4 +3,5 @@
 mod directions;
 mod field;
 mod light_cache;
+mod markov;
 mod vmf;

@@ -1,0 +1,95 @@
+//! A chain's transitions (Dittebrandt 2025 Algorithm 4).
+
+use super::options::MarkovOptions;
+use super::state::MarkovState;
+use glam::Vec3;
+
+/// What sampled a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proposal {
+    /// The lobe of the state that samples.
+    Lobe,
+    /// What scatters at the point: a large step.
+    Scattering,
+}
+
+/// Light that a direction found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// Where it came from; [apparently](super::ApparentDistance), if it was reflected or refracted
+    /// on the way.
+    pub place: Vec3,
+    /// `f`: luminance of radiance times BSDF and cosine, over the density of the mixture that
+    /// really sampled the direction. Not clamped, and with all factors of roulette.
+    pub estimate: f32,
+}
+
+/// The chain of a pixel or cell within a frame: the state that it keeps.
+///
+/// The state that samples is not part of it: chains trade those ([`MarkovState`]). What is kept
+/// begins empty in every frame, so that what no sample confirms is forgotten.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarkovChain {
+    /// `S_c`.
+    kept: MarkovState,
+}
+
+impl MarkovChain {
+    /// Nothing is kept yet.
+    pub const START: Self = Self {
+        kept: MarkovState::EMPTY,
+    };
+
+    /// Lets `state`, by which a direction at `from` was proposed, learn from what it found (`None`:
+    /// no light), and keeps it with the probability of Metropolis, `min(1, f/f_kept)`; `u` is
+    /// uniform in [0, 1).
+    ///
+    /// - A large step that is accepted makes the state anew. One that is not tells nothing about
+    ///   the lobe, which does not learn from it.
+    /// - What is kept is the state after it has learnt: the listing copies it before, which would
+    ///   leave the state of a large step without weight for ever.
+    pub fn advance(
+        &mut self,
+        state: &mut MarkovState,
+        from: Vec3,
+        proposal: Proposal,
+        found: Option<Finding>,
+        u: f32,
+        options: &MarkovOptions,
+    ) {
+        let found = found.filter(|found| found.estimate > 0.0 && found.place.is_finite());
+        let Some(Finding { place, estimate }) = found else {
+            if proposal == Proposal::Lobe && state.is_valid() {
+                state.miss(options);
+            }
+            return;
+        };
+        let estimate = estimate.min(f32::MAX);
+        let accepted = !self.kept.is_valid() || u * self.kept.score() < estimate;
+        if accepted && proposal == Proposal::Scattering {
+            *state = MarkovState::EMPTY;
+        }
+        if accepted {
+            *state = state.with_score(estimate);
+        }
+        if accepted || proposal == Proposal::Lobe {
+            state.learn(from, place, estimate, options);
+        }
+        if accepted {
+            self.kept = *state;
+        }
+    }
+
+    /// What the frame leaves: the state that was kept, or else what `before` was, its score times
+    /// [`MarkovOptions::survival`].
+    #[must_use]
+    pub fn finish(&self, before: &MarkovState, options: &MarkovOptions) -> MarkovState {
+        if self.kept.is_valid() {
+            return self.kept;
+        }
+        match options.survival * before.score() {
+            score if score > 0.0 => before.with_score(score),
+            _ => MarkovState::EMPTY,
+        }
+    }
+}
