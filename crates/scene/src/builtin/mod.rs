@@ -1,5 +1,6 @@
 //! Scenes made in code: no file is read, and each is the same every time.
 
+mod candles;
 mod cornell;
 mod doorway;
 mod furnace;
@@ -8,11 +9,14 @@ mod lighthouse;
 mod many_lights;
 mod mesh;
 mod noise;
+mod pool;
+mod sequence;
 mod volumes;
 mod warehouse;
 
 use crate::SceneDescription;
 
+pub use candles::candles;
 pub use cornell::{cornell, cornell_glossy};
 pub use doorway::doorway;
 pub use furnace::furnace;
@@ -22,11 +26,13 @@ pub use many_lights::many_lights;
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
+pub use pool::{pool, pool_at};
 pub use volumes::{cloud, fire, smoke_in_cornell};
 pub use warehouse::warehouse;
 
 /// Names that [`by_name`] knows.
-pub const NAMES: [&str; 10] = [
+pub const NAMES: [&str; 12] = [
+    "candles",
     "cloud",
     "cornell",
     "cornell-glossy",
@@ -35,6 +41,7 @@ pub const NAMES: [&str; 10] = [
     "furnace",
     "lighthouse",
     "many-lights",
+    "pool",
     "smoke-in-cornell",
     "warehouse",
 ];
@@ -51,6 +58,7 @@ pub fn by_name(name: &str) -> Option<SceneDescription> {
         };
     }
     Some(match name {
+        "candles" => candles(),
         "cloud" => cloud(),
         "cornell" => cornell(),
         "cornell-glossy" => cornell_glossy(),
@@ -59,6 +67,7 @@ pub fn by_name(name: &str) -> Option<SceneDescription> {
         "furnace" => furnace(),
         "lighthouse" => lighthouse(),
         "many-lights" => many_lights(),
+        "pool" => pool(),
         "smoke-in-cornell" => smoke_in_cornell(),
         "warehouse" => warehouse(),
         _ => return None,
