@@ -6,6 +6,7 @@
 //! | how any of them chooses emitters: by power, or for the point that they light | [`EmitterSampler`], [`LightSelection`] |
 //! | directions by a guide; who is told of paths | [`DirectionGuide`], [`PathObserver`] |
 //! | paths guided by what earlier frames found | [`GuidedPaths`], [`SceneField`] |
+//! | light by Markov chain mixtures, without a list of lights | [`Mixture`] |
 //! | paths through participating media | [`VolumePathTracer`] |
 //! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
 //! | all methods by name, with what they can do and their options | [`METHODS`], [`Method`], [`Stage`] |
@@ -27,6 +28,7 @@ mod emitter_sampler;
 mod guided;
 mod light_selection;
 mod light_training;
+mod mixture;
 mod path;
 mod ray_batch;
 mod registry;
@@ -50,6 +52,9 @@ pub use guided::{
 };
 pub use light_selection::{LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point};
 pub use lightshed_film as film;
+pub use mixture::{
+    MAX_MIXTURE_STEPS, Mixture, MixtureError, MixtureOptions, MixtureSets, TILE_SIZES, UnknownSets,
+};
 pub use path::PathTracer;
 pub use path::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE, NoDirections, NoGuide};
 pub use path::observer::{

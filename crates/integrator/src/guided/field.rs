@@ -4,7 +4,7 @@ use super::options::{GuideKind, GuidedPathsOptions};
 use crate::path::guide::{DirectionGuide, GuidedVertex};
 use lightshed_guiding::{
     BinaryTree, CompressedQuadtree, FieldUpdate, Guidance, GuidingError, GuidingField, GuidingSample,
-    QuadtreeModel, WeightedDirections, WeightedTreeModel,
+    MAX_LOBES, MarkovModel, QuadtreeModel, VmfMixture, VmfModel, WeightedDirections, WeightedTreeModel,
 };
 use lightshed_lights::Bounds;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
@@ -19,15 +19,23 @@ pub enum SceneField {
     Quadtree(GuidingField<QuadtreeModel>),
     /// Quadtrees with weights in a binary tree.
     SdTree(GuidingField<WeightedTreeModel, BinaryTree>),
+    /// Mixtures of lobes in an octree.
+    Vmf(GuidingField<VmfModel>),
+    /// Chains of lobes in an octree.
+    Mixture(GuidingField<MarkovModel>),
 }
 
 /// What a [`SceneField`] knows at a vertex.
+// Lobes are many numbers, which live on the stack of one vertex: a box would be an allocation.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub enum FieldDirections<'a> {
     /// A quadtree of a few bits.
     Quadtree(CompressedQuadtree<'a>),
     /// A quadtree with weights.
     SdTree(WeightedDirections<'a>),
+    /// Lobes.
+    Lobes(VmfMixture),
 }
 
 impl SceneField {
@@ -47,6 +55,14 @@ impl SceneField {
                 let model = WeightedTreeModel::new(options.weighted)?;
                 Self::SdTree(GuidingField::new(bounds, model, options.field)?)
             }
+            GuideKind::Vmf => {
+                let model = VmfModel::new(options.vmf)?;
+                Self::Vmf(GuidingField::new(bounds, model, options.field)?)
+            }
+            GuideKind::Mixture => {
+                let model = MarkovModel::new(options.chains, MAX_LOBES as u32)?;
+                Self::Mixture(GuidingField::new(bounds, model, options.field)?)
+            }
         })
     }
 
@@ -56,6 +72,8 @@ impl SceneField {
         match self {
             Self::Quadtree(field) => field.record(samples),
             Self::SdTree(field) => field.record(samples),
+            Self::Vmf(field) => field.record(samples),
+            Self::Mixture(field) => field.record(samples),
         }
     }
 
@@ -67,6 +85,8 @@ impl SceneField {
         match self {
             Self::Quadtree(field) => field.update(),
             Self::SdTree(field) => field.update(),
+            Self::Vmf(field) => field.update(),
+            Self::Mixture(field) => field.update(),
         }
     }
 
@@ -75,6 +95,8 @@ impl SceneField {
         match self {
             Self::Quadtree(field) => field.forget_samples(),
             Self::SdTree(field) => field.forget_samples(),
+            Self::Vmf(field) => field.forget_samples(),
+            Self::Mixture(field) => field.forget_samples(),
         }
     }
 
@@ -83,6 +105,8 @@ impl SceneField {
         match self {
             Self::Quadtree(field) => field.mean_share(),
             Self::SdTree(field) => field.mean_share(),
+            Self::Vmf(field) => field.mean_share(),
+            Self::Mixture(field) => field.mean_share(),
         }
     }
 
@@ -91,6 +115,8 @@ impl SceneField {
         match self {
             Self::Quadtree(field) => field.learnt_regions(),
             Self::SdTree(field) => field.learnt_regions(),
+            Self::Vmf(field) => field.learnt_regions(),
+            Self::Mixture(field) => field.learnt_regions(),
         }
     }
 }
@@ -101,6 +127,7 @@ impl DirectionDistribution for FieldDirections<'_> {
         match self {
             Self::Quadtree(directions) => directions.sample(u),
             Self::SdTree(directions) => directions.sample(u),
+            Self::Lobes(directions) => directions.sample(u),
         }
     }
 
@@ -109,6 +136,7 @@ impl DirectionDistribution for FieldDirections<'_> {
         match self {
             Self::Quadtree(directions) => directions.pdf(direction),
             Self::SdTree(directions) => directions.pdf(direction),
+            Self::Lobes(directions) => directions.pdf(direction),
         }
     }
 }
@@ -126,6 +154,14 @@ impl DirectionGuide for SceneField {
             Self::SdTree(field) => {
                 let Guidance { directions, share } = field.at(vertex.position)?;
                 Some((FieldDirections::SdTree(directions), share))
+            }
+            Self::Vmf(field) => {
+                let Guidance { directions, share } = field.at(vertex.position)?;
+                Some((FieldDirections::Lobes(directions), share))
+            }
+            Self::Mixture(field) => {
+                let Guidance { directions, share } = field.at(vertex.position)?;
+                Some((FieldDirections::Lobes(directions), share))
             }
         }
     }

@@ -1,6 +1,8 @@
 //! What guides, and how it is trained.
 
-use lightshed_guiding::{FieldOptions, GuidingError, QuadtreeOptions, WeightedTreeOptions};
+use lightshed_guiding::{
+    FieldOptions, GuidingError, MarkovOptions, QuadtreeOptions, VmfFitOptions, WeightedTreeOptions,
+};
 use lightshed_sampling::PointSet;
 use std::fmt;
 use std::str::FromStr;
@@ -13,17 +15,23 @@ pub enum GuideKind {
     Quadtree,
     /// Quadtrees with weights in a binary tree: an SD-tree.
     SdTree,
+    /// Mixtures of eight von Mises–Fisher lobes in an octree.
+    Vmf,
+    /// Eight Markov chains, each with a lobe, in an octree.
+    Mixture,
 }
 
 impl GuideKind {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Quadtree, Self::SdTree];
+    pub const ALL: [Self; 4] = [Self::Quadtree, Self::SdTree, Self::Vmf, Self::Mixture];
 
     /// The name by which [`FromStr`] finds it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Quadtree => "cdq",
             Self::SdTree => "sdtree",
+            Self::Vmf => "vmf",
+            Self::Mixture => "mcmm",
         }
     }
 }
@@ -59,6 +67,10 @@ pub struct GuidedPathsOptions {
     pub quadtree: QuadtreeOptions,
     /// How trees with weights learn.
     pub weighted: WeightedTreeOptions,
+    /// How mixtures are fitted.
+    pub vmf: VmfFitOptions,
+    /// How chains learn and wander.
+    pub chains: MarkovOptions,
     /// How regions are divided and shares are learnt.
     pub field: FieldOptions,
     /// Frames that train; the guide learns after the first, the second, the fourth and so on.
@@ -82,6 +94,11 @@ impl GuidedPathsOptions {
             kind,
             quadtree: QuadtreeOptions::default(),
             weighted: WeightedTreeOptions::default(),
+            vmf: VmfFitOptions::default(),
+            chains: MarkovOptions {
+                survival: 0.5,
+                ..MarkovOptions::default()
+            },
             field: FieldOptions::default(),
             training: 256,
             every_frame: false,

@@ -21,7 +21,7 @@ use guide::{DirectionGuide, NoGuide};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_sampling::{CounterRng, PointSet, f32_from_u32};
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{EmittersByPower, Ray, Rgb, Scene};
+use lightshed_scene::{EmittersByPower, Ray, Rgb, Scene, SurfacePoint};
 use numbers::{PathWords, VertexNumbers};
 use observer::{NoObserver, PathObserver};
 use paths::Paths;
@@ -171,14 +171,38 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
         }
     }
 
+    /// Radiance that a surface scatters against `ray`, which met it at `point`: that of
+    /// [`radiance`](Self::radiance) without what the surface emits, and with the same numbers.
+    pub(crate) fn scattered(&self, ray: Ray, point: SurfacePoint, mut rng: CounterRng) -> Rgb {
+        let (points, seed) = (PointSet::Independent, 0);
+        let mut pixels = Pixels::new(PathWords { points, seed }, &NoObserver, 1);
+        let numbers = |depth| VertexNumbers::draw(&mut rng, depth);
+        self.walk_from(ray, Some(point), numbers, &mut pixels);
+        pixels.finish(&[])[0]
+    }
+
     /// Traces one path by itself: what batches are held to, bit for bit.
-    fn walk(&self, ray: Ray, mut numbers: impl FnMut(u32) -> VertexNumbers, purpose: &mut impl Purpose) {
+    fn walk(&self, ray: Ray, numbers: impl FnMut(u32) -> VertexNumbers, purpose: &mut impl Purpose) {
+        self.walk_from(ray, None, numbers, purpose);
+    }
+
+    /// The same for a path whose ray has `met` a surface, of which `purpose` knows.
+    fn walk_from(
+        &self,
+        ray: Ray,
+        mut met: Option<SurfacePoint>,
+        mut numbers: impl FnMut(u32) -> VertexNumbers,
+        purpose: &mut impl Purpose,
+    ) {
         let Transport { scene, max_depth, .. } = self.transport;
         let (mut path, mut ray) = (PathState::START, ray);
         for depth in 1..=max_depth {
-            let hit = scene.accelerator().intersect(&ray);
-            let point = hit.map(|hit| scene.surface(&ray, &hit));
-            purpose.arrive(&self.transport, 0, depth, &path, &ray, point.as_ref());
+            let point = met.take().or_else(|| {
+                let hit = scene.accelerator().intersect(&ray);
+                let point = hit.map(|hit| scene.surface(&ray, &hit));
+                purpose.arrive(&self.transport, 0, depth, &path, &ray, point.as_ref());
+                point
+            });
             let Some(point) = point.filter(|_| depth < max_depth) else {
                 break;
             };
@@ -334,9 +358,11 @@ mod tests {
                     .iter()
                     .map(|id| tracer.sample(id.x, id.y, id.index, 5))
                     .collect();
-                // Lamps behind a door or a wall are not seen by short paths.
+                // Lamps behind a door, a wall or water are not seen by short paths, flames by few.
                 let lit = alone.iter().any(|&value| value != Rgb::ZERO);
-                let is_hidden = ["doorway", "lighthouse", "warehouse"].contains(&name) && max_depth <= 3;
+                let hidden = ["doorway", "lighthouse", "pool", "warehouse"];
+                let is_hidden =
+                    hidden.contains(&name) && max_depth <= 3 || name == "candles" && max_depth == 1;
                 assert!(lit || is_hidden, "{name} is black");
                 on_arrays.transport.lanes = LaneChoice::ARRAY;
                 let batches = [1, 7, 9, MAX_BATCH, 256].map(|size| (size, &tracer));

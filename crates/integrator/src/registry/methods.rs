@@ -8,8 +8,8 @@ use super::option::MethodValues;
 use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::{
-    DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, Lightcuts, PathReuse, PathTracer, RestirDi,
-    RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
+    DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, Lightcuts, Mixture, PathReuse, PathTracer,
+    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
     VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
@@ -131,6 +131,25 @@ pub const METHODS: &[MethodEntry] = &[
                 Ok(Started::Frames(Box::new(PathReuse::new(stage.scene(), sampler))))
             })
         },
+    },
+    MethodEntry {
+        name: "mcmm",
+        help: "Light at what the camera sees by Markov chain mixtures, without a list of lights; \
+               direct light unless longer paths are asked for",
+        capabilities: MethodCapabilities {
+            depth: PathDepth::Bounded { least: 2, default: 2 },
+            ..MethodCapabilities::CHAIN
+        },
+        options: &[
+            options::SMIS,
+            options::SMIS_SIZE,
+            options::SMIS_STEPS,
+            options::SMIS_EMITTERS,
+            options::LIGHTS,
+            options::POINTS,
+            options::VISIBLE,
+        ],
+        start: mixture,
     },
     MethodEntry {
         name: "restir-di",
@@ -270,6 +289,14 @@ fn restir_di<'b>(
     };
     by_emitters!(stage, values, sampler => {
         let method = RestirDi::new(stage.scene(), sampler, settings);
+        frames(method.map(|method| method.with_motion(motion.camera)))
+    })
+}
+
+fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {
+    let options = values.mixture_options();
+    by_emitters!(stage, values, sampler => {
+        let method = Mixture::new(stage.scene(), sampler, options);
         frames(method.map(|method| method.with_motion(motion.camera)))
     })
 }

@@ -2,8 +2,9 @@
 
 use super::option::{MethodOption, MethodValues, any, one_of, within};
 use crate::{
-    CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions, MAX_DIRECT_SAMPLES, PathMapping,
-    ShadowTargets, VplGridOptions, VplOptions,
+    CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions, MAX_DIRECT_SAMPLES,
+    MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping, ShadowTargets, TILE_SIZES, VplGridOptions,
+    VplOptions,
 };
 use lightshed_guiding::Interpolation;
 use lightshed_lights::{GridOptions, Levels};
@@ -37,7 +38,8 @@ pub const GUIDE: MethodOption = MethodOption::new(
         "none" => Ok(()),
         _ => one_of(text, &GuideKind::ALL.map(GuideKind::name)),
     },
-    "What guides directions: none, cdq (quadtrees of a few bits in an octree) or sdtree (quadtrees with weights in a binary tree)",
+    "What guides directions: none, cdq (quadtrees of a few bits in an octree), sdtree (quadtrees with weights in a binary tree), \
+     vmf (mixtures of lobes in an octree) or mcmm (Markov chains of lobes in an octree)",
 );
 
 /// Bits of a quadtree.
@@ -71,6 +73,42 @@ pub const GUIDE_ALWAYS: MethodOption = MethodOption::switch(
 pub const GUIDE_BORDERS: MethodOption = MethodOption::switch(
     "guide-borders",
     "Let a guide's regions end at their borders instead of blending them",
+);
+
+/// What techniques of a set are.
+pub const SMIS: MethodOption = MethodOption::new(
+    "smis",
+    "SETS",
+    "spatial",
+    |text| one_of(text, &MixtureSets::ALL.map(MixtureSets::name)),
+    "What a set of techniques is: temporal, the steps of a pixel, or spatial, the pixels of a tile",
+);
+
+/// Techniques of a set.
+pub const SMIS_SIZE: MethodOption = MethodOption::new(
+    "smis-size",
+    "N",
+    "",
+    |text| match text.parse() {
+        Ok(size) if TILE_SIZES.contains(&size) => Ok(()),
+        _ => Err(format!("{text} is none of {TILE_SIZES:?}")),
+    },
+    "Techniques of a set: 1, 2, 4, 8, 16 or 32; 8 of temporal sets and 32 of spatial ones if not given",
+);
+
+/// Steps of a frame.
+pub const SMIS_STEPS: MethodOption = MethodOption::new(
+    "smis-steps",
+    "N",
+    "",
+    |text| within(text, 1..=MAX_MIXTURE_STEPS),
+    "Rays of a pixel in a frame; as many as a temporal set has, and one with spatial sets, if not given",
+);
+
+/// Emitter samples beside the chains.
+pub const SMIS_EMITTERS: MethodOption = MethodOption::switch(
+    "smis-emitters",
+    "Merge an emitter sample with each set; without, no list of lights is used but for points and directions",
 );
 
 /// How emission that the camera sees is found.
@@ -304,6 +342,21 @@ impl MethodValues {
             tree: tree.map_or(default.tree, |&(_, tree)| tree),
             ..default
         }
+    }
+
+    /// Parameters of Markov chain mixtures.
+    pub fn mixture_options(&self) -> MixtureOptions {
+        let mut options = MixtureOptions::default();
+        options.sets = self.get(&SMIS).unwrap_or(options.sets);
+        let size = match options.sets {
+            MixtureSets::Temporal => 8,
+            MixtureSets::Spatial => options.size,
+        };
+        options.size = self.get(&SMIS_SIZE).unwrap_or(size);
+        options.steps = self.get(&SMIS_STEPS).unwrap_or(options.steps);
+        options.samples_emitters = self.is_on(&SMIS_EMITTERS);
+        (options.points, options.visible_emission) = (self.points(), self.visible_emission());
+        options
     }
 
     /// Virtual point lights of a scene: as many bounces as its longest path has room for.

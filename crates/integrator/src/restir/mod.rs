@@ -7,7 +7,7 @@ mod gi;
 mod indirect;
 mod light;
 mod passes;
-mod primary;
+pub(crate) mod primary;
 pub(crate) mod pt;
 
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};

@@ -1,0 +1,253 @@
+//! Frames of pixels with chains.
+
+use super::incident::Follower;
+use super::options::{MAX_MIXTURE_STEPS, MixtureError, MixtureOptions, MixtureSets};
+use super::tile::{Pass, Shared, Tile};
+use crate::CameraMotion;
+use crate::camera_motion::pixel_seeing;
+use crate::emitter_sampler::EmitterSampler;
+use crate::restir::frames::{FrameView, TwoFrames, extent_of};
+use crate::restir::primary::{Primary, trace_primaries};
+use crate::visible_emission::VisibleFrames;
+use lightshed_film::{FrameMethod, RayCounts, RayKind, RayTally};
+use lightshed_guiding::MarkovState;
+use lightshed_resampling::{TileScratch, spatial_smis, temporal_smis};
+use lightshed_sampling::{CounterRng, FrameNumbers, FramePasses, parallel};
+use lightshed_scene::{EmittersByPower, Rgb, Scene, SceneFeatures};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+const PASSES: FramePasses = match FramePasses::new(Pass::Steps as u32 + 1, MAX_MIXTURE_STEPS, 1) {
+    Ok(passes) => passes,
+    Err(_) => panic!("few passes"),
+};
+
+/// Extents of the scene that stand for an infinite distance.
+const FAR: f32 = 1e5;
+
+/// Light at the surfaces that the camera sees, by Markov chain mixtures (Dittebrandt 2025 ch. 6):
+/// guiding that needs no list of lights.
+///
+/// Each pixel has a chain whose state is one von Mises–Fisher lobe towards a place. In a step the
+/// pixel takes its own state, or that of a neighbour of the frame before; samples a direction by
+/// its lobe, or with probability 0.2 by the BSDF; and the state learns from what that met. The
+/// estimate is by stochastic MIS ([`spatial_smis`], [`temporal_smis`]), for which chains trade
+/// places in tiles of pixels. Each frame is unbiased whatever states it began with.
+///
+/// Paths of two edges are direct light. With longer ones a direction also brings what comes through
+/// smooth surfaces, towards whose images lobes turn, and what is scattered on the way, by path
+/// tracing: the whole has the expectation of [`PathTracer`](crate::PathTracer).
+///
+/// ```
+/// use lightshed_film::{Budget, RenderOptions, render_frames};
+/// use lightshed_integrator::{Mixture, MixtureOptions};
+/// use lightshed_scene::{Scene, builtin};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let mut description = builtin::cornell();
+/// (description.settings.width, description.settings.height) = (16, 16);
+/// description.settings.max_depth = Some(2);
+/// let scene = Scene::new(&description)?;
+/// let options = RenderOptions::new(16, 16, Budget::Samples(4));
+/// let mut method = Mixture::new(&scene, scene.emitters_by_power(), MixtureOptions::default())?;
+/// let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false))?;
+/// assert!(outcome.film.mean_image().mean()[1] > 0.05);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Mixture<'a, S = EmittersByPower<'a>> {
+    scene: &'a Scene,
+    sampler: S,
+    options: MixtureOptions,
+    motion: CameraMotion,
+    tally: RayTally,
+    /// What pixels see.
+    pixels: TwoFrames<Vec<Option<Primary>>>,
+    /// The states of this frame and of the one before.
+    states: Vec<MarkovState>,
+    before: Vec<MarkovState>,
+    visible: VisibleFrames,
+}
+
+impl<'a, S: EmitterSampler> Mixture<'a, S> {
+    /// Chains that know nothing. `sampler` is asked where emitters are sampled.
+    ///
+    /// # Errors
+    /// See [`MixtureError`].
+    pub fn new(scene: &'a Scene, sampler: S, options: MixtureOptions) -> Result<Self, MixtureError> {
+        options.check()?;
+        Ok(Self {
+            scene,
+            sampler,
+            options,
+            motion: CameraMotion::STILL,
+            tally: RayTally::default(),
+            pixels: TwoFrames::default(),
+            states: Vec::new(),
+            before: Vec::new(),
+            visible: VisibleFrames::default(),
+        })
+    }
+
+    /// Moves the camera from frame to frame.
+    #[must_use]
+    pub fn with_motion(self, motion: CameraMotion) -> Self {
+        Self { motion, ..self }
+    }
+
+    /// Goes on in another scene with an image of the same size, and keeps the states: lamps and
+    /// objects may have moved.
+    pub fn set_scene(&mut self, scene: &'a Scene, sampler: S) {
+        (self.scene, self.sampler) = (scene, sampler);
+        self.visible = VisibleFrames::default();
+    }
+
+    /// The states after the last frame, row by row; empty before the first.
+    pub fn states(&self) -> &[MarkovState] {
+        &self.states
+    }
+
+    /// Pixels of the frame before that saw what those of this frame see.
+    fn seen_at(&self, frame: u32) -> Vec<Option<u32>> {
+        let extent = extent_of(self.scene);
+        let camera = self.motion.camera(self.scene, frame - 1);
+        let seen = |pixel: &Option<Primary>| {
+            let position = pixel.as_ref()?.point.position;
+            pixel_seeing(&camera, extent, position).map(|pixel| pixel as u32)
+        };
+        self.pixels.of(frame).iter().map(seen).collect()
+    }
+
+    /// All steps of a frame, into `states` and `image`.
+    fn advance(
+        &self,
+        view: FrameView<'_>,
+        states: &mut [MarkovState],
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) {
+        let (scene, extent) = (self.scene, extent_of(self.scene));
+        let moves = view.number > 0 && !self.motion.rests_at(view.number);
+        let seen = moves.then(|| self.seen_at(view.number));
+        let features = SceneFeatures::of(scene);
+        let shared = Shared {
+            follower: Follower {
+                scene,
+                sampler: &self.sampler,
+                max_depth: scene.settings().max_depth.unwrap_or(u32::MAX),
+                far: FAR * scene.extent().max(f32::MIN_POSITIVE),
+            },
+            view,
+            options: &self.options,
+            tally: &self.tally,
+            pixels: self.pixels.of(view.number),
+            before: &self.before,
+            seen_at: seen.as_deref(),
+            width: extent.width as usize,
+            window: self.options.chains.window_of(extent.height),
+            has_emitter_samples: self.options.samples_emitters || features.delta_emitters > 0,
+        };
+        if shared.follower.max_depth < 2 {
+            return;
+        }
+        let rows = extent.width as usize * self.options.tile()[1];
+        let bands = image.chunks_mut(rows).zip(states.chunks_mut(rows));
+        parallel::for_each(bands, |band, (image, states)| {
+            if !cancel.load(Ordering::Relaxed) {
+                self.advance_band(&shared, band * rows, image, states);
+            }
+        });
+    }
+
+    /// A row of tiles, whose first pixel is `first`.
+    fn advance_band(
+        &self,
+        shared: &Shared<'_, S>,
+        first: usize,
+        image: &mut [Rgb],
+        states: &mut [MarkovState],
+    ) {
+        let (width, [across, _]) = (shared.width, self.options.tile());
+        let steps = self.options.steps_of_frame() as usize;
+        let mut tile = Tile::new(shared);
+        let mut scratch = TileScratch::default();
+        let (mut before, mut moving) = (Vec::new(), Vec::new());
+        for left in (0..width).step_by(across) {
+            let right = (left + across).min(width);
+            let rows = image.len() / width;
+            tile.begin((0..rows).flat_map(|row| (left..right).map(move |x| first + row * width + x)));
+            before.clear();
+            before.extend(tile.pixels.iter().map(|&pixel| {
+                let source = shared.source(pixel).and_then(|source| shared.before.get(source));
+                source.copied().unwrap_or(MarkovState::EMPTY)
+            }));
+            moving.clone_from(&before);
+            let exchange = self.options.exchange;
+            match self.options.sets {
+                MixtureSets::Temporal => temporal_smis(&mut tile, &mut moving, steps, exchange, &mut scratch),
+                MixtureSets::Spatial => {
+                    let mut order = shuffle_stream(shared.view.numbers, tile.pixels[0]);
+                    // A bias of n/2⁶⁴.
+                    let below = |n: usize| ((u128::from(order.next_u64()) * n as u128) >> 64) as usize;
+                    spatial_smis(&mut tile, &mut moving, steps, exchange, below, &mut scratch);
+                }
+            }
+            for (place, &pixel) in tile.pixels.iter().enumerate() {
+                image[pixel - first] += tile.values[place];
+                states[pixel - first] = tile.chains[place].finish(&before[place], &self.options.chains);
+            }
+        }
+    }
+}
+
+/// The stream of a tile's permutations, apart from those of its pixels.
+fn shuffle_stream(numbers: FrameNumbers, first: usize) -> CounterRng {
+    let mut stream = numbers.pass(Pass::Emitters).pixel(first);
+    stream.set_dimension(stream.dimension() + (1 << 20));
+    stream
+}
+
+impl<S: EmitterSampler + Send> FrameMethod for Mixture<'_, S> {
+    fn size(&self) -> [u32; 2] {
+        let extent = extent_of(self.scene);
+        [extent.width, extent.height]
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let (scene, extent) = (self.scene, extent_of(self.scene));
+        let camera = self.motion.camera(scene, frame);
+        let view = FrameView {
+            camera: &camera,
+            number: frame,
+            numbers: PASSES
+                .frame(seed, frame, extent.width)
+                .with_points(self.options.points),
+        };
+        let pixels = self.pixels.of_mut(frame);
+        pixels.resize(extent.len(), None);
+        let (wanted, is_still) = (self.options.visible_emission, self.motion.is_still());
+        self.visible.prepare(wanted, scene, &camera, is_still);
+        let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel)?;
+        self.tally.add(RayKind::Camera, rays as usize);
+
+        // A chain of frames begins with states that know nothing.
+        if frame == 0 || self.states.len() != extent.len() {
+            self.states.clear();
+        }
+        std::mem::swap(&mut self.before, &mut self.states);
+        let mut states = std::mem::take(&mut self.states);
+        states.clear();
+        states.resize(extent.len(), MarkovState::EMPTY);
+        self.advance(view, &mut states, image, cancel);
+        self.states = states;
+        (!cancel.load(Ordering::Relaxed)).then(|| self.tally.take())
+    }
+
+    fn is_still(&self) -> bool {
+        self.motion.is_still()
+    }
+}

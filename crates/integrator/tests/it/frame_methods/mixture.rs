@@ -1,0 +1,179 @@
+//! Markov chain mixtures against path tracing.
+
+use super::ensemble::Ensemble;
+use super::scenes::{cornell_without_light, every_emitter, small_description};
+use lightshed_film::{Budget, RenderOptions, render_frames};
+use lightshed_integrator::{CameraMotion, Mixture, MixtureError, MixtureOptions, MixtureSets, PathTracer};
+use lightshed_resampling::Exchange;
+use lightshed_scene::glam::{Affine3A, Vec3};
+use lightshed_scene::import::load;
+use lightshed_scene::{EmittersByPower, Scene, SceneDescription, builtin};
+use lightshed_testkit::check_faults;
+use std::sync::atomic::AtomicBool;
+
+fn options(sets: MixtureSets, size: u32) -> MixtureOptions {
+    let mut options = MixtureOptions::default();
+    (options.sets, options.size) = (sets, size);
+    // Small images have small windows.
+    options.chains.window = 400.0;
+    options
+}
+
+fn method(scene: &Scene, options: MixtureOptions) -> Mixture<'_, EmittersByPower<'_>> {
+    Mixture::new(scene, scene.emitters_by_power(), options).unwrap()
+}
+
+fn truth(scene: &Scene, images: u32) -> Ensemble {
+    let settings = scene.settings();
+    let tracer = PathTracer::new(scene, scene.emitters_by_power());
+    Ensemble::of_estimator(&tracer, [settings.width, settings.height], 16, images)
+}
+
+fn scene(mut description: SceneDescription, side: u32, max_depth: u32) -> Scene {
+    description = small_description(description, side);
+    description.settings.max_depth = Some(max_depth);
+    Scene::new(&description).unwrap()
+}
+
+/// Temporal and spatial sets, with and without emitter samples, in scenes with every kind of
+/// emitter and lobe, many lights, glass in between, and light that is scattered twice. Chains that
+/// do not trade places are found.
+#[test]
+fn frames_agree_with_path_tracing() {
+    let glossy = cornell_without_light(builtin::cornell_glossy(), 16);
+    for (name, scene, sets, size, samples_emitters, chains) in [
+        (
+            "every emitter",
+            every_emitter(16, 2),
+            MixtureSets::Spatial,
+            16,
+            false,
+            60,
+        ),
+        (
+            "every emitter",
+            every_emitter(16, 3),
+            MixtureSets::Temporal,
+            4,
+            true,
+            40,
+        ),
+        (
+            "cornell-glossy",
+            scene(glossy, 16, 2),
+            MixtureSets::Temporal,
+            4,
+            false,
+            60,
+        ),
+        (
+            "many-lights",
+            scene(builtin::many_lights(), 16, 2),
+            MixtureSets::Spatial,
+            32,
+            true,
+            60,
+        ),
+    ] {
+        let truth = truth(&scene, 60);
+        let mut options = options(sets, size);
+        options.samples_emitters = samples_emitters;
+        let faults: &[Exchange] = match name {
+            "cornell-glossy" => &[Exchange::Kept],
+            _ => &[],
+        };
+        check_faults(faults, |fault| {
+            let make = || method(&scene, options_with(options, fault));
+            let agreement = Ensemble::of_chains(make, 1..5, chains, 1).compare(&truth);
+            println!("{name}, {sets:?}, {fault:?}: {agreement:?}");
+            agreement.verdict()
+        })
+        .unwrap();
+    }
+}
+
+fn options_with(mut options: MixtureOptions, fault: Option<Exchange>) -> MixtureOptions {
+    options.exchange = fault.unwrap_or_default();
+    options
+}
+
+/// The same in large, with the scenes that mixtures are for, and a door ajar if `LIGHTSHED_SCENES`
+/// names the folder of published scenes. Minutes: `cargo test --release -p lightshed-integrator
+/// --test it -- --ignored mixtures_agree --nocapture`.
+#[test]
+#[ignore = "minutes"]
+fn mixtures_agree_with_path_tracing_at_length() {
+    let built_in = [
+        ("cornell", scene(builtin::cornell(), 64, 4)),
+        ("many-lights", scene(builtin::many_lights(), 64, 2)),
+        ("candles", scene(builtin::candles(), 64, 2)),
+        ("pool", scene(builtin::pool(), 64, 3)),
+    ];
+    let published = std::env::var_os("LIGHTSHED_SCENES").map(|folder| {
+        let file = std::path::Path::new(&folder).join("veach_ajar/scene.xml");
+        let loaded = load(file, &[]).unwrap_or_else(|error| panic!("{}", error.chain()));
+        ("veach_ajar", scene(loaded.description, 64, 6))
+    });
+    for (name, scene) in built_in.into_iter().chain(published) {
+        let truth = truth(&scene, 400);
+        for (sets, size) in [(MixtureSets::Temporal, 8), (MixtureSets::Spatial, 32)] {
+            let make = || method(&scene, options(sets, size));
+            let agreement = Ensemble::of_chains(make, 4..20, 400, 1).compare(&truth);
+            println!("{name}, {sets:?}: {agreement:?}");
+            agreement.verdict().unwrap();
+        }
+    }
+}
+
+/// The last frame of a moving camera shows what a still camera there shows.
+#[test]
+fn frames_of_a_moving_camera_agree_with_path_tracing() {
+    let per_frame = Vec3::new(0.12, 0.03, 0.05);
+    let mut there = cornell_without_light(builtin::cornell(), 16);
+    there.settings.max_depth = Some(2);
+    let scene = Scene::new(&there).unwrap();
+    there.camera.to_world = Affine3A::from_translation(per_frame * 3.0) * there.camera.to_world;
+    let there = Scene::new(&there).unwrap();
+    let motion = CameraMotion::translation(per_frame).unwrap();
+    let make = || method(&scene, options(MixtureSets::Temporal, 4)).with_motion(motion);
+    let frames = Ensemble::of_chains(make, 3..4, 100, 1);
+    let agreement = frames.compare(&truth(&there, 60));
+    println!("{agreement:?}");
+    agreement.verdict().unwrap();
+    // The control: the view has moved.
+    frames.compare(&truth(&scene, 20)).verdict().unwrap_err();
+}
+
+/// Frames have the same bits for one, two and seven threads, and the same again.
+#[test]
+fn frames_do_not_depend_on_threads() {
+    let scene = scene(builtin::cornell_glossy(), 13, 3);
+    for sets in MixtureSets::ALL {
+        let mut method = method(&scene, options(sets, 8));
+        let mut rendered = |threads| {
+            let mut render = RenderOptions::new(13, 13, Budget::Samples(4));
+            (render.threads, render.seed) = (threads, 5);
+            let outcome = render_frames(&mut method, &render, &|_| (), &AtomicBool::new(false)).unwrap();
+            outcome.film.mean_image()
+        };
+        let one = rendered(1);
+        assert!(one == rendered(2) && one == rendered(7), "{sets:?}");
+    }
+}
+
+#[test]
+fn wrong_options_are_refused() {
+    let scene = scene(builtin::cornell(), 8, 2);
+    let refused = |change: &dyn Fn(&mut MixtureOptions)| {
+        let mut options = MixtureOptions::default();
+        change(&mut options);
+        Mixture::new(&scene, scene.emitters_by_power(), options)
+            .err()
+            .unwrap()
+    };
+    assert_eq!(refused(&|o| o.size = 12), MixtureError::Size(12));
+    assert_eq!(refused(&|o| o.steps = 65), MixtureError::Steps(65));
+    let error = refused(&|o| o.chains.defensive_share = 0.0);
+    assert!(error.to_string().contains("defensive_share"), "{error}");
+    assert!("both".parse::<MixtureSets>().is_err());
+}
