@@ -82,12 +82,12 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "held to exact enumeration of all outcomes, to 10⁻¹², by the crate's tests",
         "Choose::accept MergeRule::merge MergeRule::merge_and_integrate MergeReport::effective_count PairwiseStream::exchanged PairwiseStream::finish PairwiseStream::neighbour PairwiseStream::new \
          Reuse::paired Reuse::spatial Reuse::spatial_integrated Reuse::spatial_rounds Reuse::temporal Ris::drawn Ris::reservoir integrate merge \
-         merge_and_integrate round_trip Carried::new",
+         merge_and_integrate round_trip SetWeight::merged SetWeight::of_set Carried::new",
     ),
     (
         "lightshed-resampling",
         "a trait's function, written by a user",
-        "Domain::target Domain::tractable_density ShiftMapping::pull ShiftMapping::shift",
+        "ChainTile::density ChainTile::other_density Domain::target Domain::tractable_density ShiftMapping::pull ShiftMapping::shift",
     ),
     (
         "lightshed-shift",
