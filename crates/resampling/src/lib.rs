@@ -11,10 +11,13 @@
 #![forbid(unsafe_code)]
 
 mod choose;
+mod conditional;
 mod diagnostics;
 mod domain;
+mod gather;
 mod merge;
 mod mis;
+mod mutation;
 mod record;
 mod reservoir;
 mod reuse;
@@ -26,15 +29,18 @@ mod storage;
 mod weight;
 
 pub use choose::Choose;
+pub use conditional::{Conditional, ConditionalShift};
 pub use diagnostics::{Moments, correlation, duplicate_rate, neighbour_correlation, series_autocorrelation};
 pub use domain::{
     BrokenLaw, Domain, IdentityShift, Jacobian, Pulled, ShiftMapping, Shifted, Undefined, round_trip,
 };
+pub use gather::{FinalGather, JointContribution, PrefixWeight};
 pub use merge::{
     Carried, Contribution, DomainReservoir, Evaluations, Input, MergeError, MergeReport, Merged,
     PairwiseStream, UndefinedShifts, integrate, merge, merge_and_integrate,
 };
 pub use mis::{Mis, MisError, Pairwise, Technique};
+pub use mutation::Mutation;
 pub use record::{ReservoirRecord, SelectionRecord, TAG_EMPTY, TAG_SAMPLE};
 pub use reservoir::Reservoir;
 pub use reuse::{

@@ -1,6 +1,6 @@
 //! A reservoir: one sample, its unbiased contribution weight, and how much it is trusted.
 
-use crate::space::Space;
+use crate::space::{Given, Space};
 use crate::storage::Storage;
 use crate::weight::{ContributionWeight, Tractable, WeightError};
 
@@ -128,6 +128,13 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
     pub fn within(self, support: impl FnOnce(&X) -> bool) -> Self {
         let kept = self.sample.as_ref().is_some_and(support);
         if kept { self } else { Self::empty(self.confidence) }
+    }
+
+    /// The same reservoir with a conditional weight: of a domain that a variable of space `Z` had
+    /// fixed before anything was drawn in it (see [`ContributionWeight::given`]).
+    #[inline]
+    pub fn given<Z: Space>(self) -> Reservoir<X, Given<S, Z>, R> {
+        Reservoir::assembled(self.sample, self.weight.given(), self.confidence)
     }
 
     /// Replaces the sample by an equal one in another form (packed, borrowed, converted).

@@ -123,6 +123,17 @@ impl<S: Space, R: Storage> ContributionWeight<S, R> {
         self.value
     }
 
+    /// The same number as a conditional weight `W_{X|Z}`: that of a sample drawn or resampled in a
+    /// domain which a variable of space `Z` had fixed before. There is no way back: a conditional
+    /// weight says nothing of `Z`.
+    #[inline(always)]
+    pub fn given<Z: Space>(self) -> ContributionWeight<Given<S, Z>, R> {
+        ContributionWeight {
+            value: self.value,
+            space: PhantomData,
+        }
+    }
+
     /// The weight of the pair `(z, x)`, `W_{Z,X} = W_Z W_{X|Z}` (Kettunen 2023 eq. 9), under the
     /// condition that the last argument spells out.
     #[inline]

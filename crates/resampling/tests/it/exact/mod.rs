@@ -6,6 +6,8 @@ mod conditional;
 mod faults;
 mod finite;
 mod merging;
+mod mutations;
 mod reuse;
 mod stages;
 mod stochastic_mis;
+mod suffixes;

@@ -47,7 +47,7 @@ impl Domains for Row {
 
 /// The enumerator, shared by all domains of a pass: they are merged one after the other.
 #[derive(Clone)]
-struct Shared(Arc<Mutex<Chooser>>);
+pub struct Shared(Arc<Mutex<Chooser>>);
 
 impl Choose for Shared {
     fn accept(&mut self, part: f64, total: f64) -> bool {
@@ -56,7 +56,7 @@ impl Choose for Shared {
 }
 
 /// Runs `pass` with the enumerator behind a pointer.
-fn shared(chooser: &mut Chooser, pass: impl FnOnce(Shared)) {
+pub fn shared(chooser: &mut Chooser, pass: impl FnOnce(Shared)) {
     let shared = Shared(Arc::new(Mutex::new(std::mem::take(chooser))));
     pass(shared.clone());
     *chooser = std::mem::take(&mut shared.0.lock().unwrap());
