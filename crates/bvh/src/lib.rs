@@ -9,6 +9,7 @@
 //! | a tree | [`Bvh::build`] with a [`Method`] or a [`Preset`] |
 //! | trees again and again, in the same memory | [`Builder`] |
 //! | the preset for a number of rays | [`Preset::for_rays`] |
+//! | what lies near a point | [`Bvh::for_each_near`] |
 //! | the same tree for moved primitives, and whether that is good enough | [`Bvh::refit`] |
 //! | a better tree out of a tree | [`Bvh::reinsert`] |
 //! | copies of objects | [`InstanceTree`] |
@@ -54,6 +55,7 @@ mod interior;
 mod item;
 mod linked;
 mod morton;
+mod near;
 mod node;
 #[cfg(feature = "obvhs")]
 mod obvhs_trees;

@@ -102,7 +102,7 @@ impl Bvh {
 }
 
 /// Nodes still to be visited; those beyond a fixed number are in a list.
-struct Waiting {
+pub(crate) struct Waiting {
     nodes: [(u32, f32); MAX_DEPTH],
     count: usize,
     more: Vec<(u32, f32)>,
@@ -120,7 +120,7 @@ impl Default for Waiting {
 
 impl Waiting {
     #[inline(always)]
-    fn push(&mut self, node: u32, entered: f32) {
+    pub fn push(&mut self, node: u32, entered: f32) {
         match self.nodes.get_mut(self.count) {
             Some(place) => {
                 *place = (node, entered);
@@ -131,7 +131,7 @@ impl Waiting {
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<(u32, f32)> {
+    pub fn pop(&mut self) -> Option<(u32, f32)> {
         if let Some(last) = self.more.pop() {
             return Some(last);
         }

@@ -13,6 +13,7 @@
 //! | a grid of cubic cells | [`CubicGrid`] | `f64` |
 //! | the occupied places of a grid, and who is in them | [`SparseGrid`], [`CellRanges`] | integers |
 //! | points near a point | [`PointGrid`] | none is missed |
+//! | the nearest few of many surface sites | [`SiteTree`], [`SiteGrid`] with a [`SiteMetric`] | as a look at every one |
 //! | leaves that follow the samples | [`AdaptiveOctree`], [`OctreeNeighbours`] | cells found in `f32`, the rest integers |
 //! | cells that grow with distance, apart by normal, in a table of bounded size | [`LevelGrid`], [`CellTable`], [`HashGrid`] | cells found in `f64`, the rest integers |
 //! | the cell of a surface point | [`SpatialIndex`], [`SurfaceSite`] | |
@@ -30,10 +31,13 @@ mod curve;
 mod hash_grid;
 mod index;
 mod morton;
+mod nearest;
 mod octree;
 mod order;
 mod point_grid;
 mod radix;
+mod site_grid;
+mod site_tree;
 mod sparse_grid;
 
 pub use bounds::Bounds;
@@ -45,6 +49,7 @@ pub use glam;
 pub use hash_grid::{CellKey, CellTable, HashGrid, HashGridError, LevelGrid, LevelGridOptions, Occupancy};
 pub use index::{SpatialIndex, SurfaceSite};
 pub use morton::{morton30_decode, morton30_encode, morton63_decode, morton63_encode};
+pub use nearest::{Nearest, NearestSites, Neighbour, SiteMetric};
 pub use octree::{
     AdaptiveOctree, Correspondence, MAX_OCTREE_DEPTH, MAX_OCTREE_NODES, OctreeCell, OctreeError,
     OctreeNeighbours, OctreeNode, OctreeOptions,
@@ -52,6 +57,8 @@ pub use octree::{
 pub use order::{CurveOrder, SortedIndices};
 pub use point_grid::{PointGrid, PointGridError};
 pub use radix::{KeyedIndex, sort_by_key};
+pub use site_grid::SiteGrid;
+pub use site_tree::{SiteTree, SiteTreeError};
 pub use sparse_grid::{SparseGrid, SparseRow, for_each_row_within};
 
 /// The guide's code is a test.

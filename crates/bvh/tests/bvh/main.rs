@@ -2,6 +2,7 @@
 
 mod hits;
 mod instances;
+mod near;
 mod properties;
 mod subsets;
 mod trees;

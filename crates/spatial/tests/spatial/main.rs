@@ -3,6 +3,7 @@
 mod curves;
 mod hash_grid;
 mod morton;
+mod nearest;
 mod octree;
 
 use lightshed_sampling::{CounterRng, UniformSphere};
