@@ -55,13 +55,13 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "lightshed-spatial",
         "gives what it holds, or checks and stores",
         "AdaptiveOctree::min AdaptiveOctree::new AdaptiveOctree::side Bounds::new Bounds::of_point CubicGrid::cell CubicGrid::new CurveCube::around LevelGrid::new LevelGridOptions::new PointGrid::cell_side PointGrid::new PointGrid::rebuild \
-         SurfaceSite::new SurfaceSite::with_eye_distance",
+         Nearest::new Nearest::reach_squared SiteMetric::new SurfaceSite::new SurfaceSite::with_eye_distance",
     ),
     (
         "lightshed-spatial",
         "cells and what lies within a radius, held to exact quotients and to a look at every point by the crate's tests",
         "AdaptiveOctree::bounds AdaptiveOctree::leaf_side AdaptiveOctree::slot AdaptiveOctree::slots_of_pair CubicGrid::in_cells CubicGrid::key CubicGrid::vertex Curve::encode CurveCube::cell CurveOrder::encode LevelGrid::jittered LevelGrid::level LevelGrid::side Occupancy::load PointGrid::for_each_within \
-         SpatialIndex::locate for_each_row_within",
+         Nearest::offer SiteMetric::distance_squared SpatialIndex::locate for_each_row_within",
     ),
     (
         "lightshed-resampling",
@@ -73,8 +73,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-resampling",
         "gives what it holds, or checks and stores",
-        "Carried::pulled Carried::shifted ContributionWeight::new ContributionWeight::value Input::canonical Input::neighbour Pairwise::new \
-         NeighbourLists::new Pattern::disk Pulled::density Reservoir::is_empty Reservoir::map Reservoir::new Reservoir::sample Reservoir::weight Reservoir::weighted_sample \
+        "Carried::pulled Carried::shifted ContributionWeight::given ContributionWeight::new ContributionWeight::value Input::canonical Input::neighbour Pairwise::new \
+         NeighbourLists::new Pattern::disk Pulled::density PrefixWeight::resampled Reservoir::given Reservoir::is_empty Reservoir::map Reservoir::new Reservoir::sample Reservoir::weight Reservoir::weighted_sample \
          History::new MergeRule::new MergeRule::with_confidence_cap Reuse::new Storage::from_f64 Storage::to_f64 Moments::count Moments::new Reservoir::within",
     ),
     (
@@ -82,7 +82,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "held to exact enumeration of all outcomes, to 10⁻¹², by the crate's tests",
         "Choose::accept MergeRule::merge MergeRule::merge_and_integrate MergeReport::effective_count PairwiseStream::exchanged PairwiseStream::finish PairwiseStream::neighbour PairwiseStream::new \
          Reuse::paired Reuse::spatial Reuse::spatial_integrated Reuse::spatial_rounds Reuse::temporal Ris::drawn Ris::reservoir integrate merge \
-         merge_and_integrate round_trip SetWeight::merged SetWeight::of_set Carried::new",
+         merge_and_integrate round_trip SetWeight::merged SetWeight::of_set Carried::new Reservoir::mutated",
     ),
     (
         "lightshed-resampling",
@@ -95,7 +95,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "Connection::to_delta Connectability::hybrid Connectability::min_distance Connectability::min_roughness \
          Connectability::reconnection ConnectionReach::least_length LobeDirection::of_single_lobe \
          MeasuredJacobian::determinant MeasuredJacobian::new PathDomain::behind PathDomain::first \
-         PathSample::contribution PathSample::target PathShift::with_jacobian_limit VolumePath::connect \
+         PathSample::contribution PathSample::target PathShift::with_jacobian_limit PrefixDomain::behind \
+         PrefixDomain::first PrefixSample::target PrefixSample::throughput PrefixSample::wo VolumePath::connect \
          VolumePath::direction VolumePath::first_distance VolumePath::held VolumePath::shown_by \
          VolumePath::with_endpoint",
     ),

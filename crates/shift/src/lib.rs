@@ -7,6 +7,7 @@
 //! | a path in 64 bytes | [`PathSample`] |
 //! | candidates: trees of paths from the camera | [`TreeTracer`] |
 //! | random replay, reconnection, hybrid | [`PathShift`] with [`Connectability`] |
+//! | prefixes, and the suffixes behind them | [`PrefixDomain`], [`PrefixTracer`], [`PrefixShift`] |
 //! | one scattering event: copies of a vertex, a direction, a half vector | [`LocalShift`], [`VertexCopy`], [`DirectionCopy`], [`HalfVectorCopy`] |
 //! | paths through volumes: their coordinates, their integrand, the shift between pixels | [`VolumePath`], [`VolumeWorld`], [`VolumePathShift`] |
 //! | whether a renderer's world keeps the laws that shifts rest on | [`check_world`] |
@@ -27,6 +28,7 @@ mod local;
 mod mis;
 mod numbers;
 mod path_shift;
+mod prefix;
 mod roulette;
 mod sample;
 mod suffix;
@@ -43,6 +45,7 @@ pub use domain::PathDomain;
 pub use jacobian::{MeasuredJacobian, reconnection_jacobian};
 pub use local::{DirectionCopy, HalfVectorCopy, LocalShift, LocalVertex, VertexCopy};
 pub use path_shift::PathShift;
+pub use prefix::{PrefixDomain, PrefixFinding, PrefixSample, PrefixShift, PrefixTracer};
 pub use sample::{MAX_PATH_LENGTH, PathAnatomy, PathSample};
 pub use suffix::trace_suffix;
 pub use tracer::{Finding, TreeTracer};

@@ -8,6 +8,7 @@ mod evaluation;
 mod integrals;
 mod naive;
 mod pairs;
+mod prefixes;
 mod round_trips;
 mod shapes;
 mod suffixes;

@@ -1,0 +1,315 @@
+//! Prefixes, traced many at a time, with the light on their way.
+
+use super::domain::PrefixDomain;
+use super::sample::PrefixSample;
+use crate::domain::Start;
+use crate::mis::{emitter_weight, scattering_weight};
+use crate::numbers::PathNumbers;
+use crate::roulette::survival;
+use crate::world::{End, Endpoint, RayKind, Sight, World};
+use lightshed_resampling::ContributionWeight;
+use lightshed_sampling::glam::Vec3;
+use lightshed_sampling::{Density, PathSeed, PrimarySample, SolidAngle};
+
+/// Traces prefixes by scattering, depth by depth, all of a call together. Each depends on its
+/// domain and seed alone.
+///
+/// A prefix of a pixel that ends nowhere — it leaves the scene, is absorbed, or meets no two rough
+/// vertices in a row before its paths are as long as they may be — is none of its domain's, but the
+/// light on its way counts.
+pub struct PrefixTracer<W: World> {
+    roulette_from: u32,
+    walks: Vec<Walk<W>>,
+    /// The walks that are still on their way, and where they have come to.
+    places: Vec<usize>,
+    vertices: Vec<Option<W::Vertex>>,
+    origins: Vec<usize>,
+    before: Vec<Option<W::Vertex>>,
+    next_places: Vec<usize>,
+    rays: Vec<W::Ray>,
+    pending: Vec<(usize, Vec3)>,
+    pending_rays: Vec<W::Ray>,
+    occluded: Vec<bool>,
+}
+
+/// What a prefix has found.
+pub enum PrefixFinding<'a, V> {
+    /// Light by a path that ends before the prefix does: what it adds to the pixel's radiance.
+    Light(Vec3),
+    /// The prefix, its last vertex, and its contribution weight: one over the probability of having
+    /// survived roulette.
+    Prefix(&'a PrefixSample, &'a V, ContributionWeight<PrimarySample, f64>),
+}
+
+/// How a walk left the vertex before the current one.
+struct Departure<S> {
+    site: S,
+    position: Vec3,
+    wo: Vec3,
+    /// Before it was scattered there.
+    throughput: Vec3,
+    direction: Vec3,
+    lobe: u8,
+    roughness: f32,
+    /// Over all lobes.
+    total_pdf: Density<SolidAngle>,
+    is_delta: bool,
+}
+
+struct Walk<W: World> {
+    seed: PathSeed,
+    numbers: PathNumbers,
+    /// Number of the current vertex.
+    index: u32,
+    throughput: Vec3,
+    /// One over the probability of having survived roulette.
+    weight: f64,
+    wo: Vec3,
+    departure: Option<Departure<W::Site>>,
+}
+
+impl<W: World> Walk<W> {
+    fn new(seed: PathSeed) -> Self {
+        Self {
+            seed,
+            numbers: PathNumbers::new(seed),
+            index: 1,
+            throughput: Vec3::ONE,
+            weight: 1.0,
+            wo: Vec3::ZERO,
+            departure: None,
+        }
+    }
+
+    /// What an emitter sampled from the current vertex brings, unless something is in between.
+    fn sample_emitter(&mut self, world: &W, vertex: &W::Vertex) -> Option<(Vec3, W::Ray)> {
+        let (u_select, u) = self.numbers.emitter(self.index);
+        let endpoint = world.sample_emitter(vertex, u_select, u)?;
+        let connection = world.connect(vertex, &endpoint)?;
+        let scattering = world.evaluate(vertex, self.wo, connection.direction);
+        let is_delta = matches!(endpoint, Endpoint::Delta(_));
+        let incident = connection.radiance / connection.pdf.value();
+        let weight = emitter_weight(connection.pdf, scattering.pdf, is_delta);
+        let light = self.throughput * scattering.value * incident * weight * self.weight as f32;
+        (light.max_element() > 0.0 && light.is_finite()).then_some((light, connection.ray))
+    }
+
+    /// Scatters at the current vertex.
+    fn scatter(&mut self, world: &W, vertex: &W::Vertex, roulette_from: u32) -> Option<W::Ray> {
+        let numbers = self.numbers.scatter(self.index);
+        let sampled = world.sample_lobe(vertex, self.wo, numbers.lobe, numbers.direction)?;
+        let throughput = self.throughput;
+        self.throughput *= sampled.scattering.weight();
+        if !(self.throughput.max_element() > 0.0 && self.throughput.is_finite()) {
+            return None;
+        }
+        if self.index >= roulette_from {
+            // The weight carries what the integrand does not.
+            let survival = survival(self.throughput.max_element() * self.weight as f32);
+            if !(self.numbers.roulette(self.index) < survival) {
+                return None;
+            }
+            self.weight /= f64::from(survival);
+        }
+        self.departure = Some(Departure {
+            site: world.site(vertex),
+            position: world.position(vertex),
+            wo: self.wo,
+            throughput,
+            direction: sampled.wi,
+            lobe: sampled.lobe,
+            roughness: world.lobe_roughness(vertex, sampled.lobe),
+            total_pdf: sampled.total_pdf,
+            is_delta: sampled.is_delta,
+        });
+        self.index += 1;
+        self.wo = -sampled.wi;
+        Some(world.ray(vertex, sampled.wi))
+    }
+
+    /// What is emitted where the current ray has arrived.
+    fn met(&self, world: &W, vertex: Option<&W::Vertex>) -> Option<Vec3> {
+        let departure = self.departure.as_ref()?;
+        let end = End::of(vertex);
+        let radiance = end.radiance(world, departure.direction);
+        if radiance == Vec3::ZERO {
+            return None;
+        }
+        let emitter_pdf = if departure.is_delta {
+            Density::ZERO
+        } else {
+            end.emitter_pdf(world, &departure.site, departure.direction, radiance)
+        };
+        let weight = scattering_weight(departure.total_pdf, emitter_pdf);
+        Some(self.throughput * radiance * weight * self.weight as f32)
+    }
+
+    /// The prefix that ends at the vertex arrived at, as a shift sees it: by the two positions and
+    /// not by the direction that led from one to the other, which differs by the rays' offsets.
+    fn finish(&self, world: &W, before: &W::Vertex, vertex: &W::Vertex) -> Option<PrefixSample> {
+        let departure = self.departure.as_ref()?;
+        let sight = Sight::of(world, departure.position, vertex);
+        let scattering = world.evaluate_lobe(before, departure.wo, sight.direction, departure.lobe);
+        let throughput = departure.throughput * scattering.weight();
+        let sample = PrefixSample {
+            seed: self.seed,
+            index: self.index,
+            lobe: departure.lobe,
+            place: world.place(vertex),
+            density: sight.to_area(scattering.pdf).value(),
+            throughput,
+            wo: -sight.direction,
+        };
+        (throughput.max_element() > 0.0 && throughput.is_finite()).then_some(sample)
+    }
+}
+
+impl<W: World> PrefixTracer<W> {
+    /// Roulette may end a prefix from vertex number `roulette_from` on (the first surface is number
+    /// 1).
+    pub fn new(roulette_from: u32) -> Self {
+        Self {
+            roulette_from,
+            walks: Vec::new(),
+            places: Vec::new(),
+            vertices: Vec::new(),
+            origins: Vec::new(),
+            before: Vec::new(),
+            next_places: Vec::new(),
+            rays: Vec::new(),
+            pending: Vec::new(),
+            pending_rays: Vec::new(),
+            occluded: Vec::new(),
+        }
+    }
+
+    /// Traces a prefix for each domain and seed and hands what it finds to `visit`, with the number
+    /// of the prefix, in an order that depends on the prefix alone. `with_light` asks for the light
+    /// on the way; without, no emitter is sampled.
+    pub fn trace(
+        &mut self,
+        starts: &[(&PrefixDomain<'_, W>, PathSeed)],
+        with_light: bool,
+        mut visit: impl FnMut(usize, PrefixFinding<'_, W::Vertex>),
+    ) {
+        let Some(world) = starts.first().map(|(domain, _)| domain.world()) else {
+            return;
+        };
+        self.begin(world, starts, with_light, &mut visit);
+        while !self.places.is_empty() {
+            self.leave(world, starts, with_light);
+            self.occluded.clear();
+            self.occluded.resize(self.pending_rays.len(), false);
+            world.occluded_many(&self.pending_rays, RayKind::Emitter, &mut self.occluded);
+            for ((number, light), &occluded) in self.pending.iter().zip(&self.occluded) {
+                if !occluded {
+                    visit(*number, PrefixFinding::Light(*light));
+                }
+            }
+            std::mem::swap(&mut self.places, &mut self.next_places);
+            std::mem::swap(&mut self.vertices, &mut self.before);
+            self.vertices.clear();
+            self.vertices.resize(self.rays.len(), None);
+            world.trace_many(&self.rays, RayKind::Path, &mut self.vertices);
+            self.arrive(world, starts, with_light, &mut visit);
+        }
+    }
+
+    /// The first vertices.
+    fn begin(
+        &mut self,
+        world: &W,
+        starts: &[(&PrefixDomain<'_, W>, PathSeed)],
+        with_light: bool,
+        visit: &mut impl FnMut(usize, PrefixFinding<'_, W::Vertex>),
+    ) {
+        self.walks.clear();
+        self.walks.extend(starts.iter().map(|&(_, seed)| Walk::new(seed)));
+        self.places.clear();
+        self.rays.clear();
+        for (number, (domain, _)) in starts.iter().enumerate() {
+            let walk = &mut self.walks[number];
+            if let Start::Sensor(sensor) = domain.start()
+                && let Some((ray, direction)) = world.sensor_ray(sensor, walk.numbers.sensor())
+            {
+                walk.wo = -direction;
+                self.rays.push(ray);
+                self.places.push(number);
+            }
+        }
+        self.vertices.clear();
+        self.vertices.resize(self.rays.len(), None);
+        world.trace_many(&self.rays, RayKind::Sensor, &mut self.vertices);
+        if with_light {
+            for (&number, vertex) in self.places.iter().zip(&self.vertices) {
+                let radiance = End::of(vertex.as_ref()).radiance(world, -self.walks[number].wo);
+                if radiance != Vec3::ZERO && starts[number].0.max_length() >= 1 {
+                    visit(number, PrefixFinding::Light(radiance));
+                }
+            }
+        }
+        for (number, (domain, _)) in starts.iter().enumerate() {
+            if let Start::Vertex { first, wo } = domain.start() {
+                self.walks[number].wo = *wo;
+                self.places.push(number);
+                self.vertices.push(Some(first.clone()));
+            }
+        }
+    }
+
+    /// From every vertex, perhaps a path to an emitter, and a ray onwards.
+    fn leave(&mut self, world: &W, starts: &[(&PrefixDomain<'_, W>, PathSeed)], with_light: bool) {
+        self.pending.clear();
+        self.pending_rays.clear();
+        self.next_places.clear();
+        self.rays.clear();
+        self.origins.clear();
+        for (place, (&number, vertex)) in self.places.iter().zip(&self.vertices).enumerate() {
+            let (walk, length) = (&mut self.walks[number], starts[number].0.max_length());
+            let Some(vertex) = vertex.as_ref().filter(|_| walk.index < length) else {
+                continue;
+            };
+            if with_light && let Some((light, ray)) = walk.sample_emitter(world, vertex) {
+                self.pending.push((number, light));
+                self.pending_rays.push(ray);
+            }
+            if let Some(ray) = walk.scatter(world, vertex, self.roulette_from) {
+                self.rays.push(ray);
+                self.next_places.push(number);
+                self.origins.push(place);
+            }
+        }
+    }
+
+    /// What rays lead to: light, the ends of prefixes, or vertices to go on from.
+    fn arrive(
+        &mut self,
+        world: &W,
+        starts: &[(&PrefixDomain<'_, W>, PathSeed)],
+        with_light: bool,
+        visit: &mut impl FnMut(usize, PrefixFinding<'_, W::Vertex>),
+    ) {
+        for (place, &number) in self.places.iter().enumerate() {
+            let (walk, domain) = (&self.walks[number], starts[number].0);
+            if with_light && let Some(light) = walk.met(world, self.vertices[place].as_ref()) {
+                visit(number, PrefixFinding::Light(light));
+            }
+            let left = walk
+                .departure
+                .as_ref()
+                .map(|left| (left.position, left.roughness));
+            let ends = |vertex: &&W::Vertex| domain.ends(left, vertex);
+            let Some(vertex) = self.vertices[place].as_ref().filter(ends) else {
+                continue;
+            };
+            if walk.index < domain.max_length()
+                && let Some(before) = &self.before[self.origins[place]]
+                && let Some(sample) = walk.finish(world, before, vertex)
+                && let Ok(weight) = ContributionWeight::new(walk.weight)
+            {
+                visit(number, PrefixFinding::Prefix(&sample, vertex, weight));
+            }
+            self.vertices[place] = None;
+        }
+    }
+}
