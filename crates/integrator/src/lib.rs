@@ -13,6 +13,7 @@
 //! | a camera that moves from frame to frame | [`CameraMotion`] |
 //! | path tracing by tiles that share what is behind their first vertices | [`PathReuse`] |
 //! | direct light by reuse among pixels and frames | [`RestirDi`] |
+//! | paths whose prefixes are drawn and whose suffixes are reused | [`RestirSuffix`] |
 //! | indirect light by reuse, biased, to compare with | [`RestirGi`] |
 //! | paths through participating media by reuse among pixels and frames | [`RestirVolume`] |
 //!
@@ -68,6 +69,7 @@ pub use registry::{
 pub use restir::pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };
+pub use restir::suffix::{MAX_BORROWED, MAX_PREFIXES, RestirSuffix, RestirSuffixError, RestirSuffixOptions};
 pub use restir::{RestirDi, RestirDiError, RestirDiSettings, RestirGi};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
@@ -81,6 +83,11 @@ pub use vpl::{
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/integrator.md")]
 struct Guide;
+
+/// So is that of the guide to suffix reuse.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/suffixes.md")]
+struct GuideToSuffixes;
 
 /// So is that of the guide to new methods.
 #[cfg(doctest)]

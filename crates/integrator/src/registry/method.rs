@@ -70,9 +70,13 @@ impl Method {
     }
 
     /// What it can do. With a guide it makes frames that depend on those before, and is none of the
-    /// device's.
+    /// device's; nor is a method whose reuse is decorrelated.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
+        let own = MethodCapabilities {
+            device: own.device && !self.values.is_decorrelated(),
+            ..own
+        };
         match self.values.guided_paths() {
             None => own,
             Some(_) => MethodCapabilities {

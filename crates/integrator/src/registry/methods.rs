@@ -9,8 +9,8 @@ use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::{
     DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, Lightcuts, Mixture, PathReuse, PathTracer,
-    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirVolume, RestirVolumeOptions,
-    VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
+    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
+    RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use std::fmt::Display;
@@ -159,8 +159,23 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
-        start: |stage, values, motion| restir_di(stage, values, motion, RestirDiSettings::UNBIASED),
+        options: &[
+            options::LIGHTS,
+            options::POINTS,
+            options::VISIBLE,
+            options::PAIRS,
+            options::MUTATIONS,
+        ],
+        start: |stage, values, motion| {
+            let mut settings = RestirDiSettings {
+                mutations: values.get(&options::MUTATIONS).unwrap_or(0),
+                ..RestirDiSettings::UNBIASED
+            };
+            if let Some(block) = values.get(&options::PAIRS) {
+                (settings.pairs, settings.spatial_rounds) = (Some(block), PAIRED_ROUNDS);
+            }
+            restir_di(stage, values, motion, settings)
+        },
     },
     MethodEntry {
         name: "restir-di-biased",
@@ -200,18 +215,23 @@ pub const METHODS: &[MethodEntry] = &[
             device: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::SHIFT, options::LIGHTS, options::POINTS, options::VISIBLE],
+        options: &[
+            options::SHIFT,
+            options::LIGHTS,
+            options::POINTS,
+            options::VISIBLE,
+            options::PAIRS,
+        ],
         start: |stage, values, motion| {
-            restir_pt(
-                stage,
-                values,
-                motion,
-                RestirPtOptions {
-                    points: values.points(),
-                    visible_emission: values.visible_emission(),
-                    ..RestirPtOptions::real_time(values.path_mapping())
-                },
-            )
+            let mut options = RestirPtOptions {
+                points: values.points(),
+                visible_emission: values.visible_emission(),
+                ..RestirPtOptions::real_time(values.path_mapping())
+            };
+            if let Some(block) = values.get(&options::PAIRS) {
+                (options.pairs, options.rounds) = (Some(block), PAIRED_ROUNDS);
+            }
+            restir_pt(stage, values, motion, options)
         },
     },
     MethodEntry {
@@ -229,6 +249,43 @@ pub const METHODS: &[MethodEntry] = &[
                 motion,
                 RestirPtOptions::offline(values.path_mapping()),
             )
+        },
+    },
+    MethodEntry {
+        name: "restir-suffix",
+        help: "Path tracing by short prefixes that share what is behind them, with reuse from the frame before",
+        capabilities: MethodCapabilities::CHAIN,
+        options: &[
+            options::SHIFT,
+            options::LIGHTS,
+            options::POINTS,
+            options::PREFIXES,
+            options::CANONICAL,
+            options::BORROWED,
+        ],
+        start: |stage, values, motion| {
+            let mut options = RestirSuffixOptions::real_time(values.path_mapping());
+            options.suffixes.points = values.points();
+            restir_suffix(stage, values, motion, options)
+        },
+    },
+    MethodEntry {
+        name: "restir-suffix-offline",
+        help: "The same in independent frames of 32 prefixes",
+        capabilities: MethodCapabilities {
+            camera_motion: true,
+            ..MethodCapabilities::FRAMES
+        },
+        options: &[
+            options::SHIFT,
+            options::LIGHTS,
+            options::PREFIXES,
+            options::CANONICAL,
+            options::BORROWED,
+        ],
+        start: |stage, values, motion| {
+            let options = RestirSuffixOptions::offline(values.path_mapping());
+            restir_suffix(stage, values, motion, options)
         },
     },
     MethodEntry {
@@ -275,6 +332,9 @@ const VPL: MethodCapabilities = MethodCapabilities {
     depth: PathDepth::Bounded { least: 3, default: 5 },
     ..MethodCapabilities::FRAMES
 };
+
+/// Rounds of reuse in pairs: as many partners as neighbours in a disk.
+const PAIRED_ROUNDS: u32 = 3;
 
 fn restir_di<'b>(
     stage: &'b Stage<'_>,
@@ -360,6 +420,22 @@ fn restir_pt<'b>(
         Some(choosing) => {
             let world = stage.world_by(choosing).map_err(reason)?;
             frames(RestirPt::new(world, options, motion.camera))
+        }
+    }
+}
+
+fn restir_suffix<'b>(
+    stage: &'b Stage<'_>,
+    values: &MethodValues,
+    motion: Motion<'b>,
+    options: RestirSuffixOptions,
+) -> Start<'b> {
+    let options = values.restir_suffix_options(options);
+    match values.light_choosing() {
+        None => frames(RestirSuffix::new(stage.world(), options, motion.camera)),
+        Some(choosing) => {
+            let world = stage.world_by(choosing).map_err(reason)?;
+            frames(RestirSuffix::new(world, options, motion.camera))
         }
     }
 }

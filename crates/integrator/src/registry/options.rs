@@ -3,11 +3,12 @@
 use super::option::{MethodOption, MethodValues, any, one_of, within};
 use crate::{
     CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions, MAX_DIRECT_SAMPLES,
-    MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping, ShadowTargets, TILE_SIZES, VplGridOptions,
-    VplOptions,
+    MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping, RestirSuffixOptions, ShadowTargets,
+    TILE_SIZES, VplGridOptions, VplOptions,
 };
 use lightshed_guiding::Interpolation;
 use lightshed_lights::{GridOptions, Levels};
+use lightshed_resampling::PairedPattern;
 use lightshed_sampling::PointSet;
 use lightshed_scene::Scene;
 
@@ -137,6 +138,56 @@ pub const SHIFT: MethodOption = MethodOption::new(
     |text| one_of(text, &["hybrid", "reconnection"]),
     "How paths are carried between pixels: hybrid, by random replay up to the first vertices that can be reconnected, or \
      reconnection, to the second surface",
+);
+
+/// Reuse in pairs.
+pub const PAIRS: MethodOption = MethodOption::new(
+    "pairs",
+    "BLOCK",
+    "",
+    |text| {
+        PairedPattern::new(text.parse().unwrap_or(0))
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    },
+    "Reuse among pixels in three rounds of pairs that reuse from each other, within blocks of so many pixels (a power of \
+     two), in place of neighbours in a disk",
+);
+
+/// Steps of Markov chains.
+pub const MUTATIONS: MethodOption = MethodOption::new(
+    "mutations",
+    "N",
+    "0",
+    |text| within(text, 0..=64),
+    "Steps of a Markov chain on each pixel's emitter after reuse from the frame before",
+);
+
+/// Integration prefixes.
+pub const PREFIXES: MethodOption = MethodOption::new(
+    "prefixes",
+    "N",
+    "",
+    |text| within(text, 1..=crate::MAX_PREFIXES),
+    "Integration prefixes of a pixel and frame: 8, or 32 offline, if not given",
+);
+
+/// Canonical suffixes.
+pub const CANONICAL: MethodOption = MethodOption::new(
+    "canonical",
+    "K",
+    "",
+    |text| within(text, 1..=crate::MAX_PREFIXES),
+    "Integration prefixes that trace a suffix of their own: 1, or 4 offline, if not given; roulette leaves the others none",
+);
+
+/// Borrowed suffixes.
+pub const BORROWED: MethodOption = MethodOption::new(
+    "borrowed",
+    "N",
+    "",
+    |text| within(text, 0..=crate::MAX_BORROWED),
+    "Supporting prefixes whose suffixes an integration prefix borrows: 1, or 3 offline, if not given",
 );
 
 /// Most scattering vertices.
@@ -326,6 +377,22 @@ impl MethodValues {
         match self.get::<String>(&SHIFT).as_deref() {
             Some("reconnection") => PathMapping::Reconnection,
             _ => PathMapping::Hybrid,
+        }
+    }
+
+    /// Whether reuse is in pairs, or followed by steps of Markov chains.
+    pub fn is_decorrelated(&self) -> bool {
+        self.get::<u32>(&PAIRS).is_some() || self.get(&MUTATIONS).is_some_and(|steps: u32| steps > 0)
+    }
+
+    /// Parameters of suffix reuse.
+    pub fn restir_suffix_options(&self, default: RestirSuffixOptions) -> RestirSuffixOptions {
+        let prefixes = self.get(&PREFIXES).unwrap_or(default.prefixes);
+        RestirSuffixOptions {
+            prefixes,
+            canonical: self.get(&CANONICAL).unwrap_or(default.canonical.min(prefixes)),
+            borrowed: self.get(&BORROWED).unwrap_or(default.borrowed),
+            ..default
         }
     }
 

@@ -3,6 +3,7 @@
 use super::candidates::{KINDS, Survivors, resample_candidates};
 use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, in_batches};
 use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
+use super::mutation::mutated;
 use super::passes::{MAX_ROUNDS, PASSES, Pass};
 use super::primary::{Primary, trace_primaries};
 use crate::CameraMotion;
@@ -14,7 +15,7 @@ use crate::visible_emission::VisibleFrames;
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
-    Contribution, Extent, MergeRule, Mis, Pattern, PatternError, Reuse, ReuseError, Topology,
+    Contribution, Extent, MergeRule, Mis, PairedPattern, Pattern, PatternError, Reuse, ReuseError, Topology,
 };
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::glam::Vec2;
@@ -49,6 +50,14 @@ pub struct RestirDiSettings {
     /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their
     /// own.
     pub visible_emission: bool,
+    /// Steps of a Markov chain on each pixel's emitter after reuse from the frame before (Sawhney
+    /// et al. 2022), a shadow ray each: pixels and frames that hold the same endpoint part again.
+    /// Not for biased settings, whose targets know no occlusion.
+    pub mutations: u32,
+    /// Rounds of spatial reuse in pairs of pixels that reuse from each other, within blocks of this
+    /// many pixels, a power of two; `None` for neighbours in a disk. They shade by the one sample
+    /// that is left, not by the sum over all.
+    pub pairs: Option<u32>,
 }
 
 impl RestirDiSettings {
@@ -64,6 +73,8 @@ impl RestirDiSettings {
         biased: false,
         points: PointSet::Independent,
         visible_emission: false,
+        mutations: 0,
+        pairs: None,
     };
     /// Biased: as before, with two rounds of 5 neighbours, which trace no rays.
     pub const BIASED: Self = Self {
@@ -88,7 +99,18 @@ impl RestirDiSettings {
         if !(self.confidence_cap > 0.0) {
             return Err(RestirDiError::ConfidenceCap);
         }
+        if let Some(block) = self.pairs {
+            PairedPattern::new(block).map_err(RestirDiError::Pattern)?;
+        }
         Pattern::disk(self.radius_pixels, self.neighbours).map_err(RestirDiError::Pattern)
+    }
+
+    /// The pairs of a frame, if reuse is in pairs.
+    fn paired(&self) -> Option<PairedPattern> {
+        // They have been checked. A biased merge knows no pairs.
+        self.pairs
+            .filter(|_| !self.biased)
+            .and_then(|block| PairedPattern::new(block).ok())
     }
 }
 
@@ -401,7 +423,19 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
                 numbers.pixel(pixel)
             })?;
         }
+        if self.settings.mutations > 0 && !biased && view.number > 0 {
+            self.mutate(view, &shift, &mut reservoirs.now);
+        }
         let spatial = reuse(Mis::PAIRWISE_DEFENSIVE);
+        if let Some(pairs) = self.settings.paired() {
+            let numbers = view.numbers.pass(Pass::Spatial);
+            let pairs = |round| {
+                let pairs = pairs.over(extent, view.numbers.key(round));
+                pairs.filtered(|own, other| alike(&pixels[own], &pixels[other]))
+            };
+            let choose = |round, pixel| numbers.round(round).pixel(pixel);
+            return reservoirs.in_pairs(&spatial, spatial_rounds, pairs, choose, cancel);
+        }
         let neighbours = |round| {
             let pattern = self.pattern.over(extent, view.numbers.key(round));
             pattern.filtered(|own, other| alike(&pixels[own], &pixels[other]))
@@ -419,6 +453,24 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
             reservoirs.in_space_shaded(&spatial, neighbours(others), image, shade, choose)?;
         }
         Ok(())
+    }
+
+    /// Moves what pixels hold a little.
+    fn mutate(&self, view: FrameView<'_>, seen: &SeenFrom<'_>, reservoirs: &mut [DirectReservoir]) {
+        let pixels = self.pixels(view.number).chunks(MAX_BATCH);
+        // Numbers of a second reservoir, which no pixel has.
+        let numbers = view.numbers.pass(Pass::Temporal).reservoir(1);
+        parallel::for_each(
+            pixels.zip(reservoirs.chunks_mut(MAX_BATCH)),
+            |batch, (pixels, reservoirs)| {
+                for (place, primary) in surfaces(pixels) {
+                    let mut rng = numbers.pixel(batch * MAX_BATCH + place);
+                    for _ in 0..self.settings.mutations {
+                        reservoirs[place] = mutated(seen, primary, reservoirs[place], &mut rng);
+                    }
+                }
+            },
+        );
     }
 
     /// Adds `f(Y) W` to each pixel, `f` with occlusion.
@@ -510,7 +562,8 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
             && self.resample_fresh(view, &mut reservoirs.now, image, cancel)
             // Fails for slices of other lengths only.
             && self.reuse(view, &mut reservoirs, image, cancel).is_ok();
-        if done && (self.settings.biased || self.settings.spatial_rounds == 0) {
+        let is_shaded = !self.settings.biased && self.settings.spatial_rounds > 0;
+        if done && (!is_shaded || self.settings.paired().is_some()) {
             self.shade(frame, &reservoirs.now, image);
         }
         reservoirs.keep();

@@ -180,6 +180,29 @@ where
         reuse.spatial_rounds(rounds, neighbours, &mut self.now, &mut self.scratch, choose)
     }
 
+    /// Rounds of reuse in pairs, as long as nobody cancels.
+    pub fn in_pairs<Ds, T, P, C>(
+        &mut self,
+        reuse: &Reuse<'_, Ds, T>,
+        rounds: u32,
+        pairs: impl Fn(u32) -> P,
+        choose: impl Fn(u32, usize) -> C + Sync,
+        cancel: &AtomicBool,
+    ) -> Result<(), ReuseError>
+    where
+        Ds: Domains<Domain = D>,
+        T: ShiftMapping<D> + Sync,
+        P: Topology,
+        C: Choose,
+    {
+        for round in (0..rounds).take_while(|_| !cancel.load(Ordering::Relaxed)) {
+            let choose = |pixel| choose(round, pixel);
+            reuse.paired(pairs(round), &self.now, &mut self.scratch, choose)?;
+            std::mem::swap(&mut self.now, &mut self.scratch);
+        }
+        Ok(())
+    }
+
     /// A last round, in which all that neighbours bring shades `image`.
     pub fn in_space_shaded<Ds, T, C>(
         &mut self,

@@ -6,9 +6,11 @@ pub(crate) mod frames;
 mod gi;
 mod indirect;
 mod light;
+mod mutation;
 mod passes;
 pub(crate) mod primary;
 pub(crate) mod pt;
+pub(crate) mod suffix;
 
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};
 pub use gi::RestirGi;

@@ -12,8 +12,8 @@ use crate::visible_emission::VisibleFrames;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
 use lightshed_film::{FrameMethod, RayCounts};
 use lightshed_resampling::{
-    Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, Pattern, Reuse, ReuseError,
-    ShiftMapping, Topology,
+    Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, PairedPattern, Pattern,
+    Reuse, ReuseError, ShiftMapping, Topology,
 };
 use lightshed_sampling::{FramePasses, PathSeed, parallel};
 use lightshed_scene::glam::Vec3;
@@ -52,6 +52,7 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
     options: RestirPtOptions,
     connectability: Connectability,
     pattern: Option<Pattern>,
+    pairs: Option<PairedPattern>,
     motion: CameraMotion,
     extent: Extent,
     pixels: TwoFrames<PathPixels<'a, E>>,
@@ -150,6 +151,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             options,
             connectability: options.connectability(world.scene())?,
             pattern: options.pattern()?,
+            pairs: options.paired()?,
             motion,
             extent: extent_of(world.scene()),
             pixels: TwoFrames::default(),
@@ -166,6 +168,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             options: self.options,
             connectability: self.connectability,
             pattern: self.pattern,
+            pairs: self.pairs,
             motion: self.motion,
             extent: self.extent,
             pixels: self.pixels,
@@ -332,6 +335,18 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
             let numbers = view.numbers.pass(Pass::Temporal);
             let in_time = Reuse::new(pixels, rule.with_mis(Mis::Balance));
             reservoirs.in_time(&in_time, before, seen_at, |pixel| numbers.pixel(pixel))?;
+        }
+        if let Some(pairs) = self.pairs {
+            let reuse = Reuse::new(pixels, rule);
+            let pairs = |round| {
+                let pairs = pairs.over(extent, view.numbers.key(round));
+                pairs.filtered(|own, other| pixels.0[own].resembles(&pixels.0[other]))
+            };
+            let numbers = view.numbers.pass(Pass::Spatial);
+            let choose = |round, pixel| numbers.round(round).pixel(pixel);
+            reservoirs.in_pairs(&reuse, self.options.rounds, pairs, choose, cancel)?;
+            shade::<E>(&reservoirs.now, image);
+            return Ok(());
         }
         let Some(pattern) = self.pattern else {
             shade::<E>(&reservoirs.now, image);

@@ -1,6 +1,6 @@
 //! How ReSTIR PT spends its time.
 
-use lightshed_resampling::{Pattern, PatternError};
+use lightshed_resampling::{PairedPattern, Pattern, PatternError};
 use lightshed_sampling::PointSet;
 use lightshed_scene::{Material, Scene};
 use lightshed_shift::Connectability;
@@ -61,6 +61,10 @@ pub struct RestirPtOptions {
     /// Random numbers of the camera rays that all paths of a frame share, over the frames.
     /// Stratified ones lessen the noise of edges in the mean of frames.
     pub points: PointSet,
+    /// Rounds of spatial reuse in pairs of pixels that reuse from each other, within blocks of this
+    /// many pixels, a power of two; `None` for the neighbourhood. A shift serves two pixels, but
+    /// the last round shades by the one sample that is left, not by the sum over all.
+    pub pairs: Option<u32>,
 }
 
 /// Why options are refused.
@@ -125,6 +129,7 @@ impl RestirPtOptions {
             min_distance: 0.02,
             points: PointSet::Independent,
             visible_emission: false,
+            pairs: None,
         }
     }
 
@@ -144,8 +149,14 @@ impl RestirPtOptions {
         }
     }
 
+    /// The pairs; `None` without spatial reuse in pairs.
+    pub(crate) fn paired(&self) -> Result<Option<PairedPattern>, RestirPtError> {
+        let pairs = self.pairs.filter(|_| self.rounds > 0).map(PairedPattern::new);
+        pairs.transpose().map_err(RestirPtError::Pattern)
+    }
+
     /// The neighbours; `None` without spatial reuse.
-    pub(super) fn pattern(&self) -> Result<Option<Pattern>, RestirPtError> {
+    pub(crate) fn pattern(&self) -> Result<Option<Pattern>, RestirPtError> {
         let pattern = match self.neighbourhood {
             _ if self.rounds == 0 => return Ok(None),
             Neighbourhood::Disk { count: 0, .. } => return Ok(None),
@@ -156,7 +167,7 @@ impl RestirPtOptions {
     }
 
     /// The thresholds for a scene.
-    pub(super) fn connectability(&self, scene: &Scene) -> Result<Connectability, RestirPtError> {
+    pub(crate) fn connectability(&self, scene: &Scene) -> Result<Connectability, RestirPtError> {
         self.thresholds(scene.extent(), scene.materials().iter().all(is_diffuse))
     }
 

@@ -89,6 +89,20 @@ enum Fault {
     Density,
 }
 
+/// Steps of Markov chains and reuse in pairs leave the expectation alone. Every kind of emitter is
+/// stepped on.
+#[test]
+fn decorrelated_frames_agree_with_direct_light() {
+    let scene = every_emitter(32, 2);
+    let truth = truth(&scene, 100);
+    let mut settings = settings();
+    (settings.mutations, settings.pairs) = (2, Some(8));
+    let make = || RestirDi::new(&scene, scene.emitters_by_power(), settings).unwrap();
+    let agreement = Ensemble::of_chains(make, 1..4, 90, 1).compare(&truth);
+    println!("{agreement:?}");
+    agreement.verdict().unwrap();
+}
+
 /// Chains of four frames, those with reuse in time, in scenes with every kind of emitter and lobe.
 #[test]
 fn frames_agree_with_direct_light() {

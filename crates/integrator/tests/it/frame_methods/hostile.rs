@@ -4,7 +4,7 @@ use super::scenes::{every_emitter, small_description};
 use lightshed_film::{Budget, FrameMethod, RenderOptions, render_frames};
 use lightshed_integrator::{
     CameraMotion, PathMapping, PathReuse, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions,
-    SceneWorld,
+    RestirSuffix, RestirSuffixOptions, SceneWorld,
 };
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{
@@ -23,6 +23,11 @@ fn methods<'a>(
         candidates: 3,
         ..RestirPtOptions::offline(PathMapping::Hybrid)
     };
+    let suffixes = RestirSuffixOptions {
+        prefixes: 3,
+        borrowed: 2,
+        ..RestirSuffixOptions::real_time(PathMapping::Hybrid)
+    };
     vec![
         (
             "restir-pt",
@@ -33,6 +38,10 @@ fn methods<'a>(
             restir_pt(RestirPtOptions::real_time(PathMapping::Reconnection)),
         ),
         ("restir-pt-offline", restir_pt(offline)),
+        (
+            "restir-suffix",
+            Box::new(RestirSuffix::new(world, suffixes, motion).unwrap()),
+        ),
         (
             "restir-di",
             Box::new(

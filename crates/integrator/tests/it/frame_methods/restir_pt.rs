@@ -155,6 +155,23 @@ fn frames_agree_with_path_tracing() {
     }
 }
 
+/// Reuse in pairs leaves the expectation alone.
+#[test]
+fn frames_reused_in_pairs_agree_with_path_tracing() {
+    let scene = every_emitter(32, 3);
+    let truth = truth(&scene, 75);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
+    let options = RestirPtOptions {
+        pairs: Some(8),
+        rounds: 2,
+        ..real_time(PathMapping::Hybrid)
+    };
+    let make = || RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
+    let agreement = Ensemble::of_chains(make, 1..4, 90, 1).compare(&truth);
+    println!("{agreement:?}");
+    agreement.verdict().unwrap();
+}
+
 /// In a scene lit indirectly, where determinants differ from 1. Power: the faults are off by 10 and
 /// 95 standard errors in a tile.
 #[test]
@@ -347,6 +364,10 @@ fn options_out_of_range_are_refused() {
     };
     assert_eq!(refused(&|o| o.candidates = 0), RestirPtError::Candidates(0));
     assert_eq!(refused(&|o| o.rounds = 65), RestirPtError::Rounds(65));
+    assert!(matches!(
+        refused(&|o| o.pairs = Some(5)),
+        RestirPtError::Pattern(_)
+    ));
     assert_eq!(
         refused(&|o| o.temporal_cap = Some(0.5)),
         RestirPtError::TemporalCap(0.5)

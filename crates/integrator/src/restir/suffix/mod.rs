@@ -1,0 +1,415 @@
+//! Suffix reuse (Kettunen 2023 §§6–7): what lies behind short prefixes is resampled, a final gather
+//! integrates over the prefixes.
+
+mod gather;
+mod options;
+mod supports;
+#[cfg(test)]
+mod tests;
+
+pub use options::{MAX_BORROWED, MAX_PREFIXES, RestirSuffixError, RestirSuffixOptions};
+
+use super::frames::{FrameView, extent_of, trace_camera_rays};
+use crate::camera_motion::pixel_seeing;
+use crate::emitter_sampler::EmitterSampler;
+use crate::restir::pt::MAX_ROUNDS;
+use crate::{CameraMotion, SceneWorld};
+use gather::Gather;
+use lightshed_film::{FrameMethod, RayCounts};
+use lightshed_resampling::{
+    Conditional, ConditionalShift, ContributionWeight, DomainReservoir, Extent, FinalGather, MergeRule, Mis,
+    MixtureRis, Pattern, Reservoir, Reuse, ReuseError, ShiftMapping, Topology,
+};
+use lightshed_sampling::{FramePasses, PathSeed, parallel};
+use lightshed_scene::{Camera, EmittersByPower, Hit, Ray, Rgb};
+use lightshed_shift::{
+    Connectability, Finding, PathDomain, PathSample, PathShift, PrefixDomain, PrefixFinding, PrefixShift,
+    PrefixTracer, TreeTracer,
+};
+use lightshed_spatial::SiteMetric;
+use std::sync::atomic::{AtomicBool, Ordering};
+use supports::{BATCH, GROUP, History, Pass, Prefixes, SuffixReservoir, Supports};
+
+/// Suffix reuse: estimates the light transport equation by short prefixes of its own for each
+/// pixel, which go on by suffixes that pixels share within a frame and from frame to frame.
+///
+/// Each frame, every pixel has
+///
+/// 1. a *supporting prefix* ([`PrefixDomain`]): a fresh one merged with that of the frame before,
+///    by targets that know nothing of suffixes (eq. 19);
+/// 2. a *suffix* behind it, in the domain that the supporting prefix fixes: resampled from trees,
+///    merged with the suffix of the frame before and with those of neighbours (eq. 20), each in the
+///    domain behind its own supporting prefix;
+/// 3. `N` *integration prefixes*, drawn afresh and never reused, each with its emitter samples.
+///    Behind each, a final gather sums the suffixes of the nearest supporting prefixes, shifted,
+///    and a suffix of its own, which roulette leaves to a few of the `N` (eq. 23).
+///
+/// So what pixels share is seen by way of vertices that they do not share: frames and pixels are
+/// hardly correlated, for the noise of short prefixes.
+///
+/// Every frame is unbiased. The shift of suffixes is [`PathShift`] unless another is given.
+pub struct RestirSuffix<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> {
+    shift: S,
+    world: &'a SceneWorld<'a, E>,
+    options: RestirSuffixOptions,
+    ends: Connectability,
+    connectability: Connectability,
+    gather: FinalGather,
+    metric: SiteMetric,
+    pattern: Option<Pattern>,
+    motion: CameraMotion,
+    extent: Extent,
+    history: History<'a, E>,
+    #[cfg(test)]
+    fault: Option<tests::Fault>,
+}
+
+const PASSES: FramePasses = match FramePasses::new(Pass::SuffixSpatial as u32 + 1, MAX_ROUNDS, 1) {
+    Ok(passes) => passes,
+    Err(_) => panic!("few passes"),
+};
+
+impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
+    /// For images of the size that the scene's settings ask for, with paths as long as they ask
+    /// for.
+    ///
+    /// # Errors
+    /// [`RestirSuffixError`] for options out of range.
+    pub fn new(
+        world: &'a SceneWorld<'a, E>,
+        options: RestirSuffixOptions,
+        motion: CameraMotion,
+    ) -> Result<Self, RestirSuffixError> {
+        let scene = world.scene();
+        let (ends, connectability, gather) = options.checked(scene)?;
+        let metric = SiteMetric::new(options.normal_scale * scene.extent());
+        Ok(Self {
+            shift: PathShift::default(),
+            world,
+            options,
+            ends,
+            connectability,
+            gather,
+            metric: metric.ok_or(RestirSuffixError::Search(options.normal_scale))?,
+            pattern: options.suffixes.pattern()?,
+            motion,
+            extent: extent_of(scene),
+            history: History::default(),
+            #[cfg(test)]
+            fault: None,
+        })
+    }
+
+    /// With another shift among suffixes.
+    pub fn with_shift<S>(self, shift: S) -> RestirSuffix<'a, E, S> {
+        RestirSuffix {
+            shift,
+            world: self.world,
+            options: self.options,
+            ends: self.ends,
+            connectability: self.connectability,
+            gather: self.gather,
+            metric: self.metric,
+            pattern: self.pattern,
+            motion: self.motion,
+            extent: self.extent,
+            history: self.history,
+            #[cfg(test)]
+            fault: self.fault,
+        }
+    }
+}
+
+impl<'a, E: EmitterSampler, S> RestirSuffix<'a, E, S>
+where
+    S: ShiftMapping<PathDomain<'a, SceneWorld<'a, E>>> + Send + Sync,
+{
+    /// Number of the frame whose pixels are kept: without reuse in time, one is enough.
+    fn kept(&self, frame: u32) -> u32 {
+        if self.options.suffixes.temporal_cap.is_some() {
+            frame
+        } else {
+            0
+        }
+    }
+
+    /// The prefixes that every pixel may have. False if cancelled.
+    fn see(
+        &self,
+        view: FrameView<'_>,
+        supports: &mut Supports<'a, E>,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> bool {
+        let (world, scene) = (self.world, self.world.scene());
+        let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
+        let mut seen = Vec::new();
+        seen.resize_with(self.extent.len(), || (None, None));
+        let see = |_: usize,
+                   ray: &Ray,
+                   hit: Option<&Hit>,
+                   seen: &mut (Option<Prefixes<'a, E>>, _),
+                   value: &mut Rgb| {
+            *value = Rgb::ZERO;
+            let vertex = hit.map(|hit| world.arrive(ray, hit));
+            seen.1 = vertex.as_ref().map(|vertex| vertex.point().geometric_normal);
+            seen.0 = vertex
+                .map(|vertex| PrefixDomain::behind(world, vertex, -ray.direction, self.ends, max_length));
+        };
+        let numbers = view.numbers.pass(Pass::Camera);
+        let whole = trace_camera_rays((scene, view.camera), numbers, (&mut seen, image), cancel, see);
+        (supports.prefixes, supports.normals) = seen.into_iter().unzip();
+        whole
+    }
+
+    /// A fresh prefix for every pixel.
+    fn draw_prefixes(
+        &self,
+        view: FrameView<'_>,
+        supports: &Supports<'a, E>,
+        reservoirs: &mut [DomainReservoir<Prefixes<'a, E>>],
+        cancel: &AtomicBool,
+    ) {
+        let numbers = view.numbers.pass(Pass::Prefixes);
+        let roulette_from = self.world.scene().settings().roulette_depth;
+        parallel::for_each(reservoirs.chunks_mut(GROUP), |group, reservoirs| {
+            let mut tracer = PrefixTracer::new(roulette_from);
+            for (batch, reservoirs) in reservoirs.chunks_mut(BATCH).enumerate() {
+                if cancel.load(Ordering::Relaxed) {
+                    return;
+                }
+                let first = group * GROUP + batch * BATCH;
+                reservoirs.fill(Reservoir::empty(1.0));
+                let domains = supports.prefixes[first..first + reservoirs.len()]
+                    .iter()
+                    .enumerate();
+                let (places, starts): (Vec<usize>, Vec<_>) = domains
+                    .filter_map(|(place, domain)| {
+                        let seed = PathSeed::draw(&mut numbers.pixel(first + place));
+                        Some((place, (domain.as_ref()?, seed)))
+                    })
+                    .unzip();
+                tracer.trace(&starts, false, |number, finding| {
+                    if let PrefixFinding::Prefix(prefix, _, weight) = finding
+                        && let Ok(weight) = ContributionWeight::new(weight.value() as f32)
+                        && let Ok(reservoir) = Reservoir::new(*prefix, weight, 1.0)
+                    {
+                        reservoirs[places[number]] = reservoir;
+                    }
+                });
+            }
+        });
+    }
+
+    /// The suffixes behind the supporting prefixes.
+    fn fix_prefixes(&self, prefixes: &[DomainReservoir<Prefixes<'a, E>>], supports: &mut Supports<'a, E>) {
+        let Supports {
+            prefixes: domains,
+            suffixes,
+            ..
+        } = supports;
+        suffixes.clear();
+        suffixes.resize_with(prefixes.len(), || None);
+        let groups = suffixes.chunks_mut(GROUP);
+        parallel::for_each(groups, |group, suffixes| {
+            for (place, suffix) in suffixes.iter_mut().enumerate() {
+                let pixel = group * GROUP + place;
+                if let (Some(domain), Some(prefix)) = (&domains[pixel], prefixes[pixel].sample()) {
+                    *suffix = Some(Conditional::new(domain.suffixes(prefix, self.connectability)));
+                }
+            }
+        });
+    }
+
+    /// Fresh suffixes from trees.
+    fn draw_suffixes(
+        &self,
+        view: FrameView<'_>,
+        supports: &Supports<'a, E>,
+        reservoirs: &mut [SuffixReservoir<'a, E>],
+        cancel: &AtomicBool,
+    ) {
+        let numbers = view.numbers.pass(Pass::Suffixes);
+        let trees = self.options.suffixes.candidates as usize;
+        let share = 1.0 / trees as f64;
+        let roulette_from = self.world.scene().settings().roulette_depth;
+        let in_batch = (BATCH / trees).max(1);
+        parallel::for_each(reservoirs.chunks_mut(GROUP), |group, reservoirs| {
+            let mut tracer = TreeTracer::new(roulette_from.saturating_sub(1).max(1));
+            for (batch, reservoirs) in reservoirs.chunks_mut(in_batch).enumerate() {
+                if cancel.load(Ordering::Relaxed) {
+                    return;
+                }
+                let first = group * GROUP + batch * in_batch;
+                let mut streams: Vec<_> = (0..reservoirs.len())
+                    .map(|place| (numbers.pixel(first + place), MixtureRis::<PathSample, _>::new()))
+                    .collect();
+                let (mut owners, mut starts) = (Vec::new(), Vec::new());
+                for (place, (rng, _)) in streams.iter_mut().enumerate() {
+                    if let Some(domain) = &supports.suffixes[first + place] {
+                        owners.extend((0..trees).map(|_| place));
+                        starts.extend((0..trees).map(|_| (domain.domain(), PathSeed::draw(rng))));
+                    }
+                }
+                tracer.trace(&starts, |tree, finding| {
+                    // What cannot be carried elsewhere is of no use to any integration prefix.
+                    if let Finding::Path(sample, weight) = finding
+                        && starts[tree].0.can_leave(sample)
+                    {
+                        let (rng, mixture) = &mut streams[owners[tree]];
+                        mixture.candidate(*sample, sample.target(), share, weight, rng);
+                    }
+                });
+                for (place, (reservoir, (_, mixture))) in reservoirs.iter_mut().zip(streams).enumerate() {
+                    let is_there = supports.suffixes[first + place].is_some();
+                    *reservoir = mixture.finish(if is_there { 1.0 } else { 0.0 }).given();
+                }
+            }
+        });
+    }
+
+    /// Supporting prefixes and their suffixes, reused in time and space.
+    fn reuse(
+        &self,
+        view: FrameView<'_>,
+        history: &mut History<'a, E>,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Result<bool, ReuseError> {
+        let (frame, extent, options) = (view.number, self.extent, &self.options.suffixes);
+        let mut supports = std::mem::take(history.supports.of_mut(self.kept(frame)));
+        let seen = self.see(view, &mut supports, image, cancel);
+        history.prefixes.begin(extent.len());
+        history.suffixes.begin(extent.len());
+        self.draw_prefixes(view, &supports, &mut history.prefixes.now, cancel);
+        if !seen || cancel.load(Ordering::Relaxed) {
+            *history.supports.of_mut(self.kept(frame)) = supports;
+            return Ok(false);
+        }
+        let in_time = options.temporal_cap.filter(|_| frame > 0);
+        let before_frame = frame.saturating_sub(1);
+        let camera = self.motion.camera(self.world.scene(), before_frame);
+        let sources: Vec<Option<u32>> = match in_time {
+            None => Vec::new(),
+            Some(_) => {
+                let before = history.supports.of(before_frame);
+                (0..extent.len())
+                    .map(|index| {
+                        let (first, _) = supports.prefixes[index].as_ref()?.first()?;
+                        let source = match self.motion.is_still() {
+                            true => index,
+                            false => pixel_seeing(&camera, extent, first.point().position)?,
+                        };
+                        supports
+                            .sees_alike(index, before, source)
+                            .then_some(source as u32)
+                    })
+                    .collect()
+            }
+        };
+        let source = |index: usize| sources[index].map(|source| source as usize);
+        if in_time.is_some() {
+            let before = history.supports.of(before_frame);
+            let rule = MergeRule::new(PrefixShift)
+                .with_mis(Mis::Balance)
+                .with_confidence_cap(self.options.prefix_cap);
+            let reuse = Reuse::new(&supports.prefixes, rule);
+            let numbers = view.numbers.pass(Pass::PrefixTemporal);
+            history.prefixes.in_time(
+                &reuse,
+                &before.prefixes,
+                |index, _| source(index),
+                |pixel| numbers.pixel(pixel),
+            )?;
+        }
+        self.fix_prefixes(&history.prefixes.now, &mut supports);
+        self.draw_suffixes(view, &supports, &mut history.suffixes.now, cancel);
+        let cap = options.temporal_cap.unwrap_or(f32::INFINITY);
+        let rule = MergeRule::new(ConditionalShift(&self.shift)).with_confidence_cap(cap);
+        if in_time.is_some() {
+            let before = history.supports.of(before_frame);
+            let reuse = Reuse::new(&supports.suffixes, rule.with_mis(Mis::Balance));
+            let numbers = view.numbers.pass(Pass::SuffixTemporal);
+            history.suffixes.in_time(
+                &reuse,
+                &before.suffixes,
+                |index, _| source(index),
+                |pixel| numbers.pixel(pixel),
+            )?;
+        }
+        if let Some(pattern) = self.pattern {
+            let reuse = Reuse::new(&supports.suffixes, rule);
+            let neighbours = |round| {
+                let pattern = pattern.over(extent, view.numbers.key(round));
+                pattern.filtered(|own, other| supports.ends_alike(own, other))
+            };
+            let numbers = view.numbers.pass(Pass::SuffixSpatial);
+            let choose = |round, pixel| numbers.round(round).pixel(pixel);
+            history
+                .suffixes
+                .in_space(&reuse, options.rounds, neighbours, choose, cancel)?;
+        }
+        *history.supports.of_mut(self.kept(frame)) = supports;
+        Ok(!cancel.load(Ordering::Relaxed))
+    }
+}
+
+impl<'a, E: EmitterSampler, S> FrameMethod for RestirSuffix<'a, E, S>
+where
+    S: ShiftMapping<PathDomain<'a, SceneWorld<'a, E>>> + Send + Sync,
+{
+    fn size(&self) -> [u32; 2] {
+        [self.extent.width, self.extent.height]
+    }
+
+    fn render_frame(
+        &mut self,
+        frame: u32,
+        seed: u64,
+        image: &mut [Rgb],
+        cancel: &AtomicBool,
+    ) -> Option<RayCounts> {
+        let camera: Camera = self.motion.camera(self.world.scene(), frame);
+        let view = FrameView {
+            camera: &camera,
+            number: frame,
+            numbers: PASSES
+                .frame(seed, frame, self.extent.width)
+                .with_points(self.options.suffixes.points),
+        };
+        let mut history = std::mem::take(&mut self.history);
+        // Fails for slices of other lengths only.
+        let done = self.reuse(view, &mut history, image, cancel).unwrap_or(false);
+        if done {
+            let gather = Gather {
+                world: self.world,
+                shift: &self.shift,
+                gather: self.gather,
+                borrowed: self.options.borrowed as usize,
+                within: self.options.search_radius * self.world.scene().extent(),
+                metric: self.metric,
+                ends: self.ends,
+                connectability: self.connectability,
+                supports: history.supports.of(self.kept(frame)),
+                reservoirs: &history.suffixes.now,
+                size: self.size(),
+                #[cfg(test)]
+                fault: self.fault,
+            };
+            gather.run(view, image, cancel);
+        }
+        history.prefixes.keep();
+        history.suffixes.keep();
+        self.history = history;
+        if !done || cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        let mut counts = self.world.take_counts();
+        counts.camera += image.len() as u64;
+        Some(counts)
+    }
+
+    fn is_still(&self) -> bool {
+        self.motion.is_still()
+    }
+}

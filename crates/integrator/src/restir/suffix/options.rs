@@ -1,0 +1,140 @@
+//! How suffix reuse spends its time.
+
+use crate::restir::pt::{PathMapping, RestirPtError, RestirPtOptions};
+use lightshed_resampling::FinalGather;
+use lightshed_scene::Scene;
+use lightshed_shift::Connectability;
+use std::fmt;
+
+/// Parameters of [`RestirSuffix`](crate::RestirSuffix).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestirSuffixOptions {
+    /// How suffixes are found and reused behind supporting prefixes. `path_starts_at_sensor` and
+    /// `visible_emission` mean nothing here.
+    pub suffixes: RestirPtOptions,
+    /// Confidence cap of the supporting prefixes' own reuse in time, at least 1: how many frames a
+    /// supporting prefix stays, about. Nothing without reuse in time.
+    pub prefix_cap: f32,
+    /// Integration prefixes `N` of each pixel and frame.
+    pub prefixes: u32,
+    /// How many of them trace a suffix of their own, from 1 to `N`; 1 is roulette (Kettunen 2023
+    /// §7).
+    pub canonical: u32,
+    /// Supporting prefixes `M − 1` whose suffixes an integration prefix borrows; 0 for none.
+    pub borrowed: u32,
+    /// How far supporting prefixes may be, as a share of the scene's size.
+    pub search_radius: f32,
+    /// What a turn of the normal by about 57° counts in the search, as a share of the scene's size.
+    pub normal_scale: f32,
+}
+
+/// Why options are refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum RestirSuffixError {
+    /// Those of the suffixes.
+    Suffixes(RestirPtError),
+    /// No prefixes, or more than [`MAX_PREFIXES`], or a number of canonical suffixes that is not
+    /// from 1 to that of prefixes.
+    Prefixes(u32, u32),
+    /// A cap of prefixes below 1, or NaN.
+    PrefixCap(f32),
+    /// More borrowed suffixes than [`MAX_BORROWED`].
+    Borrowed(u32),
+    /// A search radius or a scale of normals that is negative, infinite or NaN.
+    Search(f32),
+}
+
+/// Most integration prefixes of a pixel and frame.
+pub const MAX_PREFIXES: u32 = 1024;
+
+/// Most suffixes that an integration prefix borrows.
+pub const MAX_BORROWED: u32 = 32;
+
+impl fmt::Display for RestirSuffixError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Suffixes(error) => write!(f, "{error}"),
+            Self::Prefixes(prefixes, canonical) => write!(
+                f,
+                "{canonical} canonical suffixes of {prefixes} prefixes: it takes 1 to {MAX_PREFIXES} prefixes, and one \
+                 suffix at least, one for each at most"
+            ),
+            Self::PrefixCap(cap) => write!(f, "a confidence cap of {cap} for prefixes is not at least 1"),
+            Self::Borrowed(count) => write!(f, "{count} borrowed suffixes are more than {MAX_BORROWED}"),
+            Self::Search(share) => write!(
+                f,
+                "a share of {share} of the scene's size is not finite and at least 0"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for RestirSuffixError {}
+
+impl From<RestirPtError> for RestirSuffixError {
+    fn from(error: RestirPtError) -> Self {
+        Self::Suffixes(error)
+    }
+}
+
+impl RestirSuffixOptions {
+    /// A frame at a time, with reuse from the frame before (Kettunen 2023 §8): eight integration
+    /// prefixes with one suffix of their own and one borrowed for each.
+    pub fn real_time(mapping: PathMapping) -> Self {
+        Self {
+            suffixes: RestirPtOptions::real_time(mapping),
+            prefix_cap: 8.0,
+            prefixes: 8,
+            canonical: 1,
+            borrowed: 1,
+            search_radius: 0.2,
+            normal_scale: 0.1,
+        }
+    }
+
+    /// Independent frames to be averaged: eight trees behind each supporting prefix, two rounds
+    /// with 4 neighbours, and 32 prefixes with three borrowed suffixes each.
+    pub fn offline(mapping: PathMapping) -> Self {
+        let suffixes = RestirPtOptions {
+            candidates: 8,
+            rounds: 2,
+            path_starts_at_sensor: false,
+            ..RestirPtOptions::offline(mapping)
+        };
+        Self {
+            suffixes,
+            prefixes: 32,
+            canonical: 4,
+            borrowed: 3,
+            ..Self::real_time(mapping)
+        }
+    }
+
+    /// Where prefixes end in a scene, how suffixes are shifted, and the gather.
+    pub(super) fn checked(
+        &self,
+        scene: &Scene,
+    ) -> Result<(Connectability, Connectability, FinalGather), RestirSuffixError> {
+        let connectability = self.suffixes.connectability(scene)?;
+        if !(self.prefix_cap >= 1.0) {
+            return Err(RestirSuffixError::PrefixCap(self.prefix_cap));
+        }
+        if self.borrowed > MAX_BORROWED {
+            return Err(RestirSuffixError::Borrowed(self.borrowed));
+        }
+        for share in [self.search_radius, self.normal_scale] {
+            if !(share >= 0.0 && share.is_finite()) {
+                return Err(RestirSuffixError::Search(share));
+            }
+        }
+        let gather =
+            FinalGather::new(self.prefixes, self.canonical).filter(|_| self.prefixes <= MAX_PREFIXES);
+        let gather = gather.ok_or(RestirSuffixError::Prefixes(self.prefixes, self.canonical))?;
+        // Unlike paths, prefixes that could not be reconnected at the second vertex go on to where
+        // they can.
+        let ends = Connectability::hybrid(self.suffixes.min_roughness, connectability.min_distance())
+            .map_err(|_| RestirPtError::Roughness(self.suffixes.min_roughness))?;
+        Ok((ends, connectability, gather))
+    }
+}
