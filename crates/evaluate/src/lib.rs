@@ -51,6 +51,7 @@ mod reference;
 mod report;
 mod single;
 mod summary;
+mod svgf;
 mod temporal;
 
 pub use agreement::{
@@ -65,7 +66,8 @@ pub use reference::Reference;
 pub use report::{ReportChain, ReportScene, html_report};
 pub use single::SingleFrames;
 pub use summary::{MetricStanding, Standing};
-pub use temporal::{Autocorrelation, TemporalStudy};
+pub use svgf::{PixelGuide, Svgf, SvgfOptions};
+pub use temporal::{Autocorrelation, Autocovariance, TemporalStudy};
 
 /// The guide's code is a test.
 #[cfg(doctest)]

@@ -28,6 +28,20 @@ pub struct Autocorrelation {
     pub time: f64,
 }
 
+/// Autocovariance of a chain's frames, in units of squared luminance, in the mean over pixels: the
+/// part of the variance that a filter takes for signal.
+///
+/// Covariances are about each pixel's own mean over the frames. With `n` frames that takes away
+/// `1/n` of the variance of a mean of them, so estimates for chains whose correlation is not over
+/// after some `n/20` frames are too low.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Autocovariance {
+    /// `C(k)` between frames `k` apart, from 0 (the variance) on.
+    pub in_time: Vec<f64>,
+    /// `C(d)` between pixels of one frame that are `d` apart along a row or a column, from 0 on.
+    pub in_space: Vec<f64>,
+}
+
 impl TemporalStudy {
     /// Frames `skipped` to `skipped + frames − 1` of a method, and of each the middle row.
     ///
@@ -88,19 +102,65 @@ impl TemporalStudy {
         )?)
     }
 
-    /// Autocorrelation up to a lag, which is less than the number of frames.
-    pub fn autocorrelation(&self, lags: usize) -> Autocorrelation {
+    /// `Σ_p Σ_t (x_p(t) − m_p) (x_p(t + k) − m_p)` for each lag `k`.
+    fn products_in_time(&self, lags: usize) -> Vec<f64> {
         let count = self.frames.len();
-        let lags = lags.min(count - 1);
-        let mut covariance = vec![0.0f64; lags + 1];
+        let mut products = vec![0.0f64; lags + 1];
         for pixel in 0..self.frames[0].len() {
             let series = || self.frames.iter().map(|frame| f64::from(frame[pixel]));
             let mean = series().sum::<f64>() / count as f64;
-            for (lag, sum) in covariance.iter_mut().enumerate() {
+            for (lag, sum) in products.iter_mut().enumerate() {
                 let pairs = series().zip(series().skip(lag));
                 *sum += pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
             }
         }
+        products
+    }
+
+    /// Autocovariance between frames up to `lags` apart (less than there are frames) and pixels up
+    /// to `pixels` apart (less than the shorter side).
+    pub fn autocovariance(&self, lags: usize, pixels: usize) -> Autocovariance {
+        let (count, size) = (self.frames.len(), self.frames[0].len());
+        let lags = lags.min(count - 1);
+        let in_time = self.products_in_time(lags).into_iter().enumerate();
+        // Of `n` values about their own mean.
+        let free = (count - 1) as f64 / count as f64;
+        let in_time = in_time.map(|(lag, sum)| sum / (free * ((count - lag) * size) as f64));
+        let [width, height] = self.size.map(|side| side as usize);
+        let pixels = pixels.min(width.min(height).saturating_sub(1));
+        let means: Vec<f64> = (0..size)
+            .map(|pixel| {
+                self.frames
+                    .iter()
+                    .map(|frame| f64::from(frame[pixel]))
+                    .sum::<f64>()
+                    / count as f64
+            })
+            .collect();
+        let mut products = vec![0.0f64; pixels + 1];
+        for frame in &self.frames {
+            let off = |x: usize, y: usize| f64::from(frame[y * width + x]) - means[y * width + x];
+            for (distance, sum) in products.iter_mut().enumerate() {
+                let row =
+                    |y: usize| -> f64 { (distance..width).map(|x| off(x, y) * off(x - distance, y)).sum() };
+                let column =
+                    |x: usize| -> f64 { (distance..height).map(|y| off(x, y) * off(x, y - distance)).sum() };
+                *sum += (0..height).map(row).sum::<f64>() + (0..width).map(column).sum::<f64>();
+            }
+        }
+        let pairs = |distance: usize| ((width - distance) * height + (height - distance) * width) * count;
+        let in_space = products.into_iter().enumerate();
+        Autocovariance {
+            in_time: in_time.collect(),
+            in_space: in_space
+                .map(|(distance, sum)| sum / (free * pairs(distance) as f64))
+                .collect(),
+        }
+    }
+
+    /// Autocorrelation up to a lag, which is less than the number of frames.
+    pub fn autocorrelation(&self, lags: usize) -> Autocorrelation {
+        let covariance = self.products_in_time(lags.min(self.frames.len() - 1));
         let all = covariance[0];
         let by_lag: Vec<f64> = covariance
             .iter()
@@ -116,6 +176,7 @@ impl TemporalStudy {
 mod tests {
     use super::*;
     use lightshed_film::RayCounts;
+    use lightshed_sampling::CounterRng;
 
     /// Pixels that keep a share of what they were: `ρ_k = share^k`.
     struct Memory {
@@ -189,5 +250,74 @@ mod tests {
             row: 0,
         };
         assert_eq!(study.autocorrelation(9).time, 1.0);
+    }
+
+    /// Noise averaged over `WIDTH` pixels of a row, around a picture that does not move, in an
+    /// autoregression over frames.
+    struct Blotches {
+        share: f64,
+        values: Vec<f64>,
+    }
+
+    const WIDTH: usize = 3;
+
+    impl FrameMethod for Blotches {
+        fn size(&self) -> [u32; 2] {
+            [60, 40]
+        }
+
+        fn render_frame(
+            &mut self,
+            frame: u32,
+            _: u64,
+            image: &mut [Rgb],
+            _: &AtomicBool,
+        ) -> Option<RayCounts> {
+            let noise: Vec<f64> = (0..image.len() + WIDTH)
+                .map(|pixel| f64::from(CounterRng::new(3, pixel as u32, frame).next_f32()) - 0.5)
+                .collect();
+            self.values.resize(image.len(), 0.0);
+            for (pixel, value) in self.values.iter_mut().enumerate() {
+                let blotch: f64 = noise[pixel..pixel + WIDTH].iter().sum();
+                *value = self.share * *value + blotch;
+                image[pixel] = Rgb::splat((*value + pixel as f64 / 50.0) as f32);
+            }
+            Some(RayCounts::default())
+        }
+    }
+
+    /// In closed form: a variance of `3/12 / (1 − s²)`, `s^k` of it over frames, `1 − d/3` of it
+    /// along rows and nothing along columns. 2,400 pixels of 300 frames: standard errors below 0.01
+    /// of the variance.
+    #[test]
+    fn autocovariance_is_that_of_blotches() {
+        for share in [0.0f64, 0.6] {
+            let mut method = Blotches {
+                share,
+                values: Vec::new(),
+            };
+            let study = TemporalStudy::run(&mut method, 20, 300, 0, &AtomicBool::new(false)).unwrap();
+            let found = study.autocovariance(4, 5);
+            let variance = WIDTH as f64 / 12.0 / (1.0 - share * share);
+            for (lag, covariance) in found.in_time.iter().enumerate() {
+                let expected = variance * share.powi(lag as i32);
+                assert!(
+                    (covariance - expected).abs() < 0.02 * variance,
+                    "{lag}: {found:?}"
+                );
+            }
+            for (distance, covariance) in found.in_space.iter().enumerate() {
+                let along_row = (1.0 - distance as f64 / WIDTH as f64).max(0.0);
+                let along_column = if distance == 0 { 1.0 } else { 0.0 };
+                let rows = ((60 - distance) * 40) as f64;
+                let columns = ((40 - distance) * 60) as f64;
+                let expected = variance * (along_row * rows + along_column * columns) / (rows + columns);
+                assert!(
+                    (covariance - expected).abs() < 0.02 * variance,
+                    "{distance}: {found:?}"
+                );
+            }
+            assert!(found.in_space[1] < 0.5 * found.in_space[0]);
+        }
     }
 }

@@ -1,0 +1,56 @@
+//! What the filter is told of each pixel of a frame.
+
+use lightshed::integrator::CameraMotion;
+use lightshed::scene::glam::{Vec2, Vec3};
+use lightshed::scene::{Camera, Rgb, Scene};
+use lightshed_evaluate::PixelGuide;
+
+/// What `camera` sees at a place of the film.
+fn seen(scene: &Scene, camera: &Camera, film: Vec2) -> Option<(Vec3, Vec3, f32, Rgb)> {
+    let ray = camera.ray(film, [0.5; 2]);
+    let point = scene.intersect(&ray)?;
+    let distance = (point.position - ray.origin).length();
+    let normal = point.shading.normal;
+    let normal = if normal.dot(ray.direction) > 0.0 {
+        -normal
+    } else {
+        normal
+    };
+    Some((point.position, normal, distance, scene.bsdf(&point).albedo_hint()))
+}
+
+/// The guides of frame number `frame`, through the middles of the pixels.
+pub fn guides(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<PixelGuide> {
+    let (camera, settings) = (motion.camera(scene, frame), scene.settings());
+    let before = motion.camera(scene, frame.saturating_sub(1));
+    let guide = |index: u32| {
+        let film = Vec2::new((index % settings.width) as f32, (index / settings.width) as f32) + 0.5;
+        let Some((position, normal, distance, albedo)) = seen(scene, &camera, film) else {
+            return PixelGuide {
+                normal: Vec3::ZERO,
+                distance: f32::MAX,
+                slope: Vec2::ZERO,
+                albedo: Rgb::ONE,
+                seen_at: motion.is_still().then_some(film),
+            };
+        };
+        // The slope of the tangent plane.
+        let toward = |offset: Vec2| {
+            let ray = camera.ray(film + offset, [0.5; 2]);
+            let along = (position - ray.origin).dot(normal) / ray.direction.dot(normal);
+            (along - distance).abs().min(distance)
+        };
+        // Lamps are brighter than what they reflect: they are left as they are.
+        PixelGuide {
+            normal,
+            distance,
+            slope: Vec2::new(toward(Vec2::X), toward(Vec2::Y)),
+            albedo,
+            seen_at: match motion.is_still() {
+                true => Some(film),
+                false => before.film_position(position),
+            },
+        }
+    };
+    (0..settings.width * settings.height).map(guide).collect()
+}

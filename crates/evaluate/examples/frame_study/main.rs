@@ -1,0 +1,282 @@
+//! What frames of methods look like to whoever watches them: error of single frames, raw and after
+//! a spatiotemporal filter, and covariance over time and space.
+//!
+//! ```text
+//! cargo run --release --example frame_study -- cornell --methods path,restir-pt,restir-suffix
+//! ```
+//!
+//! Methods of independent samples get as many a frame as fit into the processor time of a frame of
+//! the last method. With `--move` the camera moves until the last frame, which alone is judged; the
+//! pixels whose surfaces came into view within the last five frames are judged for themselves, too.
+
+mod guides;
+
+use clap::Parser;
+use guides::guides;
+use lightshed::film::{FrameMethod, RgbImage, process_cpu_seconds, write_png};
+use lightshed::integrator::{CameraMotion, Method, Motion, PathTracer, Stage};
+use lightshed::scene::glam::{Vec3, Vec3A};
+use lightshed::scene::{Rgb, Scene, SceneDescription, builtin, import};
+use lightshed_evaluate::{Reference, Svgf, SvgfOptions, TemporalStudy};
+use serde_json::json;
+use std::error::Error;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+
+#[derive(Parser, Debug)]
+#[command(about = "Errors of single frames, raw and filtered, and their covariance over time and space")]
+struct Arguments {
+    /// A built-in scene or a file.
+    #[arg(default_value = "cornell")]
+    scene: String,
+    /// Methods by name, with options as in path:bvh.
+    #[arg(long, value_delimiter = ',', default_value = "path,restir-pt,restir-suffix")]
+    methods: Vec<Method>,
+    /// Image size.
+    #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [96, 96])]
+    size: Vec<u32>,
+    /// Longest path in edges, instead of the scene's own.
+    #[arg(long)]
+    max_depth: Option<u32>,
+    /// Frames of a chain.
+    #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u32).range(2..))]
+    frames: u32,
+    /// Independent chains.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    repeats: u32,
+    /// Frames of a chain whose covariance is taken, after the others; 0 for none.
+    #[arg(long, default_value_t = 0)]
+    covariance: u32,
+    /// Samples of a reference by path tracing, or a stored image.
+    #[arg(long, default_value_t = 2048)]
+    reference_spp: u32,
+    /// Moves the camera by this share of the scene's size to the right from frame to frame.
+    #[arg(long = "move")]
+    moves: Option<f32>,
+    /// Folder for (x, t) slices and filtered frames.
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+type Failure = Box<dyn Error>;
+
+fn description(arguments: &Arguments) -> Result<SceneDescription, Failure> {
+    let mut description = match builtin::by_name(&arguments.scene) {
+        Some(description) => description,
+        None => import::load(Path::new(&arguments.scene), &[])?.description,
+    };
+    let settings = &mut description.settings;
+    (settings.width, settings.height) = (arguments.size[0], arguments.size[1]);
+    settings.max_depth = arguments.max_depth.or(settings.max_depth);
+    Ok(description)
+}
+
+fn cpu() -> f64 {
+    process_cpu_seconds().unwrap_or(0.0)
+}
+
+/// Errors of a method's last frames, summed over frames and chains.
+#[derive(Default)]
+struct Errors {
+    frames: f64,
+    /// Mean squared and mean squared relative error, raw; the same, filtered.
+    sums: [f64; 4],
+    /// Relative squared error of young pixels, and their number.
+    young: [f64; 2],
+    seconds: f64,
+}
+
+fn image(size: &[u32], frame: &[Rgb]) -> Result<RgbImage, Failure> {
+    let pixels = frame.iter().map(|value| value.to_array()).collect();
+    Ok(RgbImage::new(size[0], size[1], pixels)?)
+}
+
+struct Study<'a> {
+    arguments: &'a Arguments,
+    scene: &'a Scene,
+    motion: CameraMotion,
+    reference: &'a Reference,
+}
+
+impl Study<'_> {
+    fn started<'b>(
+        &self,
+        stage: &'b Stage<'_>,
+        method: &Method,
+        samples: u32,
+    ) -> Result<Box<dyn FrameMethod + 'b>, Failure> {
+        let motion = Motion {
+            camera: self.motion,
+            media: None,
+        };
+        let size = [self.arguments.size[0], self.arguments.size[1]];
+        // A still picture of the last frame stands for methods that know no motion.
+        let motion = if method.capabilities().frames {
+            motion
+        } else {
+            Motion::STILL
+        };
+        Ok(method.start(stage, motion)?.into_frames(size, samples))
+    }
+
+    fn chain(
+        &self,
+        method: &mut dyn FrameMethod,
+        seed: u64,
+        errors: &mut Errors,
+    ) -> Result<Vec<Rgb>, Failure> {
+        let Arguments { size, frames, .. } = self.arguments;
+        let mut filter = Svgf::new([size[0], size[1]], SvgfOptions::default());
+        let mut frame = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
+        let mut filtered = frame.clone();
+        // What is still is judged by several frames.
+        let judged = if self.motion.is_still() { frames / 3 } else { 1 };
+        for number in 0..*frames {
+            let start = cpu();
+            let done = method.render_frame(number, seed, &mut frame, &AtomicBool::new(false));
+            done.ok_or("interrupted")?;
+            errors.seconds += (cpu() - start) / f64::from(*frames);
+            let guides = guides(self.scene, self.motion, number);
+            filtered = filter.filter(&frame, &guides).ok_or("another size")?;
+            if number + judged.max(1) < *frames {
+                continue;
+            }
+            let raw_image = image(size, &frame)?;
+            let raw = self.reference.errors(&raw_image)?;
+            let smooth = self.reference.errors(&image(size, &filtered)?)?;
+            let new = [raw.mse, raw.rel_mse, smooth.mse, smooth.rel_mse];
+            errors
+                .sums
+                .iter_mut()
+                .zip(new)
+                .for_each(|(sum, value)| *sum += value);
+            errors.frames += 1.0;
+            let by_pixel = self.reference.relative_errors(&raw_image)?;
+            for (error, age) in by_pixel.iter().zip(filter.ages()) {
+                if number > 5 && age <= 5.0 {
+                    errors.young[0] += error * error;
+                    errors.young[1] += 1.0;
+                }
+            }
+        }
+        Ok(filtered)
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut description = description(arguments)?;
+    let scene = Scene::new(&description)?;
+    let per_frame = arguments.moves.map(|share| {
+        let right = -description.camera.to_world.matrix3.x_axis.normalize();
+        Vec3::from(right) * share * scene.extent()
+    });
+    let last = arguments.frames - 1;
+    let motion = match per_frame {
+        Some(per_frame) => CameraMotion::translation(per_frame)?,
+        None => CameraMotion::STILL,
+    };
+    description.camera.to_world.translation += Vec3A::from(per_frame.unwrap_or(Vec3::ZERO) * last as f32);
+    let moved = Scene::new(&description)?;
+    let size = [arguments.size[0], arguments.size[1]];
+    let never = AtomicBool::new(false);
+    let tracer = PathTracer::new(&moved, moved.emitters_by_power());
+    let reference = Reference::rendered(&tracer, size, arguments.reference_spp, &|_| (), &never)?;
+    let mean = reference.image().mean().iter().sum::<f64>() / 3.0;
+    let study = Study {
+        arguments,
+        scene: &scene,
+        motion,
+        reference: &reference,
+    };
+    let (stage, moved_stage) = (Stage::new(&scene), Stage::new(&moved));
+    // The yardstick: a frame of the last method, after its first ones.
+    let yardstick = arguments.methods.last().ok_or("no method")?;
+    let mut method = study.started(&stage, yardstick, 1)?;
+    let mut frame = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
+    let mut budget = 0.0;
+    for number in 0..4 {
+        let start = cpu();
+        method
+            .render_frame(number, 1, &mut frame, &never)
+            .ok_or("interrupted")?;
+        budget = cpu() - start;
+    }
+    drop(method);
+    for method in &arguments.methods {
+        let is_plain = !method.capabilities().frames;
+        let stage = if is_plain { &moved_stage } else { &stage };
+        let mut samples = 1;
+        if is_plain {
+            let mut plain = study.started(stage, method, 8)?;
+            plain
+                .render_frame(0, 1, &mut frame, &never)
+                .ok_or("interrupted")?;
+            let start = cpu();
+            plain
+                .render_frame(1, 1, &mut frame, &never)
+                .ok_or("interrupted")?;
+            samples = ((8.0 * budget / (cpu() - start)).round() as u32).max(1);
+        }
+        let mut errors = Errors::default();
+        let mut filtered = Vec::new();
+        for repeat in 0..arguments.repeats {
+            let mut chain = study.started(stage, method, samples)?;
+            filtered = study.chain(&mut *chain, u64::from(repeat) + 1, &mut errors)?;
+        }
+        let [mse, rel_mse, filtered_mse, filtered_rel_mse] = errors.sums.map(|sum| sum / errors.frames);
+        let mut row = json!({
+            "scene": arguments.scene, "method": method.to_string(), "samples": samples,
+            "cpu_seconds": errors.seconds / f64::from(arguments.repeats),
+            "mse": mse, "rel_mse": rel_mse, "filtered_mse": filtered_mse, "filtered_rel_mse": filtered_rel_mse,
+        });
+        if errors.young[1] > 0.0 {
+            row["young_rel_mse"] = json!(errors.young[0] / errors.young[1]);
+            row["young_pixels"] = json!(errors.young[1] / errors.frames);
+        }
+        if arguments.covariance > 1 {
+            let mut chain = study.started(stage, method, samples)?;
+            let temporal =
+                TemporalStudy::run(&mut *chain, arguments.frames, arguments.covariance, 9, &never)?;
+            let covariance = temporal.autocovariance(32, 16);
+            let scale = 1.0 / (mean * mean);
+            row["in_time"] = json!(
+                covariance
+                    .in_time
+                    .iter()
+                    .map(|value| value * scale)
+                    .collect::<Vec<_>>()
+            );
+            row["in_space"] = json!(
+                covariance
+                    .in_space
+                    .iter()
+                    .map(|value| value * scale)
+                    .collect::<Vec<_>>()
+            );
+            if let Some(folder) = &arguments.out {
+                let name = method.to_string().replace([':', '='], "-");
+                let file = File::create(folder.join(format!("{name}-slice.png")))?;
+                write_png(&temporal.slice()?, 0.0, file)?;
+            }
+        }
+        if let Some(folder) = &arguments.out {
+            let name = method.to_string().replace([':', '='], "-");
+            let file = File::create(folder.join(format!("{name}-filtered.png")))?;
+            write_png(&image(&arguments.size, &filtered)?, 0.0, file)?;
+        }
+        println!("{row}");
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("frame_study: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
