@@ -44,7 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
     let accelerator = match options.tree.as_str() {
         "wide" => AcceleratorKind::Wide,
+        #[cfg(feature = "obvhs")]
         "bvh2" => AcceleratorKind::Bvh2,
+        #[cfg(feature = "obvhs")]
         "cwbvh" => AcceleratorKind::Cwbvh,
         other => return Err(format!("no tree is called '{other}'").into()),
     };

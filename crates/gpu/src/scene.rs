@@ -5,17 +5,15 @@ use crate::medium::SceneMedium;
 use crate::programs::overrides;
 use crate::{Buffer, Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
+use lightshed_bvh::obvhs::cwbvh::node::CwBvhNode;
+use lightshed_bvh::{Bvh, Preset};
 use lightshed_integrator::scene_lights;
 use lightshed_lights::LightRecord;
-use lightshed_scene::glam::{Vec3, Vec3A};
+use lightshed_scene::glam::Vec3;
 use lightshed_scene::{
     ComponentRow, FlatCamera, FlatError, FlatScene, FlatSky, FlatTexture, RenderSettings, Scene,
 };
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
 use std::ops::RangeInclusive;
-use std::time::Duration;
 
 /// A scene in buffers, with a compressed eight-wide tree over its triangles.
 pub struct GpuScene {
@@ -413,22 +411,10 @@ pub(crate) fn build_tree(flat: &FlatScene) -> (Vec<CwBvhNode>, Vec<u32>) {
         // A node without children.
         return (vec![CwBvhNode::default()], Vec::new());
     }
-    let boxes: Vec<Aabb> = flat
-        .corners()
-        .map(|corners| Aabb::from_points(&corners.map(Vec3A::from)))
-        .collect();
-    let parameters = BvhBuildParams {
-        max_prims_per_leaf: 3,
-        pre_split: false,
-        ..BvhBuildParams::slow_build()
-    };
-    let mut time = Duration::ZERO;
-    let CwBvh {
-        nodes,
-        primitive_indices,
-        ..
-    } = build_cwbvh(&boxes, parameters, &mut time);
-    (nodes, primitive_indices)
+    let corners: Vec<[Vec3; 3]> = flat.corners().collect();
+    // Corners of a scene are finite: there is a tree.
+    let tree = Bvh::build(&corners, Preset::High.options()).map(|tree| tree.to_obvhs_cwbvh(3));
+    tree.map_or_else(|_| (vec![CwBvhNode::default()], Vec::new()), |tree| (tree.nodes, tree.primitive_indices))
 }
 
 /// Levels of nodes.

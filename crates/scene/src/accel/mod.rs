@@ -1,13 +1,15 @@
 //! Ray queries: the nearest hit, and whether there is any.
 //!
-//! [`Accelerator`] holds one of three trees over the same primitives. The default is this crate's
-//! own, with eight full-precision boxes a node and eight triangles a leaf tested at once, collapsed
-//! from a binary tree of the crate `lightshed-bvh`; the other two are built and traversed by obvhs,
-//! to be measured against. Of equal distances the hit of the lowest index counts, so that what this
-//! crate's tree finds does not depend on how it was built.
+//! [`Accelerator`] holds a tree with eight full-precision boxes a node and eight triangles a leaf
+//! tested at once, collapsed from a binary tree of the crate `lightshed-bvh`. Of equal distances
+//! the hit of the lowest index counts, so that what is found does not depend on how the tree was
+//! built. With the feature `obvhs` there are two trees more, which obvhs builds and traverses: to
+//! measure against.
 
 mod batch;
 mod block;
+#[cfg(feature = "obvhs")]
+mod by_obvhs;
 mod flat;
 mod ray;
 mod sphere;
@@ -23,15 +25,11 @@ pub use ray::{Hit, Ray};
 pub use sphere::Sphere;
 pub use triangle::intersect_triangle;
 
+#[cfg(feature = "obvhs")]
+use by_obvhs::ObvhsTree;
 use flat::Flat;
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 use lightshed_bvh::{Bounds, Bvh, Preset, Primitive};
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
-use obvhs::ray::{Ray as ObvhsRay, RayHit};
-use std::time::Duration;
 use wide::{Primitives, WideBvh};
 
 /// Which tree rays are traced through.
@@ -41,46 +39,36 @@ pub enum AcceleratorKind {
     #[default]
     Wide,
     /// obvhs' binary tree.
+    #[cfg(feature = "obvhs")]
     Bvh2,
     /// obvhs' compressed eight-wide tree.
+    #[cfg(feature = "obvhs")]
     Cwbvh,
 }
 
 enum Tree {
     Wide(WideBvh),
     Flat(Flat),
-    Bvh2(Bvh2),
-    Cwbvh(CwBvh),
+    #[cfg(feature = "obvhs")]
+    Obvhs(ObvhsTree),
     Empty,
 }
 
 /// A tree over triangles and spheres. Primitives are numbered triangles first, then spheres.
 pub struct Accelerator {
     tree: Tree,
-    /// What obvhs' traversals test; empty with the wide tree, which has its own copies.
-    triangles: Vec<[Vec3; 3]>,
-    spheres: Vec<Sphere>,
 }
 
 impl Accelerator {
     /// Builds a tree. Coordinates must be finite and radii positive (`Scene` checks); no primitive
     /// at all is an empty scene that no ray hits.
     pub fn build(triangles: &[[Vec3; 3]], spheres: &[Sphere], kind: AcceleratorKind, preset: Preset) -> Self {
-        let kept = if kind == AcceleratorKind::Wide {
-            (Vec::new(), Vec::new())
-        } else {
-            (triangles.to_vec(), spheres.to_vec())
-        };
         let tree = if triangles.is_empty() && spheres.is_empty() {
             Tree::Empty
         } else {
             build_tree(triangles, spheres, kind, preset)
         };
-        Self {
-            tree,
-            triangles: kept.0,
-            spheres: kept.1,
-        }
+        Self { tree }
     }
 
     /// The nearest hit in the open segment.
@@ -88,12 +76,8 @@ impl Accelerator {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect(ray),
             Tree::Flat(flat) => flat.intersect(ray),
-            Tree::Bvh2(bvh) => self.nearest_by_obvhs(ray, &bvh.primitive_indices, |ray, test| {
-                bvh.ray_traverse(ray, &mut RayHit::none(), test);
-            }),
-            Tree::Cwbvh(bvh) => self.nearest_by_obvhs(ray, &bvh.primitive_indices, |ray, test| {
-                bvh.ray_traverse(ray, &mut RayHit::none(), test);
-            }),
+            #[cfg(feature = "obvhs")]
+            Tree::Obvhs(tree) => tree.intersect(ray),
             Tree::Empty => None,
         }
     }
@@ -103,12 +87,8 @@ impl Accelerator {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded(ray),
             Tree::Flat(flat) => flat.occluded(ray),
-            Tree::Bvh2(bvh) => {
-                !bvh.ray_traverse_miss(to_obvhs(ray).0, self.obvhs_test(ray, &bvh.primitive_indices))
-            }
-            Tree::Cwbvh(bvh) => {
-                !bvh.ray_traverse_miss(to_obvhs(ray).0, self.obvhs_test(ray, &bvh.primitive_indices))
-            }
+            #[cfg(feature = "obvhs")]
+            Tree::Obvhs(tree) => tree.occluded(ray),
             Tree::Empty => false,
         }
     }
@@ -203,87 +183,18 @@ impl Accelerator {
             _ => 0,
         }
     }
-
-    #[inline(always)]
-    fn test_primitive(&self, ray: &Ray, primitive: u32, t_max: f32) -> Option<Hit> {
-        match self.triangles.get(primitive as usize) {
-            Some(corners) => intersect_triangle(ray, corners, primitive, t_max),
-            None => self.spheres[primitive as usize - self.triangles.len()]
-                .intersect(ray.origin, ray.direction, t_max)
-                .map(|t| Hit {
-                    t,
-                    primitive,
-                    barycentric: [0.0; 2],
-                }),
-        }
-    }
-
-    /// The test that obvhs calls for each primitive, in units of the normalised ray.
-    #[inline(always)]
-    fn obvhs_test<'a>(&'a self, ray: &'a Ray, order: &'a [u32]) -> impl FnMut(&ObvhsRay, usize) -> f32 + 'a {
-        let length = to_obvhs(ray).1;
-        move |_, slot| {
-            self.test_primitive(ray, order[slot], ray.t_max)
-                .map_or(f32::INFINITY, |hit| hit.t * length)
-        }
-    }
-
-    #[inline(always)]
-    fn nearest_by_obvhs(
-        &self,
-        ray: &Ray,
-        order: &[u32],
-        traverse: impl FnOnce(ObvhsRay, &mut dyn FnMut(&ObvhsRay, usize) -> f32),
-    ) -> Option<Hit> {
-        let mut best: Option<Hit> = None;
-        let (normalised, length) = to_obvhs(ray);
-        traverse(normalised, &mut |_, slot| {
-            let t_max = best.map_or(ray.t_max, |hit| hit.t);
-            match self.test_primitive(ray, order[slot], t_max) {
-                Some(hit) => {
-                    best = Some(hit);
-                    hit.t * length
-                }
-                None => f32::INFINITY,
-            }
-        });
-        best
-    }
-}
-
-/// obvhs takes direction components below `f32::EPSILON` for zero, so it gets the direction
-/// normalised; also the length of the direction before.
-#[inline(always)]
-fn to_obvhs(ray: &Ray) -> (ObvhsRay, f32) {
-    let length = ray.direction.length();
-    let direction = Vec3A::from(ray.direction / length);
-    // The far end is widened, since the primitive's own test decides at the end of the segment.
-    (
-        ObvhsRay::new(
-            Vec3A::from(ray.origin),
-            direction,
-            0.0,
-            ray.t_max * length * 1.000_001,
-        ),
-        length,
-    )
 }
 
 fn build_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], kind: AcceleratorKind, preset: Preset) -> Tree {
-    let mut time = Duration::ZERO;
-    let boxes = || -> Vec<Aabb> {
-        let corners = |b: Bounds| Aabb::new(b.min.into(), b.max.into());
-        shapes(triangles, spheres)
-            .map(|shape| corners(shape.bounds()))
-            .collect()
-    };
     match kind {
         AcceleratorKind::Wide => match Flat::build(triangles) {
             Some(flat) if spheres.is_empty() => Tree::Flat(flat),
             _ => wide_tree(triangles, spheres, preset),
         },
-        AcceleratorKind::Bvh2 => Tree::Bvh2(build_bvh2(&boxes(), obvhs_parameters(preset, 8), &mut time)),
-        AcceleratorKind::Cwbvh => Tree::Cwbvh(build_cwbvh(&boxes(), obvhs_parameters(preset, 3), &mut time)),
+        #[cfg(feature = "obvhs")]
+        AcceleratorKind::Bvh2 | AcceleratorKind::Cwbvh => {
+            Tree::Obvhs(ObvhsTree::build(triangles, spheres, kind, preset))
+        }
     }
 }
 
@@ -323,20 +234,4 @@ impl Primitive for Shape<'_> {
 fn shapes<'a>(triangles: &'a [[Vec3; 3]], spheres: &'a [Sphere]) -> impl Iterator<Item = Shape<'a>> {
     let triangles = triangles.iter().map(Shape::Triangle);
     triangles.chain(spheres.iter().map(Shape::Sphere))
-}
-
-fn obvhs_parameters(preset: Preset, max_prims_per_leaf: u32) -> BvhBuildParams {
-    let of_preset = match preset {
-        Preset::Fastest => BvhBuildParams::fastest_build(),
-        Preset::Fast => BvhBuildParams::very_fast_build(),
-        Preset::Medium => BvhBuildParams::medium_build(),
-        Preset::High | Preset::Best => BvhBuildParams::slow_build(),
-    };
-    // Splitting large triangles gained nothing in the scenes of `docs/performance.md`, and costs
-    // time and memory.
-    BvhBuildParams {
-        max_prims_per_leaf,
-        pre_split: false,
-        ..of_preset
-    }
 }
