@@ -25,7 +25,7 @@ use turns::{Spread, Turns, summary};
 struct Options {
     #[command(flatten)]
     turns: Turns,
-    /// Tree to trace rays through: wide, bvh2 or cwbvh.
+    /// Tree to trace rays through: wide; with the feature `obvhs` bvh2 and cwbvh too.
     #[arg(long, default_value = "wide")]
     tree: String,
     /// Given by cargo; of no meaning here.
@@ -42,13 +42,15 @@ const CASES: [(&str, u32, u32, u32); 3] = [
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
-    let accelerator = match options.tree.as_str() {
-        "wide" => AcceleratorKind::Wide,
-        #[cfg(feature = "obvhs")]
-        "bvh2" => AcceleratorKind::Bvh2,
-        #[cfg(feature = "obvhs")]
-        "cwbvh" => AcceleratorKind::Cwbvh,
-        other => return Err(format!("no tree is called '{other}'").into()),
+    let named = |(name, _): &&(&str, AcceleratorKind)| *name == options.tree;
+    let Some(&(_, accelerator)) = AcceleratorKind::ALL.iter().find(named) else {
+        let names: Vec<&str> = AcceleratorKind::ALL.iter().map(|(name, _)| *name).collect();
+        return Err(format!(
+            "no tree is called '{}'; there are {}",
+            options.tree,
+            names.join(", ")
+        )
+        .into());
     };
     let folder = std::env::var_os("LIGHTSHED_SCENES").map(PathBuf::from);
     let mut mitsuba = options.turns.start_mitsuba()?;

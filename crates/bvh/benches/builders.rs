@@ -8,10 +8,10 @@
 mod scenes;
 
 use lightshed_bvh::glam::{Vec3, Vec3A};
+use lightshed_bvh::obvhs::aabb::Aabb;
+use lightshed_bvh::obvhs::bvh2::builder::build_bvh2;
+use lightshed_bvh::obvhs::{Boundable, BvhBuildParams};
 use lightshed_bvh::{BuildOptions, Builder, Bvh, Method, Preset, SubsetOptions};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{Boundable, BvhBuildParams};
 use std::time::{Duration, Instant};
 
 struct Triangle([Vec3; 3]);
@@ -44,7 +44,7 @@ fn seconds<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     (best, result.expect("at least three runs"))
 }
 
-fn obvhs_cost(bvh: &obvhs::bvh2::Bvh2) -> f64 {
+fn obvhs_cost(bvh: &lightshed_bvh::obvhs::bvh2::Bvh2) -> f64 {
     let area = |a: &Aabb| {
         let d = (a.max - a.min).as_dvec3();
         d.x * d.y + d.y * d.z + d.z * d.x

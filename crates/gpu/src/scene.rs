@@ -414,7 +414,10 @@ pub(crate) fn build_tree(flat: &FlatScene) -> (Vec<CwBvhNode>, Vec<u32>) {
     let corners: Vec<[Vec3; 3]> = flat.corners().collect();
     // Corners of a scene are finite: there is a tree.
     let tree = Bvh::build(&corners, Preset::High.options()).map(|tree| tree.to_obvhs_cwbvh(3));
-    tree.map_or_else(|_| (vec![CwBvhNode::default()], Vec::new()), |tree| (tree.nodes, tree.primitive_indices))
+    tree.map_or_else(
+        |_| (vec![CwBvhNode::default()], Vec::new()),
+        |tree| (tree.nodes, tree.primitive_indices),
+    )
 }
 
 /// Levels of nodes.

@@ -18,12 +18,6 @@ use lightshed_scene::{
 use std::hint::black_box;
 use std::time::Duration;
 
-const TREES: [(&str, AcceleratorKind); 3] = [
-    ("wide", AcceleratorKind::Wide),
-    ("obvhs_bvh2", AcceleratorKind::Bvh2),
-    ("obvhs_cwbvh", AcceleratorKind::Cwbvh),
-];
-
 const RAYS: usize = 4096;
 
 fn corners(mesh: &TriangleMesh) -> impl Iterator<Item = [Vec3; 3]> + '_ {
@@ -56,7 +50,7 @@ fn rays(triangles: &[[Vec3; 3]]) -> Vec<Ray> {
 fn bench(criterion: &mut Criterion<CpuTime>) {
     let triangles = geometry();
     let rays = rays(&triangles);
-    for (name, kind) in TREES {
+    for &(name, kind) in AcceleratorKind::ALL {
         let tree = Accelerator::build(&triangles, &[], kind, Preset::High);
         let mut alone = criterion.benchmark_group("scene/rays_nearest_alone");
         alone

@@ -93,6 +93,7 @@ fn hits_are_those_of_brute_force() {
 }
 
 /// Trees of `obvhs` hold the same primitives and find the same hits.
+#[cfg(feature = "obvhs")]
 #[test]
 fn trees_of_obvhs_find_the_same() {
     use lightshed_bvh::glam::Vec3A;

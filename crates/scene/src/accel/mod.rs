@@ -46,6 +46,17 @@ pub enum AcceleratorKind {
     Cwbvh,
 }
 
+impl AcceleratorKind {
+    /// All that this build has, with their names.
+    pub const ALL: &[(&str, Self)] = &[
+        ("wide", Self::Wide),
+        #[cfg(feature = "obvhs")]
+        ("bvh2", Self::Bvh2),
+        #[cfg(feature = "obvhs")]
+        ("cwbvh", Self::Cwbvh),
+    ];
+}
+
 enum Tree {
     Wide(WideBvh),
     Flat(Flat),

@@ -4,18 +4,10 @@ use super::*;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-const KINDS: [AcceleratorKind; 3] = [
-    AcceleratorKind::Wide,
-    AcceleratorKind::Bvh2,
-    AcceleratorKind::Cwbvh,
-];
-
 /// The wide tree also where there are too few triangles to need one.
 fn with_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], quality: Preset) -> Accelerator {
     Accelerator {
         tree: wide_tree(triangles, spheres, quality),
-        triangles: Vec::new(),
-        spheres: Vec::new(),
     }
 }
 
@@ -79,8 +71,10 @@ fn random_ray(rng: &mut impl Rng, axis_parallel: f32) -> Ray {
 fn agree_with_brute_force(triangles: &[[Vec3; 3]], spheres: &[Sphere], seed: u64) {
     for quality in [Preset::Fast, Preset::High] {
         let ours = with_tree(triangles, spheres, quality);
-        let by_kind = KINDS.map(|kind| (kind, Accelerator::build(triangles, spheres, kind, quality)));
-        for (kind, tree) in by_kind.into_iter().chain([(AcceleratorKind::Wide, ours)]) {
+        let by_kind = AcceleratorKind::ALL
+            .iter()
+            .map(|&(_, kind)| (kind, Accelerator::build(triangles, spheres, kind, quality)));
+        for (kind, tree) in by_kind.chain([(AcceleratorKind::Wide, ours)]) {
             let mut rng = Pcg64Mcg::seed_from_u64(seed);
             let (mut hits, mut differences) = (0, 0);
             let rays = 3_000;
@@ -146,7 +140,7 @@ fn degenerate_input_builds_and_traces() {
         tree.intersect(&Ray::new(Vec3::new(2.0, 2.0, 1.0), -Vec3::Z))
             .is_none()
     );
-    for kind in KINDS {
+    for &(_, kind) in AcceleratorKind::ALL {
         let empty = Accelerator::build(&[], &[], kind, Preset::High);
         assert!(empty.intersect(&Ray::new(Vec3::ZERO, Vec3::Z)).is_none());
         assert!(!empty.occluded(&Ray::new(Vec3::ZERO, Vec3::Z)));
@@ -262,7 +256,7 @@ fn too_many_triangles_need_a_tree() {
     assert!(Flat::build(&soup(&mut rng, 5_000, 0.1)).is_none());
 }
 
-/// Rays in company against rays alone, bit for bit, for every number up to more than are in flight
+/// Rays in batches against single rays, bit for bit, for every number up to more than are in flight
 /// at once.
 #[test]
 fn many_rays_are_traced_as_one_is() {
@@ -272,13 +266,15 @@ fn many_rays_are_traced_as_one_is() {
         center: Vec3::ZERO,
         radius: 0.4,
     }];
-    let of_kinds = KINDS.map(|kind| Accelerator::build(&triangles, &spheres, kind, Preset::Fast));
+    let of_kinds = AcceleratorKind::ALL
+        .iter()
+        .map(|&(_, kind)| Accelerator::build(&triangles, &spheres, kind, Preset::Fast));
     // Large ones, so that rays that are no longer asked about would be seen to hit.
     let few = soup(&mut rng, 20, 0.9);
     let few = Accelerator::build(&few, &[], AcceleratorKind::Wide, Preset::Fast);
     assert!(matches!(few.tree, Tree::Flat(_)));
     let (mut batch, mut found) = (RayBatch::NOWHERE, HitBatch::NONE);
-    for tree in of_kinds.into_iter().chain([few]) {
+    for tree in of_kinds.chain([few]) {
         for count in (0..40).chain([63, 64, 65, 1_000]) {
             let rays: Vec<Ray> = (0..count).map(|_| random_ray(&mut rng, 0.1)).collect();
             let (mut hits, mut occluded) = (vec![None; count], vec![false; count]);
