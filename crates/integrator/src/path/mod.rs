@@ -99,11 +99,11 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
 
     /// With several camera rays a sample where emitting surfaces may be seen, which stand for what
     /// paths of one edge meet there. Changes nothing where that cannot gain: without such surfaces,
-    /// where they may be seen everywhere, through a lens.
+    /// where they may be seen everywhere, through a lens. The longest path must be set before.
     #[must_use]
     pub fn with_visible_emission(mut self) -> Self {
         let scene = self.transport.scene;
-        self.visible = VisibleEmission::new(scene, scene.camera());
+        self.visible = VisibleEmission::new(scene, scene.camera(), true, self.transport.max_depth);
         self
     }
 
@@ -160,7 +160,13 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> PathTracer<'a, S
         PathWords { points, seed }
     }
 
-    /// Emission that samples see directly, if paths leave it out.
+    /// Samples whose paths leave out the emission that the camera sees directly, as bits.
+    #[inline(always)]
+    fn taken(&self, ids: &[SampleId]) -> u64 {
+        self.visible.as_ref().map_or(0, |visible| visible.taken(ids))
+    }
+
+    /// Emission that samples see directly, where paths leave it out.
     #[inline(always)]
     fn add_visible(&self, ids: &[SampleId], words: PathWords, values: &mut [Rgb]) {
         if let Some(visible) = &self.visible
@@ -230,9 +236,9 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for P
         let corner = Vec2::new(x as f32, y as f32);
         let camera = words.camera(pixel, index).map(f32_from_u32);
         let ray = PixelRay::through(self.transport.scene.camera(), corner, camera).ray;
-        let mut pixels = Pixels::new(words, &self.observer, 1).without_visible(self.visible.is_some());
-        self.walk(ray, |depth| words.vertex(pixel, index, depth), &mut pixels);
         let ids = [SampleId { x, y, index }];
+        let mut pixels = Pixels::new(words, &self.observer, 1).without_visible(self.taken(&ids));
+        self.walk(ray, |depth| words.vertex(pixel, index, depth), &mut pixels);
         let mut values = pixels.finish(&ids);
         self.add_visible(&ids, words, &mut values[..1]);
         values[0]
@@ -250,7 +256,7 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> PixelEstimator for P
             });
             let words = self.words(seed);
             let pixels = Pixels::new(words, &self.observer, ids.len());
-            let mut pixels = pixels.without_visible(self.visible.is_some());
+            let mut pixels = pixels.without_visible(self.taken(ids));
             follow(transport, &mut paths, ids.len(), 1, &mut pixels);
             values.copy_from_slice(&pixels.finish(ids)[..values.len()]);
             self.add_visible(ids, words, values);

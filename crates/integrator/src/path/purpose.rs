@@ -61,8 +61,8 @@ pub(super) struct Pixels<'o, O = NoObserver> {
     observer: &'o O,
     /// Of each path that is watched.
     trails: Vec<Trail>,
-    /// Whether surfaces' emission at the end of the first edge is left out of the radiances.
-    without_visible: bool,
+    /// Paths, as bits, whose radiances leave out surfaces' emission at the end of the first edge.
+    without_visible: u64,
 }
 
 impl<'o, O: PathObserver> Pixels<'o, O> {
@@ -75,14 +75,15 @@ impl<'o, O: PathObserver> Pixels<'o, O> {
             radiances: [Rgb::ZERO; MAX_BATCH],
             observer,
             trails: vec![Trail::default(); watched],
-            without_visible: false,
+            without_visible: 0,
         }
     }
 
-    /// Without surfaces' emission at the end of the first edge, of which observers still hear.
+    /// Without surfaces' emission at the end of the first edge of these paths, a bit each;
+    /// observers still hear of it.
     #[inline(always)]
-    pub fn without_visible(mut self, without: bool) -> Self {
-        self.without_visible = without;
+    pub fn without_visible(mut self, paths: u64) -> Self {
+        self.without_visible = paths;
         self
     }
 
@@ -124,7 +125,7 @@ impl<O: PathObserver> Purpose for Pixels<'_, O> {
     ) {
         let met = path.met(transport.scene, &transport.sampler, ray, point);
         let radiance = path.throughput * met;
-        if self.without_visible && depth == 1 && point.is_some() {
+        if depth == 1 && point.is_some() && self.without_visible >> (place % MAX_BATCH) & 1 == 1 {
             if Self::OBSERVES {
                 self.trails[place].contribute(depth, false, radiance);
             }

@@ -125,10 +125,14 @@ pub const METHODS: &[MethodEntry] = &[
         name: "path-reuse",
         help: "Path tracing by tiles of 16 pixels that share their paths",
         capabilities: MethodCapabilities::FRAMES,
-        options: &[options::LIGHTS],
+        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
         start: |stage, values, _| {
             by_emitters!(stage, values, sampler => {
-                Ok(Started::Frames(Box::new(PathReuse::new(stage.scene(), sampler))))
+                let method = PathReuse::new(stage.scene(), sampler).with_points(values.points());
+                Ok(Started::Frames(match values.visible_emission() {
+                    true => Box::new(method.with_visible_emission()),
+                    false => Box::new(method),
+                }))
             })
         },
     },
@@ -361,13 +365,18 @@ fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) 
     })
 }
 
-/// A path tracer with the random numbers and the visible emission that options ask for.
+/// A path tracer with the random numbers and the visible emission that options ask for; the longest
+/// path and the first edge of roulette in place of the scene's.
 fn path_tracer<'b, S: EmitterSampler + 'b>(
     stage: &'b Stage<'_>,
     values: &MethodValues,
     sampler: S,
+    depths: Option<(u32, u32)>,
 ) -> PathTracer<'b, S> {
-    let tracer = PathTracer::new(stage.scene(), sampler).with_points(values.points());
+    let mut tracer = PathTracer::new(stage.scene(), sampler).with_points(values.points());
+    if let Some((longest, roulette)) = depths {
+        tracer = tracer.with_depths(Some(longest), roulette);
+    }
     match values.visible_emission() {
         true => tracer.with_visible_emission(),
         false => tracer,
@@ -380,7 +389,7 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
     let emitter_samples = values.light_samples();
     if emitter_samples == 1 {
         return by_emitters!(stage, values, sampler => {
-            samples(path_tracer(stage, values, sampler).with_depths(Some(2), u32::MAX))
+            samples(path_tracer(stage, values, sampler, Some((2, u32::MAX))))
         });
     }
     let options = DirectLightOptions {
@@ -397,7 +406,7 @@ fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start
     let guided = values.guided_paths();
     by_emitters!(stage, values, sampler => match guided {
         Some(options) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
-        None => samples(path_tracer(stage, values, sampler)),
+        None => samples(path_tracer(stage, values, sampler, None)),
     })
 }
 

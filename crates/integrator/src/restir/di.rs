@@ -23,6 +23,9 @@ use lightshed_scene::{Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Rgb, S
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// A frame costs about as much for each pixel as a path of so many edges.
+const EDGES_OF_A_FRAME: u32 = 8;
+
 /// What [`RestirDi`] does in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -552,7 +555,8 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
         let pixels = self.pixels.of_mut(frame);
         pixels.resize(extent.len(), None);
         let (wanted, is_still) = (self.settings.visible_emission, self.motion.is_still());
-        self.visible.prepare(wanted, scene, &camera, is_still);
+        self.visible
+            .prepare(wanted, scene, &camera, is_still, EDGES_OF_A_FRAME);
         let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel);
         self.tally.add(RayKind::Camera, rays.unwrap_or(0) as usize);
 

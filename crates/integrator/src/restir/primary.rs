@@ -61,7 +61,7 @@ impl Outlook {
 
 /// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet,
 /// `image` what is emitted from there towards the camera (or from infinity); surfaces' emission is
-/// estimated by `visible` if there is one. Returns how many rays that took; `None` if `cancel` was
+/// estimated by `visible` in the pixels that it takes. Returns how many rays that took; `None` if `cancel` was
 /// set meanwhile.
 pub(crate) fn trace_primaries(
     scene: &Scene,
@@ -78,10 +78,10 @@ pub(crate) fn trace_primaries(
         numbers,
         to,
         cancel,
-        |_, ray, hit, pixel, value| {
+        |index, ray, hit, pixel, value| {
             let point = hit.map(|hit| scene.surface(ray, hit));
-            *value = match (visible, &point) {
-                (Some(_), Some(_)) => Rgb::ZERO,
+            *value = match &point {
+                Some(_) if visible.is_some_and(|visible| visible.takes(index)) => Rgb::ZERO,
                 _ => met_emission(scene, ray, point.as_ref()),
             };
             *pixel = point.zip(hit).map(|(point, hit)| Primary {

@@ -4,10 +4,12 @@ mod share;
 mod tree;
 
 use crate::emitter_sampler::EmitterSampler;
+use crate::path::numbers::PathWords;
 use crate::path::transport::Transport;
-use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayTally};
+use crate::visible_emission::VisibleEmission;
+use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally, SampleId};
 use lightshed_resampling::{Extent, Pattern};
-use lightshed_sampling::parallel;
+use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
 use share::{Sharing, TILE_PIXELS};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -50,6 +52,9 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     transport: Transport<'a, S>,
     tally: RayTally,
     tiles: Pattern,
+    points: PointSet,
+    /// What sees emission directly, if that is not the paths.
+    visible: Option<VisibleEmission>,
 }
 
 /// Side of the squares that tiles are laid out in.
@@ -62,7 +67,26 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
             transport: Transport::new(scene, sampler),
             tally: RayTally::default(),
             tiles: Pattern::rooks_tiles(TILE_PIXELS as u32).expect("a fixed side in range"),
+            points: PointSet::Independent,
+            visible: None,
         }
+    }
+
+    /// With frames whose numbers are those of `points`; independent ones unless told otherwise.
+    /// Those of pixels are independent of each other all the same, which is what sharing needs.
+    #[must_use]
+    pub fn with_points(mut self, points: PointSet) -> Self {
+        self.points = points;
+        self
+    }
+
+    /// With several camera rays a frame where emitting surfaces may be seen, as
+    /// [`PathTracer::with_visible_emission`](crate::PathTracer::with_visible_emission).
+    #[must_use]
+    pub fn with_visible_emission(mut self) -> Self {
+        let scene = self.transport.scene;
+        self.visible = VisibleEmission::new(scene, scene.camera(), true, self.transport.max_depth);
+        self
     }
 }
 
@@ -103,12 +127,17 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
 
     /// Renders the squares that start in row `top`, into the rows of the image from there on.
     fn render_band(&self, top: usize, frame: u32, seed: u64, band: &mut [Rgb], cancel: &AtomicBool) {
+        let words = PathWords {
+            points: self.points,
+            seed,
+        };
         let ground = Ground {
             transport: &self.transport,
             tally: &self.tally,
             width: self.extent().width,
             frame,
-            seed,
+            words,
+            visible: self.visible.as_ref(),
         };
         let (pixels, ends) = self.tiles(top);
         let (mut trees, mut sharing) = (Vec::new(), Sharing::default());
@@ -131,6 +160,29 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
                 start = tile_end;
             }
         }
+        self.add_visible(top, frame, words, band);
+    }
+
+    /// Emission that the camera sees directly, where the trees leave it out.
+    fn add_visible(&self, top: usize, frame: u32, words: PathWords, band: &mut [Rgb]) {
+        let Some(visible) = self.visible.as_ref().filter(|_| self.transport.max_depth > 0) else {
+            return;
+        };
+        let (scene, width) = (self.transport.scene, self.extent().width);
+        let mut rays = 0;
+        for (row, values) in band.chunks_mut(width as usize).enumerate() {
+            for (chunk, values) in values.chunks_mut(MAX_BATCH).enumerate() {
+                let id = |place: usize| SampleId {
+                    x: (chunk * MAX_BATCH + place) as u32,
+                    y: (top + row) as u32,
+                    index: frame,
+                };
+                let ids: [SampleId; MAX_BATCH] = std::array::from_fn(id);
+                let names = (words.points, words.seed);
+                rays += visible.add(scene, scene.camera(), names, &ids[..values.len()], values);
+            }
+        }
+        self.tally.add(RayKind::Camera, rays as usize);
     }
 }
 

@@ -1,18 +1,19 @@
 //! Path trees of pixels, grown many at a time.
 
+use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::batch::follow;
-use crate::path::camera_ray;
 use crate::path::guide::DirectionGuide;
-use crate::path::numbers::VertexNumbers;
+use crate::path::numbers::{PathWords, VertexNumbers};
 use crate::path::paths::Paths;
 use crate::path::purpose::Purpose;
 use crate::path::scattering::{SurfaceVertex, Vertex};
 use crate::path::transport::{Bounce, PathState, Transport, met_emission};
 use crate::ray_batch::{NOWHERE, add_unhidden, see_emitters};
+use crate::visible_emission::VisibleEmission;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally};
 use lightshed_lanes::Lanes;
-use lightshed_sampling::CounterRng;
+use lightshed_sampling::f32_from_u32;
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Ray, Rgb, SurfacePoint};
 
@@ -67,7 +68,9 @@ pub struct Ground<'a, S> {
     pub tally: &'a RayTally,
     pub width: u32,
     pub frame: u32,
-    pub seed: u64,
+    pub words: PathWords,
+    /// What sees emission directly in some pixels, in place of their trees.
+    pub visible: Option<&'a VisibleEmission>,
 }
 
 /// How a tree goes on: a path, its ray and the tree that it belongs to.
@@ -104,7 +107,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
     /// Those of the vertex at the end of edge `depth`.
     fn numbers(&self, pixel: usize, depth: u32) -> VertexNumbers {
         let [pixel, sample] = self.names(pixel);
-        VertexNumbers::draw(&mut CounterRng::new(self.seed, pixel, sample), depth)
+        self.words.vertex(pixel, sample, depth)
     }
 
     /// `x₁` with its emission, a sample of the emitters, and a direction.
@@ -114,8 +117,9 @@ impl<S: EmitterSampler> Ground<'_, S> {
         let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
         for (ray, &pixel) in rays.iter_mut().zip(pixels) {
             let [name, sample] = self.names(pixel);
-            let mut rng = CounterRng::new(self.seed, name, sample);
-            *ray = camera_ray(scene, name & 0xffff, name >> 16, &mut rng);
+            let corner = Vec2::new((name & 0xffff) as f32, (name >> 16) as f32);
+            let numbers = self.words.camera(name, sample).map(f32_from_u32);
+            *ray = PixelRay::through(scene.camera(), corner, numbers).ray;
         }
         self.tally.add(RayKind::Camera, count);
         scene
@@ -125,7 +129,10 @@ impl<S: EmitterSampler> Ground<'_, S> {
         let mut brought: Vec<Brought> = Vec::with_capacity(count);
         for ((&pixel, ray), hit) in pixels.iter().zip(&rays).zip(&hits) {
             let point = hit.map(|hit| scene.surface(ray, &hit));
-            let own = met_emission(scene, ray, point.as_ref());
+            let own = match &point {
+                Some(_) if self.visible.is_some_and(|visible| visible.takes(pixel)) => Rgb::ZERO,
+                _ => met_emission(scene, ray, point.as_ref()),
+            };
             let (tree, first) = (
                 trees.len(),
                 point.map(|point| SurfaceVertex::new(scene, ray, point)),
@@ -328,7 +335,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
     fn follow(&self, onward: Vec<Onward<S::Site>>, trees: &mut [Tree]) {
         let mut paths = Paths::new();
         let mut found = Behind {
-            seed: self.seed,
+            words: self.words,
             tally: self.tally,
             is_apart: [false; MAX_BATCH],
             met: [None; MAX_BATCH],
@@ -358,7 +365,7 @@ const BEHIND: u32 = 3;
 
 /// What paths find behind `x₂`, by tree.
 struct Behind<'a> {
-    seed: u64,
+    words: PathWords,
     tally: &'a RayTally,
     /// Whether what the first edge meets is kept apart.
     is_apart: [bool; MAX_BATCH],
@@ -370,8 +377,8 @@ struct Behind<'a> {
 
 impl Purpose for Behind<'_> {
     #[inline(always)]
-    fn words<L: Lanes>(&self, [pixel, frame]: [L::Words; 2], block: u32) -> [L::Words; 4] {
-        CounterRng::block_lanes::<L>(self.seed, pixel, frame, block)
+    fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        self.words.vertex_lanes::<L>(names, block)
     }
 
     fn arrive<S: EmitterSampler, G: DirectionGuide>(

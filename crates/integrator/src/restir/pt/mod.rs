@@ -198,7 +198,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let kept = self.kept(view.number);
         let wanted = self.options.visible_emission && !at_sensor && max_length > 0;
         self.visible
-            .prepare(wanted, scene, view.camera, self.motion.is_still());
+            .prepare(wanted, scene, view.camera, self.motion.is_still(), max_length);
         let visible = self.visible.get();
         let pixels = &mut self.pixels.of_mut(kept).0;
         pixels.resize_with(extent.len(), || PathPixel::NOTHING);
@@ -219,7 +219,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                 }
                 *value = match &vertex {
                     _ if max_length == 0 => Rgb::ZERO,
-                    Some(_) if visible.is_some() => Rgb::ZERO,
+                    Some(_) if visible.is_some_and(|visible| visible.takes(index)) => Rgb::ZERO,
                     Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
                     None => world.environment(ray.direction),
                 };
