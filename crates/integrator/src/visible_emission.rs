@@ -199,11 +199,12 @@ impl VisibleEmission {
     }
 }
 
-/// Whether rays through a grid in the pixel with this least corner meet different emission.
+/// Whether rays through a grid in the pixel with this least corner meet different emission. The grid
+/// has the pixel's border, where the thinnest strips of a lamp lie.
 fn is_mixed(scene: &Scene, camera: &Camera, corner: Vec2) -> bool {
     let rays: [Ray; (GRID * GRID) as usize] = std::array::from_fn(|index| {
         let (x, y) = (index as u32 % GRID, index as u32 / GRID);
-        let place = (Vec2::new(x as f32, y as f32) + 0.5) / GRID as f32;
+        let place = Vec2::new(x as f32, y as f32) / (GRID - 1) as f32;
         camera.ray(corner + place, [0.5; 2])
     });
     let mut hits = [None; (GRID * GRID) as usize];

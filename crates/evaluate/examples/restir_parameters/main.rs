@@ -84,7 +84,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         &|_| (),
         &never,
     )?;
-    let base = RestirPtOptions::offline(PathMapping::Hybrid);
+    let base = RestirPtOptions::offline_published(PathMapping::Hybrid);
     let dense: Vec<RestirPtOptions> = CANDIDATES
         .iter()
         .flat_map(|&candidates| {

@@ -102,7 +102,7 @@ fn setting(text: &str) -> Result<RestirPtOptions, String> {
             let radius = radius as f32;
             Neighbourhood::Disk { radius, count }
         },
-        ..RestirPtOptions::offline(PathMapping::Hybrid)
+        ..RestirPtOptions::offline_published(PathMapping::Hybrid)
     })
 }
 

@@ -227,11 +227,7 @@ pub const METHODS: &[MethodEntry] = &[
             options::PAIRS,
         ],
         start: |stage, values, motion| {
-            let mut options = RestirPtOptions {
-                points: values.points(),
-                visible_emission: values.visible_emission(),
-                ..RestirPtOptions::real_time(values.path_mapping())
-            };
+            let mut options = RestirPtOptions::real_time(values.path_mapping());
             if let Some(block) = values.get(&options::PAIRS) {
                 (options.pairs, options.rounds) = (Some(block), PAIRED_ROUNDS);
             }
@@ -240,19 +236,15 @@ pub const METHODS: &[MethodEntry] = &[
     },
     MethodEntry {
         name: "restir-pt-offline",
-        help: "ReSTIR path tracing in independent frames of 32 trees",
+        help: "ReSTIR path tracing in independent frames, for stills",
         capabilities: MethodCapabilities {
             camera_motion: true,
             ..MethodCapabilities::FRAMES
         },
-        options: &[options::SHIFT, options::LIGHTS],
+        options: &[options::SHIFT, options::LIGHTS, options::POINTS, options::VISIBLE],
         start: |stage, values, motion| {
-            restir_pt(
-                stage,
-                values,
-                motion,
-                RestirPtOptions::offline(values.path_mapping()),
-            )
+            let options = RestirPtOptions::offline(values.path_mapping());
+            restir_pt(stage, values, motion, options)
         },
     },
     MethodEntry {
@@ -424,6 +416,11 @@ fn restir_pt<'b>(
     motion: Motion<'b>,
     options: RestirPtOptions,
 ) -> Start<'b> {
+    let options = RestirPtOptions {
+        points: values.points(),
+        visible_emission: values.visible_emission(),
+        ..options
+    };
     match values.light_choosing() {
         None => frames(RestirPt::new(stage.world(), options, motion.camera)),
         Some(choosing) => {

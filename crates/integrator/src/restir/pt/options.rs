@@ -133,9 +133,26 @@ impl RestirPtOptions {
         }
     }
 
-    /// Independent frames to be averaged (Lin 2022 §6.5.5, §B.7): 32 trees, and three rounds with 6
-    /// neighbours within 10 pixels.
+    /// Independent frames to be averaged, for the least error in equal time: 3 trees behind one
+    /// camera ray, and two rounds with 4 neighbours within 2 pixels. An image has more frames than
+    /// by [`offline_published`](Self::offline_published) in the same time, so more camera rays, and
+    /// these are what the edges of what is seen need.
     pub fn offline(mapping: PathMapping) -> Self {
+        Self {
+            candidates: 3,
+            rounds: 2,
+            neighbourhood: Neighbourhood::Disk {
+                radius: 2.0,
+                count: 4,
+            },
+            temporal_cap: None,
+            ..Self::real_time(mapping)
+        }
+    }
+
+    /// Independent frames as published (Lin 2022 §6.5.5, §B.7): 32 trees, each with a camera ray of
+    /// its own, and three rounds with 6 neighbours within 10 pixels.
+    pub fn offline_published(mapping: PathMapping) -> Self {
         Self {
             candidates: 32,
             rounds: 3,

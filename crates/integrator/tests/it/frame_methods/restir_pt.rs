@@ -114,7 +114,7 @@ fn offline(mapping: PathMapping) -> RestirPtOptions {
             radius: 4.0,
             count: 4,
         },
-        ..RestirPtOptions::offline(mapping)
+        ..RestirPtOptions::offline_published(mapping)
     }
 }
 
