@@ -82,6 +82,7 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
     );
     let standings = record.standings();
     table(body, record, &standings);
+    let _ = writeln!(body, "<p><b>{}</b></p>", escape(&record.advice()));
     let exposure = exposure_of(scene.reference.image());
     let truth = png_data(scene.reference.image(), exposure)?;
     let base = png_data(&scene.images[0], exposure)?;

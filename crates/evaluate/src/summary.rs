@@ -47,6 +47,36 @@ impl Record {
             .collect()
     }
 
+    /// What an accumulated image is best made by: of the methods that are faster than the baseline
+    /// by every metric, with the whole interval, the one whose least speed-up is largest. Returns its
+    /// name and that speed-up; `None` where the baseline is not beaten.
+    pub fn best_for_stills(&self) -> Option<(String, Interval)> {
+        let least = |standing: &Standing| {
+            let speedups = standing.by_metric.iter().map(|by_metric| by_metric.speedup);
+            speedups.reduce(|least, other| {
+                let (least, other) = (least?, other?);
+                Some(if other.low < least.low { other } else { least })
+            })?
+        };
+        let beating = self.standings().into_iter().skip(1).filter_map(|standing| {
+            let least = least(&standing).filter(|least| least.low > 1.0)?;
+            Some((standing.name, least))
+        });
+        beating.max_by(|a, b| a.1.mid.total_cmp(&b.1.mid))
+    }
+
+    /// [`best_for_stills`](Self::best_for_stills) as a sentence.
+    pub fn advice(&self) -> String {
+        let baseline = self.names.first().map_or("", String::as_str);
+        match self.best_for_stills() {
+            Some((name, least)) => format!(
+                "For a still: {name}, {:.2} times as fast as {baseline} by the metric that favours it least.",
+                least.mid
+            ),
+            None => format!("For a still: {baseline}; nothing here is surely faster by every metric."),
+        }
+    }
+
     /// Errors over time: geometric means of the repeats, point by point.
     pub fn plot(&self, metric: Metric) -> Plot {
         let series = self.names.iter().enumerate().map(|(place, name)| {
@@ -201,6 +231,24 @@ mod tests {
         let own = standings[0].by_metric[0].speedup.unwrap();
         assert!((own.mid - 1.0).abs() < 1e-9 && own.high - own.low < 1e-9);
         assert_eq!(standings[0].frames, 7.0);
+    }
+
+    #[test]
+    fn stills_are_best_made_by_what_surely_wins() {
+        let repeats = |quick: [f64; 3], slow: f64| {
+            record(
+                quick
+                    .map(|quick| vec![run(1.0, 8.0), run(quick, 8.0), run(slow, 8.0)])
+                    .into(),
+            )
+        };
+        let (name, least) = repeats([0.25; 3], 3.0).best_for_stills().unwrap();
+        assert!(name == "quick" && (least.mid - 4.0).abs() < 1e-9);
+        let (name, _) = repeats([0.25; 3], 0.2).best_for_stills().unwrap();
+        assert_eq!(name, "slow");
+        // Faster on average, but not surely.
+        assert_eq!(repeats([0.1, 0.9, 4.0], 3.0).best_for_stills(), None);
+        assert_eq!(repeats([0.25; 3], -1.0).best_for_stills().unwrap().0, "quick");
     }
 
     #[test]

@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, requires = "scene")]
     pub reference: Option<PathBuf>,
     /// Samples a pixel of a path-traced reference.
-    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, default_value_t = 2048, value_parser = clap::value_parser!(u32).range(2..))]
     pub reference_spp: u32,
     /// Other seeds, other noise.
     #[arg(long, default_value_t = 0)]

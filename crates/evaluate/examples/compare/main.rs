@@ -19,7 +19,8 @@ use arguments::Arguments;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use lightshed::film::{FrameMethod, read_exr, write_exr};
-use lightshed::integrator::{Method, Motion, Stage, VolumePathTracer};
+use lightshed::integrator::{Method, Motion, PathTracer, Stage, VolumePathTracer};
+use lightshed::sampling::PointSet;
 use lightshed::scene::Scene;
 use lightshed_evaluate::{
     ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Record, Reference, ReportChain,
@@ -186,14 +187,16 @@ fn reference(
     };
     let samples = arguments.reference_spp;
     let size = [scene.settings().width, scene.settings().height];
-    // Without media it is the path tracer.
-    let reference = Reference::rendered(
-        &VolumePathTracer::new(scene, scene.emitters_by_power()),
-        size,
-        samples,
-        &observer,
-        cancel,
-    )?;
+    // Other seeds than those of the methods: numbers are named by seed, pixel and sample.
+    let emitters = scene.emitters_by_power();
+    let reference = if subject.description.media.is_empty() {
+        let tracer = PathTracer::new(scene, emitters).with_points(PointSet::Sobol);
+        let tracer = tracer.with_visible_emission();
+        Reference::rendered(&tracer, size, samples, &observer, cancel)?
+    } else {
+        let tracer = VolumePathTracer::new(scene, emitters).with_points(PointSet::Sobol);
+        Reference::rendered(&tracer, size, samples, &observer, cancel)?
+    };
     bar.finish_and_clear();
     write_exr(reference.image(), fs::File::create(folder.join("reference.exr"))?)?;
     Ok(reference)

@@ -25,13 +25,13 @@ const DEFAULT: [(&str, &str, &[&str], Option<u32>); 3] = [
     ),
     (
         "many-lights",
-        "Direct light of many lamps: choosing them by power against choosing them for the point, and against reuse.",
+        "Direct light of many lamps: choosing them by power against choosing them for the point, and against reuse among frames.",
         &["direct", "direct:bvh", "lightcuts", "restir-di"],
         Some(2),
     ),
     (
         "cloud",
-        "A cloud under a sky: path tracing through media against paths that pixels and frames share.",
+        "A cloud under a sky: path tracing through media against paths that frames share, which serve single frames.",
         &["volpath", "volpath-decomposition", "restir-volume"],
         Some(4),
     ),

@@ -28,7 +28,7 @@ pub fn json(machine: &str, sections: &[ReportScene<'_>]) -> Value {
                 .iter()
                 .map(|image| perceived(section.reference, image))
                 .collect();
-            json!({ "record": section.record, "standings": section.record.standings(), "flip": flip, "chains": chains })
+            json!({ "record": section.record, "standings": section.record.standings(), "advice": section.record.advice(), "flip": flip, "chains": chains })
         })
         .collect();
     json!({ "machine": machine, "scenes": scenes })
@@ -73,6 +73,7 @@ pub fn table(record: &Record) -> String {
         }
         text.push('\n');
     }
+    let _ = writeln!(text, "  {}", record.advice());
     text
 }
 
