@@ -179,6 +179,10 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             format!("restir-pt-offline {name}"),
             RestirPtOptions::offline(mapping),
         );
+        add(
+            format!("restir-pt-offline {name}, published"),
+            RestirPtOptions::offline_published(mapping),
+        );
     }
     for options in &arguments.setting {
         add(name(options), *options);

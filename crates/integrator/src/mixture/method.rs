@@ -21,6 +21,8 @@ const PASSES: FramePasses = match FramePasses::new(Pass::Steps as u32 + 1, MAX_M
     Err(_) => panic!("few passes"),
 };
 
+/// A frame costs about as much for each pixel as a path of so many edges.
+const EDGES_OF_A_FRAME: u32 = 8;
 /// Extents of the scene that stand for an infinite distance.
 const FAR: f32 = 1e5;
 
@@ -230,7 +232,8 @@ impl<S: EmitterSampler + Send> FrameMethod for Mixture<'_, S> {
         let pixels = self.pixels.of_mut(frame);
         pixels.resize(extent.len(), None);
         let (wanted, is_still) = (self.options.visible_emission, self.motion.is_still());
-        self.visible.prepare(wanted, scene, &camera, is_still);
+        self.visible
+            .prepare(wanted, scene, &camera, is_still, EDGES_OF_A_FRAME);
         let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel)?;
         self.tally.add(RayKind::Camera, rays as usize);
 

@@ -3,6 +3,7 @@
 use super::ensemble::Ensemble;
 use super::scenes::{cornell_without_light, every_emitter};
 use lightshed_integrator::{PathReuse, PathTracer};
+use lightshed_sampling::PointSet;
 use lightshed_scene::{Scene, builtin};
 
 /// Paths of up to four edges: everything that is shared, and what lies beyond.
@@ -25,9 +26,14 @@ fn frames_agree_with_path_tracing() {
             16,
             60,
         );
-        let frames = Ensemble::of_chains(|| PathReuse::new(&scene, scene.emitters_by_power()), 0..1, 350, 1);
-        let agreement = frames.compare(&truth);
-        println!("{name}: {agreement:?}");
-        agreement.verdict().unwrap();
+        let plain = || PathReuse::new(&scene, scene.emitters_by_power());
+        let stratified = || plain().with_points(PointSet::Sobol).with_visible_emission();
+        let frames = Ensemble::of_chains(plain, 0..1, 350, 1);
+        let pairs = Ensemble::of_chains(stratified, 0..2, 175, 1);
+        for frames in [frames, pairs] {
+            let agreement = frames.compare(&truth);
+            println!("{name}: {agreement:?}");
+            agreement.verdict().unwrap();
+        }
     }
 }
