@@ -94,13 +94,13 @@ impl RestirSuffixOptions {
     }
 
     /// Independent frames to be averaged: eight trees behind each supporting prefix, two rounds
-    /// with 4 neighbours, and 32 prefixes with three borrowed suffixes each.
+    /// with 6 neighbours, and 32 prefixes with three borrowed suffixes each.
     pub fn offline(mapping: PathMapping) -> Self {
         let suffixes = RestirPtOptions {
             candidates: 8,
             rounds: 2,
             path_starts_at_sensor: false,
-            ..RestirPtOptions::offline(mapping)
+            ..RestirPtOptions::offline_published(mapping)
         };
         Self {
             suffixes,
