@@ -26,12 +26,12 @@ pub struct Warning {
     pub message: String,
 }
 
+#[cfg(any(feature = "gltf", feature = "mitsuba"))]
 impl Warning {
     /// Most warnings that are kept.
     const MOST: usize = 256;
 
     /// Adds a warning to a list that stays short, whatever the file.
-    #[cfg(any(feature = "gltf", feature = "mitsuba"))]
     pub(crate) fn push(list: &mut Vec<Self>, location: Location, message: String) {
         if list.len() > Self::MOST {
             return;

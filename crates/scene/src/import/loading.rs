@@ -2,7 +2,7 @@
 
 use super::error::{ImportError, Location};
 use super::limits::{LoadLimits, LoadResource};
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,8 @@ pub(crate) struct Loading {
     /// Folders, links followed, that files may lie in; `None` where any will do.
     permitted: Option<Vec<PathBuf>>,
     /// Folders that names are looked up in, the first one first.
-    search: RefCell<Vec<PathBuf>>,
+    #[cfg(feature = "mitsuba")]
+    search: std::cell::RefCell<Vec<PathBuf>>,
 }
 
 impl Loading {
@@ -58,7 +59,8 @@ impl Loading {
             start: Instant::now(),
             folder: folder.to_path_buf(),
             permitted: None,
-            search: RefCell::new(Vec::new()),
+            #[cfg(feature = "mitsuba")]
+            search: Default::default(),
         }
     }
 
@@ -132,6 +134,12 @@ impl Loading {
     ) -> Result<(), ImportError> {
         let count = (vertices as u64).saturating_add(triangles as u64);
         self.spend(LoadResource::Vertices, count, location)
+    }
+
+    /// Bytes that may still come.
+    #[cfg(feature = "mitsuba")]
+    pub(crate) fn bytes_left(&self) -> u64 {
+        self.limits.bytes - self.bytes.get()
     }
 
     /// Vertices and triangles that may still come.

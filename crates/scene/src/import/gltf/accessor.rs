@@ -1,17 +1,54 @@
 //! Typed data of glTF accessors, every offset checked against the buffers.
 
+use super::mend::CompressedView;
+use super::meshopt::{Compressed, decode};
 use gltf::Document;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::View;
+use std::collections::HashMap;
 
 /// Reads accessors out of the loaded buffers. Messages of errors say what is wrong with the
 /// accessor.
-pub(super) struct Buffers(pub(super) Vec<Vec<u8>>);
+pub(super) struct Buffers {
+    buffers: Vec<Vec<u8>>,
+    /// Views that were compressed.
+    decompressed: HashMap<usize, Vec<u8>>,
+}
 
 impl Buffers {
+    /// Over buffers as they are.
+    pub(super) fn new(buffers: Vec<Vec<u8>>) -> Self {
+        Self {
+            buffers,
+            decompressed: HashMap::new(),
+        }
+    }
+
+    /// Decompresses a view.
+    pub(super) fn decompress(&mut self, view: &CompressedView) -> Result<(), String> {
+        let buffer = self.buffers.get(view.buffer).map_or(&[][..], Vec::as_slice);
+        let end = view.offset.checked_add(view.length);
+        let data = end.and_then(|end| buffer.get(view.offset..end));
+        let data = data.ok_or("compressed data reaches beyond its buffer")?;
+        let form = Compressed {
+            mode: &view.mode,
+            filter: &view.filter,
+            count: view.count,
+            stride: view.stride,
+        };
+        self.decompressed.insert(view.view, decode(data, form)?);
+        Ok(())
+    }
+
     /// Bytes of a view.
     pub(super) fn view(&self, view: &View) -> Result<&[u8], String> {
-        let buffer = self.0.get(view.buffer().index()).map_or(&[][..], Vec::as_slice);
+        if let Some(bytes) = self.decompressed.get(&view.index()) {
+            return Ok(bytes);
+        }
+        let buffer = self
+            .buffers
+            .get(view.buffer().index())
+            .map_or(&[][..], Vec::as_slice);
         let end = view.offset().checked_add(view.length());
         let bytes = end.and_then(|end| buffer.get(view.offset()..end));
         bytes.ok_or_else(|| format!("buffer view {} reaches beyond its buffer", view.index()))

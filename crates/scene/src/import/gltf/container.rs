@@ -3,6 +3,7 @@
 //! The container and a few members are checked here, before the `gltf` crate sees them: its own
 //! checks take them for granted and panic where they are wrong.
 
+use super::mend;
 use crate::import::error::{ImportError, Location};
 use crate::import::limits::LoadResource;
 use crate::import::loading::Loading;
@@ -16,12 +17,8 @@ const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";
 const BIN: &[u8; 4] = b"BIN\0";
 
-/// The document and the binary chunk of a GLB.
-pub(super) fn open(
-    bytes: &[u8],
-    path: &Path,
-    loading: &Loading,
-) -> Result<(Document, Option<Vec<u8>>), ImportError> {
+/// The document of a file, mended where the crate would refuse it.
+pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opened, ImportError> {
     let (text, blob) = if bytes.starts_with(MAGIC) {
         let (text, blob) = split_binary(bytes)
             .map_err(|(at, what)| ImportError::malformed(Location::byte(path, at as u64), what))?;
@@ -30,10 +27,16 @@ pub(super) fn open(
         (bytes, None)
     };
     loading.spend(LoadResource::Nodes, objects(text), || Location::file(path))?;
-    let root: json::Root = json::Root::from_slice(text).map_err(|source| ImportError::Decode {
+    let broken = |source| ImportError::Decode {
         path: path.to_path_buf(),
-        source: Box::new(source),
-    })?;
+        source: Box::<json::Error>::new(source),
+    };
+    let mut value: json::Value = json::deserialize::from_slice(text).map_err(broken)?;
+    let malformed =
+        |(element, what): mend::Note| ImportError::unsupported(Location::file(path).element(element), what);
+    let notes = mend::mend(&mut value).map_err(malformed)?;
+    let (compressed, fallbacks) = mend::compressed(&mut value);
+    let root: json::Root = json::deserialize::from_value(value).map_err(broken)?;
     let version = &root.asset.version;
     if !version.starts_with("2.") {
         let message = format!("glTF version {version} is not supported, only 2");
@@ -48,7 +51,26 @@ pub(super) fn open(
         path: path.to_path_buf(),
         source: Box::new(source),
     })?;
-    Ok((document, blob))
+    Ok(Opened {
+        document,
+        blob,
+        notes,
+        compressed,
+        fallbacks,
+    })
+}
+
+/// A document and what was found on the way to it.
+pub(super) struct Opened {
+    pub(super) document: Document,
+    /// The binary chunk of a GLB.
+    pub(super) blob: Option<Vec<u8>>,
+    /// Warnings.
+    pub(super) notes: Vec<mend::Note>,
+    /// Buffer views that are compressed.
+    pub(super) compressed: Vec<mend::CompressedView>,
+    /// By buffer, whether nothing of it is read: its views are decompressed from another.
+    pub(super) fallbacks: Vec<bool>,
 }
 
 /// Number of objects in a JSON text: each takes hundreds of bytes once it is read, and two here.

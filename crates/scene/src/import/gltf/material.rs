@@ -1,6 +1,6 @@
 //! glTF materials and textures.
 
-use super::Importer;
+use super::{Importer, Known};
 use crate::import::error::{ImportError, Location};
 use crate::import::image::{Encoding, decode_guessed};
 use crate::import::limits::LoadResource;
@@ -10,9 +10,13 @@ use gltf::material::AlphaMode;
 use gltf::texture::{MagFilter, WrappingMode};
 use std::sync::Arc;
 
+/// A texture that emits less than this in the mean is taken for a display or a sign, not for a
+/// light.
+const GLIMMER: f32 = 0.25;
+
 impl Importer<'_> {
     /// The material and, where it emits, its radiance.
-    pub(super) fn material(&mut self, source: &gltf::Material) -> Result<(u32, Option<Rgb>), ImportError> {
+    pub(super) fn material(&mut self, source: &gltf::Material) -> Result<Known, ImportError> {
         // The default material has no index.
         let key = source.index();
         if let Some(&known) = self.materials.get(&key) {
@@ -22,6 +26,7 @@ impl Importer<'_> {
             Some(index) => format!("materials[{index}]"),
             None => "default material".to_owned(),
         };
+        self.texture_set = None;
         let pbr = source.pbr_metallic_roughness();
         let [r, g, b, _] = pbr.base_color_factor();
         let base_color = match pbr.base_color_texture() {
@@ -86,7 +91,15 @@ impl Importer<'_> {
         }
         let emission = self.emission(source, &element)?;
         self.description.materials.push(material);
-        let known = ((self.description.materials.len() - 1) as u32, emission);
+        let known = Known {
+            material: (self.description.materials.len() - 1) as u32,
+            emission,
+            texture_set: self.texture_set.unwrap_or(0),
+        };
+        let is_dim = |emission: Rgb| emission.max_element() < GLIMMER;
+        if emission.is_some_and(is_dim) && source.emissive_texture().is_some() {
+            self.glimmering.insert(known.material);
+        }
         self.materials.insert(key, known);
         Ok(known)
     }
@@ -126,11 +139,13 @@ impl Importer<'_> {
             .as_ref()
             .and_then(|t| t.tex_coord())
             .unwrap_or(info.tex_coord());
-        if set != 0 {
-            return Err(self.unsupported(
+        // The first texture of a material says which set its surfaces have.
+        let first = *self.texture_set.get_or_insert(set);
+        if set != first {
+            self.warn(
                 element,
-                format!("texture coordinates of set {set}, only set 0 is read"),
-            ));
+                format!("texture coordinates of set {set} beside those of set {first}: the latter are taken"),
+            );
         }
         let to_uv = transform.map_or(Affine2::IDENTITY, |t| {
             // KHR_texture_transform: translation · rotation · scale, counter-clockwise with v
@@ -146,10 +161,15 @@ impl Importer<'_> {
             (WrappingMode::MirroredRepeat, WrappingMode::MirroredRepeat) => Wrap::Mirror,
             (WrappingMode::ClampToEdge, WrappingMode::ClampToEdge) => Wrap::Clamp,
             (s, t) => {
-                return Err(self.unsupported(
+                self.warn(
                     element,
-                    format!("a texture that wraps differently in s and t: {s:?}, {t:?}"),
-                ));
+                    format!("a texture that wraps differently in s and t ({s:?}, {t:?}) is wrapped as in s"),
+                );
+                match s {
+                    WrappingMode::Repeat => Wrap::Repeat,
+                    WrappingMode::MirroredRepeat => Wrap::Mirror,
+                    WrappingMode::ClampToEdge => Wrap::Clamp,
+                }
             }
         };
         let filter = match sampler.mag_filter() {
@@ -178,6 +198,9 @@ impl Importer<'_> {
         let image = match (uri, view) {
             (Some(uri), _) => {
                 let (bytes, path) = self.resource(uri, &element)?;
+                if let Some(white) = self.undecoded(&bytes, &element) {
+                    return Ok(white);
+                }
                 decode_guessed(
                     &bytes,
                     encoding,
@@ -190,7 +213,11 @@ impl Importer<'_> {
                     .buffers
                     .view(&view)
                     .map_err(|what| self.malformed(&element, what))?;
-                decode_guessed(bytes, encoding, self.path, self.loading)
+                let bytes = bytes.to_vec();
+                if let Some(white) = self.undecoded(&bytes, &element) {
+                    return Ok(white);
+                }
+                decode_guessed(&bytes, encoding, self.path, self.loading)
             }
             (None, None) => {
                 return Err(self.malformed(&element, "the image has neither a URI nor a buffer view"));
@@ -199,6 +226,20 @@ impl Importer<'_> {
         let image = Arc::new(image.map_err(|source| self.referenced(&element, source))?);
         self.images.insert((index, encoding), image.clone());
         Ok(image)
+    }
+
+    /// A white image in place of one in a format that is known, and not read.
+    fn undecoded(&mut self, bytes: &[u8], element: &str) -> Option<Arc<Image>> {
+        let name = match bytes {
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "WebP",
+            [0xab, b'K', b'T', b'X', ..] => "KTX",
+            _ => return None,
+        };
+        self.warn(
+            element,
+            format!("{name} images are not supported: white is taken"),
+        );
+        Image::from_linear(1, 1, vec![[1.0; 3]]).map(Arc::new)
     }
 
     /// Bytes behind a URI, and the file that they come from unless they stand in the URI itself.

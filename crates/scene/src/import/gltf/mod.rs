@@ -3,9 +3,10 @@
 //! The default scene (or the first) is read: nodes with their transforms, triangle meshes,
 //! metallic-roughness materials with factors and textures, the first perspective camera, and of the
 //! extensions `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_ior`,
-//! `KHR_materials_transmission` and `KHR_texture_transform`. An extension that a file requires and
-//! that is not among them is an error; what is left out otherwise (normal maps, alpha, vertex
-//! colours, skins, morph targets, optional extensions) is a warning.
+//! `KHR_materials_transmission`, `KHR_mesh_quantization`, `KHR_texture_transform` and
+//! `EXT_meshopt_compression`. Other extensions of materials, and others that change no image, may
+//! be required; any further one is an error. What is left out (normal maps, alpha, vertex colours,
+//! skins, morph targets, optional extensions) is a warning.
 //!
 //! # Units
 //!
@@ -16,12 +17,14 @@
 //! but does not demand, another smooth curve.
 //!
 //! A surface without `doubleSided` is black from behind, where glTF would cull it. A file without
-//! light gets constant radiance 1 from everywhere, one without a perspective camera a view of the
-//! whole scene.
+//! light, or with none but textures that glow in places, gets constant radiance 1 from everywhere,
+//! one without a perspective camera a view of the whole scene.
 
 mod accessor;
 mod container;
 mod material;
+mod mend;
+mod meshopt;
 mod node;
 
 use super::error::{ImportError, Location};
@@ -30,23 +33,26 @@ use super::image::Encoding;
 use super::limits::{LoadLimits, LoadResource};
 use super::loaded::{Loaded, Warning};
 use super::loading::Loading;
-use crate::{Image, Rgb, SceneDescription};
+use crate::{EmitterDescription, Image, Rgb, SceneDescription};
 use accessor::Buffers;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use container::Opened;
 use glam::DAffine3;
 use gltf::Document;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions that are understood.
-const EXTENSIONS: [&str; 5] = [
+const EXTENSIONS: [&str; 7] = [
+    "EXT_meshopt_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
 
@@ -80,24 +86,53 @@ pub fn parse_gltf_with(
 }
 
 fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, ImportError> {
-    let (document, blob) = container::open(bytes, path, loading)?;
+    let Opened {
+        document,
+        blob,
+        notes,
+        compressed,
+        fallbacks,
+    } = container::open(bytes, path, loading)?;
+    let mut buffers = Buffers::new(load_buffers(&document, blob, &fallbacks, path, loading)?);
+    for view in compressed {
+        let element = || Location::file(path).element(format!("bufferViews[{}]", view.view));
+        let size = (view.count as u64).saturating_mul(view.stride as u64);
+        loading.spend(LoadResource::Bytes, size, element)?;
+        buffers
+            .decompress(&view)
+            .map_err(|what| ImportError::malformed(element(), what))?;
+    }
     let mut importer = Importer {
         path,
         loading,
         document: &document,
-        buffers: Buffers(load_buffers(&document, blob, path, loading)?),
+        buffers,
         description: SceneDescription::default(),
         warnings: Vec::new(),
         materials: HashMap::new(),
+        texture_set: None,
+        glimmering: HashSet::new(),
         images: HashMap::new(),
         visited: vec![false; document.nodes().len()],
         has_camera: false,
     };
+    for (element, message) in notes {
+        importer.warn(&element, message);
+    }
     importer.scene()?;
     Ok(Loaded {
         description: importer.description,
         warnings: importer.warnings,
     })
+}
+
+/// A material that was read.
+#[derive(Clone, Copy)]
+struct Known {
+    material: u32,
+    emission: Option<Rgb>,
+    /// The set of texture coordinates that its textures ask for.
+    texture_set: u32,
 }
 
 /// State of an import.
@@ -109,7 +144,11 @@ struct Importer<'a> {
     description: SceneDescription,
     warnings: Vec<Warning>,
     /// Material and emission by index in the document; `None` is the default material.
-    materials: HashMap<Option<usize>, (u32, Option<Rgb>)>,
+    materials: HashMap<Option<usize>, Known>,
+    /// The set of texture coordinates of the material that is being read.
+    texture_set: Option<u32>,
+    /// Materials that emit by a texture.
+    glimmering: HashSet<u32>,
     images: HashMap<(usize, Encoding), Arc<Image>>,
     /// Nodes already walked.
     visited: Vec<bool>,
@@ -126,9 +165,6 @@ impl Importer<'_> {
                 );
             }
         }
-        if self.document.animations().len() > 0 {
-            self.warn("animations", "animations are not supported: left out");
-        }
         let document = self.document;
         let scene = document.default_scene().or_else(|| document.scenes().next());
         let scene = scene.ok_or_else(|| self.malformed("scenes", "there is no scene"))?;
@@ -142,13 +178,34 @@ impl Importer<'_> {
                 "no perspective camera in the scene: it is seen as a whole",
             );
         }
-        if fit::light(&mut self.description) {
+        if self.has_only_glimmer() {
+            self.description
+                .emitters
+                .push(EmitterDescription::Constant { radiance: Rgb::ONE });
+            self.warn(
+                "scenes",
+                "no light but textures that glow in places: constant radiance 1 from everywhere",
+            );
+        } else if fit::light(&mut self.description) {
             self.warn(
                 "scenes",
                 "no light in the scene: constant radiance 1 from everywhere",
             );
         }
         Ok(())
+    }
+
+    /// Whether all emission is that of textures: displays and signs, which light no scene.
+    fn has_only_glimmer(&self) -> bool {
+        let mut emitting = self
+            .description
+            .shapes
+            .iter()
+            .filter(|shape| shape.emission.is_some());
+        let glimmers = |material: u32| self.glimmering.contains(&material);
+        self.description.emitters.is_empty()
+            && emitting.clone().next().is_some()
+            && emitting.all(|shape| glimmers(shape.material))
     }
 
     fn location(&self, element: &str) -> Location {
@@ -164,10 +221,6 @@ impl Importer<'_> {
         ImportError::malformed(self.location(element), message)
     }
 
-    fn unsupported(&self, element: &str, message: impl Into<String>) -> ImportError {
-        ImportError::unsupported(self.location(element), message)
-    }
-
     fn referenced(&self, element: &str, source: ImportError) -> ImportError {
         ImportError::Referenced {
             location: self.location(element),
@@ -179,6 +232,7 @@ impl Importer<'_> {
 fn load_buffers(
     document: &Document,
     mut blob: Option<Vec<u8>>,
+    fallbacks: &[bool],
     path: &Path,
     loading: &Loading,
 ) -> Result<Vec<Vec<u8>>, ImportError> {
@@ -186,6 +240,11 @@ fn load_buffers(
     for (index, buffer) in document.as_json().buffers.iter().enumerate() {
         let location = || Location::file(path).element(format!("buffers[{index}]"));
         let data = match &buffer.uri {
+            // What views of it hold is decompressed from another.
+            None if blob.is_none() && fallbacks.get(index) == Some(&true) => {
+                buffers.push(Vec::new());
+                continue;
+            }
             None => blob
                 .take()
                 .ok_or_else(|| ImportError::malformed(location(), "the buffer has no data"))?,

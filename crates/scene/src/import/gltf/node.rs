@@ -1,6 +1,6 @@
 //! Nodes: meshes, cameras and lights placed in the world.
 
-use super::Importer;
+use super::{Importer, Known};
 use crate::builtin::turn;
 use crate::import::error::ImportError;
 use crate::import::normals::mend_normals;
@@ -39,9 +39,6 @@ impl Importer<'_> {
             return Err(self.malformed(&element, "the transform is not finite"));
         }
         if let Some(mesh) = node.mesh() {
-            if node.skin().is_some() {
-                self.warn(&element, "skins are not supported: the mesh is in its rest pose");
-            }
             self.mesh(&mesh, &to_world, node.name())?;
         }
         if let Some(camera) = node.camera() {
@@ -91,8 +88,13 @@ impl Importer<'_> {
             };
             self.loading
                 .spend_mesh(vertices, triangles, || self.location(&element))?;
+            let Known {
+                material,
+                emission,
+                texture_set,
+            } = self.material(&primitive.material())?;
             let mut geometry = self
-                .triangles(&primitive)
+                .triangles(&primitive, texture_set)
                 .map_err(|what| self.malformed(&element, what))?;
             if geometry.indices.is_empty() {
                 self.warn(&element, "no triangles: left out");
@@ -110,7 +112,6 @@ impl Importer<'_> {
                 // front stays its front.
                 turn(&mut geometry);
             }
-            let (material, emission) = self.material(&primitive.material())?;
             let mesh_name: String = name
                 .or(mesh.name())
                 .unwrap_or("mesh")
@@ -127,7 +128,7 @@ impl Importer<'_> {
         Ok(())
     }
 
-    fn triangles(&self, primitive: &gltf::Primitive) -> Result<TriangleMesh, String> {
+    fn triangles(&self, primitive: &gltf::Primitive, texture_set: u32) -> Result<TriangleMesh, String> {
         let read3 = |accessor: &gltf::Accessor| -> Result<Vec<Vec3>, String> {
             let values = self.buffers.vectors::<3>(self.document, accessor)?;
             Ok(values.into_iter().map(Vec3::from_array).collect())
@@ -149,9 +150,9 @@ impl Importer<'_> {
             // Flat, says glTF 2.0, §3.7.2.1.
             None => Vec::new(),
         };
-        let uvs: Vec<Vec2> = match primitive.get(&gltf::Semantic::TexCoords(0)) {
+        let uvs: Vec<Vec2> = match primitive.get(&gltf::Semantic::TexCoords(texture_set)) {
             Some(accessor) => {
-                same_count("TEXCOORD_0", &accessor)?;
+                same_count(&format!("TEXCOORD_{texture_set}"), &accessor)?;
                 let values = self.buffers.vectors::<2>(self.document, &accessor)?;
                 // glTF's v points downwards.
                 values.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect()

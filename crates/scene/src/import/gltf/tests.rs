@@ -438,9 +438,9 @@ fn everything_wrong_is_named() {
     assert!(message(&external).contains("cannot read dir/no file.bin"));
     let required = embedded(
         r#"{"mesh":0}"#,
-        &format!(r#"{PLAIN},"extensionsRequired":["KHR_draco_mesh_compression"]"#),
+        &format!(r#"{PLAIN},"extensionsRequired":["VENDOR_something"]"#),
     );
-    assert!(message(&required).contains("cannot decode"));
+    assert!(message(&required).contains("the extension VENDOR_something is not supported"));
     let optional = embedded(
         r#"{"mesh":0}"#,
         &format!(r#"{PLAIN},"extensionsUsed":["EXT_meshopt"]"#),
@@ -530,4 +530,35 @@ proptest! {
     fn random_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
         prop_assert!(parse_gltf(&bytes, "s.glb").is_err());
     }
+}
+
+/// What is legal and was refused: custom attributes, scenes without nodes, files without scenes,
+/// animations, extensions of materials that are required, specular-glossiness.
+#[test]
+fn legal_files_are_mended() {
+    let good = embedded(r#"{"mesh":0}"#, PLAIN);
+    let shapes = |text: &str| read(text).description.shapes.len();
+    assert_eq!(shapes(&good), 1);
+    let custom = good.replacen(
+        r#""POSITION":"#,
+        r#""_BARYCENTRIC":0,"FEATURE_ID_0":0,"POSITION":"#,
+        1,
+    );
+    assert_ne!(custom, good);
+    assert_eq!(shapes(&custom), 1);
+    let without = good.replacen(r#""scene":0,"scenes":[{"nodes":[0]}],"#, "", 1);
+    assert_ne!(without, good);
+    assert_eq!(shapes(&without), 1);
+    let empty = good.replacen(r#"{"nodes":[0]}"#, "{}", 1);
+    assert_eq!(shapes(&empty), 0);
+    let more = |text: &str| embedded(r#"{"mesh":0}"#, &format!("{PLAIN},{text}"));
+    assert_eq!(
+        shapes(&more(
+            r#""extensionsRequired":["KHR_materials_sheen","KHR_mesh_quantization"]"#
+        )),
+        1
+    );
+    let pointer = r#""animations":[{"channels":[{"sampler":0,"target":{"path":"pointer"}}],"samplers":[{"input":0,"output":0}]}]"#;
+    let animated = read(&more(pointer));
+    assert!(animated.warnings.iter().any(|w| w.message.contains("animations")));
 }

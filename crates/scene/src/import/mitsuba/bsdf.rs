@@ -93,15 +93,106 @@ impl Importer<'_> {
                 }
             }
             "null" => Material::Null,
+            "mask" => {
+                let opacity = self.float_texture(&properties, "opacity")?;
+                let opacity = opacity.unwrap_or(FloatTexture::Constant(0.5));
+                Material::Blend {
+                    weight: opacity,
+                    first: Box::new(Material::Null),
+                    second: Box::new(self.only_nested(&properties)?),
+                }
+            }
+            "normalmap" | "bumpmap" => {
+                properties.ignore(&[
+                    "normalmap",
+                    "scale",
+                    "flip_invalid_normals",
+                    "use_shadowing_function",
+                ]);
+                // The texture of a bump map has any name.
+                properties.all(|child| child.tag == "texture");
+                self.warn(
+                    node,
+                    format!("`{kind}` is not supported: the surface keeps its normals"),
+                );
+                self.only_nested(&properties)?
+            }
+            "principled" => self.principled(&properties)?,
             _ => return Err(node.unsupported(format!("the BSDF `{kind}` is not supported"))),
         };
         properties.finish()?;
         Ok(material)
     }
 
+    /// The one BSDF within another.
+    fn only_nested(&mut self, properties: &Properties) -> Result<Material, ImportError> {
+        let nested = self.nested(properties)?;
+        let [one] = <[Material; 1]>::try_from(nested).map_err(|found| {
+            let found = found.len();
+            properties
+                .node
+                .malformed(format!("one BSDF is needed within, found {found}"))
+        })?;
+        Ok(one)
+    }
+
+    /// Disney's BSDF as far as a metallic-roughness material goes: base colour, metalness,
+    /// roughness and transmission.
+    fn principled(&mut self, properties: &Properties) -> Result<Material, ImportError> {
+        let left_out = [
+            "anisotropic",
+            "spec_tint",
+            "sheen",
+            "sheen_tint",
+            "clearcoat",
+            "clearcoat_gloss",
+            "flatness",
+            "diff_trans",
+        ];
+        for name in left_out {
+            let is_zero = |node: &Node| {
+                node.attribute("value")
+                    .is_some_and(|value| value.trim().parse() == Ok(0.0))
+            };
+            if properties.get(name).is_some_and(|node| !is_zero(node)) {
+                self.warn(
+                    properties.node,
+                    format!("`{name}` of `principled` is not supported: left out"),
+                );
+            }
+        }
+        properties.ignore(&[
+            "main_specular_sampling_rate",
+            "clearcoat_sampling_rate",
+            "diffuse_reflectance_sampling_rate",
+        ]);
+        let share =
+            |texture: Option<FloatTexture>, default| texture.unwrap_or(FloatTexture::Constant(default));
+        // Reflectance at normal incidence is 0.08 times `specular`.
+        let specular = properties.float("specular")?.unwrap_or(0.5).clamp(0.0, 1.0);
+        let root = (0.08 * specular).sqrt();
+        let eta = properties.positive("eta")?.unwrap_or((1.0 + root) / (1.0 - root));
+        Ok(Material::MetallicRoughness {
+            base_color: self.color_texture(properties, "base_color", 0.5)?,
+            metallic: share(self.float_texture(properties, "metallic")?, 0.0),
+            roughness: share(self.float_texture(properties, "roughness")?, 0.5),
+            transmission: share(self.float_texture(properties, "spec_trans")?, 0.0),
+            ior: eta,
+        })
+    }
+
     /// The BSDFs nested in or referred to by another.
     fn nested(&mut self, properties: &Properties) -> Result<Vec<Material>, ImportError> {
-        let children = properties.all(|child| matches!(child.tag.as_str(), "bsdf" | "ref"));
+        // A reference may be to a texture.
+        let is_other = |child: &Node| {
+            let target = self.any_target(child).ok();
+            target.is_some_and(|target| target.tag == "texture")
+        };
+        let children = properties.all(|child| match child.tag.as_str() {
+            "bsdf" => true,
+            "ref" => !is_other(child),
+            _ => false,
+        });
         let mut materials = Vec::with_capacity(children.len());
         for child in children {
             let target = if child.tag == "ref" {

@@ -2,6 +2,7 @@
 
 use super::Importer;
 use super::properties::Properties;
+use super::spectrum::SpectrumOf;
 use super::values;
 use crate::import::error::ImportError;
 use crate::import::vol::parse_vol;
@@ -13,6 +14,8 @@ use glam::{DAffine3, DVec3};
 enum Volume {
     Constant(Rgb),
     Grid(GridDescription),
+    /// A grid of colours, by its mean.
+    Varying(Rgb),
 }
 
 impl Importer<'_> {
@@ -59,7 +62,7 @@ impl Importer<'_> {
             }
             ("homogeneous" | "heterogeneous", None) => (DensityDescription::Homogeneous, Rgb::ONE),
             ("heterogeneous", Some(Volume::Grid(grid))) => (DensityDescription::Grid(grid), Rgb::ONE),
-            ("homogeneous", Some(Volume::Grid(_))) => {
+            (_, Some(Volume::Varying(_))) | ("homogeneous", Some(Volume::Grid(_))) => {
                 return Err(node.malformed("`sigma_t` of a homogeneous medium cannot be a grid"));
             }
             _ => return Err(node.unsupported(format!("the medium `{kind}` is not supported"))),
@@ -71,8 +74,14 @@ impl Importer<'_> {
         let albedo = match self.volume(&properties, "albedo")? {
             None => Rgb::splat(0.75),
             Some(Volume::Constant(albedo)) if albedo.max_element() <= 1.0 => albedo,
-            Some(Volume::Constant(_)) => return Err(node.malformed("`albedo` must be in [0, 1]")),
-            Some(Volume::Grid(_)) => return Err(node.unsupported("an `albedo` that varies is not supported")),
+            Some(Volume::Varying(mean)) if mean.max_element() <= 1.0 => {
+                self.warn(
+                    node,
+                    "an `albedo` that varies is not supported: its mean is taken",
+                );
+                mean
+            }
+            Some(_) => return Err(node.malformed("`albedo` must be in [0, 1]")),
         };
         let phase = properties.all(|child| {
             child.tag == "phase" || (child.tag == "ref" && child.attribute("name") == Some("phase"))
@@ -157,9 +166,9 @@ impl Importer<'_> {
             "constvolume" => {
                 let value = properties.get("value");
                 let value = value.ok_or_else(|| node.malformed("`value` is missing"))?;
-                Volume::Constant(values::color(value)?)
+                Volume::Constant(values::color(value, SpectrumOf::Reflectance)?)
             }
-            "gridvolume" => Volume::Grid(self.grid(&properties)?),
+            "gridvolume" => self.grid(&properties, name == "albedo")?,
             kind => return Err(node.unsupported(format!("the volume `{kind}` is not supported"))),
         };
         properties.finish()?;
@@ -167,7 +176,8 @@ impl Importer<'_> {
     }
 
     /// The grid of a volume in a file.
-    fn grid(&self, properties: &Properties) -> Result<GridDescription, ImportError> {
+    /// Of colours, the mean.
+    fn grid(&self, properties: &Properties, mean: bool) -> Result<Volume, ImportError> {
         let node = properties.node;
         // Colours are not converted where there is one channel.
         properties.ignore(&["raw", "accel"]);
@@ -190,6 +200,17 @@ impl Importer<'_> {
         let volume = bytes
             .and_then(|bytes| parse_vol(&bytes, &path))
             .map_err(|source| Self::referenced(node, source))?;
+        if mean && matches!(volume.channels, 1 | 3) {
+            let voxels = volume.values.chunks_exact(volume.channels as usize);
+            let count = voxels.len() as f64;
+            let colors = voxels.map(|voxel| {
+                DVec3::new(0.0, 1.0, 2.0).map(|c| f64::from(voxel[(c as usize).min(voxel.len() - 1)]))
+            });
+            let mean = (colors.sum::<DVec3>() / count).as_vec3();
+            if mean.is_finite() && mean.min_element() >= 0.0 {
+                return Ok(Volume::Varying(mean));
+            }
+        }
         if volume.channels != 1 {
             return Err(node.unsupported(format!(
                 "a grid of {} channels is not supported, only of one",
@@ -212,11 +233,11 @@ impl Importer<'_> {
         if !(sound(&to_world) && inverse.is_finite() && inverse.matrix3.mul_vec3(DVec3::ONE).is_finite()) {
             return Err(node.malformed("`to_world` is singular"));
         }
-        Ok(GridDescription {
+        Ok(Volume::Grid(GridDescription {
             resolution: volume.resolution,
             values: volume.values.into(),
             filter,
             to_world: to_world.as_affine3a(),
-        })
+        }))
     }
 }

@@ -2,18 +2,19 @@
 //!
 //! | element | types |
 //! |---|---|
-//! | `shape` | `ply`, `obj`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `sphere` |
-//! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `blendbsdf`, `twosided`, `null` |
-//! | `texture` | `bitmap`, `checkerboard` |
+//! | `shape` | `ply`, `obj`, `serialized`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `cylinder` (128 sides), `sphere`, `shapegroup` and `instance` (a copy each) |
+//! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `blendbsdf`, `mask`, `twosided`, `null`; `principled` by base colour, roughness, metalness and transmission; `normalmap` and `bumpmap` by what they hold |
+//! | `texture` | `bitmap`, `checkerboard`, `rawconstant`; `mesh_attribute` as one half |
 //! | `emitter` | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | `sensor` | `perspective`, `thinlens`, with a `hdrfilm` and any sampler |
 //! | `medium` | `homogeneous`, `heterogeneous`, with constant `albedo` and a `sigma_t` that is constant or a grid of one channel |
 //! | `volume` | `constvolume`, `gridvolume` (`.vol` files) |
 //! | `phase` | `isotropic`, `hg`, `rayleigh`, `blendphase` of two others with a constant weight |
-//! | `integrator` | `path`, `direct`, `volpath` |
+//! | `integrator` | `path`, `direct`, `volpath` and what samples the same image (`volpathmis`, `prb`, `prbvolpath`), alone or within `moment`, `aov` or `stokes` |
 //!
-//! `default`, `$name`, `include`, ids and references work as in Mitsuba. Whatever is not known is
-//! an error that names the file, the line and the element: nothing is left out in silence.
+//! `default`, `$name`, `include`, `path`, ids and references work as in Mitsuba; spectra by
+//! wavelength become RGB. Whatever is not known is an error that names the file, the line and the
+//! element: nothing is left out in silence.
 //!
 //! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in
 //! the order in which they stand; a mesh's geometric normal follows from its winding in world
@@ -29,7 +30,9 @@ mod medium;
 mod primitives;
 mod properties;
 mod sensor;
+mod serialized;
 mod shape;
+mod spectrum;
 mod texture;
 mod values;
 
@@ -41,6 +44,7 @@ use super::loading::Loading;
 use super::xml::{Node, parse_xml};
 use super::{Loaded, Warning};
 use crate::{Image, RenderSettings, SceneDescription};
+use glam::DAffine3;
 use properties::check_tree;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -108,6 +112,11 @@ fn import(root: &Node, loading: &Loading) -> Result<Loaded, ImportError> {
         return Err(root.malformed(format!("the root is <{}>, expected <scene>", root.tag)));
     }
     let version = root.require("version")?;
+    if matches!(version.split('.').next(), Some("0" | "1")) {
+        return Err(root.unsupported(format!(
+            "scene version {version} is not supported, only 2 and 3: Mitsuba 3 upgrades the file (`mitsuba --update`)"
+        )));
+    }
     if !matches!(version.split('.').next(), Some("2" | "3")) {
         return Err(root.unsupported(format!("scene version {version} is not supported, only 2 and 3")));
     }
@@ -202,9 +211,15 @@ impl<'a> Importer<'a> {
                     }
                 }
                 "emitter" => self.emitter(node)?,
-                "shape" => self.shape(node)?,
+                "shape" => self.shape(node, &DAffine3::IDENTITY)?,
                 // Read where they are referred to.
-                "bsdf" | "texture" | "medium" | "phase" | "volume" => {}
+                "bsdf" | "texture" | "medium" | "phase" | "volume" | "film" | "rfilter" | "sampler" => {}
+                "ref" => match self.any_target(node)? {
+                    target if target.tag == "emitter" => self.emitter(target)?,
+                    target => {
+                        return Err(node.unsupported(format!("a scene cannot refer to <{}>", target.tag)));
+                    }
+                },
                 tag => return Err(node.unsupported(format!("<{tag}> is not supported in a scene"))),
             }
         }

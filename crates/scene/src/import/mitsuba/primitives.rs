@@ -2,7 +2,7 @@
 
 use crate::TriangleMesh;
 use crate::builtin::quad;
-use glam::{Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// The square `[−1, 1]²` at z = 0, normal +Z. In Mitsuba's texture space `(0, 0)` is at (−1, −1);
@@ -73,4 +73,36 @@ pub(super) fn disk() -> TriangleMesh {
         mesh.indices.push([center, i, i + 1]);
     }
     mesh
+}
+
+/// The open cylinder of radius 1 around +Z from 0 to 1 with smooth normals, of 128 sides of the
+/// *same area* as the cylinder.
+pub(super) fn cylinder() -> TriangleMesh {
+    let step = 2.0 * PI / DISK_TRIANGLES as f32;
+    // Half a side over its angle.
+    let radius = 0.5 * step / (0.5 * step).sin();
+    let mut mesh = TriangleMesh::default();
+    for i in 0..=DISK_TRIANGLES {
+        let (sin, cos) = (step * (i % DISK_TRIANGLES) as f32).sin_cos();
+        for z in [0.0, 1.0] {
+            mesh.positions.push(Vec3::new(radius * cos, radius * sin, z));
+            mesh.normals.push(Vec3::new(cos, sin, 0.0));
+            mesh.uvs
+                .push(Vec2::new(i as f32 / DISK_TRIANGLES as f32, 1.0 - z));
+        }
+    }
+    for i in 0..DISK_TRIANGLES {
+        let [a, b, c, d] = [2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 3];
+        mesh.indices.extend([[a, c, d], [a, d, b]]);
+    }
+    mesh
+}
+
+/// From the unit cylinder to one from `p0` to `p1`; `None` if they coincide.
+pub(super) fn along(p0: DVec3, p1: DVec3, radius: f64) -> Option<DAffine3> {
+    let axis = p1 - p0;
+    let direction = axis.try_normalize()?;
+    let (x, y) = direction.any_orthonormal_pair();
+    let axes = DMat3::from_cols(x * radius, y * radius, axis);
+    Some(DAffine3::from_mat3_translation(axes, p0))
 }

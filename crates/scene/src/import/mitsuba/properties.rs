@@ -1,6 +1,7 @@
 //! An element's children as named properties. Whatever is never asked for is an error in the end,
 //! not a guess.
 
+use super::spectrum::SpectrumOf;
 use super::values;
 use crate::Rgb;
 use crate::import::error::ImportError;
@@ -195,11 +196,19 @@ impl<'a> Properties<'a> {
                 if child.tag == "spectrum" && child.attribute("type").is_some() {
                     return Err(child.unsupported("spectrum plugins are not supported"));
                 }
-                values::color(child).map(Some)
+                values::color(child, self.spectrum_of()).map(Some)
             }
             Some(child) => {
                 Err(child.unsupported(format!("`{name}` must be a constant colour here, no texture")))
             }
+        }
+    }
+
+    /// What spectra of this element are of.
+    fn spectrum_of(&self) -> SpectrumOf {
+        match self.node.tag.as_str() {
+            "emitter" => SpectrumOf::Emission,
+            _ => SpectrumOf::Reflectance,
         }
     }
 

@@ -134,7 +134,23 @@ impl Importer<'_> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
         // Whether paths see media is for the command line to say.
-        if !matches!(kind, "path" | "direct" | "volpath" | "volpathmis") {
+        if matches!(kind, "moment" | "aov" | "stokes") {
+            // Of what these write, the image is that of the integrator within.
+            properties.ignore(&["aovs"]);
+            let within = only(&properties, "integrator")?;
+            properties.finish()?;
+            return within.map_or(Ok(()), |within| self.wrapped_integrator(within));
+        }
+        self.wrapped_integrator(node)
+    }
+
+    fn wrapped_integrator(&mut self, node: &Node) -> Result<(), ImportError> {
+        let properties = Properties::new(node)?;
+        let kind = properties.kind()?;
+        if !matches!(
+            kind,
+            "path" | "direct" | "volpath" | "volpathmis" | "prb" | "prbvolpath"
+        ) {
             return Err(node.unsupported(format!("the integrator `{kind}` is not supported")));
         }
         if properties.boolean("hide_emitters")? == Some(true) {

@@ -1,8 +1,8 @@
 //! Shapes to world-space geometry.
 
 use super::Importer;
-use super::primitives;
 use super::properties::Properties;
+use super::{primitives, serialized};
 use crate::builtin::turn;
 use crate::import::error::ImportError;
 use crate::import::normals::angle_weighted_normals;
@@ -12,10 +12,17 @@ use crate::import::{obj, ply};
 use crate::{Geometry, Material, MediumBoundary, ShapeDescription, SphereGeometry, TriangleMesh};
 use glam::{DAffine3, DVec3};
 
-impl Importer<'_> {
-    pub(super) fn shape(&mut self, node: &Node) -> Result<(), ImportError> {
+impl<'a> Importer<'a> {
+    /// A shape, moved by `outer` behind its own transform.
+    pub(super) fn shape(&mut self, node: &'a Node, outer: &DAffine3) -> Result<(), ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
+        match kind {
+            // Read where it is placed.
+            "shapegroup" => return Ok(()),
+            "instance" => return self.instance(&properties, outer),
+            _ => self.spend_node(node)?,
+        }
         let mut sides = [None; 2];
         for (side, name) in sides.iter_mut().zip(["interior", "exterior"]) {
             *side = properties
@@ -24,10 +31,16 @@ impl Importer<'_> {
                 .transpose()?;
         }
         let (material, emission) = self.surface(&properties)?;
-        let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+        let to_world = match properties.transform("to_world")? {
+            Some(own) if *outer == DAffine3::IDENTITY => own,
+            Some(own) => *outer * own,
+            None => *outer,
+        };
         let flip = properties.boolean("flip_normals")?.unwrap_or(false);
         let geometry = match kind {
-            "ply" | "obj" => Geometry::Mesh(self.mesh_file(&properties, kind, &to_world, flip)?),
+            "ply" | "obj" | "serialized" => {
+                Geometry::Mesh(self.mesh_file(&properties, kind, &to_world, flip)?)
+            }
             "cube" => {
                 let mut mesh = primitives::cube();
                 place(node, &mut mesh, &to_world)?;
@@ -49,6 +62,19 @@ impl Importer<'_> {
                 let front = normal_map(&to_world) * DVec3::Z * determinant.signum();
                 let front = front.try_normalize().unwrap_or(DVec3::Z).as_vec3();
                 face_towards(&mut mesh, if flip { -front } else { front });
+                Geometry::Mesh(mesh)
+            }
+            "cylinder" => {
+                let end = |name: &str, default: DVec3| Ok(properties.vector(name)?.unwrap_or(default));
+                let (p0, p1) = (end("p0", DVec3::ZERO)?, end("p1", DVec3::Z)?);
+                let radius = f64::from(properties.positive("radius")?.unwrap_or(1.0));
+                let mut mesh = primitives::cylinder();
+                let along = primitives::along(p0, p1, radius)
+                    .ok_or_else(|| node.malformed("`p0` and `p1` coincide"))?;
+                place(node, &mut mesh, &(to_world * along))?;
+                if flip {
+                    turn(&mut mesh);
+                }
                 Geometry::Mesh(mesh)
             }
             "sphere" => Geometry::Sphere(self.sphere(&properties, &to_world, flip, material)?),
@@ -74,6 +100,34 @@ impl Importer<'_> {
             material,
             emission,
         });
+        Ok(())
+    }
+
+    /// Copies of the shapes of a group.
+    fn instance(&mut self, properties: &Properties<'a>, outer: &DAffine3) -> Result<(), ImportError> {
+        let node = properties.node;
+        let to_world = *outer * properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+        let groups = properties.all(|child| matches!(child.tag.as_str(), "ref" | "shape"));
+        let [group] = groups[..] else {
+            return Err(node.malformed("an instance needs one shape group"));
+        };
+        properties.finish()?;
+        let group = match group.tag.as_str() {
+            "ref" => self.target(group, "shape")?,
+            _ => group,
+        };
+        if group.attribute("type") != Some("shapegroup") {
+            return Err(node.malformed("an instance needs a shape of type `shapegroup`"));
+        }
+        for child in &group.children {
+            match (child.tag.as_str(), child.attribute("type")) {
+                ("shape", Some("instance" | "shapegroup")) => {
+                    return Err(child.unsupported("groups within groups are not supported"));
+                }
+                ("shape", _) => self.shape(child, &to_world)?,
+                _ => return Err(child.unsupported("a shape group holds shapes alone")),
+            }
+        }
         Ok(())
     }
 
@@ -121,9 +175,14 @@ impl Importer<'_> {
             .string("filename")?
             .ok_or_else(|| node.malformed("`filename` is missing"))?;
         let path = node.resolve(file, self.loading);
+        let shape_index = match kind {
+            "serialized" => properties.integer("shape_index")?.unwrap_or(0),
+            _ => 0,
+        };
         let bytes = self.loading.read(&path);
         let read = bytes.and_then(|bytes| match kind {
             "obj" => obj::parse_within(&bytes, &path, self.loading),
+            "serialized" => serialized::parse(&bytes, shape_index, &path, self.loading),
             _ => ply::parse_within(&bytes, &path, self.loading),
         });
         let mut mesh = read.map_err(|source| Self::referenced(node, source))?;

@@ -2,6 +2,7 @@
 
 use super::Importer;
 use super::properties::Properties;
+use super::spectrum::SpectrumOf;
 use super::values;
 use crate::import::error::ImportError;
 use crate::import::image::{Encoding, read_within};
@@ -75,7 +76,8 @@ impl Importer<'_> {
         };
         match texture {
             ColorTexture::Image(image) => Ok(Some(FloatTexture::Image(image, Channel::Luminance))),
-            ColorTexture::Constant(_) | ColorTexture::Checkerboard(_) => {
+            ColorTexture::Constant(color) => Ok(Some(FloatTexture::Constant(crate::luminance(color)))),
+            ColorTexture::Checkerboard(_) => {
                 Err(node.unsupported(format!("`{name}` can be a number or a `bitmap` texture only")))
             }
         }
@@ -118,6 +120,19 @@ impl Importer<'_> {
                 color1: properties.color("color1")?.unwrap_or(Rgb::splat(0.2)),
                 to_uv: to_uv(&properties)?,
             }),
+            "rawconstant" | "uniform" => {
+                let value = properties.get("value");
+                let value = value.ok_or_else(|| node.malformed("`value` is missing"))?;
+                ColorTexture::Constant(match value.tag.as_str() {
+                    "vector" | "point" => values::vector(value, 0.0)?.as_vec3(),
+                    _ => values::color(value, SpectrumOf::Reflectance)?,
+                })
+            }
+            "mesh_attribute" => {
+                properties.ignore(&["name", "scale"]);
+                self.warn(node, "attributes of meshes are not supported: one half is taken");
+                ColorTexture::Constant(Rgb::splat(0.5))
+            }
             kind => return Err(node.unsupported(format!("the texture `{kind}` is not supported"))),
         };
         properties.finish()?;

@@ -1,5 +1,6 @@
 //! Attribute values: numbers, vectors, colours, booleans and transforms.
 
+use super::spectrum::{self, SpectrumOf};
 use crate::Rgb;
 use crate::import::error::ImportError;
 use crate::import::transform::look_at;
@@ -56,9 +57,12 @@ pub(super) fn vector(node: &Node, default: f64) -> Result<DVec3, ImportError> {
     Ok(DVec3::from_array(axes))
 }
 
-/// A colour from an `rgb`, `spectrum` or `float` element: one number, three, or `#rrggbb`, whose
-/// codes are taken as sRGB-encoded.
-pub(super) fn color(node: &Node) -> Result<Rgb, ImportError> {
+/// A colour from an `rgb`, `spectrum` or `float` element: one number, three, `#rrggbb`, whose codes
+/// are taken as sRGB-encoded, or values by wavelength.
+pub(super) fn color(node: &Node, of: SpectrumOf) -> Result<Rgb, ImportError> {
+    if node.attribute("filename").is_some() {
+        return Err(node.unsupported("spectra in files are not supported, only values"));
+    }
     let text = node.require("value")?;
     if let Some(hex) = text.trim().strip_prefix('#') {
         let code = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6);
@@ -67,8 +71,8 @@ pub(super) fn color(node: &Node) -> Result<Rgb, ImportError> {
             .to_be_bytes();
         return Ok(Rgb::from_array([r, g, b].map(srgb_to_linear)));
     }
-    if text.contains(':') || node.attribute("filename").is_some() {
-        return Err(node.unsupported("spectra over wavelengths are not supported, only RGB and constants"));
+    if text.contains(':') {
+        return spectrum(node, text, of);
     }
     let color = match numbers(node, text)?[..] {
         [v] => DVec3::splat(v),
@@ -80,6 +84,34 @@ pub(super) fn color(node: &Node) -> Result<Rgb, ImportError> {
         Ok(color)
     } else {
         Err(node.malformed(format!("`{text}` has a negative component or one out of range")))
+    }
+}
+
+/// The colour of `400:0.1, 500:0.7, …`.
+fn spectrum(node: &Node, text: &str, of: SpectrumOf) -> Result<Rgb, ImportError> {
+    let words = text.split(|c: char| c == ',' || c.is_ascii_whitespace());
+    let mut points = Vec::new();
+    for word in words.filter(|word| !word.is_empty()) {
+        let pair = word.split_once(':');
+        let (wavelength, value) =
+            pair.ok_or_else(|| node.malformed(format!("`{word}` is not of the form wavelength:value")))?;
+        points.push((number(node, wavelength)?, number(node, value)?));
+    }
+    from_points(node, points, of)
+}
+
+fn from_points(node: &Node, points: Vec<(f64, f64)>, of: SpectrumOf) -> Result<Rgb, ImportError> {
+    if points.is_empty() || !points.is_sorted_by(|a, b| a.0 < b.0) {
+        return Err(node.malformed("the wavelengths of a spectrum must ascend"));
+    }
+    if points.iter().any(|&(_, value)| value < 0.0) {
+        return Err(node.malformed("a spectrum has a negative value"));
+    }
+    let color = spectrum::color(&points, of);
+    if color.is_finite() {
+        Ok(color)
+    } else {
+        Err(node.malformed("a spectrum is out of range"))
     }
 }
 

@@ -509,3 +509,118 @@ fn media_are_read_once_and_bound_by_shapes() {
         Material::Null
     ));
 }
+
+#[test]
+fn integrators_that_wrap_others_are_looked_into() {
+    for wrapper in ["moment", "aov", "stokes"] {
+        let inner = r#"<integrator type="volpath"><integer name="max_depth" value="7"/></integrator>"#;
+        let wrapped = read(&format!(r#"<integrator type="{wrapper}">{inner}</integrator>"#));
+        assert_eq!(wrapped.description.settings.max_depth, Some(7), "{wrapper}");
+    }
+    assert!(
+        message(r#"<integrator type="moment"><integrator type="bdpt"/></integrator>"#).contains("`bdpt`")
+    );
+}
+
+#[test]
+fn old_files_are_sent_to_the_upgrade() {
+    let error = parse_mitsuba("<scene version=\"0.5.0\"/>", "a.xml", &[]).unwrap_err();
+    assert!(error.chain().contains("mitsuba --update"), "{}", error.chain());
+}
+
+#[test]
+fn masks_and_principled_materials_are_expressed() {
+    let first = |bsdf: &str| read(&format!(r#"<shape type="cube">{bsdf}</shape>"#));
+    let mask = r#"<bsdf type="mask"><float name="opacity" value="0.3"/><bsdf type="diffuse"/></bsdf>"#;
+    match &first(mask).description.materials[0] {
+        Material::Blend {
+            weight: FloatTexture::Constant(0.3),
+            first,
+            second,
+        } => {
+            assert!(matches!(
+                (&**first, &**second),
+                (Material::Null, Material::Diffuse { .. })
+            ));
+        }
+        other => panic!("{other:?}"),
+    }
+    let principled = r#"<bsdf type="principled"><rgb name="base_color" value="0.1 0.2 0.3"/>
+        <float name="roughness" value="0.4"/><float name="clearcoat" value="1"/></bsdf>"#;
+    let loaded = first(principled);
+    assert!(matches!(
+        &loaded.description.materials[0],
+        Material::MetallicRoughness { roughness: FloatTexture::Constant(0.4), ior, .. } if (ior - 1.5).abs() < 1e-6
+    ));
+    assert!(loaded.warnings.iter().any(|w| w.message.contains("`clearcoat`")));
+    let bumped = r#"<bsdf type="normalmap"><texture type="rawconstant" name="normalmap">
+        <vector name="value" value="0.5 0.5 1"/></texture><bsdf type="diffuse"/></bsdf>"#;
+    let loaded = first(bumped);
+    assert!(matches!(
+        loaded.description.materials[0],
+        Material::Diffuse { .. }
+    ));
+    assert!(loaded.warnings.iter().any(|w| w.message.contains("`normalmap`")));
+}
+
+/// An instance is what its shapes would be with both transforms.
+#[test]
+fn instances_are_copies_that_are_moved_twice() {
+    let group = r#"<shape type="shapegroup" id="g"><shape type="rectangle"><transform name="to_world">
+        <translate x="1"/></transform></shape><shape type="sphere"/></shape>"#;
+    let placed = r#"<shape type="instance"><ref id="g"/><transform name="to_world"><scale value="2"/>
+        <translate y="3"/></transform></shape>"#;
+    let loaded = read(&format!("{group}{placed}{placed}"));
+    assert_eq!(loaded.description.shapes.len(), 4);
+    let direct = r#"<shape type="rectangle"><transform name="to_world"><translate x="1"/><scale value="2"/>
+        <translate y="3"/></transform></shape>"#;
+    let expected = read(direct);
+    for copy in [0, 2] {
+        assert_eq!(
+            mesh(&loaded.description.shapes[copy]).positions,
+            mesh(&expected.description.shapes[0]).positions
+        );
+    }
+    let Geometry::Sphere(sphere) = loaded.description.shapes[1].geometry else {
+        panic!("a sphere")
+    };
+    assert_eq!((sphere.center, sphere.radius), (Vec3::Y * 3.0, 2.0));
+    assert!(read(group).description.shapes.is_empty());
+    assert!(
+        message(r#"<shape type="cube" id="c"/><shape type="instance"><ref id="c"/></shape>"#)
+            .contains("shapegroup")
+    );
+}
+
+/// Its area is the cylinder's, its normals point away from the axis.
+#[test]
+fn cylinders_have_the_area_of_cylinders() {
+    let text = r#"<shape type="cylinder"><point name="p0" x="1" y="2" z="3"/><point name="p1" x="1" y="4" z="3"/>
+        <float name="radius" value="0.5"/></shape>"#;
+    let loaded = read(text);
+    let mesh = mesh(&loaded.description.shapes[0]);
+    let area: f32 = mesh
+        .indices
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    assert!(
+        (area / (std::f32::consts::TAU * 0.5 * 2.0) - 1.0).abs() < 1e-3,
+        "{area}"
+    );
+    for (index, triangle) in mesh.indices.iter().enumerate() {
+        let from_axis = (mesh.positions[triangle[0] as usize] - Vec3::new(1.0, 0.0, 3.0)).with_y(0.0);
+        assert!(normal(mesh, index).dot(from_axis) > 0.0);
+        assert!(mesh.normals[triangle[0] as usize].dot(from_axis) > 0.0);
+    }
+}
+
+#[test]
+fn top_level_samplers_and_references_to_emitters_are_read() {
+    let emitter = r#"<shape type="cube"/><sampler type="independent"/>"#;
+    assert_eq!(read(emitter).description.shapes.len(), 1);
+    assert!(message(r#"<bsdf type="diffuse" id="d"/><ref id="d"/>"#).contains("cannot refer to <bsdf>"));
+}

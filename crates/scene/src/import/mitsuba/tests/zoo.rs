@@ -93,12 +93,12 @@ const ZOO: &[(&str, &str)] = &[
         "a second <bsdf>",
     ),
     (
-        "<shape type=\"cube\"><bsdf type=\"principled\"/></shape>",
-        "the BSDF `principled` is not supported",
+        "<shape type=\"cube\"><bsdf type=\"hair\"/></shape>",
+        "the BSDF `hair` is not supported",
     ),
     (
         "<shape type=\"cube\"><bsdf type=\"mask\"/></shape>",
-        "the BSDF `mask` is not supported",
+        "one BSDF is needed within, found 0",
     ),
     (
         "<bsdf type=\"twosided\"><bsdf type=\"null\"/></bsdf>",
@@ -234,8 +234,8 @@ const ZOO: &[(&str, &str)] = &[
         "not of the form #rrggbb",
     ),
     (
-        "<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:1, 700:0\"/></bsdf>",
-        "spectra over wavelengths",
+        "<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:1, 300:0\"/></bsdf>",
+        "wavelengths of a spectrum must ascend",
     ),
     (
         "<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"bitmap\"><string name=\"filename\" value=\"no.png\"/></texture></bsdf>",

@@ -1,0 +1,286 @@
+//! Changes to a document before the `gltf` crate reads it: what is legal there and unknown to the
+//! crate is brought into a form that it knows, or left out with a warning.
+
+use gltf::json::Value;
+
+/// Element and message of a warning or an error.
+pub(super) type Note = (String, String);
+
+/// Extensions that a file may require. Those of materials change the look, not the geometry: what
+/// is left out of them is a warning.
+const UNDERSTOOD: [&str; 10] = [
+    "EXT_mesh_features",
+    "EXT_meshopt_compression",
+    "EXT_structural_metadata",
+    "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_lights_punctual",
+    "KHR_mesh_quantization",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
+    "KHR_draco_mesh_compression",
+];
+
+/// Mends a document; the warnings, or what makes it unusable.
+pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
+    let mut notes = Vec::new();
+    required(root)?;
+    scenes(root, &mut notes);
+    if list(root, "animations").is_some_and(|animations| !animations.is_empty()) {
+        notes.push(note("animations", "animations are not supported: left out"));
+    }
+    for (index, node) in items(root, "nodes") {
+        if remove(node, "skin") {
+            let message = "skins are not supported: the mesh is in its rest pose";
+            notes.push((format!("nodes[{index}]"), message.to_owned()));
+        }
+    }
+    for name in ["animations", "skins"] {
+        remove(root, name);
+    }
+    primitives(root)?;
+    for (index, texture) in items(root, "textures") {
+        source(texture, index, &mut notes);
+    }
+    for (index, material) in items(root, "materials") {
+        if let Some(gloss) = material
+            .pointer("/extensions/KHR_materials_pbrSpecularGlossiness")
+            .cloned()
+        {
+            let message = "specular-glossiness is taken as metallic-roughness without metal";
+            notes.push((format!("materials[{index}]"), message.to_owned()));
+            from_glossiness(material, &gloss);
+        }
+    }
+    Ok(notes)
+}
+
+fn note(element: &str, message: &str) -> Note {
+    (element.to_owned(), message.to_owned())
+}
+
+fn list<'a>(value: &'a mut Value, name: &str) -> Option<&'a mut Vec<Value>> {
+    value.get_mut(name)?.as_array_mut()
+}
+
+fn items<'a>(value: &'a mut Value, name: &str) -> impl Iterator<Item = (usize, &'a mut Value)> {
+    list(value, name).into_iter().flatten().enumerate()
+}
+
+/// Whether there was such a member.
+fn remove(value: &mut Value, name: &str) -> bool {
+    value
+        .as_object_mut()
+        .is_some_and(|object| object.remove(name).is_some())
+}
+
+fn insert(value: &mut Value, name: &str, member: Value) {
+    if let Some(object) = value.as_object_mut() {
+        object.insert(name.to_owned(), member);
+    }
+}
+
+/// Extensions that the file requires.
+fn required(root: &mut Value) -> Result<(), Note> {
+    for name in list(root, "extensionsRequired").into_iter().flatten() {
+        let name = name.as_str().unwrap_or_default();
+        if !UNDERSTOOD.contains(&name) && !name.starts_with("KHR_materials_") {
+            return Err((
+                "extensionsRequired".to_owned(),
+                format!("the extension {name} is not supported"),
+            ));
+        }
+    }
+    remove(root, "extensionsRequired");
+    Ok(())
+}
+
+/// A scene of no nodes has an empty list of them; without scenes, all nodes that no other has as a
+/// child are one.
+fn scenes(root: &mut Value, notes: &mut Vec<Note>) {
+    for (_, scene) in items(root, "scenes") {
+        if scene.get("nodes").is_none() {
+            insert(scene, "nodes", Value::Array(Vec::new()));
+        }
+    }
+    if list(root, "scenes").is_some_and(|scenes| !scenes.is_empty()) {
+        return;
+    }
+    let count = list(root, "nodes").map_or(0, |nodes| nodes.len());
+    let mut is_root = vec![true; count];
+    for (_, node) in items(root, "nodes") {
+        for child in list(node, "children").into_iter().flatten() {
+            let child = child.as_u64().and_then(|child| usize::try_from(child).ok());
+            if let Some(is_root) = child.and_then(|child| is_root.get_mut(child)) {
+                *is_root = false;
+            }
+        }
+    }
+    let roots = (0..count)
+        .filter(|&index| is_root[index])
+        .map(Value::from)
+        .collect();
+    let mut scene = Value::Object(Default::default());
+    insert(&mut scene, "nodes", Value::Array(roots));
+    insert(root, "scenes", Value::Array(vec![scene]));
+    remove(root, "scene");
+    notes.push(note("scenes", "there is no scene: all nodes are taken"));
+}
+
+/// Attributes of an application's own are no concern of an image. Positions get the bounds that the
+/// crate asks for.
+fn primitives(root: &mut Value) -> Result<(), Note> {
+    let mut positions = Vec::new();
+    let has_data: Vec<bool> = items(root, "accessors")
+        .map(|(_, accessor)| accessor.get("bufferView").is_some() || accessor.get("sparse").is_some())
+        .collect();
+    for (m, mesh) in items(root, "meshes") {
+        for (p, primitive) in items(mesh, "primitives") {
+            let is_draco = primitive
+                .pointer("/extensions/KHR_draco_mesh_compression")
+                .is_some();
+            let Some(attributes) = primitive.get_mut("attributes").and_then(Value::as_object_mut) else {
+                continue;
+            };
+            attributes.retain(|name, _| is_known(name));
+            let position = attributes.get("POSITION").and_then(Value::as_u64);
+            let position = position.and_then(|index| usize::try_from(index).ok());
+            if is_draco && position.is_some_and(|index| has_data.get(index) == Some(&false)) {
+                let message = "the mesh is compressed by Draco, which is not supported: decompress the file, \
+                               for instance with `gltf-transform copy`";
+                return Err((format!("meshes[{m}]/primitives[{p}]"), message.to_owned()));
+            }
+            positions.extend(position);
+        }
+    }
+    let accessors = list(root, "accessors");
+    if let Some(accessors) = accessors {
+        for index in positions {
+            if let Some(accessor) = accessors.get_mut(index) {
+                for bound in ["min", "max"] {
+                    if accessor.get(bound).is_none() {
+                        insert(accessor, bound, Value::from(vec![0.0; 3]));
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether the specification has an attribute of this name.
+fn is_known(name: &str) -> bool {
+    let numbered = ["TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"];
+    let is_number = |rest: &str| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit());
+    matches!(name, "POSITION" | "NORMAL" | "TANGENT")
+        || numbered
+            .iter()
+            .any(|prefix| name.strip_prefix(prefix).is_some_and(is_number))
+}
+
+/// A texture without an image of its own has that of its extension.
+fn source(texture: &mut Value, index: usize, notes: &mut Vec<Note>) {
+    if texture.get("source").is_some() {
+        return;
+    }
+    let others = ["EXT_texture_webp", "KHR_texture_basisu"];
+    let found = others
+        .iter()
+        .find_map(|name| texture.pointer(&format!("/extensions/{name}/source")).cloned());
+    match found {
+        Some(image) => insert(texture, "source", image),
+        None => {
+            notes.push((
+                format!("textures[{index}]"),
+                "the texture has no image: the first is taken".to_owned(),
+            ));
+            insert(texture, "source", Value::from(0));
+        }
+    }
+}
+
+/// The metallic-roughness material of a specular-glossiness one: its diffuse colour as base colour,
+/// no metal, and what glossiness leaves as roughness.
+fn from_glossiness(material: &mut Value, gloss: &Value) {
+    let mut pbr = Value::Object(Default::default());
+    let glossiness: f64 = gloss
+        .get("glossinessFactor")
+        .and_then(Value::as_f64)
+        .unwrap_or(1.0);
+    insert(&mut pbr, "metallicFactor", Value::from(0.0));
+    insert(
+        &mut pbr,
+        "roughnessFactor",
+        Value::from((1.0 - glossiness).clamp(0.0, 1.0)),
+    );
+    for (from, to) in [
+        ("diffuseFactor", "baseColorFactor"),
+        ("diffuseTexture", "baseColorTexture"),
+    ] {
+        if let Some(member) = gloss.get(from) {
+            insert(&mut pbr, to, member.clone());
+        }
+    }
+    insert(material, "pbrMetallicRoughness", pbr);
+    if let Some(extensions) = material.get_mut("extensions") {
+        remove(extensions, "KHR_materials_pbrSpecularGlossiness");
+    }
+}
+
+/// Compressed views: number of the view, of the buffer, and what is there.
+pub(super) struct CompressedView {
+    pub(super) view: usize,
+    pub(super) buffer: usize,
+    pub(super) offset: usize,
+    pub(super) length: usize,
+    pub(super) stride: usize,
+    pub(super) count: usize,
+    pub(super) mode: String,
+    pub(super) filter: String,
+}
+
+/// The views that `EXT_meshopt_compression` compresses, and by buffer whether no data of it is
+/// read.
+pub(super) fn compressed(root: &mut Value) -> (Vec<CompressedView>, Vec<bool>) {
+    let mut views = Vec::new();
+    for (view, value) in items(root, "bufferViews") {
+        let Some(found) = value.pointer("/extensions/EXT_meshopt_compression") else {
+            continue;
+        };
+        let number = |name: &str| found.get(name).and_then(Value::as_u64).map_or(0, |n| n as usize);
+        let text = |name: &str| {
+            found
+                .get(name)
+                .and_then(Value::as_str)
+                .unwrap_or("NONE")
+                .to_owned()
+        };
+        views.push(CompressedView {
+            view,
+            buffer: number("buffer"),
+            offset: number("byteOffset"),
+            length: number("byteLength"),
+            stride: number("byteStride"),
+            count: number("count"),
+            mode: text("mode"),
+            filter: text("filter"),
+        });
+    }
+    // A buffer of which compressed views alone are made needs no data, whether it says so or not.
+    let count = list(root, "buffers").map_or(0, |buffers| buffers.len());
+    let mut is_fallback = vec![true; count];
+    for (index, view) in items(root, "bufferViews") {
+        let compressed = views.iter().find(|compressed| compressed.view == index);
+        let read = match compressed {
+            Some(compressed) => Some(compressed.buffer),
+            None => view
+                .get("buffer")
+                .and_then(Value::as_u64)
+                .map(|buffer| buffer as usize),
+        };
+        if let Some(is_fallback) = read.and_then(|read| is_fallback.get_mut(read)) {
+            *is_fallback = false;
+        }
+    }
+    (views, is_fallback)
+}
