@@ -48,6 +48,30 @@ fn packages() -> Vec<Package> {
     folders.iter().map(|folder| Package::read(folder)).collect()
 }
 
+/// Lines of the programs in `examples/users` that connect a renderer with crates: all of `main.rs`
+/// but blank lines, comments, imports and `main` itself.
+const MOST_GLUE: usize = 60;
+
+#[test]
+fn users_programs_need_little_glue() {
+    let users = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/users");
+    for name in ["own_lights", "own_medium", "own_shader", "own_spheres"] {
+        let text = std::fs::read_to_string(users.join(name).join("src/main.rs")).unwrap();
+        let (before_main, _) = text.split_once("\nfn main()").unwrap();
+        let is_glue = |line: &&str| {
+            let line = line.trim();
+            !(line.is_empty() || ["//", "use ", "mod "].iter().any(|start| line.starts_with(start)))
+        };
+        let count = before_main.lines().filter(is_glue).count();
+        assert!((20..=MOST_GLUE).contains(&count), "{name}: {count} lines of glue");
+        let manifest = std::fs::read_to_string(users.join(name).join("Cargo.toml")).unwrap();
+        assert!(
+            manifest.contains("path = \"../../../crates/"),
+            "{name} depends on no crate by path"
+        );
+    }
+}
+
 #[test]
 fn crates_depend_downward() {
     let packages = packages();

@@ -71,3 +71,8 @@ struct GridGuide;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/lights.md")]
 struct Guide;
+
+/// The guide's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/restir_di.md")]
+struct RestirGuide;
