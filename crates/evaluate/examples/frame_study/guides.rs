@@ -5,10 +5,14 @@ use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{Camera, Rgb, Scene};
 use lightshed_evaluate::PixelGuide;
 
-/// What `camera` sees at a place of the film.
+/// What `camera` sees at a place of the film. A lamp, which is brighter than what it reflects, counts
+/// as nothing, as the sky does: the filter then leaves both apart from surfaces.
 fn seen(scene: &Scene, camera: &Camera, film: Vec2) -> Option<(Vec3, Vec3, f32, Rgb)> {
     let ray = camera.ray(film, [0.5; 2]);
     let point = scene.intersect(&ray)?;
+    if scene.emitters().radiance(&point, ray.direction) != Rgb::ZERO {
+        return None;
+    }
     let distance = (point.position - ray.origin).length();
     let normal = point.shading.normal;
     let normal = if normal.dot(ray.direction) > 0.0 {
@@ -40,7 +44,6 @@ pub fn guides(scene: &Scene, motion: CameraMotion, frame: u32) -> Vec<PixelGuide
             let along = (position - ray.origin).dot(normal) / ray.direction.dot(normal);
             (along - distance).abs().min(distance)
         };
-        // Lamps are brighter than what they reflect: they are left as they are.
         PixelGuide {
             normal,
             distance,
