@@ -106,6 +106,14 @@ fn passes(arguments: &Arguments, guided: &Scene, max_depth: Option<u32>, roulett
             },
         ));
     }
+    if method.entry().option("cache").is_some() {
+        all.push(pass(
+            "cache of radiance",
+            values.cache_rule().is_some(),
+            "filled by passes before the first frame; paths end there, which is biased",
+            "--cache is not given",
+        ));
+    }
     let knows = capabilities.media;
     all.push(pass(
         "media",

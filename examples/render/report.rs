@@ -33,6 +33,8 @@ pub struct Report {
     pub comparison: Option<(PathBuf, ImageComparison)>,
     /// Which shard it is; `None` for an image.
     pub shard: Option<ShardHeader>,
+    /// Figures that are the method's own, by name.
+    pub figures: Vec<(&'static str, f64)>,
 }
 
 impl Report {
@@ -86,6 +88,7 @@ impl Report {
             "paths_per_second": rate(self.paths(), outcome.seconds),
             "paths_per_cpu_second": outcome.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
             "rays_per_sample": self.rays_per_sample(),
+            "figures": self.figures.iter().map(|&(name, value)| (name.to_owned(), json!(value))).collect::<Value>(),
             "mean_rgb": self.mean,
             "non_finite_samples": outcome.film.non_finite(),
             "interrupted": outcome.interrupted,
@@ -137,6 +140,9 @@ impl Report {
                 None => "undefined".to_owned(),
             });
             text += &format!(", mean {}", deviations.join(" "));
+        }
+        for (name, value) in &self.figures {
+            text += &format!("\n{} {value:.4}", name.replace('_', " "));
         }
         if let Some(shard) = &self.shard {
             text += &format!("\n{} of {}", shard.name(), shard.image().samples);

@@ -24,6 +24,7 @@ use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage,
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::import::ImportError;
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -210,11 +211,14 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         image: &target,
         exposure: arguments.exposure,
     });
+    let figures = RefCell::new(Vec::new());
     let render_some = |options: &RenderOptions| -> Result<RenderOutcome, Failure> {
         Ok(match arguments.method.start(&stage, moves)? {
             Started::Samples(estimator) => render(&estimator, options, &observer, cancel)?,
             Started::Frames(mut method) => {
-                render_sequence(&mut method, sequence, options, &observer, cancel)?
+                let outcome = render_sequence(&mut method, sequence, options, &observer, cancel)?;
+                *figures.borrow_mut() = method.figures();
+                outcome
             }
         })
     };
@@ -248,6 +252,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         output: None,
         comparison: None,
         shard: header,
+        figures: figures.take(),
     };
     finish(report, &target, reference, arguments.json)
 }
@@ -447,8 +452,8 @@ fn default_target(arguments: &Arguments, frame: Option<u32>) -> Result<OutputTar
     Ok(OutputTarget::prepare(file_of(&path, frame, arguments.shard))?)
 }
 
-/// Whether the program was started so that it outlives its terminal (`nohup`), which a handler would
-/// undo.
+/// Whether the program was started so that it outlives its terminal (`nohup`), which a handler
+/// would undo.
 fn ignores_hangups() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

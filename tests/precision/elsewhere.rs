@@ -210,7 +210,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-film",
         "a trait's function, written by a user",
-        "FrameMethod::render_frame PixelEstimator::sample PixelEstimator::sample_many",
+        "FrameMethod::figures FrameMethod::render_frame PixelEstimator::sample PixelEstimator::sample_many",
     ),
     (
         "lightshed-film",
@@ -225,7 +225,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "gives what it holds, or checks and stores",
-        "CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point VplBrute::new VplGridOptions::new \
+        "CachedPaths::cache CameraMotion::orbit CameraMotion::translation FieldRecorder::new GuidedPaths::last_variance SceneField::mean_share MethodValues::vpl_min_distance RestirPtOptions::thresholds SceneVertex::point SceneVertices::new SceneVertices::vertex VplBrute::new VplGridOptions::new \
          scene_lights shading_point",
     ),
     (
@@ -240,6 +240,6 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-integrator",
         "a trait's function, written by a user",
-        "DirectionGuide::guide PathObserver::observe",
+        "DirectionGuide::guide PathEnding::at PathObserver::observe",
     ),
 ];

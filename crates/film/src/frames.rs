@@ -36,6 +36,12 @@ pub trait FrameMethod: Send {
     fn is_still(&self) -> bool {
         true
     }
+
+    /// Figures of the frames so far that are the method's own, by name: what it stored, how long
+    /// its paths were.
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
 }
 
 impl<M: FrameMethod + ?Sized> FrameMethod for Box<M> {
@@ -55,6 +61,10 @@ impl<M: FrameMethod + ?Sized> FrameMethod for Box<M> {
 
     fn is_still(&self) -> bool {
         (**self).is_still()
+    }
+
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        (**self).figures()
     }
 }
 

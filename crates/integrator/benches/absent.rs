@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Features, and methods with built-in scenes that lack them.
-const FEATURES: [(&str, &[[&str; 2]]); 11] = [
+const FEATURES: [(&str, &[[&str; 2]]); 12] = [
     (
         "media",
         &[
@@ -67,6 +67,7 @@ const FEATURES: [(&str, &[[&str; 2]]); 11] = [
         "observer",
         &[["path", "cornell"], ["volpath", "smoke-in-cornell"]],
     ),
+    ("ending", &[["path", "cornell"], ["path", "cornell-glossy"]]),
     ("replay", &[["restir-pt", "cornell"]]),
     (
         "motion",

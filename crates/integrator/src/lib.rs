@@ -7,6 +7,7 @@
 //! | directions by a guide; who is told of paths | [`DirectionGuide`], [`PathObserver`] |
 //! | paths guided by what earlier frames found | [`GuidedPaths`], [`SceneField`] |
 //! | light by Markov chain mixtures, without a list of lights | [`Mixture`] |
+//! | paths that end in a cache of radiance, biased | [`CachedPaths`], [`PathEnding`] |
 //! | paths through participating media | [`VolumePathTracer`] |
 //! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
 //! | all methods by name, with what they can do and their options | [`METHODS`], [`Method`], [`Stage`] |
@@ -22,6 +23,7 @@
 //! [`FrameMethod`](film::FrameMethod). Methods use public items only: another renderer can build
 //! the same.
 
+mod cached;
 mod camera_motion;
 mod camera_ray;
 mod direct;
@@ -39,6 +41,10 @@ mod visible_emission;
 mod volume;
 mod vpl;
 
+pub use cached::{
+    CacheEnding, CacheRule, CachedPaths, CachedPathsError, CachedPathsOptions, MAX_CACHE_PASSES,
+    SceneVertices,
+};
 pub use camera_motion::{CameraMotion, CameraMotionError};
 pub use direct::light::{
     DirectLight, DirectLightError, DirectLightOptions, MAX_CAMERA_STRATA, MAX_DIRECT_SAMPLES,
@@ -57,6 +63,7 @@ pub use mixture::{
     MAX_MIXTURE_STEPS, Mixture, MixtureError, MixtureOptions, MixtureSets, TILE_SIZES, UnknownSets,
 };
 pub use path::PathTracer;
+pub use path::ending::{EndingVertex, NoEnding, PathEnding, VertexEnding};
 pub use path::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE, NoDirections, NoGuide};
 pub use path::observer::{
     NoObserver, ObservedPath, PathContribution, PathDirection, PathObserver, PathVertex,

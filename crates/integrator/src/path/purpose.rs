@@ -1,13 +1,16 @@
 //! What paths are traced for.
 
+use super::ending::{EndingVertex, NoEnding, PathEnding};
 use super::numbers::PathWords;
 use super::observer::{NoObserver, PathObserver, PathVertex, Trail};
 use super::paths::Paths;
+use super::scattering::{SurfaceVertex, Vertex};
 use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::guide::DirectionGuide;
 use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::Lanes;
+use lightshed_sampling::Density;
 use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
 
 /// Who wants to know what the paths of a batch find. A path is known by its place among those that
@@ -15,6 +18,9 @@ use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
 pub(crate) trait Purpose {
     /// Whether vertices are told of: then none is shaded in lanes.
     const OBSERVES: bool = false;
+
+    /// Whether paths may end before their vertices: then none is shaded in lanes.
+    const ENDS: bool = false;
 
     /// Four random words of eight paths with these names.
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4];
@@ -42,6 +48,20 @@ pub(crate) trait Purpose {
         point: Option<&SurfacePoint>,
     );
 
+    /// A path has come to a surface by its edge number `depth`, and nothing is sampled there yet:
+    /// whether it goes on, maybe with less throughput. Asked only if [`ENDS`](Self::ENDS).
+    #[inline(always)]
+    fn goes_on<K>(
+        &mut self,
+        _place: usize,
+        _depth: u32,
+        _path: &mut PathState<K>,
+        _ray: &Ray,
+        _vertex: &SurfaceVertex,
+    ) -> bool {
+        true
+    }
+
     /// A path has come to a vertex that scatters.
     #[inline(always)]
     fn scatter(&mut self, _place: usize, _vertex: PathVertex) {}
@@ -54,26 +74,62 @@ pub(crate) trait Purpose {
     fn count(&mut self, _path: usize, _emitter: usize) {}
 }
 
+/// A vertex for who ends paths.
+#[inline(always)]
+pub(crate) fn ending_vertex<K>(
+    (id, seed): (SampleId, u64),
+    depth: u32,
+    path: &PathState<K>,
+    ray: &Ray,
+    vertex: &SurfaceVertex,
+) -> EndingVertex {
+    let (position, normal) = (vertex.point.position, vertex.point.geometric_normal);
+    let cosine = -normal.dot(ray.direction);
+    let bounce = path.bounce.as_ref();
+    EndingVertex {
+        id,
+        seed,
+        depth,
+        position,
+        normal: if cosine < 0.0 { -normal } else { normal },
+        cos_theta: cosine.abs(),
+        distance: position.distance(bounce.map_or(ray.origin, |bounce| bounce.from)),
+        pdf: match bounce {
+            Some(bounce) if !bounce.is_delta => bounce.pdf,
+            _ => Density::new(f32::INFINITY),
+        },
+        throughput: path.throughput,
+        has_non_delta: vertex.has_non_delta(),
+    }
+}
+
 /// Radiance that arrives at a camera.
-pub(super) struct Pixels<'o, O = NoObserver> {
+pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
     words: PathWords,
     radiances: [Rgb; MAX_BATCH],
     observer: &'o O,
+    ending: &'o E,
+    /// The samples that the paths are, and what who ends them remembers of each.
+    ids: &'o [SampleId],
+    endings: [E::Path; MAX_BATCH],
     /// Of each path that is watched.
     trails: Vec<Trail>,
     /// Paths, as bits, whose radiances leave out surfaces' emission at the end of the first edge.
     without_visible: u64,
 }
 
-impl<'o, O: PathObserver> Pixels<'o, O> {
-    /// For so many paths.
+impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
+    /// For the paths of some samples.
     #[inline(always)]
-    pub fn new(words: PathWords, observer: &'o O, count: usize) -> Self {
-        let watched = if Self::OBSERVES { count } else { 0 };
+    pub fn new(words: PathWords, observer: &'o O, ending: &'o E, ids: &'o [SampleId]) -> Self {
+        let watched = if Self::OBSERVES { ids.len() } else { 0 };
         Self {
             words,
             radiances: [Rgb::ZERO; MAX_BATCH],
             observer,
+            ending,
+            ids,
+            endings: [E::Path::default(); MAX_BATCH],
             trails: vec![Trail::default(); watched],
             without_visible: 0,
         }
@@ -97,16 +153,17 @@ impl<'o, O: PathObserver> Pixels<'o, O> {
 
     /// The samples' values.
     #[inline(always)]
-    pub fn finish(self, ids: &[SampleId]) -> [Rgb; MAX_BATCH] {
-        for ((trail, id), radiance) in self.trails.iter().zip(ids).zip(self.radiances) {
+    pub fn finish(self) -> [Rgb; MAX_BATCH] {
+        for ((trail, id), radiance) in self.trails.iter().zip(self.ids).zip(self.radiances) {
             trail.tell(self.observer, *id, self.words.seed, radiance);
         }
         self.radiances
     }
 }
 
-impl<O: PathObserver> Purpose for Pixels<'_, O> {
+impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     const OBSERVES: bool = O::IS_ACTIVE && !cfg!(lightshed_without = "observer");
+    const ENDS: bool = E::IS_ACTIVE && !cfg!(lightshed_without = "ending");
 
     #[inline(always)]
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
@@ -132,6 +189,33 @@ impl<O: PathObserver> Purpose for Pixels<'_, O> {
             return;
         }
         self.add(place, depth, false, radiance);
+    }
+
+    #[inline(always)]
+    fn goes_on<K>(
+        &mut self,
+        place: usize,
+        depth: u32,
+        path: &mut PathState<K>,
+        ray: &Ray,
+        vertex: &SurfaceVertex,
+    ) -> bool {
+        let place = place % MAX_BATCH;
+        let id = self.ids.get(place).copied().unwrap_or_default();
+        let vertex = ending_vertex((id, self.words.seed), depth, path, ray, vertex);
+        let ending = self.ending.at(&mut self.endings[place], &vertex);
+        if ending.radiance != Rgb::ZERO {
+            self.add(place, depth, false, ending.radiance);
+        }
+        path.throughput *= ending.goes_on;
+        ending.goes_on > 0.0
+    }
+
+    #[inline(always)]
+    fn count(&mut self, path: usize, emitter: usize) {
+        if Self::ENDS {
+            self.ending.count(path, emitter);
+        }
     }
 
     #[inline(always)]

@@ -7,6 +7,7 @@ use super::guide::DirectionGuide;
 use super::numbers::{VertexLanes, VertexNumbers};
 use super::paths::{Paths, Shadows, lanes_within};
 use super::purpose::Purpose;
+use super::scattering::SurfaceVertex;
 use super::transport::{SURVIVAL_CAP, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use crate::light_selection::diffuse_shading_point;
@@ -69,8 +70,8 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, 
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
-    /// Whether diffuse surfaces are shaded in lanes. Guides know one vertex at a time.
-    const IN_LANES: bool = !(P::OBSERVES || (G::IS_ACTIVE && !cfg!(lightshed_without = "guide")));
+    /// Whether diffuse surfaces are shaded in lanes. Guides and caches know one vertex at a time.
+    const IN_LANES: bool = !(P::OBSERVES || P::ENDS || (G::IS_ACTIVE && !cfg!(lightshed_without = "guide")));
 
     /// Paths `place` to `place + 7`.
     #[inline(always)]
@@ -139,10 +140,14 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let (place, depth) = (owner as usize, self.depth);
         self.purpose
             .arrive(self.transport, place, depth, &state, &ray, Some(&point));
+        let vertex = SurfaceVertex::new(scene, &ray, point);
+        if P::ENDS && !self.purpose.goes_on(place, depth, &mut state, &ray, &vertex) {
+            return;
+        }
         let seen = |vertex| self.purpose.scatter(place, vertex);
         let next = self
             .transport
-            .advance(&mut state, &ray, &point, depth, &mut numbers, seen);
+            .advance_at(&mut state, &vertex, depth, &mut numbers, seen);
         if let Some(shadow) = &next.shadow {
             self.shadows.push(shadow, owner);
         }

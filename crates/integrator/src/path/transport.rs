@@ -233,7 +233,20 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         seen: impl FnOnce(PathVertex),
     ) -> Next {
         let vertex = SurfaceVertex::new(self.scene, ray, *point);
-        let (at, site) = (self.scattering(&vertex), self.site(&vertex));
+        self.advance_at(path, &vertex, depth, numbers, seen)
+    }
+
+    /// The same at a vertex that is known.
+    #[inline(always)]
+    pub fn advance_at(
+        &self,
+        path: &mut PathState<S::Site>,
+        vertex: &SurfaceVertex,
+        depth: u32,
+        numbers: &mut impl VertexStream,
+        seen: impl FnOnce(PathVertex),
+    ) -> Next {
+        let (at, site) = (self.scattering(vertex), self.site(vertex));
         let before = path.throughput;
         let light = self.emitter_light(&at, &site, numbers.emitter());
         let u_lobe = numbers.lobe();
@@ -241,7 +254,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         seen(path_vertex(
             path,
             before,
-            &vertex,
+            vertex,
             depth,
             light.as_ref(),
             direction,
@@ -251,7 +264,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
                 ray: light.ray,
                 radiance: before * SurfaceVertex::weighted(&light),
             }),
-            ray: direction.map(|(direction, _)| point.spawn(direction)),
+            ray: direction.map(|(direction, _)| vertex.point.spawn(direction)),
         }
     }
 }

@@ -5,6 +5,7 @@ use super::entry::MethodEntry;
 use super::error::MethodError;
 use super::methods::METHODS;
 use super::option::{MethodOption, MethodValues};
+use super::options::CACHE_ALWAYS;
 use super::stage::{Motion, Stage, Started};
 use std::fmt;
 use std::str::FromStr;
@@ -55,7 +56,8 @@ impl Method {
             .option(name)
             .ok_or_else(|| refused("there is no such option".to_owned()))?;
         (option.check)(value).map_err(refused)?;
-        self.values.set(option, value);
+        // Colons part the options of a method's text.
+        self.values.set(option, &value.replace(':', "@"));
         Ok(())
     }
 
@@ -69,7 +71,8 @@ impl Method {
         self.entry
     }
 
-    /// What it can do. With a guide it makes frames that depend on those before, and is none of the
+    /// What it can do. With a guide it makes frames that depend on those before, with a cache
+    /// biased frames that depend on those before if the cache goes on learning; and is none of the
     /// device's; nor is a method whose reuse is decorrelated.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
@@ -77,15 +80,24 @@ impl Method {
             device: own.device && !self.values.is_decorrelated(),
             ..own
         };
-        match self.values.guided_paths() {
-            None => own,
-            Some(_) => MethodCapabilities {
+        if self.values.guided_paths().is_some() {
+            return MethodCapabilities {
                 frames: true,
                 chain: true,
                 device: false,
                 ..own
-            },
+            };
         }
+        if self.values.cache_rule().is_some() {
+            return MethodCapabilities {
+                frames: true,
+                chain: self.values.is_on(&CACHE_ALWAYS),
+                biased: true,
+                device: false,
+                ..own
+            };
+        }
+        own
     }
 
     /// MethodValues of its options.

@@ -8,9 +8,10 @@ use super::option::MethodValues;
 use super::options;
 use super::stage::{Motion, Stage, Started};
 use crate::{
-    DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, Lightcuts, Mixture, PathReuse, PathTracer,
-    RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix, RestirSuffixOptions,
-    RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute, VplGrid,
+    CachedPaths, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, Lightcuts, Mixture, PathReuse,
+    PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix,
+    RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute,
+    VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use std::fmt::Display;
@@ -52,6 +53,12 @@ pub const METHODS: &[MethodEntry] = &[
             options::GUIDE_TRAINING,
             options::GUIDE_ALWAYS,
             options::GUIDE_BORDERS,
+            options::CACHE,
+            options::CACHE_PASSES,
+            options::CACHE_ALWAYS,
+            options::CACHE_CELLS,
+            options::CACHE_BORDERS,
+            options::CACHE_SURVIVAL,
         ],
         start: path,
     },
@@ -395,10 +402,12 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
 }
 
 fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
-    let guided = values.guided_paths();
-    by_emitters!(stage, values, sampler => match guided {
-        Some(options) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
-        None => samples(path_tracer(stage, values, sampler, None)),
+    let (guided, cached) = (values.guided_paths(), values.cached_paths(stage.scene()));
+    by_emitters!(stage, values, sampler => match (guided, cached) {
+        (Some(_), Some(_)) => Err("paths with a guide do not end in a cache: give --guide or --cache".to_owned()),
+        (Some(options), None) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
+        (None, Some(options)) => frames(CachedPaths::new(stage.scene(), sampler, options)),
+        (None, None) => samples(path_tracer(stage, values, sampler, None)),
     })
 }
 

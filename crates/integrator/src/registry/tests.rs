@@ -22,6 +22,10 @@ fn every_method_is_found_by_its_name_and_renders() {
         "path:bvh:sdtree:guide-always",
         "path:vmf",
         "path:mcmm",
+        "path:fixed",
+        "path:bvh:spread@0.1:cache-passes=4",
+        "path:variance@0.5:cache-always",
+        "path:mse@100:cache-borders",
         "direct:open-bvh",
         "direct:bvh:2",
         "lightcuts:bvh",
@@ -134,9 +138,18 @@ fn other_names_and_values_are_refused() {
         "path:",
         "direct:light-samples=0",
         "lightcuts:cut-rebuild=2",
+        "path:variance",
+        "path:variance@-1",
+        "path:fixed@0.5",
+        "path:cache=mse",
     ] {
         assert!(text.parse::<Method>().is_err(), "{text}");
     }
+    // What a command line takes with a colon has one without in a method's text.
+    let mut method = Method::named("path").unwrap();
+    method.set("cache", "variance:0.25").unwrap();
+    assert_eq!(method.to_string(), "path:variance@0.25");
+    assert!(method.capabilities().biased && !method.capabilities().chain);
     // A default is as if it was not given.
     let method: Method = "restir-pt:hybrid".parse().unwrap();
     assert_eq!(method, Method::named("restir-pt").unwrap());

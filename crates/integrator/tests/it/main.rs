@@ -1,5 +1,6 @@
 //! The integrator as a renderer uses it. One program: it links once what all of these tests call.
 
+mod cached;
 #[path = "../../../film/tests/common/mod.rs"]
 mod common;
 mod frame_methods;

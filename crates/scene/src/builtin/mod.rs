@@ -2,14 +2,18 @@
 
 mod candles;
 mod cornell;
+mod corridor;
+mod door_gap;
 mod doorway;
 mod furnace;
+mod glossy_bounce;
 mod large;
 mod lighthouse;
 mod many_lights;
 mod mesh;
 mod noise;
 mod pool;
+mod room;
 mod sequence;
 mod volumes;
 mod warehouse;
@@ -18,8 +22,11 @@ use crate::SceneDescription;
 
 pub use candles::candles;
 pub use cornell::{cornell, cornell_glossy};
+pub use corridor::corridor;
+pub use door_gap::door_gap;
 pub use doorway::doorway;
 pub use furnace::furnace;
+pub use glossy_bounce::glossy_bounce;
 pub use large::{city, hairball};
 pub use lighthouse::{lighthouse, lighthouse_at};
 pub use many_lights::many_lights;
@@ -31,14 +38,17 @@ pub use volumes::{cloud, fire, smoke_in_cornell};
 pub use warehouse::warehouse;
 
 /// Names that [`by_name`] knows.
-pub const NAMES: [&str; 12] = [
+pub const NAMES: [&str; 15] = [
     "candles",
     "cloud",
     "cornell",
     "cornell-glossy",
+    "corridor",
+    "door-gap",
     "doorway",
     "fire",
     "furnace",
+    "glossy-bounce",
     "lighthouse",
     "many-lights",
     "pool",
@@ -62,9 +72,12 @@ pub fn by_name(name: &str) -> Option<SceneDescription> {
         "cloud" => cloud(),
         "cornell" => cornell(),
         "cornell-glossy" => cornell_glossy(),
+        "corridor" => corridor(),
+        "door-gap" => door_gap(),
         "doorway" => doorway(),
         "fire" => fire(),
         "furnace" => furnace(),
+        "glossy-bounce" => glossy_bounce(),
         "lighthouse" => lighthouse(),
         "many-lights" => many_lights(),
         "pool" => pool(),

@@ -1,0 +1,100 @@
+//! Paths that end in a cache.
+
+use crate::path::ending::{EndingVertex, PathEnding, VertexEnding};
+use lightshed_caching::{AreaSpread, CacheView, PathBudget, Prefixed, Termination};
+use lightshed_film::{RayKind, RayTally};
+use lightshed_sampling::CounterRng;
+use lightshed_scene::glam::Vec3;
+use lightshed_spatial::SurfaceSite;
+
+/// Words of a path's stream that end it: eight a vertex from this one on, which no path uses.
+const FIRST_WORD: u32 = 1 << 31;
+
+/// Ends paths in a cache by a rule ([`PathBudget`]).
+///
+/// Surfaces without a lobe of some width are passed: what they show is a direction's, not a
+/// place's. So are places without a record.
+#[derive(Clone, Copy)]
+pub struct CacheEnding<'c> {
+    /// The cache.
+    pub cache: CacheView<'c>,
+    /// The rule.
+    pub rule: Termination,
+    /// Where the camera is.
+    pub eye: Vec3,
+    /// Whether places of look-ups are moved at random.
+    pub jitter: bool,
+    /// Probability with which a path survives a vertex but its first.
+    pub survival: f32,
+    /// Counts rays.
+    pub rays: &'c RayTally,
+}
+
+/// A vertex as the cache knows it. Cells grow with the straight distance from the camera, so that a
+/// place has one record and not one for each way to it.
+#[inline(always)]
+pub(super) fn site(vertex: &EndingVertex, eye: Vec3) -> SurfaceSite {
+    SurfaceSite::new(vertex.position, vertex.normal).with_eye_distance(vertex.position.distance(eye))
+}
+
+/// Random numbers for ending a path at a vertex: a stream of four words.
+#[inline(always)]
+pub(super) fn numbers([pixel, sample]: [u32; 2], seed: u64, depth: u32) -> CounterRng {
+    let mut rng = CounterRng::new(seed, pixel, sample);
+    rng.set_dimension(FIRST_WORD.wrapping_add(depth.wrapping_mul(8)));
+    rng
+}
+
+impl PathEnding for CacheEnding<'_> {
+    type Path = PathBudget;
+
+    #[inline]
+    fn at(&self, budget: &mut PathBudget, vertex: &EndingVertex) -> VertexEnding {
+        if vertex.depth == 1 {
+            budget.spread = AreaSpread::first(vertex.distance, vertex.cos_theta);
+        } else {
+            budget
+                .spread
+                .extend(vertex.distance, vertex.pdf.value(), vertex.cos_theta);
+        }
+        let name = [vertex.id.y << 16 | vertex.id.x, vertex.id.index];
+        let mut rng = numbers(name, vertex.seed, vertex.depth);
+        let mut factor = 1.0;
+        if self.survival < 1.0 && vertex.depth > 1 {
+            if rng.next_f32() >= self.survival {
+                return VertexEnding {
+                    goes_on: 0.0,
+                    ..VertexEnding::GO_ON
+                };
+            }
+            factor = 1.0 / self.survival;
+        }
+        let go_on = VertexEnding {
+            goes_on: factor,
+            ..VertexEnding::GO_ON
+        };
+        if !vertex.has_non_delta {
+            return go_on;
+        }
+        let site = site(vertex, self.eye);
+        let cached = match self.jitter {
+            true => self.cache.query_jittered(&site, rng.next_2d()),
+            false => self.cache.query(&site),
+        };
+        let Some(cached) = cached else {
+            return go_on;
+        };
+        let throughput = vertex.throughput * factor;
+        let share = budget.share(&self.rule, vertex.depth, &Prefixed::new(throughput, cached));
+        VertexEnding {
+            radiance: (1.0 - share) * throughput * cached.radiance,
+            goes_on: share * factor,
+        }
+    }
+
+    #[inline]
+    fn count(&self, path: usize, emitter: usize) {
+        self.rays.add(RayKind::Path, path);
+        self.rays.add(RayKind::Emitter, emitter);
+    }
+}

@@ -1,0 +1,175 @@
+//! What vertices of a scene scatter.
+
+use super::ending::{numbers, site};
+use crate::emitter_sampler::EmitterSampler;
+use crate::path::batch::follow;
+use crate::path::guide::DirectionGuide;
+use crate::path::numbers::PathWords;
+use crate::path::paths::Paths;
+use crate::path::purpose::{Purpose, ending_vertex};
+use crate::path::scattering::SurfaceVertex;
+use crate::path::transport::{PathState, Transport};
+use lightshed_caching::{CacheSample, CacheView, MAX_UPDATE_SAMPLES, VertexSampler, VertexVisit};
+use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
+use lightshed_lanes::Lanes;
+use lightshed_sampling::PointSet;
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
+use lightshed_spatial::SurfaceSite;
+
+/// Seed of the paths that fill caches, which no image has unless somebody asks for it.
+pub(super) const SEED: u64 = 0x7263_6163_6865_5f31;
+
+/// Most edges of a path that finds no record.
+const LONGEST: u32 = 16;
+
+const _: () = assert!(MAX_UPDATE_SAMPLES as usize <= MAX_BATCH);
+
+/// The surfaces of a scene, as a radiance cache samples them: by the path tracer, whose paths begin
+/// with the rays that found the vertices and end in the cache at the end of the next edge.
+///
+/// Emitters are sampled at the vertex, and met at the end of the next edge, as by any path. Mirrors
+/// and places without a record are passed.
+pub struct SceneVertices<'a, S> {
+    transport: Transport<'a, S>,
+    eye: Vec3,
+    jitter: bool,
+    survival: f32,
+    rays: RayTally,
+}
+
+impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
+    /// Of a scene that is seen from `eye`, with look-ups moved at random if `jitter`, and a
+    /// probability with which paths survive the end of an edge.
+    pub fn new(scene: &'a Scene, sampler: S, eye: Vec3, jitter: bool, survival: f32) -> Self {
+        let mut transport = Transport::new(scene, sampler);
+        (transport.max_depth, transport.roulette_depth) = (LONGEST + 1, u32::MAX);
+        Self {
+            transport,
+            eye,
+            jitter,
+            survival,
+            rays: RayTally::default(),
+        }
+    }
+
+    /// Rays that were traced since this was last asked.
+    pub fn take_rays(&mut self) -> lightshed_film::RayCounts {
+        self.rays.take()
+    }
+
+    /// The vertex that `ray` meets, if a cache can answer for it.
+    pub fn vertex(&self, ray: &Ray) -> Option<(SurfaceSite, Ray)> {
+        self.rays.add(RayKind::Camera, 1);
+        let scene = self.transport.scene;
+        let point = scene.intersect(ray)?;
+        let vertex = SurfaceVertex::new(scene, ray, point);
+        let start: PathState<()> = PathState::START;
+        let vertex = ending_vertex((SampleId::default(), SEED), 1, &start, ray, &vertex);
+        vertex.has_non_delta.then(|| (site(&vertex, self.eye), *ray))
+    }
+}
+
+impl<S: EmitterSampler> VertexSampler<Ray> for SceneVertices<'_, S> {
+    fn sample(&self, cache: &CacheView<'_>, visits: &[VertexVisit<Ray>], samples: &mut [CacheSample<Ray>]) {
+        let each = (samples.len() / visits.len().max(1)).max(1);
+        let mut paths = Paths::new();
+        let mut names = [[0; 2]; MAX_BATCH];
+        for (index, name) in names.iter_mut().enumerate().take(samples.len()) {
+            let visit = &visits[index / each];
+            let number = visit.pass.wrapping_mul(MAX_UPDATE_SAMPLES) + (index % each) as u32;
+            *name = [visit.slot, number];
+            paths.begin(index, &PathState::START, &visit.vertex, *name, index);
+        }
+        let count = samples.len().min(MAX_BATCH);
+        let mut found = Found {
+            vertices: self,
+            cache,
+            names,
+            samples,
+        };
+        follow(&self.transport, &mut paths, count, 1, &mut found);
+    }
+}
+
+/// What the paths of a batch find.
+struct Found<'f, S> {
+    vertices: &'f SceneVertices<'f, S>,
+    cache: &'f CacheView<'f>,
+    names: [[u32; 2]; MAX_BATCH],
+    samples: &'f mut [CacheSample<Ray>],
+}
+
+impl<R: EmitterSampler> Purpose for Found<'_, R> {
+    const ENDS: bool = true;
+
+    #[inline(always)]
+    fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4] {
+        // Samples of one vertex are to be independent.
+        let (points, seed) = (PointSet::Independent, SEED);
+        PathWords { points, seed }.vertex_lanes::<L>(names, block)
+    }
+
+    fn arrive<S: EmitterSampler, G: DirectionGuide>(
+        &mut self,
+        transport: &Transport<'_, S, G>,
+        place: usize,
+        depth: u32,
+        path: &PathState<S::Site>,
+        ray: &Ray,
+        point: Option<&SurfacePoint>,
+    ) {
+        // What the vertex itself emits is not the cache's.
+        if depth > 1 {
+            let met = path.met(transport.scene, &transport.sampler, ray, point);
+            self.samples[place].radiance += path.throughput * met;
+        }
+    }
+
+    fn goes_on<K>(
+        &mut self,
+        place: usize,
+        depth: u32,
+        path: &mut PathState<K>,
+        ray: &Ray,
+        vertex: &SurfaceVertex,
+    ) -> bool {
+        if depth == 1 {
+            return true;
+        }
+        let mut rng = numbers(self.names[place], SEED, depth);
+        let survival = self.vertices.survival;
+        if survival < 1.0 {
+            if rng.next_f32() >= survival {
+                return false;
+            }
+            path.throughput /= survival;
+        }
+        let vertex = ending_vertex((SampleId::default(), SEED), depth, path, ray, vertex);
+        if vertex.has_non_delta {
+            let site = site(&vertex, self.vertices.eye);
+            let sample = &mut self.samples[place];
+            sample.next.get_or_insert((site, *ray));
+            let cached = match self.vertices.jitter {
+                true => self.cache.query_jittered(&site, rng.next_2d()),
+                false => self.cache.query(&site),
+            };
+            if let Some(cached) = cached {
+                sample.radiance += path.throughput * cached.radiance;
+                let bias = path.throughput * cached.bias;
+                sample.deferred_bias_squared = bias * bias;
+                return false;
+            }
+        }
+        depth < LONGEST
+    }
+
+    fn connect(&mut self, place: usize, _length: u32, radiance: Rgb) {
+        self.samples[place].radiance += radiance;
+    }
+
+    fn count(&mut self, path: usize, emitter: usize) {
+        self.vertices.rays.add(RayKind::Path, path);
+        self.vertices.rays.add(RayKind::Emitter, emitter);
+    }
+}

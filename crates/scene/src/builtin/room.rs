@@ -1,0 +1,75 @@
+//! What scenes of walls are put together from.
+
+use super::mesh::{cuboid, quad};
+use crate::{
+    CameraDescription, ColorTexture, Geometry, Material, RenderSettings, Rgb, SceneDescription,
+    ShapeDescription, TriangleMesh,
+};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+
+/// A material that scatters alike on both sides.
+pub(super) fn diffuse(reflectance: Rgb) -> Material {
+    Material::TwoSided {
+        front: Box::new(Material::Diffuse {
+            reflectance: ColorTexture::Constant(reflectance),
+        }),
+        back: None,
+    }
+}
+
+/// Shapes as they are collected.
+#[derive(Default)]
+pub(super) struct Room(Vec<ShapeDescription>);
+
+impl Room {
+    pub fn add(&mut self, name: &str, mesh: TriangleMesh, material: u32, emission: Option<Rgb>) {
+        self.0.push(ShapeDescription {
+            name: name.to_owned(),
+            geometry: Geometry::Mesh(mesh),
+            material,
+            emission,
+        });
+    }
+
+    /// A block from one corner to the other. Its inside is a room as well as its outside.
+    pub fn block(&mut self, name: &str, least: [f32; 3], most: [f32; 3], material: u32) {
+        let (least, most) = (Vec3::from(least), Vec3::from(most));
+        let half = Affine3A::from_scale(0.5 * (most - least));
+        let mesh = cuboid(Affine3A::from_translation(0.5 * (least + most)) * half);
+        self.add(name, mesh, material, None);
+    }
+
+    /// A lamp: a parallelogram that shines towards `edges[0] × edges[1]`.
+    pub fn lamp(&mut self, corner: [f32; 3], edges: [[f32; 3]; 2], radiance: Rgb) {
+        let (corner, [a, b]) = (Vec3::from(corner), edges.map(Vec3::from));
+        let mesh = quad([corner, corner + a, corner + a + b, corner + b]);
+        self.add("lamp", mesh, 0, Some(radiance));
+    }
+
+    /// The scene as seen from a place towards another, under a horizontal angle in degrees. 256 ×
+    /// 256 pixels, up to 64 edges, roulette from edge 8 on.
+    pub fn seen(self, from: Vec3, towards: Vec3, degrees: f32, materials: Vec<Material>) -> SceneDescription {
+        let forward = Vec3A::from(towards - from).normalize();
+        let left = Vec3A::Y.cross(forward).normalize();
+        let axes = Mat3A::from_cols(left, forward.cross(left), forward);
+        SceneDescription {
+            shapes: self.0,
+            materials,
+            camera: CameraDescription {
+                to_world: Affine3A::from_mat3_translation(axes.into(), from),
+                fov_x: degrees.to_radians(),
+                near_clip: 0.01,
+                far_clip: 1e4,
+                ..CameraDescription::default()
+            },
+            settings: RenderSettings {
+                width: 256,
+                height: 256,
+                samples_per_pixel: 64,
+                max_depth: Some(64),
+                roulette_depth: 8,
+            },
+            ..SceneDescription::default()
+        }
+    }
+}
