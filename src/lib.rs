@@ -19,7 +19,7 @@
 //! | [`integrator`] | `lightshed-integrator` | rendering methods: path tracing, direct light, reuse, volumes |
 //! | `evaluate` | `lightshed-evaluate` | run time against error: races, intervals, reports; with the feature `evaluate` |
 //! | `gpu` | `lightshed-gpu` | methods on a GPU by wgpu; with the feature `gpu` |
-//! | `shaders` | `lightshed-shaders` | the libraries as WESL and WGSL; with the feature `gpu` |
+//! | `shaders` | `lightshed-shaders` | the libraries as WESL and WGSL; with the feature `shaders`, without wgpu |
 //!
 //! # Example
 //!
@@ -65,7 +65,7 @@ pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;
 #[cfg(feature = "scene")]
 pub use lightshed_scene as scene;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "shaders")]
 pub use lightshed_shaders as shaders;
 #[cfg(feature = "shift")]
 pub use lightshed_shift as shift;
