@@ -10,7 +10,8 @@ pub struct Light {
     /// A box around all points that emit.
     pub bounds: Bounds,
     /// Radiant intensity in the direction in which it is greatest, power per steradian, as one
-    /// number (a luminance): `I` of a point light, `∫ L dA` of a diffuse surface. Zero for a light
+    /// number (a luminance): `I` of a point light, `L A` of a flat diffuse surface of area `A`, and
+    /// `π r² L` of a diffuse sphere, of which only the disk that is seen counts. Zero for a light
     /// that is off.
     pub intensity: f32,
     /// Where the light goes; `None` for all directions alike.
