@@ -25,7 +25,8 @@ pub struct ShadingPoint {
     /// Where light counts.
     pub facing: Facing,
     /// No less than what the surface scatters towards the viewer per irradiance, from any direction
-    /// (per steradian, as one number). Zero says that no light matters.
+    /// (per steradian, as one number). Where it is zero no light is chosen; how large it is
+    /// otherwise changes no probability of this crate's samplers.
     pub reflectance_bound: f32,
 }
 
