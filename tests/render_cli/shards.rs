@@ -349,7 +349,7 @@ fn methods_agree_by_their_shards() {
     };
     let independent = ["--points", "independent"];
     let path = shards("path", "1", "4", &independent);
-    let reuse = shards("path-reuse", "2", "4", &[]);
+    let reuse = shards("path-reuse", "2", "4", &independent);
     let agree = |a: &[String], b: &[String], more: &[&str]| {
         let mut words: Vec<&str> = a.iter().map(String::as_str).collect();
         words.push("--against");
