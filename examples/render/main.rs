@@ -10,8 +10,9 @@
 //! status is 0 if all went well, 1 if the scene could not be rendered or the image not be written,
 //! 2 if the command line is wrong, and 130 after an interruption (SIGINT, SIGTERM, SIGHUP), which
 //! writes the whole passes done so far. Whatever can be known to fail fails before rendering, with
-//! one line on the standard error stream. A scene's file is taken for untrusted: what reading it may
-//! cost and which folders it may read have limits, which `--load-limit` and `--allow-folder` widen.
+//! one line on the standard error stream. A scene's file is taken for untrusted: what reading it
+//! may cost and which folders it may read have limits, which `--load-limit` and `--allow-folder`
+//! widen.
 
 mod arguments;
 mod emptiness;

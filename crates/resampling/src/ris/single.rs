@@ -208,8 +208,9 @@ mod tests {
     use crate::space::Counting;
     use crate::weight::Tractable;
 
-    /// A sampler that fails half of the time and else gives `x` with `p = ½`, and the target 3: over
-    /// all outcomes of two draws the mean of `Σ w` is 3. Failures that are left out make it 4.5.
+    /// A sampler that fails half of the time and else gives `x` with `p = ½`, and the target 3:
+    /// over all outcomes of two draws the mean of `Σ w` is 3. Failures that are left out make it
+    /// 4.5.
     #[test]
     fn candidates_that_were_not_drawn_count() {
         let weight = Tractable::<Counting>::from_density(0.5).unwrap().weight();

@@ -1,9 +1,9 @@
 //! Wavefront OBJ meshes.
 //!
 //! Read are `v`, `vt`, `vn` and `f`, with indices from 1 or, counted back from the last one read,
-//! negative. Polygons become fans around their first corner, those of very many corners are halved. Groups, objects, smoothing groups and
-//! materials are passed over: a file is one mesh. Corners of equal position, texture coordinate and
-//! normal index become one vertex.
+//! negative. Polygons become fans around their first corner, those of very many corners are halved.
+//! Groups, objects, smoothing groups and materials are passed over: a file is one mesh. Corners of
+//! equal position, texture coordinate and normal index become one vertex.
 
 use super::error::{ImportError, Location};
 use super::loading::Loading;
@@ -158,7 +158,8 @@ impl Parser {
     }
 
     /// The vertex of a corner, a new one if no equal corner came before. Few corners share a
-    /// position, so that a walk along a chain beats a hash table. Where many do, the table is asked.
+    /// position, so that a walk along a chain beats a hash table. Where many do, the table is
+    /// asked.
     fn vertex(&mut self, corner: Corner) -> u32 {
         self.latest.resize(self.positions.len(), NONE);
         let latest = &mut self.latest[corner[0] as usize];

@@ -57,8 +57,8 @@ impl Node {
     }
 
     /// A path in an attribute or property of this element. A relative one starts at the folder of
-    /// the element's file or, if nothing is there, at a folder that a `<path>` names, at the scene's
-    /// own folder, or at the current directory.
+    /// the element's file or, if nothing is there, at a folder that a `<path>` names, at the
+    /// scene's own folder, or at the current directory.
     pub(crate) fn resolve(&self, name: &str, loading: &Loading) -> PathBuf {
         loading.resolve(self.file.parent().unwrap_or(Path::new("")), name)
     }

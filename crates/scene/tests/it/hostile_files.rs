@@ -1,5 +1,5 @@
-//! Files that would take all memory, all time, or what does not belong to them: each is refused by a
-//! message that names the file and the limit, before it costs much.
+//! Files that would take all memory, all time, or what does not belong to them: each is refused by
+//! a message that names the file and the limit, before it costs much.
 
 use lightshed_scene::Geometry;
 use lightshed_scene::import::{

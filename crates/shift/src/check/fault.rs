@@ -27,7 +27,8 @@ pub enum WorldLaw {
     ConnectedRadiance,
     /// The density of `connect` is that of `emitter_pdf` or `environment_pdf`.
     ConnectedDensity,
-    /// The density of `connect` in the endpoint's own measure is `pdf · |cos θ| / d²` for a surface.
+    /// The density of `connect` in the endpoint's own measure is `pdf · |cos θ| / d²` for a
+    /// surface.
     OwnDensity,
     /// Sampled emitters have the density that `emitter_pdf` and `environment_pdf` say.
     EmitterDensity,

@@ -3,7 +3,8 @@
 //! Read are the element `vertex` with `x y z`, optionally `nx ny nz` and one of `u v`, `s t`,
 //! `texture_u texture_v` (in any order, of any number type), and the element `face` with a list
 //! `vertex_indices` or `vertex_index` of any integer type. Polygons become fans around their first
-//! vertex, those of very many vertices are halved; both are right for convex ones. Other elements and properties are skipped.
+//! vertex, those of very many vertices are halved; both are right for convex ones. Other elements
+//! and properties are skipped.
 
 mod body;
 mod header;
