@@ -47,10 +47,15 @@ fn main() {
             sums[i] += f64::from(f / (set / 16.0));
             let place = point(i) + way * to_lamp.dot(way);
             let estimate = f / density(i, &lobes[i], way);
-            let (mut chain, before, u) = (MarkovChain::START, states[i], rng.next_f32());
-            let found = Some(Finding { place, estimate });
+            let (mut chain, u) = (MarkovChain::START, rng.next_f32());
+            let brightness = f / CosineHemisphere::density(way.z).value();
+            let found = Some(Finding {
+                place,
+                estimate,
+                brightness,
+            });
             chain.advance(&mut states[i], point(i), proposal, found, u, &options);
-            states[i] = chain.finish(&before, &options);
+            states[i] = chain.finish(&states[i], &options);
         }
     }
     let exact = |i| RADIANCE * std::f32::consts::PI * RADIUS.powi(2) / (LAMP - point(i)).length().powi(3);

@@ -4,6 +4,8 @@
 //! expectation of the variance, which is the squared error of an unbiased method.
 //!
 //! - `sets`: variance and time of a frame for sets of every size.
+//! - `tune`: variance frame by frame for chains that are greedy and balanced, and for the BSDF
+//!   alone.
 //! - `decay`: variance frame by frame for several `α`, with water that moves up to half the frames.
 //! - `adapt`: the same while a lamp appears, jumps and is turned off.
 //! - `bias`: squared error of the mean of so many frames, with and without trading places.
@@ -174,6 +176,32 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut description = description;
             description.settings.max_depth = Some(2);
             bias(&build(description, side)?, frames)?;
+        }
+        "tune" => {
+            let scene = build(description, side)?;
+            for (balanced, survival, cosine, window) in [
+                (false, 0.5, 0.0, 91.0),
+                (true, 0.5, 0.0, 91.0),
+                (true, 0.9, 0.0, 91.0),
+                (true, 0.97, 0.0, 91.0),
+                (true, 0.9, 0.0, 500.0),
+                (true, 0.97, 0.0, 500.0),
+                (true, 0.9, 0.9, 500.0),
+                (true, 0.97, 0.9, 500.0),
+                (true, 0.9, 0.99, 500.0),
+            ] {
+                let mut options = MixtureOptions::default();
+                options.samples_emitters = argument(4, "") == "emitters";
+                let chains = &mut options.chains;
+                (chains.balanced, chains.survival) = (balanced, survival);
+                (chains.prior_cosine, chains.window) = (cosine, window);
+                print!("balanced {balanced} survival {survival} cosine {cosine} window {window}:");
+                over_time(std::slice::from_ref(&scene), |_| 0, frames, frames / 8, options);
+            }
+            let mut options = MixtureOptions::default();
+            options.chains.defensive_share = 1.0;
+            print!("BSDF alone:");
+            over_time(std::slice::from_ref(&scene), |_| 0, frames, frames / 8, options);
         }
         "decay" => {
             let moving = |number: u32| builtin::pool_at(number.min(frames / 2) as f32 / 30.0);

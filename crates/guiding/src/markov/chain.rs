@@ -22,6 +22,9 @@ pub struct Finding {
     /// `f`: luminance of radiance times BSDF and cosine, over the density of the mixture that
     /// really sampled the direction. Not clamped, and with all factors of roulette.
     pub estimate: f32,
+    /// The same over the density of what scatters alone: what a balanced chain weighs large steps
+    /// by ([`MarkovOptions::balanced`]).
+    pub brightness: f32,
 }
 
 /// The chain of a pixel or cell within a frame: the state that it keeps.
@@ -58,7 +61,10 @@ impl MarkovChain {
         options: &MarkovOptions,
     ) {
         let found = found.filter(|found| found.estimate > 0.0 && found.place.is_finite());
-        let Some(Finding { place, estimate }) = found else {
+        if options.balanced {
+            return self.advance_balanced(state, from, proposal, found, u, options);
+        }
+        let Some(Finding { place, estimate, .. }) = found else {
             if proposal == Proposal::Lobe && state.is_valid() {
                 state.miss(options);
             }
@@ -80,15 +86,51 @@ impl MarkovChain {
         }
     }
 
-    /// What the frame leaves: the state that was kept, or else what `before` was, its score times
-    /// [`MarkovOptions::survival`].
+    /// Transitions of a chain that visits lights in proportion to what they contribute: large steps
+    /// have the acceptance `min(1, b/b_state)` of an independence sampler whose proposals are those
+    /// of what scatters; steps by the lobe stay with their light.
+    fn advance_balanced(
+        &mut self,
+        state: &mut MarkovState,
+        from: Vec3,
+        proposal: Proposal,
+        found: Option<Finding>,
+        u: f32,
+        options: &MarkovOptions,
+    ) {
+        let is_large = proposal == Proposal::Scattering;
+        let accepted = found.filter(|found| {
+            // A state that finds nothing any more counts less and less.
+            let brightness = state.brightness() * state.score();
+            !is_large || !state.is_valid() || u * brightness < found.brightness
+        });
+        match accepted {
+            Some(found) => {
+                if is_large {
+                    *state = MarkovState::EMPTY;
+                }
+                state.learn(from, found.place, found.estimate.min(f32::MAX), options);
+                *state = state
+                    .with_score(1.0)
+                    .with_brightness(found.brightness.clamp(0.0, f32::MAX));
+                self.kept = *state;
+            }
+            None if !is_large && state.is_valid() => state.miss(options),
+            // A large step says nothing about the lobe.
+            None if !self.kept.is_valid() => self.kept = *state,
+            None => (),
+        }
+    }
+
+    /// What the frame leaves: the state that was kept, or else `last`, the state that sampled last,
+    /// its score times [`MarkovOptions::survival`]. It has counted what it missed, and is narrower.
     #[must_use]
-    pub fn finish(&self, before: &MarkovState, options: &MarkovOptions) -> MarkovState {
+    pub fn finish(&self, last: &MarkovState, options: &MarkovOptions) -> MarkovState {
         if self.kept.is_valid() {
             return self.kept;
         }
-        match options.survival * before.score() {
-            score if score > 0.0 => before.with_score(score),
+        match options.survival * last.score() {
+            score if score > 0.0 => last.with_score(score),
             _ => MarkovState::EMPTY,
         }
     }

@@ -49,8 +49,6 @@ impl MarkovModel {
 
     /// Lets the chains of a region take a round of samples.
     fn round(&self, states: &mut [MarkovState], samples: &[(u64, &TrainingSample)], far: f32) {
-        let before: [MarkovState; MAX_LOBES] =
-            std::array::from_fn(|k| states.get(k).copied().unwrap_or_default());
         let mut chains = [MarkovChain::START; MAX_LOBES];
         for (key, sample) in samples {
             let mut rng = CounterRng::new(*key, sample.code(), 1);
@@ -58,6 +56,7 @@ impl MarkovModel {
             let found = Some(Finding {
                 place: position + direction * sample.distance().min(far),
                 estimate: sample.weight(),
+                brightness: sample.weight() * sample.pdf() / sample.scattering_pdf().max(f32::MIN_POSITIVE),
             });
             // What proposed it.
             let mut densities = [0.0; MAX_LOBES];
@@ -83,8 +82,8 @@ impl MarkovModel {
             let u = rng.next_f32();
             chains[place].advance(&mut states[place], position, proposal, found, u, &self.options);
         }
-        for ((state, chain), before) in states.iter_mut().zip(chains).zip(&before) {
-            *state = chain.finish(before, &self.options);
+        for (state, chain) in states.iter_mut().zip(chains) {
+            *state = chain.finish(state, &self.options);
         }
     }
 }

@@ -25,8 +25,14 @@ pub struct MarkovOptions {
     pub neighbours: u32,
     /// Width of the window of neighbours, in pixels of an image of 1080 lines; positive.
     pub window: f32,
-    /// What is left of a state's score where no sample of a frame found light; 0 forgets the state.
+    /// What is left of a state's score in a frame in which no sample of it found light; 0 forgets
+    /// the state.
     pub survival: f32,
+    /// Whether chains visit lights in proportion to what they contribute: large steps are accepted
+    /// as an independence sampler of Metropolis accepts them, and scores only say whether a state
+    /// still finds light, so that exchange prefers nobody who does. Else chains are greedy, as
+    /// Algorithms 2 and 4 have it.
+    pub balanced: bool,
 }
 
 impl Default for MarkovOptions {
@@ -40,7 +46,8 @@ impl Default for MarkovOptions {
             defensive_share: 0.2,
             neighbours: 4,
             window: 91.0,
-            survival: 0.0,
+            survival: 0.5,
+            balanced: false,
         }
     }
 }

@@ -6,7 +6,8 @@ use crate::vmf::concentration_of;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-/// The state of a chain, `(ȳ, r̄, w̄, N, f)` of Dittebrandt 2025 table 6.1, in 28 bytes.
+/// The state of a chain, `(ȳ, r̄, w̄, N, f)` of Dittebrandt 2025 table 6.1, and the
+/// brightness `b` of what it found last: 32 bytes.
 ///
 /// All zeros is a state that knows nothing, [`MarkovState::EMPTY`]. A state with `w̄ > 0` is
 /// *valid* and has a lobe.
@@ -19,6 +20,7 @@ pub struct MarkovState {
     weight: f32,
     count: u32,
     score: f32,
+    brightness: f32,
 }
 
 const _: () = assert!(size_of::<MarkovState>() <= 36);
@@ -31,6 +33,7 @@ impl MarkovState {
         weight: 0.0,
         count: 0,
         score: 0.0,
+        brightness: 0.0,
     };
 
     /// `ȳ`: the weighted mean of the places from which light came.
@@ -63,6 +66,18 @@ impl MarkovState {
         self.score
     }
 
+    /// `b`: [`Finding::brightness`](super::Finding) of its last sample, where chains are balanced.
+    #[inline(always)]
+    pub fn brightness(&self) -> f32 {
+        self.brightness
+    }
+
+    /// The same with another brightness.
+    #[inline]
+    pub(super) fn with_brightness(self, brightness: f32) -> Self {
+        Self { brightness, ..self }
+    }
+
     /// Whether it has a lobe.
     #[inline(always)]
     pub fn is_valid(&self) -> bool {
@@ -72,8 +87,8 @@ impl MarkovState {
     /// Whether its numbers make sense, whoever wrote them.
     pub(super) fn is_sound(&self) -> bool {
         let unit = (0.0..=1.0).contains(&self.mean_cosine);
-        let sizes = [self.weight, self.score].map(|x| x >= 0.0 && x.is_finite());
-        unit && sizes == [true; 2] && self.target().is_finite() && (self.count > 0 || !self.is_valid())
+        let sizes = [self.weight, self.score, self.brightness].map(|x| x >= 0.0 && x.is_finite());
+        unit && sizes == [true; 3] && self.target().is_finite() && (self.count > 0 || !self.is_valid())
     }
 
     /// The same with another score; one that is not finite and positive is zero.

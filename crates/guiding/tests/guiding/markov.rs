@@ -334,11 +334,13 @@ fn offsets_have_the_moments_of_the_kernel() {
 /// Acceptance is that of Metropolis, large steps begin anew, and what finds no light is forgotten.
 #[test]
 fn chains_keep_what_is_accepted() {
-    let options = options();
+    let mut options = options();
+    options.survival = 0.0;
     let found = |estimate| {
         Some(Finding {
             place: Vec3::Z,
             estimate,
+            brightness: 0.0,
         })
     };
     let mut chain = MarkovChain::START;
@@ -376,6 +378,42 @@ fn chains_keep_what_is_accepted() {
     let mut patient = options;
     patient.survival = 0.5;
     assert_eq!(MarkovChain::START.finish(&state, &patient).score(), 1.0);
+}
+
+/// Balanced chains accept large steps by brightness, learn from every step of the lobe, and keep
+/// their score while lobes find light.
+#[test]
+fn balanced_chains_weigh_large_steps_by_brightness() {
+    let mut options = options();
+    (options.balanced, options.survival) = (true, 0.5);
+    let found = |brightness| {
+        let (place, estimate) = (Vec3::Z, 7.0);
+        Some(Finding {
+            place,
+            estimate,
+            brightness,
+        })
+    };
+    let (mut chain, mut state) = (MarkovChain::START, MarkovState::EMPTY);
+    let mut advance = |state: &mut MarkovState, proposal, found, u| {
+        chain.advance(state, Vec3::ZERO, proposal, found, u, &options);
+    };
+    advance(&mut state, Proposal::Scattering, found(4.0), 0.999);
+    assert_eq!((state.score(), state.brightness(), state.count()), (1.0, 4.0, 1));
+    advance(&mut state, Proposal::Lobe, found(4.0), 0.999);
+    assert_eq!((state.score(), state.count()), (1.0, 2));
+    // A quarter as bright: a quarter of all numbers.
+    for (u, count) in [(0.26, 2), (0.24, 1)] {
+        let mut same = state;
+        advance(&mut same, Proposal::Scattering, found(1.0), u);
+        assert_eq!(same.count(), count, "{u}");
+    }
+    // What found nothing by its lobe counts half after a frame, what did not look stays.
+    for (proposal, score) in [(Proposal::Lobe, 0.5), (Proposal::Scattering, 1.0)] {
+        let (mut chain, mut same) = (MarkovChain::START, state);
+        chain.advance(&mut same, Vec3::ZERO, proposal, None, 0.5, &options);
+        assert_eq!(chain.finish(&same, &options).score(), score);
+    }
 }
 
 /// Refraction at a plane: the images in the plane of incidence and across it, by rays that are a
@@ -433,5 +471,5 @@ fn wrong_options_are_refused() {
     assert!(refused(&|o| o.window = f32::NAN) && refused(&|o| o.survival = 2.0));
     assert_eq!(options().window_of(1080), 91.0);
     assert_eq!(options().window_of(1), 3.0);
-    assert_eq!(size_of::<MarkovState>(), 28);
+    assert_eq!(size_of::<MarkovState>(), 32);
 }

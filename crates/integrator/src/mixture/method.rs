@@ -171,17 +171,16 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
         let steps = self.options.steps_of_frame() as usize;
         let mut tile = Tile::new(shared);
         let mut scratch = TileScratch::default();
-        let (mut before, mut moving) = (Vec::new(), Vec::new());
+        let mut moving = Vec::new();
         for left in (0..width).step_by(across) {
             let right = (left + across).min(width);
             let rows = image.len() / width;
             tile.begin((0..rows).flat_map(|row| (left..right).map(move |x| first + row * width + x)));
-            before.clear();
-            before.extend(tile.pixels.iter().map(|&pixel| {
+            moving.clear();
+            moving.extend(tile.pixels.iter().map(|&pixel| {
                 let source = shared.source(pixel).and_then(|source| shared.before.get(source));
                 source.copied().unwrap_or(MarkovState::EMPTY)
             }));
-            moving.clone_from(&before);
             let exchange = self.options.exchange;
             match self.options.sets {
                 MixtureSets::Temporal => temporal_smis(&mut tile, &mut moving, steps, exchange, &mut scratch),
@@ -194,7 +193,7 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
             }
             for (place, &pixel) in tile.pixels.iter().enumerate() {
                 image[pixel - first] += tile.values[place];
-                states[pixel - first] = tile.chains[place].finish(&before[place], &self.options.chains);
+                states[pixel - first] = tile.chains[place].finish(&moving[place], &self.options.chains);
             }
         }
     }

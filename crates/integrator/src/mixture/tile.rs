@@ -324,10 +324,11 @@ impl<S: EmitterSampler> ChainTile for Tile<'_, S> {
             return;
         };
         let density = self.density(place, technique, sample);
-        let estimate = (f64::from(luminance(sample.met + sample.rest)) / density) as f32;
+        let light = f64::from(luminance(sample.met + sample.rest));
         let found = (density > 0.0).then_some(Finding {
             place: sample.place,
-            estimate,
+            estimate: (light / density) as f32,
+            brightness: (light / f64::from(sample.scattering.max(f32::MIN_POSITIVE))) as f32,
         });
         let u = self.streams[place].next_f32();
         let chains = &self.shared.options.chains;
