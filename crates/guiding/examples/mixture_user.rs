@@ -45,14 +45,11 @@ fn main() {
             let f = if is_met { RADIANCE * way.z } else { 0.0 };
             let set: f32 = lobes.iter().map(|lobe| density(i, lobe, way)).sum();
             sums[i] += f64::from(f / (set / 16.0));
-            let place = point(i) + way * to_lamp.dot(way);
-            let estimate = f / density(i, &lobes[i], way);
             let (mut chain, u) = (MarkovChain::START, rng.next_f32());
-            let brightness = f / CosineHemisphere::density(way.z).value();
             let found = Some(Finding {
-                place,
-                estimate,
-                brightness,
+                place: point(i) + way * to_lamp.dot(way),
+                estimate: f / density(i, &lobes[i], way),
+                brightness: f / CosineHemisphere::density(way.z).value(),
             });
             chain.advance(&mut states[i], point(i), proposal, found, u, &options);
             states[i] = chain.finish(&states[i], &options);
