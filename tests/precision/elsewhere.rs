@@ -194,7 +194,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-scene",
         "makes meshes of built-in scenes",
-        "icosphere lighthouse_at quad signed_volume tetrahedron",
+        "icosphere lighthouse_at pool_at quad signed_volume tetrahedron",
     ),
     (
         "lightshed-film",
