@@ -50,12 +50,12 @@ fn hash_grid(c: &mut Criterion) {
                 black_box(at)
             });
         });
-        // The key that is looked up next depends on the slot that was found, but for its number,
-        // which walks in an order that no prefetcher guesses.
+        // The key that is looked up next is a hash of the slot that was found: "keys alone" is what
+        // that and the keys' own memory cost.
         let walk = |mut at: usize, mut op: Box<dyn FnMut(CellKey) -> u32 + '_>| {
             for _ in 0..STEPS {
                 let slot = op(keys[at]);
-                at = (at * 5 + 12_345 + (slot as usize & 1)) % keys.len();
+                at = CounterRng::at(2, at as u32, slot, 0) as usize % keys.len();
             }
             at
         };
