@@ -22,6 +22,16 @@ fn keys(count: u32) -> Vec<CellKey> {
         .collect()
 }
 
+/// One cycle through all of `0..count` (Sattolo 1986).
+fn cycle(count: usize) -> Vec<u32> {
+    let mut next: Vec<u32> = (0..count as u32).collect();
+    for i in (1..count).rev() {
+        let j = CounterRng::new(1, i as u32, 0).next_u64() % i as u64;
+        next.swap(i, j as usize);
+    }
+    next
+}
+
 fn hash_grid(c: &mut Criterion) {
     for (bits, load) in [(16, 50), (22, 50), (22, 90)] {
         let slots = 1usize << bits;
@@ -35,12 +45,7 @@ fn hash_grid(c: &mut Criterion) {
         let mut group = c.benchmark_group(format!("hash_grid/2^{bits} slots at {load} %"));
         const STEPS: u64 = 100_000;
         group.throughput(Throughput::Elements(STEPS));
-        // One cycle through all words of an array as large as the table (Sattolo 1986).
-        let mut next: Vec<u64> = (0..slots as u64).collect();
-        for i in (1..slots).rev() {
-            let j = CounterRng::new(1, i as u32, 0).next_u64() % i as u64;
-            next.swap(i, j as usize);
-        }
+        let next: Vec<u64> = cycle(slots).into_iter().map(u64::from).collect();
         group.bench_function("dependent read", |b| {
             let mut at = 0;
             b.iter(|| {
@@ -50,12 +55,14 @@ fn hash_grid(c: &mut Criterion) {
                 black_box(at)
             });
         });
-        // The key that is looked up next is a hash of the slot that was found: "keys alone" is what
-        // that and the keys' own memory cost.
+        // All keys in turn, in one random cycle. The next one is not known before the slot is: the
+        // slot's highest bit, which is 0, is added. "keys alone" is what the cycle's and the keys'
+        // own memory cost.
+        let next_key = cycle(keys.len());
         let walk = |mut at: usize, mut op: Box<dyn FnMut(CellKey) -> u32 + '_>| {
             for _ in 0..STEPS {
                 let slot = op(keys[at]);
-                at = CounterRng::at(2, at as u32, slot, 0) as usize % keys.len();
+                at = (next_key[at] + (slot >> 31)) as usize;
             }
             at
         };
