@@ -4,7 +4,7 @@
 //! cargo run --release --example compare
 //! ```
 //!
-//! takes about two minutes on two cores and writes `target/compare/report.html`. With `--scene`,
+//! takes a few minutes on two cores and writes `target/compare/report.html`. With `--scene`,
 //! `--methods`, `--seconds` and `--reference` it compares what you like; the first method is the
 //! baseline. Ctrl-C keeps what is complete, and the same command goes on from there with
 //! `--resume`. `--shard 2/8` measures an eighth of the repeats, on any machine, and `--join` puts
