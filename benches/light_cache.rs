@@ -5,11 +5,11 @@
 //! LIGHTSHED_SCENES=… cargo bench --bench light_cache -- --scenes warehouse,oacmpctf3
 //! ```
 //!
-//! Samples are independent once the cache is trained, so a mean of n samples has an MSE of `σ²/n`,
-//! with `σ²` the variance of a sample: no reference is needed. In `T` CPU-seconds, of which
-//! training takes `t` and a sample of every pixel `c`, it is `σ² c / (T − t)`. The gain is the
-//! ratio of two of these. Emitters in view and the pixels beside them are left out, and left in in
-//! the last column. Methods take turns.
+//! Samples are independent once the cache is trained, so a mean of n samples has an MSE of
+//! `σ²/n`, with `σ²` the variance of a sample: no reference is needed. In `T` CPU-seconds, of
+//! which training takes `t` and a sample of every pixel `c`, it is `σ² c / (T − t)`. The gain
+//! is the ratio of two of these. Emitters in view and the pixels beside them are left out, and left
+//! in in the last column. Methods take turns.
 
 use clap::Parser;
 use lightshed::film::{Budget, Film, PixelEstimator, RenderOptions, RgbImage, process_cpu_seconds, render};

@@ -14,12 +14,12 @@
 //! The exit status is 0 if all channels agree or nothing was asked, 1 if shards were refused, 3 if
 //! a channel differs, 4 if none differs but shards are too few to tell.
 
-#[path = "../shared/error_chain.rs"]
+#[path = "../common/error_chain.rs"]
 mod error_chain;
-#[path = "../shared/shard_files.rs"]
+#[path = "../common/shard_files.rs"]
 mod shard_files;
 mod shards;
-#[path = "../shared/streams.rs"]
+#[path = "../common/streams.rs"]
 mod streams;
 
 use clap::Parser;

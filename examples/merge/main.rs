@@ -13,13 +13,13 @@
 //! The exit status is 0 if all went well, 1 if shards were refused or are missing, 2 if the command
 //! line is wrong.
 
-#[path = "../shared/error_chain.rs"]
+#[path = "../common/error_chain.rs"]
 mod error_chain;
 mod images;
 mod report;
-#[path = "../shared/shard_files.rs"]
+#[path = "../common/shard_files.rs"]
 mod shard_files;
-#[path = "../shared/streams.rs"]
+#[path = "../common/streams.rs"]
 mod streams;
 
 use clap::Parser;

@@ -16,7 +16,7 @@
 
 mod arguments;
 mod emptiness;
-#[path = "../shared/error_chain.rs"]
+#[path = "../common/error_chain.rs"]
 mod error_chain;
 mod explain;
 mod failure;
@@ -26,7 +26,7 @@ mod progress;
 mod report;
 mod session;
 mod shards;
-#[path = "../shared/streams.rs"]
+#[path = "../common/streams.rs"]
 mod streams;
 mod submit;
 

@@ -19,8 +19,8 @@ pub fn rows() -> Vec<Row> {
     [boxes(), cones(), choices(), cuts()].concat()
 }
 
-/// A box of up to 10⁶ times its least extent, flat along an axis now and then, and a point near it,
-/// in it, or at a corner.
+/// A box of up to 10⁶ times its least extent, flat along an axis now and then, and a point near
+/// it, in it, or at a corner.
 fn box_and_point(rng: &mut CounterRng) -> (Bounds, Vec3) {
     let scale = log_uniform(rng, 1e-15, 1e15);
     let corner = |rng: &mut CounterRng| direction(rng) * scale * log_uniform(rng, 1e-6, 1.0);

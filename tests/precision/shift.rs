@@ -152,8 +152,8 @@ fn above(rng: &mut CounterRng) -> Vec3 {
     Vec3::new(d.x, d.y, z).normalize()
 }
 
-/// Carries `wi` and two directions beside it, in `f64`: `|∂ω'/∂ω|` by central differences of a map
-/// of directions.
+/// Carries `wi` and two directions beside it, in `f64`: `|∂ω'/∂ω|` by central differences of
+/// a map of directions.
 fn determinant(wi: DVec3, map: impl Fn(DVec3) -> Option<DVec3>) -> Option<f64> {
     const STEP: f64 = 1e-5;
     let u = wi.any_orthonormal_vector();

@@ -2,8 +2,8 @@
 //! and again: million primitives a second of CPU time, and the cost of the trees by the surface
 //! area heuristic (a node costs 1, a triangle 1; single triangles in leaves).
 //!
-//! `cargo bench -p lightshed-bvh --bench builders -- [scene …]`: `hairball:N`, `city:N` (thousands
-//! of triangles), or a PLY file. `ONLY=part` of a name builds in that way alone.
+//! `cargo bench -p lightshed-bvh --bench builders -- [scene …]`: `hairball:N`, `city:N`
+//! (thousands of triangles), or a PLY file. `ONLY=part` of a name builds in that way alone.
 
 mod scenes;
 

@@ -116,8 +116,8 @@ impl Joined {
         (items + self.parts.len() - 1) as u32
     }
 
-    /// Writes the tree in depth-first order: `2n − 1` cells and `n` indices. The last group is the
-    /// root.
+    /// Writes the tree in depth-first order: `2n − 1` cells and `n` indices. The last group is
+    /// the root.
     pub fn write(&self, items: &[BoxItem], cells: &mut [BoxItem], order: &mut [u32], first: u32) {
         let count = items.len();
         let mut waiting = vec![(2 * count - 2) as u32];

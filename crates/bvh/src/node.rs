@@ -6,8 +6,8 @@ use lightshed_spatial::Bounds;
 
 /// A node: a box, and a range of the tree's primitives in the order of its leaves.
 ///
-/// Nodes lie in depth-first order, and a tree over `n` primitives has `2n − 1` of them, so children
-/// need no references: the first child of node `i` is node `i + 1`, and the second is node
+/// Nodes lie in depth-first order, and a tree over `n` primitives has `2n − 1` of them, so
+/// children need no references: the first child of node `i` is node `i + 1`, and the second is node
 /// `i + 2 c`, where `c` is the first child's count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]

@@ -36,9 +36,9 @@ impl Prefixed {
 /// What a path has spent on its way, and whether it ends (Algorithm 5).
 ///
 /// At each vertex that has a record, [`share`](Self::share) gives the share `α` of the path that
-/// goes on: the pixel gets `(1 − α) T rc` from the cache, and everything that follows times `α`.
-/// From the first `α` below 1 on the path ends at the next vertex that has a record, where `α = 0`.
-/// At vertices without a record paths go on as they are.
+/// goes on: the pixel gets `(1 − α) T rc` from the cache, and everything that follows times
+/// `α`. From the first `α` below 1 on the path ends at the next vertex that has a record, where
+/// `α = 0`. At vertices without a record paths go on as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathBudget {
     /// `Σ P_j` of the vertices so far.
@@ -51,8 +51,8 @@ pub struct PathBudget {
 }
 
 impl PathBudget {
-    /// The share `α` in `[0, 1]` of the path that goes on from the vertex at the end of edge number
-    /// `depth`.
+    /// The share `α` in `[0, 1]` of the path that goes on from the vertex at the end of edge
+    /// number `depth`.
     #[inline]
     pub fn share(&mut self, rule: &Termination, depth: u32, at: &Prefixed) -> f32 {
         if self.is_ending {

@@ -7,10 +7,10 @@ use lightshed_sampling::{LUMINANCE, Rgb};
 /// What a record tells of its cell: outgoing radiance, and how a sample of it would err.
 ///
 /// Variance and bias are kept for each channel, as deviations. A path's throughput is a colour, and
-/// the variance of the luminance of `t ⊙ Y` does not follow from that of `Y`'s luminance. From the
-/// channels' deviations `σ_c` follows a bound: `V[Σ l_c t_c Y_c] ≤ (Σ l_c t_c σ_c)²`, with equality
-/// where the channels are perfectly correlated, as they nearly are where one colour of light
-/// dominates.
+/// the variance of the luminance of `t ⊙ Y` does not follow from that of `Y`'s luminance. From
+/// the channels' deviations `σ_c` follows a bound: `V[Σ l_c t_c Y_c] ≤ (Σ l_c t_c σ_c)²`,
+/// with equality where the channels are perfectly correlated, as they nearly are where one colour
+/// of light dominates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct CachedRadiance {
@@ -22,8 +22,8 @@ pub struct CachedRadiance {
     /// Root of the squared bias of the record `E[(E[Y|y] − E[Y])²]` (eq. 7.17), 0 where its
     /// estimate is negative.
     pub bias: Rgb,
-    /// Root of the mean squared bias that a path has that goes on by one edge: `E[(w ⊙ b)²]`, with
-    /// `b` the bias of the record there and `w` what it counts for.
+    /// Root of the mean squared bias that a path has that goes on by one edge: `E[(w ⊙ b)²]`,
+    /// with `b` the bias of the record there and `w` what it counts for.
     pub deferred_bias: Rgb,
     /// Passes that it rests on; 0 if the record does not answer yet.
     pub passes: f32,

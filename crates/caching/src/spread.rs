@@ -3,11 +3,11 @@
 /// The area over which paths like this one spread at its last vertex, beside the footprint of its
 /// first.
 ///
-/// `a(x_1 … x_n) = (Σ_{i=2}^n √(‖x_{i−1} − x_i‖² / (p(x_i) |cos θ_i|)))²`, with densities in the
-/// solid-angle measure and `θ_i` at the vertex that is reached, and
-/// `a_0 = ‖x_0 − x_1‖² / (4π cos θ_1)` (eq. 4.122 and 4.123; Müller et al. 2021, *Real-time neural
-/// radiance caching for path tracing*, eq. 3). The thesis prints 4.122 without the root, where the
-/// sum is no length and its square no area.
+/// `a(x_1 … x_n) = (Σ_{i=2}^n √(‖x_{i−1} − x_i‖² / (p(x_i) |cos θ_i|)))²`, with
+/// densities in the solid-angle measure and `θ_i` at the vertex that is reached, and
+/// `a_0 = ‖x_0 − x_1‖² / (4π cos θ_1)` (eq. 4.122 and 4.123; Müller et al. 2021,
+/// *Real-time neural radiance caching for path tracing*, eq. 3). The thesis prints 4.122 without
+/// the root, where the sum is no length and its square no area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AreaSpread {
     /// `Σ √…`, a length.

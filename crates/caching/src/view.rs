@@ -20,9 +20,9 @@ impl<'a> CacheView<'a> {
         (record.passes > 0.0).then_some(record)
     }
 
-    /// The record of a site that is moved at random by up to half a cell, as `u` in `[0, 1)²` says:
-    /// in the mean over `u` it interpolates between cells (§7.4). Where the moved site has no
-    /// record, that of the site itself.
+    /// The record of a site that is moved at random by up to half a cell, as `u` in `[0, 1)²`
+    /// says: in the mean over `u` it interpolates between cells (§7.4). Where the moved site has
+    /// no record, that of the site itself.
     #[inline]
     pub fn query_jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> Option<&'a CachedRadiance> {
         self.query(&self.grid.cells.jittered(site, u))

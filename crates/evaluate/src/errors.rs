@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// With `x` the image, `μ` the reference and means over pixels:
 ///
-/// > `MSE = ⟨(x − μ)²⟩`, `relMSE = ⟨(x − μ)² / (μ² + ε²)⟩`, `MAPE = ⟨|x − μ| / (μ + ε)⟩`,
-/// > `ε = ⟨μ⟩ / 100`
+/// > `MSE = ⟨(x − μ)²⟩`, `relMSE = ⟨(x − μ)² / (μ² + ε²)⟩`,
+/// > `MAPE = ⟨|x − μ| / (μ + ε)⟩`, `ε = ⟨μ⟩ / 100`
 ///
 /// (the last as in Lin 2022 §6.8.3, footnote 12). Where the reference is known with its own
 /// uncertainty, that is subtracted from the two squared errors, which may then be negative by

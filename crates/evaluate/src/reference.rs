@@ -113,8 +113,8 @@ impl Reference {
 
     /// Errors of an image.
     ///
-    /// Of a reference of two halves `a` and `b`, `(x − a)(x − b)` has the expectation `(x − μ)²`,
-    /// whatever their noise.
+    /// Of a reference of two halves `a` and `b`, `(x − a)(x − b)` has the expectation
+    /// `(x − μ)²`, whatever their noise.
     ///
     /// # Errors
     /// [`EvaluateError::Size`].
@@ -133,8 +133,8 @@ impl Reference {
         Ok(Errors { mse, rel_mse, mape })
     }
 
-    /// Mean ꟻLIP error of an image as pages show it: with the exposure that brings the reference's
-    /// 90th percentile to 0.6. Between 0 and 1. It includes the reference's own noise.
+    /// Mean ꟻLIP error of an image as pages show it: with the exposure that brings the
+    /// reference's 90th percentile to 0.6. Between 0 and 1. It includes the reference's own noise.
     ///
     /// # Errors
     /// [`EvaluateError::Size`].

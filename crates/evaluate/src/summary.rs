@@ -48,8 +48,8 @@ impl Record {
     }
 
     /// What an accumulated image is best made by: of the methods that are faster than the baseline
-    /// by every metric, with the whole interval, the one whose least speed-up is largest. Returns its
-    /// name and that speed-up; `None` where the baseline is not beaten.
+    /// by every metric, with the whole interval, the one whose least speed-up is largest. Returns
+    /// its name and that speed-up; `None` where the baseline is not beaten.
     pub fn best_for_stills(&self) -> Option<(String, Interval)> {
         let least = |standing: &Standing| {
             let speedups = standing.by_metric.iter().map(|by_metric| by_metric.speedup);

@@ -19,12 +19,12 @@ pub struct TemporalStudy {
 /// Autocorrelation of a chain's frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Autocorrelation {
-    /// `ρ_k = Σ_p C_p(k) / Σ_p C_p(0)` for lags `k` from 0 on, with `C_p(k)` the autocovariance of
-    /// pixel `p`'s luminance over the frames.
+    /// `ρ_k = Σ_p C_p(k) / Σ_p C_p(0)` for lags `k` from 0 on, with `C_p(k)` the autocovariance
+    /// of pixel `p`'s luminance over the frames.
     pub by_lag: Vec<f64>,
-    /// `τ = 1 + 2 Σ_{k≥1} ρ_k`, summed up to the first lag that is not positive: of `n` frames the
-    /// mean has the variance of that of `n/τ` independent ones. Estimates from fewer than some 20
-    /// `τ` frames are too low.
+    /// `τ = 1 + 2 Σ_{k≥1} ρ_k`, summed up to the first lag that is not positive: of `n` frames
+    /// the mean has the variance of that of `n/τ` independent ones. Estimates from fewer than some
+    /// 20 `τ` frames are too low.
     pub time: f64,
 }
 
@@ -203,8 +203,8 @@ mod tests {
         }
     }
 
-    /// 1,200 pixels of 400 frames: standard error of `ρ₁` about 0.0014; the mean of a series taken
-    /// off makes it some `τ/400` too low.
+    /// 1,200 pixels of 400 frames: standard error of `ρ₁` about 0.0014; the mean of a series
+    /// taken off makes it some `τ/400` too low.
     #[test]
     fn autocorrelation_is_that_of_an_autoregression() {
         for share in [0.0f32, 0.5, 0.8] {
@@ -286,9 +286,9 @@ mod tests {
         }
     }
 
-    /// In closed form: a variance of `3/12 / (1 − s²)`, `s^k` of it over frames, `1 − d/3` of it
-    /// along rows and nothing along columns. 2,400 pixels of 300 frames: standard errors below 0.01
-    /// of the variance.
+    /// In closed form: a variance of `3/12 / (1 − s²)`, `s^k` of it over frames, `1 − d/3` of
+    /// it along rows and nothing along columns. 2,400 pixels of 300 frames: standard errors below
+    /// 0.01 of the variance.
     #[test]
     fn autocovariance_is_that_of_blotches() {
         for share in [0.0f64, 0.6] {

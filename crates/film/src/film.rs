@@ -13,8 +13,8 @@ use std::fmt;
 pub const TILE_SIZE: u32 = 8;
 
 /// Statistics of every pixel of an image under box reconstruction: a sample belongs to the pixel it
-/// was drawn in, and the pixel's value `I = ∫_pixel L dA / A_pixel` is estimated by the mean of its
-/// samples.
+/// was drawn in, and the pixel's value `I = ∫_pixel L dA / A_pixel` is estimated by the mean of
+/// its samples.
 ///
 /// Pixels are stored tile by tile, so that [`Film::tiles_mut`] hands out disjoint slices and
 /// threads accumulate without locks. Whatever the number of threads, a pixel's statistics depend on

@@ -5,11 +5,11 @@ use lightshed_sampling::Rgb;
 /// Count, mean and sum of squared deviations of a pixel's samples, for each of the three colour
 /// channels.
 ///
-/// For samples `x_1 … x_n` it keeps `n`, `x̄ = (1/n) Σ x_i` and `M₂ = Σ (x_i − x̄)²` by Welford's
-/// update (Welford 1962, *Note on a Method for Calculating Corrected Sums of Squares and
-/// Products*), which does not cancel the way `E[x²] − E[x]²` does. Two of them merge by Chan, Golub
-/// and LeVeque (1979, *Updating Formulae and a Pairwise Algorithm for Computing Sample Variances*,
-/// eqs. 2.1). All in `f64`.
+/// For samples `x_1 … x_n` it keeps `n`, `x̄ = (1/n) Σ x_i` and `M₂ = Σ (x_i − x̄)²` by
+/// Welford's update (Welford 1962, *Note on a Method for Calculating Corrected Sums of Squares and
+/// Products*), which does not cancel the way `E[x²] − E[x]²` does. Two of them merge by Chan,
+/// Golub and LeVeque (1979, *Updating Formulae and a Pairwise Algorithm for Computing Sample
+/// Variances*, eqs. 2.1). All in `f64`.
 ///
 /// A sample with a NaN or infinite channel is counted in [`non_finite`](Self::non_finite) and
 /// otherwise left out: one of them would otherwise wipe out its pixel for good. Their number is an
@@ -107,8 +107,8 @@ impl PixelStatistics {
         Some(self.m2.map(|m2| m2 / degrees))
     }
 
-    /// Unbiased variance of the mean, `M₂ / (n (n − 1))`, for independent samples; `None` below two
-    /// samples.
+    /// Unbiased variance of the mean, `M₂ / (n (n − 1))`, for independent samples; `None` below
+    /// two samples.
     #[inline]
     pub fn variance_of_mean(&self) -> Option<[f64; 3]> {
         let count = self.count as f64;

@@ -211,8 +211,8 @@ mod tests {
         scene
     }
 
-    /// The share of the pixels whose sample is the host's within 10⁻⁴, over some samples, and the
-    /// mean difference of the others.
+    /// The share of the pixels whose sample is the host's within 10⁻⁴, over some samples, and
+    /// the mean difference of the others.
     fn like_the_host(gpu: &Gpu, scene: &Scene, samples: u32, program: &str) -> (f64, MeanTest) {
         let on_device = GpuScene::new(gpu, scene).expect("it is flat");
         let mut device =

@@ -458,9 +458,9 @@ mod tests {
     }
 
     /// Vertex for vertex, lights within rounding: intensities, normals and their moments within
-    /// 2·10⁻⁵, centres in cells and variances of places in squared cells as well; a vertex that has
-    /// but a share `s` of one light may be off by `2·10⁻⁷ / s` more. A light that is lost, a level
-    /// whose shares are off, and a vertex that is not seen are noticed.
+    /// 2·10⁻⁵, centres in cells and variances of places in squared cells as well; a vertex
+    /// that has but a share `s` of one light may be off by `2·10⁻⁷ / s` more. A light that is
+    /// lost, a level whose shares are off, and a vertex that is not seen are noticed.
     #[test]
     fn levels_are_the_hosts() {
         let Some(gpu) = gpu() else { return };

@@ -15,9 +15,9 @@ pub struct GuidingSample {
     /// Distance to what the direction met; infinite for the environment.
     pub distance: f32,
     /// What the direction brought, over the density with which it was really sampled: an estimate
-    /// of `∫ f(ω) dω`, where directions are to be sampled in proportion to `f` as far as possible.
-    /// `f` may be the radiance that arrives, or that times BSDF and cosine. Not clamped, and with
-    /// all factors of roulette, or the guide learns another `f`.
+    /// of `∫ f(ω) dω`, where directions are to be sampled in proportion to `f` as far as
+    /// possible. `f` may be the radiance that arrives, or that times BSDF and cosine. Not clamped,
+    /// and with all factors of roulette, or the guide learns another `f`.
     pub weight: f32,
     /// The density with which the direction was really sampled: of the mixture, if it was one.
     pub pdf: Density<SolidAngle>,

@@ -1,11 +1,12 @@
 //! The share of a guide in the mixture with what scatters.
 //!
-//! Directions have the density `(1 − α) p_s + α p_g`. The share `α` that is nearest to the target
-//! `f` in the sense of Kullback and Leibler maximises `Σ w_i ln((1 − α) p_s(ω_i) + α p_g(ω_i))`
-//! over samples of weights `w_i = f/p`: a concave function of one number. Each step of expectation
-//! maximisation, `α ← Σ w_i r_i / Σ w_i` with the responsibility
-//! `r_i = α p_g / ((1 − α) p_s + α p_g)`, raises it. Unlike Adam, which Müller 2019 uses for the
-//! same target, it has no rate to be tuned and does not depend on the order of the samples.
+//! Directions have the density `(1 − α) p_s + α p_g`. The share `α` that is nearest to the
+//! target `f` in the sense of Kullback and Leibler maximises
+//! `Σ w_i ln((1 − α) p_s(ω_i) + α p_g(ω_i))` over samples of weights `w_i = f/p`: a concave
+//! function of one number. Each step of expectation maximisation, `α ← Σ w_i r_i / Σ w_i` with
+//! the responsibility `r_i = α p_g / ((1 − α) p_s + α p_g)`, raises it. Unlike Adam, which
+//! Müller 2019 uses for the same target, it has no rate to be tuned and does not depend on the
+//! order of the samples.
 
 use crate::sample::TrainingSample;
 use glam::Vec3;

@@ -1,7 +1,10 @@
 //! Paths that end in a cache by several rules, beside paths that do not: variance and bias of a
 //! sample, length of paths, and what is left of both at equal processor time.
 //!
-//! `cargo run --release -p lightshed-integrator --example cache_table -- SCENE [SIDE] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE]…`
+//! ```text
+//! cargo run --release -p lightshed-integrator --example cache_table -- \
+//!     SCENE [SIDE] [REFERENCE] [SAMPLES] [SURVIVAL] [RULE]…
+//! ```
 //!
 //! Errors are of luminance, over the squared luminance of the pixel in the reference, plus a
 //! hundredth of the squared mean of the image; the mean over all pixels but the brightest and

@@ -6,7 +6,8 @@
 //! - `sets`: variance and time of a frame for sets of every size.
 //! - `tune`: variance frame by frame for chains that are greedy and balanced, and for the BSDF
 //!   alone.
-//! - `decay`: variance frame by frame for several `α`, with water that moves up to half the frames.
+//! - `decay`: variance frame by frame for several `α`, with water that moves up to half the
+//!   frames.
 //! - `adapt`: the same while a lamp appears, jumps and is turned off.
 //! - `bias`: squared error of the mean of so many frames, with and without trading places.
 

@@ -199,8 +199,8 @@ impl VisibleEmission {
     }
 }
 
-/// Whether rays through a grid in the pixel with this least corner meet different emission. The grid
-/// has the pixel's border, where the thinnest strips of a lamp lie.
+/// Whether rays through a grid in the pixel with this least corner meet different emission. The
+/// grid has the pixel's border, where the thinnest strips of a lamp lie.
 fn is_mixed(scene: &Scene, camera: &Camera, corner: Vec2) -> bool {
     let rays: [Ray; (GRID * GRID) as usize] = std::array::from_fn(|index| {
         let (x, y) = (index as u32 % GRID, index as u32 / GRID);
@@ -261,9 +261,9 @@ mod tests {
         NotAveraged,
     }
 
-    /// The mean of the chosen pixels is that of single rays over a regular grid of 32 × 32 places in
-    /// each, to the grid's error; pixels in which between a tenth and nine tenths of these meet an
-    /// emitter are chosen.
+    /// The mean of the chosen pixels is that of single rays over a regular grid of 32 × 32 places
+    /// in each, to the grid's error; pixels in which between a tenth and nine tenths of these meet
+    /// an emitter are chosen.
     #[test]
     fn sees_what_a_grid_of_rays_sees() {
         let results = check_faults(&[Fault::Holes, Fault::NotAveraged], |fault| {

@@ -135,8 +135,8 @@ pub trait Lanes:
     /// The lanes of the set bits of `mask`, moved to the front in the order of the bits; bit `i`
     /// stands for lane `i ^ flip`, `flip < 8`. What follows them is unspecified.
     fn compress(self, mask: u32, flip: u32) -> Self;
-    /// The least of the lanes of the set bits of `mask` (none of which may be NaN), in all lanes; ∞
-    /// if there is none.
+    /// The least of the lanes of the set bits of `mask` (none of which may be NaN), in all lanes;
+    /// ∞ if there is none.
     fn least_of(self, mask: u32) -> Self;
     /// Lane 0.
     fn first(self) -> f32;

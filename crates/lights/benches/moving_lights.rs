@@ -8,9 +8,9 @@
 //!
 //! A frame builds the structure and then estimates the irradiance of 480 × 270 points by so many
 //! samples each, without shadows; a sample costs another 400 ns for its shadow ray and shading.
-//! Errors are those of blocks of 8 × 8 neighbouring points strewn over the floor and the walls of a
-//! room, against sums over all lights: `Σ (E − Ê)² / Σ E²`. Printed is their product with the
-//! frame's time, as a multiple of that of the light BVH: below one is better than it. Processor
+//! Errors are those of blocks of 8 × 8 neighbouring points strewn over the floor and the walls of
+//! a room, against sums over all lights: `Σ (E − Ê)² / Σ E²`. Printed is their product with
+//! the frame's time, as a multiple of that of the light BVH: below one is better than it. Processor
 //! time of one thread, the least of several turns.
 
 use lightshed_lights::glam::Vec3;

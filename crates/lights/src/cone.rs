@@ -91,8 +91,8 @@ impl OrientationCone {
         }
     }
 
-    /// `1 − cos θ_o` plus what the emission adds around it: the measure M_Ω of directions (Conty
-    /// Estevez and Kulla 2018, §4.4), from 0… for one direction to 4π for all.
+    /// `1 − cos θ_o` plus what the emission adds around it: the measure M_Ω of directions
+    /// (Conty Estevez and Kulla 2018, §4.4), from 0… for one direction to 4π for all.
     pub fn measure(&self) -> f32 {
         let (o, e) = (self.normals_angle, self.emission_angle);
         let w = (o + e).min(PI);

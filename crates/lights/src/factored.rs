@@ -1,8 +1,8 @@
 //! Light trees whose weights are multiplied by factors that somebody has learnt.
 //!
-//! At a node whose children `c` have probabilities `p_c`, they get `f_c p_c / Σ_j f_j p_j`. Factors
-//! are kept for the upper part of the tree, as rows of eight beginning with that of the root;
-//! below, all are 1. As long as factors are positive, no light that a tree can choose becomes
+//! At a node whose children `c` have probabilities `p_c`, they get `f_c p_c / Σ_j f_j p_j`.
+//! Factors are kept for the upper part of the tree, as rows of eight beginning with that of the
+//! root; below, all are 1. As long as factors are positive, no light that a tree can choose becomes
 //! unreachable.
 
 use crate::bvh::LightBvh;

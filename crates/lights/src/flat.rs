@@ -49,8 +49,8 @@ impl<R: Receiver> LightSampler<R> for UniformLights {
     }
 }
 
-/// In proportion to intensity, by an alias table: `p(i) = I_i / Σ I`, the mean of a diffuse light's
-/// intensity over directions counting a quarter of the greatest.
+/// In proportion to intensity, by an alias table: `p(i) = I_i / Σ I`, the mean of a diffuse
+/// light's intensity over directions counting a quarter of the greatest.
 #[derive(Clone, Debug)]
 pub struct PowerLights {
     /// `None` if no light shines.

@@ -1,8 +1,8 @@
 //! How much a node is likely to send to a receiver.
 //!
 //! For a node of intensity `I` whose lights lie in a box of centre `c`, half-extents `h` and
-//! half-diagonal `r`, with normals in the ball `|n − v| ≤ ρ`, and a point `x` with normal `n_x`,
-//! let `d = c − x` and `D = max(|d|², r²)`. The weight is
+//! half-diagonal `r`, with normals in the ball `|n − v| ≤ ρ`, and a point `x` with normal
+//! `n_x`, let `d = c − x` and `D = max(|d|², r²)`. The weight is
 //!
 //! `w = I · E(−v·d, |v|·h + ρ(√D + |h|₁)) · E(n_x·d, |n_x|·h) / D²`,
 //!
@@ -55,8 +55,8 @@ const MAX_WEIGHT: f32 = f32::from_bits(247 << 23);
 /// and an underestimated one has a bounded contribution.
 const MIN_SHARE: f32 = 1.0 / (1 << 19) as f32;
 
-/// `4 s E(m, s)` by the ends `m + s` and `m − s` of the interval: the difference of the squares of
-/// their positive parts.
+/// `4 s E(m, s)` by the ends `m + s` and `m − s` of the interval: the difference of the squares
+/// of their positive parts.
 #[inline(always)]
 fn clamped_mean_4s<L: Lanes>(high: L, low: L) -> L {
     let (high, low) = (high.max(L::splat(0.0)), low.max(L::splat(0.0)));
@@ -274,10 +274,10 @@ pub(crate) fn segment_cdf<L: Lanes>(at: &RaySegment, block: &NodeBlock, mask: L:
     cdf_of(weights, zero.less(weights))
 }
 
-/// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the stretch
-/// of one over the squared distance to the box's centre, `∫ dt / (h² + t²) = γ / h`, with `γ` the
-/// angle under which the stretch is seen from the centre and `h` its distance from the ray's line
-/// (Conty Estevez and Kulla 2018, §6), at least half the diagonal.
+/// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the
+/// stretch of one over the squared distance to the box's centre, `∫ dt / (h² + t²) = γ / h`,
+/// with `γ` the angle under which the stretch is seen from the centre and `h` its distance from
+/// the ray's line (Conty Estevez and Kulla 2018, §6), at least half the diagonal.
 #[inline(never)]
 pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH] {
     let (start, direction, length) = (at.start(), at.direction(), at.length());

@@ -5,8 +5,8 @@ use crate::light::Light;
 use glam::{Quat, Vec3};
 use lightshed_spatial::Bounds;
 
-/// A mesh's place in the scene: `x ↦ translation + scale · rotation x`. Distances keep their ratios
-/// and angles are kept, so probabilities within the mesh are those of the mesh at rest.
+/// A mesh's place in the scene: `x ↦ translation + scale · rotation x`. Distances keep their
+/// ratios and angles are kept, so probabilities within the mesh are those of the mesh at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightInstance {
     /// Index of the mesh.

@@ -1,9 +1,9 @@
 //! Sets of emission normals, in 32 bits.
 //!
 //! All normals `n` of a group lie in a ball: `|n − v| ≤ ρ`. So for any vector `ω`,
-//! `n·ω ≤ v·ω + ρ|ω|`: a bound without trigonometry. A cone of half-angle θ ≤ π/2 around `a` lies
-//! in the ball of `v = a cos θ` and `ρ = sin θ`, and every set of unit vectors in that of `v = 0`
-//! and `ρ = 1`.
+//! `n·ω ≤ v·ω + ρ|ω|`: a bound without trigonometry. A cone of half-angle θ ≤ π/2
+//! around `a` lies in the ball of `v = a cos θ` and `ρ = sin θ`, and every set of unit vectors
+//! in that of `v = 0` and `ρ = 1`.
 
 use crate::OrientationCone;
 use glam::Vec3;
@@ -37,8 +37,8 @@ impl NormalBall {
         radius: 1.0,
     };
 
-    /// The least ball around the cone's normals, widened where light leaves beyond 90° from none of
-    /// them.
+    /// The least ball around the cone's normals, widened where light leaves beyond 90° from none
+    /// of them.
     pub fn of_cone(cone: &OrientationCone) -> Self {
         // Light leaves up to `normals_angle + emission_angle` from the axis: such directions are
         // within 90° of a cone of that angle less π/2.

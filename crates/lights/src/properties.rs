@@ -334,8 +334,8 @@ fn threads_change_nothing() {
     }
 }
 
-/// With 2²⁰ lights there is a number for each that has a pmf, the one in the middle of its share; a
-/// number of few bits does not find them all.
+/// With 2²⁰ lights there is a number for each that has a pmf, the one in the middle of its
+/// share; a number of few bits does not find them all.
 #[test]
 fn every_light_of_a_million_is_reached() {
     let lights = lights_of(Layout::Uniform, 1 << 20, 8);

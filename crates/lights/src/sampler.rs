@@ -14,8 +14,8 @@ pub struct LightChoice {
 /// Chooses one of many lights for a receiver, with probabilities `p(i | receiver)` in the counting
 /// measure.
 ///
-/// `Σ_i p(i | receiver) ≤ 1`: what is missing is the probability of choosing none, which counts as
-/// a sample of value zero. `p(i | receiver)` is zero only if light `i` sends nothing to the
+/// `Σ_i p(i | receiver) ≤ 1`: what is missing is the probability of choosing none, which counts
+/// as a sample of value zero. `p(i | receiver)` is zero only if light `i` sends nothing to the
 /// receiver. So `Σ_i f(i) = E[f(i) / p(i | receiver)]` for every contribution `f`, without bias.
 ///
 /// Object-safe for each kind of receiver, [`ShadingPoint`] (the default) and

@@ -2,9 +2,9 @@
 //!
 //! At each step the number's place among the children's shares says which is taken, and its place
 //! within that share is the number for the next step. So a tree maps the unit interval to its
-//! leaves *in order*: stratified numbers give stratified lights. The number has 52 bits; when 2²⁶
-//! possibilities have been told apart by it, fresh bits are made from the 64 that it came from, so
-//! that depth makes no leaf unreachable.
+//! leaves *in order*: stratified numbers give stratified lights. The number has 52 bits; when
+//! 2²⁶ possibilities have been told apart by it, fresh bits are made from the 64 that it came
+//! from, so that depth makes no leaf unreachable.
 
 use crate::child_cdf::{ChildCdf, probability_at};
 use lightshed_lanes::Lanes;

@@ -1,9 +1,9 @@
 //! Light trees of light trees.
 //!
 //! Each mesh of lights has a perfect tree of its own, and the meshes as they stand in the scene,
-//! *instances*, are the leaves of another (Lin 2022 §4.3.1). That respects meshes of very different
-//! sizes, which one Morton curve through all lights cuts apart; a mesh may stand in many places at
-//! the cost of one; and when things move, only the tree of instances is built again.
+//! *instances*, are the leaves of another (Lin 2022 §4.3.1). That respects meshes of very
+//! different sizes, which one Morton curve through all lights cuts apart; a mesh may stand in many
+//! places at the cost of one; and when things move, only the tree of instances is built again.
 
 use crate::descent::{choice, descend, probability_onwards};
 use crate::instance::LightInstance;
@@ -160,7 +160,8 @@ fn root_light(mesh: &PerfectTree) -> Light {
     }
 }
 
-/// A cone around the unit vectors of a ball: `|n − v| ≤ ρ` is `n·v ≥ (1 + |v|² − ρ²) / 2`.
+/// A cone around the unit vectors of a ball: `|n − v| ≤ ρ` is
+/// `n·v ≥ (1 + |v|² − ρ²) / 2`.
 fn cone_of(ball: &NormalBall) -> OrientationCone {
     let length = ball.center.length();
     let cos = (1.0 + length * length - ball.radius * ball.radius) / (2.0 * length);

@@ -6,8 +6,8 @@ use crate::reuse::Extent;
 /// Mean and variance of a stream, by Welford's update: no cancellation, whatever the mean.
 ///
 /// Fed with [`MergeReport::weight_sum`](crate::MergeReport::weight_sum) over pixels or frames it
-/// measures `Var[Σw]`, which is the variance of the estimate where `p̂ ∝ f` (Lin 2022 eq. 6.32) and
-/// bounds it elsewhere (eq. 6.29).
+/// measures `Var[Σw]`, which is the variance of the estimate where `p̂ ∝ f` (Lin 2022 eq. 6.32)
+/// and bounds it elsewhere (eq. 6.29).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     count: u64,

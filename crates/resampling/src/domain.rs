@@ -4,8 +4,8 @@ use crate::space::Space;
 use crate::storage::sanitised;
 use std::sync::Arc;
 
-/// An integration domain `Ω` with its target function `p̂`: a pixel of this or the previous frame,
-/// a cell of a world-space grid, the suffix space behind a prefix.
+/// An integration domain `Ω` with its target function `p̂`: a pixel of this or the previous
+/// frame, a cell of a world-space grid, the suffix space behind a prefix.
 ///
 /// A domain holds what its target needs: its *own* surface, view direction, lights and visibility
 /// (for a temporal neighbour, those of the previous frame). Two domains of one type may disagree in
@@ -21,9 +21,9 @@ pub trait Domain {
     /// A merge asks for the target of each input's sample in the input's own domain. Where it is
     /// dear, let the sample carry it.
     ///
-    /// The samples that a reservoir of this domain can hold must be exactly those with `p̂(x) > 0`,
-    /// or MIS weights sum to something else than 1. A target cached inside the sample must be that
-    /// of the sample *as stored*.
+    /// The samples that a reservoir of this domain can hold must be exactly those with
+    /// `p̂(x) > 0`, or MIS weights sum to something else than 1. A target cached inside the sample
+    /// must be that of the sample *as stored*.
     fn target(&self, x: &Self::Sample) -> f64;
 
     /// The density `p(x)` of the samples of this domain where it is known (Lin 2022 §B.4.4); it
@@ -191,8 +191,8 @@ impl Pulled {
 /// holding what it needs to trace.
 ///
 /// # Laws
-/// * **Reciprocal**: where `T_{a→b}(x) = y` is defined, `T_{b→a}(y) = x` is, with the reciprocal
-///   Jacobian. A map that cannot promise it at `x` is undefined there.
+/// * **Reciprocal**: where `T_{a→b}(x) = y` is defined, `T_{b→a}(y) = x` is, with the
+///   reciprocal Jacobian. A map that cannot promise it at `x` is undefined there.
 /// * **Free of memory**: the result depends on the arguments alone.
 ///
 /// [`round_trip`](crate::round_trip) checks the first law at a sample.
@@ -203,8 +203,8 @@ pub trait ShiftMapping<D: Domain + ?Sized> {
     /// Why the shift is undefined at `x`.
     fn shift(&self, x: &D::Sample, from: &D, to: &D) -> Result<Shifted<D::Sample>, Undefined>;
 
-    /// `p̂_{←from}(y)` in two factors, for `y` in `to`: one shift back, `T_{to→from}`, whose image
-    /// need not be built. Override it where a sample is expensive to build.
+    /// `p̂_{←from}(y)` in two factors, for `y` in `to`: one shift back, `T_{to→from}`, whose
+    /// image need not be built. Override it where a sample is expensive to build.
     ///
     /// # Errors
     /// Why `y` cannot have come from `from`; its MIS share then is 0.
@@ -278,8 +278,8 @@ pub enum BrokenLaw<X> {
 /// Jacobians are right (a determinant clamped on both sides passes): compare those with finite
 /// differences.
 ///
-/// `same` says when two samples are equal up to rounding; `tolerance` bounds `|J J⁻¹ − 1|`. True
-/// where the shift is defined, false where it is not (which breaks no law).
+/// `same` says when two samples are equal up to rounding; `tolerance` bounds `|J J⁻¹ − 1|`.
+/// True where the shift is defined, false where it is not (which breaks no law).
 ///
 /// # Errors
 /// The law that is broken at `x`.

@@ -11,7 +11,8 @@ use crate::weight::{ConditionallyIndependent, ContributionWeight, Tractable};
 /// A final gather over `N` integration prefixes `X_i`, identically distributed, the first `K` of
 /// which bring suffixes of their own (Kettunen 2023 eq. 23, there `K = 1`):
 ///
-/// > `⟨I⟩ = 1/K Σ_{i=1}^{K} m₁(X_i1) f(X_i, X_i1) W_{X_i,X_i1} + 1/N Σ_{i=1}^{N} Σ_{j=2}^{M} m_j(Y_ij) f(X_i, Y_ij) W_{X_i,Y_ij}`
+/// > `⟨I⟩ = 1/K Σ_{i=1}^{K} m₁(X_i1) f(X_i, X_i1) W_{X_i,X_i1}`
+/// > `+ 1/N Σ_{i=1}^{N} Σ_{j=2}^{M} m_j(Y_ij) f(X_i, Y_ij) W_{X_i,Y_ij}`
 ///
 /// `Y_ij` is the suffix borrowed from the `j`-th supporting prefix of `X_i`, shifted to continue
 /// `X_i`. Every prefix has a canonical technique, which counts in its MIS weights; roulette keeps

@@ -1,9 +1,10 @@
 //! Families of resampling MIS weights, as interchangeable values.
 //!
-//! Resampling MIS weights `m_i(y) ≥ 0` sum to 1 over the techniques that can produce `y` (Lin 2022
-//! eq. 6.20). With `q_i = p̂_{←i}(y)` the stand-in density of technique `i` at `y` (eq. 6.35; zero
-//! where technique `i` cannot produce `y`), `p` that of the canonical techniques, `c_i`
-//! confidences, `R` the canonical techniques, `C = Σ_i c_i`, `C_R = Σ_{r∈R} c_r`, `C_N = C − C_R`:
+//! Resampling MIS weights `m_i(y) ≥ 0` sum to 1 over the techniques that can produce `y` (Lin
+//! 2022 eq. 6.20). With `q_i = p̂_{←i}(y)` the stand-in density of technique `i` at `y` (eq.
+//! 6.35; zero where technique `i` cannot produce `y`), `p` that of the canonical techniques, `c_i`
+//! confidences, `R` the canonical techniques, `C = Σ_i c_i`, `C_R = Σ_{r∈R} c_r`,
+//! `C_N = C − C_R`:
 //!
 //! | family | `m_i`, `i ∉ R` | `m_r`, `r ∈ R` | evaluations of `q` |
 //! |---|---|---|---|
@@ -12,11 +13,11 @@
 //! | pairwise (eqs. B.96–B.97) | `κ (c_i/C_N) · α q_i/(p + α q_i)` | `(c_r/C_R)(1 − κ + κ Σ_{j∉R} (c_j/C_N) · p/(p + α q_j))` | `O(M·abs(R))` |
 //!
 //! *Uniform* pairwise is `κ = 1`, `α = C_N/C_R` (eq. 6.37); *defensive* pairwise is `κ = C_N/C`
-//! with the same `α` (eq. 6.38). What a neighbour gives up, because its `q_j` is small or its shift
-//! undefined, goes to the canonical techniques: that keeps the sum at 1.
+//! with the same `α` (eq. 6.38). What a neighbour gives up, because its `q_j` is small or its
+//! shift undefined, goes to the canonical techniques: that keeps the sum at 1.
 //!
-//! With `α ≤ C_N/C_R`, and for balance, resampling weights are bounded, `w_i ≤ B_i c_i/C_R` where
-//! `p̂_i(X_i) W_i ≤ B_i`, and `w_i ≤ B_i/|R|` where confidences are equal (eq. 6.39).
+//! With `α ≤ C_N/C_R`, and for balance, resampling weights are bounded, `w_i ≤ B_i c_i/C_R`
+//! where `p̂_i(X_i) W_i ≤ B_i`, and `w_i ≤ B_i/|R|` where confidences are equal (eq. 6.39).
 
 /// A family of resampling MIS weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +121,8 @@ pub struct Technique {
     pub canonical: bool,
 }
 
-/// `part/total` for `0 ≤ part ≤ total`; 0 where both vanish, and finite where the total overflowed.
+/// `part/total` for `0 ≤ part ≤ total`; 0 where both vanish, and finite where the total
+/// overflowed.
 #[inline(always)]
 pub(crate) fn share(part: f64, total: f64) -> f64 {
     if part > 0.0 {
@@ -166,8 +168,8 @@ impl Pairwise {
         alpha: None,
         kappa: Some(1.0),
     };
-    /// `κ = C_N/C`, `α = C_N/C_R`: no neighbour ever outweighs a canonical sample of its confidence
-    /// (Lin 2022 eq. 6.38).
+    /// `κ = C_N/C`, `α = C_N/C_R`: no neighbour ever outweighs a canonical sample of its
+    /// confidence (Lin 2022 eq. 6.38).
     pub const DEFENSIVE: Self = Self {
         alpha: None,
         kappa: None,

@@ -107,9 +107,9 @@ impl From<SelectionRecord> for Selection<u32> {
 }
 
 impl SelectionRecord {
-    /// Offers an item as a shader does, in `f32` alone: true with probability `weight / Σw` for `u`
-    /// uniform in [0, 1). The sum is compensated (Neumaier 1974), so it does not stall at 2²⁴ times
-    /// the typical weight. Weights that are not positive and finite count as 0.
+    /// Offers an item as a shader does, in `f32` alone: true with probability `weight / Σw` for
+    /// `u` uniform in [0, 1). The sum is compensated (Neumaier 1974), so it does not stall at
+    /// 2²⁴ times the typical weight. Weights that are not positive and finite count as 0.
     ///
     /// This is the twin of the shader's function, to the bit. On a CPU prefer [`Selection`]: 24-bit
     /// uniforms do not resolve shares below 2⁻²⁴.

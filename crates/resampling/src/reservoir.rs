@@ -102,8 +102,8 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
         self.sample.is_none()
     }
 
-    /// `c ← min(c, cap)` (Lin 2022 §6.5.4). Never touches `W`. A cap that is NaN or negative counts
-    /// as 0.
+    /// `c ← min(c, cap)` (Lin 2022 §6.5.4). Never touches `W`. A cap that is NaN or negative
+    /// counts as 0.
     #[inline(always)]
     #[must_use]
     pub fn with_confidence_cap(mut self, cap: f32) -> Self {

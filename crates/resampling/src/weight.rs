@@ -1,7 +1,7 @@
 //! Unbiased contribution weights: marginal, conditional and joint, told apart by their type.
 //!
-//! An unbiased contribution weight `W_X ≥ 0` of a random variable `X` in a space with measure `dx`
-//! satisfies, for every integrable `f`,
+//! An unbiased contribution weight `W_X ≥ 0` of a random variable `X` in a space with measure
+//! `dx` satisfies, for every integrable `f`,
 //!
 //! > `E[f(X) W_X] = ∫_{supp X} f(x) dx` (Lin 2022 eq. 6.8), equivalently `E[W_X | X] = 1/p_X(X)`
 //! > (eq. 6.9).
@@ -18,8 +18,8 @@
 //! # Ok::<(), lightshed_resampling::WeightError>(())
 //! ```
 //!
-//! because `W_Z · W_{X|Z}` is a joint weight only if `(X, W_{X|Z})` is conditionally independent of
-//! `W_Z` given `Z` (Theorem 4.1). Two ways lead across:
+//! because `W_Z · W_{X|Z}` is a joint weight only if `(X, W_{X|Z})` is conditionally independent
+//! of `W_Z` given `Z` (Theorem 4.1). Two ways lead across:
 //!
 //! ```
 //! use lightshed_resampling::{ConditionallyIndependent, ContributionWeight, Counting, Given, Joint, Tractable};
@@ -90,8 +90,8 @@ fn reciprocal(density: f64) -> Result<f64, WeightError> {
     }
 }
 
-/// An unbiased contribution weight `W ≥ 0` in the space `S`, finite, stored as `R`. In units of the
-/// measure of `S` (steradians for `SolidAngle`): it stands where `1/p` would.
+/// An unbiased contribution weight `W ≥ 0` in the space `S`, finite, stored as `R`. In units of
+/// the measure of `S` (steradians for `SolidAngle`): it stands where `1/p` would.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(transparent)]
 pub struct ContributionWeight<S: Space, R: Storage = f32> {

@@ -2,8 +2,8 @@
 //!
 //! `n` weights become `n` columns of equal width; column `i` belongs to `i` up to its threshold and
 //! to one other index, its alias, above. One uniform 64-bit number picks both: with
-//! `x = u·n / 2⁶⁴`, the column is `⌊x⌋` and the coin is the next 32 bits of `x`. So 2²⁰ weights
-//! leave the coin 44 bits to be drawn from, where a 24-bit number left it 4.
+//! `x = u·n / 2⁶⁴`, the column is `⌊x⌋` and the coin is the next 32 bits of `x`. So 2²⁰
+//! weights leave the coin 44 bits to be drawn from, where a 24-bit number left it 4.
 //!
 //! Walker 1977, *An Efficient Method for Generating Discrete Random Variables With General
 //! Distributions*; built as in Vose 1991, *A Linear Algorithm For Generating Random Numbers With a
@@ -12,10 +12,10 @@
 //! # Precision
 //!
 //! Thresholds are 32-bit integers, so probabilities are not `w_i / Σw` to the last bit, but they
-//! are *known*: what [`AliasTable::pmf`] reports is the share of the 2⁶⁴ numbers that lead to the
-//! index, counted exactly and rounded once. An estimator that divides by it is unbiased. A weight
-//! of zero has a probability of exactly zero and a positive weight, however small, one of at least
-//! about `2⁻³² / n`.
+//! are *known*: what [`AliasTable::pmf`] reports is the share of the 2⁶⁴ numbers that lead to
+//! the index, counted exactly and rounded once. An estimator that divides by it is unbiased. A
+//! weight of zero has a probability of exactly zero and a positive weight, however small, one of at
+//! least about `2⁻³² / n`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -177,8 +177,8 @@ fn build<W: Copy + Into<f64>>(weights: &[W], largest: f64) -> Vec<AliasEntry> {
 
 /// Columns that found no donor. In exact arithmetic the masses left add up to the columns left, so
 /// each is one unit and stays its own. Rounding in `f64` moves that by less than a unit up to some
-/// 2²⁶ weights; beyond, a weight of zero may be left, and is given to `positive`, a weight that is
-/// not.
+/// 2²⁶ weights; beyond, a weight of zero may be left, and is given to `positive`, a weight that
+/// is not.
 fn settle<W: Copy + Into<f64>>(leftovers: &[u32], weights: &[W], positive: u32, entries: &mut [AliasEntry]) {
     for &leftover in leftovers {
         if weights[leftover as usize].into() == 0.0 {
@@ -199,8 +199,9 @@ fn threshold(kept: f64, weight: f64) -> u32 {
 /// Number of `u` in 0..2⁶⁴ that lead to each index.
 fn counts(entries: &[AliasEntry]) -> impl Iterator<Item = u128> {
     let n = entries.len() as u64;
-    // u·n ≥ c·2⁶⁴ + t·2³² first holds at u = ⌈(c·2⁶⁴ + t·2³²) / n⌉. With 2⁶⁴ = q·n + r that is
-    // c·q + ⌈(c·r + t·2³²) / n⌉, divided term by term because 128-bit division is slow.
+    // u·n ≥ c·2⁶⁴ + t·2³² first holds at u = ⌈(c·2⁶⁴ + t·2³²) / n⌉. With
+    // 2⁶⁴ = q·n + r that is c·q + ⌈(c·r + t·2³²) / n⌉, divided term by term because
+    // 128-bit division is slow.
     let (q, r) = (
         (1u128 << 64) / u128::from(n),
         ((1u128 << 64) % u128::from(n)) as u64,

@@ -13,8 +13,8 @@ use glam::Vec3;
 /// `lightshed-testkit` checks it where the integral is 1.
 ///
 /// - Samples are distributed by `p`, and `∫ p dω ≤ 1` over the sphere: what is missing is the
-///   probability of no direction, a sample of value zero. So `∫ f dω = E[f(ω) / p(ω)]` for any `f`
-///   that is zero where `p` is.
+///   probability of no direction, a sample of value zero. So `∫ f dω = E[f(ω) / p(ω)]` for any
+///   `f` that is zero where `p` is.
 /// - The density that comes with a sample is [`pdf`](Self::pdf) of its direction, bit for bit. A
 ///   mixture, or a weight of multiple importance sampling, asks for the density of a direction that
 ///   another technique sampled, and must see the same number.

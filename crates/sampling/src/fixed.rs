@@ -2,9 +2,9 @@
 //!
 //! Addition of floats is not associative: a record that several threads add to has other bits in
 //! each run, and then so has every image that reads it. Integers add up to the same in any order
-//! and any grouping. [`FixedSum`] rounds each term to a multiple of 2⁻⁶⁴ and adds in 128 bits. What
-//! saturates is the term, not the sum, since a sum that saturates depends on the order too once
-//! terms have both signs.
+//! and any grouping. [`FixedSum`] rounds each term to a multiple of 2⁻⁶⁴ and adds in 128
+//! bits. What saturates is the term, not the sum, since a sum that saturates depends on the order
+//! too once terms have both signs.
 
 use core::iter::Sum;
 use core::ops::AddAssign;
@@ -12,20 +12,20 @@ use core::ops::AddAssign;
 /// Bits after the binary point.
 const FRACTION_BITS: i32 = 64;
 
-/// A sum in fixed point: `Σ round(clamp(x_i) · 2⁶⁴) · 2⁻⁶⁴`, the same bits for any order of the
-/// terms and any grouping of partial sums. Records of guides and caches are sums of this kind,
-/// filled by any number of threads.
+/// A sum in fixed point: `Σ round(clamp(x_i) · 2⁶⁴) · 2⁻⁶⁴`, the same bits for any
+/// order of the terms and any grouping of partial sums. Records of guides and caches are sums of
+/// this kind, filled by any number of threads.
 ///
-/// - Terms beyond ±2³¹, infinities included, count as ±2³¹; [`clamped`](Self::clamped) tells how
-///   many there were. For radiance that is far above any sample worth keeping; scale what is
+/// - Terms beyond ±2³¹, infinities included, count as ±2³¹; [`clamped`](Self::clamped) tells
+///   how many there were. For radiance that is far above any sample worth keeping; scale what is
 ///   larger.
 /// - NaN adds nothing and is counted by [`refused`](Self::refused).
 /// - Fewer than 2³² terms fit, whatever they are. Beyond, the sum wraps around: defined, the same
 ///   in any order, and wrong.
 ///
 /// # Precision
-/// Each term is rounded to the nearest multiple of 2⁻⁶⁴ (5·10⁻²⁰), halves to even; the sum of the
-/// rounded terms is exact.
+/// Each term is rounded to the nearest multiple of 2⁻⁶⁴ (5·10⁻²⁰), halves to even; the
+/// sum of the rounded terms is exact.
 ///
 /// ```
 /// use lightshed_sampling::FixedSum;

@@ -7,8 +7,8 @@ use lightshed_lanes::{Lanes, Vec3Lanes};
 ///
 /// # Precision
 ///
-/// For a normal of length 1 ± 10⁻⁷ the axes' lengths, their dot products and the triple product are
-/// within 5·10⁻⁷ of 1, 0 and 1, poles and signed zeros included.
+/// For a normal of length 1 ± 10⁻⁷ the axes' lengths, their dot products and the triple
+/// product are within 5·10⁻⁷ of 1, 0 and 1, poles and signed zeros included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Local x axis in world space.
@@ -34,15 +34,15 @@ impl Frame {
         }
     }
 
-    /// A frame around a unit `normal` whose tangent is `along` made orthogonal to it (Gram–Schmidt,
-    /// twice, so that it is orthogonal to rounding however close the two are); `along` may have any
-    /// length. Falls back to [`Frame::from_normal`] where they are parallel to within 10⁻⁶ radians,
-    /// and for a zero or non-finite `along`.
+    /// A frame around a unit `normal` whose tangent is `along` made orthogonal to it
+    /// (Gram–Schmidt, twice, so that it is orthogonal to rounding however close the two are);
+    /// `along` may have any length. Falls back to [`Frame::from_normal`] where they are parallel to
+    /// within 10⁻⁶ radians, and for a zero or non-finite `along`.
     #[inline]
     pub fn from_normal_and_tangent(normal: Vec3, along: Vec3) -> Self {
         const LEAST_SINE: f32 = 1e-6;
-        // To a length between 1 and √3: no square over- or underflows. Zero and ∞ give NaN, caught
-        // below.
+        // To a length between 1 and √3: no square over- or underflows. Zero and ∞ give NaN,
+        // caught below.
         let along = along / along.abs().max_element();
         let along = along / along.length();
         let tangent = along - normal * normal.dot(along);

@@ -159,8 +159,8 @@ pub fn balance_heuristic<M: Measure>(a: Density<M>, b: Density<M>) -> f32 {
     heuristic(a.value, b.value, |ratio| ratio)
 }
 
-/// Power heuristic with exponent 2, `p_a² / (p_a² + p_b²)` (Veach 1997 eq. 9.10), by the ratio so
-/// that neither square can overflow.
+/// Power heuristic with exponent 2, `p_a² / (p_a² + p_b²)` (Veach 1997 eq. 9.10), by the ratio
+/// so that neither square can overflow.
 ///
 /// 0 if `p_a` is 0. Two infinite densities get ½ each, one gets 1. `w(a, b) + w(b, a)` is 1 to
 /// rounding unless both densities are 0.

@@ -1,8 +1,8 @@
 //! The octahedral map: directions as points of the unit square.
 //!
-//! A direction `d` is projected onto the octahedron `|x| + |y| + |z| = 1`, `q = d / ‖d‖₁`, whose
-//! upper half is dropped onto the square's inner diamond and whose lower half is folded out into
-//! the four corners; `uv = (xy + 1) / 2`:
+//! A direction `d` is projected onto the octahedron `|x| + |y| + |z| = 1`, `q = d / ‖d‖₁`,
+//! whose upper half is dropped onto the square's inner diamond and whose lower half is folded out
+//! into the four corners; `uv = (xy + 1) / 2`:
 //!
 //! ```text
 //! xy = (q_x, q_y)                                          if q_z ≥ 0
@@ -14,9 +14,10 @@
 //! # Density
 //!
 //! With `p_uv` a density with respect to area on the unit square (measure [`PrimarySample`]) and
-//! `p_ω` one with respect to solid angle, `p_ω = ¼ p_uv ‖q‖₂³`: a face of the octahedron projects
-//! without scale onto 4 of the square's area, and a face of distance 1/√3 from the centre whose
-//! normal makes the angle `θ` with `d` is seen under `dω = dA cos θ / ‖q‖₂²`.
+//! `p_ω` one with respect to solid angle, `p_ω = ¼ p_uv ‖q‖₂³`: a face of the octahedron
+//! projects without scale onto 4 of the square's area, and a face of distance 1/√3 from the
+//! centre whose normal makes the angle `θ` with `d` is seen under
+//! `dω = dA cos θ / ‖q‖₂²`.
 
 use glam::{Vec2, Vec3};
 
@@ -73,7 +74,8 @@ pub fn octahedral_decode(uv: Vec2) -> Vec3 {
     lift(uv.clamp(Vec2::ZERO, Vec2::ONE) * 2.0 - 1.0).normalize()
 }
 
-/// `dω/duv = 4 / ‖q‖₂³`, from 4 at the octahedron's corners to `12√3` at the centres of its faces.
+/// `dω/duv = 4 / ‖q‖₂³`, from 4 at the octahedron's corners to `12√3` at the centres of
+/// its faces.
 #[inline(always)]
 fn solid_angle_per_area(direction: Vec3) -> f32 {
     let norm = direction.x.abs() + direction.y.abs() + direction.z.abs();
@@ -81,15 +83,15 @@ fn solid_angle_per_area(direction: Vec3) -> f32 {
     4.0 / (q * q * q)
 }
 
-/// Density over directions of a density `p_uv` over the unit square: `p_ω = ¼ p_uv ‖q‖₂³` at
-/// `direction`, which must not be zero.
+/// Density over directions of a density `p_uv` over the unit square: `p_ω = ¼ p_uv ‖q‖₂³`
+/// at `direction`, which must not be zero.
 #[inline]
 pub fn octahedral_to_solid_angle(p_uv: Density<PrimarySample>, direction: Vec3) -> Density<SolidAngle> {
     Density::new(p_uv.value() / solid_angle_per_area(direction))
 }
 
-/// Density over the unit square of a density `p_ω` over directions: `p_uv = 4 p_ω / ‖q‖₂³` at
-/// `direction`, which must not be zero.
+/// Density over the unit square of a density `p_ω` over directions: `p_uv = 4 p_ω / ‖q‖₂³`
+/// at `direction`, which must not be zero.
 #[inline]
 pub fn octahedral_from_solid_angle(p_omega: Density<SolidAngle>, direction: Vec3) -> Density<PrimarySample> {
     Density::new(p_omega.value() * solid_angle_per_area(direction))

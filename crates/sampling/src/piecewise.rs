@@ -8,11 +8,11 @@
 //! # Precision
 //!
 //! The distribution function is summed in compensated `f64` and rounded once, down to 32 bits. The
-//! density reported is the one those integers *realise*, `n (start_{i+1} − start_i) / 2³²`, so it
-//! integrates to one exactly and dividing by it is unbiased. Each bin of positive value owns at
-//! least one number and each bin of value zero none, so neither `u = 0` nor `u → 1` samples a zero,
-//! and no positive bin is lost however small its share. Comparisons are between integers: a shader
-//! chooses the same bin.
+//! density reported is the one those integers *realise*, `n (start_{i+1} − start_i) / 2³²`, so
+//! it integrates to one exactly and dividing by it is unbiased. Each bin of positive value owns at
+//! least one number and each bin of value zero none, so neither `u = 0` nor `u → 1` samples a
+//! zero, and no positive bin is lost however small its share. Comparisons are between integers: a
+//! shader chooses the same bin.
 
 use crate::sum::CompensatedSum;
 use crate::uniform::{remap, u32_from_f32};
@@ -243,8 +243,9 @@ impl PiecewiseConstant1d {
 
     /// Samples by a uniform `u` in [0, 1) (anything outside counts as the nearest inside).
     ///
-    /// An `f32` from random bits has 24 of them, so a bin is hit in multiples of 2⁻²⁴ where its
-    /// density is known to 2⁻³²; with thousands of bins prefer [`sample_word`](Self::sample_word).
+    /// An `f32` from random bits has 24 of them, so a bin is hit in multiples of 2⁻²⁴ where
+    /// its density is known to 2⁻³²; with thousands of bins prefer
+    /// [`sample_word`](Self::sample_word).
     #[inline(always)]
     pub fn sample(&self, u: f32) -> PiecewiseSample {
         self.sample_word(u32_from_f32(u))
@@ -281,8 +282,8 @@ impl PiecewiseConstant1d {
         (self.fixed_point().width(index) as f64 / TWO_POW_32) as f32
     }
 
-    /// Of the 2³² words, how many choose bin `index`: the distribution realised, exactly. 0 out of
-    /// range.
+    /// Of the 2³² words, how many choose bin `index`: the distribution realised, exactly. 0 out
+    /// of range.
     #[inline]
     pub fn exact_count(&self, index: u32) -> u64 {
         self.fixed_point().width(index)

@@ -144,9 +144,9 @@ impl PiecewiseConstant2d {
         self.sample_words(u.map(u32_from_f32))
     }
 
-    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048 the
-    /// 24 bits of an `f32` leave 12 for the place within a cell, and hit a cell in steps of about
-    /// 2⁻¹² of its share; these leave 20.
+    /// Samples by two uniform words: the finest the density resolves. With a map of 4096 × 2048
+    /// the 24 bits of an `f32` leave 12 for the place within a cell, and hit a cell in steps of
+    /// about 2⁻¹² of its share; these leave 20.
     #[inline(always)]
     pub fn sample_words(&self, u: [u32; 2]) -> PiecewiseSample2d {
         let row = self.rows().locate(u[1]);
@@ -182,8 +182,8 @@ impl PiecewiseConstant2d {
         self.density(self.rows().width(row), self.columns(row).width(column))
     }
 
-    /// Of the 2⁶⁴ pairs of words, how many choose a cell (column, row): the distribution realised,
-    /// exactly.
+    /// Of the 2⁶⁴ pairs of words, how many choose a cell (column, row): the distribution
+    /// realised, exactly.
     pub fn exact_count(&self, cell: [u32; 2]) -> u128 {
         let [column, row] = cell;
         if column >= self.width || row as usize >= self.marginal.len() {

@@ -179,8 +179,8 @@ pub struct CounterRng {
 }
 
 impl CounterRng {
-    /// Rounds of Threefry-4×32: enough to pass BigCrush (Salmon et al. 2011), without the margin of
-    /// the default 20.
+    /// Rounds of Threefry-4×32: enough to pass BigCrush (Salmon et al. 2011), without the margin
+    /// of the default 20.
     pub const ROUNDS: usize = 12;
 
     /// The `dimension`-th 32-bit word of sample `sample` of pixel `pixel` under `seed`: the pure
@@ -397,8 +397,8 @@ impl PathSeed {
         self.words
     }
 
-    /// Words `4 · block` to `4 · block + 3` of the [streams](Self::stream) of eight seeds at once,
-    /// given by their [words](Self::words). `block` is below 2³⁰.
+    /// Words `4 · block` to `4 · block + 3` of the [streams](Self::stream) of eight seeds at
+    /// once, given by their [words](Self::words). `block` is below 2³⁰.
     #[inline(always)]
     pub fn block_lanes<L: Lanes>(seeds: [L::Words; 2], block: u32) -> [L::Words; 4] {
         let zero = L::Words::splat(0);
@@ -408,8 +408,9 @@ impl PathSeed {
         )
     }
 
-    /// The path's random numbers from the beginning. Word `n` is word `n mod 4` of Threefry-4×32-12
-    /// with key `(seed mod 2³², seed div 2³², 0, 0)` and counter `(n div 4, 1, 0, 0)`.
+    /// The path's random numbers from the beginning. Word `n` is word `n mod 4` of
+    /// Threefry-4×32-12 with key `(seed mod 2³², seed div 2³², 0, 0)` and counter
+    /// `(n div 4, 1, 0, 0)`.
     #[inline]
     pub fn stream(self) -> CounterRng {
         CounterRng::with_key([self.words[0], self.words[1], 0, 0], STREAM_PATH)

@@ -35,7 +35,8 @@ const GROUP: usize = 4;
 /// Reversed, because the scrambling hash works from the highest bit of a coordinate down and
 /// integer arithmetic carries upwards.
 const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
-    // (degree s, inner coefficients a_1 … a_{s−1} of the primitive polynomial, initial m_1 … m_s)
+    // (degree s, inner coefficients a_1 … a_{s−1} of the primitive polynomial, initial m_1 …
+    // m_s)
     const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] =
         [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
     let mut directions = [[0; GROUP]; 32];
@@ -49,7 +50,8 @@ const REVERSED_DIRECTIONS: [[u32; GROUP]; 32] = {
                 m[k] = if k < degree {
                     initial[k]
                 } else {
-                    // m_k = 2 a_1 m_{k−1} ⊕ 4 a_2 m_{k−2} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}
+                    // m_k = 2 a_1 m_{k−1} ⊕ 4 a_2 m_{k−2} ⊕ … ⊕ 2^s m_{k−s} ⊕
+                    // m_{k−s}
                     let mut value = m[k - degree] ^ (m[k - degree] << degree);
                     let mut i = 1;
                     while i < degree {
@@ -175,9 +177,9 @@ fn mix_lanes<W: LaneWords>(x: W) -> W {
 /// interface, stratified over the samples of the pixel.
 ///
 /// Samples `0..2^m` (and every later block of `2^m`) are stratified in each dimension; in
-/// dimensions `4k` and `4k + 1` they fill every elementary rectangle of area `2⁻ᵐ` exactly once. So
-/// put the most important pair of numbers there, number samples from 0, and take powers of two of
-/// them.
+/// dimensions `4k` and `4k + 1` they fill every elementary rectangle of area `2⁻ᵐ` exactly
+/// once. So put the most important pair of numbers there, number samples from 0, and take powers of
+/// two of them.
 ///
 /// Numbers of one sample are uniform and independent over the choice of seed, numbers of different
 /// samples are not independent: do not use it for resampling across samples, nor where a sample's

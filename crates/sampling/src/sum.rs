@@ -4,8 +4,8 @@
 //!
 //! - [`CompensatedSum`]: Neumaier 1974, *Rundungsfehleranalyse einiger Verfahren zur Summation
 //!   endlicher Summen* (Kahan's method, right also where a term exceeds the sum): error
-//!   `ε |Σx| + O(n ε²) Σ|x|`, eight times the additions, since what was lost is carried over after
-//!   each;
+//!   `ε |Σx| + O(n ε²) Σ|x|`, eight times the additions, since what was lost is carried over
+//!   after each;
 //! - [`pairwise_sum`] and [`pairwise_sum_iter`]: a balanced tree of additions, error
 //!   `O(ε log n) Σ|x|`, about the price of a plain sum.
 
@@ -99,8 +99,8 @@ impl<T: Real> CompensatedSum<T> {
     }
 
     /// Moves as much of what was lost into the sum as it holds. Rounding errors of equal sign, of
-    /// many equal terms say, would else pile up until what is lost loses its own: 2²⁴ terms of 0.1
-    /// in `f32` came out 1.5 % short.
+    /// many equal terms say, would else pile up until what is lost loses its own: 2²⁴ terms of
+    /// 0.1 in `f32` came out 1.5 % short.
     #[inline(always)]
     fn renormalise(&mut self) {
         let (sum, lost) = two_sum(self.sum, self.lost);
@@ -270,8 +270,8 @@ mod tests {
             ..Default::default()
         })]
 
-        /// Against f64, in units of Σ|x|: f32's ε = 2⁻²⁴, log₂ of the leaves plus a leaf's 32
-        /// additions.
+        /// Against f64, in units of Σ|x|: f32's ε = 2⁻²⁴, log₂ of the leaves plus a leaf's
+        /// 32 additions.
         #[test]
         fn error_bounds(seed in 0u32..1000, n in 0usize..3000, exponent in 0i32..30) {
             let terms: Vec<f32> = (0..n as u32)

@@ -10,8 +10,8 @@ const F64_STEP: f64 = 1.0 / (1u64 << 53) as f64;
 /// The largest `f32` below one, `1 − 2⁻²⁴`: the largest value a uniform number takes.
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - F32_STEP;
 
-/// A uniform number in [0, 1) from uniform bits: `⌊bits / 2⁸⌋ · 2⁻²⁴`. Exact, 0 is possible, 1 is
-/// not.
+/// A uniform number in [0, 1) from uniform bits: `⌊bits / 2⁸⌋ · 2⁻²⁴`. Exact, 0 is
+/// possible, 1 is not.
 #[inline(always)]
 pub const fn f32_from_u32(bits: u32) -> f32 {
     (bits >> 8) as f32 * F32_STEP
@@ -23,15 +23,15 @@ pub fn f32_from_u32_lanes<L: Lanes>(bits: L::Words) -> L {
     L::from_integers(bits.shift_right::<8>()) * L::splat(F32_STEP)
 }
 
-/// A uniform number in [0, 1) from uniform bits: `⌊bits / 2¹¹⌋ · 2⁻⁵³`. Exact, 0 is possible, 1 is
-/// not.
+/// A uniform number in [0, 1) from uniform bits: `⌊bits / 2¹¹⌋ · 2⁻⁵³`. Exact, 0 is
+/// possible, 1 is not.
 #[inline(always)]
 pub const fn f64_from_u64(bits: u64) -> f64 {
     (bits >> 11) as f64 * F64_STEP
 }
 
-/// Uniform bits from a uniform number in [0, 1): `⌊u · 2³²⌋`, of which the low eight bits are zero
-/// when `u` has 24. Anything below 0 and NaN give 0, anything from 1 up gives `u32::MAX`.
+/// Uniform bits from a uniform number in [0, 1): `⌊u · 2³²⌋`, of which the low eight bits
+/// are zero when `u` has 24. Anything below 0 and NaN give 0, anything from 1 up gives `u32::MAX`.
 #[inline(always)]
 pub const fn u32_from_f32(u: f32) -> u32 {
     // The cast saturates.
@@ -42,8 +42,8 @@ pub const fn u32_from_f32(u: f32) -> u32 {
 /// `(u − low) / (high − low)`, is uniform in [0, 1) and independent of the choice.
 ///
 /// Always in `[0, ONE_MINUS_EPSILON]`, also where rounding would say 1, `u` lies outside, the
-/// interval is empty or an argument is NaN. What is left are `log₂(high − low)` bits fewer: after
-/// several choices draw a fresh number.
+/// interval is empty or an argument is NaN. What is left are `log₂(high − low)` bits fewer:
+/// after several choices draw a fresh number.
 #[inline(always)]
 pub fn remap(u: f32, low: f32, high: f32) -> f32 {
     let fraction = (u - low) / (high - low);
@@ -96,10 +96,10 @@ pub fn choose_pmf(weights: &[f32], index: usize) -> f32 {
 /// Chooses among a few `weights` in proportion, by one uniform `u` in [0, 1): lobes, techniques,
 /// children of a node.
 ///
-/// The index is the first with `u · Σw < w_0 + … + w_index`; no weight is divided by a sum, so tiny
-/// and huge weights work. Negative, infinite and NaN weights count as zero; a weight that counts as
-/// zero is never chosen, whatever `u`, nor one whose share is below the smallest `f32`. `None` if
-/// no weight is positive.
+/// The index is the first with `u · Σw < w_0 + … + w_index`; no weight is divided by a sum, so
+/// tiny and huge weights work. Negative, infinite and NaN weights count as zero; a weight that
+/// counts as zero is never chosen, whatever `u`, nor one whose share is below the smallest `f32`.
+/// `None` if no weight is positive.
 ///
 /// Linear in `weights.len()`; for more than a dozen build an [`AliasTable`](crate::AliasTable).
 ///

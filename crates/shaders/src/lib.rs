@@ -21,8 +21,8 @@
 //!
 //! # What is equal to what
 //!
-//! * Integers — random numbers, Morton codes, alias tables, routes — have the bits of the Rust, on
-//!   any device.
+//! * Integers — random numbers, Morton codes, alias tables, routes — have the bits of the Rust,
+//!   on any device.
 //! * Sums, products, quotients and square roots have them on a device whose `f32` arithmetic is
 //!   that of IEEE 754 and that contracts nothing; WGSL grants others a few units in the last place.
 //! * What calls `exp`, `log`, `sin`, `cos` or `atan2` is as good as the device's; the crate

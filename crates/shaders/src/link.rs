@@ -59,7 +59,8 @@ impl LinkError {
     }
 }
 
-/// The text without a terminal's escape sequences (`ESC [ … m`), which the linker colours it with.
+/// The text without a terminal's escape sequences (`ESC [ … m`), which the linker colours it
+/// with.
 fn without_escapes(text: &str) -> String {
     let mut parts = text.split('\u{1b}');
     let mut plain = parts.next().unwrap_or_default().to_owned();

@@ -34,8 +34,8 @@ impl SurfaceSite {
     }
 }
 
-/// A partition of surface sites into cells. Whoever learns over space — guides, caches, world-space
-/// reservoirs — stores one record a cell, and is generic over this trait.
+/// A partition of surface sites into cells. Whoever learns over space — guides, caches,
+/// world-space reservoirs — stores one record a cell, and is generic over this trait.
 ///
 /// An implementation keeps to the following. Property tests of this crate check it for its own.
 ///

@@ -2,9 +2,9 @@
 
 use crate::SurfaceSite;
 
-/// How far surface sites are from each other: `d² = |x − y|² + s² |n − m|²`, with positions `x`,
-/// `y`, unit normals `n`, `m` and a length `s`. Sites that face opposite ways are `2 s` apart at
-/// least.
+/// How far surface sites are from each other: `d² = |x − y|² + s² |n − m|²`, with positions
+/// `x`, `y`, unit normals `n`, `m` and a length `s`. Sites that face opposite ways are `2 s` apart
+/// at least.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiteMetric {
     normal_scale_squared: f64,

@@ -66,8 +66,8 @@ impl fmt::Display for PointGridError {
 impl std::error::Error for PointGridError {}
 
 impl PointGrid {
-    /// Sorts `points` into cells of side `cell`, or twice, four times, … as large where there would
-    /// be more than 1,024 along an axis or many more rows of cells than points.
+    /// Sorts `points` into cells of side `cell`, or twice, four times, … as large where there
+    /// would be more than 1,024 along an axis or many more rows of cells than points.
     ///
     /// # Errors
     ///
@@ -153,8 +153,9 @@ impl PointGrid {
         self.pairs[range].iter().map(|pair| pair.index())
     }
 
-    /// Calls `visit(index, distance²)` for every point at most `radius` from `center`, in the order
-    /// of cells. Distances are compared in `f64`. A centre or a radius that is NaN finds nothing.
+    /// Calls `visit(index, distance²)` for every point at most `radius` from `center`, in the
+    /// order of cells. Distances are compared in `f64`. A centre or a radius that is NaN finds
+    /// nothing.
     pub fn for_each_within(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32, f64)) {
         let radius = f64::from(radius);
         if self.points.is_empty() || radius.is_nan() || radius < 0.0 {

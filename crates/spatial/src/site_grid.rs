@@ -20,7 +20,8 @@ use glam::Vec3;
 ///     (0..100).map(|i| SurfaceSite::new(Vec3::new(i as f32, 0.0, 0.0), Vec3::Y)).collect();
 /// let grid = SiteGrid::new(&sites)?;
 /// let mut found = Nearest::new(2, f32::INFINITY);
-/// grid.nearest(&SurfaceSite::new(Vec3::new(41.6, 3.0, 0.0), Vec3::Y), SiteMetric::POSITION, &mut found);
+/// let site = SurfaceSite::new(Vec3::new(41.6, 3.0, 0.0), Vec3::Y);
+/// grid.nearest(&site, SiteMetric::POSITION, &mut found);
 /// assert_eq!(found.found().iter().map(|site| site.index).collect::<Vec<_>>(), [42, 41]);
 /// # Ok::<(), lightshed_spatial::PointGridError>(())
 /// ```

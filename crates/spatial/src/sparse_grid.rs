@@ -43,8 +43,8 @@ impl Placing<'_> {
 }
 
 impl SparseGrid {
-    /// Collects a cube of `side`³ anew, in the memory there is; `mark(y, z, row)` sets the occupied
-    /// places of each row.
+    /// Collects a cube of `side`³ anew, in the memory there is; `mark(y, z, row)` sets the
+    /// occupied places of each row.
     pub fn collect(&mut self, side: u32, mut mark: impl FnMut(u32, u32, &mut SparseRow)) {
         self.side = side;
         self.starts.clear();

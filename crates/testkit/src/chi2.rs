@@ -42,8 +42,8 @@ pub fn family_significance(significance: f64, tests: usize) -> f64 {
 /// # Errors
 /// [`StatisticsError::Rejected`], or [`StatisticsError::Malformed`] if the slices differ in length,
 /// an expectation is negative or not finite, the expectations do not sum to the number of
-/// observations (to 10⁻⁴, relatively: the density then does not integrate to one over the bins), or
-/// fewer than two bins remain after pooling.
+/// observations (to 10⁻⁴, relatively: the density then does not integrate to one over the
+/// bins), or fewer than two bins remain after pooling.
 pub fn chi_squared_test(
     observed: &[u64],
     expected: &[f64],

@@ -1,9 +1,9 @@
 //! The laws of shift mappings, checked on samples.
 //!
 //! A shift `T_{a→b}` between two domains is a bijection between subsets of them, with
-//! `|∂T_{b→a}/∂y| · |∂T_{a→b}/∂x| = 1` at `y = T_{a→b}(x)`. A map that breaks it is biased, often
-//! too little to be seen in an image. [`ShiftConformance`] tallies, over as many samples as one
-//! likes,
+//! `|∂T_{b→a}/∂y| · |∂T_{a→b}/∂x| = 1` at `y = T_{a→b}(x)`. A map that breaks it is
+//! biased, often too little to be seen in an image. [`ShiftConformance`] tallies, over as many
+//! samples as one likes,
 //!
 //! - **support**: where the shift is defined, the way back is (gates on Jacobians included: a
 //!   one-sided gate shows as a missing way back);

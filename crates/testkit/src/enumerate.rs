@@ -29,7 +29,8 @@
 //! mind.
 //!
 //! Probabilities and sums are carried with compensation, so depth and number of outcomes cost no
-//! accuracy that matters below about 10⁻¹⁴ relative. A decision of probability zero is never taken.
+//! accuracy that matters below about 10⁻¹⁴ relative. A decision of probability zero is never
+//! taken.
 
 use std::collections::BTreeMap;
 
@@ -84,9 +85,10 @@ impl Chooser {
     /// run.
     ///
     /// # Panics
-    /// If a probability is negative or not finite, if they do not sum to one within 10⁻⁹, or if the
-    /// closure asks for a different decision than it did in an earlier run with the same choices
-    /// before it (it is then not a function of its decisions, and no expectation of it is exact).
+    /// If a probability is negative or not finite, if they do not sum to one within 10⁻⁹, or if
+    /// the closure asks for a different decision than it did in an earlier run with the same
+    /// choices before it (it is then not a function of its decisions, and no expectation of it is
+    /// exact).
     pub fn choose(&mut self, probabilities: &[f64]) -> usize {
         assert!(
             probabilities.iter().all(|p| p.is_finite() && *p >= 0.0),

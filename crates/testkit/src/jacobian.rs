@@ -1,9 +1,9 @@
 //! Jacobian determinants by finite differences.
 //!
-//! For `T: ℝᴺ → ℝᴹ` with `N ≤ M`, the factor by which `T` scales N-dimensional volume at `x`,
-//! `√det(JᵀJ)` with `J = ∂T/∂x`; for `N = M` that is `|det J|`. A map onto the sphere is written as
-//! a map to its unit vectors (`M = 3`), and the result is then per solid angle. For a sampling map
-//! `T` of density `p`, `p(T(x)) · √det(JᵀJ) = 1`.
+//! For `T: ℝᴺ → ℝᴹ` with `N ≤ M`, the factor by which `T` scales N-dimensional volume
+//! at `x`, `√det(JᵀJ)` with `J = ∂T/∂x`; for `N = M` that is `|det J|`. A map onto the
+//! sphere is written as a map to its unit vectors (`M = 3`), and the result is then per solid
+//! angle. For a sampling map `T` of density `p`, `p(T(x)) · √det(JᵀJ) = 1`.
 //!
 //! Derivatives are central differences at steps `h, h/2, h/4`, extrapolated (Richardson) to
 //! `O(h⁶)`.
@@ -22,8 +22,8 @@ pub struct JacobianEstimate {
 /// `√det(JᵀJ)` of `map` at `at`.
 ///
 /// `map` is evaluated within `step` of `at` in each coordinate, so `at` must be at least that far
-/// inside its domain. For a map computed in `f64`, steps around 10⁻² relative to the scale of the
-/// map are best; for one computed in `f32`, around 2⁻⁵, with an error of about 10⁻⁵.
+/// inside its domain. For a map computed in `f64`, steps around 10⁻² relative to the scale of
+/// the map are best; for one computed in `f32`, around 2⁻⁵, with an error of about 10⁻⁵.
 pub fn jacobian_determinant<const N: usize, const M: usize>(
     map: impl Fn([f64; N]) -> [f64; M],
     at: [f64; N],

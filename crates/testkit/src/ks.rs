@@ -1,9 +1,9 @@
 //! The one-sample Kolmogorov–Smirnov test.
 //!
-//! `D = sup_x |F_n(x) − F(x)|` between the empirical distribution function `F_n` of `n` samples and
-//! a continuous distribution function `F`. The p-value is Kolmogorov's
-//! `Q(λ) = 2 Σ_{k≥1} (−1)^{k−1} e^{−2k²λ²}` at Stephens' `λ = (√n + 0.12 + 0.11/√n) D` (Stephens
-//! 1970), accurate to a few per cent from n ≈ 20 on.
+//! `D = sup_x |F_n(x) − F(x)|` between the empirical distribution function `F_n` of `n` samples
+//! and a continuous distribution function `F`. The p-value is Kolmogorov's
+//! `Q(λ) = 2 Σ_{k≥1} (−1)^{k−1} e^{−2k²λ²}` at Stephens'
+//! `λ = (√n + 0.12 + 0.11/√n) D` (Stephens 1970), accurate to a few per cent from n ≈ 20 on.
 
 use crate::StatisticsError;
 use crate::rejection::check_significance;

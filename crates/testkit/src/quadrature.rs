@@ -126,8 +126,9 @@ fn refine(
     }
 }
 
-/// `∫_a^b f(x) dx` to an absolute error of about `tolerance`, by adaptive Gauss–Kronrod (7, 15).
-/// Copes with integrable endpoint singularities and jumps, at more cells; at most 5,000 are used.
+/// `∫_a^b f(x) dx` to an absolute error of about `tolerance`, by adaptive Gauss–Kronrod (7,
+/// 15). Copes with integrable endpoint singularities and jumps, at more cells; at most 5,000 are
+/// used.
 pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, tolerance: f64) -> Integral {
     let evaluate = |low: [f64; 2], high: [f64; 2]| {
         let (center, half) = (0.5 * (low[0] + high[0]), 0.5 * (high[0] - low[0]));
@@ -149,9 +150,9 @@ pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, tolerance: f64) -> Inte
     refine(vec![evaluate([a, 0.0], [b, 0.0])], tolerance, 15, 5_000, evaluate)
 }
 
-/// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` to an absolute error of about `tolerance`, by an
-/// adaptive tensor product of Gauss–Kronrod (7, 15) rules; at most 4,000 cells (900,000
-/// evaluations) are used.
+/// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` to an absolute error of about
+/// `tolerance`, by an adaptive tensor product of Gauss–Kronrod (7, 15) rules; at most 4,000 cells
+/// (900,000 evaluations) are used.
 pub fn integrate_rectangle(
     f: impl Fn(f64, f64) -> f64,
     a: [f64; 2],
@@ -272,8 +273,8 @@ impl GaussLegendre {
         sum * half
     }
 
-    /// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` by the tensor product of this rule with
-    /// itself.
+    /// `∫∫ f(x, y) dx dy` over `[a₀, b₀] × [a₁, b₁]` by the tensor product of this
+    /// rule with itself.
     pub fn integrate_rectangle(&self, f: impl Fn(f64, f64) -> f64, a: [f64; 2], b: [f64; 2]) -> f64 {
         self.integrate(|x| self.integrate(|y| f(x, y), a[1], b[1]), a[0], b[0])
     }

@@ -1,14 +1,14 @@
 //! Integrals over the unit sphere with respect to solid angle.
 //!
-//! `∫_{S²} f(ω) dω = ∫_0^{2π} ∫_0^π f(θ, φ) sin θ dθ dφ` by adaptive Gauss–Kronrod. Narrow lobes
-//! are found by giving their axis and width: θ is then measured from the axis, and cells start at
-//! the width and grow geometrically.
+//! `∫_{S²} f(ω) dω = ∫_0^{2π} ∫_0^π f(θ, φ) sin θ dθ dφ` by adaptive
+//! Gauss–Kronrod. Narrow lobes are found by giving their axis and width: θ is then measured from
+//! the axis, and cells start at the width and grow geometrically.
 
 use crate::quadrature::{Integral, integrate_cells};
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// `∫ f(ω) dω` over the unit sphere, in f's unit times steradians, to an absolute error of about
-/// `tolerance`. Starts from 6 × 8 cells; features narrower than about 2° can be missed: see
+/// `∫ f(ω) dω` over the unit sphere, in f's unit times steradians, to an absolute error of
+/// about `tolerance`. Starts from 6 × 8 cells; features narrower than about 2° can be missed: see
 /// [`integrate_lobe`].
 pub fn integrate_sphere(f: impl Fn([f64; 3]) -> f64, tolerance: f64) -> Integral {
     let cuts: Vec<f64> = (0..=6).map(|i| f64::from(i) * PI / 6.0).collect();

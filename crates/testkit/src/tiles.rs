@@ -1,14 +1,14 @@
 //! Do two images agree? Per tile and overall, with a stated false-positive rate.
 //!
-//! For a tile of pixels `i` in one channel, `t = Σ(a_i − b_i) / √Σ(v_i + w_i)` with `v`, `w` the
-//! *estimated* variances of the pixel means. Because they are estimated from few samples, `t` is
-//! not normal: its tails are those of Student's distribution with about
-//! `ν = (Σ(v_i + w_i))² / Σ(v_i²/(n−1) + w_i²/(m−1))` degrees of freedom (Welch–Satterthwaite), `n`
-//! and `m` samples a pixel. Each `t` is mapped through that distribution to the `z` of equal
-//! probability. A tile whose variance comes from one bright outlier thereby has few degrees of
-//! freedom, and is judged accordingly. What no such correction sees is an image whose outliers have
-//! *not yet* been sampled: its variance is underestimated everywhere. Compare at sample counts
-//! where that is not so.
+//! For a tile of pixels `i` in one channel, `t = Σ(a_i − b_i) / √Σ(v_i + w_i)` with `v`, `w`
+//! the *estimated* variances of the pixel means. Because they are estimated from few samples, `t`
+//! is not normal: its tails are those of Student's distribution with about
+//! `ν = (Σ(v_i + w_i))² / Σ(v_i²/(n−1) + w_i²/(m−1))` degrees of freedom
+//! (Welch–Satterthwaite), `n` and `m` samples a pixel. Each `t` is mapped through that
+//! distribution to the `z` of equal probability. A tile whose variance comes from one bright
+//! outlier thereby has few degrees of freedom, and is judged accordingly. What no such correction
+//! sees is an image whose outliers have *not yet* been sampled: its variance is underestimated
+//! everywhere. Compare at sample counts where that is not so.
 //!
 //! The verdict rejects a correct pair of images with probability at most `significance`, one third
 //! for each of
@@ -308,7 +308,8 @@ impl Sums {
     }
 }
 
-/// The `z ≥ 0` with the two-sided tail probability that `t ≥ 0` has under Student's distribution.
+/// The `z ≥ 0` with the two-sided tail probability that `t ≥ 0` has under Student's
+/// distribution.
 fn normal_equivalent(t: f64, degrees_of_freedom: f64) -> f64 {
     if degrees_of_freedom > NORMAL_DEGREES_OF_FREEDOM || !t.is_finite() {
         return t;

@@ -1,7 +1,7 @@
 //! Rounding errors and hostile inputs.
 
-/// Number of `f32` values from `a` to `b`, 0 for equal ones and for `0.0` against `−0.0`; `None` if
-/// either is NaN.
+/// Number of `f32` values from `a` to `b`, 0 for equal ones and for `0.0` against `−0.0`; `None`
+/// if either is NaN.
 pub fn ulp_distance(a: f32, b: f32) -> Option<u64> {
     if a.is_nan() || b.is_nan() {
         return None;
@@ -15,7 +15,8 @@ pub fn ulp_distance(a: f32, b: f32) -> Option<u64> {
 }
 
 /// Distance between neighbouring `f32` values around `truth`: `2^(e−23)` for
-/// `2^e ≤ |truth| < 2^(e+1)`, not less than the smallest subnormal, 2⁻¹⁴⁹. `truth` must be finite.
+/// `2^e ≤ |truth| < 2^(e+1)`, not less than the smallest subnormal, 2⁻¹⁴⁹. `truth` must be
+/// finite.
 pub fn ulp_size(truth: f64) -> f64 {
     // The exponent from the bits: log2 rounds up just below powers of two.
     let exponent = ((truth.abs().to_bits() >> 52) as i32) - 1023;

@@ -9,8 +9,8 @@ use glam::Vec3;
 /// *without normalising the direction*: `t` then stays the world's distance.
 ///
 /// # Precision
-/// Positions are `f32`: off by about `2⁻²³ (|origin| + t |direction|)`. Rays should start within
-/// some hundred extents of the field.
+/// Positions are `f32`: off by about `2⁻²³ (|origin| + t |direction|)`. Rays should start
+/// within some hundred extents of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldRay {
     /// The point at `t = 0`.

@@ -1,10 +1,10 @@
 //! Tentative collisions: the random walk beneath all null-collision methods.
 //!
-//! Along a ray with majorants `ρ̄(t)`, points of a Poisson process of rate `r ρ̄(t)` per unit of
-//! `t`: the collisions of a medium made up to be at least as dense as the real one (Woodcock et al.
-//! 1965; Lin 2022 §2.3.1). Distances between them are exponential in the optical depth `r ∫ ρ̄ dt`,
-//! which is used up segment by segment: a segment of majorant 0 is crossed without drawing a
-//! number, and a new segment needs none either.
+//! Along a ray with majorants `ρ̄(t)`, points of a Poisson process of rate `r ρ̄(t)` per unit
+//! of `t`: the collisions of a medium made up to be at least as dense as the real one (Woodcock et
+//! al. 1965; Lin 2022 §2.3.1). Distances between them are exponential in the optical depth
+//! `r ∫ ρ̄ dt`, which is used up segment by segment: a segment of majorant 0 is crossed without
+//! drawing a number, and a new segment needs none either.
 
 use crate::Segment;
 use crate::exponential::{Exponentials, exponential};
@@ -82,8 +82,8 @@ impl Stretch {
 }
 
 impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
-    /// A walk through `segments` with the collision rate `rate · ρ̄` per unit of `t`. A rate that
-    /// is not positive, and finite, has no collisions.
+    /// A walk through `segments` with the collision rate `rate · ρ̄` per unit of `t`. A rate
+    /// that is not positive, and finite, has no collisions.
     #[inline(always)]
     pub fn new(mut segments: S, rate: f32) -> Self {
         let rate = if rate > 0.0 && rate <= f32::MAX { rate } else { 0.0 };

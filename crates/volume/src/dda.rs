@@ -1,11 +1,11 @@
 //! The cells of a regular grid along a ray.
 //!
 //! All in integers (after Amanatides and Woo 1987): cells, and distances along the ray too, counted
-//! in 2⁻⁶¹ of the part of it that is asked for. The next plane of an axis is one constant further,
-//! which adds no rounding, and after as many steps as a grid allows is off by less than [`MARGIN`]
-//! for that of the constant. Nothing is nudged by an epsilon: parts of the ray follow each other
-//! without a gap whatever the rounding, and a crossing that comes an instant late gives the cell
-//! before it an instant more.
+//! in 2⁻⁶¹ of the part of it that is asked for. The next plane of an axis is one constant
+//! further, which adds no rounding, and after as many steps as a grid allows is off by less than
+//! [`MARGIN`] for that of the constant. Nothing is nudged by an epsilon: parts of the ray follow
+//! each other without a gap whatever the rounding, and a crossing that comes an instant late gives
+//! the cell before it an instant more.
 //!
 //! Which axis comes next is as good as random to a processor, and the chain from one crossing to
 //! the next is what takes the time: so there is no branch on the axis and no memory indexed by it,

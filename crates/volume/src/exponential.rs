@@ -7,9 +7,9 @@ use lightshed_sampling::rand::Rng;
 
 /// `−ln(1 − u)` of `u` in [0, 1): finite, not negative, within 1.2·10⁻⁷ relatively.
 ///
-/// `1 − u` is exact for the multiples of 2⁻²⁴ that uniform numbers are. It is split into `2^e m`
-/// with `m` in [√½, √2), and `ln m = 2 artanh(s)`, `s = (m − 1)/(m + 1)`, by an odd polynomial:
-/// relatively exact around `m = 1`, where `u` is small.
+/// `1 − u` is exact for the multiples of 2⁻²⁴ that uniform numbers are. It is split into
+/// `2^e m` with `m` in [√½, √2), and `ln m = 2 artanh(s)`, `s = (m − 1)/(m + 1)`, by an odd
+/// polynomial: relatively exact around `m = 1`, where `u` is small.
 #[inline(always)]
 pub(crate) fn exponential(u: f32) -> f32 {
     let x = 1.0 - u;

@@ -32,9 +32,9 @@ impl DensityRange {
     }
 }
 
-/// A density `ρ(x) ≥ 0` over a box, without unit: extinction is `σ_t(x) = k ρ(x)` with a user's
-/// coefficient `k` per unit of a ray's parameter ([`FieldRay`](crate::FieldRay)), one number or one
-/// a channel.
+/// A density `ρ(x) ≥ 0` over a box, without unit: extinction is `σ_t(x) = k ρ(x)` with a
+/// user's coefficient `k` per unit of a ray's parameter ([`FieldRay`](crate::FieldRay)), one number
+/// or one a channel.
 ///
 /// Outside of its bounds there is no medium: trackers cut rays to them, and never look there.
 pub trait DensityField {
@@ -65,8 +65,8 @@ pub trait DensityAccessor {
     /// `ρ(x)` as [`DensityField::density`], whatever was looked up before.
     fn density(&mut self, position: Vec3) -> f32;
 
-    /// `ρ` at the points of `ray` where the first `count` lanes of `t` are, the same bits as one by
-    /// one; the other lanes are unspecified.
+    /// `ρ` at the points of `ray` where the first `count` lanes of `t` are, the same bits as one
+    /// by one; the other lanes are unspecified.
     ///
     /// What trackers call from [lane kernels](lightshed_lanes::LaneKernel), where an own version
     /// must be `#[inline(always)]` and have plain loops.

@@ -13,8 +13,8 @@ use std::fmt;
 
 /// A part of a ray and bounds of the density on it.
 ///
-/// It may be endless (`t1 = ∞`) where the majorant is 0 or the density has a positive lower bound.
-/// Elsewhere a walk through it might never end.
+/// It may be endless (`t1 = ∞`) where the majorant is 0 or the density has a positive lower
+/// bound. Elsewhere a walk through it might never end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Where it begins.

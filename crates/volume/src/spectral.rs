@@ -58,9 +58,9 @@ fn density_ratio(extinction: [f32; 3], hero: usize, collisions: u32, majorant_de
 /// Free flight by delta tracking with the rate of channel `hero` (clamped to 2), and what the same
 /// walk's density would be in every channel.
 ///
-/// `extinction` has the coefficients `k_c ≥ 0`, finite. The distances have density `σ_h(t) T_h(t)`
-/// per unit of `t`, not known in closed form; the [density ratios](SpectralFlight::density_ratio)
-/// are those of walks with null collisions.
+/// `extinction` has the coefficients `k_c ≥ 0`, finite. The distances have density
+/// `σ_h(t) T_h(t)` per unit of `t`, not known in closed form; the [density
+/// ratios](SpectralFlight::density_ratio) are those of walks with null collisions.
 #[inline]
 pub fn spectral_delta_tracking<A: DensityAccessor>(
     density: &mut A,

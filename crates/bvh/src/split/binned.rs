@@ -6,8 +6,8 @@ use glam::Vec3A;
 
 /// Bins of a large group, …
 const BINS: usize = 16;
-/// … and of one of fewer items than [`FEW`]: going through bins costs more there than going through
-/// items.
+/// … and of one of fewer items than [`FEW`]: going through bins costs more there than going
+/// through items.
 const BINS_OF_FEW: usize = 8;
 const FEW: usize = 48;
 

@@ -95,8 +95,8 @@ impl Clusters {
         cost
     }
 
-    /// The cluster for an item between primitives `next − 1` and `next` of the subset, among those
-    /// of `next − window` to `next + window − 1`. Of equal costs the first.
+    /// The cluster for an item between primitives `next − 1` and `next` of the subset, among
+    /// those of `next − window` to `next + window − 1`. Of equal costs the first.
     #[inline(always)]
     pub fn choose<L: Lanes>(&self, item: &BoxItem, next: usize, window: usize) -> u32 {
         let count = self.cluster_of.len();

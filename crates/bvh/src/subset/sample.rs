@@ -20,10 +20,10 @@ pub struct Sampling {
 
 /// Of `count` primitives along a curve, the places of those in the subset, ascending.
 ///
-/// Primitive `i` has the probability `pᵢ = u / N + (1 − u) min(wᵢ, c) / Σ min(w, c)` of each of `M`
-/// strata of `[0, 1)` (Dittebrandt 2025, eq. 8.3), with `w` the square root of `squared_weight`; a
-/// stratum has one point, all of them at the same place in it. Primitives with `pᵢ ≥ 1 / M` are
-/// always in.
+/// Primitive `i` has the probability `pᵢ = u / N + (1 − u) min(wᵢ, c) / Σ min(w, c)` of each
+/// of `M` strata of `[0, 1)` (Dittebrandt 2025, eq. 8.3), with `w` the square root of
+/// `squared_weight`; a stratum has one point, all of them at the same place in it. Primitives with
+/// `pᵢ ≥ 1 / M` are always in.
 pub fn sample(count: usize, squared_weight: impl Fn(usize) -> f32 + Sync, sampling: &Sampling) -> Vec<u32> {
     let chunks = count.div_ceil(CHUNK);
     let range = |chunk: usize| chunk * CHUNK..((chunk + 1) * CHUNK).min(count);

@@ -1,8 +1,8 @@
 //! A cache inside of a sphere that emits and reflects, whose light is known in closed form.
 //!
 //! Cosine-weighted directions from any point of a sphere's inside meet the sphere uniformly. With
-//! emission `1 + z`, of mean 1 and variance 1/3, and reflectance `ρ(x)` of mean `ρ`, the scattered
-//! radiance is `ρ(x) (1 + L)` with `L = ρ/(1 − ρ)`.
+//! emission `1 + z`, of mean 1 and variance 1/3, and reflectance `ρ(x)` of mean `ρ`, the
+//! scattered radiance is `ρ(x) (1 + L)` with `L = ρ/(1 − ρ)`.
 
 use lightshed_caching::glam::DVec3;
 use lightshed_caching::{

@@ -158,10 +158,10 @@ impl Node {
         self.cuts().into_iter().map(of).collect()
     }
 
-    /// The least value of the bound of eq. 7.12 over all sets of nodes, `Σ P/N + E[B²]`, by dynamic
-    /// programming: what follows a node does not depend on what came before it, but for the square
-    /// of the prefix. The same minimised over the true error would not part into subtrees, as
-    /// biases cancel.
+    /// The least value of the bound of eq. 7.12 over all sets of nodes, `Σ P/N + E[B²]`, by
+    /// dynamic programming: what follows a node does not depend on what came before it, but for the
+    /// square of the prefix. The same minimised over the true error would not part into subtrees,
+    /// as biases cancel.
     pub fn least_bound(&self, samples: f64) -> f64 {
         let Some(children) = &self.children else {
             return 0.0;

@@ -5,8 +5,8 @@ use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::{Camera, Rgb, Scene};
 use lightshed_evaluate::PixelGuide;
 
-/// What `camera` sees at a place of the film. A lamp, which is brighter than what it reflects, counts
-/// as nothing, as the sky does: the filter then leaves both apart from surfaces.
+/// What `camera` sees at a place of the film. A lamp, which is brighter than what it reflects,
+/// counts as nothing, as the sky does: the filter then leaves both apart from surfaces.
 fn seen(scene: &Scene, camera: &Camera, film: Vec2) -> Option<(Vec3, Vec3, f32, Rgb)> {
     let ray = camera.ray(film, [0.5; 2]);
     let point = scene.intersect(&ray)?;

@@ -5,9 +5,9 @@ use super::error::same_size;
 use crate::RgbImage;
 use crate::output::srgb_bytes;
 
-/// Mean ꟻLIP error (Andersson et al. 2020, *ꟻLIP: A Difference Evaluator for Alternating Images*)
-/// of the images as displayed: clamped to `[0, 1]`, sRGB with 8 bits a channel, at 67 pixels a
-/// degree. Between 0 (equal) and 1.
+/// Mean ꟻLIP error (Andersson et al. 2020, *ꟻLIP: A Difference Evaluator for Alternating
+/// Images*) of the images as displayed: clamped to `[0, 1]`, sRGB with 8 bits a channel, at 67
+/// pixels a degree. Between 0 (equal) and 1.
 ///
 /// # Errors
 ///
@@ -37,8 +37,8 @@ mod tests {
     #[test]
     fn black_against_white_has_a_closed_form() {
         // Without edges only the colour term is left. HyAB distances in Hunt-adjusted CIELAB
-        // (§4.1.2–4.1.3 of the paper): 100 between black and white, and at most that of sRGB green
-        // to sRGB blue.
+        // (§4.1.2–4.1.3 of the paper): 100 between black and white, and at most that of sRGB
+        // green to sRGB blue.
         let hunt = |[l, a, b]: [f64; 3]| [l, 0.01 * l * a, 0.01 * l * b];
         let (green, blue) = (
             hunt([87.7347, -86.1827, 83.1793]),

@@ -5,8 +5,8 @@ use super::error::{paired, same_size};
 use crate::RgbImage;
 use lightshed_sampling::{Rgb, luminance};
 
-/// The `ε` of [`relative_mean_squared_error`]: it keeps black pixels of the reference from deciding
-/// alone.
+/// The `ε` of [`relative_mean_squared_error`]: it keeps black pixels of the reference from
+/// deciding alone.
 pub const RELATIVE_MSE_EPSILON: f64 = 0.01;
 
 /// Mean of a function over all pixels and channels.
@@ -33,8 +33,8 @@ pub fn mean_squared_error(image: &RgbImage, reference: &RgbImage) -> Result<f64,
     mean_over_channels(image, reference, |i, r| (i - r) * (i - r))
 }
 
-/// Relative mean squared error, `mean((I − R)² / (R² + ε))` over pixels and channels, with `ε =`
-/// [`RELATIVE_MSE_EPSILON`] (the form of Rousselle et al. 2011, *Adaptive Sampling and
+/// Relative mean squared error, `mean((I − R)² / (R² + ε))` over pixels and channels, with
+/// `ε =` [`RELATIVE_MSE_EPSILON`] (the form of Rousselle et al. 2011, *Adaptive Sampling and
 /// Reconstruction using Greedy Error Minimization*, §4, with the `ε` of later works).
 ///
 /// # Errors
@@ -46,9 +46,9 @@ pub fn relative_mean_squared_error(image: &RgbImage, reference: &RgbImage) -> Re
     })
 }
 
-/// Mean absolute percentage error, `mean(|Y_I − Y_R| / (0.01 · mean(Y_R) + Y_R))` over pixels, with
-/// `Y` the luminance (Lin et al. 2022, *Generalized Resampled Importance Sampling*; footnote 12 of
-/// the dissertation of Lin 2022, which takes a greyscale ground truth). As a fraction: 1 is a
+/// Mean absolute percentage error, `mean(|Y_I − Y_R| / (0.01 · mean(Y_R) + Y_R))` over pixels,
+/// with `Y` the luminance (Lin et al. 2022, *Generalized Resampled Importance Sampling*; footnote
+/// 12 of the dissertation of Lin 2022, which takes a greyscale ground truth). As a fraction: 1 is a
 /// hundred per cent. Negative luminance of the reference, which no renderer with a positive filter
 /// makes, counts as zero.
 ///
@@ -73,8 +73,8 @@ pub fn mean_absolute_percentage_error(image: &RgbImage, reference: &RgbImage) ->
     Ok(pairs.map(relative).sum::<f64>() / count)
 }
 
-/// Relative deviation of each channel's mean, `mean(I_c) / mean(R_c) − 1`: the measure of bias that
-/// noise hides least. `None` for a channel whose mean in the reference is zero.
+/// Relative deviation of each channel's mean, `mean(I_c) / mean(R_c) − 1`: the measure of bias
+/// that noise hides least. `None` for a channel whose mean in the reference is zero.
 ///
 /// # Errors
 ///

@@ -1,8 +1,8 @@
 //! Lights as a cache weighs them, eight at a time.
 //!
 //! With `c` the middle of a light, `r` the radius of a ball around it that has it all, `n` its
-//! normal (zero where it shines all around), `d = c − x`, and `n_x` the normal at the receiver `x`,
-//! the weight is
+//! normal (zero where it shines all around), `d = c − x`, and `n_x` the normal at the receiver
+//! `x`, the weight is
 //!
 //! `w = s · max(0, o‖d‖ − n·d + r) · max(0, n_x·d + r) / max(‖d‖, r)⁴`:
 //!

@@ -35,7 +35,11 @@ use lightshed_sampling::parallel::for_each_chunk;
 /// use lightshed_lights::{Bounds, Light, LightSampler, ShadingPoint};
 ///
 /// // A hundred lamps in a row, of which the floor sees one.
-/// let lamp = |i: usize| Light { bounds: Bounds::of_point(Vec3::new(i as f32, 2.0, 0.0)), intensity: 1.0, cone: None };
+/// let lamp = |i: usize| Light {
+///     bounds: Bounds::of_point(Vec3::new(i as f32, 2.0, 0.0)),
+///     intensity: 1.0,
+///     cone: None,
+/// };
 /// let lights: Vec<Light> = (0..100).map(lamp).collect();
 /// let bounds = Bounds::new(Vec3::ZERO, Vec3::splat(100.0));
 /// let mut cache = LightCache::new(bounds, &lights, LightCacheOptions::default())?;

@@ -29,12 +29,12 @@ impl Default for ExplorationWeights {
     }
 }
 
-/// One distribution of lights for all points (§5.4.3), an alias table over the blend `Σ_h w_h p_h`
-/// of three, each in proportion to
+/// One distribution of lights for all points (§5.4.3), an alias table over the blend
+/// `Σ_h w_h p_h` of three, each in proportion to
 ///
 /// - energy: intensity `I`,
-/// - change: `|I − I'| + min(I, I') ‖c − c'‖ / (‖c − c'‖ + r)`, where `c'` and `I'` are of the
-///   frame before and `r` is the radius of the light;
+/// - change: `|I − I'| + min(I, I') ‖c − c'‖ / (‖c − c'‖ + r)`, where `c'` and `I'`
+///   are of the frame before and `r` is the radius of the light;
 /// - distance: `I / max(‖c − eye‖, r)²`.
 ///
 /// A distribution that has nothing to say (nothing changed) counts for nothing. What shines has a

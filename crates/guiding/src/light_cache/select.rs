@@ -1,9 +1,10 @@
 //! Choosing a light by a cache (Algorithm 1).
 //!
 //! With `f` the region's share of exploration, `p_e` its probabilities and `p_c` those of the
-//! cache, `p_c(l) = P(bucket) w_l / Σ_bucket w`, a light has the probability `f p_e + (1 − f) p_c`
-//! where exploration is a table. Where it is a tree, each light belongs to one technique:
-//! `(1 − f) p_c` where `p_c > 0`, else `f p_e`. Where no cached light has a weight, `f` is 1.
+//! cache, `p_c(l) = P(bucket) w_l / Σ_bucket w`, a light has the probability
+//! `f p_e + (1 − f) p_c` where exploration is a table. Where it is a tree, each light belongs to
+//! one technique: `(1 − f) p_c` where `p_c > 0`, else `f p_e`. Where no cached light has a
+//! weight, `f` is 1.
 
 use super::bucket_choice::Buckets;
 use super::cache::LightCache;

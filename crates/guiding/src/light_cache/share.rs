@@ -6,10 +6,10 @@
 //!
 //! `M(f) = A / (1 − f) + B / f`, `A = Σ_known F² / (q p_c)`, `B = Σ_unknown F² / (q p_e)`,
 //!
-//! which is least, `(√A + √B)²`, at `f = √B / (√A + √B)`. A sample counts as one of an unknown
-//! light if the cache would not know the light but for this very sample: so `B` is what exploration
-//! still finds. Exploration alone has `T = Σ F² / (q p_e)`; where that is less, the cache is of no
-//! use and everything explores.
+//! which is least, `(√A + √B)²`, at `f = √B / (√A + √B)`. A sample counts as one of an
+//! unknown light if the cache would not know the light but for this very sample: so `B` is what
+//! exploration still finds. Exploration alone has `T = Σ F² / (q p_e)`; where that is less, the
+//! cache is of no use and everything explores.
 
 /// Second moments of a region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -6,11 +6,11 @@
 //!
 //! `f_c² = A_c / B_c`, `A_c = E_x[m_c(x) / p_c(x)]`, `B_c = E_x[p_c(x)]`,
 //!
-//! where `m_c = Σ_{l in c} F_l² / p(l | c)` is the second moment below the child and `F_l` is what
-//! light `l` sends, visibility included (Lagrange, for normalisations that vary little). A sample
-//! of light `l` that was chosen with probability `q` adds `F² / (q p(l | c) p_c)` to the one and
-//! `p_c p(l | c) / q` to the other, whoever chose it. A child that is hidden gets little, but never
-//! nothing: what the tree reaches stays reachable, so nothing else has to explore.
+//! where `m_c = Σ_{l in c} F_l² / p(l | c)` is the second moment below the child and `F_l` is
+//! what light `l` sends, visibility included (Lagrange, for normalisations that vary little). A
+//! sample of light `l` that was chosen with probability `q` adds `F² / (q p(l | c) p_c)` to the
+//! one and `p_c p(l | c) / q` to the other, whoever chose it. A child that is hidden gets little,
+//! but never nothing: what the tree reaches stays reachable, so nothing else has to explore.
 
 use super::options::LightTreeCacheOptions;
 use super::record::{LightCacheReport, LightRecord};
@@ -34,7 +34,11 @@ use lightshed_sampling::parallel::for_each_chunk;
 /// use lightshed_lights::{Bounds, Light, LightSampler, ShadingPoint};
 ///
 /// // A hundred lamps in a row, of which the floor sees one.
-/// let lamp = |i: usize| Light { bounds: Bounds::of_point(Vec3::new(i as f32, 2.0, 0.0)), intensity: 1.0, cone: None };
+/// let lamp = |i: usize| Light {
+///     bounds: Bounds::of_point(Vec3::new(i as f32, 2.0, 0.0)),
+///     intensity: 1.0,
+///     cone: None,
+/// };
 /// let lights: Vec<Light> = (0..100).map(lamp).collect();
 /// let bounds = Bounds::new(Vec3::ZERO, Vec3::splat(100.0));
 /// let mut cache = LightTreeCache::new(bounds, &lights, LightTreeCacheOptions::default())?;

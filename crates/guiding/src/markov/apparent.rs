@@ -3,11 +3,11 @@
 /// The distance at which what a ray found behind smooth surfaces seems to lie, along the direction
 /// in which it left (after Ruppert, Herholz and Lensch 2020, eq. 35).
 ///
-/// At a plane between indices of refraction `η₁`, where the eye is, and `η₂`, rays that meet at a
-/// distance `d` behind it seem to meet at `d (η₁ cos²θ₁)/(η₂ cos²θ₂)` in the plane of incidence,
-/// and at `d η₁/η₂` across it (Coddington). A lobe that is round has the geometric mean,
-/// `d (η₁ cosθ₁)/(η₂ cosθ₂)`; a mirror changes nothing. Several surfaces are folded from the light
-/// to the eye.
+/// At a plane between indices of refraction `η₁`, where the eye is, and `η₂`, rays that meet
+/// at a distance `d` behind it seem to meet at `d (η₁ cos²θ₁)/(η₂ cos²θ₂)` in the
+/// plane of incidence, and at `d η₁/η₂` across it (Coddington). A lobe that is round has the
+/// geometric mean, `d (η₁ cosθ₁)/(η₂ cosθ₂)`; a mirror changes nothing. Several
+/// surfaces are folded from the light to the eye.
 ///
 /// ```
 /// use lightshed_guiding::ApparentDistance;

@@ -57,7 +57,8 @@ impl TargetLobe {
     }
 }
 
-/// A [`TargetLobe`] seen from a point: `p_ω = κ/(2π(1 − e^{−2κ})) e^{−½ κ ‖ω − μ‖²}` per steradian.
+/// A [`TargetLobe`] seen from a point:
+/// `p_ω = κ/(2π(1 − e^{−2κ})) e^{−½ κ ‖ω − μ‖²}` per steradian.
 ///
 /// Stable for every `κ` from 0 to 10⁶: the exponent keeps its digits where the dot product of
 /// near-equal directions loses them.

@@ -7,7 +7,8 @@ use crate::error::check_option;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MarkovOptions {
-    /// Samples that the prior on a lobe's width counts for, `N_p ≥ 0`. Zero is maximum likelihood.
+    /// Samples that the prior on a lobe's width counts for, `N_p ≥ 0`. Zero is maximum
+    /// likelihood.
     pub prior_count: f32,
     /// Mean cosine of that prior, `r_p`, 0 to 1: 0 knows nothing, 0.99 expects small lights.
     pub prior_cosine: f32,

@@ -101,8 +101,8 @@ impl MarkovState {
 
     /// Its lobe, for any point (Algorithm 3). `None` for a state that is not valid.
     ///
-    /// The mean cosine is that of the maximum a posteriori, `r = (N² r̄ + N_p r_p)/(N² + N_p)`, and
-    /// the mean is that of `N² r̄ μ + N_n n`, with `N_n` samples along the normal `n`.
+    /// The mean cosine is that of the maximum a posteriori, `r = (N² r̄ + N_p r_p)/(N² + N_p)`,
+    /// and the mean is that of `N² r̄ μ + N_n n`, with `N_n` samples along the normal `n`.
     #[inline]
     pub fn lobe(&self, options: &MarkovOptions) -> Option<TargetLobe> {
         if !self.is_valid() {
@@ -126,11 +126,11 @@ impl MarkovState {
     /// found `f ≥ 0` (an estimate, already divided by its density) at `found`. The last part of
     /// Algorithm 4.
     ///
-    /// With `α = max(1/N, α_min)`: `w̄' = mix(w̄, f, α)`, `ȳ' = mix(w̄ ȳ, f y, α)/w̄'` and
-    /// `r̄' = ‖mix(w̄ r̄ μ, f ω, α)‖/w̄'`, where `μ` is the direction of `ȳ` before: then the sum
-    /// is that of all directions so far. A sample without light leaves the means and counts: the
-    /// prior fades, and the lobe becomes a little narrower. What is not finite, or has no direction
-    /// from `from`, is not learnt.
+    /// With `α = max(1/N, α_min)`: `w̄' = mix(w̄, f, α)`, `ȳ' = mix(w̄ ȳ, f y, α)/w̄'`
+    /// and `r̄' = ‖mix(w̄ r̄ μ, f ω, α)‖/w̄'`, where `μ` is the direction of `ȳ`
+    /// before: then the sum is that of all directions so far. A sample without light leaves the
+    /// means and counts: the prior fades, and the lobe becomes a little narrower. What is not
+    /// finite, or has no direction from `from`, is not learnt.
     pub fn learn(&mut self, from: Vec3, found: Vec3, f: f32, options: &MarkovOptions) {
         let direction = (found.as_dvec3() - from.as_dvec3()).try_normalize();
         let sound = f >= 0.0 && f.is_finite() && found.is_finite();

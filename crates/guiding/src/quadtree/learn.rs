@@ -20,8 +20,8 @@ struct Node {
 /// Moves leaves, as many as the options allow, from where they carry least to the leaf that carries
 /// most.
 ///
-/// A leaf carries `e = (1 − λ) E + λ A`, the share `E` of the samples' weights that fall into it
-/// with a prior: the share `A` of the square that it covers, which weighs as much as `prior`
+/// A leaf carries `e = (1 − λ) E + λ A`, the share `E` of the samples' weights that fall into
+/// it with a prior: the share `A` of the square that it covers, which weighs as much as `prior`
 /// samples do, `λ = prior / (samples + prior)`. If second moments are learnt it carries `√(A e)`
 /// with `E` the share of `∫ f²`: leaves of equal load then follow the root of the second moment,
 /// which is the density of least variance for estimates that are noisy themselves (Rath 2020, eq. 5

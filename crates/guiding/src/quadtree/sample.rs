@@ -28,8 +28,8 @@ pub(super) struct Chosen {
     pub code: u32,
 }
 
-/// Maps `u` in [0, 1)² to the point of the unit square whose density is the tree's. `INNER` is more
-/// than the number of inner nodes.
+/// Maps `u` in [0, 1)² to the point of the unit square whose density is the tree's. `INNER` is
+/// more than the number of inner nodes.
 ///
 /// A quarter of a node is chosen with the probability of its share of the node's leaves: first the
 /// half along v, then that along u within it. What is left of each number goes on to the quarter.

@@ -11,9 +11,9 @@ use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, octahedral_
 /// whose leaves all have the same probability (§5.5).
 ///
 /// With `L` leaves and `A` the area of the leaf that a direction `ω` is in,
-/// `p(ω) = 1/(A L) · ‖q‖₂³/4`, `q = ω/‖ω‖₁` (eq. 5.1): where the tree is fine, directions are
-/// frequent. Samples come from two numbers by one warp from the root down, which keeps the
-/// stratification of the numbers: neighbouring numbers give neighbouring directions.
+/// `p(ω) = 1/(A L) · ‖q‖₂³/4`, `q = ω/‖ω‖₁` (eq. 5.1): where the tree is fine,
+/// directions are frequent. Samples come from two numbers by one warp from the root down, which
+/// keeps the stratification of the numbers: neighbouring numbers give neighbouring directions.
 ///
 /// The layout of the bits is that of the words in little-endian order: the root's four children are
 /// the low bits of the first.
@@ -76,8 +76,8 @@ impl<'a> CompressedQuadtree<'a> {
             cell[0] |= (place & 1) << depth;
             cell[1] |= (place >> 1 & 1) << depth;
             depth += 1;
-            // Children of inner node k are bits 4 k to 4 k + 3, and it is the one before which k −
-            // 1 others stand.
+            // Children of inner node k are bits 4 k to 4 k + 3, and it is the one before which k
+            // − 1 others stand.
             match place / 4 {
                 0 => return Some(QuadtreeCell { depth, place: cell }),
                 inner => place = select(self.words, inner - 1, 0)?,

@@ -1,8 +1,9 @@
 //! Products of a mixture with a cosine.
 //!
-//! The clamped cosine around a normal `n` is near a lobe, `max(0, n·ω) ≈ c e^{λ(n·ω − 1)}` with λ =
-//! 2.18853 the concentration of equal mean cosine. The product of two lobes is a lobe:
-//! `κ μ' = κ₁ μ₁ + κ₂ μ₂`, and its integral is the ratio of peaks times `e^{κ − κ₁ − κ₂}`.
+//! The clamped cosine around a normal `n` is near a lobe, `max(0, n·ω) ≈ c e^{λ(n·ω − 1)}`
+//! with λ = 2.18853 the concentration of equal mean cosine. The product of two lobes is a lobe:
+//! `κ μ' = κ₁ μ₁ + κ₂ μ₂`, and its integral is the ratio of peaks times
+//! `e^{κ − κ₁ − κ₂}`.
 
 use super::lobe::{VmfLobe, peak_density};
 use super::mixture::{MAX_LOBES, VmfMixture};
@@ -21,8 +22,8 @@ impl VmfMixture {
         for (product, lobe) in products.iter_mut().zip(self.lobes()) {
             let sum = lobe.mean * lobe.concentration + normal * COSINE_CONCENTRATION;
             let concentration = sum.length();
-            // κ − κ₁ − κ₂ = ((κ₁ μ₁ + κ₂ n)² − (κ₁ + κ₂)²) / (κ + κ₁ + κ₂), with μ₁·n − 1 by the
-            // chord.
+            // κ − κ₁ − κ₂ = ((κ₁ μ₁ + κ₂ n)² − (κ₁ + κ₂)²) / (κ +
+            // κ₁ + κ₂), with μ₁·n − 1 by the chord.
             let both = lobe.concentration + COSINE_CONCENTRATION;
             let chord = (lobe.mean - normal).length_squared();
             let exponent = -lobe.concentration * COSINE_CONCENTRATION * chord / (concentration + both);

@@ -1,10 +1,10 @@
 //! Fitting a mixture to weighted directions, batch by batch.
 //!
 //! Samples `ω_i` of weight `w_i` (radiance over the density with which the direction was really
-//! sampled) are explained by lobes with shares `γ_ik = π_k p_k(ω_i) / Σ_j π_j p_j(ω_i)`; lobes
-//! follow from sums of `γ_ik w_i` (weighted expectation maximisation with a prior, as Vorba et al.
-//! 2014 and Ruppert, Herholz and Lensch 2020 use it for guides). Sums of earlier batches decay and
-//! are kept, so that a few samples at a time are enough.
+//! sampled) are explained by lobes with shares `γ_ik = π_k p_k(ω_i) / Σ_j π_j p_j(ω_i)`;
+//! lobes follow from sums of `γ_ik w_i` (weighted expectation maximisation with a prior, as Vorba
+//! et al. 2014 and Ruppert, Herholz and Lensch 2020 use it for guides). Sums of earlier batches
+//! decay and are kept, so that a few samples at a time are enough.
 
 use super::lobe::VmfLobe;
 use super::mixture::{MAX_LOBES, VmfMixture};
@@ -97,7 +97,8 @@ pub struct VmfSample {
 ///
 /// let mut fit = VmfFit::new(VmfFitOptions::default(), Vec3::ZERO)?;
 /// // A lamp two units above.
-/// let samples = [VmfSample { position: Vec3::ZERO, direction: Vec3::Z, distance: 2.0, weight: 1.0 }; 100];
+/// let (position, direction) = (Vec3::ZERO, Vec3::Z);
+/// let samples = [VmfSample { position, direction, distance: 2.0, weight: 1.0 }; 100];
 /// fit.update(&samples);
 /// let below = fit.at(Vec3::ZERO);
 /// assert!(below.pdf(Vec3::Z).value() > 5.0);

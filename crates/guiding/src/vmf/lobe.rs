@@ -1,7 +1,7 @@
 //! A von Mises–Fisher lobe by its parameters.
 //!
-//! `p_ω = κ / (2π (1 − e^{−2κ})) · e^{κ(μ·ω − 1)}`, and 1/4π where `κ = 0` (eq. 4.35 without its
-//! overflow).
+//! `p_ω = κ / (2π (1 − e^{−2κ})) · e^{κ(μ·ω − 1)}`, and 1/4π where `κ = 0` (eq.
+//! 4.35 without its overflow).
 
 use glam::Vec3;
 
@@ -32,8 +32,8 @@ impl VmfLobe {
     };
 }
 
-/// The density of a lobe at its mean, `κ / (2π (1 − e^{−2κ}))`, per steradian. Between 1/4π and
-/// 1.6·10⁵.
+/// The density of a lobe at its mean, `κ / (2π (1 − e^{−2κ}))`, per steradian. Between 1/4π
+/// and 1.6·10⁵.
 pub(crate) fn peak_density(concentration: f32) -> f32 {
     let kappa = f64::from(concentration);
     let peak = if concentration > UNIFORM_BELOW {
@@ -44,9 +44,10 @@ pub(crate) fn peak_density(concentration: f32) -> f32 {
     peak as f32
 }
 
-/// The concentration of the lobe with this mean cosine `r̄`: `κ = (3r̄ − r̄³) / (1 − r̄²)` (eq.
-/// 4.52), which is near the solution of `r̄ = coth κ − 1/κ`. The mean cosine is brought into 0 to
-/// `1 − 1/κ_max`, where the formula would diverge; NaN is 0.
+/// The concentration of the lobe with this mean cosine `r̄`:
+/// `κ = (3r̄ − r̄³) / (1 − r̄²)` (eq. 4.52), which is near the solution of
+/// `r̄ = coth κ − 1/κ`. The mean cosine is brought into 0 to `1 − 1/κ_max`, where the
+/// formula would diverge; NaN is 0.
 pub fn concentration_of(mean_cosine: f64) -> f32 {
     let most = 1.0 - 1.0 / f64::from(MAX_CONCENTRATION);
     // NaN fails the comparison.

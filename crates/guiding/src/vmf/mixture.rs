@@ -1,7 +1,8 @@
 //! A mixture of up to eight lobes, whose densities are computed in lanes.
 //!
-//! `p_ω = Σ_k π_k p_k(ω)`, per steradian. The exponent of lobe `k` is `−½ κ_k ‖ω − μ_k‖²`, which
-//! keeps its digits where the dot product of nearly equal directions loses them.
+//! `p_ω = Σ_k π_k p_k(ω)`, per steradian. The exponent of lobe `k` is
+//! `−½ κ_k ‖ω − μ_k‖²`, which keeps its digits where the dot product of nearly equal
+//! directions loses them.
 
 use super::exponential::exp2_negative;
 use super::lobe::{MAX_CONCENTRATION, VmfLobe, peak_density};

@@ -8,8 +8,8 @@ use crate::sample::TrainingSample;
 use glam::Vec3;
 use lightshed_spatial::Bounds;
 
-/// A mixture of von Mises–Fisher lobes in each region ([`VmfFit`]), seen from each position by the
-/// distances of what its lobes stand for.
+/// A mixture of von Mises–Fisher lobes in each region ([`VmfFit`]), seen from each position by
+/// the distances of what its lobes stand for.
 #[derive(Clone, Debug)]
 pub struct VmfModel {
     options: VmfFitOptions,

@@ -54,8 +54,8 @@ impl LobeStatistics {
         }
     }
 
-    /// The lobe that fits best, with a prior: `r̄ ← (N² r̄ + N_p r_p) / (N² + N_p)` (Algorithm 3).
-    /// `None` without a direction.
+    /// The lobe that fits best, with a prior: `r̄ ← (N² r̄ + N_p r_p) / (N² + N_p)`
+    /// (Algorithm 3). `None` without a direction.
     pub fn lobe(&self, prior_count: f64, prior_cosine: f64) -> Option<VmfLobe> {
         let sum = DVec3::from_array(self.direction);
         let length = sum.length();

@@ -70,8 +70,8 @@ pub fn quadtree(bits: u32) -> QuadtreeModel {
 const CELLS: [usize; 2] = [16, 32];
 const POINTS: usize = 40;
 
-/// Holds a distribution to its integral, within 2·10⁻³, its histogram, at a significance of 10⁻⁶,
-/// and the density of its samples.
+/// Holds a distribution to its integral, within 2·10⁻³, its histogram, at a significance of
+/// 10⁻⁶, and the density of its samples.
 fn check_directions(directions: &impl DirectionDistribution, seed: u64) -> Result<(), String> {
     let [rows, columns] = CELLS;
     let mut expected = vec![0.0; rows * columns];

@@ -140,7 +140,8 @@ fn at_equal_distances_the_mean_cosine_is_that_of_directions() {
     assert!((f64::from(state.weight()) - weight / 9.0).abs() < 1e-5);
 }
 
-/// One place over and over: `1 − r` is `N_p/(N² + N_p)` down to the bound, and `κ` at most 10⁶.
+/// One place over and over: `1 − r` is `N_p/(N² + N_p)` down to the bound, and `κ` at most
+/// 10⁶.
 #[test]
 fn narrow_lobes_are_bounded() {
     let mut options = options();

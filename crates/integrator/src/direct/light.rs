@@ -87,8 +87,8 @@ impl std::error::Error for DirectLightError {}
 
 /// Estimates emission and light that is scattered once: all paths of one or two edges.
 ///
-/// The point that a camera ray meets contributes `L_e + ∫ f(ω_o, ω) L_e(ω) |cos θ| dω`, in the
-/// solid-angle measure. The integral is estimated by `n` samples of the emitters and `m` of the
+/// The point that a camera ray meets contributes `L_e + ∫ f(ω_o, ω) L_e(ω) |cos θ| dω`, in
+/// the solid-angle measure. The integral is estimated by `n` samples of the emitters and `m` of the
 /// BSDF, combined with the power heuristic for these numbers (Veach 1997 §9.2.4, eq. 9.10). Its
 /// expectation is that of [`PathTracer`](crate::PathTracer) at a longest path of two edges, for any
 /// `n, m ≥ 1` and any [`EmitterSampler`]: more samples at the point spend less on camera rays.

@@ -114,14 +114,14 @@ impl std::error::Error for LightcutError {
 /// subtrees through a light tree; each pixel takes one light of every subtree by its own
 /// probabilities:
 ///
-/// > `L = Σ_s f(ω_o, ω_s) |cos θ_s| V L_e / (p_s p_ω)` (solid-angle measure), `p_s` the probability
-/// > within the subtree.
+/// > `L = Σ_s f(ω_o, ω_s) |cos θ_s| V L_e / (p_s p_ω)` (solid-angle measure), `p_s` the
+/// > probability within the subtree.
 ///
-/// With interleaving, pixel `p` of `m²` samples subtrees `⌊pn/m²⌋ … ⌊(p+1)n/m²⌋ − 1` (eq. 4.3),
-/// each counting `m²`-fold, with `p = i + f mod m²` in frame `f`: unbiased over `m²` frames, and
-/// over any number of frames in the mean over seeds, which turn the assignment. Emitters at
-/// infinity get one sample more, all together. Where the surface is not diffuse, samples of the
-/// BSDF join by the power heuristic with the expected numbers of samples.
+/// With interleaving, pixel `p` of `m²` samples subtrees `⌊pn/m²⌋ … ⌊(p+1)n/m²⌋ − 1`
+/// (eq. 4.3), each counting `m²`-fold, with `p = i + f mod m²` in frame `f`: unbiased over `m²`
+/// frames, and over any number of frames in the mean over seeds, which turn the assignment.
+/// Emitters at infinity get one sample more, all together. Where the surface is not diffuse,
+/// samples of the BSDF join by the power heuristic with the expected numbers of samples.
 ///
 /// The tree's build is part of every frame if [`LightcutOptions::rebuild`] says so.
 pub struct Lightcuts<'a> {

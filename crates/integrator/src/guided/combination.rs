@@ -7,8 +7,8 @@ use lightshed_scene::glam::DVec3;
 ///
 /// Frames come in iterations: those of one have the same guide and count alike. Iteration `i` of
 /// `n_i` frames has the mean `x̄_i` and the variance `V_i` of a frame; the combination is
-/// `Σ (n_i/V_i) x̄_i / Σ n_i/V_i`, the least variance that fixed weights can give (Vorba 2019, §5.3
-/// of *Path guiding in production*).
+/// `Σ (n_i/V_i) x̄_i / Σ n_i/V_i`, the least variance that fixed weights can give (Vorba 2019,
+/// §5.3 of *Path guiding in production*).
 ///
 /// A weight that is estimated from the same samples as the mean is biased: dark frames look
 /// certain. So each pixel is weighed by the variance of pixels of the other colour of a

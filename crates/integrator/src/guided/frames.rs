@@ -17,8 +17,8 @@ use std::sync::atomic::AtomicBool;
 /// ([`DirectionGuide`](crate::DirectionGuide)), whose density enters all weights: each frame is
 /// unbiased whatever the guide has learnt. The samples that train are those that shade. Frames are
 /// combined by the inverse of their variance, and what `render_frame` returns is such that the
-/// *mean* of the frames so far is that combination: frame `f` is `(f + 1) C_f − f C_{f−1}`, which
-/// has the expectation of the image but may be negative.
+/// *mean* of the frames so far is that combination: frame `f` is `(f + 1) C_f − f C_{f−1}`,
+/// which has the expectation of the image but may be negative.
 ///
 /// A guide that gains less than it costs is dropped: where the variance of a frame without it,
 /// which the first frame shows, is not larger by more than the cost of guided paths, the rest of

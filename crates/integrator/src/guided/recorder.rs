@@ -11,8 +11,8 @@ use lightshed_scene::glam::Vec3;
 ///
 /// A vertex at which a path went on by a lobe of some width gives a sample of weight `w = Y(L_o)`:
 /// the luminance of what was found from there on, over the throughput up to the vertex, so that `w`
-/// estimates `∫ f |cos θ| L_i dω` by the density of the mixture that was really sampled, with the
-/// MIS weights of emitters that were met and with all factors of roulette. Emitters that were
+/// estimates `∫ f |cos θ| L_i dω` by the density of the mixture that was really sampled, with
+/// the MIS weights of emitters that were met and with all factors of roulette. Emitters that were
 /// sampled at the vertex itself do not count: a guide does not help to find them.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldRecorder<'f> {

@@ -8,10 +8,11 @@ use lightshed_scene::glam::Vec3;
 /// Says at each vertex how much of a path goes on, and what stands in for the rest: how paths end
 /// in caches.
 ///
-/// At a vertex, before anything is sampled there, a path of throughput `T` is given a share `α` and
-/// a radiance `r`. The pixel gets `r`, and all that follows counts with `α T`. Emission that the
-/// path met at the vertex has counted before, in full. With `r` an unbiased estimate of `(1 − α) T`
-/// times the radiance that the vertex scatters, the image stays what it is; else it is biased.
+/// At a vertex, before anything is sampled there, a path of throughput `T` is given a share `α`
+/// and a radiance `r`. The pixel gets `r`, and all that follows counts with `α T`. Emission that
+/// the path met at the vertex has counted before, in full. With `r` an unbiased estimate of
+/// `(1 − α) T` times the radiance that the vertex scatters, the image stays what it is; else it
+/// is biased.
 pub trait PathEnding: Sync {
     /// Whether it ever ends a path: false compiles to nothing.
     const IS_ACTIVE: bool = true;

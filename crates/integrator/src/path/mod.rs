@@ -36,10 +36,10 @@ pub(crate) use suffix::trace_suffixes;
 
 /// Estimates the light transport equation by paths from the camera.
 ///
-/// A path `x₀ x₁ … x_k` contributes `f(x̄) = T(x₀…x_k) L_e(x_k → x_{k−1})`. Its last vertex is
-/// found in two ways: by sampling an emitter, or by going on and meeting one. Both are weighted by
-/// the power heuristic, of densities in the solid-angle measure at `x_{k−1}` (Veach 1997 §9.2.4,
-/// eq. 9.10). An emitter that only one technique can find has weight 1 with it.
+/// A path `x₀ x₁ … x_k` contributes `f(x̄) = T(x₀…x_k) L_e(x_k → x_{k−1})`. Its last
+/// vertex is found in two ways: by sampling an emitter, or by going on and meeting one. Both are
+/// weighted by the power heuristic, of densities in the solid-angle measure at `x_{k−1}` (Veach
+/// 1997 §9.2.4, eq. 9.10). An emitter that only one technique can find has weight 1 with it.
 ///
 /// Emitters are chosen by an [`EmitterSampler`]. Directions are those of the BSDF, or of its
 /// mixture with a [`DirectionGuide`]. A [`PathObserver`] is told of every path, a [`PathEnding`]

@@ -1,11 +1,11 @@
 //! What every path does at its vertices.
 //!
 //! At a point `x` seen from `ω_o`, the direct part of the scattered radiance is
-//! `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the solid-angle measure. It is found in two ways, by
-//! a sample of the emitters with density `p_e` and by the direction in which the path goes on, of
-//! density `p_b`, which are combined with the power heuristic `w_e = p_e² / (p_e² + p_b²)`,
-//! `w_b = 1 − w_e` (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4, eq. 9.10). Where only one of them can
-//! find an emitter its weight is 1.
+//! `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the solid-angle measure. It is found in two
+//! ways, by a sample of the emitters with density `p_e` and by the direction in which the path goes
+//! on, of density `p_b`, which are combined with the power heuristic
+//! `w_e = p_e² / (p_e² + p_b²)`, `w_b = 1 − w_e` (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4,
+//! eq. 9.10). Where only one of them can find an emitter its weight is 1.
 
 use super::guide::{DirectionGuide, NoGuide};
 use super::observer::{PathDirection, PathVertex};

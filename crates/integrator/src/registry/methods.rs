@@ -328,8 +328,8 @@ pub const METHODS: &[MethodEntry] = &[
     },
 ];
 
-/// Virtual point lights: three diffuse bounces unless told otherwise (Lin 2022 §3.4), one at least,
-/// never without end.
+/// Virtual point lights: three diffuse bounces unless told otherwise (Lin 2022 §3.4), one at
+/// least, never without end.
 const VPL: MethodCapabilities = MethodCapabilities {
     biased: true,
     depth: PathDepth::Bounded { least: 3, default: 5 },

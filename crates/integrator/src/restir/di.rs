@@ -43,9 +43,9 @@ pub struct RestirDiSettings {
     pub radius_pixels: f32,
     /// Most confidence that a pixel's history is given, in frames; positive.
     pub confidence_cap: f32,
-    /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j` that
-    /// ask no technique whether it could have produced them, and targets that know no occlusion.
-    /// Edges of shadows and of surfaces darken.
+    /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j`
+    /// that ask no technique whether it could have produced them, and targets that know no
+    /// occlusion. Edges of shadows and of surfaces darken.
     pub biased: bool,
     /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in
     /// the mean of frames.
@@ -163,13 +163,14 @@ impl std::error::Error for RestirDiError {
 ///
 /// Each frame and pixel traces one camera ray, through a new place in the pixel. At the surface it
 /// meets, candidates for the *endpoint* of light are resampled by
-/// `p̂(e) = Y(f L_e |cos θ| |dω/de|)`, those on surfaces, at infinity and of lights that are points
-/// or directions each for themselves; shadow rays tell which survivors go on (visibility *before*
-/// reuse), and one of them does. It is merged with what the pixel that saw the surface in the frame
-/// before held, then with neighbours of this frame, each in its own domain: its own surface, view
-/// direction and, unless biased, occlusion (visibility *after* reuse, asked in every MIS weight).
-/// The last round shades by the sum over its inputs, without colour noise. Emission seen directly,
-/// and light by delta lobes, which cannot be reused, are added exactly and by a sample each.
+/// `p̂(e) = Y(f L_e |cos θ| |dω/de|)`, those on surfaces, at infinity and of lights that are
+/// points or directions each for themselves; shadow rays tell which survivors go on (visibility
+/// *before* reuse), and one of them does. It is merged with what the pixel that saw the surface in
+/// the frame before held, then with neighbours of this frame, each in its own domain: its own
+/// surface, view direction and, unless biased, occlusion (visibility *after* reuse, asked in every
+/// MIS weight). The last round shades by the sum over its inputs, without colour noise. Emission
+/// seen directly, and light by delta lobes, which cannot be reused, are added exactly and by a
+/// sample each.
 ///
 /// Every frame's expectation is that of [`DirectLight`](crate::DirectLight); frames are correlated
 /// with those before, by way of what they reuse.

@@ -37,15 +37,15 @@ const RADIUS: f32 = 0.1;
 /// [`RestirDi`].
 ///
 /// Each frame, a pixel's `x₁` samples a direction by its BSDF, meets `x₂`, and estimates the
-/// radiance `L̂` reflected there towards it by a path. `(x₂, L̂)` with target `Y(L̂)` is merged
-/// with what the pixel that saw `x₁` in the frame before held, then with neighbours, by
+/// radiance `L̂` reflected there towards it by a path. `(x₂, L̂)` with target `Y(L̂)` is
+/// merged with what the pixel that saw `x₁` in the frame before held, then with neighbours, by
 /// reconnection to `x₂` and its Jacobian (their eq. 11); the pixel is shaded by
 /// `f(x₁) |cos θ| L̂ W`. Light by delta lobes at `x₁` is added by a sample.
 ///
 /// A baseline, **biased** as published:
 ///
-/// - `L̂` is reused for directions other than the one it was estimated for: right only where `x₂`
-///   is Lambertian;
+/// - `L̂` is reused for directions other than the one it was estimated for: right only where
+///   `x₂` is Lambertian;
 /// - samples merge with weights `c_i / Σ c_j` that ask no technique whether it could have produced
 ///   them, which darkens where `x₂` is hidden from a neighbour, or below its horizon;
 /// - reuse in time asks for no visibility, so light leaks where the view of `x₁` moves;

@@ -1,13 +1,15 @@
 //! Indirect light as ReSTIR GI sees it: points that send radiance, the same into all directions.
 //!
-//! The sample of a pixel is `z = (x₂, L̂)`: the end of a ray from the pixel's `x₁`, and an estimate
-//! of the radiance reflected there towards `x₁`. Its domain is measured by solid angle at `x₁` and
-//! has the target `p̂(z) = Y(L̂)` (Ouyang et al. 2021, the simpler of the two that are given: it
-//! favours what is of use to other pixels too). The shift reconnects: `x₂` and `L̂` stay, with
+//! The sample of a pixel is `z = (x₂, L̂)`: the end of a ray from the pixel's `x₁`, and an
+//! estimate of the radiance reflected there towards `x₁`. Its domain is measured by solid angle
+//! at `x₁` and has the target `p̂(z) = Y(L̂)` (Ouyang et al. 2021, the simpler of the two that
+//! are given: it favours what is of use to other pixels too). The shift reconnects: `x₂` and
+//! `L̂` stay, with
 //!
 //! > `|∂T/∂ω| = |cos φ'| / |cos φ| · d² / d'²`,
 //!
-//! `φ` and `d` the angle at `x₂` and the distance to `x₁`, primed those of the pixel shifted to.
+//! `φ` and `d` the angle at `x₂` and the distance to `x₁`, primed those of the pixel shifted
+//! to.
 
 use super::primary::{Outlook, Primary};
 use lightshed_film::{RayKind, RayTally};
@@ -127,8 +129,9 @@ mod tests {
         Distances,
     }
 
-    /// Against finite differences of the direction: a change of `ω` at one pixel moves `x₂` on its
-    /// plane, and so the direction in which the other pixel sees it. And the way back leads back.
+    /// Against finite differences of the direction: a change of `ω` at one pixel moves `x₂` on
+    /// its plane, and so the direction in which the other pixel sees it. And the way back leads
+    /// back.
     #[test]
     fn jacobians_are_those_of_finite_differences() {
         let scene = Scene::new(&builtin::cornell()).unwrap();

@@ -5,9 +5,9 @@
 //!
 //! > `p̂(e) = Y(f(ω_o, ω) L_e(ω) |cos θ| |dω/de| V)`,
 //!
-//! with `ω` towards `e`, `Y` the luminance and, where visibility belongs to the target, `V` whether
-//! nothing stands in between. Endpoints do not depend on the pixel, so the shift between two pixels
-//! is the identity with Jacobian 1; all that differs is the target.
+//! with `ω` towards `e`, `Y` the luminance and, where visibility belongs to the target, `V`
+//! whether nothing stands in between. Endpoints do not depend on the pixel, so the shift between
+//! two pixels is the identity with Jacobian 1; all that differs is the target.
 
 use super::primary::Primary;
 use lightshed_film::{RayKind, RayTally};

@@ -61,8 +61,8 @@ impl Outlook {
 
 /// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet,
 /// `image` what is emitted from there towards the camera (or from infinity); surfaces' emission is
-/// estimated by `visible` in the pixels that it takes. Returns how many rays that took; `None` if `cancel` was
-/// set meanwhile.
+/// estimated by `visible` in the pixels that it takes. Returns how many rays that took; `None` if
+/// `cancel` was set meanwhile.
 pub(crate) fn trace_primaries(
     scene: &Scene,
     view: FrameView<'_>,

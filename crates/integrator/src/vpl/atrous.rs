@@ -44,8 +44,8 @@ pub(super) fn similarity(a: &Guide, b: &Guide) -> f32 {
     cosine.min(1.0).powi(NORMAL_POWER) * (-off_plane / scale.max(f32::MIN_POSITIVE)).exp()
 }
 
-/// Edge-avoiding à-trous wavelets (Dammertz et al. 2010): iteration `i` of `iterations` is a 5×5 B₃
-/// spline with `2^i − 1` pixels left out between its taps,
+/// Edge-avoiding à-trous wavelets (Dammertz et al. 2010): iteration `i` of `iterations` is a 5×5
+/// B₃ spline with `2^i − 1` pixels left out between its taps,
 ///
 /// > `v'_p = Σ_q h_{p−q} w(p, q) v_q / Σ_q h_{p−q} w(p, q)`,
 ///

@@ -35,8 +35,8 @@ pub struct VplGridOptions {
     pub lights: VplOptions,
     /// The hierarchy over them.
     pub grid: GridOptions,
-    /// The first level used: 0 for the lights themselves near a point, 1 to start with S₁ (Lin 2022
-    /// §3.4.1).
+    /// The first level used: 0 for the lights themselves near a point, 1 to start with S₁ (Lin
+    /// 2022 §3.4.1).
     pub first_level: u32,
     /// Lights nearer than this count as if they were that far: clamping bias.
     pub min_distance: f32,

@@ -124,15 +124,15 @@ impl VplSet {
     /// (Keller 1997; Lin 2022 §3.4).
     ///
     /// Path `i` of `n` starts with the flux `Φ/n` of an emitted ray. At a vertex with incident
-    /// direction ω_i the flux is turned into light by the sampled scattering, `Φ ← Φ f |cos| / p`,
-    /// and a light of radiant intensity `(Φ/π) max(0, n·ω)` is left on the side that it goes to:
-    /// for diffuse surfaces that is exactly `Φ_i f (n·ω)`, for others the right power with a
-    /// diffuse shape, the *diffuse approximation*, which is biased. Mirrors and smooth dielectrics
-    /// leave no light and are followed. Then the path goes on in the sampled direction, surviving
-    /// with probability `min(1, max Φ/max Φ_before)`, so that lights are about equally bright. The
-    /// shape is that of the geometric normal, and where shading normals differ the flux carries the
-    /// factor of the adjoint (Veach 1997 §5.3.2), so that lights give what paths from the camera
-    /// find.
+    /// direction ω_i the flux is turned into light by the sampled scattering,
+    /// `Φ ← Φ f |cos| / p`, and a light of radiant intensity `(Φ/π) max(0, n·ω)` is left on
+    /// the side that it goes to: for diffuse surfaces that is exactly `Φ_i f (n·ω)`, for others
+    /// the right power with a diffuse shape, the *diffuse approximation*, which is biased. Mirrors
+    /// and smooth dielectrics leave no light and are followed. Then the path goes on in the sampled
+    /// direction, surviving with probability `min(1, max Φ/max Φ_before)`, so that lights are
+    /// about equally bright. The shape is that of the geometric normal, and where shading normals
+    /// differ the flux carries the factor of the adjoint (Veach 1997 §5.3.2), so that lights give
+    /// what paths from the camera find.
     ///
     /// With `seed` and options the set is the same for any number of threads; the numbers are
     /// Owen-scrambled Sobol points, one for each path. An empty set where nothing arrives.
@@ -263,9 +263,9 @@ mod tests {
         assert!(lights.len() > 1500 && lights == in_pool(3, 5) && lights != in_pool(1, 6));
     }
 
-    /// Inside a sphere of reflectance ρ that emits `Φ`, the lights of the k-th bounce have the flux
-    /// `ρ^k Φ`, `π I` each. MeanTest at 1e-6; paths that end a bounce early, and survivors that are
-    /// not made up for, are noticed.
+    /// Inside a sphere of reflectance ρ that emits `Φ`, the lights of the k-th bounce have the
+    /// flux `ρ^k Φ`, `π I` each. MeanTest at 1e-6; paths that end a bounce early, and survivors
+    /// that are not made up for, are noticed.
     #[test]
     fn lights_have_the_flux_of_the_reflected_light() {
         let mut description = builtin::furnace();

@@ -42,8 +42,8 @@ fn mean(estimator: &dyn PixelEstimator, samples: u32, seed: u64, factor: f64) ->
     test
 }
 
-/// z-tests at 10⁻⁶ of path tracing, on surfaces of all kinds, with one lamp and with hundreds, most
-/// of them hidden. What is 10 % too bright is found in the scene with most light.
+/// z-tests at 10⁻⁶ of path tracing, on surfaces of all kinds, with one lamp and with hundreds,
+/// most of them hidden. What is 10 % too bright is found in the scene with most light.
 #[test]
 fn caches_do_not_change_the_mean() {
     for (name, samples) in [

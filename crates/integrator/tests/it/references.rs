@@ -13,9 +13,9 @@
 //!
 //! **What that finds.** The verdict on means rejects from 4.4 standard errors on (two-sided 1e-4 /
 //! 9), so that a uniform error of 6 of them is found with 95 % certainty: of 0.4 % in the Cornell
-//! box, 0.6 % with rough boxes, 0.2 % under the environment, 1 % under the thousand lights, 1.3…2.4
-//! % in the game level. Where reference or rendering are noisier than 0.3 % (the door ajar, the
-//! atrium, the classroom), so is the test.
+//! box, 0.6 % with rough boxes, 0.2 % under the environment, 1 % under the thousand lights,
+//! 1.3…2.4 % in the game level. Where reference or rendering are noisier than 0.3 % (the door
+//! ajar, the atrium, the classroom), so is the test.
 
 use crate::common::{ReferenceMoments, data_folder};
 use crate::rendered::Rendered;

@@ -231,9 +231,9 @@ fn cornell(width: u32, height: u32) -> Scene {
 }
 
 /// The Cornell box from the same lights, the direct part from the same random numbers: at α = 3
-/// with all shadows the grid is within 2 % of the sum, at α = 1 from S₁ on farther from it, and so
-/// without shadows. Rays into the spread of grid lights are darker. One frame of few shadow rays is
-/// nearer with the filter than without.
+/// with all shadows the grid is within 2 % of the sum, at α = 1 from S₁ on farther from it, and
+/// so without shadows. Rays into the spread of grid lights are darker. One frame of few shadow rays
+/// is nearer with the filter than without.
 #[test]
 fn the_grid_gives_nearly_what_the_sum_gives() {
     let scene = cornell(24, 24);

@@ -103,10 +103,10 @@ impl Extent for LightExtent {
         self.intensity
     }
 
-    /// `I · M_A · M_Ω`: with the diagonal for the area, which does not vanish on a line, and from 1
-    /// to 4 for normals from one direction to all, as the measure of the cone does (Conty Estevez
-    /// and Kulla 2018, eq. 1). The diagonal's square, or the box's area, makes choices in scenes
-    /// with lamps of different brightness noisier by a third.
+    /// `I · M_A · M_Ω`: with the diagonal for the area, which does not vanish on a line, and
+    /// from 1 to 4 for normals from one direction to all, as the measure of the cone does (Conty
+    /// Estevez and Kulla 2018, eq. 1). The diagonal's square, or the box's area, makes choices in
+    /// scenes with lamps of different brightness noisier by a third.
     #[inline(always)]
     fn cost_of(&self, intensity: f64, diagonal: Vec3A) -> f64 {
         let half = (self.normals_max - self.normals_min) * 0.5;

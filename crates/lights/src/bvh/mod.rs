@@ -1,9 +1,9 @@
 //! The light BVH.
 //!
 //! Lights are divided top-down so that the surface area orientation heuristic is least (Conty
-//! Estevez and Kulla 2018, §4.4): `Σ I · M_A · M_Ω` over both parts, with `I` the intensity, `M_A`
-//! the extent and `M_Ω` the spread of normals. A node has up to eight children, found by dividing
-//! the costliest again and again.
+//! Estevez and Kulla 2018, §4.4): `Σ I · M_A · M_Ω` over both parts, with `I` the intensity,
+//! `M_A` the extent and `M_Ω` the spread of normals. A node has up to eight children, found by
+//! dividing the costliest again and again.
 
 mod build;
 mod extent;
@@ -25,7 +25,8 @@ use node::{LEAF, NO_LEAF, WideNode};
 /// A bounding volume hierarchy over lights: slower to build than a
 /// [`PerfectTree`](crate::PerfectTree), with better probabilities.
 ///
-/// `p(light | x) = Π_k w_k / Σ w` over the nodes on the way to the light, in the counting measure.
+/// `p(light | x) = Π_k w_k / Σ w` over the nodes on the way to the light, in the counting
+/// measure.
 ///
 /// ```
 /// use lightshed_lights::{Bounds, Light, LightBvh, LightSampler, ShadingPoint, glam::Vec3};

@@ -3,10 +3,10 @@
 /// The blending functions `B_ℓ(d)`, which share every distance `d ≥ 0` between at most two
 /// neighbouring levels: `Σ_ℓ B_ℓ(d) = 1` (Lin 2022 §3.2.2, fig. 3.2).
 ///
-/// With `r_ℓ = α h_ℓ`, so `r_{ℓ+1} = 2 r_ℓ`, `B_ℓ` rises from 0 at `r_ℓ/2` to 1 at `r_ℓ` and falls
-/// to 0 at `2 r_ℓ`, linearly in `d²`. (Ramps that are linear in `d` add up to one as well; these
-/// have a slightly smaller error at every α and need no root.) The first level does not rise but
-/// starts with 1, the last does not fall.
+/// With `r_ℓ = α h_ℓ`, so `r_{ℓ+1} = 2 r_ℓ`, `B_ℓ` rises from 0 at `r_ℓ/2` to 1 at
+/// `r_ℓ` and falls to 0 at `2 r_ℓ`, linearly in `d²`. (Ramps that are linear in `d` add up to
+/// one as well; these have a slightly smaller error at every α and need no root.) The first level
+/// does not rise but starts with 1, the last does not fall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlendingFunctions {
     /// `r_0`.
@@ -106,8 +106,9 @@ mod tests {
         LastFalls,
     }
 
-    /// Over 24 octaves of distance and several α: the sum is 1 to 1e-6, no more than two neighbours
-    /// take part, and nothing reaches beyond `reach`. With each planted fault that fails.
+    /// Over 24 octaves of distance and several α: the sum is 1 to 1e-6, no more than two
+    /// neighbours take part, and nothing reaches beyond `reach`. With each planted fault that
+    /// fails.
     #[test]
     fn blending_functions_partition_unity() {
         check_faults(

@@ -15,10 +15,10 @@ use glam::Vec3;
 /// Here `a` is the share of the light that shines all around, `m` the mean of the others' normals
 /// (times 1 − a), and `Q` the second moment of their normals (times (1 − a)²), scaled. Since
 /// `max(0, t) = ½ (t + |t|)`, the mean of the clamped cosines of many surfaces is
-/// `½ (E[n·ω] + E|n·ω|)`; the first is linear, and of the second `|E[n·ω]| ≤ E|n·ω| ≤ √E[(n·ω)²]`
-/// is known, the upper bound being exact wherever `|n·ω|` is one and the same: for one wall, or
-/// several in the same attitude. The scale keeps the flux of the bound near that of the lights,
-/// exactly so for equal and for uniform normals.
+/// `½ (E[n·ω] + E|n·ω|)`; the first is linear, and of the second
+/// `|E[n·ω]| ≤ E|n·ω| ≤ √E[(n·ω)²]` is known, the upper bound being exact wherever
+/// `|n·ω|` is one and the same: for one wall, or several in the same attitude. The scale keeps
+/// the flux of the bound near that of the lights, exactly so for equal and for uniform normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GridLight {
@@ -50,11 +50,11 @@ impl GridLight {
     /// The squared distance at which the blending functions see the light, `to_light` being the way
     /// to its centre.
     ///
-    /// Blending each light it stands for by its own distance `r` would give `Σ_i B(r_i²) f_i`, with
-    /// `f ∝ 1/r²`. On the ramps `B` is linear in `r²`, so that is `B(D) Σ_i f_i` with
-    /// `D = E[r² f] / E[f] = 1 / E[r⁻²]`, the harmonic mean of squared distances; to second order
-    /// in the spread `D = d² + Σ_a σ_a² (1 − 4 ω_a²)`, ω the direction. The correction is bounded
-    /// by a fifth of `d²`.
+    /// Blending each light it stands for by its own distance `r` would give `Σ_i B(r_i²) f_i`,
+    /// with `f ∝ 1/r²`. On the ramps `B` is linear in `r²`, so that is `B(D) Σ_i f_i` with
+    /// `D = E[r² f] / E[f] = 1 / E[r⁻²]`, the harmonic mean of squared distances; to second
+    /// order in the spread `D = d² + Σ_a σ_a² (1 − 4 ω_a²)`, ω the direction. The
+    /// correction is bounded by a fifth of `d²`.
     #[inline(always)]
     pub fn blending_distance_squared(&self, to_light: Vec3) -> f32 {
         let variance = self.spread * self.spread;
@@ -103,9 +103,10 @@ pub(super) fn emission_moments(weight: f64, normal: [f64; 3], square: [f64; 6]) 
     )
 }
 
-/// `½ / mean over directions of √(ωᵀ M ω)` for a symmetric `M` of trace one: 1 if all normals are
-/// parallel, `½ √3` if they are uniform. In between it is linear in `‖M‖²`, to a thousandth: for
-/// normals uniform in a plane it gives 0.8995 where `2 √2 / π = 0.9003` is right.
+/// `½ / mean over directions of √(ωᵀ M ω)` for a symmetric `M` of trace one: 1 if all
+/// normals are parallel, `½ √3` if they are uniform. In between it is linear in `‖M‖²`, to
+/// a thousandth: for normals uniform in a plane it gives 0.8995 where `2 √2 / π = 0.9003` is
+/// right.
 fn flux_scale(m: [f64; 6]) -> f64 {
     let norm_squared =
         m[0] * m[0] + m[1] * m[1] + m[2] * m[2] + 2.0 * (m[3] * m[3] + m[4] * m[4] + m[5] * m[5]);
@@ -162,10 +163,10 @@ mod tests {
         }
     }
 
-    /// The flux `∫ e dω` against `4πa + π(1 − a)`, that of the lights: within 0.2 % for a wall, an
-    /// edge of two walls seen from all sides, normals uniform in a plane or in space; 6 % for a
-    /// convex corner, whose `|m·ω|` often exceeds the root. Without the scale the uniform case is
-    /// 15 % off.
+    /// The flux `∫ e dω` against `4πa + π(1 − a)`, that of the lights: within 0.2 % for a
+    /// wall, an edge of two walls seen from all sides, normals uniform in a plane or in space; 6 %
+    /// for a convex corner, whose `|m·ω|` often exceeds the root. Without the scale the uniform
+    /// case is 15 % off.
     #[test]
     fn flux_is_that_of_the_lights() {
         let plane: Vec<Vec3> = (0..60)

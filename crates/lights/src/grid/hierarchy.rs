@@ -13,11 +13,12 @@ use lightshed_spatial::{CellRanges, CubicGrid, KEY_BITS, KeyedIndex, finest_bits
 /// A lighting grid hierarchy (Lin 2022 ch. 3, after Yuksel and Yuksel 2017): many point lights at
 /// several resolutions.
 ///
-/// Level 0, S₀, is the lights. For ℓ ≥ 1 a grid of cubic cells of side `h_ℓ = 2 h_{ℓ−1}` covers
-/// them; each light is shared among the eight vertices of its cell by trilinear weights, and a
-/// vertex that got something is a [`GridLight`] of S_ℓ. The coarsest level has one cell. Every
-/// level stands for all the light: `Σ_{S_ℓ} I = Σ_{S_0} I`. What reaches a point from distance `d`
-/// is taken from the levels that [`BlendingFunctions`] choose for `d`:
+/// Level 0, S₀, is the lights. For ℓ ≥ 1 a grid of cubic cells of side
+/// `h_ℓ = 2 h_{ℓ−1}` covers them; each light is shared among the eight vertices of its cell
+/// by trilinear weights, and a vertex that got something is a [`GridLight`] of S_ℓ. The coarsest
+/// level has one cell. Every level stands for all the light: `Σ_{S_ℓ} I = Σ_{S_0} I`. What
+/// reaches a point from distance `d` is taken from the levels that [`BlendingFunctions`] choose for
+/// `d`:
 ///
 /// > `E(x) ≈ Σ_ℓ Σ_{i ∈ S_ℓ} B_ℓ(d_i) I_i e_i(−ω_i) max(0, n·ω_i) / d_i²`,
 ///

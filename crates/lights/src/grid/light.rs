@@ -7,8 +7,9 @@ use glam::Vec3;
 
 /// A light at a point, coloured, shining all around or as a diffuse surface does.
 ///
-/// Its radiant intensity in the unit direction ω is `I` for a zero normal, else `I · max(0, n·ω)`:
-/// that of a virtual point light that stands for a piece of a diffuse surface.
+/// Its radiant intensity in the unit direction ω is `I` for a zero normal, else
+/// `I · max(0, n·ω)`: that of a virtual point light that stands for a piece of a diffuse
+/// surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PointLight {

@@ -5,15 +5,15 @@ use super::grid_light::{GridLight, emission_moments};
 use glam::{DVec3, Vec3};
 use lightshed_sampling::luminance;
 
-/// `Σ w q` over the lights of the eight cells around a vertex, `w = Π_a (1 − |δ_a|)` the trilinear
-/// share and `δ` the offset from the vertex in cells.
+/// `Σ w q` over the lights of the eight cells around a vertex, `w = Π_a (1 − |δ_a|)` the
+/// trilinear share and `δ` the offset from the vertex in cells.
 ///
 /// **Coarser levels follow exactly.** A coarse trilinear function is trilinear within each cell of
-/// the finer grid, so the finer grid's functions reproduce it: `φ_c(p) = Σ_v φ_v(p) φ_c(x_v)`. So a
-/// coarse sum is the sum of those of its 27 finer vertices with the shares ½ and 1 along each axis,
-/// whatever lights went into them: gathering from the level below gives what scattering every light
-/// again would give. (Taking the shares at the illumination centres instead smooths more: Lin 2022
-/// §3.4.2, fig. 3.4.)
+/// the finer grid, so the finer grid's functions reproduce it: `φ_c(p) = Σ_v φ_v(p) φ_c(x_v)`.
+/// So a coarse sum is the sum of those of its 27 finer vertices with the shares ½ and 1 along each
+/// axis, whatever lights went into them: gathering from the level below gives what scattering every
+/// light again would give. (Taking the shares at the illumination centres instead smooths more: Lin
+/// 2022 §3.4.2, fig. 3.4.)
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub(super) struct Moments {
@@ -70,8 +70,8 @@ impl Accumulator {
         }
     }
 
-    /// Adds a vertex of the next finer grid, `half_steps` of its cells away along each axis: −1, 0
-    /// or 1.
+    /// Adds a vertex of the next finer grid, `half_steps` of its cells away along each axis: −1,
+    /// 0 or 1.
     #[inline(always)]
     pub fn add_vertex(&mut self, finer: &Moments, half_steps: [i32; 3]) {
         let share: f64 = half_steps

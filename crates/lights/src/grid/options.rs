@@ -7,8 +7,8 @@ use crate::Bounds;
 /// How many levels there are above the lights themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Levels {
-    /// As many as leave the finest, S₁, fewer grid lights than half the lights (Lin 2022 §3.4.3);
-    /// one at least.
+    /// As many as leave the finest, S₁, fewer grid lights than half the lights (Lin 2022
+    /// §3.4.3); one at least.
     #[default]
     Auto,
     /// So many: level 1 has `2^(count − 1)` cells along the longest edge, level `count` has one.
@@ -30,8 +30,8 @@ pub enum Construction {
 /// Size, fineness and accuracy of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridOptions {
-    /// α: level ℓ serves distances around `r_ℓ = α h_ℓ`, `h_ℓ` its cell size. More is more accurate
-    /// and slower; 1 to 2 is usual.
+    /// α: level ℓ serves distances around `r_ℓ = α h_ℓ`, `h_ℓ` its cell size. More is
+    /// more accurate and slower; 1 to 2 is usual.
     pub alpha: f32,
     /// Number of levels.
     pub levels: Levels,

@@ -9,8 +9,8 @@ use lightshed_spatial::for_each_row_within;
 /// Which of the lights near a point are to be visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GridQuery {
-    /// 0 to use the lights themselves near the point; 1 to start from S₁, which is faster, smooths
-    /// more, and is what the thesis does (Lin 2022 §3.4.1).
+    /// 0 to use the lights themselves near the point; 1 to start from S₁, which is faster,
+    /// smooths more, and is what the thesis does (Lin 2022 §3.4.1).
     pub first_level: u32,
     /// Interleaved sampling (§3.4.3): of each level's lights only every `stride`-th, starting with
     /// `phase`, counts, `stride`-fold. The mean over all phases is the whole. 1 for all lights; 0

@@ -41,8 +41,8 @@ impl LightingGrid {
     /// of `f_i`, all in one pass and constant memory.
     ///
     /// `response` gives what of a light arrives, in linear RGB and not negative: for irradiance
-    /// `intensity · cosθ / distance²`. Random numbers are drawn only when a choice changes, about
-    /// `ln M` times a sample for `M` lights.
+    /// `intensity · cosθ / distance²`. Random numbers are drawn only when a choice changes,
+    /// about `ln M` times a sample for `M` lights.
     #[inline]
     pub fn gather<R: Rng + ?Sized>(
         &self,

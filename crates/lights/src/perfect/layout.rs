@@ -10,8 +10,8 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeLayout<'a> {
     /// Blocks of eight nodes, 16 rows of four words each: least x, y, z, greatest x, y, z,
-    /// intensity (all `f32`) and normals, of nodes 0–3 and 4–7 in turn. A node of zero intensity
-    /// has no bounds.
+    /// intensity (all `f32`) and normals, of nodes 0–3 and 4–7 in turn. A node of zero
+    /// intensity has no bounds.
     pub rows: &'a [[u32; 4]],
     /// The first block of each level, the root's first.
     pub levels: &'a [u32],

@@ -15,9 +15,9 @@ use lightshed_spatial::CurveOrder;
 /// again every frame.
 ///
 /// A light is chosen by going from the root to a leaf, at each step to one of 2, 4 or 8 nodes one,
-/// two or three levels below in proportion to their weights, so that `p(light | x) = Π_k w_k / Σ w`
-/// in the counting measure. The thesis takes one level at a time; three at a time look at smaller
-/// boxes, so the weights are better and steps are fewer.
+/// two or three levels below in proportion to their weights, so that
+/// `p(light | x) = Π_k w_k / Σ w` in the counting measure. The thesis takes one level at a time;
+/// three at a time look at smaller boxes, so the weights are better and steps are fewer.
 ///
 /// ```
 /// use lightshed_lights::{Bounds, Light, LightSampler, PerfectTree, ShadingPoint, glam::Vec3};

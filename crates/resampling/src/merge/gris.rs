@@ -250,8 +250,8 @@ impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
             if target == 0.0 {
                 continue;
             }
-            // p̂_{←i}(Y_i) of its own technique costs no shift: the way back leads to X_i. Constant
-            // weights need it for the selected input at most, so they leave it for later.
+            // p̂_{←i}(Y_i) of its own technique costs no shift: the way back leads to X_i.
+            // Constant weights need it for the selected input at most, so they leave it for later.
             let density = match (self.mis, input.canonical) {
                 (Mis::ConstantBiased | Mis::ConstantDebiased, _) => None,
                 (_, true) => Some(proxy_with_target(input.domain, x, target)),

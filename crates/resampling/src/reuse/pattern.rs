@@ -73,12 +73,13 @@ enum Kind {
     Rooks { side: u32, stride: u32 },
 }
 
-/// The golden angle, `π (3 − √5)`: successive points of a Vogel spiral keep apart at any count.
+/// The golden angle, `π (3 − √5)`: successive points of a Vogel spiral keep apart at any
+/// count.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 impl Pattern {
-    /// The square window of side `2 · radius + 1`, dense (Lin 2022 §B.7.1; radius 3 is the 7 × 7 of
-    /// fig. 6.6).
+    /// The square window of side `2 · radius + 1`, dense (Lin 2022 §B.7.1; radius 3 is the 7 × 7
+    /// of fig. 6.6).
     ///
     /// # Errors
     /// [`PatternError::Count`] beyond 65,536 neighbours, or without any.

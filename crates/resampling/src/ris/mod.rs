@@ -3,8 +3,8 @@
 //! `M` candidates `X_i` with contribution weights `W_i` become `N` samples `Y` whose density nears
 //! the target `p̂`:
 //!
-//! > `w_i = m_i(X_i) p̂(X_i) W_i`, `Pr[s = i] = w_i / Σ_j w_j`, `W_Y = Σ_j w_j / p̂(Y)` (Lin 2022
-//! > eqs. 6.1–6.6).
+//! > `w_i = m_i(X_i) p̂(X_i) W_i`, `Pr[s = i] = w_i / Σ_j w_j`, `W_Y = Σ_j w_j / p̂(Y)` (Lin
+//! > 2022 eqs. 6.1–6.6).
 //!
 //! * [`Ris`] and [`RisMany`]: candidates of one technique, `m_i = 1/M`; the division by `M` happens
 //!   once, at the end.
@@ -12,8 +12,8 @@
 //!   divided at the end.
 //!
 //! **Stages.** A candidate's weight may be that of an earlier stage, so targets of rising cost see
-//! ever fewer samples (Wyman's talk: `∫ f_r G L V ≈ 1/N Σ V · 1/M Σ f_r · 1/K Σ G L / q`): resample
-//! many by `G L`, the survivors by `f_r G L`, and trace visibility for the last.
+//! ever fewer samples (Wyman's talk: `∫ f_r G L V ≈ 1/N Σ V · 1/M Σ f_r · 1/K Σ G L / q`):
+//! resample many by `G L`, the survivors by `f_r G L`, and trace visibility for the last.
 //!
 //! ```
 //! use lightshed_resampling::{Counting, Reservoir, Ris, Tractable};

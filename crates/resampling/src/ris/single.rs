@@ -33,8 +33,8 @@ impl<X, S: Space> Ris<X, S> {
         }
     }
 
-    /// A candidate `x` with `p̂(x)` and its contribution weight (`1/p` where drawn from a density).
-    /// Every candidate drawn must be handed in: those with a zero target, and by
+    /// A candidate `x` with `p̂(x)` and its contribution weight (`1/p` where drawn from a
+    /// density). Every candidate drawn must be handed in: those with a zero target, and by
     /// [`null_candidate`](Self::null_candidate) those that a sampler did not produce. They count in
     /// `M`.
     #[inline(always)]
@@ -115,9 +115,9 @@ impl<X, S: Space> Ris<X, S> {
         }
     }
 
-    /// `Y` with `W_Y = (1/p̂(Y)) (1/M) Σ p̂ W`, trusted by `confidence` (1 as in Lin 2022 §6.5.2,
-    /// or `M`; a choice that must not depend on the candidates' values). Empty if no candidate had
-    /// a positive target.
+    /// `Y` with `W_Y = (1/p̂(Y)) (1/M) Σ p̂ W`, trusted by `confidence` (1 as in Lin 2022
+    /// §6.5.2, or `M`; a choice that must not depend on the candidates' values). Empty if no
+    /// candidate had a positive target.
     pub fn finish<R: Storage>(self, confidence: f32) -> Reservoir<X, S, R> {
         let integral = self.target_integral();
         finished(self.selection.into_item(), integral, confidence)

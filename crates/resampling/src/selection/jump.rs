@@ -9,8 +9,8 @@ use rand::Rng;
 /// While the sum of weights grows from `S` to `S'`, the selected item survives with probability
 /// `S/S'`. So one uniform `u` in (0, 1], drawn when an item is selected at sum `S`, fixes the sum
 /// `S/u` beyond which the next selection happens: the single-item case of Efraimidis & Spirakis
-/// 2006 (A-ExpJ). The resolution of `u` acts on the *ratio* of sums, so shares far below 2⁻⁵³ are
-/// served too.
+/// 2006 (A-ExpJ). The resolution of `u` acts on the *ratio* of sums, so shares far below 2⁻⁵³
+/// are served too.
 ///
 /// How many numbers are drawn depends on them; where each candidate must consume its own (replay,
 /// GPU parity) use `Selection`.

@@ -5,9 +5,9 @@ use crate::choose::Choose;
 /// One item out of a stream, kept with probability `w_i / Σ_j w_j` (Chao 1982; Lin 2022 eq. 5.4),
 /// in constant memory.
 ///
-/// The sum is kept in `f64`: over 10⁸ items its relative error stays below 10⁸ · 2⁻⁵³ ≈ 1e-8, where
-/// an `f32` sum stalls at 2²⁴ times the typical weight. Weights that are zero, negative or not
-/// finite never select and add nothing.
+/// The sum is kept in `f64`: over 10⁸ items its relative error stays below 10⁸ · 2⁻⁵³ ≈
+/// 1e-8, where an `f32` sum stalls at 2²⁴ times the typical weight. Weights that are zero,
+/// negative or not finite never select and add nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Selection<X> {
     item: Option<X>,

@@ -11,8 +11,8 @@ use rand::Rng;
 /// kept, the weight to skip until the next smaller key is `Exp(1)/τ`, and that item's key follows
 /// its exponential law cut off at `τ`. So `O(N log(M/N))` random numbers are drawn.
 ///
-/// With `τ` the `(N+1)`-th smallest key, each item kept had the chance `π_i = 1 − exp(−w_i τ)`, the
-/// others' keys given, so
+/// With `τ` the `(N+1)`-th smallest key, each item kept had the chance
+/// `π_i = 1 − exp(−w_i τ)`, the others' keys given, so
 ///
 /// > `Σ_{i kept} f(x_i) / π_i`  estimates  `Σ_i f(x_i)` over the whole stream without bias
 ///

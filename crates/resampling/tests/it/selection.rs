@@ -225,9 +225,9 @@ fn short_streams_are_kept_whole() {
     assert!(none.is_empty() && none.iter().count() == 0 && none.weight_sum() == 100.0);
 }
 
-/// A stream of 10⁶ items with weights over 24 decades (the example `gris_convergence` runs 10⁸):
-/// right frequencies by χ² over places and magnitudes, and a sum to 1e-10 where plain `f32` is off
-/// by more than 1e-5.
+/// A stream of 10⁶ items with weights over 24 decades (the example `gris_convergence` runs
+/// 10⁸): right frequencies by χ² over places and magnitudes, and a sum to 1e-10 where plain
+/// `f32` is off by more than 1e-5.
 #[test]
 fn long_streams_of_wild_weights() {
     let count = 1_000_000u32;

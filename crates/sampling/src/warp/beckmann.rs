@@ -1,15 +1,18 @@
 //! The Beckmann normal distribution.
 //!
-//! `D(m) = exp(−tan²) / (π α_u α_v cos⁴θ_m)` with `tan² = ((m_x/α_u)² + (m_y/α_v)²)/m_z²`: slopes
-//! are normal. With `a = ω_z/√(α_u²ω_x² + α_v²ω_y²)`, `Λ(ω) = (e^{−a²}/(a√π) − erfc(a))/2` (Heitz
-//! 2014, eq. 72).
+//! `D(m) = exp(−tan²) / (π α_u α_v cos⁴θ_m)` with
+//! `tan² = ((m_x/α_u)² + (m_y/α_v)²)/m_z²`: slopes are normal. With
+//! `a = ω_z/√(α_u²ω_x² + α_v²ω_y²)`, `Λ(ω) = (e^{−a²}/(a√π) − erfc(a))/2`
+//! (Heitz 2014, eq. 72).
 //!
-//! Visible normals (Heitz and d'Eon 2014): stretching by `(α_u, α_v, 1)` leaves unit roughness. In
-//! the plane of incidence of the stretched view (cosine `c`, sine `s`), the slope `x` towards the
-//! viewer has the density `max(0, c − s x) e^{−x²}/√π` up to the factor `1/(c (1 + Λ))`, and the
-//! one across is normal. The former is inverted by a safeguarded Newton iteration on
+//! Visible normals (Heitz and d'Eon 2014): stretching by `(α_u, α_v, 1)` leaves unit roughness.
+//! In the plane of incidence of the stretched view (cosine `c`, sine `s`), the slope `x` towards
+//! the viewer has the density `max(0, c − s x) e^{−x²}/√π` up to the factor
+//! `1/(c (1 + Λ))`, and the one across is normal. The former is inverted by a safeguarded Newton
+//! iteration on
 //!
-//! `F(x) = (c erfc(−x) + s e^{−x²}/√π) / (c erfc(−a) + s e^{−a²}/√π)`, `x ≤ a = c/s`,
+//! `F(x) = (c erfc(−x) + s e^{−x²}/√π) / (c erfc(−a) + s e^{−a²}/√π)`,
+//! `x ≤ a = c/s`,
 //!
 //! in `f64`: as `x → −∞` or at grazing angles its terms cancel.
 
@@ -23,8 +26,8 @@ use glam::{Vec2, Vec3};
 /// `1/√π`.
 const FRAC_1_SQRT_PI: f64 = 0.5 * FRAC_2_SQRT_PI;
 
-/// Slopes beyond this many standard deviations (times √2) are never asked for: their probability is
-/// below 10⁻¹⁵.
+/// Slopes beyond this many standard deviations (times √2) are never asked for: their probability
+/// is below 10⁻¹⁵.
 const MAX_SLOPE: f64 = 5.8;
 
 /// Beckmann with roughness `α_u` along x and `α_v` along y.
@@ -199,8 +202,8 @@ impl MicrofacetDistribution for Beckmann {
 
     #[inline]
     fn masking_shadowing(&self, a: Vec3, b: Vec3) -> f32 {
-        // With A = z (1 + Λ): 1/(1 + Λ_a + Λ_b) = z_a z_b / (z_b A_a + z_a A_b − z_a z_b), which is
-        // finite throughout.
+        // With A = z (1 + Λ): 1/(1 + Λ_a + Λ_b) = z_a z_b / (z_b A_a + z_a A_b − z_a z_b),
+        // which is finite throughout.
         let (za, zb) = (a.z.abs(), b.z.abs());
         let denominator = (zb * self.facing_area(a) + za * self.facing_area(b)) - za * zb;
         if denominator > 0.0 {

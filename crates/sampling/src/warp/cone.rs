@@ -1,8 +1,8 @@
 //! Directions in a cone.
 //!
-//! `p_ω = 1 / (2π (1 − cos θ_max))` for directions within `θ_max` of z. Everything is in terms of
-//! `1 − cos θ`: for narrow cones `cos θ` itself has no digits left in `f32` (below 3·10⁻⁴ radians
-//! it rounds to one).
+//! `p_ω = 1 / (2π (1 − cos θ_max))` for directions within `θ_max` of z. Everything is in
+//! terms of `1 − cos θ`: for narrow cones `cos θ` itself has no digits left in `f32` (below
+//! 3·10⁻⁴ radians it rounds to one).
 
 use super::clamp_or_low;
 use super::turn::{sin_cos_turns, turns_of};
@@ -20,8 +20,8 @@ pub struct UniformCone {
 }
 
 impl UniformCone {
-    /// The cone with `1 − cos θ_max`, clamped to [10⁻³⁰, 2] (a ray to the full sphere); NaN becomes
-    /// 10⁻³⁰.
+    /// The cone with `1 − cos θ_max`, clamped to [10⁻³⁰, 2] (a ray to the full sphere); NaN
+    /// becomes 10⁻³⁰.
     #[inline(always)]
     pub fn from_one_minus_cos(one_minus_cos_theta_max: f32) -> Self {
         Self {
@@ -30,8 +30,8 @@ impl UniformCone {
     }
 
     /// The cone of directions that meet a sphere of squared radius `r²` whose centre is at squared
-    /// distance `d²`: `sin² θ_max = r²/d²`, `1 − cos θ_max = sin² θ_max / (1 + cos θ_max)`. `None`
-    /// from within the sphere.
+    /// distance `d²`: `sin² θ_max = r²/d²`,
+    /// `1 − cos θ_max = sin² θ_max / (1 + cos θ_max)`. `None` from within the sphere.
     #[inline]
     pub fn of_sphere(radius_squared: f32, distance_squared: f32) -> Option<Self> {
         let sin_squared = radius_squared / distance_squared;

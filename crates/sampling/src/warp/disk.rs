@@ -1,9 +1,9 @@
 //! The unit disk.
 //!
-//! Density `p(x) = 1/π` with respect to area, for `‖x‖ ≤ 1`. Two maps of the unit square onto it:
-//! the concentric map (Shirley and Chiu 1997) keeps neighbours together and shapes compact, the
-//! polar map `r = √u₀, φ = 2π u₁` is smooth but for one seam, and its first coordinate alone
-//! decides the radius.
+//! Density `p(x) = 1/π` with respect to area, for `‖x‖ ≤ 1`. Two maps of the unit square
+//! onto it: the concentric map (Shirley and Chiu 1997) keeps neighbours together and shapes
+//! compact, the polar map `r = √u₀, φ = 2π u₁` is smooth but for one seam, and its first
+//! coordinate alone decides the radius.
 
 use super::turn::{sin_cos_quarter, sin_cos_quarter_lanes, sin_cos_turns, turns_of};
 use crate::{Area, Density, ONE_MINUS_EPSILON};
@@ -82,8 +82,8 @@ impl ConcentricDisk {
         density(point)
     }
 
-    /// The `u` that [`ConcentricDisk::sample`] maps to `point`, within 3·10⁻⁷ in each coordinate. A
-    /// point outside the disk is first moved to its border.
+    /// The `u` that [`ConcentricDisk::sample`] maps to `point`, within 3·10⁻⁷ in each
+    /// coordinate. A point outside the disk is first moved to its border.
     #[inline]
     pub fn invert(point: Vec2) -> [f32; 2] {
         let radius = point.length().min(1.0);
@@ -120,9 +120,9 @@ impl PolarDisk {
         density(point)
     }
 
-    /// The `u` that [`PolarDisk::sample`] maps to `point`, within 5·10⁻⁷ in each coordinate (the
-    /// second of a point at the centre is lost). A point outside the disk is first moved to its
-    /// border.
+    /// The `u` that [`PolarDisk::sample`] maps to `point`, within 5·10⁻⁷ in each coordinate
+    /// (the second of a point at the centre is lost). A point outside the disk is first moved to
+    /// its border.
     #[inline]
     pub fn invert(point: Vec2) -> [f32; 2] {
         [

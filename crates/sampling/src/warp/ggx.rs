@@ -103,9 +103,9 @@ impl MicrofacetDistribution for Ggx {
     fn sample_visible_normal(&self, view: Vec3, u: [f32; 2]) -> Vec3 {
         let view = self.stretched_view(view);
         // A direction c on the cap: 1 − c_z = u₁ (1 + ω̂_z), uniform by Archimedes' theorem.
-        // Nothing here cancels towards the cap's rim, where c is opposite to ω̂: c_z + ω̂_z = (1 −
-        // u₁)(1 + ω̂_z), and sin² θ_c = (1 − c_z)(1 + c_z) with 1 + c_z = (c_z + ω̂_z) + (1 −
-        // ω̂_z).
+        // Nothing here cancels towards the cap's rim, where c is opposite to ω̂: c_z + ω̂_z =
+        // (1 − u₁)(1 + ω̂_z), and sin² θ_c = (1 − c_z)(1 + c_z) with 1 + c_z = (c_z +
+        // ω̂_z) + (1 − ω̂_z).
         let above = u[1] * (1.0 + view.z);
         let sum_z = (1.0 - u[1]).max(0.5 * f32::EPSILON) * (1.0 + view.z);
         let one_minus_view_z = (view.x * view.x + view.y * view.y) / (1.0 + view.z);

@@ -17,9 +17,9 @@ impl CosineHemisphere {
     #[inline(always)]
     pub fn sample(u: [f32; 2]) -> Vec3 {
         let (point, radius) = ConcentricDisk::sample_with_radius(u);
-        // 1 − r² = (1 − |r|)(1 + |r|), the first factor exact: no cancellation at the horizon. The
-        // smallest u reaches r = −1; there the middle of the cell that u stands for is taken, so
-        // that no sample has density zero.
+        // 1 − r² = (1 − |r|)(1 + |r|), the first factor exact: no cancellation at the horizon.
+        // The smallest u reaches r = −1; there the middle of the cell that u stands for is taken,
+        // so that no sample has density zero.
         let radius = radius.abs();
         let z_squared = ((1.0 - radius) * (1.0 + radius)).max(f32::EPSILON);
         Vec3::new(point.x, point.y, z_squared.sqrt())
@@ -40,16 +40,17 @@ impl CosineHemisphere {
         Density::new(cos_theta.max(0.0) * FRAC_1_PI)
     }
 
-    /// The `u` that [`CosineHemisphere::sample`] maps to the unit direction, within 4·10⁻⁷ in each
-    /// coordinate. Directions below the horizon give the `u` of the horizon or of the direction
-    /// mirrored in it: their density is zero.
+    /// The `u` that [`CosineHemisphere::sample`] maps to the unit direction, within 4·10⁻⁷ in
+    /// each coordinate. Directions below the horizon give the `u` of the horizon or of the
+    /// direction mirrored in it: their density is zero.
     #[inline]
     pub fn invert(direction: Vec3) -> [f32; 2] {
         ConcentricDisk::invert(Vec2::new(direction.x, direction.y))
     }
 }
 
-/// Directions with `p_ω = 1/2π` in the hemisphere around z: `cos θ = 1 − u₀`, `φ = 2π u₁`.
+/// Directions with `p_ω = 1/2π` in the hemisphere around z: `cos θ = 1 − u₀`,
+/// `φ = 2π u₁`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UniformHemisphere;
 
@@ -69,9 +70,9 @@ impl UniformHemisphere {
         Density::new(if cos_theta > 0.0 { 1.0 / TAU } else { 0.0 })
     }
 
-    /// The `u` that [`UniformHemisphere::sample`] maps to the unit direction, within 5·10⁻⁷ in each
-    /// coordinate (the second of the pole is lost). Directions below the horizon give the `u` of
-    /// the horizon.
+    /// The `u` that [`UniformHemisphere::sample`] maps to the unit direction, within 5·10⁻⁷ in
+    /// each coordinate (the second of the pole is lost). Directions below the horizon give the `u`
+    /// of the horizon.
     #[inline]
     pub fn invert(direction: Vec3) -> [f32; 2] {
         [

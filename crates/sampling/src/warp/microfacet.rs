@@ -1,12 +1,13 @@
 //! What microfacet normal distributions have in common.
 //!
 //! A microsurface over the plane `z = 0` has normals `m` with density `D(m)`, in microsurface area
-//! per solid angle and per macrosurface area: `∫ D(m) (m·z) dm = 1`. Seen from the unit direction
-//! `ω`, a share `G₁(ω) = 1/(1 + Λ(ω))` of what faces the viewer is not masked (Smith 1967, for
-//! heights and slopes that are independent), and the normals that are *seen* have the density
-//! (Heitz 2014, eq. 16)
+//! per solid angle and per macrosurface area: `∫ D(m) (m·z) dm = 1`. Seen from the unit
+//! direction `ω`, a share `G₁(ω) = 1/(1 + Λ(ω))` of what faces the viewer is not masked
+//! (Smith 1967, for heights and slopes that are independent), and the normals that are *seen* have
+//! the density (Heitz 2014, eq. 16)
 //!
-//! `D_ω(m) = G₁(ω) max(0, ω·m) D(m) / cos θ_ω`, `∫ D_ω(m) dm = 1`, per solid angle of `m`.
+//! `D_ω(m) = G₁(ω) max(0, ω·m) D(m) / cos θ_ω`, `∫ D_ω(m) dm = 1`, per solid angle of
+//! `m`.
 //!
 //! Reflection about a visible normal maps solid angle by `dω_i = 4 |ω·m| dm`, so the reflected
 //! direction has density `D_ω(m) / (4 |ω·m|)`.
@@ -41,16 +42,16 @@ pub trait MicrofacetDistribution {
     /// `D(m)`, per solid angle; 0 at and below the horizon.
     fn normal_density(&self, normal: Vec3) -> f32;
 
-    /// `Λ(ω)`: the masked area over the unmasked, ≥ 0, without a unit. Saturates at `f32::MAX` for
-    /// grazing directions.
+    /// `Λ(ω)`: the masked area over the unmasked, ≥ 0, without a unit. Saturates at `f32::MAX`
+    /// for grazing directions.
     fn lambda(&self, direction: Vec3) -> f32;
 
-    /// `G₁(ω) = 1/(1 + Λ(ω))`, in [0, 1]. Whether `ω` and the normal lie on the same side is for
-    /// the caller to ask.
+    /// `G₁(ω) = 1/(1 + Λ(ω))`, in [0, 1]. Whether `ω` and the normal lie on the same side is
+    /// for the caller to ask.
     fn masking(&self, direction: Vec3) -> f32;
 
-    /// `G₂ = 1/(1 + Λ(ω_a) + Λ(ω_b))`, masking and shadowing that are correlated by height (Heitz
-    /// 2014, eq. 99), in [0, 1].
+    /// `G₂ = 1/(1 + Λ(ω_a) + Λ(ω_b))`, masking and shadowing that are correlated by height
+    /// (Heitz 2014, eq. 99), in [0, 1].
     fn masking_shadowing(&self, a: Vec3, b: Vec3) -> f32;
 
     /// A normal visible from `view`, for `u` in [0, 1)²; a unit vector with `z > 0`.
@@ -131,8 +132,8 @@ pub(super) mod tests {
         }
     }
 
-    /// `∫ D(m) cos θ_m dm = 1`, `∫ D(m) max(0, ω·m) dm = cos θ_ω (1 + Λ(ω))` (Heitz 2014, eqs. 7
-    /// and 8), and the relations among `Λ`, `G₁` and `G₂`; then hostile input.
+    /// `∫ D(m) cos θ_m dm = 1`, `∫ D(m) max(0, ω·m) dm = cos θ_ω (1 + Λ(ω))` (Heitz
+    /// 2014, eqs. 7 and 8), and the relations among `Λ`, `G₁` and `G₂`; then hostile input.
     pub(crate) fn check_distribution(distribution: impl MicrofacetDistribution) {
         let vec3 = |d: [f64; 3]| Vec3::from_array(d.map(|x| x as f32));
         let area = integrate_hemisphere(|m| m[2] * f64::from(distribution.normal_density(vec3(m))), 1e-5);
@@ -204,9 +205,9 @@ pub(super) mod tests {
         .unwrap();
     }
 
-    /// `D`, `Λ`, `G₁`, `G₂` and `D_ω` against the textbook's formulas in `f64`, at every roughness
-    /// and down to grazing angles: relative error below 10⁻⁵. `lambda` is a function of
-    /// `a = cot θ/α`, `α` along the azimuth.
+    /// `D`, `Λ`, `G₁`, `G₂` and `D_ω` against the textbook's formulas in `f64`, at every
+    /// roughness and down to grazing angles: relative error below 10⁻⁵. `lambda` is a function
+    /// of `a = cot θ/α`, `α` along the azimuth.
     pub(crate) fn check_against_oracle<D: MicrofacetDistribution>(
         new: impl Fn([f32; 2]) -> D,
         density: impl Fn([f64; 2], [f64; 3]) -> f64,

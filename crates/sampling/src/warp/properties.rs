@@ -3,8 +3,8 @@
 //! A [`Case`] is one warp at one parameter over a [`Chart`], a map of the unit square onto the
 //! warp's domain whose Jacobian is known in `f64`. [`verify`] checks
 //! 1. `∫ p = 1`, by adaptive quadrature over the chart;
-//! 2. a histogram of samples over the chart against `∫_bin p` (χ², false-positive rate 10⁻⁶ a
-//!    case);
+//! 2. a histogram of samples over the chart against `∫_bin p` (χ², false-positive rate 10⁻⁶
+//!    a case);
 //! 3. `p(x(u)) · |∂x/∂u| = 1` by finite differences;
 //! 4. `invert(sample(u)) = u` within a bound, and near enough to sample nearly the same point at
 //!    hostile `u`;
@@ -56,8 +56,8 @@ fn combine<const N: usize>(a: [f64; N], v: [Point; N]) -> Point {
 }
 
 impl Chart {
-    /// Directions within `maximum` radians of `axis`, `θ = w (e^{Ls} − 1)`: uniform near the axis
-    /// and logarithmic beyond the width `w`.
+    /// Directions within `maximum` radians of `axis`, `θ = w (e^{Ls} − 1)`: uniform near the
+    /// axis and logarithmic beyond the width `w`.
     pub(super) fn cap(axis: Vec3, width: f64, maximum: f64) -> Self {
         let z = normalize(axis.to_array().map(f64::from));
         let helper = if z[0].abs() < 0.6 {
@@ -360,8 +360,8 @@ fn check_histogram(case: &Case, masses: &[f64], fault: Option<Fault>) -> Result<
 }
 
 fn check_jacobian(case: &Case, fault: Option<Fault>) -> Result<(), String> {
-    // Away from the edges, from u₀ = u₁ and u₀ + u₁ = 1, and from multiples of a quarter, where
-    // warps have creases.
+    // Away from the edges, from u₀ = u₁ and u₀ + u₁ = 1, and from multiples of a quarter,
+    // where warps have creases.
     for u0 in [0.11, 0.34, 0.6, 0.83] {
         for u1 in [0.28, 0.45, 0.77, 0.94] {
             let map = |u: [f64; 2]| sample(case, u.map(|x| x as f32), fault).to_array().map(f64::from);
@@ -446,8 +446,8 @@ fn check_extremes(case: &Case) {
     }
 }
 
-/// Asserts that samples at fixed `u` have not changed, to 10⁻⁶ of their size (platforms' logarithms
-/// and arc functions differ by units in the last place).
+/// Asserts that samples at fixed `u` have not changed, to 10⁻⁶ of their size (platforms'
+/// logarithms and arc functions differ by units in the last place).
 #[track_caller]
 pub(super) fn assert_frozen(sample: impl Fn([f32; 2]) -> Vec3, expected: [Vec3; 3]) {
     let got = [[0.1, 0.2], [0.5, 0.75], [0.85, 0.3]].map(sample);

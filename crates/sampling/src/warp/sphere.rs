@@ -5,7 +5,8 @@ use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
 use core::f32::consts::PI;
 use glam::Vec3;
 
-/// Directions with `p_ω = 1/4π`: `cos θ = 1 − 2u₀`, `φ = 2π u₁` (Archimedes' hat-box theorem).
+/// Directions with `p_ω = 1/4π`: `cos θ = 1 − 2u₀`, `φ = 2π u₁` (Archimedes' hat-box
+/// theorem).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UniformSphere;
 
@@ -24,8 +25,8 @@ impl UniformSphere {
         Density::new(0.25 / PI)
     }
 
-    /// The `u` that [`UniformSphere::sample`] maps to the unit direction, within 5·10⁻⁷ in each
-    /// coordinate (the second of either pole is lost).
+    /// The `u` that [`UniformSphere::sample`] maps to the unit direction, within 5·10⁻⁷ in
+    /// each coordinate (the second of either pole is lost).
     #[inline]
     pub fn invert(direction: Vec3) -> [f32; 2] {
         [

@@ -1,19 +1,20 @@
 //! Directions towards a rectangle, uniform by solid angle.
 //!
-//! `p_ω = 1/Ω` for directions that meet the rectangle seen from the origin, an area-preserving map
-//! of the square as in Ureña, Fajardo and King 2013 (*An Area-Preserving Parametrization for
-//! Spherical Rectangles*). In a frame along the edges the rectangle is `[x₀, x₁] × [y₀, y₁]` in the
-//! plane `z = −h`, and the part to the left of `x` has solid angle `G(x) − G(x₀)` with
+//! `p_ω = 1/Ω` for directions that meet the rectangle seen from the origin, an area-preserving
+//! map of the square as in Ureña, Fajardo and King 2013 (*An Area-Preserving Parametrization for
+//! Spherical Rectangles*). In a frame along the edges the rectangle is
+//! `[x₀, x₁] × [y₀, y₁]` in the plane `z = −h`, and the part to the left of `x` has
+//! solid angle `G(x) − G(x₀)` with
 //!
 //! `G(x) = A₁ − A₀`, `tan Aᵢ = x yᵢ / (h √(x² + yᵢ² + h²))`.
 //!
-//! Let `c = x/√(x² + h²)` and `βᵢ = yᵢ/√(yᵢ² + h²)`. Then `sin Aᵢ = c βᵢ`, and the addition theorem
-//! solves `G(x) = φ` for
+//! Let `c = x/√(x² + h²)` and `βᵢ = yᵢ/√(yᵢ² + h²)`. Then `sin Aᵢ = c βᵢ`, and
+//! the addition theorem solves `G(x) = φ` for
 //!
 //! `c = sin φ / √((β₁ − β₀)² + 4 β₀ β₁ sin²(φ/2))`.
 //!
-//! Here `φ = G(x₀) + u₀Ω`. Over a given `x`, `y/√(x² + h² + y²)` is uniform, and `u₁` fixes `y` by
-//! it. Inside it computes in `f64`.
+//! Here `φ = G(x₀) + u₀Ω`. Over a given `x`, `y/√(x² + h² + y²)` is uniform, and `u₁`
+//! fixes `y` by it. Inside it computes in `f64`.
 
 use super::clamp_or_low;
 use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
@@ -56,11 +57,12 @@ pub struct SphericalRectangleSample {
 }
 
 impl SphericalRectangle {
-    /// The rectangle `corner + [0, 1] edge₀ + [0, 1] edge₁`, relative to the point it is seen from.
+    /// The rectangle `corner + [0, 1] edge₀ + [0, 1] edge₁`, relative to the point it is seen
+    /// from.
     ///
     /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples
-    /// the area instead: edges that are not at right angles (to 10⁻⁵), solid angles below 10⁻⁹ or
-    /// above 6.25 sr, degenerate rectangles, vectors that are not finite.
+    /// the area instead: edges that are not at right angles (to 10⁻⁵), solid angles below
+    /// 10⁻⁹ or above 6.25 sr, degenerate rectangles, vectors that are not finite.
     pub fn new(corner: Vec3, edges: [Vec3; 2]) -> Option<Self> {
         let corner = corner.as_dvec3();
         let [e, f] = edges.map(Vec3::as_dvec3);
@@ -135,8 +137,8 @@ impl SphericalRectangle {
 
     /// The `u` that [`SphericalRectangle::sample`] maps to a direction that meets the rectangle;
     /// clamped to the square for one that does not, [0, 0] for one that turns away from its plane.
-    /// What is lost is what the rounding of the direction loses: about 10⁻⁷ over the rectangle's
-    /// angular size.
+    /// What is lost is what the rounding of the direction loses: about 10⁻⁷ over the
+    /// rectangle's angular size.
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let direction = direction.as_dvec3();
         let [along_x, along_y, along_z] = self.axes.map(|axis| axis.dot(direction));

@@ -1,25 +1,25 @@
 //! Directions towards a triangle, uniform by solid angle.
 //!
-//! `p_ω = 1/Ω` for directions that meet the flat triangle `A B C` seen from the origin. As in Arvo
-//! 1995 (*Stratified Sampling of Spherical Triangles*) the share `u₀` of the solid angle fixes a
-//! point `C'` on the arc `A C` such that `A B C'` has solid angle `u₀Ω`, and
-//! `1 − cos θ = u₁ (1 − B·C')` a point on the arc `B C'`. But `C'` is found without any interior
-//! angle, whose excess over π cancels for small triangles: let `C' = A cos b + T sin b` with `T`
-//! the tangent at `A` towards `C`. Then the formula of Van Oosterom and Strackee for `A B C'`
-//! reads, with `h = tan(b/2)` and `t = tan(u₀Ω/2)`,
+//! `p_ω = 1/Ω` for directions that meet the flat triangle `A B C` seen from the origin. As in
+//! Arvo 1995 (*Stratified Sampling of Spherical Triangles*) the share `u₀` of the solid angle
+//! fixes a point `C'` on the arc `A C` such that `A B C'` has solid angle `u₀Ω`, and
+//! `1 − cos θ = u₁ (1 − B·C')` a point on the arc `B C'`. But `C'` is found without any
+//! interior angle, whose excess over π cancels for small triangles: let `C' = A cos b + T sin b`
+//! with `T` the tangent at `A` towards `C`. Then the formula of Van Oosterom and Strackee for
+//! `A B C'` reads, with `h = tan(b/2)` and `t = tan(u₀Ω/2)`,
 //!
 //! `t = h A·(B×T) / (1 + A·B + h B·T)`, so that `h = t (1 + A·B) / (A·(B×T) − t B·T)`.
 //!
-//! Inside it computes in `f64`: the arcs of a triangle that spans 10⁻⁵ radians are differences of
-//! 10⁻¹⁰.
+//! Inside it computes in `f64`: the arcs of a triangle that spans 10⁻⁵ radians are differences
+//! of 10⁻¹⁰.
 
 use super::clamp_or_low;
 use super::solid_angle::solid_angle;
 use crate::{Density, ONE_MINUS_EPSILON, SolidAngle};
 use glam::{DVec3, Vec3};
 
-/// Below this solid angle (an edge of about 10⁻⁴ radians) `f32` directions resolve too little of
-/// the triangle.
+/// Below this solid angle (an edge of about 10⁻⁴ radians) `f32` directions resolve too little
+/// of the triangle.
 const MIN_SOLID_ANGLE: f64 = 1e-9;
 
 /// Above this the origin lies so close to the triangle's plane that the arcs between its vertices
@@ -80,8 +80,8 @@ impl SphericalTriangle {
     /// The triangle with these vertices relative to the point it is seen from.
     ///
     /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples
-    /// the area instead: solid angles below 10⁻⁹ or above 6.25 sr, degenerate triangles, vertices
-    /// at the origin or not finite.
+    /// the area instead: solid angles below 10⁻⁹ or above 6.25 sr, degenerate triangles,
+    /// vertices at the origin or not finite.
     pub fn new(vertices: [Vec3; 3]) -> Option<Self> {
         let [a, mut b, mut c] = vertices.map(Vec3::as_dvec3);
         let omega = solid_angle([a, b, c]);
@@ -98,7 +98,8 @@ impl SphericalTriangle {
         // A·(B×T) from the edge, as the difference of near-equal vectors.
         let across = unit_b - unit_a;
         let sine = unit_a.dot(across.cross(tangent));
-        // 1 + A·B = 2 − ½‖A − B‖² is ½‖A + B‖², which does not cancel for opposite ones.
+        // 1 + A·B = 2 − ½‖A − B‖² is ½‖A + B‖², which does not cancel for opposite
+        // ones.
         let one_plus_cos = 0.5 * (unit_a + unit_b).length_squared();
         if !(sine > 0.0 && one_plus_cos > 0.0) {
             return None;
@@ -180,8 +181,8 @@ impl SphericalTriangle {
 
     /// The `u` that [`SphericalTriangle::sample`] maps to a unit direction that meets the triangle;
     /// clamped to the square for one that does not. What is lost is what the rounding of the
-    /// direction loses: about 10⁻⁷ over the triangle's angular size in `u₁`, over the distance to
-    /// `B` in `u₀` (at `B` itself `u₀` is lost).
+    /// direction loses: about 10⁻⁷ over the triangle's angular size in `u₁`, over the
+    /// distance to `B` in `u₀` (at `B` itself `u₀` is lost).
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let direction = direction.as_dvec3().normalize_or(self.b);
         // C' lies where the great circle through B and ω meets that through A and C. With m its

@@ -21,8 +21,8 @@ impl Tent {
         (1.0 - offset.x.abs()).max(0.0) * (1.0 - offset.y.abs()).max(0.0)
     }
 
-    /// The `u` that [`Tent::sample`] maps to `offset`, within 2·10⁻⁷ in each coordinate; offsets
-    /// outside are moved to the border.
+    /// The `u` that [`Tent::sample`] maps to `offset`, within 2·10⁻⁷ in each coordinate;
+    /// offsets outside are moved to the border.
     #[inline]
     pub fn invert(offset: Vec2) -> [f32; 2] {
         [offset.x, offset.y].map(|x| {

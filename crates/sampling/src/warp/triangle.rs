@@ -1,7 +1,7 @@
 //! Points on a triangle, uniform by area.
 //!
-//! Barycentric coordinates `(b₀, b₁, b₂)` with `p_A = 1/area`. The map folds the unit square over
-//! its diagonal and shears each half by half of the smaller coordinate (Heitz 2019, *A
+//! Barycentric coordinates `(b₀, b₁, b₂)` with `p_A = 1/area`. The map folds the unit square
+//! over its diagonal and shears each half by half of the smaller coordinate (Heitz 2019, *A
 //! Low-Distortion Map Between Triangle and Square*): no square root, and neighbours stay closer
 //! together than with `√u`.
 
@@ -42,8 +42,9 @@ impl UniformTriangle {
         })
     }
 
-    /// The `u` that [`UniformTriangle::sample`] maps to the barycentric coordinates, within 2·10⁻⁷
-    /// in each coordinate. Coordinates outside the triangle give a `u` on the border of the square.
+    /// The `u` that [`UniformTriangle::sample`] maps to the barycentric coordinates, within
+    /// 2·10⁻⁷ in each coordinate. Coordinates outside the triangle give a `u` on the border of
+    /// the square.
     #[inline]
     pub fn invert(barycentric: [f32; 3]) -> [f32; 2] {
         let [b0, b1, _] = barycentric;

@@ -4,12 +4,12 @@ use super::clamp_or_low;
 use core::f32::consts::FRAC_PI_2;
 use lightshed_lanes::Lanes;
 
-/// `(sin 2πt, cos 2πt)` for `t` in [0, 1], the azimuth of most warps. Values outside are clamped to
-/// that range, NaN to 0.
+/// `(sin 2πt, cos 2πt)` for `t` in [0, 1], the azimuth of most warps. Values outside are clamped
+/// to that range, NaN to 0.
 ///
 /// # Precision
-/// Absolute error below 1.1·10⁻⁷; exact at multiples of a quarter turn. `sin² + cos²` is one to
-/// 3·10⁻⁷.
+/// Absolute error below 1.1·10⁻⁷; exact at multiples of a quarter turn. `sin² + cos²` is one
+/// to 3·10⁻⁷.
 ///
 /// # Performance
 /// Additions, multiplications and bit operations, without a branch, and the same bits on every
@@ -34,8 +34,8 @@ pub fn sin_cos_turns(t: f32) -> (f32, f32) {
     )
 }
 
-/// `(sin(πr/2), cos(πr/2))` for `r` in [−½, ½]: polynomials in `r²` that interpolate at Chebyshev
-/// nodes (relative errors 3.4·10⁻⁹ and 6.5·10⁻¹⁰ before rounding).
+/// `(sin(πr/2), cos(πr/2))` for `r` in [−½, ½]: polynomials in `r²` that interpolate at
+/// Chebyshev nodes (relative errors 3.4·10⁻⁹ and 6.5·10⁻¹⁰ before rounding).
 #[inline(always)]
 pub(crate) fn sin_cos_quarter(r: f32) -> (f32, f32) {
     let t = r * r;

@@ -1,11 +1,11 @@
 //! The von Mises–Fisher distribution on the sphere.
 //!
-//! `p_ω = κ / (2π (1 − e^{−2κ})) · e^{κ(μ·ω − 1)}`, with mean direction `μ` and concentration
-//! `κ ≥ 0`; 1/4π at `κ = 0`.
+//! `p_ω = κ / (2π (1 − e^{−2κ})) · e^{κ(μ·ω − 1)}`, with mean direction `μ` and
+//! concentration `κ ≥ 0`; 1/4π at `κ = 0`.
 //!
 //! In single precision the usual forms lose every digit as `κ` grows. Here
-//! - `κ(μ·ω − 1)` is `−½ κ ‖ω − μ‖²`: the dot product of near-equal vectors is off by 6·10⁻⁸, times
-//!   `κ`;
+//! - `κ(μ·ω − 1)` is `−½ κ ‖ω − μ‖²`: the dot product of near-equal vectors is
+//!   off by 6·10⁻⁸, times `κ`;
 //! - `1 − e^{−2κ}` is `−expm1(−2κ)`, and both it and `κ` vanish together;
 //! - samples are `s = 1 − cos θ = −ln1p(u₀ expm1(−2κ))/κ`, `sin θ = √(s(2 − s))`.
 
@@ -93,8 +93,8 @@ impl VonMisesFisher {
     }
 
     /// The `u` that [`VonMisesFisher::sample`] maps to the unit direction, within about
-    /// `10⁻⁷ (1 + √κ)` in the first coordinate and `10⁻⁷ (1 + 1/sin θ)` in the second: what the
-    /// rounding of the direction leaves.
+    /// `10⁻⁷ (1 + √κ)` in the first coordinate and `10⁻⁷ (1 + 1/sin θ)` in the second:
+    /// what the rounding of the direction leaves.
     #[inline]
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let local = self.frame.to_local(direction);
@@ -128,8 +128,8 @@ mod tests {
             (tilted, 1e4, (1e-4, 5e-3, 1e-4)),
             (tilted, 1e5, (1e-4, f64::INFINITY, 3e-4)),
             (tilted, 1e7, (1e-3, f64::INFINITY, 3e-3)),
-            // Around an axis the directions keep their digits; around others they round to 10⁻⁷, a
-            // thousandth of the width of the narrowest lobe.
+            // Around an axis the directions keep their digits; around others they round to
+            // 10⁻⁷, a thousandth of the width of the narrowest lobe.
             (Vec3::Z, 1e5, (1e-5, 2e-3, 1e-5)),
             (Vec3::Z, 1e7, (1e-5, 2e-3, 1e-5)),
         ] {

@@ -46,8 +46,8 @@ enum Fault {
 
 /// Checks that the counts are what the entries realise, and that those are the weights.
 ///
-/// The choice is constant in `u` between the numbers at which `u·n / 2⁶⁴` passes a column's start
-/// or threshold, so looking at both sides of each of those proves the counts for all 2⁶⁴.
+/// The choice is constant in `u` between the numbers at which `u·n / 2⁶⁴` passes a column's
+/// start or threshold, so looking at both sides of each of those proves the counts for all 2⁶⁴.
 fn check(weights: &[f64], entries: &[AliasEntry], counts: &[u128]) -> Result<(), String> {
     let n = weights.len();
     let first = |x: u128| x.div_ceil(n as u128);
@@ -79,8 +79,8 @@ fn check(weights: &[f64], entries: &[AliasEntry], counts: &[u128]) -> Result<(),
         if (weight > 0.0) != (count > 0) {
             return Err(format!("weight {i} = {weight} has count {count}"));
         }
-        // Each column contributes at most one unit of its threshold, 2⁻³²/n, and f64 rounding. An
-        // index is the alias of many columns, but their errors add up to n of those at most.
+        // Each column contributes at most one unit of its threshold, 2⁻³²/n, and f64 rounding.
+        // An index is the alias of many columns, but their errors add up to n of those at most.
         let error = (count as f64 / 2f64.powi(64) - weight / largest / total).abs();
         let contributors = 1 + entries.iter().filter(|entry| entry.alias == i as u32).count();
         if error > contributors as f64 * 2f64.powi(-32) / n as f64 + 1e-14 {

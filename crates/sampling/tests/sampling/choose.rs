@@ -96,8 +96,8 @@ fn remap_stays_below_one() {
 proptest! {
     #![proptest_config(crate::config())]
 
-    /// The documented rule in integers: with integer weights and u = k/2²⁴, `u·Σw < w_0 + … + w_i`
-    /// is exact in u64.
+    /// The documented rule in integers: with integer weights and u = k/2²⁴,
+    /// `u·Σw < w_0 + … + w_i` is exact in u64.
     #[test]
     fn follows_the_rule(weights in prop::collection::vec(0u32..1000, 1..12), k in 0u32..1 << 24) {
         let sum: u64 = weights.iter().map(|&weight| u64::from(weight)).sum();

@@ -13,8 +13,8 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// Uniform directions, and ones within 1e-3 … 1e-9 of the octahedron's edges and corners, where the
-/// map folds.
+/// Uniform directions, and ones within 1e-3 … 1e-9 of the octahedron's edges and corners, where
+/// the map folds.
 fn directions(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(|i| {
         let mut rng = CounterRng::new(31, i, 0);
@@ -64,7 +64,8 @@ fn round_trip_to_6e_7() {
     .unwrap();
 }
 
-/// Square → sphere → square: the same point, but on the border, where two points are one direction.
+/// Square → sphere → square: the same point, but on the border, where two points are one
+/// direction.
 #[test]
 fn square_round_trip() {
     for i in 0..200_000 {
@@ -180,8 +181,8 @@ fn density_conversion() {
                 continue;
             }
             let d = decode_f64([u, v]);
-            // Two orthonormal coordinates around d: |∂ω/∂uv| is the determinant of the tangential
-            // derivative.
+            // Two orthonormal coordinates around d: |∂ω/∂uv| is the determinant of the
+            // tangential derivative.
             let tangent = d.any_orthonormal_vector();
             let bitangent = d.cross(tangent);
             let jacobian = jacobian_determinant(

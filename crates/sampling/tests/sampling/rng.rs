@@ -122,8 +122,8 @@ fn bytes_are_uniform() {
     }
 }
 
-/// The streams of path seeds neither repeat each other nor a pixel's stream: among 2¹⁶ × 4 words of
-/// 64 bits a repetition has probability 2⁻²⁹.
+/// The streams of path seeds neither repeat each other nor a pixel's stream: among 2¹⁶ × 4
+/// words of 64 bits a repetition has probability 2⁻²⁹.
 #[test]
 fn path_streams_are_distinct() {
     let mut seen = Vec::new();

@@ -134,8 +134,8 @@ fn single_samples_are_uniform() {
 }
 
 /// The samples of a pixel lie on the plane of two groups' first dimensions as independent ones
-/// would: 256 of them in 16 × 16 cells leave 94 ± 6 empty (mean over 64 pixels: ± 0.8; here ± 5).
-/// Groups in one order would leave 240.
+/// would: 256 of them in 16 × 16 cells leave 94 ± 6 empty (mean over 64 pixels: ± 0.8; here ±
+/// 5). Groups in one order would leave 240.
 #[test]
 fn groups_are_shuffled_apart() {
     check_faults(&["groups in one order"], |fault| {
@@ -164,8 +164,8 @@ fn groups_are_shuffled_apart() {
     .unwrap();
 }
 
-/// Root-mean-square error over 256 pixels of ∫∫ 3x² · (π/2) sin(πy/2) = 1 over the unit square with
-/// `samples` samples.
+/// Root-mean-square error over 256 pixels of ∫∫ 3x² · (π/2) sin(πy/2) = 1 over the unit
+/// square with `samples` samples.
 fn rms_error(number: impl Fn(u32, u32, u32) -> u32, samples: u32) -> f64 {
     let mut sum = 0.0;
     for pixel in 0..256 {

@@ -1,9 +1,9 @@
 //! Eight triangles at a time against one ray, watertight.
 //!
 //! Triangles are tested by signed areas in a space sheared along the ray (Woop, Benthin and Wald
-//! 2013, *Watertight Ray/Triangle Intersection*). The signed area of an edge is `a·b − c·d`, each
-//! product rounded once: rounding is monotonic, so the computed sign is never opposite to that of
-//! the exact value, only zero in its place; zero counts as inside. An edge seen from its two
+//! 2013, *Watertight Ray/Triangle Intersection*). The signed area of an edge is `a·b − c·d`,
+//! each product rounded once: rounding is monotonic, so the computed sign is never opposite to that
+//! of the exact value, only zero in its place; zero counts as inside. An edge seen from its two
 //! triangles has areas that differ in sign alone. So no ray passes between two triangles that share
 //! an edge or a vertex bit for bit.
 //!

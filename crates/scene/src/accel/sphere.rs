@@ -21,8 +21,8 @@ impl Sphere {
         let radius = f64::from(self.radius);
         let a = direction.length_squared();
         let b = to_center.dot(direction);
-        // Distance of the centre from the ray's line, by the perpendicular: b² − a·c would cancel
-        // for far spheres.
+        // Distance of the centre from the ray's line, by the perpendicular: b² − a·c would
+        // cancel for far spheres.
         let perpendicular = to_center - direction * (b / a);
         let discriminant = a * (radius * radius - perpendicular.length_squared());
         if discriminant.is_nan() || discriminant < 0.0 {

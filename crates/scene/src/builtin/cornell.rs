@@ -32,9 +32,9 @@ pub fn cornell() -> SceneDescription {
 /// The work describes materials "mixing Lambertian and GGX microfacet BSDFs" with roughness 0.5 on
 /// the walls and 0.15 on the two boxes, and gives neither the mixture nor the colours. Chosen here:
 /// equal parts of the Lambertian surface of [`cornell`] and of an uncoloured GGX mirror (`F = 1`)
-/// that reflects 0.9 on the boxes and the wall's own colour on the walls, with `α = roughness²`, as
-/// common for material roughness: `α` is 0.25 on the walls and 0.0225 on the boxes. Three bounces
-/// of indirect light, as in the figure: `max_depth` 5.
+/// that reflects 0.9 on the boxes and the wall's own colour on the walls, with `α = roughness²`,
+/// as common for material roughness: `α` is 0.25 on the walls and 0.0225 on the boxes. Three
+/// bounces of indirect light, as in the figure: `max_depth` 5.
 pub fn cornell_glossy() -> SceneDescription {
     let mixture = |albedo: Rgb, mirror: Rgb, roughness: f32| {
         let alpha = FloatTexture::Constant(roughness * roughness);

@@ -7,8 +7,8 @@ use glam::Vec3;
 /// A corridor that winds between four walls, dark at the camera's end and lit at the other (after
 /// Dittebrandt 2025, fig. 7.1 and 7.9).
 ///
-/// A hall `[0, 6] × [0, 1.2] × [0, 2]` with walls across it every 1.2, 0.2 thick, each open for 0.6
-/// at one of its ends, in turn; a lamp at the ceiling of the last part. Light is scattered some
+/// A hall `[0, 6] × [0, 1.2] × [0, 2]` with walls across it every 1.2, 0.2 thick, each open for
+/// 0.6 at one of its ends, in turn; a lamp at the ceiling of the last part. Light is scattered some
 /// five times before it reaches the first. All surfaces are diffuse, on both sides.
 pub fn corridor() -> SceneDescription {
     let (white, blue) = (0, 1);

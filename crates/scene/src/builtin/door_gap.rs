@@ -7,11 +7,11 @@ use glam::Vec3;
 /// A room beside a chamber with a lamp, and a gap between the two, 0.04 wide and 1.2 high (after
 /// Dittebrandt 2025, fig. 7.11 left).
 ///
-/// The room is `[−1, 1] × [0, 1.6] × [−1, 1.2]`, with a reddish wall across from the gap and a
-/// block on the floor. The chamber behind the gap is lower, higher and shorter, so that no surface
-/// goes on from one into the other. Its lamp shines at the far wall: what the room sees of the
-/// light is the gap, a small part of the directions of any point. All surfaces are diffuse, on both
-/// sides.
+/// The room is `[−1, 1] × [0, 1.6] × [−1, 1.2]`, with a reddish wall across from the gap and
+/// a block on the floor. The chamber behind the gap is lower, higher and shorter, so that no
+/// surface goes on from one into the other. Its lamp shines at the far wall: what the room sees of
+/// the light is the gap, a small part of the directions of any point. All surfaces are diffuse, on
+/// both sides.
 pub fn door_gap() -> SceneDescription {
     let (white, red) = (0, 1);
     let mut room = Room::default();

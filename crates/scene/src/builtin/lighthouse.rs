@@ -19,11 +19,11 @@ pub fn lighthouse() -> SceneDescription {
 /// A floor, a circular wall around it, and a light below the floor that can be turned (after
 /// Dittebrandt 2025, fig. 5.10).
 ///
-/// The floor is a disk of radius 1 at height 0, the wall a cylinder of radius 2 from −1 to 1, both
-/// grey and with 96 corners. The light is a narrow spot light in the axis, at height −0.5, turned
-/// by `angle` radians from +x towards +z; it meets the wall at a height of a quarter, above the
-/// floor. So the floor is lit by a spot on the wall alone, which is seen from its middle under five
-/// degrees. The camera looks down at the floor and sees nothing else. 256 × 256 pixels,
+/// The floor is a disk of radius 1 at height 0, the wall a cylinder of radius 2 from −1 to 1,
+/// both grey and with 96 corners. The light is a narrow spot light in the axis, at height −0.5,
+/// turned by `angle` radians from +x towards +z; it meets the wall at a height of a quarter, above
+/// the floor. So the floor is lit by a spot on the wall alone, which is seen from its middle under
+/// five degrees. The camera looks down at the floor and sees nothing else. 256 × 256 pixels,
 /// `max_depth` 4.
 pub fn lighthouse_at(angle: f32) -> SceneDescription {
     let around = |corner: u32, radius: f32, height: f32| {

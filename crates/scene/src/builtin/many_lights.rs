@@ -15,10 +15,10 @@ const LIGHTS: usize = 1000;
 /// (4,000 emissive triangles) whose radiance is spread log-uniformly over 2…200.
 ///
 /// Walls are 0.1 thick, 0.6–1.6 long and 0.3–1 high at random places and angles. Lights have a
-/// circumradius of 0.04–0.06 and lie at heights of 0.2–2.5, clear of the plane; some touch a wall.
-/// They are black besides. The random figures come from a fixed sequence: the scene is the same
-/// everywhere, but for the last bit of a platform's sine and power. 256 × 256 pixels, direct light
-/// only (`max_depth` 2).
+/// circumradius of 0.04–0.06 and lie at heights of 0.2–2.5, clear of the plane; some touch a
+/// wall. They are black besides. The random figures come from a fixed sequence: the scene is the
+/// same everywhere, but for the last bit of a platform's sine and power. 256 × 256 pixels, direct
+/// light only (`max_depth` 2).
 pub fn many_lights() -> SceneDescription {
     let mut draw = Sequence(0x6c69_6768_7473_6864);
     let mut shapes = Vec::with_capacity(LIGHTS + 41);

@@ -4,8 +4,8 @@ use crate::TriangleMesh;
 use glam::{Affine3A, Vec2, Vec3};
 
 /// A parallelogram or any planar convex quadrilateral, as two triangles `(0, 1, 2)` and
-/// `(0, 2, 3)`; the geometric normal is along `(c₁ − c₀) × (c₂ − c₀)`. Texture coordinates run over
-/// the unit square, `(0, 0)` at corner 0.
+/// `(0, 2, 3)`; the geometric normal is along `(c₁ − c₀) × (c₂ − c₀)`. Texture
+/// coordinates run over the unit square, `(0, 0)` at corner 0.
 pub fn quad(corners: [Vec3; 4]) -> TriangleMesh {
     TriangleMesh {
         positions: corners.to_vec(),
@@ -67,8 +67,8 @@ pub fn tetrahedron(center: Vec3, radius: f32) -> TriangleMesh {
 }
 
 /// A sphere approximated by an icosahedron whose triangles are split in four `subdivisions` times
-/// (at most 8), with vertices on the sphere: `20 · 4ⁿ` triangles, face normals only. The solid lies
-/// inside the sphere.
+/// (at most 8), with vertices on the sphere: `20 · 4ⁿ` triangles, face normals only. The solid
+/// lies inside the sphere.
 pub fn icosphere(center: Vec3, radius: f32, subdivisions: u32) -> TriangleMesh {
     let golden = 0.5 * (1.0 + 5.0_f32.sqrt());
     let mut directions: Vec<Vec3> = Vec::new();
@@ -124,8 +124,8 @@ pub(crate) fn turn(mesh: &mut TriangleMesh) {
     }
 }
 
-/// Volume enclosed by a closed mesh, `Σ p₀·(p₁ × p₂) / 6`, summed in `f64`: positive where it is
-/// wound outwards. Meaningless for an open mesh, for which it depends on the origin.
+/// Volume enclosed by a closed mesh, `Σ p₀·(p₁ × p₂) / 6`, summed in `f64`: positive where
+/// it is wound outwards. Meaningless for an open mesh, for which it depends on the origin.
 pub fn signed_volume(mesh: &TriangleMesh) -> f64 {
     mesh.indices
         .iter()

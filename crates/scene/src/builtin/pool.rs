@@ -28,11 +28,11 @@ pub fn pool() -> SceneDescription {
 /// Caustics on the floor and the walls of a pool of 4 × 4, at `time` seconds of its waves (after
 /// Dittebrandt 2025, figs. 6.9 and 6.10).
 ///
-/// The floor lies at −1.2, the water about 0, a smooth dielectric of index 1.33 with waves of up to
-/// 0.065: 8,192 triangles with interpolated normals. A lamp of 0.2 × 0.2 hangs 1.5 above the water
-/// and is the only light. The camera is under water and looks at the floor and the far wall, which
-/// are lit through the surface alone: no emitter sample arrives. 256 × 256 pixels, `max_depth` 3:
-/// the camera, the pool, the water, the lamp.
+/// The floor lies at −1.2, the water about 0, a smooth dielectric of index 1.33 with waves of up
+/// to 0.065: 8,192 triangles with interpolated normals. A lamp of 0.2 × 0.2 hangs 1.5 above the
+/// water and is the only light. The camera is under water and looks at the floor and the far wall,
+/// which are lit through the surface alone: no emitter sample arrives. 256 × 256 pixels,
+/// `max_depth` 3: the camera, the pool, the water, the lamp.
 pub fn pool_at(time: f32) -> SceneDescription {
     let mut shapes = Vec::new();
     let mut add = |name: &str, mesh: TriangleMesh, material, emission| {

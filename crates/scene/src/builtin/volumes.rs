@@ -11,9 +11,9 @@ use crate::{
 use glam::{Affine3A, Vec3, Vec3A};
 use std::sync::Arc;
 
-/// A cloud under a blue sky with a bright, warm sun of some degrees: a grid of 80 × 56 × 80 voxels,
-/// albedo 1, isotropic, with a mean free path of a twentieth of its width where it is densest.
-/// Nothing else. 192 × 128 pixels, `max_depth` 8.
+/// A cloud under a blue sky with a bright, warm sun of some degrees: a grid of 80 × 56 × 80
+/// voxels, albedo 1, isotropic, with a mean free path of a twentieth of its width where it is
+/// densest. Nothing else. 192 × 128 pixels, `max_depth` 8.
 ///
 /// Values are computed in code, the same everywhere but for the last bit of a platform's functions.
 pub fn cloud() -> SceneDescription {
@@ -54,8 +54,8 @@ pub fn cloud() -> SceneDescription {
 }
 
 /// The Cornell box with a plume of grey-blue smoke that rises between the boxes, around them and in
-/// front of them: a grid of 48 × 64 × 48 voxels, scattering forward with an asymmetry of 0.4. 192 ×
-/// 192 pixels, `max_depth` 8.
+/// front of them: a grid of 48 × 64 × 48 voxels, scattering forward with an asymmetry of 0.4. 192
+/// × 192 pixels, `max_depth` 8.
 pub fn smoke_in_cornell() -> SceneDescription {
     const SIZE: [u32; 3] = [48, 64, 48];
     let extent = Vec3::new(1.5, 1.86, 1.5);
@@ -88,8 +88,8 @@ pub fn smoke_in_cornell() -> SceneDescription {
 }
 
 /// A fire over a grey floor, at night: flames that emit where they are hottest, with smoke above,
-/// whose extinction is stronger in the blue. A grid of 48 × 72 × 48 voxels, emission in another of
-/// that size. 160 × 192 pixels, `max_depth` 6.
+/// whose extinction is stronger in the blue. A grid of 48 × 72 × 48 voxels, emission in another
+/// of that size. 160 × 192 pixels, `max_depth` 6.
 pub fn fire() -> SceneDescription {
     const SIZE: [u32; 3] = [48, 72, 48];
     let extent = Vec3::new(1.2, 1.8, 1.2);

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 /// A participating medium.
 ///
-/// Extinction is `σ_t(x) = extinction · ρ(x)` per unit of world length, scattering `albedo · σ_t`,
-/// emission `(1 − albedo) σ_t(x) L_e(x)` per unit of length.
+/// Extinction is `σ_t(x) = extinction · ρ(x)` per unit of world length, scattering
+/// `albedo · σ_t`, emission `(1 − albedo) σ_t(x) L_e(x)` per unit of length.
 #[derive(Clone, Debug)]
 pub struct MediumDescription {
     /// For messages: the id in the file, or a made-up one.

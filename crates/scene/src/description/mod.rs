@@ -124,8 +124,8 @@ pub enum EmitterDescription {
 }
 
 /// An equirectangular environment. For a direction `d` in the map's local frame: column coordinate
-/// `u = atan2(d.x, −d.z) / 2π` (wrapped, pixel-centred), row `θ/π · (H−1)` with `θ` from local +Y
-/// (node-centred), bilinear.
+/// `u = atan2(d.x, −d.z) / 2π` (wrapped, pixel-centred), row `θ/π · (H−1)` with `θ` from
+/// local +Y (node-centred), bilinear.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     /// Radiance, row 0 at +Y.

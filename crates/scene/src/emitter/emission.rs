@@ -1,9 +1,9 @@
 //! Light as it leaves the emitters: rays for those who trace from the light.
 //!
-//! The flux through anything is `Φ = Σ ∫∫ L_e(x, ω) |cos θ| dω dA` over the rays that reach it. A
-//! ray is drawn with density `p(x, ω)` in the measure `dω dA` (of area, or of the disk across the
-//! scene for light from infinity; solid angle alone for points) and carries `L_e |cos θ| / p`, so
-//! that the sum over what happens to it estimates `Σ` without bias.
+//! The flux through anything is `Φ = Σ ∫∫ L_e(x, ω) |cos θ| dω dA` over the rays that
+//! reach it. A ray is drawn with density `p(x, ω)` in the measure `dω dA` (of area, or of the
+//! disk across the scene for light from infinity; solid angle alone for points) and carries
+//! `L_e |cos θ| / p`, so that the sum over what happens to it estimates `Σ` without bias.
 
 use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
 use super::by_power::Selected;
@@ -261,8 +261,8 @@ mod tests {
         .unwrap();
     }
 
-    /// The whole flux of lamps in closed form: `π A L` and `4π I`. Emission of a lamp does not meet
-    /// the lamp itself.
+    /// The whole flux of lamps in closed form: `π A L` and `4π I`. Emission of a lamp does not
+    /// meet the lamp itself.
     #[test]
     fn rays_carry_the_whole_flux_away() {
         let corners = [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)];

@@ -7,9 +7,9 @@
 //!
 //! > `L_r = ∫ f(ω_o, ω) L_e(ω) |cos θ| V dω = ∫ f L_e |cos θ| V |dω/de| de`,
 //!
-//! where `|dω/de| = |cos θ_e| / d²` on surfaces and 1 otherwise. The space of all `e` is the union
-//! of the three, and none of it depends on `x`: a sample keeps its contribution weight at another
-//! point as it is, with Jacobian 1.
+//! where `|dω/de| = |cos θ_e| / d²` on surfaces and 1 otherwise. The space of all `e` is the
+//! union of the three, and none of it depends on `x`: a sample keeps its contribution weight at
+//! another point as it is, with Jacobian 1.
 
 use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
 use super::{Emitters, ray_towards, shadow_ray, target_on_surface};

@@ -59,8 +59,8 @@ pub struct EmitterSample {
     pub emitter: u32,
     /// Unit direction from the reference point.
     pub direction: Vec3,
-    /// Incident radiance over density, `L_i / (P p_ω)`, where `P` is the probability with which the
-    /// emitter was chosen: the sum over emitters of `∫ L_i f cosθ dω` is estimated by
+    /// Incident radiance over density, `L_i / (P p_ω)`, where `P` is the probability with which
+    /// the emitter was chosen: the sum over emitters of `∫ L_i f cosθ dω` is estimated by
     /// `weight · f cosθ` without bias (but for occlusion). For emitters that are a point or a
     /// direction: the irradiance on a plane facing them, over `P`.
     pub weight: Rgb,

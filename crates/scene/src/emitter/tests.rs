@@ -1,7 +1,7 @@
 //! Emitter samples against closed forms and quadrature, and against the densities that they report.
 //!
-//! The irradiance `E = ∫ L_i cos θ dω` at a point is estimated by `weight · cos θ`, averaged over a
-//! grid of stratified random numbers: no statistics, the tolerance is the grid's.
+//! The irradiance `E = ∫ L_i cos θ dω` at a point is estimated by `weight · cos θ`, averaged
+//! over a grid of stratified random numbers: no statistics, the tolerance is the grid's.
 
 use crate::builtin::quad;
 use crate::{

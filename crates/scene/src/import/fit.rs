@@ -25,8 +25,8 @@ pub(super) fn bounds(scene: &SceneDescription) -> Option<(Vec3, Vec3)> {
     low.cmple(high).all().then_some((low, high))
 }
 
-/// Sets a camera of 45° that sees the whole box around the scene, from the direction (1, 0.6, 1.4),
-/// +Y up.
+/// Sets a camera of 45° that sees the whole box around the scene, from the direction (1, 0.6,
+/// 1.4), +Y up.
 pub(super) fn camera(scene: &mut SceneDescription) {
     let (low, high) = bounds(scene).unwrap_or((-Vec3::ONE, Vec3::ONE));
     let (low, high) = (low.as_dvec3(), high.as_dvec3());

@@ -33,8 +33,8 @@ pub(crate) fn move_mesh(mesh: &mut TriangleMesh, map: &DAffine3) -> Option<()> {
     Some(())
 }
 
-/// Cofactor matrix `det(M) M⁻ᵀ`: maps normals, and turns them where `M` mirrors, as `M a × M b`
-/// does.
+/// Cofactor matrix `det(M) M⁻ᵀ`: maps normals, and turns them where `M` mirrors, as
+/// `M a × M b` does.
 #[cfg(any(feature = "gltf", feature = "mitsuba"))]
 pub(crate) fn normal_map(map: &DAffine3) -> DMat3 {
     let [a, b, c] = map.matrix3.to_cols_array_2d().map(DVec3::from_array);

@@ -13,9 +13,9 @@ pub(super) const MAX_COMPONENTS: usize = 4;
 /// frame whose `z` is the shading normal.
 ///
 /// **Directions.** `wo` (towards the viewer) and `wi` (towards the light) are unit vectors that
-/// both point away from the surface; either may be below it. `value`s are `f(wo, wi)·|cos θ_i|` for
-/// *radiance* arriving along `wi` and leaving along `wo`; refraction scales radiance by the squared
-/// ratio of indices.
+/// both point away from the surface; either may be below it. `value`s are `f(wo, wi)·|cos θ_i|`
+/// for *radiance* arriving along `wi` and leaving along `wo`; refraction scales radiance by the
+/// squared ratio of indices.
 ///
 /// **Lobes.** The function is a sum of lobes `f = Σ_l f_l`, each with its own sampler. `P(l | wo)`
 /// is the probability of choosing lobe `l`: it depends on `wo` alone, and sampling realises exactly
@@ -110,8 +110,8 @@ pub struct BsdfValue {
 pub struct BsdfSample {
     /// Sampled direction towards the light.
     pub wi: Vec3,
-    /// `f·|cos θ_i|/p` with `p` the density of *all* non-delta lobes; for a delta lobe its share of
-    /// the scattered radiance over the probability of the lobe.
+    /// `f·|cos θ_i|/p` with `p` the density of *all* non-delta lobes; for a delta lobe its share
+    /// of the scattered radiance over the probability of the lobe.
     pub weight: Rgb,
     /// Density of `wi` over all non-delta lobes; infinite for a delta lobe.
     pub pdf: Density<SolidAngle>,
@@ -120,8 +120,8 @@ pub struct BsdfSample {
     /// Whether the lobe is a delta lobe.
     pub is_delta: bool,
     /// Index of refraction on the side of `wi` over that on the side of `wo` for transmission, 1
-    /// for reflection. A path that multiplies its throughput by `eta²` undoes the radiance scaling,
-    /// as Russian roulette wants.
+    /// for reflection. A path that multiplies its throughput by `eta²` undoes the radiance
+    /// scaling, as Russian roulette wants.
     pub eta: f32,
 }
 
@@ -290,8 +290,8 @@ impl Bsdf {
         share * entry.component.probabilities(mirrored(wo, mirror), mirror < 0.0)[local as usize]
     }
 
-    /// A measure of a lobe's width: 0 for a delta lobe, `min(α_x, α_y, 1)` for a microfacet lobe, 1
-    /// for a diffuse lobe. For thresholds of connectability. 0 for a lobe that does not exist.
+    /// A measure of a lobe's width: 0 for a delta lobe, `min(α_x, α_y, 1)` for a microfacet lobe,
+    /// 1 for a diffuse lobe. For thresholds of connectability. 0 for a lobe that does not exist.
     #[inline]
     pub fn lobe_roughness(&self, lobe: u8) -> f32 {
         match (&self.repr, self.locate(lobe)) {
@@ -345,8 +345,8 @@ impl Bsdf {
         }
     }
 
-    /// `f(wo, wi)·|cos θ_i|` over all non-delta lobes, and the density with which [`Bsdf::sample`]
-    /// takes `wi`.
+    /// `f(wo, wi)·|cos θ_i|` over all non-delta lobes, and the density with which
+    /// [`Bsdf::sample`] takes `wi`.
     #[inline(always)]
     pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         match self.repr {
@@ -382,8 +382,8 @@ impl Bsdf {
         }
     }
 
-    /// `f_l(wo, wi)·|cos θ_i|` of one lobe, and its density joint with the choice of the lobe. Zero
-    /// for a delta lobe and for a lobe that does not exist.
+    /// `f_l(wo, wi)·|cos θ_i|` of one lobe, and its density joint with the choice of the lobe.
+    /// Zero for a delta lobe and for a lobe that does not exist.
     #[inline]
     pub fn evaluate_lobe(&self, lobe: u8, wo: Vec3, wi: Vec3) -> BsdfValue {
         if let Repr::Diffuse { reflectance, side } = self.repr {

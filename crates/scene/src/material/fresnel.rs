@@ -14,10 +14,11 @@ pub(super) struct DielectricFresnel {
 /// Fresnel reflectance at `cos_incident = |cos θ_i| ∈ [0, 1]`, `eta = η_t/η_i` the index of
 /// refraction of the far side over that of the near side.
 ///
-/// `cos θ_t = √(1 − sin²θ_i/η²)`; a radicand that is not positive is total internal reflection.
-/// `F = ½ (r_s² + r_p²)` with `r_s = (cos θ_i − η cos θ_t)/(cos θ_i + η cos θ_t)`,
-/// `r_p = (η cos θ_i − cos θ_t)/(η cos θ_i + cos θ_t)` (Born & Wolf, *Principles of Optics*,
-/// §1.5.2).
+/// `cos θ_t = √(1 − sin²θ_i/η²)`; a radicand that is not positive is total internal
+/// reflection. `F = ½ (r_s² + r_p²)` with
+/// `r_s = (cos θ_i − η cos θ_t)/(cos θ_i + η cos θ_t)`,
+/// `r_p = (η cos θ_i − cos θ_t)/(η cos θ_i + cos θ_t)` (Born & Wolf, *Principles of
+/// Optics*, §1.5.2).
 #[inline]
 pub(super) fn dielectric(cos_incident: f32, eta: f32) -> DielectricFresnel {
     if eta == 1.0 {
@@ -27,8 +28,8 @@ pub(super) fn dielectric(cos_incident: f32, eta: f32) -> DielectricFresnel {
             cos_transmitted: cos_incident,
         };
     }
-    // η² − sin²θ_i, by differences that are exact where they are small: near matched indices, and
-    // at normal incidence.
+    // η² − sin²θ_i, by differences that are exact where they are small: near matched indices,
+    // and at normal incidence.
     let radicand = if eta > 0.5 {
         (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident
     } else {
@@ -54,8 +55,8 @@ pub(super) fn dielectric(cos_incident: f32, eta: f32) -> DielectricFresnel {
 ///
 /// With `t = η² − k² − sin²θ`, `a² + b² = √(t² + 4η²k²)`, `a² − b² = t`:
 /// `R_s = ((a − cosθ)² + b²)/((a + cosθ)² + b²)` and
-/// `R_p = R_s ((a cosθ − sin²θ)² + b² cos²θ)/((a cosθ + sin²θ)² + b² cos²θ)` (Born & Wolf §14.2,
-/// with the differences taken before squaring so that they lose no digits).
+/// `R_p = R_s ((a cosθ − sin²θ)² + b² cos²θ)/((a cosθ + sin²θ)² + b² cos²θ)` (Born
+/// & Wolf §14.2, with the differences taken before squaring so that they lose no digits).
 #[inline]
 pub(super) fn conductor(cos_incident: f32, eta: Rgb, k: Rgb) -> Rgb {
     let c = Rgb::splat(cos_incident);
@@ -65,7 +66,8 @@ pub(super) fn conductor(cos_incident: f32, eta: Rgb, k: Rgb) -> Rgb {
     // In this order: shader compilers take `x − y² − z` for `x − (y² + z)`.
     let t = eta * eta - (k * k + Rgb::splat(s2));
     let modulus = (t * t + 4.0 * eta2_k2).map(f32::sqrt);
-    // The larger of a² and b² is a sum; the other follows from a²b² = η²k² without cancellation.
+    // The larger of a² and b² is a sum; the other follows from a²b² = η²k² without
+    // cancellation.
     let larger = 0.5 * (modulus + t.abs());
     let smaller = (eta2_k2 / larger.max(Rgb::splat(f32::MIN_POSITIVE))).min(larger);
     let positive = t.cmpge(Rgb::ZERO);
@@ -79,8 +81,8 @@ pub(super) fn conductor(cos_incident: f32, eta: Rgb, k: Rgb) -> Rgb {
     0.5 * senkrecht * (Rgb::ONE + ratio)
 }
 
-/// Reflectance of a smooth dielectric interface for diffuse light, `2 ∫_0^1 F(μ; η) μ dμ`, `eta` as
-/// in [`dielectric`].
+/// Reflectance of a smooth dielectric interface for diffuse light, `2 ∫_0^1 F(μ; η) μ dμ`,
+/// `eta` as in [`dielectric`].
 ///
 /// Closed form for `η > 1` (Walsh 1926; Duntley 1942, *The Optical Properties of Diffusing
 /// Materials*). From the denser side, reciprocity of the two transmittances gives
@@ -96,8 +98,8 @@ pub(super) fn diffuse_reflectance(eta: f32) -> f32 {
 }
 
 fn diffuse_reflectance_outside(eta: f64) -> f64 {
-    // The closed form is a difference of terms in 1/(η−1): below this it is all rounding, and R is
-    // next to linear.
+    // The closed form is a difference of terms in 1/(η−1): below this it is all rounding, and R
+    // is next to linear.
     const NEAR: f64 = 1e-4;
     if eta < 1.0 + NEAR {
         return (eta - 1.0) / NEAR * diffuse_reflectance_outside(1.0 + NEAR);

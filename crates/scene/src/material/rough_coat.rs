@@ -7,9 +7,10 @@
 //!   `R_int(α, η) = 2 ∫_0^1 μ ∫ D_v(h) F(wo·h; 1/η) G1(wr) dh dμ`
 //!
 //! both with single scattering only. They vary smoothly, so that a table of a few thousand entries,
-//! computed on first use, holds them to about 2e-3. Axes: `√μ`, `√α` over `[0, 1]` and `√r`,
-//! `r = (η − 1)/(η + 1)`, over `r ∈ [0, ½]`, that is `η ∈ [1, 3]`; interpolation is cubic. Values
-//! outside are clamped to these ranges; anisotropic roughness enters by its geometric mean.
+//! computed on first use, holds them to about 2e-3. Axes: `√μ`, `√α` over `[0, 1]` and
+//! `√r`, `r = (η − 1)/(η + 1)`, over `r ∈ [0, ½]`, that is `η ∈ [1, 3]`; interpolation
+//! is cubic. Values outside are clamped to these ranges; anisotropic roughness enters by its
+//! geometric mean.
 
 use super::fresnel;
 use super::microfacet::Distribution;
@@ -161,9 +162,9 @@ impl Tables {
 
 /// Mean of `f(wo, h)` over visible normals, `∫ D_v(h) f dh`.
 ///
-/// Laid out by `D(h) cos θ_h dh = dξ dφ/2π`, whose `tan θ_h` is closed form for both distributions,
-/// over the azimuths from which `h` faces `wo` only, so that the integrand has no kink:
-/// `cos φ > −cot θ_o / tan θ_h`.
+/// Laid out by `D(h) cos θ_h dh = dξ dφ/2π`, whose `tan θ_h` is closed form for both
+/// distributions, over the azimuths from which `h` faces `wo` only, so that the integrand has no
+/// kink: `cos φ > −cot θ_o / tan θ_h`.
 fn mean_over_normals(kind: Microfacet, alpha: f32, mu: f32, f: impl Fn(Vec3, Vec3) -> f32) -> f32 {
     // Exactly at the horizon nothing is visible: the limit is taken.
     let mu = mu.max(1e-4);
@@ -172,8 +173,8 @@ fn mean_over_normals(kind: Microfacet, alpha: f32, mu: f32, f: impl Fn(Vec3, Vec
     let [rings, sectors] = NORMAL_NODES;
     let (mut sum, mut weights) = (0.0, 0.0);
     for ring in 0..rings {
-        // Nodes crowd at both ends, where the tails are: ξ = s³(10 − 15s + 6s²), 1 − ξ the same of
-        // r = 1 − s.
+        // Nodes crowd at both ends, where the tails are: ξ = s³(10 − 15s + 6s²), 1 − ξ the
+        // same of r = 1 − s.
         let s = (ring as f32 + 0.5) / rings as f32;
         let r = 1.0 - s;
         let xi = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);

@@ -21,8 +21,8 @@ use glam::Vec3;
 ///
 /// With the density `ρ(x)`, without unit: extinction `σ_t(x) = k ρ(x)` per unit of world length,
 /// with the coefficients `k` of [`Medium::extinction`]; scattering `σ_s = α σ_t` with the albedo
-/// `α`; absorption `σ_a = σ_t − σ_s`. The medium emits `σ_a(x) L_e(x)` per unit of length (Lin 2022
-/// eq. 5.12).
+/// `α`; absorption `σ_a = σ_t − σ_s`. The medium emits `σ_a(x) L_e(x)` per unit of length
+/// (Lin 2022 eq. 5.12).
 pub struct Medium {
     name: String,
     density: MediumDensity,

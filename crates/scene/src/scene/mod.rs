@@ -103,8 +103,8 @@ impl Scene {
     }
 
     /// The surface point at the place `coordinates` of a primitive, as [`Scene::coordinates`] names
-    /// it: what [`Scene::surface`] gives for the hit, with the same bits on triangles, to `10⁻⁶` of
-    /// the radius on spheres.
+    /// it: what [`Scene::surface`] gives for the hit, with the same bits on triangles, to
+    /// `10⁻⁶` of the radius on spheres.
     ///
     /// # Panics
     /// If the scene has no such primitive.

@@ -12,12 +12,13 @@ use lightshed_sampling::Frame;
 /// Bound on the rounding errors of a point on a surface and of the rays through it, relative to the
 /// lengths they come from.
 ///
-/// A point `b₀v₀ + b₁v₁ + b₂v₂` is off by at most `γ(7) = 7ε/(1−7ε)` of the sum of its terms'
-/// magnitudes, `ε = 2⁻²⁴` (Higham 2002 §3.1; Pharr, Jakob and Humphreys 2023 §6.8.4 apply it so),
-/// and the weights and the next ray's origin err by as much again each. That is an error of
-/// coordinates, which vanishes where they do: on the plane `y = 0`, say. The next ray's test
-/// against the same triangle has another one, of the triangle's *extent*: it forms the edges' cross
-/// products from differences of coordinates, some 15 roundings of that size deep. Both, rounded up.
+/// A point `b₀v₀ + b₁v₁ + b₂v₂` is off by at most `γ(7) = 7ε/(1−7ε)` of the sum of
+/// its terms' magnitudes, `ε = 2⁻²⁴` (Higham 2002 §3.1; Pharr, Jakob and Humphreys 2023
+/// §6.8.4 apply it so), and the weights and the next ray's origin err by as much again each. That
+/// is an error of coordinates, which vanishes where they do: on the plane `y = 0`, say. The next
+/// ray's test against the same triangle has another one, of the triangle's *extent*: it forms the
+/// edges' cross products from differences of coordinates, some 15 roundings of that size deep.
+/// Both, rounded up.
 const POSITION_ERROR: f32 = 16.0 * f32::EPSILON;
 
 /// A point on a surface as shading sees it.

@@ -120,8 +120,8 @@ impl Wrap {
         }
     }
 
-    /// The two texels of `count` whose centres enclose the folded coordinate `s ∈ [0, 1]`, and the
-    /// share of the second.
+    /// The two texels of `count` whose centres enclose the folded coordinate `s ∈ [0, 1]`, and
+    /// the share of the second.
     #[inline]
     fn neighbours(self, s: f32, count: u32) -> (u32, u32, f32) {
         let position = s * count as f32 - 0.5;

@@ -1,7 +1,8 @@
 //! Whether samples of directions have the density that is said of them, within a cone.
 //!
-//! For a cone `C` of directions the share of samples within it is held to `∫_C p(ω) dω`, which is
-//! summed over stratified directions of the cone. Both have an error that is estimated with them.
+//! For a cone `C` of directions the share of samples within it is held to `∫_C p(ω) dω`, which
+//! is summed over stratified directions of the cone. Both have an error that is estimated with
+//! them.
 
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{CounterRng, Frame};

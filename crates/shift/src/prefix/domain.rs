@@ -8,11 +8,11 @@ use lightshed_resampling::Domain;
 use lightshed_sampling::PrimarySample;
 use lightshed_sampling::glam::Vec3;
 
-/// The prefixes `x₁ … x_m` of a pixel's paths. A prefix ends at the second vertex in a row that is
-/// rough: at the first `x_m` such that the lobe by which `x_{m−1}` was left and the widest lobe of
-/// `x_m` are both at least as wide as a threshold, and the two lie a least distance apart. So the
-/// last vertex can be reconnected to, from other pixels and from the suffix behind it (Kettunen
-/// 2023 §6).
+/// The prefixes `x₁ … x_m` of a pixel's paths. A prefix ends at the second vertex in a row that
+/// is rough: at the first `x_m` such that the lobe by which `x_{m−1}` was left and the widest
+/// lobe of `x_m` are both at least as wide as a threshold, and the two lie a least distance apart.
+/// So the last vertex can be reconnected to, from other pixels and from the suffix behind it
+/// (Kettunen 2023 §6).
 ///
 /// **Integrand.** `F_p = f_p / p`, the product of one lobe at each vertex before the last over the
 /// density with which [`PrefixTracer`](crate::PrefixTracer) finds it. Behind a prefix lies a domain

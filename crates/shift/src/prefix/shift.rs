@@ -12,8 +12,8 @@ use lightshed_sampling::{Density, PrimarySample};
 
 /// Random replay up to the last vertex but one, and reconnection to the last.
 ///
-/// **Jacobian**, in primary sample space: `p(y_{m−1} → x_m) / p(x_{m−1} → x_m)`, densities of the
-/// lobe in area measure, as for [`PathShift`](crate::PathShift).
+/// **Jacobian**, in primary sample space: `p(y_{m−1} → x_m) / p(x_{m−1} → x_m)`, densities
+/// of the lobe in area measure, as for [`PathShift`](crate::PathShift).
 ///
 /// **Undefined** where the offset prefix would end at another vertex, loses its way, or is blocked.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -14,9 +14,9 @@ use lightshed_sampling::{Density, PathSeed, PrimarySample, SolidAngle};
 /// Traces prefixes by scattering, depth by depth, all of a call together. Each depends on its
 /// domain and seed alone.
 ///
-/// A prefix of a pixel that ends nowhere — it leaves the scene, is absorbed, or meets no two rough
-/// vertices in a row before its paths are as long as they may be — is none of its domain's, but the
-/// light on its way counts.
+/// A prefix of a pixel that ends nowhere — it leaves the scene, is absorbed, or meets no two
+/// rough vertices in a row before its paths are as long as they may be — is none of its domain's,
+/// but the light on its way counts.
 pub struct PrefixTracer<W: World> {
     roulette_from: u32,
     walks: Vec<Walk<W>>,

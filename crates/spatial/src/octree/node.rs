@@ -5,8 +5,8 @@ use bytemuck::{Pod, Zeroable};
 /// Most inner nodes of an octree: as many as 24 bits can tell apart.
 pub const MAX_OCTREE_NODES: usize = 1 << 24;
 
-/// Largest depth of a leaf: cells of 2⁻²⁰ of the cube's side are about what `f32` positions tell
-/// apart.
+/// Largest depth of a leaf: cells of 2⁻²⁰ of the cube's side are about what `f32` positions
+/// tell apart.
 pub const MAX_OCTREE_DEPTH: u32 = 20;
 
 /// An inner node in 32 bits, as a device reads it: bit `c` of the low eight says that child `c` is

@@ -50,8 +50,8 @@ pub struct AdaptiveOctree {
     pub(super) augmented: Augmented,
 }
 
-/// The cube of a leaf: `[coordinates, coordinates + 1) · side · 2^−depth` from the least corner of
-/// the tree's.
+/// The cube of a leaf: `[coordinates, coordinates + 1) · side · 2^−depth` from the least corner
+/// of the tree's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreeCell {
     /// Depth of the leaf, from 1.

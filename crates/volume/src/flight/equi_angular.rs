@@ -1,10 +1,11 @@
 //! Equi-angular sampling of distances.
 //!
 //! Along a ray seen from a point light at distance `D` from it, closest at `t = Δ`: points whose
-//! directions from the light are uniform in angle, `p(t) = D / ((θ_b − θ_a) (D² + (t − Δ)²))` per
-//! unit of `t` (Kulla and Fajardo 2012, eq. 5): in proportion to the light's inverse square. Angles
-//! are taken between the light's directions to the interval's ends, without the difference of two
-//! arc tangents that cancels for lights far away.
+//! directions from the light are uniform in angle,
+//! `p(t) = D / ((θ_b − θ_a) (D² + (t − Δ)²))` per unit of `t` (Kulla and Fajardo 2012, eq.
+//! 5): in proportion to the light's inverse square. Angles are taken between the light's directions
+//! to the interval's ends, without the difference of two arc tangents that cancels for lights far
+//! away.
 
 use crate::{FieldRay, Interval};
 use glam::Vec3;
@@ -60,7 +61,8 @@ impl EquiAngular {
     #[inline]
     pub fn sample(&self, u: f32) -> EquiAngularSample {
         let (sin, cos) = (f64::from(u) * self.angle).sin_cos();
-        // tan(θ_a + φ) − tan θ_a = sec² θ_a · sin φ / (cos φ − tan θ_a sin φ), times D.
+        // tan(θ_a + φ) − tan θ_a = sec² θ_a · sin φ / (cos φ − tan θ_a sin φ), times
+        // D.
         let squared = self.distance * self.distance + self.start * self.start;
         let along = squared * sin / (self.distance * cos - self.start * sin);
         let t = (f64::from(self.interval.t0) + along) as f32;

@@ -7,8 +7,8 @@ use crate::{DensityAccessor, FieldRay, Interval};
 /// equal steps (at least 1), by one lookup within each.
 ///
 /// The density is *known in closed form*, but it is that of the marched medium ([`KnownFlight`] has
-/// its `ρ` and depth), not `σ T`: as free flight of weight 1 it is biased, by an amount that falls
-/// with the square of the step for smooth densities; as a proposal, with the true `σ T` over
+/// its `ρ` and depth), not `σ T`: as free flight of weight 1 it is biased, by an amount that
+/// falls with the square of the step for smooth densities; as a proposal, with the true `σ T` over
 /// [`KnownFlight::pdf`], it is not, provided that its lookups miss nothing: the marched density
 /// must be positive wherever the density is.
 ///

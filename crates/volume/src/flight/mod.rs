@@ -1,8 +1,8 @@
 //! Where light collides: free-flight distances.
 //!
-//! With extinction `σ(t) = k ρ(x(t))` and `T(t) = e^{−∫₀ᵗ σ}`, a photon collides first at `t` with
-//! density `σ(t) T(t)` per unit of `t`, and comes through with probability `T(t₁)` (Lin 2022
-//! §2.3.1).
+//! With extinction `σ(t) = k ρ(x(t))` and `T(t) = e^{−∫₀ᵗ σ}`, a photon collides first
+//! at `t` with density `σ(t) T(t)` per unit of `t`, and comes through with probability `T(t₁)`
+//! (Lin 2022 §2.3.1).
 
 mod decomposition;
 mod delta;
@@ -47,8 +47,8 @@ pub struct KnownFlight {
 }
 
 impl KnownFlight {
-    /// With the coefficient `extinction`, `k`: the density `k ρ e^{−k ∫ρ}` per unit of `t` of a
-    /// collision, the probability `e^{−k ∫ρ}` of coming through.
+    /// With the coefficient `extinction`, `k`: the density `k ρ e^{−k ∫ρ}` per unit of `t` of
+    /// a collision, the probability `e^{−k ∫ρ}` of coming through.
     #[inline]
     pub fn pdf(&self, extinction: f32) -> f32 {
         let transmittance = self.transmittance(extinction);

@@ -9,8 +9,8 @@ use lightshed_sampling::rand::Rng;
 pub struct WeightedFlight {
     /// Where on the ray it collided; `None` if it crossed all segments.
     pub distance: Option<f32>,
-    /// `w` with `E[w f(t)] = ∫ σ T f dt + T(t₁) f(none)`. Exactly 1 where densities stay below the
-    /// majorants; may be negative where not.
+    /// `w` with `E[w f(t)] = ∫ σ T f dt + T(t₁) f(none)`. Exactly 1 where densities stay below
+    /// the majorants; may be negative where not.
     pub weight: f32,
     /// Density lookups.
     pub lookups: u32,
@@ -19,11 +19,11 @@ pub struct WeightedFlight {
 /// Free flight by weighted delta tracking (Galtier et al. 2013; Kutz et al. 2017): unbiased also
 /// where the density exceeds the segments' majorant.
 ///
-/// A tentative collision is real with probability `P = ρ/(ρ + |ρ̄ − ρ|)`; the weight takes up
-/// `ρ/(ρ̄ P)` of a real one and `(ρ̄ − ρ)/(ρ̄ (1 − P))` of a null one. Where `ρ ≤ ρ̄` this is
-/// [`delta_tracking`](crate::delta_tracking). The density is *not known in closed form*. Variance
-/// grows quickly with `ρ/ρ̄` beyond 1, and without bound where `ρ̄ = 0 < ρ`, which is never looked
-/// up.
+/// A tentative collision is real with probability `P = ρ/(ρ + |ρ̄ − ρ|)`; the weight takes
+/// up `ρ/(ρ̄ P)` of a real one and `(ρ̄ − ρ)/(ρ̄ (1 − P))` of a null one. Where
+/// `ρ ≤ ρ̄` this is [`delta_tracking`](crate::delta_tracking). The density is *not known in
+/// closed form*. Variance grows quickly with `ρ/ρ̄` beyond 1, and without bound where
+/// `ρ̄ = 0 < ρ`, which is never looked up.
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`.
 #[inline]

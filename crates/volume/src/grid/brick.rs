@@ -1,8 +1,8 @@
 //! Bricks of 8³ cells with the 9³ voxels at their corners.
 //!
-//! Cell `c` of an axis lies between the centres of voxels `c − 1` and `c`, `0 ≤ c ≤ n`, and what is
-//! beyond the first and last centre repeats their voxels: a lookup needs no test for the grid's
-//! edge.
+//! Cell `c` of an axis lies between the centres of voxels `c − 1` and `c`, `0 ≤ c ≤ n`, and
+//! what is beyond the first and last centre repeats their voxels: a lookup needs no test for the
+//! grid's edge.
 
 use super::{MAX_VOXELS, MAX_VOXELS_PER_AXIS};
 use glam::Vec3;

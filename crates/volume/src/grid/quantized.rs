@@ -11,8 +11,8 @@ use lightshed_sampling::parallel::for_each_chunk;
 /// with larger blocks.
 ///
 /// # Precision
-/// A value is off by half a step, `(max − min)/(2^BITS − 1)` of its brick, at most; except that a
-/// positive one never becomes 0, so that nothing vanishes from the medium (Lin 2022 §5.4.1), and
+/// A value is off by half a step, `(max − min)/(2^BITS − 1)` of its brick, at most; except that
+/// a positive one never becomes 0, so that nothing vanishes from the medium (Lin 2022 §5.4.1), and
 /// may be a whole step too large. Zero stays zero. Across bricks the density may jump by a step;
 /// all trackers, and [`DensityField::range`](crate::DensityField::range), see the same density.
 #[derive(Clone, Debug)]

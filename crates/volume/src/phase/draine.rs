@@ -1,18 +1,18 @@
 //! Draine's phase function.
 //!
-//! `p = (1/4π) · (1 − g²)/(1 + g² − 2 g c)^{3/2} · (1 + α c²)/(1 + α (1 + 2g²)/3)`, `c = cos θ`
-//! (Draine 2003, eq. 4): Henyey–Greenstein at `α = 0`, Rayleigh at `g = 0, α = 1`, Cornette–Shanks
-//! at `α = 1`. `g` is not its mean cosine unless `α = 0`.
+//! `p = (1/4π) · (1 − g²)/(1 + g² − 2 g c)^{3/2} · (1 + α c²)/(1 + α (1 + 2g²)/3)`,
+//! `c = cos θ` (Draine 2003, eq. 4): Henyey–Greenstein at `α = 0`, Rayleigh at `g = 0, α = 1`,
+//! Cornette–Shanks at `α = 1`. `g` is not its mean cosine unless `α = 0`.
 //!
 //! With `x = √(1 + g² − 2 g c)` in place of `c` the distribution function is
-//! `−a/x − b x + x³ α/(12 g²)` with constants `a` and `b`, monotone in `x`: its inverse is found by
-//! Newton's method, safeguarded by bisection, in `f64`.
+//! `−a/x − b x + x³ α/(12 g²)` with constants `a` and `b`, monotone in `x`: its inverse is
+//! found by Newton's method, safeguarded by bisection, in `f64`.
 
 use super::{PhaseError, PhaseFunction, ScatteringAngle, check_asymmetry};
 use core::f64::consts::PI;
 
-/// Below this magnitude `g` counts as 0, for density and samples alike: the division by `g²` leaves
-/// eight digits there.
+/// Below this magnitude `g` counts as 0, for density and samples alike: the division by `g²`
+/// leaves eight digits there.
 const MIN_ASYMMETRY: f64 = 1e-4;
 
 /// Draine scattering.
@@ -25,7 +25,8 @@ pub struct Draine {
 }
 
 impl Draine {
-    /// With the parameters `g`, positive forward, and `α ≥ 0`. A `|g|` below 10⁻⁴ counts as 0.
+    /// With the parameters `g`, positive forward, and `α ≥ 0`. A `|g|` below 10⁻⁴ counts
+    /// as 0.
     ///
     /// # Errors
     /// [`PhaseError::Asymmetry`] for `g` beyond ±[`MAX_ASYMMETRY`](super::MAX_ASYMMETRY),
@@ -59,8 +60,9 @@ impl Draine {
             let cubes = (1.0 - (1.0 - s).powi(3)) / 3.0;
             return 2.0 * PI * self.factor * (s + alpha * cubes);
         }
-        // From x₀ = 1 − g to x = √((1 − g)² + 2 g s): ∫ (1 + α c²)/x² dx / g, with c = (w − x²)/2g,
-        // w = 1 + g². Every difference of powers of x is a multiple of x − x₀ = 2 g s/(x + x₀).
+        // From x₀ = 1 − g to x = √((1 − g)² + 2 g s): ∫ (1 + α c²)/x² dx / g, with c
+        // = (w − x²)/2g, w = 1 + g². Every difference of powers of x is a multiple of x −
+        // x₀ = 2 g s/(x + x₀).
         let x0 = 1.0 - g;
         let x = (x0 * x0 + 2.0 * g * s).sqrt();
         let w = 1.0 + g * g;

@@ -1,11 +1,11 @@
 //! The Henyey–Greenstein phase function.
 //!
-//! `p = (1/4π) (1 − g²) / (1 + g² − 2 g cos θ)^{3/2}` (Henyey and Greenstein 1941). In single
-//! precision
+//! `p = (1/4π) (1 − g²) / (1 + g² − 2 g cos θ)^{3/2}` (Henyey and Greenstein 1941). In
+//! single precision
 //! - the denominator is `(1 − |g|)² + 2 |g| (1 ∓ cos θ)`, a sum of positive terms;
-//! - the inverse of its distribution function is `1 − cos θ = (1 − g) v (q + 1 − g)/d` for `g ≥ 0`,
-//!   with `v` uniform, `d = 1 + g − 2 g v` and `q = (1 − g²)/d`: without the division by `g` of the
-//!   usual form, so that `g = 0` is no special case.
+//! - the inverse of its distribution function is `1 − cos θ = (1 − g) v (q + 1 − g)/d` for
+//!   `g ≥ 0`, with `v` uniform, `d = 1 + g − 2 g v` and `q = (1 − g²)/d`: without the
+//!   division by `g` of the usual form, so that `g = 0` is no special case.
 
 use super::{PhaseError, PhaseFunction, ScatteringAngle, check_asymmetry};
 use core::f32::consts::FRAC_1_PI;

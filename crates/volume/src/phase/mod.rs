@@ -1,10 +1,10 @@
 //! Phase functions: where a medium scatters to.
 //!
-//! `p(ω → ω′)` per steradian, normalised over the sphere of `ω′`. Both directions are those in
-//! which light (or a path) *travels*, so `cos θ = ω · ω′` is 1 straight ahead, and a positive
-//! asymmetry `g = ∫ p cos θ dω′` scatters forward. (Where a renderer's direction points back to
-//! where a path came from, it negates it first.) All functions here depend on `cos θ` alone, and
-//! their samplers have exactly their density: a sample's weight is 1.
+//! `p(ω → ω′)` per steradian, normalised over the sphere of `ω′`. Both directions are
+//! those in which light (or a path) *travels*, so `cos θ = ω · ω′` is 1 straight ahead, and a
+//! positive asymmetry `g = ∫ p cos θ dω′` scatters forward. (Where a renderer's direction
+//! points back to where a path came from, it negates it first.) All functions here depend on
+//! `cos θ` alone, and their samplers have exactly their density: a sample's weight is 1.
 
 mod blend;
 mod draine;
@@ -35,8 +35,8 @@ pub struct PhaseSample {
 
 /// The angle between two directions of travel, by `1 − cos θ` and `1 + cos θ`, both in [0, 2].
 ///
-/// Both, because narrow lobes ahead or back differ in digits of `cos θ` that an `f32` near ±1 does
-/// not have.
+/// Both, because narrow lobes ahead or back differ in digits of `cos θ` that an `f32` near ±1
+/// does not have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScatteringAngle {
     /// `1 − cos θ`: 0 straight ahead.
@@ -120,8 +120,8 @@ pub trait PhaseFunction {
         self.phase_at(ScatteringAngle::from_cos(cos_theta))
     }
 
-    /// `p(ω → ω′)` of unit directions of travel, in 1/sr. More exact than [`PhaseFunction::phase`]
-    /// for narrow lobes.
+    /// `p(ω → ω′)` of unit directions of travel, in 1/sr. More exact than
+    /// [`PhaseFunction::phase`] for narrow lobes.
     #[inline]
     fn phase_between(&self, direction: Vec3, scattered: Vec3) -> f32 {
         self.phase_at(ScatteringAngle::between(direction, scattered))

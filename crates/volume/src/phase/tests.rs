@@ -51,8 +51,9 @@ fn all() -> Vec<(String, Box<dyn PhaseFunction>)> {
     all
 }
 
-/// `2π ∫ f p dcos θ` over all angles from `low` to `high`, angles measured by `log₂(1 − cos θ)` up
-/// to the side and by `−log₂(1 + cos θ)` from there: −60 is ahead, 0 at the side, 60 back.
+/// `2π ∫ f p dcos θ` over all angles from `low` to `high`, angles measured by
+/// `log₂(1 − cos θ)` up to the side and by `−log₂(1 + cos θ)` from there: −60 is ahead,
+/// 0 at the side, 60 back.
 fn over_angles(phase: &dyn PhaseFunction, f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     let integrand = |x: f64| {
         let small = (-x.abs()).exp2();

@@ -1,6 +1,7 @@
 //! A trilinear density along a ray: a cubic within each cell.
 
-/// `ρ(s) = c₀ + c₁ s + c₂ s² + c₃ s³` over the part of a cell that a ray crosses, `s` in [0, 1].
+/// `ρ(s) = c₀ + c₁ s + c₂ s² + c₃ s³` over the part of a cell that a ray crosses, `s` in
+/// [0, 1].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cubic {
     coefficients: [f64; 4],
@@ -48,8 +49,9 @@ impl Cubic {
         (s * (c0 + s * (c1 / 2.0 + s * (c2 / 3.0 + s * c3 / 4.0)))).max(0.0)
     }
 
-    /// The least `s` in [0, 1] with `∫₀ˢ ρ = target`, for a target from 0 to the whole integral:
-    /// Newton's method on a monotone quartic, kept within a shrinking bracket by bisection.
+    /// The least `s` in [0, 1] with `∫₀ˢ ρ = target`, for a target from 0 to the whole
+    /// integral: Newton's method on a monotone quartic, kept within a shrinking bracket by
+    /// bisection.
     #[inline]
     pub fn invert(&self, target: f64) -> f64 {
         let (mut low, mut high) = (0.0f64, 1.0f64);

@@ -31,8 +31,8 @@ pub fn ray_marching_transmittance<A: DensityAccessor>(
     }
 }
 
-/// `∫ ρ dt` by ray marching, the exponent of [`ray_marching_transmittance`] for the coefficient 1:
-/// unbiased with a random `offset`, off by the square of the step at the midpoints.
+/// `∫ ρ dt` by ray marching, the exponent of [`ray_marching_transmittance`] for the coefficient
+/// 1: unbiased with a random `offset`, off by the square of the step at the midpoints.
 #[inline]
 pub fn ray_marching_depth<A: DensityAccessor>(
     density: &mut A,

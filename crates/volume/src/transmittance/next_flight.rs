@@ -7,13 +7,14 @@ use lightshed_sampling::rand::Rng;
 /// Transmittance by the next-flight estimator (Cramer 1978; Novák et al. 2018 §5.1.3): from the
 /// beginning and from every tentative collision, the transmittance of the *majorant* up to the end,
 ///
-/// `T̂ = Σ_j e^{−k ∫_{t_j}^{t₁} ρ̄} Π_{i ≤ j} (1 − ρ_i/ρ̄_i)`, `t_0` the beginning.
+/// `T̂ = Σ_j e^{−k ∫_{t_j}^{t₁} ρ̄} Π_{i ≤ j} (1 − ρ_i/ρ̄_i)`, `t_0` the
+/// beginning.
 ///
 /// Unbiased; not negative, but may exceed 1. It is good where the majorant's depth is small, since
 /// its first term alone is exact for a medium that fills its majorant.
 ///
-/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The segments are walked once more, without
-/// lookups, for their depth.
+/// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The segments are walked once more,
+/// without lookups, for their depth.
 #[inline]
 pub fn next_flight_transmittance<A: DensityAccessor>(
     density: &mut A,

@@ -11,8 +11,8 @@ use lightshed_sampling::rand::Rng;
 /// collisions. Unbiased, in [0, 1].
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The expected number of lookups is
-/// `∫ k ρ̄ dt`, less where the estimate reaches 0 before. Estimates below the least normal `f32`
-/// are 0.
+/// `∫ k ρ̄ dt`, less where the estimate reaches 0 before. Estimates below the least normal
+/// `f32` are 0.
 #[inline]
 pub fn ratio_tracking<A: DensityAccessor>(
     density: &mut A,
@@ -25,8 +25,8 @@ pub fn ratio_tracking<A: DensityAccessor>(
 }
 
 /// Transmittance of all channels by ratio tracking at the rate of the greatest coefficient `k̂`:
-/// `Π (1 − k_c ρ / (k̂ ρ̄))`, unbiased and in [0, 1] for each (spectral tracking, Kutz et al.
-/// 2017). The channels share their collisions: no weights between them are needed.
+/// `Π (1 − k_c ρ / (k̂ ρ̄))`, unbiased and in [0, 1] for each (spectral tracking, Kutz et
+/// al. 2017). The channels share their collisions: no weights between them are needed.
 ///
 /// `extinction` has the coefficients `k_c ≥ 0`, finite.
 #[inline]

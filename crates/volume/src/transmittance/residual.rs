@@ -14,19 +14,19 @@ pub enum Control {
     #[default]
     Minorant,
     /// `ρ_c = (ρ̌ + ρ̄)/2`: half as many lookups; estimates are not negative, but exceed 1 in
-    /// places. The second moment is up to `e^{∫ k (ρ̄ − ρ̌)/2}` times the square of the mean: for
-    /// rays whose residual depth is small, or densities near the middle of their bounds. Where most
-    /// of a segment is at its minorant, [`Control::Minorant`] is far better.
+    /// places. The second moment is up to `e^{∫ k (ρ̄ − ρ̌)/2}` times the square of the
+    /// mean: for rays whose residual depth is small, or densities near the middle of their bounds.
+    /// Where most of a segment is at its minorant, [`Control::Minorant`] is far better.
     Middle,
 }
 
 /// Transmittance by residual ratio tracking (Novák et al. 2014):
-/// `e^{−∫ k ρ_c} Π (1 − (ρ − ρ_c)/ρ̄_r)`, the transmittance of a control density in closed form
-/// times ratio tracking of the rest at the rate `k ρ̄_r`. Unbiased.
+/// `e^{−∫ k ρ_c} Π (1 − (ρ − ρ_c)/ρ̄_r)`, the transmittance of a control density in
+/// closed form times ratio tracking of the rest at the rate `k ρ̄_r`. Unbiased.
 ///
-/// `ρ̄_r` is the greatest of `|ρ − ρ_c|` that the segment allows: `ρ̄ − ρ̌` or half of it
-/// ([`Control`]). `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`; the expected number of
-/// lookups is `∫ k ρ̄_r dt`.
+/// `ρ̄_r` is the greatest of `|ρ − ρ_c|` that the segment allows: `ρ̄ − ρ̌` or half of
+/// it ([`Control`]). `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`; the expected number
+/// of lookups is `∫ k ρ̄_r dt`.
 #[inline]
 pub fn residual_ratio_tracking<A: DensityAccessor>(
     density: &mut A,
@@ -93,7 +93,8 @@ fn residual<const N: usize, A: DensityAccessor>(
     Estimates { value, lookups }
 }
 
-/// `Π (1 − k_c (ρ − ρ_c)/(k̂ ρ̄_r))`. In `f64`: factors may exceed 1, many of them `f32`'s range.
+/// `Π (1 − k_c (ρ − ρ_c)/(k̂ ρ̄_r))`. In `f64`: factors may exceed 1, many of them
+/// `f32`'s range.
 #[derive(Clone, Copy)]
 struct Residuals(f64);
 

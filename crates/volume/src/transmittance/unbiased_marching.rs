@@ -6,15 +6,15 @@
 //!
 //! `e^{−τ} = e^{−P} Σ_n (P − τ)^n / n!`
 //!
-//! puts that right: `(P − τ)^n` is the mean product of `n` of the differences `P − X_i`. The number
-//! `N` of terms is random, most often 0. With `N + 1` queries, each in turn the pivot and the
-//! others in elementary symmetric means `m_n`, term `n` over `q_n = P(N ≥ n)`,
+//! puts that right: `(P − τ)^n` is the mean product of `n` of the differences `P − X_i`. The
+//! number `N` of terms is random, most often 0. With `N + 1` queries, each in turn the pivot and
+//! the others in elementary symmetric means `m_n`, term `n` over `q_n = P(N ≥ n)`,
 //!
 //! `T̂ = 1/(N + 1) Σ_j e^{−X_j} Σ_{n ≤ N} m_n({X_j − X_i}_{i ≠ j}) / (n! q_n)`.
 //!
-//! The lookups are at equal distances not in `t` but in the residual depth `∫ (ρ̄ − ρ̌) dt` of the
-//! segments, with `∫ ρ̌ dt` as control variate: empty segments take none of them, and `X` is
-//! bounded on both sides.
+//! The lookups are at equal distances not in `t` but in the residual depth `∫ (ρ̄ − ρ̌) dt`
+//! of the segments, with `∫ ρ̌ dt` as control variate: empty segments take none of them, and
+//! `X` is bounded on both sides.
 
 use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Segment, densities_at};
@@ -30,7 +30,8 @@ const ROULETTE: f64 = 2.0;
 const MAX_QUERIES: usize = 26;
 
 /// Lookups of one query that suit a majorant depth `τ̄ = k ∫ ρ̄ dt`:
-/// `⌈((0.015 + τ̄)(0.65 + τ̄)(60.3 + τ̄))^{1/3}⌉`, the rule of Kettunen et al. 2021; at most 2¹⁶.
+/// `⌈((0.015 + τ̄)(0.65 + τ̄)(60.3 + τ̄))^{1/3}⌉`, the rule of Kettunen et al. 2021; at
+/// most 2¹⁶.
 #[inline]
 pub fn unbiased_ray_marching_lookups(majorant_depth: f32) -> u32 {
     let depth = majorant_depth.clamp(0.0, 65536.0);
@@ -265,8 +266,8 @@ mod tests {
 
     #[test]
     fn the_number_of_corrections_is_drawn_by_its_chances() {
-        // The loop in `unbiased_ray_marching`, all outcomes of its roulette: P(N ≥ n + 1 | N ≥ n)
-        // is what is compared with.
+        // The loop in `unbiased_ray_marching`, all outcomes of its roulette: P(N ≥ n + 1 | N ≥
+        // n) is what is compared with.
         for n in 2..12 {
             let ratio = chance_of(n + 1) / chance_of(n);
             assert!((ratio - ROULETTE / (n + 1) as f64).abs() < 1e-15);

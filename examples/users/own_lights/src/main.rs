@@ -11,7 +11,8 @@ use lightshed_sampling::CounterRng;
 use scene::Scene;
 use std::{error::Error, sync::Arc};
 
-/// A pixel: a point whose light is a sum over lamps. It shares the scene, so that the renderer can keep it.
+/// A pixel: a point whose light is a sum over lamps. It shares the scene, so that the renderer can
+/// keep it.
 struct Pixel(Arc<Scene>, Vec3);
 
 impl Domain for Pixel {

@@ -28,7 +28,8 @@ impl Scene {
         }
     }
 
-    /// The floor's point that a pixel of a `width × width` image shows; the uppermost row shows the sky.
+    /// The floor's point that a pixel of a `width × width` image shows; the uppermost row shows
+    /// the sky.
     pub fn floor(&self, pixel: usize, width: usize) -> Option<Vec3> {
         let (x, y) = (pixel % width, pixel / width);
         let at = |k: usize| (k as f32 + 0.5) * 16.0 / width as f32 - 8.0;

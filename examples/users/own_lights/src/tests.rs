@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Chains of eight frames. The threshold is five standard errors of the image's mean over chains: of
-/// sound programs one in a million fails.
+/// Chains of eight frames. The threshold is five standard errors of the image's mean over chains:
+/// of sound programs one in a million fails.
 #[test]
 fn the_mean_is_the_sum_over_all_lamps() {
     let scene = Arc::new(Scene::new());

@@ -1,4 +1,5 @@
-//! ReSTIR path tracing in a renderer of spheres: its world in three traits, then candidates and reuse.
+//! ReSTIR path tracing in a renderer of spheres: its world in three traits, then candidates and
+//! reuse.
 //!
 //! `cargo run --release --manifest-path examples/users/Cargo.toml -p own_spheres`
 mod scene;

@@ -1,4 +1,5 @@
-//! The renderer's own scene: diffuse balls, two of which glow, on a ball so large that it is a floor.
+//! The renderer's own scene: diffuse balls, two of which glow, on a ball so large that it is a
+//! floor.
 
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Area, Density};

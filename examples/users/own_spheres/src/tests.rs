@@ -17,7 +17,8 @@ fn the_world_keeps_its_laws() {
     assert!(tally.emitter_densities > 5 && tally.scattering_densities > 5, "{tally:?}");
 }
 
-/// Radiance by a path tracer that knows nothing of densities but the cosine's: no emitter is sampled.
+/// Radiance by a path tracer that knows nothing of densities but the cosine's: no emitter is
+/// sampled.
 fn traced(scene: &Scene, ray: Ray, rng: &mut CounterRng) -> f64 {
     let (mut ray, mut throughput, mut sum) = (ray, 1.0, 0.0);
     for _ in 0..4 {

@@ -203,8 +203,8 @@ fn choices() {
 
 /// Stretches of rays: weights contain the device's `atan2`, so a choice near an edge between two
 /// may fall on the other side, one in a thousand at most. Where it does not, its probability is
-/// within 2·10⁻⁴ relatively over all steps, and so is that of any light, but for one number in a
-/// thousand: a stretch that is barely within reach of a light's normals gets what is left of two
+/// within 2·10⁻⁴ relatively over all steps, and so is that of any light, but for one number in
+/// a thousand: a stretch that is barely within reach of a light's normals gets what is left of two
 /// numbers that cancel.
 #[test]
 fn choices_for_stretches() {

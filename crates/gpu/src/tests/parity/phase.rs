@@ -124,9 +124,9 @@ fn between_directions() {
     );
 }
 
-/// Draine's is computed in `f64` here and in `f32` there. Densities are within 4·10⁻⁶ relatively; a
-/// sample is where the probability up to it is within 4·10⁻⁶ of the right one: where the density is
-/// small, angles may differ by more.
+/// Draine's is computed in `f64` here and in `f32` there. Densities are within 4·10⁻⁶
+/// relatively; a sample is where the probability up to it is within 4·10⁻⁶ of the right one:
+/// where the density is small, angles may differ by more.
 #[test]
 fn draine() {
     let Some(gpu) = gpu() else { return };

@@ -44,9 +44,9 @@ fn streams() {
     );
 }
 
-/// Streams of 21 items, of weights that are multiples of 2⁻¹², zeros among them, so that sums have
-/// no rounding: the item that is selected and how many random words that took. Words the other way
-/// round, and thresholds that are not moved, are noticed.
+/// Streams of 21 items, of weights that are multiples of 2⁻¹², zeros among them, so that sums
+/// have no rounding: the item that is selected and how many random words that took. Words the other
+/// way round, and thresholds that are not moved, are noticed.
 #[test]
 fn jumps() {
     let Some(gpu) = gpu() else { return };

@@ -17,17 +17,18 @@ use tree::Ground;
 
 /// Accelerates path tracing by re-using paths (Bekaert, Sbert and Halton 2002).
 ///
-/// Each pixel traces a path `x₁ x₂ x₃ …` with an emitter sample at every vertex. Tiles of 16
-/// pixels, one in each row and column of a square of 16 × 16 (the arrangement of Lin 2022 §6.8.3),
-/// connect every `x₁` of theirs with every `x₂`: light behind `x₂` serves all of them, for one more
-/// ray each. With pixel `k`'s contribution `f_k` of the path behind `x₁` and the density `p_j` with
-/// which pixel `j` makes it, in the measure of area at `x₂` and solid angle from there on,
+/// Each pixel traces a path `x₁ x₂ x₃ …` with an emitter sample at every vertex. Tiles of
+/// 16 pixels, one in each row and column of a square of 16 × 16 (the arrangement of Lin 2022
+/// §6.8.3), connect every `x₁` of theirs with every `x₂`: light behind `x₂` serves all of
+/// them, for one more ray each. With pixel `k`'s contribution `f_k` of the path behind `x₁` and
+/// the density `p_j` with which pixel `j` makes it, in the measure of area at `x₂` and solid
+/// angle from there on,
 ///
 /// > `I_k = Σ_i f_k(x̄_i) / Σ_j p_j(x̄_i)`,
 ///
-/// the balance heuristic over the tile; `p_j` is zero where something stands between `x₁` of pixel
-/// `j` and `x₂`. Scattering at `x₂` is evaluated anew for each pixel. Direct light at `x₁`, and
-/// paths by delta lobes at `x₁` or from `x₂` on, are a pixel's own.
+/// the balance heuristic over the tile; `p_j` is zero where something stands between `x₁` of
+/// pixel `j` and `x₂`. Scattering at `x₂` is evaluated anew for each pixel. Direct light at
+/// `x₁`, and paths by delta lobes at `x₁` or from `x₂` on, are a pixel's own.
 ///
 /// The estimate is unbiased and frames are independent; within a frame the pixels of a tile are
 /// correlated, which shows.

@@ -163,8 +163,8 @@ impl Connection {
 
     /// The light of a tree that reaches the pixel's film.
     fn light(&self, shared: &Shared, weights: Weights) -> Rgb {
-        // Emitters are found in two ways from x₂; between them the power heuristic decides for each
-        // pixel by itself.
+        // Emitters are found in two ways from x₂; between them the power heuristic decides for
+        // each pixel by itself.
         let mut light = Rgb::ZERO;
         if let Some(SharedEmitter {
             weight,

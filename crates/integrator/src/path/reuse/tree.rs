@@ -197,8 +197,8 @@ impl<S: EmitterSampler> Ground<'_, S> {
         }
     }
 
-    /// What the edge from `x₁` met, seen by its own pixel alone: direct light, weighted against the
-    /// emitter sample at `x₁`.
+    /// What the edge from `x₁` met, seen by its own pixel alone: direct light, weighted against
+    /// the emitter sample at `x₁`.
     fn collect(&self, start: &Onward<S::Site>, point: Option<&SurfacePoint>, trees: &mut [Tree]) {
         let (scene, sampler) = (self.transport.scene, &self.transport.sampler);
         let met = start.path.met(scene, sampler, &start.ray, point);

@@ -150,8 +150,8 @@ impl RestirPtOptions {
         }
     }
 
-    /// Independent frames as published (Lin 2022 §6.5.5, §B.7): 32 trees, each with a camera ray of
-    /// its own, and three rounds with 6 neighbours within 10 pixels.
+    /// Independent frames as published (Lin 2022 §6.5.5, §B.7): 32 trees, each with a camera ray
+    /// of its own, and three rounds with 6 neighbours within 10 pixels.
     pub fn offline_published(mapping: PathMapping) -> Self {
         Self {
             candidates: 32,

@@ -1,5 +1,5 @@
-//! Suffix reuse (Kettunen 2023 §§6–7): what lies behind short prefixes is resampled, a final gather
-//! integrates over the prefixes.
+//! Suffix reuse (Kettunen 2023 §§6–7): what lies behind short prefixes is resampled, a final
+//! gather integrates over the prefixes.
 
 mod gather;
 mod options;

@@ -24,7 +24,8 @@ pub struct RestirSuffixOptions {
     pub borrowed: u32,
     /// How far supporting prefixes may be, as a share of the scene's size.
     pub search_radius: f32,
-    /// What a turn of the normal by about 57° counts in the search, as a share of the scene's size.
+    /// What a turn of the normal by about 57° counts in the search, as a share of the scene's
+    /// size.
     pub normal_scale: f32,
 }
 

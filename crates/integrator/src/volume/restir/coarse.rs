@@ -14,9 +14,9 @@ pub const MAX_COARSENESS: u32 = 4;
 /// A medium's density at coarser levels.
 ///
 /// Both proposals and targets see it interpolated, by lookups along the ray (Lin 2022 §5.5.1):
-/// smooth, or what they miss of the structure is noise of `F/p̂` that no number of candidates makes
-/// less. Proposals must miss nothing (§5.4.1): they mix in a little of what is constant over cubes
-/// of `2^level` voxels, and positive wherever the density is.
+/// smooth, or what they miss of the structure is noise of `F/p̂` that no number of candidates
+/// makes less. Proposals must miss nothing (§5.4.1): they mix in a little of what is constant over
+/// cubes of `2^level` voxels, and positive wherever the density is.
 pub(crate) struct CoarseMedium {
     /// Levels from 1 on; `None` where the medium is homogeneous.
     pyramid: Option<MipPyramid>,
@@ -161,8 +161,8 @@ impl CoarseMedium {
     /// length, about that of the level's voxels; `bins` is given `∫ ρ* dt` from its beginning to
     /// the end of each. `None` if there is nothing.
     ///
-    /// `ρ* = (1 − ε) ρ + ε ρ̄` with one lookup of `ρ` a bin, interpolated, and the upper bound
-    /// `ρ̄`: positive wherever the density is.
+    /// `ρ* = (1 − ε) ρ + ε ρ̄` with one lookup of `ρ` a bin, interpolated, and the upper
+    /// bound `ρ̄`: positive wherever the density is.
     pub fn along(
         &self,
         medium: &Medium,
@@ -228,9 +228,9 @@ impl CoarseMedium {
     /// The stretches of `ray` within `interval` that proposals see, in order; `each` says whether
     /// to go on.
     ///
-    /// `ρ* = (1 − ε) ρ + ε ρ̄`: one lookup of `ρ`, interpolated at `level`, for a stretch of about
-    /// a voxel of that level; and `ρ̄` of the cube of `cubes`, at least 1, in which it lies,
-    /// positive wherever the density is.
+    /// `ρ* = (1 − ε) ρ + ε ρ̄`: one lookup of `ρ`, interpolated at `level`, for a stretch
+    /// of about a voxel of that level; and `ρ̄` of the cube of `cubes`, at least 1, in which it
+    /// lies, positive wherever the density is.
     #[inline]
     pub fn stretches(
         &self,

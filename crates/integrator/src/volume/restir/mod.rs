@@ -47,12 +47,12 @@ use through::Volumes;
 /// what the pixel held in the frame before, under balance MIS. The place in the pixel is part of a
 /// path: in a still that is the same path with the same target. In another pixel distances and
 /// directions stay up to the first edge that is long enough, so that vertices move with the camera
-/// ray (direction reuse, §5.4.2); what is behind that edge stays where it is (vertex reuse, ibid.).
-/// A frame *shows* the mean of the pixel's reservoirs, with unbiased estimates of transmittance
-/// (unbiased ray marching), each, where that is asked for, merged with those of neighbours, all of
-/// which shade. Targets are coarse but positive wherever light is: they cost noise, not bias. In a
-/// still without neighbours a path never leaves its pixel: the walk's own target serves, and the
-/// first estimate of `F` as long as the pixel holds the path.
+/// ray (direction reuse, §5.4.2); what is behind that edge stays where it is (vertex reuse,
+/// ibid.). A frame *shows* the mean of the pixel's reservoirs, with unbiased estimates of
+/// transmittance (unbiased ray marching), each, where that is asked for, merged with those of
+/// neighbours, all of which shade. Targets are coarse but positive wherever light is: they cost
+/// noise, not bias. In a still without neighbours a path never leaves its pixel: the walk's own
+/// target serves, and the first estimate of `F` as long as the pixel holds the path.
 ///
 /// Light that arrives unscattered is added by itself.
 ///
@@ -171,8 +171,8 @@ impl<'a> RestirVolume<'a> {
     /// may differ in media and in what bounds them; cameras, emitters and the image's size are
     /// those of the first.
     ///
-    /// `flow(f, x)` says where in frame `f − 1` was what is at `x` in frame `f`: `x − v Δt` of a
-    /// velocity field. A pixel asks it for the point at which its own path scatters first, and
+    /// `flow(f, x)` says where in frame `f − 1` was what is at `x` in frame `f`: `x − v Δt` of
+    /// a velocity field. A pixel asks it for the point at which its own path scatters first, and
     /// reuses from the pixel that saw it there (velocity resampling, Lin 2022 §5.5.2). Wrong
     /// answers cost noise and the small bias that any motion has, as long as it lasts.
     ///

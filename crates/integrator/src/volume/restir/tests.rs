@@ -123,8 +123,8 @@ fn coarse_densities_are_positive_where_densities_are() {
     assert!(found.iter().all(|&count| count > 10_000), "{found:?}");
 }
 
-/// Collisions have the density that they say: `1 − e^{−τ(z)}`, of the depth that the pixel tells
-/// for their distance, is uniform up to the chance of no collision, and the density is its
+/// Collisions have the density that they say: `1 − e^{−τ(z)}`, of the depth that the pixel
+/// tells for their distance, is uniform up to the chance of no collision, and the density is its
 /// derivative. Z-tests at 1e-6 of mean and chance.
 #[test]
 fn flights_along_camera_rays_have_their_density() {
@@ -204,8 +204,8 @@ fn paths_come_back_from_other_pixels() {
     }
 }
 
-/// `|∂(ω′, z′)/∂(ω, z)|` of connected edges, by finite differences in `f64` of where they lead:
-/// 1e-3.
+/// `|∂(ω′, z′)/∂(ω, z)|` of connected edges, by finite differences in `f64` of where they
+/// lead: 1e-3.
 #[test]
 fn connections_have_their_jacobian() {
     #[derive(Clone, Copy, Debug)]

@@ -25,8 +25,8 @@ pub enum VolumeTracking {
 ///
 /// With `r_c = p_c / p_h`, the density of the path's flights at the rate of channel `c` over that
 /// of the channel `h` used, and `h` chosen uniformly, the balance heuristic gives channel `c` the
-/// weight `r_c / (⅓ Σ_i r_i)` relative to a path that was sampled at its own rate. Common factors
-/// of all `r` cancel.
+/// weight `r_c / (⅓ Σ_i r_i)` relative to a path that was sampled at its own rate. Common
+/// factors of all `r` cancel.
 #[derive(Clone, Copy)]
 pub(crate) struct Channels {
     hero: usize,

@@ -24,9 +24,9 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 /// Estimates the radiative transfer equation by paths from the camera.
 ///
 /// A path `x₀ x₁ … x_k` through surfaces and media contributes the product of what
-/// [`PathTracer`](crate::PathTracer) has at surfaces, of `σ_s(x) p(ω → ω′)` at collisions, and of
-/// the transmittances `T(x ↔ y) = e^{−∫σ_t}` of its edges, times what its last vertex emits towards
-/// the one before: a surface `L_e`, a medium `σ_a L_e` (Lin 2022 eqs. 5.10–5.12).
+/// [`PathTracer`](crate::PathTracer) has at surfaces, of `σ_s(x) p(ω → ω′)` at collisions,
+/// and of the transmittances `T(x ↔ y) = e^{−∫σ_t}` of its edges, times what its last vertex
+/// emits towards the one before: a surface `L_e`, a medium `σ_a L_e` (Lin 2022 eqs. 5.10–5.12).
 ///
 /// - *Free flights* by delta tracking: collisions have the density `σ_t T`, which cancels against
 ///   the integrand and leaves the albedo. A flight that meets no collision reaches the surface
@@ -45,9 +45,9 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 ///   edges.
 ///
 /// Unbiased for paths of up to `max_depth` edges: 1 shows emitters, 2 adds light that is scattered
-/// once. Longer paths than `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
-/// In a scene without media and without [`Material::Null`] its samples are those of [`PathTracer`],
-/// which is the faster one there.
+/// once. Longer paths than `roulette_depth` edges survive with probability
+/// `min(max(T η²), 0.95)`. In a scene without media and without [`Material::Null`] its samples
+/// are those of [`PathTracer`], which is the faster one there.
 pub struct VolumePathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver> {
     /// What happens at vertices, and what samples scenes without anything to pass through.
     tracer: PathTracer<'a, S, G, O>,

@@ -128,8 +128,8 @@ const FAULTS: [Fault; 4] = [
     Fault::Dimmer,
 ];
 
-/// `L = e^{−k τ}` behind an absorbing medium of depth `τ = 2`, from outside and, half as deep, from
-/// within.
+/// `L = e^{−k τ}` behind an absorbing medium of depth `τ = 2`, from outside and, half as deep,
+/// from within.
 #[test]
 fn what_absorbs_lets_through_its_transmittance() {
     for density in [DensityDescription::Homogeneous, ramp()] {

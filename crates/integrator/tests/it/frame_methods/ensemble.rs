@@ -163,9 +163,9 @@ impl Ensemble {
 }
 
 impl Agreement {
-    /// Whether chance explains what was found: with a false-positive rate of at most 3·10⁻⁵, from a
-    /// tile beyond 5.5 (4·10⁻⁸ each, of at most 420), four beyond 4 (420 · 6·10⁻⁵ are expected,
-    /// correlated between channels) or a mean beyond 4.6 (4·10⁻⁶ each).
+    /// Whether chance explains what was found: with a false-positive rate of at most 3·10⁻⁵,
+    /// from a tile beyond 5.5 (4·10⁻⁸ each, of at most 420), four beyond 4 (420 · 6·10⁻⁵
+    /// are expected, correlated between channels) or a mean beyond 4.6 (4·10⁻⁶ each).
     pub fn verdict(&self) -> Result<(), String> {
         assert!(self.tiles <= 420, "the rate is stated for fewer");
         let sound =

@@ -101,7 +101,7 @@ fn options_with(mut options: MixtureOptions, fault: Option<Exchange>) -> Mixture
 /// names the folder of published scenes. Minutes: `cargo test --release -p lightshed-integrator
 /// --test it -- --ignored mixtures_agree --nocapture`.
 #[test]
-#[ignore = "minutes"]
+#[ignore = "takes some minutes; the test above is its short form"]
 fn mixtures_agree_with_path_tracing_at_length() {
     let built_in = [
         ("cornell", scene(builtin::cornell(), 64, 4)),

@@ -161,8 +161,8 @@ fn gathering_is_scattering() {
     }
 }
 
-/// Auto leaves S₁ fewer lights than half of S₀, and one level more would not; every light's cell is
-/// in the finest grid.
+/// Auto leaves S₁ fewer lights than half of S₀, and one level more would not; every light's
+/// cell is in the finest grid.
 #[test]
 fn the_finest_level_has_fewer_than_half_as_many_lights() {
     for (lights, count) in [

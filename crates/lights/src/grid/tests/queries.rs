@@ -150,10 +150,10 @@ fn gathered(grid: &LightingGrid, first_level: u32, point: Vec3, normal: Vec3, do
     sum
 }
 
-/// Relative error `Σ |E − Ê| / Σ E` against brute force over 100,000 lights, at points inside the
-/// room that are no nearer to a light than a seventh of its length: it falls as α grows and is
-/// below 3 % at α = 2, from the lights on and from S₁ on. A hierarchy whose blending functions are
-/// read at twice the distance, or whose lights forget their normals, is noticed.
+/// Relative error `Σ |E − Ê| / Σ E` against brute force over 100,000 lights, at points inside
+/// the room that are no nearer to a light than a seventh of its length: it falls as α grows and is
+/// below 3 % at α = 2, from the lights on and from S₁ on. A hierarchy whose blending functions
+/// are read at twice the distance, or whose lights forget their normals, is noticed.
 #[test]
 fn the_error_against_brute_force_falls_with_alpha() {
     let receivers: Vec<(Vec3, Vec3)> = (0..120)

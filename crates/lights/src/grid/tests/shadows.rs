@@ -102,7 +102,8 @@ fn shadow_targets_have_the_mean_and_the_spread_of_the_lights() {
 }
 
 /// Lights behind a grid light are drawn by their shares in it, exactly where they shine all around:
-/// χ² at 1e-6 for a light of each of three levels. Drawing without the trilinear shares is noticed.
+/// χ² at 1e-6 for a light of each of three levels. Drawing without the trilinear shares is
+/// noticed.
 #[test]
 fn represented_lights_are_drawn_by_their_shares() {
     let lights = cloud(150, 27);

@@ -15,8 +15,8 @@ impl Choose for Enumerate<'_> {
             part > 0.0 && part <= total && total.is_finite(),
             "{part} of {total}"
         );
-        // Certain decisions do not fork: 1 − part/total may otherwise leave a branch of probability
-        // 1e-17.
+        // Certain decisions do not fork: 1 − part/total may otherwise leave a branch of
+        // probability 1e-17.
         part == total || self.0.bernoulli(part / total)
     }
 }

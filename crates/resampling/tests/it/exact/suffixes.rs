@@ -1,5 +1,5 @@
-//! Suffix reuse through whole frames (Kettunen 2023 §§6–7): supporting prefixes resampled in time,
-//! suffixes in time and space, a final gather over two prefixes with roulette.
+//! Suffix reuse through whole frames (Kettunen 2023 §§6–7): supporting prefixes resampled in
+//! time, suffixes in time and space, a final gather over two prefixes with roulette.
 //!
 //! Two pixels, of which the second has no history. Every outcome of every decision is enumerated.
 

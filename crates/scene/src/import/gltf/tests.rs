@@ -256,8 +256,8 @@ fn textures_are_decoded_for_what_they_hold() {
         (base.filter, base.wrap),
         (crate::Filter::Nearest, crate::Wrap::Clamp)
     );
-    // KHR_texture_transform turns counter-clockwise with v downwards: (u, v) goes to (v, −u), after
-    // the scale.
+    // KHR_texture_transform turns counter-clockwise with v downwards: (u, v) goes to (v, −u),
+    // after the scale.
     let moved = base.to_uv.transform_point2(Vec2::new(1.0, 10.0));
     assert!(moved.abs_diff_eq(Vec2::new(30.5, -2.0), 1e-4), "{moved}");
     // Emission is the texture's mean, times factor and strength: red is half of 0.5029 times 8.

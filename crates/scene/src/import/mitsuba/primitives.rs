@@ -5,8 +5,8 @@ use crate::builtin::quad;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// The square `[−1, 1]²` at z = 0, normal +Z. In Mitsuba's texture space `(0, 0)` is at (−1, −1);
-/// `v` here points upwards, so it is turned over.
+/// The square `[−1, 1]²` at z = 0, normal +Z. In Mitsuba's texture space `(0, 0)` is at (−1,
+/// −1); `v` here points upwards, so it is turned over.
 pub(super) fn rectangle() -> TriangleMesh {
     let mut mesh = quad([
         Vec3::new(-1.0, -1.0, 0.0),
@@ -51,8 +51,8 @@ pub(super) fn cube() -> TriangleMesh {
 pub(super) const DISK_TRIANGLES: u32 = 128;
 
 /// The unit disk at z = 0, normal +Z, as a fan of 128 triangles of the *same area* as the disk: its
-/// rim runs between radius 0.9998 and 1.0001. Texture coordinates are Mitsuba's, `(r, φ/2π)`, with
-/// the second turned over.
+/// rim runs between radius 0.9998 and 1.0001. Texture coordinates are Mitsuba's, `(r, φ/2π)`,
+/// with the second turned over.
 pub(super) fn disk() -> TriangleMesh {
     let step = 2.0 * PI / DISK_TRIANGLES as f32;
     // n/2 · sin(2π/n) r² = π

@@ -1,7 +1,8 @@
 //! Spectra over wavelengths to RGB.
 //!
-//! `X = ∫ S(λ) x̄(λ) D(λ) dλ / ∫ ȳ(λ) D(λ) dλ` and likewise for Y and Z, then linear Rec. 709. `D`
-//! is the illuminant D65 for what reflects, so that `S = 1` is white, and 1 for what emits.
+//! `X = ∫ S(λ) x̄(λ) D(λ) dλ / ∫ ȳ(λ) D(λ) dλ` and likewise for Y and Z, then linear
+//! Rec. 709. `D` is the illuminant D65 for what reflects, so that `S = 1` is white, and 1 for what
+//! emits.
 
 use crate::Rgb;
 use glam::{DMat3, DVec3};

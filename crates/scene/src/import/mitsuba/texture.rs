@@ -140,8 +140,8 @@ impl Importer<'_> {
     }
 }
 
-/// The upper left 2 × 2 block and the shift in x and y of `to_uv`: Mitsuba leaves out the third row
-/// and column.
+/// The upper left 2 × 2 block and the shift in x and y of `to_uv`: Mitsuba leaves out the third
+/// row and column.
 fn to_uv(properties: &Properties) -> Result<Affine2, ImportError> {
     let map = properties
         .transform("to_uv")?

@@ -1,9 +1,9 @@
 //! Conductors: Fresnel reflection with a complex index, from a smooth surface or from microfacets.
 //!
-//! `f = F(wo·h) D(h) G1(wo) G1(wi) / (4 cos θ_o cos θ_i)` with *separable* masking (Walter et al.
-//! 2007, *Microfacet Models for Refraction through Rough Surfaces*, eq. 20; Mitsuba's choice).
-//! Sampling visible normals gives `wi` the density `D_v(h)/(4 wo·h) = G1(wo) D(h)/(4 cos θ_o)`, so
-//! a sample weighs `F · G1(wi)`.
+//! `f = F(wo·h) D(h) G1(wo) G1(wi) / (4 cos θ_o cos θ_i)` with *separable* masking (Walter et
+//! al. 2007, *Microfacet Models for Refraction through Rough Surfaces*, eq. 20; Mitsuba's choice).
+//! Sampling visible normals gives `wi` the density `D_v(h)/(4 wo·h) = G1(wo) D(h)/(4 cos θ_o)`,
+//! so a sample weighs `F · G1(wi)`.
 
 use super::super::{fresnel, microfacet::Distribution};
 use super::{Draw, LobeEvaluation, MAX_COMPONENT_LOBES, Scatter, reflect};

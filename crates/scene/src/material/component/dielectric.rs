@@ -7,9 +7,9 @@
 //!
 //! Rough (Walter et al. 2007, *Microfacet Models for Refraction through Rough Surfaces*, eqs. 16,
 //! 17, 20, 21), with separable masking: reflection as for conductors; transmission through
-//! microfacets of normal `h ∝ wo + η wi` (towards the side of `wo`), where `wi` has, given that a
-//! visible normal is sampled, the density `D_v(h) · η² |wi·h| / (wo·h + η wi·h)²` and a sample
-//! weighs `(1 − F) G1(wi)/η²`.
+//! microfacets of normal `h ∝ wo + η wi` (towards the side of `wo`), where `wi` has, given that
+//! a visible normal is sampled, the density `D_v(h) · η² |wi·h| / (wo·h + η wi·h)²` and a
+//! sample weighs `(1 − F) G1(wi)/η²`.
 
 use super::super::fresnel;
 use super::super::microfacet::Distribution;

@@ -6,8 +6,8 @@
 //! `F_0 = ((η−1)/(η+1))²`, `F_m = c + (1 − c)(1 − wo·h)⁵`:
 //! - specular `(F_d (1 − m) + F_m m) · S`, `S = D(h) G2(wo, wi) / (4 cos θ_o cos θ_i)`
 //! - diffuse `(1 − m)(1 − F_d)(1 − t) c/π`
-//! - transmission `(1 − m)(1 − F_d) t c · S` with `wi` mirrored to the side of `wo` in `S`, `F_d`
-//!   and `h`: a thin sheet that does not bend light, so that radiance is not scaled.
+//! - transmission `(1 − m)(1 − F_d) t c · S` with `wi` mirrored to the side of `wo` in `S`,
+//!   `F_d` and `h`: a thin sheet that does not bend light, so that radiance is not scaled.
 //!
 //! `D` is GGX and `G2` is *height-correlated* Smith masking, as appendix B has it; the other
 //! microfacet components here use the separable form. Visible normals are sampled: `wi` has density

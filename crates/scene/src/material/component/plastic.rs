@@ -1,12 +1,12 @@
 //! A smooth dielectric coat over a diffuse base.
 //!
 //! Light enters with `1 − F(θ_i)`, scatters diffusely among base and coat, and leaves with
-//! `1 − F(θ_o)`, its solid angle widened by `η²`. With albedo `ρ` and `R_int` the reflectance of
-//! the coat for diffuse light from within, the rounds between base and coat sum to
+//! `1 − F(θ_o)`, its solid angle widened by `η²`. With albedo `ρ` and `R_int` the reflectance
+//! of the coat for diffuse light from within, the rounds between base and coat sum to
 //! `ρ + ρ² R_int + … = ρ/(1 − ρ R_int)`, so
-//! `f = (1 − F(θ_o)) (1 − F(θ_i)) / (π η²) · ρ/(1 − ρ R_int)`, beside a mirror reflection `F`.
-//! Without the colour shift of these rounds (Mitsuba's `nonlinear = false`) the sum is
-//! `ρ/(1 − R_int)`.
+//! `f = (1 − F(θ_o)) (1 − F(θ_i)) / (π η²) · ρ/(1 − ρ R_int)`, beside a mirror
+//! reflection `F`. Without the colour shift of these rounds (Mitsuba's `nonlinear = false`) the sum
+//! is `ρ/(1 − R_int)`.
 
 use super::super::fresnel;
 use super::{Draw, LobeEvaluation, MAX_COMPONENT_LOBES, Scatter, two_way};

@@ -1,8 +1,8 @@
 //! A rough dielectric coat over a diffuse base.
 //!
 //! As [`plastic`](super::plastic), with the coat's mirror reflection spread by microfacets
-//! (separable masking) and `1 − F(θ)` replaced by the transmittance `T(θ)` of the rough boundary:
-//! the share of light that gets through it at one scattering (see
+//! (separable masking) and `1 − F(θ)` replaced by the transmittance `T(θ)` of the rough
+//! boundary: the share of light that gets through it at one scattering (see
 //! [`rough_coat`](super::super::rough_coat)).
 
 use super::super::{fresnel, microfacet::Distribution, rough_coat};

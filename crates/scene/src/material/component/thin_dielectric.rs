@@ -1,8 +1,8 @@
 //! A thin slab of a dielectric: light passes unbent, reflections between its two faces summed.
 //!
 //! With `F` the reflectance of one face the slab reflects
-//! `R = F + (1−F)² F (1 + F² + …) = 2F/(1+F)` and transmits `1 − R`. The medium is the same on both
-//! sides, so radiance is not scaled.
+//! `R = F + (1−F)² F (1 + F² + …) = 2F/(1+F)` and transmits `1 − R`. The medium is the same
+//! on both sides, so radiance is not scaled.
 
 use super::super::fresnel;
 use super::{Draw, LobeEvaluation, MAX_COMPONENT_LOBES, Scatter, two_way};

@@ -165,8 +165,8 @@ fn nothing_gains_energy() {
 
 #[test]
 fn plastic_matches_its_closed_form() {
-    // Under constant light the coat reflects F(θ) and the base returns (1 − F(θ)) (1 − R_ext) / η²
-    // · ρ/(1 − ρ R_int), where (1 − R_ext)/η² = 1 − R_int. Both R by quadrature.
+    // Under constant light the coat reflects F(θ) and the base returns (1 − F(θ)) (1 − R_ext)
+    // / η² · ρ/(1 − ρ R_int), where (1 − R_ext)/η² = 1 − R_int. Both R by quadrature.
     let eta = 1.49f64;
     let external =
         lightshed_testkit::integrate(|mu| 2.0 * mu * super::oracle::fresnel(mu, eta).0, 0.0, 1.0, 1e-9);

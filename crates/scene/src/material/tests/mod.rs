@@ -259,8 +259,8 @@ fn grid(side: usize) -> impl Iterator<Item = Vec2> {
     (0..side * side).map(move |i| Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) * step)
 }
 
-/// `∫∫ f` over the unit square, adaptively, with nodes crowding at its edges: there lie the tails
-/// of distributions.
+/// `∫∫ f` over the unit square, adaptively, with nodes crowding at its edges: there lie the
+/// tails of distributions.
 fn integrate_unit_square(f: impl Fn(f64, f64) -> f64, tolerance: f64) -> f64 {
     // u = s³(10 − 15s + 6s²), du = 30 s²(1−s)² ds.
     let stretch = |s: f64| {
@@ -302,8 +302,8 @@ fn mean_over_samples(
     }
 }
 
-/// `∫ η_i² f_l |cos θ_i| dω_i` by sampling the lobe: the share of *power* that it scatters, in one
-/// colour channel.
+/// `∫ η_i² f_l |cos θ_i| dω_i` by sampling the lobe: the share of *power* that it scatters,
+/// in one colour channel.
 fn sampled_albedo(subject: &Subject, lobe: u8, wo: Vec3, channel: usize) -> f64 {
     mean_over_samples(subject, lobe, wo, 2e-4, |sample| {
         let power = f64::from(sample.value[channel] * sample.eta * sample.eta);

@@ -54,8 +54,8 @@ pub enum Event {
     Transmit { eta: f64 },
 }
 
-/// `∫ D(h) G1(wo) G1(w) s(wo·h) (wo·h)/cos θ_o dh` with `w` the scattered direction and `s` the
-/// share of power that takes it: the albedo for separable masking. Normals are laid out by
+/// `∫ D(h) G1(wo) G1(w) s(wo·h) (wo·h)/cos θ_o dh` with `w` the scattered direction and `s`
+/// the share of power that takes it: the albedo for separable masking. Normals are laid out by
 /// `D cos θ_h`.
 pub fn albedo(kind: Microfacet, alpha: f64, wo: DVec3, event: Event) -> f64 {
     let integrand = |xi: f64, half_turn: f64| {

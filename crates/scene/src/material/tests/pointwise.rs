@@ -104,8 +104,8 @@ fn rough_transmission_is_walters() {
                     let material = dielectric(eta as f32, Some(rough(kind, alpha as f32, alpha as f32)));
                     let subject = Subject::new(&material, fault);
                     for_pairs(false, |wo, wi| {
-                        // Walter's eq. 21 with incident i = wi (index η_i = η) and outgoing o = wo
-                        // (η_o = 1).
+                        // Walter's eq. 21 with incident i = wi (index η_i = η) and outgoing o =
+                        // wo (η_o = 1).
                         let toward = -(eta * wi + wo);
                         let h = if toward.z < 0.0 { -toward } else { toward }.normalize();
                         let (io, ii) = (wo.dot(h), wi.dot(h));
