@@ -2,7 +2,7 @@
 
 use crate::camera_ray::PixelRay;
 use lightshed_film::{MAX_BATCH, SampleId};
-use lightshed_sampling::{FrameNumbers, PointSet, f32_from_u32, parallel};
+use lightshed_sampling::{PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
 
@@ -26,24 +26,23 @@ pub(crate) struct VisibleEmission {
 /// that stands still. For one that moves, all pixels that boxes cover are chosen: a grid of rays in
 /// each frame would cost more than it saves.
 #[derive(Default)]
-pub(crate) struct VisibleFrames(Option<Option<VisibleEmission>>);
+pub(crate) struct VisibleFrames {
+    is_prepared: bool,
+    visible: Option<VisibleEmission>,
+}
 
 impl VisibleFrames {
     /// For a frame that `camera` sees, beside paths of up to `edges` edges.
     pub fn prepare(&mut self, wanted: bool, scene: &Scene, camera: &Camera, is_still: bool, edges: u32) {
-        if self.0.is_none() || !is_still {
-            let visible = if wanted {
-                VisibleEmission::new(scene, camera, is_still, edges)
-            } else {
-                None
-            };
-            self.0 = Some(visible);
+        if wanted && !(self.is_prepared && is_still) {
+            self.visible = VisibleEmission::new(scene, camera, is_still, edges);
+            self.is_prepared = true;
         }
     }
 
     /// Of the frame that was prepared.
     pub fn get(&self) -> Option<&VisibleEmission> {
-        self.0.as_ref()?.as_ref()
+        self.visible.as_ref()
     }
 }
 
@@ -53,8 +52,8 @@ const MAX_RAYS: u32 = 64;
 /// Most rays of a sample on average over all pixels, for each edge of the paths beside them …
 const RAYS_PER_EDGE: f32 = 0.25;
 
-/// … of which so many count.
-const MOST_EDGES: u32 = 8;
+/// … of which so many count. A frame of resampled direct light costs about as much.
+pub(crate) const MOST_EDGES: u32 = 8;
 
 /// Rows and columns of the grid of rays in a pixel.
 const GRID: u32 = 4;
@@ -163,24 +162,24 @@ impl VisibleEmission {
         total + count as u64
     }
 
-    /// [`add`](Self::add) to all pixels of a frame, with its numbers.
+    /// [`add`](Self::add) to all pixels of a frame, the samples of this index.
     pub fn add_frame(
         &self,
         (scene, camera): (&Scene, &Camera),
-        numbers: FrameNumbers,
+        names: (PointSet, u64),
+        frame: u32,
         image: &mut [Rgb],
     ) -> u64 {
-        let name = (numbers.points(), numbers.seed());
         let rays = parallel::map(image.chunks_mut(MAX_BATCH), |batch, values| {
             let ids: [SampleId; MAX_BATCH] = std::array::from_fn(|place| {
                 let pixel = (batch * MAX_BATCH + place) as u32;
                 SampleId {
                     x: pixel % self.width,
                     y: pixel / self.width,
-                    index: numbers.frame(),
+                    index: frame,
                 }
             });
-            self.add(scene, camera, name, &ids[..values.len()], values)
+            self.add(scene, camera, names, &ids[..values.len()], values)
         });
         rays.into_iter().sum()
     }

@@ -8,7 +8,7 @@ use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::restir::frames::{FrameView, TwoFrames, extent_of};
 use crate::restir::primary::{Primary, trace_primaries};
-use crate::visible_emission::VisibleFrames;
+use crate::visible_emission::{MOST_EDGES, VisibleFrames};
 use lightshed_film::{FrameMethod, RayCounts, RayKind, RayTally};
 use lightshed_guiding::MarkovState;
 use lightshed_resampling::{TileScratch, spatial_smis, temporal_smis};
@@ -21,8 +21,6 @@ const PASSES: FramePasses = match FramePasses::new(Pass::Steps as u32 + 1, MAX_M
     Err(_) => panic!("few passes"),
 };
 
-/// A frame costs about as much for each pixel as a path of so many edges.
-const EDGES_OF_A_FRAME: u32 = 8;
 /// Extents of the scene that stand for an infinite distance.
 const FAR: f32 = 1e5;
 
@@ -231,8 +229,7 @@ impl<S: EmitterSampler + Send> FrameMethod for Mixture<'_, S> {
         let pixels = self.pixels.of_mut(frame);
         pixels.resize(extent.len(), None);
         let (wanted, is_still) = (self.options.visible_emission, self.motion.is_still());
-        self.visible
-            .prepare(wanted, scene, &camera, is_still, EDGES_OF_A_FRAME);
+        self.visible.prepare(wanted, scene, &camera, is_still, MOST_EDGES);
         let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel)?;
         self.tally.add(RayKind::Camera, rays as usize);
 

@@ -11,7 +11,7 @@ use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::transport::met_emission;
 use crate::ray_batch::NOWHERE;
-use crate::visible_emission::VisibleFrames;
+use crate::visible_emission::{MOST_EDGES, VisibleFrames};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
@@ -22,9 +22,6 @@ use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Rgb, Scene};
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// A frame costs about as much for each pixel as a path of so many edges.
-const EDGES_OF_A_FRAME: u32 = 8;
 
 /// What [`RestirDi`] does in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -556,8 +553,7 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
         let pixels = self.pixels.of_mut(frame);
         pixels.resize(extent.len(), None);
         let (wanted, is_still) = (self.settings.visible_emission, self.motion.is_still());
-        self.visible
-            .prepare(wanted, scene, &camera, is_still, EDGES_OF_A_FRAME);
+        self.visible.prepare(wanted, scene, &camera, is_still, MOST_EDGES);
         let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel);
         self.tally.add(RayKind::Camera, rays.unwrap_or(0) as usize);
 

@@ -93,7 +93,8 @@ pub(crate) fn trace_primaries(
         },
     );
     let further = visible.map_or(0, |visible| {
-        visible.add_frame((scene, view.camera), view.numbers, image)
+        let names = (view.numbers.points(), view.numbers.seed());
+        visible.add_frame((scene, view.camera), names, view.numbers.frame(), image)
     });
     whole.then_some(pixel_count + further)
 }

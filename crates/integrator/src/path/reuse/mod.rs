@@ -7,7 +7,7 @@ use crate::emitter_sampler::EmitterSampler;
 use crate::path::numbers::PathWords;
 use crate::path::transport::Transport;
 use crate::visible_emission::VisibleEmission;
-use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally, SampleId};
+use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts, RayKind, RayTally};
 use lightshed_resampling::{Extent, Pattern};
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::{EmittersByPower, Rgb, Scene};
@@ -161,29 +161,6 @@ impl<S: EmitterSampler> PathReuse<'_, S> {
                 start = tile_end;
             }
         }
-        self.add_visible(top, frame, words, band);
-    }
-
-    /// Emission that the camera sees directly, where the trees leave it out.
-    fn add_visible(&self, top: usize, frame: u32, words: PathWords, band: &mut [Rgb]) {
-        let Some(visible) = self.visible.as_ref().filter(|_| self.transport.max_depth > 0) else {
-            return;
-        };
-        let (scene, width) = (self.transport.scene, self.extent().width);
-        let mut rays = 0;
-        for (row, values) in band.chunks_mut(width as usize).enumerate() {
-            for (chunk, values) in values.chunks_mut(MAX_BATCH).enumerate() {
-                let id = |place: usize| SampleId {
-                    x: (chunk * MAX_BATCH + place) as u32,
-                    y: (top + row) as u32,
-                    index: frame,
-                };
-                let ids: [SampleId; MAX_BATCH] = std::array::from_fn(id);
-                let names = (words.points, words.seed);
-                rays += visible.add(scene, scene.camera(), names, &ids[..values.len()], values);
-            }
-        }
-        self.tally.add(RayKind::Camera, rays as usize);
     }
 }
 
@@ -204,6 +181,12 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
         parallel::for_each(image.chunks_mut(rows), |index, band| {
             this.render_band(index * SQUARE, frame, seed, band, cancel)
         });
+        // Emission that the camera sees directly, where the trees leave it out.
+        if let Some(visible) = self.visible.as_ref().filter(|_| self.transport.max_depth > 0) {
+            let scene = self.transport.scene;
+            let rays = visible.add_frame((scene, scene.camera()), (self.points, seed), frame, image);
+            self.tally.add(RayKind::Camera, rays as usize);
+        }
         let counts = self.tally.take();
         (!cancel.load(Ordering::Relaxed)).then_some(counts)
     }

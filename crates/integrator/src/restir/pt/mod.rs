@@ -230,7 +230,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let numbers = view.numbers.pass(Pass::Camera);
         let whole = trace_camera_rays((scene, view.camera), numbers, (pixels, &mut *image), cancel, see);
         let further = visible.map_or(0, |visible| {
-            visible.add_frame((scene, view.camera), view.numbers, image)
+            let names = (view.numbers.points(), view.numbers.seed());
+            visible.add_frame((scene, view.camera), names, view.numbers.frame(), image)
         });
         whole.then_some(image.len() as u64 + further)
     }
