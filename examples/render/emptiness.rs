@@ -1,6 +1,5 @@
 //! Images with nothing in them, and why.
 
-use lightshed::film::RgbImage;
 use lightshed::scene::Scene;
 use lightshed::scene::glam::Vec2;
 
@@ -22,9 +21,9 @@ pub fn empty(scene: &Scene) -> Option<&'static str> {
         .then_some("no surface is seen by the camera: check its place, its direction and its clipping planes")
 }
 
-/// Says so if the image is black, and what the scene has of lights.
-pub fn black(scene: &Scene, image: &RgbImage) -> Option<String> {
-    if image.mean().iter().any(|&mean| mean != 0.0) {
+/// Says so if an image of this mean is black, and what the scene has of lights.
+pub fn black(scene: &Scene, mean: [f64; 3]) -> Option<String> {
+    if mean.iter().any(|&mean| mean != 0.0) {
         return None;
     }
     Some(match scene.emitters().len() {

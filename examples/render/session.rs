@@ -232,8 +232,9 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     bar.finish();
     interruption.writing.store(true, Ordering::SeqCst);
 
+    let mean = outcome.film.mean_image().mean();
     if outcome.samples_per_pixel > 0
-        && let Some(warning) = black(&scene, &outcome.film.mean_image())
+        && let Some(warning) = black(&scene, mean)
     {
         complain(format_args!("warning: {warning}"));
         warnings.push(warning);
@@ -247,7 +248,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         device,
         setup_seconds,
         warnings,
-        mean: outcome.film.mean_image().mean(),
+        mean,
         outcome,
         output: None,
         comparison: None,

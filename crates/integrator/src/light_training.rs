@@ -6,8 +6,8 @@ use crate::path::observer::{ObservedPath, PathObserver};
 use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
 use lightshed_guiding::{CacheMoments, CacheUse, LightRecord};
 use lightshed_lights::LightError;
+use lightshed_sampling::parallel;
 use lightshed_scene::{Rgb, Scene, luminance};
-use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
 /// Seed of the paths, which no image has unless somebody asks for it.
@@ -99,16 +99,13 @@ fn train(scene: &Scene, selection: &mut LightSelection<'_>) {
     for (pass, every) in PASSES.into_iter().enumerate() {
         let every = every * pixels.div_ceil(MAX_PATHS);
         let shown = &*selection;
-        let rows: Vec<Vec<LightRecord>> = (0..settings.height)
-            .into_par_iter()
-            .map(|y| {
-                let is_wanted = |x: &u32| (*x as usize + 3 * y as usize) % every == pass % every;
-                let index = pass as u32;
-                let ids = (0..settings.width).filter(is_wanted);
-                let ids: Vec<SampleId> = ids.map(|x| SampleId { x, y, index }).collect();
-                traced(scene, shown, depth, &ids)
-            })
-            .collect();
+        let rows: Vec<Vec<LightRecord>> = parallel::map(0..settings.height, |_, y| {
+            let is_wanted = |x: &u32| (*x as usize + 3 * y as usize) % every == pass % every;
+            let index = pass as u32;
+            let ids = (0..settings.width).filter(is_wanted);
+            let ids: Vec<SampleId> = ids.map(|x| SampleId { x, y, index }).collect();
+            traced(scene, shown, depth, &ids)
+        });
         let records = rows.concat();
         let Some(cache) = selection.cache_mut() else {
             return;

@@ -127,7 +127,6 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
         let (scene, extent) = (self.scene, extent_of(self.scene));
         let moves = view.number > 0 && !self.motion.rests_at(view.number);
         let seen = moves.then(|| self.seen_at(view.number));
-        let features = SceneFeatures::of(scene);
         let shared = Shared {
             follower: Follower {
                 scene,
@@ -143,7 +142,7 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
             seen_at: seen.as_deref(),
             width: extent.width as usize,
             window: self.options.chains.window_of(extent.height),
-            has_emitter_samples: self.options.samples_emitters || features.delta_emitters > 0,
+            has_emitter_samples: self.options.samples_emitters || SceneFeatures::of(scene).delta_emitters > 0,
         };
         if shared.follower.max_depth < 2 {
             return;

@@ -86,13 +86,8 @@ impl<X, S: Space> Ris<X, S> {
     where
         X: Clone,
     {
-        match reservoir.weighted_sample() {
-            Some((x, weight)) => self.candidate(x.clone(), target(x), weight, choose),
-            None => {
-                self.null_candidate();
-                false
-            }
-        }
+        let sample = reservoir.weighted_sample();
+        self.drawn(sample.map(|(x, weight)| (x.clone(), target(x), weight)), choose)
     }
 
     /// Appends the candidates of another stream, as if they had come here one by one.

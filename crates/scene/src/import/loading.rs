@@ -118,7 +118,7 @@ impl Loading {
         let [width, height] = size;
         let pixels = (width as u64).saturating_mul(height as u64);
         let location = || Location::file(path).element(format!("an image of {width} × {height} pixels"));
-        let left = self.limits.bytes - self.bytes.get();
+        let left = self.bytes_left();
         if pixels.saturating_mul((decoded + kept) as u64) > left {
             return Err(over(location(), LoadResource::Bytes, self.limits.bytes as f64));
         }
@@ -137,7 +137,6 @@ impl Loading {
     }
 
     /// Bytes that may still come.
-    #[cfg(feature = "mitsuba")]
     pub(crate) fn bytes_left(&self) -> u64 {
         self.limits.bytes - self.bytes.get()
     }
@@ -190,7 +189,7 @@ impl Loading {
             return Err(irregular());
         }
         let location = || Location::file(path);
-        let left = self.limits.bytes - self.bytes.get();
+        let left = self.bytes_left();
         if metadata.len() > left {
             return Err(over(location(), LoadResource::Bytes, self.limits.bytes as f64));
         }

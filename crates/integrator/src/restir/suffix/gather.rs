@@ -144,10 +144,10 @@ where
     ) {
         let count = self.gather.prefixes();
         let share = 1.0 / count as f32;
-        let seeds: Vec<PathSeed> = pixels
-            .iter_mut()
-            .flat_map(|(_, rng)| (0..count).map(|_| PathSeed::draw(rng)).collect::<Vec<_>>())
-            .collect();
+        let mut seeds = Vec::with_capacity(pixels.len() * count as usize);
+        for (_, rng) in pixels.iter_mut() {
+            seeds.extend((0..count).map(|_| PathSeed::draw(rng)));
+        }
         let count = count as usize;
         let starts: Vec<_> = seeds
             .iter()

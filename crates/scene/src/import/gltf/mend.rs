@@ -243,8 +243,19 @@ pub(super) struct CompressedView {
 /// read.
 pub(super) fn compressed(root: &mut Value) -> (Vec<CompressedView>, Vec<bool>) {
     let mut views = Vec::new();
+    // A buffer of which compressed views alone are made needs no data, whether it says so or not.
+    let count = list(root, "buffers").map_or(0, |buffers| buffers.len());
+    let mut is_fallback = vec![true; count];
+    let mut is_read = |buffer: usize| {
+        if let Some(is_fallback) = is_fallback.get_mut(buffer) {
+            *is_fallback = false;
+        }
+    };
     for (view, value) in items(root, "bufferViews") {
         let Some(found) = value.pointer("/extensions/EXT_meshopt_compression") else {
+            if let Some(buffer) = value.get("buffer").and_then(Value::as_u64) {
+                is_read(buffer as usize);
+            }
             continue;
         };
         let number = |name: &str| found.get(name).and_then(Value::as_u64).map_or(0, |n| n as usize);
@@ -255,6 +266,7 @@ pub(super) fn compressed(root: &mut Value) -> (Vec<CompressedView>, Vec<bool>) {
                 .unwrap_or("NONE")
                 .to_owned()
         };
+        is_read(number("buffer"));
         views.push(CompressedView {
             view,
             buffer: number("buffer"),
@@ -265,22 +277,6 @@ pub(super) fn compressed(root: &mut Value) -> (Vec<CompressedView>, Vec<bool>) {
             mode: text("mode"),
             filter: text("filter"),
         });
-    }
-    // A buffer of which compressed views alone are made needs no data, whether it says so or not.
-    let count = list(root, "buffers").map_or(0, |buffers| buffers.len());
-    let mut is_fallback = vec![true; count];
-    for (index, view) in items(root, "bufferViews") {
-        let compressed = views.iter().find(|compressed| compressed.view == index);
-        let read = match compressed {
-            Some(compressed) => Some(compressed.buffer),
-            None => view
-                .get("buffer")
-                .and_then(Value::as_u64)
-                .map(|buffer| buffer as usize),
-        };
-        if let Some(is_fallback) = read.and_then(|read| is_fallback.get_mut(read)) {
-            *is_fallback = false;
-        }
     }
     (views, is_fallback)
 }
