@@ -29,7 +29,7 @@
 //! # `unsafe`
 //!
 //! The module with the AVX2 lanes is this crate's only one with `unsafe` code, without which there
-//! are no intrinsics chosen at run time. What it gains stands in `docs/performance.md`.
+//! are no intrinsics chosen at run time. What it gains stands in `docs/performance-rays.md`.
 
 mod array;
 #[cfg(target_arch = "x86_64")]

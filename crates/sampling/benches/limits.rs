@@ -1,5 +1,5 @@
 //! What the machine itself costs: the limits that hot functions are held against in
-//! `docs/performance.md`.
+//! `docs/performance-rays.md`.
 //!
 //! ```sh
 //! cargo bench -p lightshed-sampling --bench limits

@@ -2,7 +2,7 @@
 //! §5.4.4, fig. 5.9).
 //!
 //! `cargo test -p lightshed-integrator --test it volume_motion -- --nocapture` prints the figures
-//! of `docs/performance.md`.
+//! of `docs/performance-media.md`.
 
 use lightshed_film::{FrameMethod, PixelEstimator};
 use lightshed_integrator::{CameraMotion, RestirVolume, RestirVolumeOptions, VolumePathTracer};

@@ -14,7 +14,7 @@ use super::block::{Nearest, TriangleBlock, TriangleRay};
 use super::{Hit, Ray};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
-/// Most triangles for which this is faster than the tree, see `docs/performance.md`.
+/// Most triangles for which this is faster than the tree, see `docs/performance-rays.md`.
 const MAX_TRIANGLES: usize = 40;
 /// Room for sheared vertices, and for signed areas of edges, of triangles that share nothing.
 const MAX_VERTICES: usize = 3 * MAX_TRIANGLES;
