@@ -102,10 +102,10 @@ fn page(costs: &BTreeMap<String, Cost>, limits: &Limits<'_>) -> Result<String, B
 }
 
 const HEAD: &str = "# Costs\n
-Made by the commands at the head of `examples/costs/main.rs`. Medians of one call, or of one element of what a call works on, in
-nanoseconds, beside the nearest limit that was measured in the same run: random numbers, reads of a working set of the same size,
-copies, or a simpler part that cannot be done without. Calls of less than a nanosecond's work hide in what surrounds them; where a row says less than one,
-what is read stays nearer than its size supposes.\n";
+The commands at the head of `examples/costs/main.rs` make this table. Values are medians of one call, or of one element that a call processes, in
+nanoseconds. Beside them is the nearest limit that was measured in the same run: random numbers, reads of a working set of the same size,
+copies, or a simpler part that is always needed. Calls that take less than a nanosecond overlap with the surrounding code. If a row has a ratio
+below one, its data stays in a nearer cache than its size suggests.\n";
 
 /// Three digits.
 fn short(x: f64) -> String {

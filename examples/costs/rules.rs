@@ -275,7 +275,7 @@ static RULES: &[Rule] = &[
     rule("film/comparison", "a copy of 24 bytes", |l, n| {
         Some(l.copy(24.0, 24.0 * n))
     }),
-    rule("shift/trees_", "a path in company in `cornell`", |l, _| {
+    rule("shift/trees_", "a path in a batch in `cornell`", |l, _| {
         l.part("integrator/paths_cornell/4096")
     }),
     rule("shift/shift_", "a shadow ray among 36 triangles", |l, _| {

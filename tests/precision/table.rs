@@ -6,23 +6,23 @@ use crate::{resampling, sampling, scene, shift, volume};
 
 const HEAD: &str = "# Precision
 
-Worst errors met, over hostile inputs (zeros, subnormals, the neighbours of one, numbers whose squares over- or underflow, extremes of every
-parameter) and some hundred thousand random ones, against `f64` or a closed form of the same inputs. Made by
+The tables have the worst errors found, against `f64` or a closed form of the same inputs. Inputs are hostile numbers (zeros, subnormals, the neighbours
+of one, numbers whose squares over- or underflow, extremes of every parameter) and some hundred thousand random ones. Made by
 
 ```sh
 LIGHTSHED_PRECISION=docs/precision.md cargo test --release --test precision
 ```
 
-and held to it by a test, which allows twice these errors. *Relative* errors are `|found − truth| / |truth|`, *absolute* ones `|found − truth|`.
-Every function below was also seen to return finite numbers for all of its inputs. An error of 0 is exact: what is asked for there held without
+A test compares new measurements with the tables and allows twice these errors. *Relative* errors are `|found − truth| / |truth|`, *absolute* ones
+`|found − truth|`. Every function below also returned finite numbers for all of its inputs. An error of 0 is exact: the property held without
 exception. A row that names several functions in its inputs measures these as well.
 
 ";
 
 const ELSEWHERE_HEAD: &str = "## Without a row
 
-All other public functions that take or return real numbers, and where they are held to account. A test finds the public functions in the
-sources; it fails if one of them is neither in a table nor here.
+These are all other public functions that take or return real numbers, and the tests that check them. A test finds the public functions in the sources;
+it fails if one of them is neither in a table nor here.
 ";
 
 /// Measures all functions.
