@@ -1,4 +1,5 @@
-//! Radiance caches that trade bias for variance: what paths that end early find instead of light.
+//! What cells of space keep for all paths that come by: radiance, in which paths end early, and
+//! reservoirs, from which they reuse.
 //!
 //! Knows no scene: positions, normals, radiance, and vertices of whatever kind a renderer has. A
 //! renderer tells how a stored vertex scatters light (one trait, [`VertexSampler`]), lets the cache
@@ -11,9 +12,11 @@
 //! | variance and bias of what samples of many vertices give | [`VertexMoments`], [`CellMoments`] |
 //! | to end paths so that images have a noise that you choose | [`Termination`], [`PathBudget`] |
 //! | the area spread of a path | [`AreaSpread`] |
+//! | samples that pixels of all frames share by place, merged by GRIS | [`WorldReservoirs`], [`WorldLinks`] |
 //!
-//! A path that ends in a cache estimates another integral than one that does not: everything here
-//! is **biased**, on purpose, and says by how much as far as it can.
+//! A path that ends in a cache estimates another integral than one that does not: that is
+//! **biased**, on purpose, and says by how much as far as it can. Reuse from reservoirs in cells is
+//! unbiased where a canonical sample takes part.
 //!
 //! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of
 //! Illumination for Real-Time Path Tracing*) if no other work is named.
@@ -36,6 +39,7 @@ mod sampler;
 mod spread;
 mod termination;
 mod view;
+mod world;
 
 pub use budget::{PathBudget, Prefixed};
 pub use cache::RadianceCache;
@@ -51,6 +55,10 @@ pub use sampler::{CacheSample, VertexSampler, VertexVisit};
 pub use spread::AreaSpread;
 pub use termination::Termination;
 pub use view::CacheView;
+pub use world::{
+    MAX_CELL_RESERVOIRS, MAX_READS, WorldDomain, WorldLinks, WorldReads, WorldReport, WorldReservoirOptions,
+    WorldReservoirs, WorldVisits,
+};
 
 /// The guide's code is a test.
 #[cfg(doctest)]

@@ -37,7 +37,7 @@ pub use domain::{
 pub use gather::{FinalGather, JointContribution, PrefixWeight};
 pub use merge::{
     Carried, Contribution, DomainReservoir, Evaluations, Input, MergeError, MergeReport, Merged,
-    PairwiseStream, UndefinedShifts, integrate, merge, merge_and_integrate,
+    PairwiseStream, UndefinedShifts, integrate, merge, merge_and_integrate, merge_several,
 };
 pub use mis::{Mis, MisError, Pairwise, Technique};
 pub use mutation::Mutation;
@@ -48,7 +48,7 @@ pub use reuse::{
     PatternError, PixelNeighbours, PixelPairs, Reuse, ReuseError, Sums, Topology, TopologyError,
 };
 pub use ris::{MixtureRis, Ris, RisMany, balance_over_techniques};
-pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplacement};
+pub use selection::{JumpSelection, Kept, Selection, Selections, WithoutReplacement, spread_copies};
 pub use space::{Counting, Given, Joint, Space};
 pub use stochastic_mis::{ChainTile, Exchange, SetWeight, TileScratch, permute, spatial_smis, temporal_smis};
 pub use storage::Storage;

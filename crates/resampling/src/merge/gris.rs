@@ -92,13 +92,13 @@ impl MergeReport {
 }
 
 /// A sample in the domain merged into: an image of its own, or a canonical one where it lies.
-enum Arrived<'a, X> {
+pub(super) enum Arrived<'a, X> {
     Shifted(X),
     Canonical(&'a X),
 }
 
 /// One input that arrived.
-struct Term<'a, X> {
+pub(super) struct Term<'a, X> {
     index: usize,
     arrived: Arrived<'a, X>,
     /// `p̂(Y_i) > 0`.
@@ -106,20 +106,20 @@ struct Term<'a, X> {
     /// `p̂_{←i}(Y_i)`, where the family has asked for it.
     density: Option<f64>,
     /// `w_i = m_i p̂ W |∂T|`.
-    weight: f64,
+    pub(super) weight: f64,
     /// `c_i W |∂T|`, with the contribution MIS weight `c_i`; valid if asked for.
-    contribution: f64,
+    pub(super) contribution: f64,
 }
 
 impl<X: Clone> Term<'_, X> {
-    fn sample(&self) -> &X {
+    pub(super) fn sample(&self) -> &X {
         match &self.arrived {
             Arrived::Shifted(sample) => sample,
             Arrived::Canonical(sample) => sample,
         }
     }
 
-    fn into_sample(self) -> X {
+    pub(super) fn into_sample(self) -> X {
         match self.arrived {
             Arrived::Shifted(sample) => sample,
             Arrived::Canonical(sample) => sample.clone(),
@@ -128,19 +128,24 @@ impl<X: Clone> Term<'_, X> {
 }
 
 /// A merge in progress.
-struct Merge<'a, D: Domain, T, R: Storage> {
+pub(super) struct Merge<'a, D: Domain, T, R: Storage> {
     to: &'a D,
     shift: &'a T,
     inputs: &'a [Input<'a, D, R>],
     mis: Mis,
-    confidence: f64,
+    pub(super) confidence: f64,
     pairwise: Option<PairwiseConstants>,
     /// Its density stands for the canonical ones in pairwise weights.
     first_canonical: Option<&'a D>,
 }
 
 impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
-    fn new(to: &'a D, shift: &'a T, inputs: &'a [Input<'a, D, R>], mis: Mis) -> Result<Self, MergeError> {
+    pub(super) fn new(
+        to: &'a D,
+        shift: &'a T,
+        inputs: &'a [Input<'a, D, R>],
+        mis: Mis,
+    ) -> Result<Self, MergeError> {
         let (mut canonical, mut neighbours) = (0.0, 0.0);
         let first_canonical = inputs
             .iter()
@@ -218,7 +223,7 @@ impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
 
     /// Each input that arrives with positive weight. The one place where `w_i` is computed.
     #[inline]
-    fn terms(
+    pub(super) fn terms(
         &self,
         contributions: bool,
         report: &mut MergeReport,

@@ -15,9 +15,11 @@
 mod gris;
 mod input;
 mod report;
+mod several;
 mod stream;
 
 pub use gris::{Contribution, integrate, merge, merge_and_integrate};
 pub use input::{DomainReservoir, Input, MergeError, Merged};
 pub use report::{Evaluations, MergeReport, UndefinedShifts};
+pub use several::merge_several;
 pub use stream::{Carried, PairwiseStream};

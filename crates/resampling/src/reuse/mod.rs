@@ -1,8 +1,8 @@
 //! Spatiotemporal reuse among domains (Lin 2022 §6.5.3).
 //!
 //! A frame: fresh candidates for each domain; [`Reuse::temporal`] merges them with the previous
-//! frame's reservoirs; one or more rounds of [`Reuse::spatial`] (or [`Reuse::paired`], at one shift
-//! a domain) merge neighbours. Domains stand in a row ([`Domains`]: pixels, cells, suffix spaces
+//! frame's reservoirs ([`Reuse::linked`] with those of any other domains, several at a time); one or
+//! more rounds of [`Reuse::spatial`] (or [`Reuse::paired`], at one shift a domain) merge neighbours. Domains stand in a row ([`Domains`]: pixels, cells, suffix spaces
 //! behind prefixes), some of them absent; who neighbours whom is a [`Topology`]. Every pass reads
 //! one buffer and writes another, so its result depends neither on order nor on the number of
 //! threads (feature `parallel`).
@@ -15,6 +15,7 @@
 mod domains;
 mod each;
 mod error;
+mod linked;
 mod pass;
 mod pattern;
 mod rule;

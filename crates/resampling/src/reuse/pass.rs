@@ -4,7 +4,7 @@ use super::domains::Domains;
 use super::each::{each, each_pair};
 use super::error::ReuseError;
 use super::rule::MergeRule;
-use super::topology::Topology;
+use super::topology::{AtMostOne, Topology};
 use crate::choose::Choose;
 use crate::domain::{Domain, ShiftMapping};
 use crate::merge::{
@@ -14,14 +14,14 @@ use crate::mis::{Mis, Pairwise};
 use crate::reservoir::Reservoir;
 use crate::storage::Storage;
 
-/// What the previous frame left behind.
+/// What the previous frame left behind, or what is kept elsewhere: domains and their reservoirs.
 ///
 /// The reservoirs' samples live in the domains of *their* frame, with its surfaces, lights and
 /// visibility. To give this frame's domains instead saves keeping the old ones, and is **biased**
 /// where anything moved: MIS weights then ask the wrong domain what it could have produced.
 pub struct History<'a, Ds: Domains + ?Sized, R: Storage = f32> {
-    domains: &'a Ds,
-    reservoirs: &'a [DomainReservoir<Ds::Domain, R>],
+    pub(super) domains: &'a Ds,
+    pub(super) reservoirs: &'a [DomainReservoir<Ds::Domain, R>],
 }
 
 impl<'a, Ds: Domains + ?Sized, R: Storage> History<'a, Ds, R> {
@@ -30,13 +30,18 @@ impl<'a, Ds: Domains + ?Sized, R: Storage> History<'a, Ds, R> {
     pub fn new(domains: &'a Ds, reservoirs: &'a [DomainReservoir<Ds::Domain, R>]) -> Self {
         Self { domains, reservoirs }
     }
+
+    pub(super) fn check(&self) -> Result<(), ReuseError> {
+        let agree = self.domains.count() == self.reservoirs.len();
+        agree.then_some(()).ok_or(ReuseError::Length)
+    }
 }
 
 /// Where a round that integrates adds up: an element for each domain, and what is done with each
 /// [`Contribution`] to it.
 pub struct Sums<'a, A, V> {
-    sums: &'a mut [A],
-    visit: V,
+    pub(super) sums: &'a mut [A],
+    pub(super) visit: V,
 }
 
 impl<'a, A, V> Sums<'a, A, V> {
@@ -105,8 +110,8 @@ impl<'a, A, V> Sums<'a, A, V> {
 ///
 /// Each pass makes the source of each domain's decisions by a `choose` of the domain's index.
 pub struct Reuse<'a, Ds, T> {
-    domains: Ds,
-    rule: MergeRule<T>,
+    pub(super) domains: Ds,
+    pub(super) rule: MergeRule<T>,
     observer: Option<Observer<'a>>,
 }
 
@@ -114,10 +119,10 @@ pub struct Reuse<'a, Ds, T> {
 type Observer<'a> = &'a (dyn Fn(usize, &MergeReport) + Sync);
 
 /// A reservoir of one of the domains.
-type Held<Ds, R> = DomainReservoir<<Ds as Domains>::Domain, R>;
+pub(super) type Held<Ds, R> = DomainReservoir<<Ds as Domains>::Domain, R>;
 
 /// What is sampled in the domains.
-type Sample<Ds> = <<Ds as Domains>::Domain as Domain>::Sample;
+pub(super) type Sample<Ds> = <<Ds as Domains>::Domain as Domain>::Sample;
 
 impl<'a, Ds, T> Reuse<'a, Ds, T>
 where
@@ -168,30 +173,7 @@ where
     where
         H: Domains<Domain = Ds::Domain> + ?Sized,
     {
-        self.check([fresh.len(), output.len()])?;
-        if history.domains.count() != history.reservoirs.len() {
-            return Err(ReuseError::Length);
-        }
-        let run = |(): &mut (), index: usize, output: &mut Held<Ds, R>| {
-            let Some(own) = self.domains.domain(index) else {
-                *output = Reservoir::empty(0.0);
-                return Ok(());
-            };
-            let source = correspondence(index);
-            let source = source.and_then(|source| Some((history.domains.domain(source)?, source)));
-            let Some((domain, source)) = source else {
-                *output = self.rule.passed(&fresh[index]);
-                return Ok(());
-            };
-            let inputs = [
-                Input::canonical(own, &fresh[index]),
-                Input::neighbour(domain, &history.reservoirs[source]),
-            ];
-            self.finish(index, &inputs, output, || {
-                self.rule.merge(own, &inputs, &mut choose(index))
-            })
-        };
-        each(output, || (), run)
+        self.linked(fresh, history, AtMostOne(correspondence), output, choose)
     }
 
     /// One round of spatial reuse: each domain merges its own reservoir (canonical) with those of
@@ -364,7 +346,7 @@ where
         each(output, || (), run)
     }
 
-    fn check(&self, lengths: [usize; 2]) -> Result<(), ReuseError> {
+    pub(super) fn check(&self, lengths: [usize; 2]) -> Result<(), ReuseError> {
         let agree = lengths.iter().all(|&length| length == self.domains.count());
         agree.then_some(()).ok_or(ReuseError::Length)
     }
@@ -393,7 +375,7 @@ where
 
     /// One domain, its inputs merged by `merge`.
     #[inline]
-    fn finish<R: Storage>(
+    pub(super) fn finish<R: Storage>(
         &self,
         index: usize,
         inputs: &[Input<'_, Ds::Domain, R>],

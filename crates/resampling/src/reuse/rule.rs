@@ -2,7 +2,10 @@
 
 use crate::choose::Choose;
 use crate::domain::{Domain, ShiftMapping};
-use crate::merge::{Contribution, Input, MergeError, Merged, merge, merge_and_integrate};
+use crate::merge::{
+    Contribution, DomainReservoir, Input, MergeError, MergeReport, Merged, merge, merge_and_integrate,
+    merge_several,
+};
 use crate::mis::Mis;
 use crate::reservoir::Reservoir;
 use crate::space::Space;
@@ -84,6 +87,28 @@ impl<T> MergeRule<T> {
     {
         let merged = merge_and_integrate(to, &self.shift, inputs, self.mis, choose, visit)?;
         Ok(self.capped(merged))
+    }
+
+    /// [`merge_several`] by this rule.
+    ///
+    /// # Errors
+    /// As [`merge`].
+    pub fn merge_several<D: Domain, R: Storage>(
+        &self,
+        to: &D,
+        inputs: &[Input<'_, D, R>],
+        same: impl Fn(&D::Sample, &D::Sample) -> bool,
+        output: &mut [DomainReservoir<D, R>],
+        choose: &mut impl Choose,
+    ) -> Result<MergeReport, MergeError>
+    where
+        T: ShiftMapping<D>,
+    {
+        let report = merge_several(to, &self.shift, inputs, self.mis, same, output, choose)?;
+        for reservoir in output {
+            *reservoir = self.passed(reservoir);
+        }
+        Ok(report)
     }
 
     #[inline]

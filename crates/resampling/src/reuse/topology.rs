@@ -63,6 +63,20 @@ impl<T: Topology, F: Fn(usize, usize) -> bool + Sync> Topology for Filtered<T, F
     }
 }
 
+/// At most one neighbour each.
+pub(super) struct AtMostOne<F>(pub F);
+
+impl<F: Fn(usize) -> Option<usize> + Sync> Topology for AtMostOne<F> {
+    fn max_neighbours(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn for_each(&self, index: usize, visit: impl FnMut(usize)) {
+        (self.0)(index).into_iter().for_each(visit);
+    }
+}
+
 /// Why a topology is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

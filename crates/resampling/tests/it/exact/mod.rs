@@ -8,6 +8,7 @@ mod finite;
 mod merging;
 mod mutations;
 mod reuse;
+mod several;
 mod stages;
 mod stochastic_mis;
 mod suffixes;
