@@ -10,16 +10,16 @@
 //! **A cell is a domain.** It keeps a *site*, a whole domain of one of its users (a pixel with its
 //! surface, its view, what it sees), and `K` reservoirs that live in that domain. So a cell's
 //! reservoirs are inputs like any others: shifted from the site to the pixel, weighed by what the
-//! site's target could have produced. With a canonical sample of the pixel that is unbiased, wherever
-//! cells end and whatever they mix; by themselves, without one, they miss what the site cannot see,
-//! and the result is **biased**.
+//! site's target could have produced. With a canonical sample of the pixel that is unbiased,
+//! wherever cells end and whatever they mix; by themselves, without one, they miss what the site
+//! cannot see, and the result is **biased**.
 //!
 //! **Nothing is chosen by what samples are.** Sites, who brings something to a cell, and which
-//! reservoirs a pixel reads follow from places and random numbers alone. Confidences follow from the
-//! numbers of those that came.
+//! reservoirs a pixel reads follow from places and random numbers alone. Confidences follow from
+//! the numbers of those that came.
 //!
-//! **Cells hold different samples.** Samples that several of a cell's inputs hold are pooled, and its
-//! reservoirs repeat one only where it outweighs the others
+//! **Cells hold different samples.** Samples that several of a cell's inputs hold are pooled, and
+//! its reservoirs repeat one only where it outweighs the others
 //! ([`merge_several`](lightshed_resampling::merge_several)).
 
 mod links;

@@ -23,16 +23,16 @@ pub trait WorldDomain: Domain + Clone {
 
 /// Reservoirs in cells of space, `K` in each; see `docs/caching.md`.
 ///
-/// A frame goes in three steps: [`visit`](Self::visit) says which pixel (or other domain) belongs to
-/// which cell, [`update`](Self::update) merges what they bring, [`links`](Self::links) lead them to
-/// what they read. As [`Domains`] it has `K` entries for each cell, all of them its site, and
+/// A frame goes in three steps: [`visit`](Self::visit) says which pixel (or other domain) belongs
+/// to which cell, [`update`](Self::update) merges what they bring, [`links`](Self::links) lead them
+/// to what they read. As [`Domains`] it has `K` entries for each cell, all of them its site, and
 /// [`history`](Self::history) is what [`Reuse::linked`](lightshed_resampling::Reuse::linked) reads.
 ///
 /// The content is the same for any number of threads.
 ///
-/// **Cells outlive frames**: sites keep the surface, view and light of *their* frame. Where the scene
-/// changes, their targets are no longer what would be computed now: [`clear`](Self::clear) them, or
-/// let their domains keep the old scene.
+/// **Cells outlive frames**: sites keep the surface, view and light of *their* frame. Where the
+/// scene changes, their targets are no longer what would be computed now: [`clear`](Self::clear)
+/// them, or let their domains keep the old scene.
 pub struct WorldReservoirs<D: Domain, R: Storage = f32> {
     options: WorldReservoirOptions,
     pub(super) grid: HashGrid,
@@ -182,8 +182,8 @@ where
 
     /// Each visited cell merges what it held with the fresh reservoirs of those that bring
     /// something, in the domain of its site, by `rule`; its cap of confidence is that of cells, in
-    /// fresh reservoirs. `fresh` has one reservoir for each of `domains`; those of confidence 0 count
-    /// as not brought. `choose` makes each cell's source of decisions, by slot.
+    /// fresh reservoirs. `fresh` has one reservoir for each of `domains`; those of confidence 0
+    /// count as not brought. `choose` makes each cell's source of decisions, by slot.
     ///
     /// What a cell held before is canonical there, as it lives in the site's domain: its `K`
     /// reservoirs share the cell's confidence. Where the site moves, it is shifted as the rest, and
@@ -234,8 +234,8 @@ where
         Ok(report)
     }
 
-    /// A cell after a merge of what it held and what is brought, the new site first if there is to be
-    /// one; `None` if nothing is.
+    /// A cell after a merge of what it held and what is brought, the new site first if there is to
+    /// be one; `None` if nothing is.
     fn renewed<T: ShiftMapping<D>>(
         &self,
         slot: u32,

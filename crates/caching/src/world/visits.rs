@@ -45,8 +45,8 @@ impl WorldVisits {
         visitors.iter().take(self.most).map(|&(.., index)| index as usize)
     }
 
-    /// Visitors whose fresh reservoirs [`update`](crate::WorldReservoirs::update) will merge. Others
-    /// need none, if nobody else asks for them.
+    /// Visitors whose fresh reservoirs [`update`](crate::WorldReservoirs::update) will merge.
+    /// Others need none, if nobody else asks for them.
     pub fn contributors(&self) -> impl Iterator<Item = usize> + '_ {
         self.cells
             .iter()

@@ -245,8 +245,7 @@ fn two_frames(mis: Mis, renewal: u32, fault: Option<Fault>) -> Result<(), String
             .map(|index| {
                 let [held, other] = [index, index ^ 1].map(|index| &world.reservoirs()[index]);
                 let is_less = by_content && held.sample() == other.sample();
-                held.clone()
-                    .with_confidence_cap(if is_less { 0.2 } else { f32::INFINITY })
+                held.with_confidence_cap(if is_less { 0.2 } else { f32::INFINITY })
             })
             .collect();
         let reads = WorldReads::new(1).unwrap().within_cells();

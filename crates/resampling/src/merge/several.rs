@@ -30,9 +30,9 @@ struct Pooled<X> {
 /// adds what would have been offered one by one, with all their confidence. To leave duplicates out
 /// instead, or to fill their places, would be selection by what samples are: biased.
 ///
-/// **Each output is a reservoir of its own**, `E[f(Y_k) W_k] = ∫ f` over `supp p̂` (a random rotation
-/// decides which output is which), of confidence `Σ c_i`. Who reads several of them reads parts of
-/// one technique and may give each a part of that confidence
+/// **Each output is a reservoir of its own**, `E[f(Y_k) W_k] = ∫ f` over `supp p̂` (a random
+/// rotation decides which output is which), of confidence `Σ c_i`. Who reads several of them reads
+/// parts of one technique and may give each a part of that confidence
 /// ([`Reservoir::with_confidence_cap`]).
 ///
 /// `same` says whether two samples of `to` are one and the same point. Costs the shifts of

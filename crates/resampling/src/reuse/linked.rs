@@ -19,13 +19,13 @@ where
 {
     /// Reuse from domains of another row, several at a time: merges each domain's own reservoir
     /// (canonical) with those of `others` to which `links` leads. Cells in space that serve pixels
-    /// as reservoirs, say, or several places of the frame before; [`Reuse::temporal`] is the case of
-    /// one.
+    /// as reservoirs, say, or several places of the frame before; [`Reuse::temporal`] is the case
+    /// of one.
     ///
-    /// The neighbours that `links` visits for a domain are indices of `others`; there is no "itself"
-    /// among them. Those that are out of range or absent are passed over. A domain without any passes
-    /// its own reservoir through. The law of [`Topology`] holds: links may depend on domains and
-    /// random bits, never on samples, on this side or the other.
+    /// The neighbours that `links` visits for a domain are indices of `others`; there is no
+    /// "itself" among them. Those that are out of range or absent are passed over. A domain without
+    /// any passes its own reservoir through. The law of [`Topology`] holds: links may depend on
+    /// domains and random bits, never on samples, on this side or the other.
     ///
     /// # Errors
     /// As [`Reuse::temporal`].

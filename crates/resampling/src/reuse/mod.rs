@@ -1,11 +1,12 @@
 //! Spatiotemporal reuse among domains (Lin 2022 §6.5.3).
 //!
 //! A frame: fresh candidates for each domain; [`Reuse::temporal`] merges them with the previous
-//! frame's reservoirs ([`Reuse::linked`] with those of any other domains, several at a time); one or
-//! more rounds of [`Reuse::spatial`] (or [`Reuse::paired`], at one shift a domain) merge neighbours. Domains stand in a row ([`Domains`]: pixels, cells, suffix spaces
-//! behind prefixes), some of them absent; who neighbours whom is a [`Topology`]. Every pass reads
-//! one buffer and writes another, so its result depends neither on order nor on the number of
-//! threads (feature `parallel`).
+//! frame's reservoirs ([`Reuse::linked`] with those of any other domains, several at a time); one
+//! or more rounds of [`Reuse::spatial`] (or [`Reuse::paired`], at one shift a domain) merge
+//! neighbours. Domains stand in a row ([`Domains`]: pixels, cells, suffix spaces behind prefixes),
+//! some of them absent; who neighbours whom is a [`Topology`]. Every pass reads one buffer and
+//! writes another, so its result depends neither on order nor on the number of threads (feature
+//! `parallel`).
 //!
 //! What is biased is named so: [`Mis::ConstantBiased`](crate::Mis::ConstantBiased), and a
 //! [`History`] with domains of another frame than its reservoirs. The confidence cap is no bias of
