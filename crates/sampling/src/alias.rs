@@ -1,4 +1,4 @@
-//! Alias tables: choosing among many weights in constant time.
+//! Alias tables: selection among many weights in constant time.
 //!
 //! `n` weights become `n` columns of equal width; column `i` belongs to `i` up to its threshold and
 //! to one other index, its alias, above. One uniform 64-bit number picks both: with
@@ -78,7 +78,7 @@ impl AliasTable {
         (index, self.pmf[index as usize])
     }
 
-    /// [`sample`](Self::sample) without looking up the probability.
+    /// [`sample`](Self::sample) without the look-up of the probability.
     #[inline(always)]
     pub fn sample_index(&self, u: u64) -> u32 {
         let (column, coin) = Self::route(self.entries.len() as u32, u as u32, (u >> 32) as u32);
@@ -109,8 +109,8 @@ impl AliasTable {
         self.pmf.get(index as usize).copied().unwrap_or(0.0)
     }
 
-    /// Of the 2⁶⁴ numbers `u`, how many choose each index: the distribution the table realises,
-    /// exactly. They sum to 2⁶⁴. `O(n)` time and memory.
+    /// For each index, the number of the 2⁶⁴ values of `u` that select it. This is exactly the
+    /// distribution that the table realises. The numbers sum to 2⁶⁴. `O(n)` time and memory.
     pub fn exact_counts(&self) -> Vec<u128> {
         counts(&self.entries).collect()
     }
@@ -175,10 +175,10 @@ fn build<W: Copy + Into<f64>>(weights: &[W], largest: f64) -> Vec<AliasEntry> {
     entries
 }
 
-/// Columns that found no donor. In exact arithmetic the masses left add up to the columns left, so
-/// each is one unit and stays its own. Rounding in `f64` moves that by less than a unit up to some
-/// 2²⁶ weights; beyond, a weight of zero may be left, and is given to `positive`, a weight that
-/// is not.
+/// Columns that found no donor. In exact arithmetic the remaining masses sum to the number of
+/// remaining columns, so each is one unit and keeps its own index. Rounding in `f64` moves that by
+/// less than a unit up to about 2²⁶ weights. Beyond that, a weight of zero may remain; its
+/// column goes to `positive`, a weight that is not zero.
 fn settle<W: Copy + Into<f64>>(leftovers: &[u32], weights: &[W], positive: u32, entries: &mut [AliasEntry]) {
     for &leftover in leftovers {
         if weights[leftover as usize].into() == 0.0 {
@@ -227,7 +227,7 @@ fn counts(entries: &[AliasEntry]) -> impl Iterator<Item = u128> {
 mod tests {
     use super::*;
 
-    /// What only tables of hundreds of millions of weights reach by themselves.
+    /// A case that otherwise only tables of hundreds of millions of weights reach.
     #[test]
     fn leftover_zeros_are_given_away() {
         let weights = [0.0, 2.0, 1.0, 0.0];

@@ -9,8 +9,8 @@ pub type Rgb = glam::Vec3;
 /// 0.0722 of ITU-R BT.709 differ in the fourth digit.
 pub const LUMINANCE: Rgb = Rgb::new(0.212_671, 0.715_160, 0.072_169);
 
-/// Relative luminance `Y = 0.212671 R + 0.715160 G + 0.072169 B` of linear Rec. 709 RGB: what
-/// targets of resampling and selection of emitters weigh colours by, in the unit of `rgb`.
+/// Relative luminance `Y = 0.212671 R + 0.715160 G + 0.072169 B` of linear Rec. 709 RGB, in the
+/// unit of `rgb`. Target functions and the selection of emitters weight colours by it.
 #[inline(always)]
 pub fn luminance(rgb: Rgb) -> f32 {
     rgb.dot(LUMINANCE)

@@ -1,4 +1,4 @@
-//! What can be asked of any distribution of directions.
+//! The interface of distributions of directions.
 
 use crate::{
     CosineHemisphere, Density, Frame, SolidAngle, UniformCone, UniformHemisphere, UniformSphere,
@@ -7,21 +7,21 @@ use crate::{
 use glam::Vec3;
 
 /// Directions that can be sampled and whose density `p(ω)` is known: lobes, environments, phase
-/// functions, and what learns where light comes from.
+/// functions, guides.
 ///
-/// An implementation keeps to the following; `DirectionConformance` of the crate
-/// `lightshed-testkit` checks it where the integral is 1.
+/// An implementation must satisfy these laws; `DirectionConformance` of the crate
+/// `lightshed-testkit` checks them if the integral is 1.
 ///
-/// - Samples are distributed by `p`, and `∫ p dω ≤ 1` over the sphere: what is missing is the
-///   probability of no direction, a sample of value zero. So `∫ f dω = E[f(ω) / p(ω)]` for any
-///   `f` that is zero where `p` is.
-/// - The density that comes with a sample is [`pdf`](Self::pdf) of its direction, bit for bit. A
-///   mixture, or a weight of multiple importance sampling, asks for the density of a direction that
-///   another technique sampled, and must see the same number.
+/// - Samples are distributed by `p`, and `∫ p dω ≤ 1` over the sphere. The difference to 1 is
+///   the probability of no direction, which is a sample of value zero. So
+///   `∫ f dω = E[f(ω) / p(ω)]` for any `f` that is zero where `p` is.
+/// - The density returned with a sample equals [`pdf`](Self::pdf) of its direction, bit for bit. A
+///   mixture, or a MIS weight, evaluates the density of a direction that another technique sampled,
+///   and must get the same number.
 /// - Samples are unit directions of positive finite density, for all `u` in [0, 1)².
 ///
-/// The inherent `sample` functions of this crate's warps keep the density that they know before
-/// rounding; through this trait they have that of the rounded direction.
+/// The inherent `sample` functions of this crate's warps return the density of the direction before
+/// rounding. Through this trait they return that of the rounded direction.
 ///
 /// ```
 /// use lightshed_sampling::glam::Vec3;
@@ -40,12 +40,12 @@ use glam::Vec3;
 /// assert_eq!(density, lobe.pdf(direction));
 /// ```
 pub trait DirectionDistribution {
-    /// Maps `u` in [0, 1)² to a unit direction and its density. `None` where there is no direction
-    /// of positive density: a sample of value zero, which counts.
+    /// Maps `u` in [0, 1)² to a unit direction and its density. Returns `None` if there is no
+    /// direction of positive density; that is a sample of value zero, which counts.
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)>;
 
-    /// Density with which [`sample`](Self::sample) returns the unit `direction`, finite and not
-    /// negative; zero where it never does.
+    /// Density with which [`sample`](Self::sample) returns the unit `direction`: finite and not
+    /// negative, zero if it never does.
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle>;
 }
 
@@ -61,8 +61,8 @@ impl<D: DirectionDistribution + ?Sized> DirectionDistribution for &D {
     }
 }
 
-/// `direction` with the density that `distribution` states of it; `None` where that is not
-/// positive. What an implementation of [`DirectionDistribution::sample`] ends with.
+/// Returns `direction` with its density by `distribution`, or `None` if that is not positive.
+/// Implementations of [`DirectionDistribution::sample`] end with this call.
 #[inline(always)]
 pub fn with_density<D: DirectionDistribution + ?Sized>(
     distribution: &D,

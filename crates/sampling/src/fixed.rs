@@ -1,10 +1,10 @@
 //! Sums whose bits do not depend on the order of their terms.
 //!
-//! Addition of floats is not associative: a record that several threads add to has other bits in
-//! each run, and then so has every image that reads it. Integers add up to the same in any order
-//! and any grouping. [`FixedSum`] rounds each term to a multiple of 2⁻⁶⁴ and adds in 128
-//! bits. What saturates is the term, not the sum, since a sum that saturates depends on the order
-//! too once terms have both signs.
+//! Addition of floats is not associative. If several threads add to a record, its bits differ in
+//! each run, and so do those of every image that reads it. Sums of integers are the same in any
+//! order and any grouping. [`FixedSum`] rounds each term to a multiple of 2⁻⁶⁴ and adds in
+//! 128 bits. Terms saturate, not the sum: with terms of both signs, a saturating sum would depend
+//! on the order, too.
 
 use core::iter::Sum;
 use core::ops::AddAssign;
@@ -13,15 +13,14 @@ use core::ops::AddAssign;
 const FRACTION_BITS: i32 = 64;
 
 /// A sum in fixed point: `Σ round(clamp(x_i) · 2⁶⁴) · 2⁻⁶⁴`, the same bits for any
-/// order of the terms and any grouping of partial sums. Records of guides and caches are sums of
-/// this kind, filled by any number of threads.
+/// order of the terms and any grouping of partial sums. Guides and caches use such sums for their
+/// records, which any number of threads fill.
 ///
-/// - Terms beyond ±2³¹, infinities included, count as ±2³¹; [`clamped`](Self::clamped) tells
-///   how many there were. For radiance that is far above any sample worth keeping; scale what is
-///   larger.
+/// - Terms beyond ±2³¹, infinities included, count as ±2³¹; [`clamped`](Self::clamped) counts
+///   them. For radiance this limit is far above any useful sample; scale larger values.
 /// - NaN adds nothing and is counted by [`refused`](Self::refused).
-/// - Fewer than 2³² terms fit, whatever they are. Beyond, the sum wraps around: defined, the same
-///   in any order, and wrong.
+/// - The sum holds any 2³² − 1 terms. With more, it wraps around: the result is defined and the
+///   same in any order, but wrong.
 ///
 /// # Precision
 /// Each term is rounded to the nearest multiple of 2⁻⁶⁴ (5·10⁻²⁰), halves to even; the
@@ -84,12 +83,12 @@ impl FixedSum {
         self.sum as f64 * 2f64.powi(-FRACTION_BITS)
     }
 
-    /// How many terms were larger than [`FixedSum::MAX_TERM`]; saturates.
+    /// Number of terms larger than [`FixedSum::MAX_TERM`]; saturates.
     pub fn clamped(&self) -> u32 {
         self.clamped
     }
 
-    /// How many terms were NaN; saturates.
+    /// Number of terms that were NaN; saturates.
     pub fn refused(&self) -> u32 {
         self.refused
     }
@@ -148,7 +147,7 @@ impl FixedMean {
         self.count = self.count.wrapping_add(other.count);
     }
 
-    /// The mean; `None` of no terms: a record that nothing was added to has no opinion.
+    /// The mean; `None` if no terms were added.
     #[inline]
     pub fn value(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum.value() / self.count as f64)

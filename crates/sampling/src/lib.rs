@@ -42,18 +42,18 @@
 //! # Ok::<(), lightshed_sampling::WeightsError>(())
 //! ```
 //!
-//! The example `sampling_user` estimates a harder integral by uniform, importance-driven and
-//! stratified samples.
+//! The example `sampling_user` estimates an integral that is hard for uniform samples by uniform,
+//! importance-sampled and stratified samples.
 //!
 //! # Conventions
 //!
-//! - Randomness enters as explicit uniform numbers in [0, 1) or as words; that form ports to a
-//!   shader. Where the number of draws varies there is `&mut impl rand::Rng`, which [`CounterRng`]
-//!   and [`SobolSampler`] are.
+//! - Randomness enters as explicit uniform numbers in [0, 1) or as words, a form that ports to a
+//!   shader. If the number of draws varies, functions take `&mut impl rand::Rng`; [`CounterRng`]
+//!   and [`SobolSampler`] implement it.
 //! - Constructors validate and return a `Result`; sampling neither allocates nor panics, and finite
 //!   input gives finite output.
-//! - A density names its measure: `pdf` of a point on the unit interval or square with respect to
-//!   length or area there, [`Density<M>`] for the rest.
+//! - A density names its measure: `pdf` of a point on the unit interval or square is with respect
+//!   to length or area there; all others use [`Density<M>`].
 //! - Sums that grow are compensated or `f64` inside and rounded once.
 #![forbid(unsafe_code)]
 

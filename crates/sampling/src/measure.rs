@@ -12,7 +12,7 @@
 //! let _ = power_heuristic(by_angle, by_area); // error: mismatched measures
 //! ```
 //!
-//! The only way across is a conversion that names the geometry it needs:
+//! The only way from one measure to another is a conversion that takes the geometry it needs:
 //!
 //! ```
 //! use lightshed_sampling::{Area, Density, SolidAngle, power_heuristic};

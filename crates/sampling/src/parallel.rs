@@ -1,17 +1,17 @@
 //! Passes over slices whose result does not depend on the number of threads.
 //!
-//! With the feature `parallel` they run on rayon's current pool, without it on the calling thread.
-//! How the work is divided depends on the length alone, so what each part computes is the same in
-//! both.
+//! With the feature `parallel` they run on rayon's current pool, otherwise on the calling thread.
+//! The division of the work depends on the length alone, so each part computes the same in both
+//! cases.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Elements below which work is not split.
+/// Work with fewer elements is not split.
 const GRAIN: usize = 4096;
 
-/// Calls `task(i)` for `i < count`. The one place where work is handed to threads: rayon's code is
-/// much, and compiled here it is not compiled again for every loop.
+/// Calls `task(i)` for `i < count`. All work is passed to threads here: rayon's code is large, and
+/// this way it is compiled only once and not for every loop.
 fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if count > 1 {
@@ -22,7 +22,7 @@ fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
     (0..count).for_each(task);
 }
 
-/// Whether there is more than one thread. On one thread no pass allocates.
+/// Whether there is more than one thread. With one thread no pass allocates.
 fn has_threads() -> bool {
     #[cfg(feature = "parallel")]
     return rayon::current_num_threads() > 1;
@@ -30,7 +30,7 @@ fn has_threads() -> bool {
     false
 }
 
-/// A value that one task puts or takes.
+/// A value that one task writes or takes.
 struct Slot<T>(Mutex<Option<T>>);
 
 impl<T> Slot<T> {
@@ -118,8 +118,8 @@ pub fn for_each_slab<T: Send>(
     });
 }
 
-/// Combines the values of consecutive parts of `chunk` items, from the first to the last; `None` of
-/// no items.
+/// Combines the values of consecutive parts of `chunk` items, from the first to the last; `None` if
+/// there are no items.
 pub fn reduce<T: Sync, V: Send>(
     items: &[T],
     chunk: usize,
@@ -133,7 +133,7 @@ pub fn reduce<T: Sync, V: Send>(
     items.chunks(chunk).map(of).reduce(combine)
 }
 
-/// Runs both, at the same time where there are threads.
+/// Runs both, at the same time if there are several threads.
 pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     let (mut a, mut b) = (Some(a), Some(b));
     let (mut of_a, mut of_b) = (None, None);

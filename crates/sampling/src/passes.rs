@@ -1,8 +1,8 @@
 //! Random numbers of the passes of a frame.
 //!
-//! A method that works in passes (candidates, reuse in time, rounds of reuse in space) draws in
-//! each of them, for each pixel. All its numbers are words of the stream of (seed, pixel, frame) of
-//! [`CounterRng`]; a pass has a part of it,
+//! A method that works in passes (candidates, temporal reuse, rounds of spatial reuse) draws
+//! numbers in each of them, for each pixel. All numbers are words of the [`CounterRng`] stream of
+//! (seed, pixel, frame). Each pass has its own part of the stream,
 //!
 //! > `word n of (pass, round, reservoir) = word 2²⁴ · (reservoir · P + pass + round) + n`,
 //!
@@ -20,12 +20,12 @@ const WORDS: u32 = 1 << 24;
 /// Parts of a stream.
 const PARTS: u32 = 256;
 
-/// The pixel name of what all pixels of a frame share: no pixel has it, as images are at most
-/// 65,535 pixels wide.
+/// The pixel name for numbers that all pixels of the frame share. No pixel has it, because images
+/// are at most 65,535 pixels wide.
 const SHARED: u32 = u32::MAX;
 
-/// The passes that a method makes in each frame, numbered from 0: each has random numbers of its
-/// own.
+/// The passes that a method makes in each frame, numbered from 0. Each pass has its own random
+/// numbers.
 ///
 /// ```
 /// use lightshed_sampling::FramePasses;
@@ -45,7 +45,7 @@ pub struct FramePasses {
     per_reservoir: u32,
 }
 
-/// More passes than a stream has parts, or none.
+/// There are more passes than a stream has parts, or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooManyPasses;
 
@@ -58,8 +58,8 @@ impl fmt::Display for TooManyPasses {
 impl core::error::Error for TooManyPasses {}
 
 impl FramePasses {
-    /// `passes` passes, of which the last one is made in `rounds` rounds, all of them for each of
-    /// `reservoirs` reservoirs of a pixel.
+    /// `passes` passes for each of `reservoirs` reservoirs of a pixel. The last pass is made in
+    /// `rounds` rounds.
     ///
     /// # Errors
     /// [`TooManyPasses`] unless `1 ≤ reservoirs · (passes − 1 + rounds) ≤ 256` and no factor is 0.
@@ -99,8 +99,7 @@ pub struct FrameNumbers {
 }
 
 impl FrameNumbers {
-    /// With blocks ([`PassNumbers::block`]) of the given kind; independent ones unless told
-    /// otherwise.
+    /// With blocks ([`PassNumbers::block`]) of the given kind; the default is independent blocks.
     #[inline]
     #[must_use]
     pub fn with_points(self, points: PointSet) -> Self {
@@ -125,7 +124,7 @@ impl FrameNumbers {
         self.points
     }
 
-    /// Those of pass number `pass`: of its first round, of the first reservoir.
+    /// The numbers of pass number `pass`: of its first round, of the first reservoir.
     #[inline]
     pub fn pass(self, pass: impl Into<u32>) -> PassNumbers {
         PassNumbers {
@@ -134,7 +133,7 @@ impl FrameNumbers {
         }
     }
 
-    /// Random bits number `number` of those that all pixels of the frame share.
+    /// Random bits number `number` of the bits that all pixels of the frame share.
     #[inline]
     pub fn key(self, number: u32) -> u32 {
         CounterRng::at(self.seed, SHARED, self.frame, number)
@@ -156,7 +155,7 @@ pub struct PassNumbers {
 }
 
 impl PassNumbers {
-    /// Of a later round of the last pass.
+    /// The numbers of a later round of the last pass.
     #[inline]
     #[must_use]
     pub fn round(self, round: u32) -> Self {
@@ -182,9 +181,9 @@ impl PassNumbers {
         self.part.wrapping_mul(WORDS / 4)
     }
 
-    /// The first four words of the pass in the pixel with index `y · width + x`, stratified over
-    /// the frames if the frame's points are. The same as those of [`pixel`](Self::pixel) if they
-    /// are independent.
+    /// The first four words of the pass in the pixel with index `y · width + x`. They are
+    /// stratified over the frames if the frame's points are. If points are independent, they equal
+    /// those of [`pixel`](Self::pixel).
     #[inline]
     pub fn block(&self, index: usize) -> [u32; 4] {
         let FrameNumbers {
@@ -196,7 +195,8 @@ impl PassNumbers {
             .block(seed, y << 16 | x, frame, self.first_block())
     }
 
-    /// Those of the pixel with index `y · width + x`: its stream, at the first word of the pass.
+    /// The numbers of the pixel with index `y · width + x`: its stream, at the first word of the
+    /// pass.
     #[inline]
     pub fn pixel(&self, index: usize) -> CounterRng {
         let FrameNumbers {

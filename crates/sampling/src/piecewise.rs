@@ -29,7 +29,8 @@ pub struct PiecewiseSample {
     pub pdf: f32,
     /// The bin.
     pub index: u32,
-    /// Place within the bin, uniform in [0, 1), never 1: to be used again or for interpolation.
+    /// Position within the bin, uniform in [0, 1), never 1. It can be reused as a random number or
+    /// for interpolation.
     pub fraction: f32,
 }
 
@@ -43,8 +44,8 @@ pub(crate) struct Slot {
     pub fraction: f32,
 }
 
-/// Fills `starts` with the fixed-point distribution function of `values`; returns the last bin that
-/// owns anything (`None` if all values are zero) and the sum of the values. The values are valid
+/// Fills `starts` with the fixed-point distribution function of `values`. Returns the last bin that
+/// owns any number (`None` if all values are zero) and the sum of the values. The values are valid,
 /// and `scale` brings them to at most 1.
 pub(crate) fn accumulate(values: &[f32], scale: f64, starts: &mut [u32]) -> (Option<u32>, f64) {
     accumulate_with(values.len(), |i| f64::from(values[i]) * scale, starts)
@@ -64,7 +65,7 @@ pub(crate) fn accumulate_with(
     let mut before = CompensatedSum::<f64>::new();
     let (mut proportional, mut bins_before, mut last) = (0u64, 0u64, None);
     for (i, start) in starts.iter_mut().enumerate() {
-        // Behind the last positive bin this is 2³²; nothing is ever searched there.
+        // After the last positive bin this is 2³²; the search never goes there.
         *start = u32::try_from(proportional + bins_before).unwrap_or(u32::MAX);
         let value = value(i);
         if value > 0.0 {
@@ -78,8 +79,8 @@ pub(crate) fn accumulate_with(
     (last, total.value())
 }
 
-/// How many guide entries a distribution of `len` bins has, but for the closing one: a power of
-/// two, a quarter of `len`. More saves no step of the search on average, less adds some.
+/// Number of guide entries of a distribution of `len` bins, without the closing one: a power of
+/// two, a quarter of `len`. More entries save no step of the search on average; fewer add some.
 pub(crate) fn guide_buckets(len: usize) -> usize {
     (len.next_power_of_two() / 4).max(1)
 }
@@ -126,11 +127,11 @@ impl FixedPoint<'_> {
         end - u64::from(self.starts[index as usize])
     }
 
-    /// The bin that owns `u`: the last one, up to `last`, that starts at or before it. Bins that
-    /// own nothing start where the next one does, so they are never that.
+    /// The bin that owns `u`: the last one, up to `last`, that starts at or before it. A bin that
+    /// owns nothing starts where the next one does, so it is never the last.
     #[inline(always)]
     pub fn search(&self, u: u32) -> u32 {
-        // As many buckets as the guide has entries but one, a power of two.
+        // The guide has one entry more than buckets; their number is a power of two.
         let buckets = self.guide.len() as u64 - 1;
         let bucket = ((u64::from(u) * buckets) >> 32) as usize;
         let mut base = self.guide[bucket] as usize;
@@ -282,8 +283,8 @@ impl PiecewiseConstant1d {
         (self.fixed_point().width(index) as f64 / TWO_POW_32) as f32
     }
 
-    /// Of the 2³² words, how many choose bin `index`: the distribution realised, exactly. 0 out
-    /// of range.
+    /// The number of the 2³² words that select bin `index`: exactly the realised distribution. 0
+    /// out of range.
     #[inline]
     pub fn exact_count(&self, index: u32) -> u64 {
         self.fixed_point().width(index)
@@ -308,8 +309,8 @@ impl PiecewiseConstant1d {
         &self.starts
     }
 
-    /// Where a search may begin, as a shader reads it: with `g` the number of entries less one, the
-    /// bin of word `u` is between entries `⌊u g / 2³²⌋` and the next.
+    /// Start of a search, as a shader reads it: with `g` the number of entries minus one, the bin
+    /// of word `u` is between entries `⌊u g / 2³²⌋` and the next.
     #[inline]
     pub fn guide(&self) -> &[u32] {
         &self.guide

@@ -1,9 +1,9 @@
 //! Piecewise-constant densities on the unit square: the sampler of an environment map.
 //!
 //! `width × height` values `f_ij ≥ 0`, row by row, define `p(u, v) = f_ij / mean(f)` on cells of
-//! equal size, a density with respect to *area on the unit square*. A row is chosen by the marginal
-//! `p(v) ∝ Σ_j f_ij`, then a column by the conditional `p(u | v)`, both in the fixed point of
-//! [`PiecewiseConstant1d`](crate::PiecewiseConstant1d): see there for what is exact.
+//! equal size, a density with respect to *area on the unit square*. The marginal
+//! `p(v) ∝ Σ_j f_ij` selects a row, then the conditional `p(u | v)` a column, both in the fixed
+//! point of [`PiecewiseConstant1d`](crate::PiecewiseConstant1d), which documents what is exact.
 //!
 //! Two guided searches of contiguous words; 1¼ words of memory a cell.
 
@@ -182,8 +182,8 @@ impl PiecewiseConstant2d {
         self.density(self.rows().width(row), self.columns(row).width(column))
     }
 
-    /// Of the 2⁶⁴ pairs of words, how many choose a cell (column, row): the distribution
-    /// realised, exactly.
+    /// The number of the 2⁶⁴ pairs of words that select a cell (column, row): exactly the
+    /// realised distribution.
     pub fn exact_count(&self, cell: [u32; 2]) -> u128 {
         let [column, row] = cell;
         if column >= self.width || row as usize >= self.marginal.len() {
@@ -224,8 +224,8 @@ impl PiecewiseConstant2d {
         &self.conditional
     }
 
-    /// The last column of positive value in each row, 0 in a row of zeros: as
-    /// [`last_row`](Self::last_row), for columns.
+    /// The last column of positive value in each row, 0 in a row of zeros. It corresponds to
+    /// [`last_row`](Self::last_row).
     #[inline]
     pub fn last_columns(&self) -> &[u32] {
         &self.conditional_last

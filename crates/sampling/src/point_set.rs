@@ -7,8 +7,8 @@ use core::fmt;
 use core::str::FromStr;
 use lightshed_lanes::Lanes;
 
-/// How the random numbers of a pixel's samples relate to each other. Each number alone is uniform
-/// in both, and numbers of different pixels or seeds are independent.
+/// How the random numbers of a pixel's samples relate to each other. With both kinds each number
+/// alone is uniform, and numbers of different pixels or seeds are independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PointSet {
     /// Independent of each other ([`CounterRng`]): the variance of a mean of `N` samples is `1/N`
@@ -66,8 +66,8 @@ impl PointSet {
     }
 }
 
-/// The numbers of one sample of a pixel, one after the other. Draw the same ones in the same order
-/// in every sample of a pixel: what is stratified is a dimension's numbers over the samples.
+/// The numbers of one sample of a pixel, one after the other. Draw the same numbers in the same
+/// order in every sample of a pixel: the numbers of each dimension are stratified over the samples.
 #[derive(Clone, Debug)]
 pub enum PointStream {
     /// Of [`PointSet::Independent`].

@@ -13,10 +13,10 @@
 //! WGSL computes the same bits. [`CounterRng::at`] is the specification; [`CounterRng`] gives the
 //! same words in sequence, faster.
 //!
-//! Threefry: Salmon, Moraes, Dror, Shaw 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*;
-//! rotations and key schedule are held to the known answers its authors publish. Their default is
-//! 20 rounds, with a margin; they found 12 to pass all of BigCrush, and 12 are used here
-//! ([`CounterRng::ROUNDS`]).
+//! Threefry: Salmon, Moraes, Dror, Shaw 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*. Tests
+//! compare rotations and key schedule with the known answers that its authors publish. Their
+//! default is 20 rounds, with a margin; they found that 12 pass all of BigCrush, and 12 are used
+//! here ([`CounterRng::ROUNDS`]).
 //!
 //! # Performance
 //!
@@ -92,8 +92,8 @@ pub fn threefry4x32<const N: usize>(counter: [u32; 4], key: [u32; 4]) -> [u32; 4
     let [k0, k1, k2, k3] = key;
     let schedule = [k0, k1, k2, k3, PARITY ^ k0 ^ k1 ^ k2 ^ k3];
     let mut x: [u32; 4] = core::array::from_fn(|word| counter[word].wrapping_add(schedule[word]));
-    // Up to twelve rounds stand here one by one: compilers do not make vector code of a loop (over
-    // lanes) around a loop (over rounds).
+    // Up to twelve rounds are written out one by one, because compilers do not vectorise a loop
+    // (over lanes) around a loop (over rounds).
     if N >= 4 {
         mix_four(&mut x, &schedule, 0);
     }
@@ -173,8 +173,9 @@ pub struct CounterRng {
     stream: u32,
     /// Dimension of the next word.
     dimension: u32,
-    /// Dimension of the buffer's first word, a multiple of four; any other value: the buffer holds
-    /// nothing and `dimension - first` is at least [`BUFFER`], so that one comparison serves both.
+    /// Dimension of the buffer's first word, a multiple of four. Any other value means that the
+    /// buffer holds nothing and `dimension - first` is at least [`BUFFER`], so that one comparison
+    /// serves both.
     first: u32,
 }
 
@@ -251,7 +252,7 @@ impl CounterRng {
         dimension.wrapping_add(BUFFER as u32) | 1
     }
 
-    /// Dimension of the next word: how many were drawn since dimension 0.
+    /// Dimension of the next word: the number of words drawn since dimension 0.
     #[inline(always)]
     pub fn dimension(&self) -> u32 {
         self.dimension
@@ -351,11 +352,11 @@ impl TryRng for CounterRng {
     }
 }
 
-/// The seed of one path's random numbers: all that random replay needs to draw the same ones again.
+/// The seed of one path's random numbers. With it, random replay draws the same numbers again.
 ///
-/// 64 bits, because with 32 a path tracer runs a fixed quadrature of 2³² paths, visibly biased on
-/// small bright features. The streams of different seeds never share a block, nor one with a
-/// [`CounterRng::new`] stream of the same seed.
+/// It has 64 bits. With 32, a path tracer would use a fixed quadrature of 2³² paths, visibly
+/// biased on small bright features. The streams of different seeds never share a block, nor does
+/// any share one with a [`CounterRng::new`] stream of the same seed.
 ///
 /// ```
 /// use lightshed_sampling::{CounterRng, PathSeed};
@@ -489,7 +490,7 @@ mod tests {
             ..Default::default()
         })]
 
-        /// Whatever the jumps, every word is the specification's.
+        /// After any jump, every word equals the specification's.
         #[test]
         fn buffered_equals_specification(
             seed: u64, pixel: u32, sample: u32,

@@ -109,7 +109,7 @@ fn reversed_sobol(index: u32) -> [u32; GROUP] {
 }
 
 /// A permutation of the words in which bit `b` of the result depends only on bits `0..=b` of `x`
-/// (Vegdahl 2021). Wants well-mixed seeds.
+/// (Vegdahl 2021). Requires well-mixed seeds.
 #[inline(always)]
 fn permute_upwards(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -124,7 +124,7 @@ fn permute_upwards(mut x: u32, seed: u32) -> u32 {
 fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
     x = x ^ (x * W::splat(0x3d20_adea));
     x = x + seed;
-    // An odd factor: `| 1`, of what words can do.
+    // An odd factor, by `| 1`: one of the operations that words have.
     x = x * ((seed.shift_right::<16>() & W::splat(!1)) + W::splat(1));
     x = x ^ (x * W::splat(0x0552_6c56));
     x ^ (x * W::splat(0x53a2_2864))
@@ -133,7 +133,7 @@ fn permute_upwards_lanes<W: LaneWords>(mut x: W, seed: W) -> W {
 /// Eight words with their bits in the opposite order.
 #[inline(always)]
 fn reverse_bits_lanes<W: LaneWords>(x: W) -> W {
-    // Neighbours of one, two and four bits change places, then bytes.
+    // Neighbours of one, two and four bits are exchanged, then bytes.
     let x = (x.shift_right::<1>() & W::splat(0x5555_5555)) ^ (x & W::splat(0x5555_5555)).rotate::<1, 31>();
     let x = (x.shift_right::<2>() & W::splat(0x3333_3333)) ^ (x & W::splat(0x3333_3333)).rotate::<2, 30>();
     let x = (x.shift_right::<4>() & W::splat(0x0f0f_0f0f)) ^ (x & W::splat(0x0f0f_0f0f)).rotate::<4, 28>();
@@ -157,7 +157,7 @@ fn reversed_sobol_lanes<W: LaneWords>(index: W) -> [W; GROUP] {
     point
 }
 
-/// Final mix of MurmurHash3: one more seed from those at hand.
+/// Final mix of MurmurHash3: makes one more seed from existing ones.
 #[inline(always)]
 fn mix(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -176,14 +176,14 @@ fn mix_lanes<W: LaneWords>(x: W) -> W {
 /// A stream of Owen-scrambled Sobol numbers for one sample of one pixel: [`CounterRng`]'s
 /// interface, stratified over the samples of the pixel.
 ///
-/// Samples `0..2^m` (and every later block of `2^m`) are stratified in each dimension; in
+/// Samples `0..2^m` (and every later block of `2^m`) are stratified in each dimension. In
 /// dimensions `4k` and `4k + 1` they fill every elementary rectangle of area `2⁻ᵐ` exactly
-/// once. So put the most important pair of numbers there, number samples from 0, and take powers of
-/// two of them.
+/// once. So use these dimensions for the most important pair of numbers, number samples from 0, and
+/// take powers of two of them.
 ///
-/// Numbers of one sample are uniform and independent over the choice of seed, numbers of different
-/// samples are not independent: do not use it for resampling across samples, nor where a sample's
-/// error is estimated from the samples' variance.
+/// Numbers of one sample are uniform and independent over the choice of seed. Numbers of different
+/// samples are not independent: do not use them for resampling across samples, nor if a sample's
+/// error is estimated from the variance of the samples.
 ///
 /// ```
 /// use lightshed_sampling::SobolSampler;
@@ -389,8 +389,8 @@ mod tests {
             prop_assert_eq!(reversed_sobol(index), point);
         }
 
-        /// What makes it Owen's scrambling: words that agree in exactly the low `k` bits go to
-        /// words that agree in exactly the low `k` bits.
+        /// The property that defines Owen's scrambling: words that agree in exactly the low `k`
+        /// bits map to words that agree in exactly the low `k` bits.
         #[test]
         fn permutation_is_nested(x: u32, y: u32, shared in 0u32..32, seed: u32) {
             let y = x ^ (y << shared);
@@ -398,7 +398,7 @@ mod tests {
             prop_assert_eq!(images.trailing_zeros(), (x ^ y).trailing_zeros());
         }
 
-        /// In lanes, on arrays and on what the machine has.
+        /// In lanes, on arrays and on the lanes of this machine.
         #[test]
         fn lanes_equal_one_by_one(seed: u64, pixel: [u32; 8], sample: [u32; 8], block in 0u32..1 << 30) {
             struct Blocks(u64, [u32; 8], [u32; 8], u32);

@@ -1,11 +1,12 @@
 //! Sums that do not lose their small terms.
 //!
-//! Adding `n` numbers one by one has a rounding error that grows as `n ε Σ|x|`. Here are
+//! Adding `n` numbers one by one has a rounding error that grows as `n ε Σ|x|`. This module has
+//! two better sums:
 //!
 //! - [`CompensatedSum`]: Neumaier 1974, *Rundungsfehleranalyse einiger Verfahren zur Summation
-//!   endlicher Summen* (Kahan's method, right also where a term exceeds the sum): error
-//!   `ε |Σx| + O(n ε²) Σ|x|`, eight times the additions, since what was lost is carried over
-//!   after each;
+//!   endlicher Summen* (Kahan's method, also correct if a term exceeds the sum): error
+//!   `ε |Σx| + O(n ε²) Σ|x|`, eight times the additions, because the rounding error is carried
+//!   over after each;
 //! - [`pairwise_sum`] and [`pairwise_sum_iter`]: a balanced tree of additions, error
 //!   `O(ε log n) Σ|x|`, about the price of a plain sum.
 
@@ -44,7 +45,7 @@ macro_rules! real {
 }
 real!(f32, f64);
 
-/// `a + b` and what rounding took from it (Neumaier 1974).
+/// `a + b` and its rounding error (Neumaier 1974).
 #[inline(always)]
 fn two_sum<T: Real>(a: T, b: T) -> (T, T) {
     let sum = a + b;
@@ -70,7 +71,7 @@ fn two_sum<T: Real>(a: T, b: T) -> (T, T) {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CompensatedSum<T: Real> {
     sum: T,
-    /// What rounding took from `sum` so far.
+    /// Accumulated rounding error of `sum`.
     lost: T,
 }
 
@@ -98,9 +99,9 @@ impl<T: Real> CompensatedSum<T> {
         self.renormalise();
     }
 
-    /// Moves as much of what was lost into the sum as it holds. Rounding errors of equal sign, of
-    /// many equal terms say, would else pile up until what is lost loses its own: 2²⁴ terms of
-    /// 0.1 in `f32` came out 1.5 % short.
+    /// Moves as much of the accumulated error into the sum as the sum can represent. Otherwise
+    /// rounding errors of equal sign, of many equal terms for example, accumulate until the error
+    /// itself loses digits: 2²⁴ terms of 0.1 in `f32` came out 1.5 % short.
     #[inline(always)]
     fn renormalise(&mut self) {
         let (sum, lost) = two_sum(self.sum, self.lost);
@@ -155,7 +156,7 @@ pub fn pairwise_sum<T: Real>(terms: &[T]) -> T {
     if terms.len() <= LEAF {
         terms.iter().fold(T::default(), |sum, &term| sum + term)
     } else {
-        // Halves of whole leaves: the same tree whatever the length's remainder.
+        // Halves of whole leaves: the same tree for any remainder of the length.
         let middle = terms.len().div_ceil(2).next_multiple_of(LEAF);
         let (left, right) = terms.split_at(middle);
         pairwise_sum(left) + pairwise_sum(right)
@@ -257,7 +258,7 @@ mod tests {
         }
         let exact: f64 = terms.iter().map(|&term| f64::from(term)).sum();
         assert_eq!(parts.value(), exact as f32);
-        // What the other part had set aside counts too.
+        // The error term of the other part counts too.
         let mut parts: CompensatedSum<f32> = [1.0].into_iter().collect();
         parts.merge([16_777_216.0, 1.0].into_iter().collect());
         assert_eq!(parts.value(), 16_777_218.0);

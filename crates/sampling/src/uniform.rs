@@ -1,4 +1,4 @@
-//! Uniform numbers in [0, 1) from random bits, and what can be done with one of them.
+//! Uniform numbers in [0, 1) from random bits, and functions of a single one.
 
 use lightshed_lanes::{LaneWords, Lanes};
 
@@ -41,9 +41,9 @@ pub const fn u32_from_f32(u: f32) -> u32 {
 /// Reuses a uniform number: given that `u` fell into `[low, high)`, its place there,
 /// `(u − low) / (high − low)`, is uniform in [0, 1) and independent of the choice.
 ///
-/// Always in `[0, ONE_MINUS_EPSILON]`, also where rounding would say 1, `u` lies outside, the
-/// interval is empty or an argument is NaN. What is left are `log₂(high − low)` bits fewer:
-/// after several choices draw a fresh number.
+/// Always in `[0, ONE_MINUS_EPSILON]`, even if rounding would give 1, `u` lies outside, the
+/// interval is empty or an argument is NaN. The result has `log₂(high − low)` bits fewer than
+/// `u`: after several choices draw a fresh number.
 #[inline(always)]
 pub fn remap(u: f32, low: f32, high: f32) -> f32 {
     let fraction = (u - low) / (high - low);
@@ -62,7 +62,7 @@ pub struct Choice {
     pub index: usize,
     /// Its probability, `w_index / Σ w`; positive.
     pub pmf: f32,
-    /// The uniform number's place within the chosen interval: uniform in [0, 1), never 1,
+    /// The uniform number's position within the chosen interval: uniform in [0, 1), never 1,
     /// independent of `index`.
     pub remapped: f32,
 }
@@ -73,7 +73,7 @@ fn is_usable(weight: f32) -> bool {
     weight > 0.0 && weight < f32::INFINITY
 }
 
-/// Sum of the usable weights, and the least weight whose share of it an `f32` can state.
+/// Sum of the usable weights, and the least weight whose share of the sum an `f32` can represent.
 #[inline(always)]
 fn usable_sum(weights: &[f32]) -> (f64, f64) {
     const LEAST_SHARE: f64 = 1.401_298_464_324_817e-45; // 2⁻¹⁴⁹
@@ -96,10 +96,10 @@ pub fn choose_pmf(weights: &[f32], index: usize) -> f32 {
 /// Chooses among a few `weights` in proportion, by one uniform `u` in [0, 1): lobes, techniques,
 /// children of a node.
 ///
-/// The index is the first with `u · Σw < w_0 + … + w_index`; no weight is divided by a sum, so
-/// tiny and huge weights work. Negative, infinite and NaN weights count as zero; a weight that
-/// counts as zero is never chosen, whatever `u`, nor one whose share is below the smallest `f32`.
-/// `None` if no weight is positive.
+/// The index is the first with `u · Σw < w_0 + … + w_index`. No weight is divided by a sum, so
+/// tiny and huge weights work. Negative, infinite and NaN weights count as zero. A weight that
+/// counts as zero is never chosen, for any `u`, nor is a weight whose share is below the smallest
+/// `f32`. `None` if no weight is positive.
 ///
 /// Linear in `weights.len()`; for more than a dozen build an [`AliasTable`](crate::AliasTable).
 ///
@@ -120,8 +120,8 @@ pub fn choose(weights: &[f32], u: f32) -> Option<Choice> {
         }
         let weight = f64::from(weight);
         if weight >= least {
-            // Kept also when `target` lies further on: should rounding put it past the end, the
-            // last one is chosen.
+            // Kept even if `target` lies further on: if rounding puts it past the end, the last one
+            // is chosen.
             chosen = Some((index, weight, before));
             if target < before + weight {
                 break;

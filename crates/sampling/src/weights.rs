@@ -1,4 +1,4 @@
-//! What may be wrong with a list of weights.
+//! Errors in a list of weights.
 
 use core::fmt;
 
@@ -51,7 +51,7 @@ impl fmt::Display for WeightsError {
 
 impl core::error::Error for WeightsError {}
 
-/// Accepts what all weighted structures accept; returns the largest weight, which is positive.
+/// Checks what all weighted structures require; returns the largest weight, which is positive.
 pub(crate) fn validate<W: Copy + Into<f64>>(weights: &[W], limit: usize) -> Result<f64, WeightsError> {
     if weights.is_empty() {
         return Err(WeightsError::Empty);

@@ -1,4 +1,4 @@
-//! Memory that is kept from one build to the next.
+//! Memory that is reused from one build to the next.
 
 /// Makes `vec` hold `needed` elements without another allocation. If it must allocate, it reserves
 /// a quarter more, so that later builds of about the same size allocate nothing.

@@ -57,14 +57,14 @@ impl CellRanges {
         }
     }
 
-    /// Places of the items of cell number `cell` among the sorted items.
+    /// Positions of the items of cell number `cell` among the sorted items.
     #[inline(always)]
     pub fn items(&self, cell: usize) -> Range<usize> {
         let [start, end] = self.ranges[cell];
         start as usize..end as usize
     }
 
-    /// Makes room for a few more cells than there are now, so that later collections of about as
+    /// Reserves room for a few more cells than there are now, so that later collections of about as
     /// many allocate nothing.
     pub fn reserve(&mut self) {
         let count = self.grid.reserve();
@@ -75,7 +75,7 @@ impl CellRanges {
 
 /// Bits an axis of the finest grid that has fewer than `limit` occupied cells; 0 if none has.
 pub fn finest_bits_below(pairs: &[KeyedIndex], limit: usize) -> u32 {
-    // How many neighbours in the order part at each number of bits.
+    // For each number of bits, how many neighbours in the order are in different cells.
     let mut parted = [0usize; KEY_BITS as usize + 1];
     for pair in pairs.windows(2) {
         let differing = pair[0].key() ^ pair[1].key();

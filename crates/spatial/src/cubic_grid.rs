@@ -6,10 +6,10 @@ use glam::{DVec3, Vec3};
 /// Bits an axis of [`CubicGrid::key`].
 pub const KEY_BITS: u32 = 10;
 
-/// A grid of cubic cells without end: cell `⌊(p − origin) / cell⌋` along each axis, in `f64`.
+/// An unbounded grid of cubic cells: cell `⌊(p − origin) / cell⌋` along each axis, in `f64`.
 ///
-/// As a [`SpatialIndex`] it names cells by three `i32`; positions that are not finite or farther
-/// out have none.
+/// As a [`SpatialIndex`] it names cells by three `i32`. Positions that are not finite or are
+/// farther out have no cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CubicGrid {
     origin: DVec3,
@@ -48,8 +48,8 @@ impl CubicGrid {
         self.origin + DVec3::from(vertex.map(f64::from)) * self.cell
     }
 
-    /// The Morton code of the cell of `position` among the 2¹⁰ cells an axis from the origin on;
-    /// positions outside count to the nearest of these cells. With cells twice as large the code
+    /// The Morton code of the cell of `position` among the 2¹⁰ cells an axis from the origin on.
+    /// Positions outside count to the nearest of these cells. With cells twice as large the code
     /// has three bits less: halving coordinates is exact, so the cells of all coarser grids are the
     /// leading bits of one key.
     #[inline(always)]

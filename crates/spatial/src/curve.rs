@@ -1,8 +1,7 @@
-//! Places along a curve that fills a cube: neighbours on the curve are neighbours in space.
+//! Positions along a curve that fills a cube: neighbours on the curve are neighbours in space.
 //!
-//! A Morton curve jumps: at every power of two, to the far end of a box. A group with items from
-//! both sides of a jump has a large box. A Hilbert curve does not jump: consecutive cells share a
-//! face.
+//! A Morton curve jumps to the far end of a box at every power of two. A group with items from both
+//! sides of a jump has a large box. A Hilbert curve does not jump: consecutive cells share a face.
 
 use crate::{Bounds, morton63_encode};
 use glam::DVec3;
@@ -11,7 +10,7 @@ use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 /// A curve through the cells of a [`CurveCube`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curve {
-    /// Bits of the coordinates in turn (Lin 2022 §4.3.1).
+    /// Interleaved bits of the coordinates (Lin 2022 §4.3.1).
     Morton,
     /// Hilbert's: codes cost a few nanoseconds more, and boxes of consecutive items are smaller.
     #[default]
@@ -51,8 +50,8 @@ impl CurveCube {
         }
     }
 
-    /// The cell of a box's centre, which is taken doubled and so is exact in `f64`. Centres outside
-    /// the cube count to the nearest cell, NaN to cell 0.
+    /// The cell of a box's centre. The centre is used doubled and so is exact in `f64`. Centres
+    /// outside the cube count to the nearest cell, NaN to cell 0.
     #[inline(always)]
     pub fn cell(&self, bounds: &Bounds) -> [u32; 3] {
         let doubled = bounds.min.as_dvec3() + bounds.max.as_dvec3();
@@ -69,7 +68,7 @@ impl Curve {
     }
 
     /// `codes[i]` becomes the code of the centre of `bounds(items[i])` within `cube`. Both slices
-    /// have the same length; what one has more is left out.
+    /// should have the same length; extra elements are ignored.
     pub fn encode<T>(self, cube: &CurveCube, items: &[T], bounds: impl Fn(&T) -> Bounds, codes: &mut [u64]) {
         LaneChoice::best().run(Encode {
             items,
@@ -118,8 +117,8 @@ impl<T, F: Fn(&T) -> Bounds> LaneKernel for Encode<'_, T, F> {
     }
 }
 
-/// From coordinates to Hilbert's, whose bits in turn are the place on the curve (Skilling 2004,
-/// `AxestoTranspose`).
+/// From coordinates to Hilbert's coordinates, whose interleaved bits are the position on the curve
+/// (Skilling 2004, `AxestoTranspose`).
 #[inline(always)]
 fn transpose(cells: &mut CellLanes) {
     let [x, y, z] = cells;
@@ -186,7 +185,7 @@ mod tests {
     }
 
     /// All bits count: neighbouring cells have different codes, and the code of a cell's low bits
-    /// alone does not depend on what lies beyond.
+    /// does not depend on higher bits.
     #[test]
     fn codes_are_different() {
         let cells: Vec<[u32; 3]> = (0..512)

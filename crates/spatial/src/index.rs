@@ -4,7 +4,7 @@ use glam::Vec3;
 use std::fmt::Debug;
 use std::hash::Hash;
 
-/// A point on a surface as an index of space sees it.
+/// A point on a surface, as a spatial index sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceSite {
     /// Position.
@@ -12,9 +12,9 @@ pub struct SurfaceSite {
     /// Unit *geometric* normal; zero in a medium, which has none. Shading normals differ from point
     /// to point of one triangle and would scatter its points over several cells.
     pub normal: Vec3,
-    /// Length of the path from the eye to here. An index whose cells grow with distance takes its
-    /// level of detail from it; 0 asks for the finest cells. The last edge of the path is not
-    /// enough: a mirror is no reason for finer cells.
+    /// Length of the path from the eye to this point. An index whose cells grow with distance takes
+    /// its level of detail from it; 0 requests the finest cells. Use the whole path, not its last
+    /// edge: a mirror is no reason for finer cells.
     pub eye_distance: f32,
 }
 
@@ -34,18 +34,19 @@ impl SurfaceSite {
     }
 }
 
-/// A partition of surface sites into cells. Whoever learns over space — guides, caches,
-/// world-space reservoirs — stores one record a cell, and is generic over this trait.
+/// A partition of surface sites into cells. Methods that learn over space (guides, caches,
+/// world-space reservoirs) store one record a cell, and are generic over this trait.
 ///
-/// An implementation keeps to the following. Property tests of this crate check it for its own.
+/// An implementation must satisfy these laws. Property tests of this crate check them for its own
+/// implementations.
 ///
 /// - [`locate`](Self::locate) is a pure function: the same site has the same cell until the index
 ///   is changed through `&mut self`. An estimator may therefore locate a site twice, once to read
 ///   and once to write.
-/// - `None` says that no record is kept for the site: outside, not finite, or nothing was stored
-///   there. A method must give a defined value then, and stay unbiased if its name does not say
-///   otherwise.
-/// - It reads what it needs of the site. A grid of positions ignores the normal.
+/// - `None` means that no record is kept for the site: it lies outside, is not finite, or nothing
+///   was stored there. A method must then return a defined value, and stay unbiased unless its name
+///   says otherwise.
+/// - An implementation may ignore parts of the site. A grid of positions ignores the normal.
 ///
 /// ```
 /// use lightshed_spatial::glam::{DVec3, Vec3};

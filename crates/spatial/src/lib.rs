@@ -1,8 +1,8 @@
-//! Where things are in space: orders along curves, sorts, sparse grids, neighbour search, indices
+//! Spatial orders and indices: orders along curves, sorts, sparse grids, neighbour search, indices
 //! of surface sites.
 //!
-//! Knows points and boxes, and nothing of what lies there: lights, cached radiance and reservoirs
-//! are stored by the crates above. Positions are in any unit of length, the same for all.
+//! The crate uses only points and boxes. Lights, cached radiance and reservoirs are stored by the
+//! crates above. Positions are in any unit of length, the same for all.
 //!
 //! | you want | take | exactness |
 //! |---|---|---|

@@ -2,9 +2,9 @@
 
 use crate::SurfaceSite;
 
-/// How far surface sites are from each other: `d² = |x − y|² + s² |n − m|²`, with positions
-/// `x`, `y`, unit normals `n`, `m` and a length `s`. Sites that face opposite ways are `2 s` apart
-/// at least.
+/// The distance of surface sites: `d² = |x − y|² + s² |n − m|²`, with positions `x`, `y`,
+/// unit normals `n`, `m` and a length `s`. Sites that face opposite directions are at least `2 s`
+/// apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiteMetric {
     normal_scale_squared: f64,
@@ -39,13 +39,12 @@ impl SiteMetric {
 pub struct Neighbour {
     /// Its number.
     pub index: u32,
-    /// `d²` from the site that was asked for.
+    /// `d²` from the query site.
     pub distance_squared: f64,
 }
 
-/// The nearest few of the sites that are offered, in the order of distance, then of number. So the
-/// outcome depends on which sites there are, and not on the order in which a search comes across
-/// them.
+/// The nearest few of the offered sites, ordered by distance, then by number. So the result depends
+/// on the set of sites, and not on the order in which a search finds them.
 #[derive(Clone, Debug)]
 pub struct Nearest {
     most: usize,
@@ -71,19 +70,19 @@ impl Nearest {
         self.found.clear();
     }
 
-    /// What was found, the nearest first.
+    /// The sites found, the nearest first.
     #[inline]
     pub fn found(&self) -> &[Neighbour] {
         &self.found
     }
 
-    /// Whether there is no more room: from now on the farthest goes when a nearer one comes.
+    /// Whether it is full: from now on the farthest site leaves when a nearer one is added.
     #[inline(always)]
     pub fn is_full(&self) -> bool {
         self.found.len() >= self.most
     }
 
-    /// `d²` beyond which nothing is taken any more; negative if nothing is.
+    /// `d²` beyond which no site is accepted; negative if none is.
     #[inline(always)]
     pub fn reach_squared(&self) -> f64 {
         match self.found.last() {
@@ -93,7 +92,7 @@ impl Nearest {
         }
     }
 
-    /// Takes the site if it is among the nearest so far. A distance that is NaN is not.
+    /// Adds the site if it is among the nearest so far. A distance that is NaN is not.
     #[inline]
     pub fn offer(&mut self, index: u32, distance_squared: f64) {
         // False for NaN.
@@ -116,10 +115,10 @@ impl Nearest {
     }
 }
 
-/// Sites among which the nearest are found. All implementations find the same as the slice of the
-/// sites itself, which looks at every one.
+/// A set of sites to search. All implementations find the same as the slice of the sites itself,
+/// which checks every site.
 pub trait NearestSites {
-    /// The sites nearest to `site`, in place of what `found` held before.
+    /// Writes the sites nearest to `site` into `found`, replacing its content.
     fn nearest(&self, site: &SurfaceSite, metric: SiteMetric, found: &mut Nearest);
 }
 

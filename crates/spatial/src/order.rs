@@ -1,10 +1,8 @@
-//! Sorting by 63-bit codes, ties by index: a total order, which does not depend on how it was
-//! found.
+//! Sorting by 63-bit codes, ties by index: a total order, independent of the algorithm.
 //!
-//! The sort moves one word for each item: as many of the code's upper bits as the index leaves room
-//! for, then the index. Words go into buckets by their upper bits, a chunk of them at a time;
-//! buckets are small enough to be sorted in cache. Only runs that agree in all these bits look at
-//! the whole codes.
+//! The sort moves one word for each item: as many of the code's upper bits as fit beside the index,
+//! then the index. Words go into buckets by their upper bits, a chunk at a time. Buckets are small
+//! enough to be sorted in cache. Only runs that agree in all these bits compare whole codes.
 
 use crate::{Bounds, Curve, CurveCube};
 use lightshed_sampling::parallel::{for_each_chunk, join, reduce};
@@ -12,15 +10,15 @@ use lightshed_sampling::parallel::{for_each_chunk, join, reduce};
 /// Most buckets of one pass.
 const BUCKETS: usize = 1 << DIGIT_BITS;
 const DIGIT_BITS: u32 = 9;
-/// So few words are sorted by comparisons, in cache.
+/// At most this many words are sorted by comparisons, in cache.
 const SMALL: usize = 1 << 11;
-/// Words that one thread takes at once.
+/// Words that one thread processes at once.
 const APART: usize = 1 << 15;
 
 /// Items whose codes one thread finds at once.
 const CHUNK: usize = 1 << 13;
 
-/// Sorts items along a curve, and keeps the memory for the next sort.
+/// Sorts items along a curve, and reuses its memory for the next sort.
 ///
 /// ```
 /// use lightshed_spatial::glam::Vec3;
@@ -114,7 +112,7 @@ impl SortedIndices<'_> {
     }
 }
 
-/// What each step of a sort reads.
+/// The input of each step of a sort.
 #[derive(Clone, Copy)]
 struct Job<'a> {
     index_bits: u32,
@@ -184,7 +182,7 @@ impl Job<'_> {
         }
     }
 
-    /// Sorts what agrees in all that a word holds of the code by the whole code.
+    /// Sorts words that agree in all stored bits of the code by the whole code.
     fn settle_runs(&self, words: &mut [u64]) {
         let mask = (1 << self.index_bits) - 1;
         for run in words.chunk_by_mut(|a, b| a >> self.index_bits == b >> self.index_bits) {
@@ -201,8 +199,8 @@ fn digit(word: u64, shift: u32) -> usize {
 }
 
 /// Moves words into the buckets of their digits; `counts` are those of the digits from `base` on
-/// that go into `to`. Many words are moved by two threads, each of which reads all of them and
-/// fills half of the buckets.
+/// that go into `to`. Many words are moved by two threads; each reads all of them and fills half of
+/// the buckets.
 fn scatter(words: &[u64], to: &mut [u64], counts: &[u32], shift: u32, base: usize) {
     if words.len() > APART && counts.len() == BUCKETS {
         let (low, high) = counts.split_at(BUCKETS / 2);
@@ -235,8 +233,8 @@ mod tests {
     use lightshed_sampling::CounterRng;
     use lightshed_testkit::check_faults;
 
-    /// Codes spread out, close together, and equal, against the standard library's sort. Bits of
-    /// the codes that are lost are noticed, and an order of equal ones that is not by index.
+    /// Codes spread out, close together, and equal, compared with the standard library's sort. The
+    /// test detects lost bits of the codes, and an order of equal codes that is not by index.
     #[test]
     fn sorts_as_a_comparison_does() {
         #[derive(Clone, Copy, Debug)]

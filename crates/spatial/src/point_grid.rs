@@ -9,13 +9,13 @@ use lightshed_sampling::parallel::fill;
 use std::fmt;
 use std::ops::Range;
 
-/// Points sorted into the cubic cells of a grid around them: finds those within a radius, and
-/// numbers the occupied cells, so that whoever stores something by cell needs no hash map.
+/// Points sorted into the cubic cells of a grid around them. Finds the points within a radius, and
+/// numbers the occupied cells, so that storing data by cell needs no hash map.
 ///
 /// The same points give the same grid for any number of threads. Memory and time to build are
-/// `O(n)`; a search reads the cells that the ball touches, so cells about as large as the radius
-/// are best. As a [`SpatialIndex`] it has the number of the occupied cell that a position is in.
-/// None of this project's methods stores points; it is here for records that are looked up by
+/// `O(n)`. A search reads the cells that the ball touches, so cells about as large as the radius
+/// are best. As a [`SpatialIndex`] it returns the number of the occupied cell that contains a
+/// position. No method of this project stores points. The grid is for records that are looked up by
 /// position, where a lighting grid does more than is needed.
 ///
 /// ```
@@ -78,11 +78,11 @@ impl PointGrid {
         Ok(grid)
     }
 
-    /// As [`PointGrid::new`], in the memory there is.
+    /// As [`PointGrid::new`], reusing this grid's memory.
     ///
     /// # Errors
     ///
-    /// See [`PointGridError`]; the grid is as it was then.
+    /// See [`PointGridError`]; the grid is then unchanged.
     pub fn rebuild(&mut self, points: &[Vec3], cell: f32) -> Result<(), PointGridError> {
         // NaN fails the comparison.
         if !(cell > 0.0 && cell.is_finite()) {
@@ -172,7 +172,7 @@ impl PointGrid {
             }
         };
         let places = self.cells.grid();
-        // A cell reaches half a side to each side of its middle.
+        // A cell extends half a side to each side of its middle.
         for_each_row_within(middle - 0.5, in_cells, 0.5, places.side(), |y, z, first, last| {
             // The cells of a row are not consecutive among the sorted points.
             for cell in places.range(first, last, y, z) {

@@ -29,8 +29,8 @@ impl KeyedIndex {
     }
 }
 
-/// Sorts pairs that come in the order of their indices by their 30-bit keys, stably, in three
-/// passes at most; bits of a key above 30 do not count. `scratch` is used as the other buffer.
+/// Sorts pairs that arrive in the order of their indices by their 30-bit keys, stably, in three
+/// passes at most; bits of a key above 30 are ignored. `scratch` is the other buffer.
 pub fn sort_by_key(pairs: &mut Vec<KeyedIndex>, scratch: &mut Vec<KeyedIndex>) {
     let mut counts = [[0u32; BUCKETS]; 3];
     for pair in pairs.iter() {
@@ -41,7 +41,7 @@ pub fn sort_by_key(pairs: &mut Vec<KeyedIndex>, scratch: &mut Vec<KeyedIndex>) {
     scratch.clear();
     scratch.resize(pairs.len(), KeyedIndex::default());
     for (digit, counts) in counts.iter_mut().enumerate() {
-        // Where all keys share the digit the pass would change nothing.
+        // If all keys share the digit, the pass would change nothing.
         if counts.iter().any(|&count| count as usize == pairs.len()) {
             continue;
         }

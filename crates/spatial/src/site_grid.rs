@@ -5,10 +5,10 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Surface sites sorted into cubic cells: a search looks into balls of growing radius until they
-/// hold enough.
+/// Surface sites sorted into cubic cells: a search visits balls of growing radius until they hold
+/// enough sites.
 ///
-/// Building it is a radix sort, linear in the number of sites. Where their density varies much, as
+/// Building it is a radix sort, linear in the number of sites. If their density varies strongly, as
 /// among surface points that a camera sees near and far, [`SiteTree`](crate::SiteTree) searches
 /// faster.
 ///
@@ -47,10 +47,10 @@ impl SiteGrid {
         Ok(grid)
     }
 
-    /// As [`SiteGrid::new`], in the memory there is.
+    /// As [`SiteGrid::new`], reusing this grid's memory.
     ///
     /// # Errors
-    /// As [`SiteGrid::new`]; the grid is not to be searched then.
+    /// As [`SiteGrid::new`]; on error the grid must not be searched.
     pub fn rebuild(&mut self, sites: &[SurfaceSite]) -> Result<(), PointGridError> {
         self.positions.clear();
         ensure_capacity(&mut self.positions, sites.len());
@@ -71,17 +71,17 @@ impl SiteGrid {
 impl NearestSites for SiteGrid {
     fn nearest(&self, site: &SurfaceSite, metric: SiteMetric, found: &mut Nearest) {
         let center = site.position;
-        // Beyond this radius there is nothing; NaN finds nothing either.
+        // Beyond this radius there are no sites; NaN finds none either.
         let farthest = f64::from(self.bounds.distance_squared_max(center)).sqrt() * (1.0 + 1e-6);
         let nearest = f64::from(self.bounds.distance_squared_min(center)).sqrt();
         let mut radius = nearest + 0.5 * self.points.cell_side();
         if self.sites.is_empty() || !farthest.is_finite() {
-            // Coordinates whose squares overflow are too few to sort for.
+            // Coordinates whose squares overflow are too rare to sort for.
             return self.sites[..].nearest(site, metric, found);
         }
         loop {
             found.clear();
-            // Rounded outwards: the ball must hold all that its radius promises.
+            // Rounded outwards: the ball must contain everything within its radius.
             let rounded = (radius * (1.0 + 1e-6)).min(f64::from(f32::MAX)) as f32;
             self.points.for_each_within(center, rounded, |index, _| {
                 let distance_squared = metric.distance_squared(site, &self.sites[index as usize]);

@@ -7,9 +7,9 @@ use std::ops::Range;
 /// A k-d tree over the positions of surface sites (Bentley 1975), split at medians along the
 /// longest side of the box.
 ///
-/// Leaves hold up to eight sites, next to each other in memory. A search goes to the nearer half
-/// first and leaves out what is farther than the farthest found so far, in time that hardly depends
-/// on how evenly sites are spread.
+/// Leaves hold up to eight sites, adjacent in memory. A search visits the nearer half first and
+/// skips nodes that are farther than the farthest site found so far. Its time hardly depends on how
+/// evenly sites are distributed.
 #[derive(Clone, Debug, Default)]
 pub struct SiteTree {
     /// In the order of a heap: those of node `i` are at `2 i + 1` and `2 i + 2`.
@@ -64,10 +64,10 @@ impl SiteTree {
         Ok(tree)
     }
 
-    /// As [`SiteTree::new`], in the memory there is.
+    /// As [`SiteTree::new`], reusing this tree's memory.
     ///
     /// # Errors
-    /// See [`SiteTreeError`]; the tree is as it was then.
+    /// See [`SiteTreeError`]; the tree is then unchanged.
     pub fn rebuild(&mut self, sites: &[SurfaceSite]) -> Result<(), SiteTreeError> {
         if u32::try_from(sites.len()).is_err() {
             return Err(SiteTreeError::TooMany(sites.len()));
@@ -139,7 +139,7 @@ impl SiteTree {
     }
 }
 
-/// A node by its place in its level.
+/// A node by its position in its level.
 #[derive(Clone, Copy)]
 struct Node {
     level: u32,
@@ -171,7 +171,7 @@ fn split(sites: &[SurfaceSite], own: &mut [u32], lower: usize) -> Split {
         }
     }
     let key = |index: u32| position(index)[axis];
-    // By number where coordinates are equal: the same tree on every machine.
+    // By number if coordinates are equal: the same tree on every machine.
     own.select_nth_unstable_by(lower, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
     Split {
         axis: axis as u32,

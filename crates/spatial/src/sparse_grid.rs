@@ -1,4 +1,4 @@
-//! Sparse grids: which places of a cube are occupied, row by row.
+//! Sparse grids: the occupied places of a cube, row by row.
 
 use crate::ensure_capacity;
 use glam::DVec3;
@@ -7,8 +7,8 @@ use std::ops::Range;
 /// The occupied places `(x, y, z)` of a cube of `side`³, numbered in the order of z, then y, then
 /// x. `side` is at most 1,025: the vertices of 1,024 cells.
 ///
-/// A look-up is two binary searches in one row; a run along x is a range of numbers, so what is
-/// stored by number is read in order.
+/// A look-up is two binary searches in one row. A run along x is a range of numbers, so data stored
+/// by number is read in order.
 #[derive(Clone, Debug, Default)]
 pub struct SparseGrid {
     side: u32,
@@ -31,11 +31,11 @@ impl SparseRow {
     }
 }
 
-/// Places that are put in any order.
+/// Places that are inserted in any order.
 pub(crate) struct Placing<'a>(&'a mut [u16]);
 
 impl Placing<'_> {
-    /// Puts the `x` of number `place`.
+    /// Inserts the `x` of place number `number`.
     #[inline(always)]
     pub fn put(&mut self, place: usize, x: u32) {
         self.0[place] = x as u16;
@@ -43,8 +43,8 @@ impl Placing<'_> {
 }
 
 impl SparseGrid {
-    /// Collects a cube of `side`³ anew, in the memory there is; `mark(y, z, row)` sets the
-    /// occupied places of each row.
+    /// Collects a cube of `side`³ again, reusing memory; `mark(y, z, row)` sets the occupied
+    /// places of each row.
     pub fn collect(&mut self, side: u32, mut mark: impl FnMut(u32, u32, &mut SparseRow)) {
         self.side = side;
         self.starts.clear();
@@ -66,8 +66,8 @@ impl SparseGrid {
         self.starts.push(self.x.len() as u32);
     }
 
-    /// Begins a cube of `side`³ whose rows start as `starts` says and whose `count` places are to
-    /// be put in any order.
+    /// Starts a cube of `side`³ with rows given by `starts`, whose `count` places are inserted in
+    /// any order.
     pub(crate) fn begin(&mut self, side: u32, starts: &[u32], count: usize) -> Placing<'_> {
         self.side = side;
         self.starts.clear();
@@ -77,7 +77,7 @@ impl SparseGrid {
         Placing(&mut self.x)
     }
 
-    /// `[y, z]` of the row that number `place` is in.
+    /// `[y, z]` of the row that contains place number `number`.
     #[inline]
     pub fn row_of(&self, place: usize) -> [u32; 2] {
         let row = self
@@ -87,8 +87,8 @@ impl SparseGrid {
         [row % self.side, row / self.side]
     }
 
-    /// Makes room so that later collections of about as many places allocate nothing. Returns for
-    /// how many places: a sixteenth more than now.
+    /// Reserves room so that later collections of about as many places allocate nothing. Returns
+    /// the number of places: a sixteenth more than now.
     pub fn reserve(&mut self) -> usize {
         let count = self.x.len() + self.x.len() / 16 + 16;
         ensure_capacity(&mut self.x, count);
@@ -152,17 +152,17 @@ impl SparseGrid {
         (!range.is_empty()).then_some(range.start)
     }
 
-    /// The first number of the rows of `z`; for `z` the side, how many places there are.
+    /// The first number of the rows of `z`; if `z` is the side, the number of places.
     #[inline]
     pub fn slab_start(&self, z: u32) -> usize {
         self.starts[(z * self.side) as usize] as usize
     }
 }
 
-/// Calls `row(y, z, first, last)` for the rows of places in a cube of `side`³ at which something
-/// may lie within `radius` of `center`, where what belongs to a place is off it by up to `slack`
-/// along each axis. Lengths are in units of cells. [`SparseGrid::range`] has the occupied places of
-/// such a row.
+/// Calls `row(y, z, first, last)` for the rows of places in a cube of `side`³ that may contain
+/// something within `radius` of `center`, if the data of a place may be off it by up to `slack`
+/// along each axis. Lengths are in units of cells. [`SparseGrid::range`] returns the occupied
+/// places of such a row.
 #[inline(always)]
 pub fn for_each_row_within(
     center: DVec3,
@@ -171,7 +171,7 @@ pub fn for_each_row_within(
     side: u32,
     mut row: impl FnMut(u32, u32, u32, u32),
 ) {
-    // Rounding of positions must not lose anything at the rim.
+    // Rounding of positions must not lose anything at the border.
     let slack = slack + 1e-3;
     let last = f64::from(side) - 1.0;
     // Inclusive; empty where first > last. The casts saturate.

@@ -26,8 +26,8 @@ use glam::{Vec2, Vec3};
 /// `1/√π`.
 const FRAC_1_SQRT_PI: f64 = 0.5 * FRAC_2_SQRT_PI;
 
-/// Slopes beyond this many standard deviations (times √2) are never asked for: their probability
-/// is below 10⁻¹⁵.
+/// Slopes beyond this many standard deviations (times √2) never occur: their probability is below
+/// 10⁻¹⁵.
 const MAX_SLOPE: f64 = 5.8;
 
 /// Beckmann with roughness `α_u` along x and `α_v` along y.
@@ -67,7 +67,8 @@ impl Beckmann {
         Vec2::new(self.alpha_u * direction.x, self.alpha_v * direction.y).length()
     }
 
-    /// `|z| (1 + Λ)`, the projected area of what faces the direction; finite at grazing angles.
+    /// `|z| (1 + Λ)`, the projected area of the facets that face the direction; finite at grazing
+    /// angles.
     #[inline]
     fn facing_area(&self, direction: Vec3) -> f32 {
         facing_area(
@@ -98,7 +99,7 @@ impl Beckmann {
 
 /// `½ (c erfc(−a) + s e^{−a²}/√π)` with `a = c/s`.
 fn facing_area(c: f64, s: f64) -> f64 {
-    // Beyond, the slope needed to face away is not found: the surface is flat to all digits.
+    // Beyond this, no slope faces away: the surface is flat to all digits.
     if c > 8.0 * s {
         return c;
     }
@@ -285,7 +286,7 @@ mod tests {
             let masked = |t: f64| (t / a - 1.0) * FRAC_1_SQRT_PI * (-t * t).exp();
             lightshed_testkit::integrate(masked, a, a + 8.0, 1e-14).value
         };
-        // A hundredth of a per cent too large, the one or the other.
+        // One of the two is a hundredth of a per cent too large.
         check_faults(&[[1.0001, 1.0], [1.0, 1.0001]], |fault| {
             let [scale_density, scale_lambda] = fault.unwrap_or([1.0, 1.0]);
             check_against_oracle(

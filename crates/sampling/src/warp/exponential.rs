@@ -1,7 +1,7 @@
 //! Free flight through a homogeneous medium.
 //!
-//! Distances `t ≥ 0` with density `p(t) = σ e^{−σt}` per unit length: where a photon meets a
-//! medium of collision coefficient `σ` first. `t = −ln(1 − u)/σ`.
+//! Distances `t ≥ 0` with density `p(t) = σ e^{−σt}` per unit length: the first collision of
+//! a photon in a medium of collision coefficient `σ`. `t = −ln(1 − u)/σ`.
 
 use crate::ONE_MINUS_EPSILON;
 

@@ -179,7 +179,7 @@ mod tests {
         };
         // a = 1/(α tan θ)
         let lambda = |a: f64| 0.5 * ((1.0 + 1.0 / (a * a)).sqrt() - 1.0);
-        // A hundredth of a per cent too large, the one or the other.
+        // One of the two is a hundredth of a per cent too large.
         check_faults(&[[1.0001, 1.0], [1.0, 1.0001]], |fault| {
             let [scale_density, scale_lambda] = fault.unwrap_or([1.0, 1.0]);
             check_against_oracle(

@@ -1,10 +1,10 @@
-//! What microfacet normal distributions have in common.
+//! The interface of microfacet normal distributions.
 //!
 //! A microsurface over the plane `z = 0` has normals `m` with density `D(m)`, in microsurface area
 //! per solid angle and per macrosurface area: `∫ D(m) (m·z) dm = 1`. Seen from the unit
-//! direction `ω`, a share `G₁(ω) = 1/(1 + Λ(ω))` of what faces the viewer is not masked
-//! (Smith 1967, for heights and slopes that are independent), and the normals that are *seen* have
-//! the density (Heitz 2014, eq. 16)
+//! direction `ω`, a share `G₁(ω) = 1/(1 + Λ(ω))` of the facets that face the viewer is
+//! unmasked (Smith 1967, for independent heights and slopes), and the *visible* normals have the
+//! density (Heitz 2014, eq. 16)
 //!
 //! `D_ω(m) = G₁(ω) max(0, ω·m) D(m) / cos θ_ω`, `∫ D_ω(m) dm = 1`, per solid angle of
 //! `m`.
@@ -20,9 +20,9 @@ use glam::Vec3;
 /// Smith masking. All directions are unit vectors in the local frame, z along the macrosurface's
 /// normal.
 ///
-/// The view direction `ω` of every method counts by `|z|` where only masking is at stake; in those
-/// about visible normals a `z` below zero is taken as zero (seen from below there is nothing to
-/// see: flip the frame first).
+/// Where only masking matters, the view direction `ω` counts by `|z|`. In functions of visible
+/// normals a `z` below zero is taken as zero: nothing is visible from below, so flip the frame
+/// first.
 ///
 /// ```
 /// use lightshed_sampling::{Density, Ggx, MicrofacetDistribution, SolidAngle, glam::Vec3};
@@ -46,12 +46,12 @@ pub trait MicrofacetDistribution {
     /// for grazing directions.
     fn lambda(&self, direction: Vec3) -> f32;
 
-    /// `G₁(ω) = 1/(1 + Λ(ω))`, in [0, 1]. Whether `ω` and the normal lie on the same side is
-    /// for the caller to ask.
+    /// `G₁(ω) = 1/(1 + Λ(ω))`, in [0, 1]. The caller checks whether `ω` and the normal lie on
+    /// the same side.
     fn masking(&self, direction: Vec3) -> f32;
 
-    /// `G₂ = 1/(1 + Λ(ω_a) + Λ(ω_b))`, masking and shadowing that are correlated by height
-    /// (Heitz 2014, eq. 99), in [0, 1].
+    /// `G₂ = 1/(1 + Λ(ω_a) + Λ(ω_b))`, height-correlated masking and shadowing (Heitz 2014,
+    /// eq. 99), in [0, 1].
     fn masking_shadowing(&self, a: Vec3, b: Vec3) -> f32;
 
     /// A normal visible from `view`, for `u` in [0, 1)²; a unit vector with `z > 0`.
@@ -66,11 +66,11 @@ pub trait MicrofacetDistribution {
     fn invert_visible_normal(&self, view: Vec3, normal: Vec3) -> Option<[f32; 2]>;
 }
 
-/// Roughness below this is treated as this: `f32` directions cannot resolve narrower lobes. Treat
-/// such surfaces as smooth.
+/// Roughness below this value is clamped to it: `f32` directions cannot resolve narrower lobes.
+/// Treat such surfaces as smooth.
 pub(crate) const MIN_ALPHA: f32 = 1e-4;
 
-/// Roughness above this is treated as this.
+/// Roughness above this value is clamped to it.
 pub(crate) const MAX_ALPHA: f32 = 1e3;
 
 /// Roughness in the range that the distributions keep finite; NaN becomes the smallest.
@@ -173,8 +173,8 @@ pub(super) mod tests {
         check_hostile(&distribution);
     }
 
-    /// The properties hold, and fail where the density exchanges the roughness of the axes, forgets
-    /// masking, or takes the normals as they are for those that are seen.
+    /// The properties hold. They fail if the density exchanges the roughness of the axes, forgets
+    /// masking, or uses the distribution of all normals instead of the visible ones.
     pub(crate) fn check_axes<D: MicrofacetDistribution + Copy + 'static>(new: impl Fn([f32; 2]) -> D) {
         #[derive(Clone, Copy, Debug)]
         enum Fault {
@@ -215,7 +215,7 @@ pub(super) mod tests {
     ) {
         let mut rng = rng(0xface);
         let close = |computed: f32, truth: f64| {
-            // Where the truth itself has no digits left, nothing is asked.
+            // Nothing is checked where the truth itself has no digits left.
             (f64::from(computed) - truth).abs() <= 1e-5 * truth.abs() + 1e-30
         };
         for alpha in [[1e-4f32, 1e-4], [1e-3, 0.1], [0.3, 0.05], [1.0, 0.5], [3.0, 1.0]] {
@@ -243,8 +243,7 @@ pub(super) mod tests {
                     close(distribution.normal_density(normal), d),
                     "D: {alpha:?} {normal}"
                 );
-                // Λ is a small difference where there is little masking; what is used of it is 1 +
-                // Λ.
+                // Λ is a small difference where there is little masking; only 1 + Λ is used.
                 assert!(close(1.0 + distribution.lambda(a), 1.0 + la), "Λ: {alpha:?} {a}");
                 assert!(
                     close(distribution.masking(a), 1.0 / (1.0 + la)),

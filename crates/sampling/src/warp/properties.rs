@@ -193,12 +193,12 @@ pub(super) struct Case {
     pub(super) density: Density,
     pub(super) invert: Inverse,
     pub(super) chart: Chart,
-    /// By how much the integral may miss one.
+    /// Tolerance of the integral around one.
     pub(super) integral_tolerance: f64,
-    /// By how much `p |J|` may miss one. Infinite where the rounding of points leaves no
-    /// differences to take.
+    /// Tolerance of `p |J|` around one. Infinite if the rounding of points allows no finite
+    /// differences.
     pub(super) jacobian_tolerance: f64,
-    /// By how much `u` may change in the round trip.
+    /// Tolerance of `u` in the round trip.
     pub(super) inverse_tolerance: f32,
     /// Whether the points are unit vectors.
     pub(super) directions: bool,
@@ -262,7 +262,7 @@ impl Case {
 enum Fault {
     /// The density is 1 % too large everywhere.
     DensityOffByOnePercent,
-    /// `u₀` is warped once more, and the density does not know: a dropped Jacobian.
+    /// `u₀` is warped once more, and the density ignores it: a dropped Jacobian.
     DroppedJacobian,
     /// The inverse returns `(u₁, u₀)`.
     SwappedInverse,
@@ -399,9 +399,9 @@ fn check_inverse(case: &Case, fault: Option<Fault>) -> Result<(), String> {
         }
         // Azimuths are periodic.
         let error = [0, 1].map(|i| (back[i] - u[i]).abs()).map(|d| d.min(1.0 - d));
-        // Where the map contracts, u is lost to the rounding of the point: then the point must come
-        // back. At the poles it contracts like a square root, and the point itself is lost to the
-        // rounding of u.
+        // Where the map contracts, the rounding of the point loses `u`; then the point must return.
+        // At the poles it contracts like a square root, and the rounding of `u` loses the point
+        // itself.
         let again = (case.sample)(back);
         let difference = (again - point).abs();
         let lost = difference.cmple(3e-7 * point.abs()).all();

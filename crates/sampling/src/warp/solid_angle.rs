@@ -54,7 +54,7 @@ mod tests {
             for size in [1.0f32, 1e-2, 1e-5, 1e-12] {
                 let a = Vec3::new(0.3, -0.4, 1.0);
                 let (e, f) = (Vec3::new(0.7, 0.2, 0.1) * size, Vec3::new(-0.1, 0.5, -0.3) * size);
-                // Edges as they are after rounding of the vertices.
+                // Edges after rounding of the vertices.
                 let vertices = if size < 1e-7 {
                     [e * 0.0 + a * size, a * size + e, a * size + f]
                 } else {

@@ -26,7 +26,7 @@ const MIN_SOLID_ANGLE: f64 = 1e-9;
 /// Above this the origin lies in the rectangle.
 const MAX_SOLID_ANGLE: f64 = 6.25;
 
-/// By how much edges may miss the right angle (the cosine between them).
+/// Tolerance of right angles (the cosine between edges).
 const MAX_COSINE: f64 = 1e-5;
 
 /// Uniform directions towards a rectangle.
@@ -60,8 +60,8 @@ impl SphericalRectangle {
     /// The rectangle `corner + [0, 1] edge₀ + [0, 1] edge₁`, relative to the point it is seen
     /// from.
     ///
-    /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples
-    /// the area instead: edges that are not at right angles (to 10⁻⁵), solid angles below
+    /// `None` if sampling by solid angle is ill-defined or not worthwhile; the caller then samples
+    /// the area. Cases: edges that are not at right angles (to 10⁻⁵), solid angles below
     /// 10⁻⁹ or above 6.25 sr, degenerate rectangles, vectors that are not finite.
     pub fn new(corner: Vec3, edges: [Vec3; 2]) -> Option<Self> {
         let corner = corner.as_dvec3();
@@ -135,9 +135,9 @@ impl SphericalRectangle {
         }
     }
 
-    /// The `u` that [`SphericalRectangle::sample`] maps to a direction that meets the rectangle;
-    /// clamped to the square for one that does not, [0, 0] for one that turns away from its plane.
-    /// What is lost is what the rounding of the direction loses: about 10⁻⁷ over the
+    /// The `u` that [`SphericalRectangle::sample`] maps to a direction that hits the rectangle. It
+    /// is clamped to the square for a direction that misses, and [0, 0] for one that points away
+    /// from the plane. The error comes from the rounding of the direction: about 10⁻⁷ over the
     /// rectangle's angular size.
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let direction = direction.as_dvec3();
@@ -156,8 +156,8 @@ impl SphericalRectangle {
     }
 }
 
-/// `√(a² + b²)`. Neither square over- nor underflows to effect: these are lengths that fit in
-/// `f32`.
+/// `√(a² + b²)`. Overflow and underflow of the squares do not matter: these are lengths that
+/// fit in `f32`.
 #[inline(always)]
 fn length(a: f64, b: f64) -> f64 {
     (a * a + b * b).sqrt()

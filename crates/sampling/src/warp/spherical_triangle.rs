@@ -79,8 +79,8 @@ pub struct SphericalTriangleSample {
 impl SphericalTriangle {
     /// The triangle with these vertices relative to the point it is seen from.
     ///
-    /// `None` where sampling by solid angle is ill-defined or not worth it, and the caller samples
-    /// the area instead: solid angles below 10⁻⁹ or above 6.25 sr, degenerate triangles,
+    /// `None` if sampling by solid angle is ill-defined or not worthwhile; the caller then samples
+    /// the area. Cases: solid angles below 10⁻⁹ or above 6.25 sr, degenerate triangles,
     /// vertices at the origin or not finite.
     pub fn new(vertices: [Vec3; 3]) -> Option<Self> {
         let [a, mut b, mut c] = vertices.map(Vec3::as_dvec3);
@@ -145,7 +145,7 @@ impl SphericalTriangle {
         // The arc from B to C', by C' − B.
         let chord = (self.a - self.b) + from_a;
         let one_minus_cos = u1 * (0.5 * chord.length_squared()).min(2.0);
-        // Any direction will do where C' is B or opposite to it.
+        // Any direction works if C' is B or opposite to it.
         let across = (chord - self.b * self.b.dot(chord))
             .try_normalize()
             .unwrap_or_else(|| self.b.any_orthonormal_vector());
@@ -179,10 +179,10 @@ impl SphericalTriangle {
         .map(|x| x as f32)
     }
 
-    /// The `u` that [`SphericalTriangle::sample`] maps to a unit direction that meets the triangle;
-    /// clamped to the square for one that does not. What is lost is what the rounding of the
-    /// direction loses: about 10⁻⁷ over the triangle's angular size in `u₁`, over the
-    /// distance to `B` in `u₀` (at `B` itself `u₀` is lost).
+    /// The `u` that [`SphericalTriangle::sample`] maps to a unit direction that hits the triangle;
+    /// clamped to the square for one that misses. The error comes from the rounding of the
+    /// direction: about 10⁻⁷ over the triangle's angular size in `u₁`, over the distance to
+    /// `B` in `u₀` (at `B` itself `u₀` is lost).
     pub fn invert(&self, direction: Vec3) -> [f32; 2] {
         let direction = direction.as_dvec3().normalize_or(self.b);
         // C' lies where the great circle through B and ω meets that through A and C. With m its
@@ -273,8 +273,8 @@ mod tests {
 
     #[test]
     fn tiny_triangles_are_sampled_uniformly() {
-        // Where directions have no digits left, barycentric coordinates still do: their mean is a
-        // third each.
+        // Where directions have no digits left, barycentric coordinates still do: each has a mean
+        // of a third.
         let vertices = [
             Vec3::new(0.0, 0.0, 1.0),
             Vec3::new(1e-4, 0.0, 1.0),

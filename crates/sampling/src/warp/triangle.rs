@@ -16,7 +16,7 @@ impl UniformTriangle {
     /// Maps `u` in [0, 1)² to barycentric coordinates: not negative, of sum one up to rounding.
     #[inline(always)]
     pub fn sample(u: [f32; 2]) -> [f32; 3] {
-        // Both halves in one form, without a branch on a coin flip: half of the smaller is exact.
+        // Both halves in one form, without a branch: half of the smaller coordinate is exact.
         let half = 0.5 * u[0].min(u[1]);
         let (b0, b1) = (u[0] - half, u[1] - half);
         [b0, b1, 1.0 - b0 - b1]

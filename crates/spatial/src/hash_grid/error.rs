@@ -1,4 +1,4 @@
-//! What can be wrong with a hash grid.
+//! Errors of a hash grid.
 
 use std::fmt;
 

@@ -26,7 +26,7 @@ impl HashGrid {
         })
     }
 
-    /// [`CellTable::claim`] for the cell of a site. False for what has no cell.
+    /// [`CellTable::claim`] for the cell of a site. Returns false if the site has no cell.
     pub fn claim(&self, site: &SurfaceSite) -> bool {
         let key = self.cells.locate(site);
         if let Some(key) = key {

@@ -1,7 +1,7 @@
 //! Names of cells.
 
-/// The name of a cell of a [`LevelGrid`](crate::LevelGrid), in 62 bits: its level, its place and
-/// which way the surface faces. Different cells have different keys.
+/// The name of a cell of a [`LevelGrid`](crate::LevelGrid), in 62 bits: its level, its position and
+/// the direction that the surface faces. Different cells have different keys.
 ///
 /// | bits | what |
 /// |---|---|
@@ -18,7 +18,7 @@ const COORDINATE_BITS: u32 = 18;
 pub(super) const REACH: f64 = (1u32 << (COORDINATE_BITS - 1)) as f64;
 /// Levels that have a number.
 pub(super) const LEVELS: u32 = 32;
-/// Ways in which a normal may point, none included.
+/// Number of directions of a normal, including none.
 pub(super) const FACES: u32 = 7;
 
 impl CellKey {
@@ -51,8 +51,8 @@ impl CellKey {
         })
     }
 
-    /// Which way the surface faces: 2·axis, and one more where the normal is negative; 6 without a
-    /// normal.
+    /// The direction that the surface faces: 2·axis, plus one if the normal is negative; 6 without
+    /// a normal.
     #[inline(always)]
     pub fn face(self) -> u32 {
         (self.0 >> (3 * COORDINATE_BITS + 5)) as u32 & 7
@@ -61,7 +61,7 @@ impl CellKey {
     /// The key mixed to 63 bits, one to one, and never 0: equal words are equal keys.
     #[inline(always)]
     pub(super) fn word(self) -> u64 {
-        // Odd factors modulo 2^63 and shifts that fold downwards can be undone.
+        // Odd factors modulo 2^63 and downward shifts are invertible.
         const LOW: u64 = (1 << 63) - 1;
         let mut x = self.0 | 1 << 62;
         x ^= x >> 32;

@@ -6,21 +6,21 @@ use crate::{CubicGrid, SpatialIndex, SurfaceSite};
 use glam::{DVec3, Vec3};
 use lightshed_sampling::Frame;
 
-/// How large cells are, and what parts them.
+/// The size of cells, and what separates them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelGridOptions {
     /// Side of the finest cells.
     pub cell: f32,
-    /// Share of a site's distance from the eye that its cell has as side, rounded down to a power
-    /// of two times the finest side; 0 if all cells are to be of one size. An angle in radians.
+    /// The cell's side as a share of the site's distance from the eye, rounded down to a power of
+    /// two times the finest side; 0 if all cells have one size. An angle in radians.
     pub growth: f32,
-    /// Whether cells are apart for the six directions along an axis that a normal is nearest to:
-    /// two sides of a wall, or walls that meet.
+    /// Whether cells are separated by the nearest of the six axis directions of the normal: the two
+    /// sides of a wall, or walls that meet, then have different cells.
     pub faces: bool,
 }
 
 impl LevelGridOptions {
-    /// Cells of one size, apart for the ways in which surfaces face.
+    /// Cells of one size, separated by the direction that surfaces face.
     pub fn new(cell: f32) -> Self {
         Self {
             cell,
@@ -30,13 +30,13 @@ impl LevelGridOptions {
     }
 }
 
-/// Cubic cells whose side doubles with the distance from the eye, apart for the ways in which
+/// Cubic cells whose side doubles with the distance from the eye, separated by the direction that
 /// surfaces face.
 ///
 /// The side at distance `d` is `s 2^l` with the level `l = max(0, ⌊log₂(g d / s)⌋)`, by the
-/// exponent of `g d / s` in `f32`. Levels have cells of their own: where two meet, a site belongs
-/// to one of them alone. A place that is too far from the origin for the cells of its level gets
-/// larger ones.
+/// exponent of `g d / s` in `f32`. Each level has its own cells: where two levels meet, a site
+/// belongs to only one. A position that is too far from the origin for the cells of its level gets
+/// larger cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelGrid {
     finest: CubicGrid,
@@ -70,11 +70,12 @@ impl LevelGrid {
         &self.options
     }
 
-    /// The level of cells at a distance from the eye; the finest for what is not a distance.
+    /// The level of cells at a distance from the eye; the finest level if the value is not a
+    /// distance.
     #[inline(always)]
     pub fn level(&self, eye_distance: f32) -> u32 {
         let sides = eye_distance * self.per_distance;
-        // NaN and what is below 1 have exponents that are not above 127, or a sign.
+        // NaN and values below 1 have exponents that are not above 127, or a sign.
         match sides > 1.0 {
             true => ((sides.to_bits() >> 23) - 127).min(LEVELS - 1),
             false => 0,
@@ -87,9 +88,9 @@ impl LevelGrid {
         self.finest.cell() * f64::from(1u32 << level.min(LEVELS - 1))
     }
 
-    /// The site moved in its tangent plane by up to half a cell along each axis, as `u` in `[0,
-    /// 1)²` says. Who reads the record of a site moved by uniform `u` interpolates between cells,
-    /// in the mean. Sites without a normal stay.
+    /// The site moved in its tangent plane by up to half a cell along each axis, given by `u` in
+    /// `[0, 1)²`. Reading the record of a site moved by uniform `u` interpolates between cells, in
+    /// expectation. Sites without a normal do not move.
     #[inline]
     pub fn jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> SurfaceSite {
         if site.normal == Vec3::ZERO {

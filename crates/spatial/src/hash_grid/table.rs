@@ -5,13 +5,13 @@ use super::key::CellKey;
 use super::occupancy::Occupancy;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-/// Slots of a line, which a cache reads as one.
+/// Slots of a line, which a cache reads at once.
 const LINE: usize = 8;
-/// Lines in which a key may stand: its own and the next ones.
+/// Number of lines that may hold a key: its own and the next ones.
 const LINES: usize = 4;
-/// Marks a word whose slot is kept; without it, a claim.
+/// Marks a word whose slot is kept; a word without it is a claim.
 const KEPT: u64 = 1 << 63;
-/// Bits that count what was refused.
+/// Number of bits that count refused cells.
 const REFUSED_BITS: usize = 1 << 16;
 
 #[derive(Default)]
@@ -20,23 +20,24 @@ struct Line([AtomicU64; LINE]);
 
 /// Slots for cells: a hash table of bounded size and bounded probing, without a lock.
 ///
-/// Records are the user's: one a slot, in a slice of [`slots`](Self::slots). Work goes in passes:
+/// The user keeps the records: one a slot, in a slice of [`slots`](Self::slots). Work goes in
+/// passes:
 ///
 /// 1. any number of threads [`find`](Self::find) slots and [`claim`](Self::claim) cells, in any
 ///    order;
-/// 2. [`settle`](Self::settle) makes the claims slots, whose records begin anew, and
-///    [`evict`](Self::evict) gives up those that nobody has claimed for some passes.
+/// 2. [`settle`](Self::settle) turns the claims into slots, whose records start anew, and
+///    [`evict`](Self::evict) frees slots that nobody has claimed for some passes.
 ///
-/// **Nothing is shared by mistake.** A slot holds its cell's whole key, mixed one to one into 63
-/// bits: two cells have one slot in no case.
+/// **Nothing is shared by mistake.** A slot holds the whole key of its cell, mixed one to one into
+/// 63 bits, so two cells never share a slot.
 ///
-/// **The content is the same for any order of claims.** A cell may stand in four lines of eight
-/// slots, and tries them one after the other; a slot keeps the largest word that was offered to it
-/// (one atomic maximum), and the cell that had to leave tries its next slot. That is deferred
-/// acceptance (Gale and Shapley 1962): as all slots rank words alike, who ends up where, and who
-/// nowhere, does not depend on who came first. Slots that are kept take part in none of it.
+/// **The content is the same for any order of claims.** A cell may be in four lines of eight slots,
+/// and tries them one after the other. A slot keeps the largest word that was offered to it (one
+/// atomic maximum), and the cell that loses the slot tries its next one. This is deferred
+/// acceptance (Gale and Shapley 1962): all slots rank words alike, so the final slot of each cell
+/// does not depend on the order of arrival. Kept slots take part in none of it.
 ///
-/// **A full table says so.** A cell without a slot has no record, and
+/// **A full table reports it.** A cell without a slot has no record, and
 /// [`occupancy`](Self::occupancy) counts it.
 ///
 /// ```
@@ -68,8 +69,8 @@ pub struct CellTable {
 }
 
 impl CellTable {
-    /// A table of as many slots, rounded up to a power of two and at least 32. It takes 12 bytes a
-    /// slot.
+    /// A table with this number of slots, rounded up to a power of two and at least 32. It takes 12
+    /// bytes a slot.
     ///
     /// # Errors
     /// No slots, or more than 2²⁸.
@@ -113,8 +114,9 @@ impl CellTable {
         None
     }
 
-    /// Asks for a slot for a cell, from the next [`settle`](Self::settle) on; if it has one, says
-    /// that it is in use. A claim may move others that are not settled yet, each to a later slot.
+    /// Requests a slot for a cell, available from the next [`settle`](Self::settle) on. If the cell
+    /// has one, marks it as used. A claim may move other claims that are not settled yet, each to a
+    /// later slot.
     pub fn claim(&self, key: CellKey) {
         if let Some(slot) = self.find(key) {
             self.touch(slot);
@@ -128,7 +130,7 @@ impl CellTable {
                 return;
             }
             if there < word {
-                // It had to leave, and goes on from here.
+                // It lost its slot, and continues from here.
                 next = LINE * self.lines_between(there, line) + next % LINE;
                 word = there;
             }
@@ -144,8 +146,8 @@ impl CellTable {
         self.used[slot as usize].store(self.pass, Ordering::Relaxed);
     }
 
-    /// Makes claims slots: calls `opened` with each new one, in their order, whose record begins
-    /// anew. Ends the pass.
+    /// Turns claims into slots: calls `opened` with each new slot, in their order; its record
+    /// starts anew. Ends the pass.
     pub fn settle(&mut self, mut opened: impl FnMut(u32)) {
         self.occupancy.opened = 0;
         let mut slot = 0;
@@ -166,8 +168,8 @@ impl CellTable {
         self.pass += 1;
     }
 
-    /// Gives up slots that were not in use in the last `passes` passes: calls `closed` with each,
-    /// in their order. Between [`settle`](Self::settle) and the next claim.
+    /// Frees slots that were not used in the last `passes` passes: calls `closed` with each, in
+    /// their order. Call it between [`settle`](Self::settle) and the next claim.
     pub fn evict(&mut self, passes: u32, mut closed: impl FnMut(u32)) {
         self.occupancy.evicted = 0;
         for slot in 0..self.slots() {
@@ -210,7 +212,7 @@ impl CellTable {
         line & (self.lines.len() - 1)
     }
 
-    /// How far behind a word's own line another is.
+    /// The distance of a line from a word's own line.
     #[inline(always)]
     fn lines_between(&self, word: u64, line: usize) -> usize {
         self.wrapped(line.wrapping_sub(self.home(word)))
@@ -220,7 +222,7 @@ impl CellTable {
         (word >> 40) as usize % REFUSED_BITS
     }
 
-    /// How many were refused since this was last asked.
+    /// The number of refusals since the last call.
     fn take_refused(&mut self) -> usize {
         let set: u32 = self
             .refused
@@ -272,7 +274,7 @@ mod tests {
         slots.map(|slot| slot.load(Ordering::Relaxed)).collect()
     }
 
-    /// What one after the other makes of claims, the largest word first.
+    /// The result of claims one after the other, the largest word first.
     fn naive(before: &[u64], claims: &BTreeSet<u64>) -> (Vec<u64>, usize) {
         let (mut slots, lines) = (before.to_vec(), before.len() / LINE);
         let mut refused = 0;

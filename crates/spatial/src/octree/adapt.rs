@@ -6,7 +6,7 @@ use super::node::OctreeNode;
 use super::options::OctreeOptions;
 use super::tree::AdaptiveOctree;
 
-/// What a node of the new tree was.
+/// The origin of a node of the new tree.
 #[derive(Clone, Copy)]
 enum Origin {
     Node(u32),
@@ -19,11 +19,12 @@ impl AdaptiveOctree {
     /// level at a time. `counts` are the samples of each slot. Returns whether anything was split
     /// or joined.
     ///
-    /// The new tree's nodes stand breadth first again, whatever was changed. The cost is
+    /// The new tree's nodes are in breadth-first order again after any change. The cost is
     /// `O(nodes)`.
     ///
     /// # Errors
-    /// Options out of range, a wrong number of counts, or too many nodes; the tree is as it was.
+    /// Options out of range, a wrong number of counts, or too many nodes; the tree is then
+    /// unchanged.
     pub fn adapt(&mut self, counts: &[u32], options: &OctreeOptions) -> Result<bool, OctreeError> {
         options.check()?;
         if counts.len() != self.slot_count() {
@@ -74,7 +75,7 @@ impl AdaptiveOctree {
         Ok(changed)
     }
 
-    /// What child number `child` of a node at `depth` that was `origin` becomes.
+    /// The origin of child number `child` of a node at `depth` with the origin `origin`.
     fn rebuilt(
         &self,
         origin: Origin,
@@ -102,7 +103,7 @@ impl AdaptiveOctree {
             let parts = &counts[first..first + 8];
             let together: u64 = parts.iter().map(|&count| u64::from(count)).sum();
             if together < u64::from(options.collapse_below) {
-                // The first of those with most samples.
+                // The first of the children with most samples.
                 let largest = (0..8).rev().max_by_key(|&part| parts[part]).unwrap_or(0);
                 return Rebuilt::Leaf(Correspondence::Joined((first + largest) as u32));
             }

@@ -1,8 +1,8 @@
-//! What is known of nodes besides the way from the root.
+//! Data of nodes besides the path from the root.
 
 use super::node::{MAX_OCTREE_DEPTH, MAX_OCTREE_NODES, OctreeNode};
 
-/// What a leaf was in the tree before.
+/// The state of a leaf in the previous tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correspondence {
     /// The same leaf, of this slot.
@@ -20,7 +20,7 @@ pub(super) const NO_LEAF: u32 = u32::MAX;
 const KIND_SHIFT: u32 = 27;
 
 impl Correspondence {
-    /// The slot in the tree before from which a leaf takes what it keeps.
+    /// The slot in the previous tree from which a leaf takes its record.
     #[inline(always)]
     pub fn slot(self) -> u32 {
         match self {
@@ -47,14 +47,14 @@ impl Correspondence {
     }
 }
 
-/// What traversals from the root do not need.
+/// Data that traversals from the root do not need.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Augmented {
-    /// Of each node its slot in its parent; 0 of the root.
+    /// For each node its slot in its parent; 0 for the root.
     pub parents: Vec<u32>,
-    /// Of each node its depth; 0 of the root.
+    /// For each node its depth; 0 for the root.
     pub depths: Vec<u8>,
-    /// Of each slot what it was in the tree before.
+    /// For each slot its state in the previous tree.
     pub correspondences: Vec<u32>,
 }
 
@@ -68,8 +68,8 @@ impl Augmented {
         }
     }
 
-    /// Of nodes that stand breadth first, each leaf its own correspondence; `None` if they are not
-    /// those of a tree.
+    /// From nodes in breadth-first order; each leaf corresponds to itself. `None` if they do not
+    /// form a tree.
     pub fn of_nodes(nodes: &[OctreeNode]) -> Option<Self> {
         let mut augmented = Self {
             parents: vec![0],

@@ -1,16 +1,16 @@
-//! What can be wrong with an octree.
+//! Errors of an octree.
 
 use super::node::MAX_OCTREE_NODES;
 use std::fmt;
 
-/// Why an octree cannot be made or changed. It is as it was before.
+/// Why an octree cannot be made or changed. It is then unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum OctreeError {
     /// The box to be covered is empty or not finite, or the cube around it is.
     Bounds,
-    /// Leaves are to be split from this many samples on, but joined below this larger number: they
-    /// would alternate.
+    /// Leaves would be split from this many samples on, but joined below this larger number, so
+    /// they would alternate.
     Thresholds {
         /// Leaves with more samples are split.
         split_above: u32,
@@ -30,7 +30,7 @@ pub enum OctreeError {
     },
     /// The changed tree would have more inner nodes than this, its limit.
     TooManyNodes(usize),
-    /// Saved nodes are not those of a tree.
+    /// Saved nodes do not form a tree.
     Damaged,
 }
 

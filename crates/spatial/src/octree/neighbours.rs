@@ -1,16 +1,16 @@
-//! Leaves that touch by their faces.
+//! Leaves that share faces.
 
 use super::tree::{AdaptiveOctree, OctreeCell};
 
 /// For each leaf of an octree the leaves that share a part of a face with it, on coarser and on
 /// finer sides alike.
 ///
-/// A leaf of depth `d` has at most one neighbour at each face that is not deeper, or any number of
-/// deeper ones. The lists of all leaves stand one after the other; together they are as long as
-/// twice the number of touching pairs.
+/// At each face, a leaf of depth `d` has either one neighbour that is not deeper, or any number of
+/// deeper ones. The lists of all leaves are stored one after the other; their total length is twice
+/// the number of touching pairs.
 #[derive(Clone, Debug, Default)]
 pub struct OctreeNeighbours {
-    /// Of each slot the start of its list, and the end of the last.
+    /// For each slot the start of its list, and the end of the last list.
     starts: Vec<u32>,
     slots: Vec<u32>,
 }

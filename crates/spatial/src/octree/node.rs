@@ -2,19 +2,19 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Most inner nodes of an octree: as many as 24 bits can tell apart.
+/// Largest number of inner nodes of an octree: 24 bits can distinguish as many.
 pub const MAX_OCTREE_NODES: usize = 1 << 24;
 
-/// Largest depth of a leaf: cells of 2⁻²⁰ of the cube's side are about what `f32` positions
-/// tell apart.
+/// Largest depth of a leaf: cells of 2⁻²⁰ of the cube's side are about the resolution of `f32`
+/// positions.
 pub const MAX_OCTREE_DEPTH: u32 = 20;
 
-/// An inner node in 32 bits, as a device reads it: bit `c` of the low eight says that child `c` is
-/// a leaf, the others hold the number of the first child that is an inner node. Those children
-/// stand one after the other, without gaps.
+/// An inner node in 32 bits, as a device reads it. Bit `c` of the low eight says that child `c` is
+/// a leaf. The other bits hold the number of the first child that is an inner node. The inner
+/// children are stored one after the other, without gaps.
 ///
 /// Bit 0 of a child's number is its half along x, bit 1 along y, bit 2 along z. Leaves have no
-/// node: leaf `c` of node `n` is known by its slot `8 n + c`.
+/// node: leaf `c` of node `n` has the slot `8 n + c`.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct OctreeNode(u32);
@@ -41,7 +41,7 @@ impl OctreeNode {
         self.0 >> child & 1 != 0
     }
 
-    /// Number of the first inner child. Of a node of eight leaves it means nothing.
+    /// Number of the first inner child. Meaningless for a node with eight leaves.
     #[inline(always)]
     pub fn first_inner(self) -> u32 {
         self.0 >> 8

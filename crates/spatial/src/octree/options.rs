@@ -18,7 +18,8 @@ pub struct OctreeOptions {
 }
 
 impl Default for OctreeOptions {
-    /// Split above 2,048 samples, join below 1,024; otherwise as far as the layout goes.
+    /// Split above 2,048 samples, join below 1,024; depth and node count up to the limits of the
+    /// layout.
     fn default() -> Self {
         Self {
             split_above: 2048,
@@ -30,7 +31,7 @@ impl Default for OctreeOptions {
 }
 
 impl OctreeOptions {
-    /// Whether a tree can keep to them.
+    /// Whether a tree can satisfy them.
     ///
     /// # Errors
     /// The option that is out of its range.

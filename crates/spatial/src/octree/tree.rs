@@ -12,15 +12,14 @@ const UNITS: u32 = 1 << MAX_OCTREE_DEPTH;
 /// An octree over a cube, whose leaves are split and joined by the number of samples that fall into
 /// them (Dittebrandt 2025 §5.6).
 ///
-/// A leaf is known by its *slot*, 8 times the number of its parent and its place there: whoever
-/// keeps records for leaves keeps an array for each kind (structure of arrays) of
-/// [`slot_count`](Self::slot_count) elements, of which one in eight at most stands at the place of
-/// an inner node and means nothing. [`adapt`](Self::adapt) changes the tree;
-/// [`populate`](Self::populate) then brings such arrays from the slots of the tree before to those
-/// of the new one.
+/// A leaf is identified by its *slot*: 8 times the number of its parent plus its position there. To
+/// keep records for leaves, keep an array for each kind of data (structure of arrays) of
+/// [`slot_count`](Self::slot_count) elements; at most one in eight is at the slot of an inner node
+/// and means nothing. [`adapt`](Self::adapt) changes the tree. [`populate`](Self::populate) then
+/// moves such arrays from the slots of the previous tree to those of the new one.
 ///
-/// As a [`SpatialIndex`] it has the slot of the leaf that a position is in; positions outside the
-/// cube have none.
+/// As a [`SpatialIndex`] it returns the slot of the leaf that contains a position; positions
+/// outside the cube have none.
 ///
 /// ```
 /// use lightshed_spatial::glam::Vec3;
@@ -51,7 +50,7 @@ pub struct AdaptiveOctree {
 }
 
 /// The cube of a leaf: `[coordinates, coordinates + 1) · side · 2^−depth` from the least corner
-/// of the tree's.
+/// of the tree's cube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreeCell {
     /// Depth of the leaf, from 1.
@@ -86,11 +85,11 @@ impl AdaptiveOctree {
         })
     }
 
-    /// A tree of the same cube with these nodes, breadth first, each its own correspondence: what
-    /// was saved.
+    /// A tree of the same cube with these nodes in breadth-first order, as saved before; each leaf
+    /// corresponds to itself.
     ///
     /// # Errors
-    /// [`OctreeError::Damaged`] if they are not those of a tree.
+    /// [`OctreeError::Damaged`] if they do not form a tree.
     pub fn with_nodes(&self, nodes: &[OctreeNode]) -> Result<Self, OctreeError> {
         let augmented = Augmented::of_nodes(nodes).ok_or(OctreeError::Damaged)?;
         Ok(Self {
@@ -115,7 +114,7 @@ impl AdaptiveOctree {
         self.side
     }
 
-    /// Slots, of leaves and of inner nodes: eight for each inner node.
+    /// Number of slots of leaves and inner nodes: eight for each inner node.
     pub fn slot_count(&self) -> usize {
         8 * self.nodes.len()
     }
@@ -149,14 +148,14 @@ impl AdaptiveOctree {
         inside.then(|| units.to_array().map(|u| u as u32))
     }
 
-    /// Child of a node at `depth` that has the finest cell `units`.
+    /// Child of a node at `depth` that contains the finest cell `units`.
     #[inline(always)]
     fn child(units: [u32; 3], depth: u32) -> u32 {
         let bit = |u: u32| u >> (MAX_OCTREE_DEPTH - 1 - depth) & 1;
         bit(units[0]) | bit(units[1]) << 1 | bit(units[2]) << 2
     }
 
-    /// Goes down from a node at `depth`.
+    /// Descends from a node at `depth`.
     #[inline(always)]
     fn descend(&self, mut node: u32, mut depth: u32, units: [u32; 3]) -> u32 {
         loop {
@@ -175,8 +174,8 @@ impl AdaptiveOctree {
         Some(self.descend(0, 0, self.units(position)?))
     }
 
-    /// Slots of two positions at once, as of a point in this frame and where it was in the frame
-    /// before: the way that they have in common is gone once.
+    /// Slots of two positions at once, for example of a point in this frame and in the previous
+    /// frame. Their common path from the root is walked once.
     #[inline]
     pub fn slots_of_pair(&self, now: Vec3, before: Vec3) -> [Option<u32>; 2] {
         let (Some(first), Some(second)) = (self.units(now), self.units(before)) else {
@@ -236,8 +235,8 @@ impl AdaptiveOctree {
         }
     }
 
-    /// Goes down to the node or leaf that contains the cube `cell`, at most to its depth: the slot,
-    /// and whether that is a leaf.
+    /// Descends to the node or leaf that contains the cube `cell`, at most to its depth. Returns
+    /// the slot, and whether it is a leaf.
     pub(super) fn slot_of_cell(&self, cell: OctreeCell) -> (u32, bool) {
         let units = cell
             .coordinates
@@ -254,7 +253,7 @@ impl AdaptiveOctree {
         }
     }
 
-    /// What a slot was in the tree before the last [`adapt`](Self::adapt); `None` for slots of
+    /// The state of a slot in the tree before the last [`adapt`](Self::adapt); `None` for slots of
     /// inner nodes.
     #[inline]
     pub fn correspondence(&self, slot: u32) -> Option<Correspondence> {
@@ -262,9 +261,9 @@ impl AdaptiveOctree {
         Correspondence::decode(*code)
     }
 
-    /// Brings an array of something that leaves keep from the slots of the tree before to those of
-    /// this one: a part of a split leaf gets what the whole had, a joined leaf what the part with
-    /// most samples had.
+    /// Moves an array of leaf data from the slots of the previous tree to those of this one. A part
+    /// of a split leaf gets the data of the whole; a joined leaf gets the data of the part with
+    /// most samples.
     pub fn populate<T: Clone + Default>(&self, before: &[T]) -> Vec<T> {
         let of = |slot| {
             let from = self.correspondence(slot).map(Correspondence::slot);
