@@ -6,13 +6,13 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use lightshed_lanes::{LaneWords, Lanes, Vec3Lanes, prefetch};
 
-/// Nodes in a block: the children of one step down.
+/// Nodes in a block: the children that one step reaches.
 pub(crate) const WIDTH: usize = 8;
 
 /// Eight nodes of a light tree, coordinate by coordinate, as lanes read them.
 ///
-/// A node of zero intensity is a bogus one: it has no bounds and is never chosen. Aligned, so that
-/// no row lies in two cache lines.
+/// A node of zero intensity is a bogus node: it has no bounds and is never selected. Blocks are
+/// aligned, so that no row crosses a cache line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct NodeBlock {
@@ -33,8 +33,9 @@ pub struct LightNode {
     pub normals: u32,
 }
 
-/// On average a diffuse surface of unknown orientation has a quarter of its intensity; a light that
-/// shines all around has all of it. Nodes store four times the latter's, so that both count alike.
+/// A diffuse surface of unknown orientation has on average a quarter of its intensity; a light that
+/// emits in all directions has all of it. Nodes store four times the intensity of the latter, so
+/// that both count alike.
 const ALL_AROUND: f32 = 4.0;
 
 impl LightNode {
@@ -66,7 +67,7 @@ impl LightNode {
 fn leaf_parts(light: &Light) -> (f32, NormalBall) {
     match &light.cone {
         Some(cone) => (light.intensity, NormalBall::of_cone(cone)),
-        // No less than what it is where that would overflow.
+        // Clamped, because the product may overflow.
         None => (
             (light.intensity * ALL_AROUND).min(f32::MAX * 0.5),
             NormalBall::ALL,
@@ -93,7 +94,7 @@ impl NodeBlock {
         }
     }
 
-    /// Asks for all of it to be brought near.
+    /// Prefetches all of it.
     #[inline(always)]
     pub fn prefetch(&self) {
         prefetch(&self.min);
@@ -102,8 +103,8 @@ impl NodeBlock {
         prefetch(&self.intensity);
     }
 
-    /// Leaves of up to eight lights; [`LightNode::BOGUS`] for those that are off, and where there
-    /// is none.
+    /// Leaves of up to eight lights; [`LightNode::BOGUS`] for lights that are off, and for missing
+    /// ones.
     #[inline(always)]
     pub fn leaves<L: Lanes>(lights: &[Option<&Light>; WIDTH]) -> Self {
         let mut block = Self::BOGUS;

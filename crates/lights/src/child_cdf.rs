@@ -3,10 +3,10 @@
 use crate::approximate::approximate_inverse;
 use lightshed_lanes::Lanes;
 
-/// Cumulative weights of the children of a node, `C_k = Σ_{j ≤ k} w_j`; child `k` is chosen with
-/// probability `w_k / C_7`. No value is less than the one before it, and only that of a child that
-/// must not be chosen is equal. They stay in lanes: reading one number of eight that have just been
-/// written is slow.
+/// Cumulative weights of the children of a node, `C_k = Σ_{j ≤ k} w_j`; child `k` is selected
+/// with probability `w_k / C_7`. The values do not decrease, and two are equal only for a child
+/// that must not be selected. They stay in lanes, because reading one of eight numbers that have
+/// just been written is slow.
 #[derive(Clone, Copy)]
 pub struct ChildCdf<L> {
     ends: L,
@@ -24,8 +24,8 @@ impl<L: Lanes> ChildCdf<L> {
         }
     }
 
-    /// As [`new`](Self::new), scaled to a sum of about one where the sum is not below the least
-    /// normal number. Sums and scale wait for the same weights, not for each other.
+    /// As [`new`](Self::new), scaled to a sum of about one if the sum is at least the least normal
+    /// number. Sums and scale depend on the same weights, not on each other.
     #[inline(always)]
     pub fn normalized(weights: L) -> Self {
         let Self { ends, total } = Self::new(weights);
@@ -57,8 +57,8 @@ impl<L: Lanes> ChildCdf<L> {
         f64::from(self.total.first())
     }
 
-    /// Where the interval of `lane` starts, and its width. Without a branch for the first lane,
-    /// which would be mispredicted as often as that is chosen.
+    /// The start of the interval of `lane`, and its width. Without a branch for the first lane,
+    /// which would be mispredicted as often as that lane is selected.
     #[inline(always)]
     pub fn interval(&self, lane: usize) -> (f64, f64) {
         let start = f64::from(self.ends.delayed().lane(lane));

@@ -1,4 +1,4 @@
-//! Where lights shine: cones of normals, and the angle around each normal within which light
+//! Orientation of lights: cones of normals, and the angle around each normal within which light
 //! leaves.
 
 use glam::Vec3;

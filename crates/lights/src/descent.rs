@@ -38,7 +38,7 @@ fn descend_from<L: Lanes, T: Tree, R: Receiver>(
         match child {
             Child::Leaf(light) => return Some(light),
             Child::Inner(node) => {
-                // The child is read after its probability: by then it should be in cache.
+                // The child is read after its probability: by then it should be in the cache.
                 tree.prefetch_children(node);
                 let lane = state.choose_child::<L>(&cdf_of_all::<L, T, R>(tree, at, node))?;
                 child = tree.child(node, lane);
@@ -89,7 +89,7 @@ pub(crate) fn probability_along<L: Lanes, T: Tree, R: Receiver>(
     product
 }
 
-/// The choice of a light that is reached with `probability`; `None` where an `f32` cannot represent
+/// The selection of a light that is reached with `probability`; `None` if an `f32` cannot represent
 /// it.
 #[inline(always)]
 pub(crate) fn choice(light: u32, probability: f64) -> Option<LightChoice> {
@@ -97,9 +97,9 @@ pub(crate) fn choice(light: u32, probability: f64) -> Option<LightChoice> {
     (pmf > 0.0).then_some(LightChoice { light, pmf })
 }
 
-/// Where the numbers of a batch enter a tree.
+/// The start nodes of the numbers of a batch.
 pub(crate) trait EntryPoint<T: Tree> {
-    /// Where number `i` enters; `None` where nothing can be chosen.
+    /// Start node of number `i`; `None` if nothing can be selected.
     fn enter<L: Lanes, R: Receiver>(
         &self,
         i: usize,
@@ -109,7 +109,7 @@ pub(crate) trait EntryPoint<T: Tree> {
     ) -> Option<Child<T::NodeId>>;
 }
 
-/// Every number enters at the root.
+/// Every number starts at the root.
 pub(crate) struct AtRoot;
 
 impl<T: Tree> EntryPoint<T> for AtRoot {
@@ -155,8 +155,8 @@ impl<R> BatchReceivers<R> for ReceiverEach<'_, R> {
     }
 }
 
-/// Descends with up to [`BATCH`] numbers together, one step of each in turn: while one waits for
-/// memory or for a division the next proceeds, and consecutive numbers of one receiver at the same
+/// Descends with up to [`BATCH`] numbers together, one step of each in turn. While one waits for
+/// memory or for a division, the next proceeds; consecutive numbers of one receiver at the same
 /// node share its distribution.
 #[inline(always)]
 pub(crate) fn descend_batch<L: Lanes, T: Tree, R: Receiver, A: BatchReceivers<R>>(
@@ -213,7 +213,7 @@ pub(crate) fn descend_batch<L: Lanes, T: Tree, R: Receiver, A: BatchReceivers<R>
     }
 }
 
-/// Number `i` has come to a child, or nowhere.
+/// Number `i` has reached a child, or nothing.
 #[inline(always)]
 fn record<N: Copy>(
     i: usize,

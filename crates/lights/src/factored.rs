@@ -1,9 +1,9 @@
-//! Light trees whose weights are multiplied by factors that somebody has learnt.
+//! Light trees whose weights are multiplied by learnt factors.
 //!
-//! At a node whose children `c` have probabilities `p_c`, they get `f_c p_c / Σ_j f_j p_j`.
-//! Factors are kept for the upper part of the tree, as rows of eight beginning with that of the
-//! root; below, all are 1. As long as factors are positive, no light that a tree can choose becomes
-//! unreachable.
+//! At a node whose children `c` have probabilities `p_c`, the probabilities become
+//! `f_c p_c / Σ_j f_j p_j`. Factors are stored for the upper part of the tree, as rows of eight
+//! starting with that of the root; below, all are 1. As long as factors are positive, every light
+//! that the tree can select stays reachable.
 
 use crate::bvh::LightBvh;
 use crate::child_cdf::ChildCdf;
@@ -15,13 +15,13 @@ use crate::tree::{Child, Tree};
 use crate::weighing::Sealed;
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 
-/// Factors of the eight children of a node, and where those of their own children are.
+/// Factors of the eight children of a node, and the rows of those children.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct FactorRow {
     /// Positive and finite, of a sum that is finite as well.
     pub factors: [f32; LANES],
-    /// Places of rows, or [`FactorRow::NONE`].
+    /// Indices of rows, or [`FactorRow::NONE`].
     pub below: [u32; LANES],
 }
 
@@ -39,22 +39,22 @@ impl FactorRow {
 /// A step of the way to a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FactoredStep {
-    /// Which of the eight children is taken.
+    /// Which of the eight children is selected.
     pub lane: usize,
     /// Whether the child is a node, not a light.
     pub is_inner: bool,
-    /// Probability of taking it without factors …
+    /// Probability of selecting it without factors …
     pub plain: f64,
     /// … and with them.
     pub chosen: f64,
 }
 
-/// Longest way to a light that [`LightBvh::steps_factored`] tells of.
+/// Longest path to a light that [`LightBvh::steps_factored`] visits.
 const MAX_STEPS: usize = 64;
 
 impl LightBvh {
-    /// Chooses a light by 64 uniform bits, with factors for the upper part of the tree. `None` as
-    /// [`LightSampler::sample`](crate::LightSampler::sample).
+    /// Selects a light by 64 uniform bits, with factors for the upper part of the tree. `None` as
+    /// for [`LightSampler::sample`](crate::LightSampler::sample).
     #[inline]
     pub fn sample_factored(&self, at: &ShadingPoint, u: u64, rows: &[FactorRow]) -> Option<LightChoice> {
         LaneChoice::best().run(Sample {
@@ -65,10 +65,10 @@ impl LightBvh {
         })
     }
 
-    /// One choice for each of many receivers, each with the factors that `rows` has for it:
-    /// `choices[i]` becomes what [`sample_factored`](Self::sample_factored) gives for `at[i]` and
-    /// `u[i]`, bit for bit. Receivers take their steps in turns, so that none waits for its own
-    /// nodes only. The shortest slice's length counts.
+    /// One selection for each of many receivers, each with the factors of its `rows`: `choices[i]`
+    /// becomes what [`sample_factored`](Self::sample_factored) returns for `at[i]` and `u[i]`, bit
+    /// for bit. Receivers take their steps in turns, so that none waits for its own nodes only. The
+    /// length of the shortest slice counts.
     pub fn sample_each_factored<'r>(
         &self,
         at: &[ShadingPoint],
@@ -95,7 +95,7 @@ impl LightBvh {
         }
     }
 
-    /// Probability with which [`sample_factored`](Self::sample_factored) chooses a light; 0 out of
+    /// Probability with which [`sample_factored`](Self::sample_factored) selects a light; 0 out of
     /// range.
     #[inline]
     pub fn pmf_factored(&self, at: &ShadingPoint, light: u32, rows: &[FactorRow]) -> f32 {
@@ -108,7 +108,7 @@ impl LightBvh {
         }
     }
 
-    /// Calls `visit` for each step of the way to a light, from the root; for none if there is no
+    /// Calls `visit` for each step of the path to a light, from the root; for none if there is no
     /// such light or nothing reaches the receiver.
     #[inline]
     pub fn steps_factored(
@@ -185,7 +185,7 @@ impl LaneKernel for Sample<'_> {
 #[derive(Clone, Copy)]
 struct Descent<'r> {
     state: TraversalState,
-    /// `None` once it has arrived, or where nothing can be chosen.
+    /// `None` once it has arrived, or if nothing can be selected.
     child: Option<Child<u32>>,
     row: Option<&'r FactorRow>,
     rows: &'r [FactorRow],

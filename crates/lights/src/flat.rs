@@ -1,4 +1,4 @@
-//! Samplers that do not look at the receiver: all lights alike, or by intensity.
+//! Samplers that ignore the receiver: uniform, or by intensity.
 
 use crate::light::check_lights;
 use crate::weighing::Receiver;
@@ -49,8 +49,8 @@ impl<R: Receiver> LightSampler<R> for UniformLights {
     }
 }
 
-/// In proportion to intensity, by an alias table: `p(i) = I_i / Σ I`, the mean of a diffuse
-/// light's intensity over directions counting a quarter of the greatest.
+/// In proportion to intensity, by an alias table: `p(i) = I_i / Σ I`. For a diffuse light the
+/// intensity is the mean over directions, a quarter of the greatest.
 #[derive(Clone, Debug)]
 pub struct PowerLights {
     /// `None` if no light shines.
@@ -77,7 +77,7 @@ impl PowerLights {
     }
 }
 
-/// A light's intensity, comparable between those that shine all around and diffuse ones.
+/// A light's intensity, comparable between lights that emit in all directions and diffuse ones.
 fn mean_intensity(light: &Light) -> f64 {
     let share = if light.cone.is_some() { 0.25 } else { 1.0 };
     share * f64::from(light.intensity)

@@ -1,4 +1,4 @@
-//! How much a node is likely to send to a receiver.
+//! The weight of a node for a receiver.
 //!
 //! For a node of intensity `I` whose lights lie in a box of centre `c`, half-extents `h` and
 //! half-diagonal `r`, with normals in the ball `|n − v| ≤ ρ`, and a point `x` with normal
@@ -6,12 +6,12 @@
 //!
 //! `w = I · E(−v·d, |v|·h + ρ(√D + |h|₁)) · E(n_x·d, |n_x|·h) / D²`,
 //!
-//! the second factor the emission's cosine and the third the receiver's, each times a distance.
+//! the second factor is the emission's cosine and the third the receiver's, each times a distance.
 //! `E(m, s)` is the mean of `max(0, y)` over `m − s ≤ y ≤ m + s`: it is smooth, needs no
-//! trigonometry, and is zero only if all of the interval is negative. Since the intervals contain
-//! the true values for every light in the box and every normal in the ball, a weight of zero means
-//! that no light of the node reaches the point: a bound where it matters, and an estimate
-//! everywhere else. Spreads are widened by [`MARGIN`], so that rounding does not undo this.
+//! trigonometry, and is zero only if all of the interval is negative. The intervals contain the
+//! true values for every light in the box and every normal in the ball. So a weight of zero means
+//! that no light of the node reaches the point; other weights are estimates. Spreads are widened by
+//! [`MARGIN`], so that rounding does not invalidate this.
 
 use crate::approximate::{MAX_INVERSE_SQRT_TIMES_ROOT, approximate_inverse_sqrt};
 use crate::block::{NodeBlock, WIDTH};
@@ -28,30 +28,30 @@ pub enum Weighting {
     /// §5.2).
     Center,
     /// The mean of two probabilities, by the least and by the greatest distance to the box (Lin
-    /// 2022 §4.3.2, eqs. 4.1 and 4.2, here among up to eight siblings). What is near is never much
+    /// 2022 §4.3.2, eqs. 4.1 and 4.2, here among up to eight siblings). Near nodes are never much
     /// underestimated. The least distance counts as at least 0.3 % of the greatest: boxes around
     /// the point share the first probability.
     #[default]
     MinMax,
     /// The least distance to the box, unless the point is nearer to one of the siblings' boxes than
-    /// its diagonal: then none's distance counts (Yuksel 2019, as Lin 2022 §4.3.2 describes it).
+    /// its diagonal: then no distance counts (Yuksel 2019, as Lin 2022 §4.3.2 describes it).
     Yuksel,
 }
 
 /// Widening of a spread, relative to the distance: far above the rounding errors of cosines in
 /// `f32`.
 const MARGIN: f32 = 1e-5;
-/// Squared distances are at least this.
+/// Lower bound of squared distances.
 const MIN_SQUARED: f32 = 1e-28;
-/// A least squared distance is at least this part of the greatest one.
+/// Lower bound of the least squared distance, as a share of the greatest.
 const MIN_RATIO: f32 = 1e-5;
-/// The same where nodes of different size are compared: large boxes around the point must not have
-/// it all.
+/// The same if nodes of different size are compared: otherwise large boxes around the point would
+/// take all probability.
 const MIN_RATIO_BETWEEN_BLOCKS: f32 = 1e-3;
 /// Weights are at most this, 2¹²⁰, so that eight of them can be added and the sum has an
 /// [`approximate_inverse`](crate::approximate::approximate_inverse).
 const MAX_WEIGHT: f32 = f32::from_bits(247 << 23);
-/// Added to each of the weights, whose sum is about one or two, so that every light can be chosen
+/// Added to each of the weights, whose sum is about one or two, so that every light can be selected
 /// and an underestimated one has a bounded contribution.
 const MIN_SHARE: f32 = 1.0 / (1 << 19) as f32;
 
@@ -63,8 +63,8 @@ fn clamped_mean_4s<L: Lanes>(high: L, low: L) -> L {
     (high - low) * (high + low)
 }
 
-/// Eight boxes relative to a point, lengths doubled: nothing cancels but the corners' own
-/// differences from the point.
+/// Eight boxes relative to a point, lengths doubled: nothing cancels except the differences between
+/// the corners and the point.
 struct BoxesSeen<L> {
     /// To the centres.
     d: Vec3Lanes<L>,
@@ -106,7 +106,7 @@ impl<L: Lanes> BoxesSeen<L> {
     }
 }
 
-/// `I E E` of eight nodes as numerators and denominators, in a unit of its own; where a numerator
+/// `I E E` of eight nodes as numerators and denominators, in a common unit; only where a numerator
 /// is positive.
 struct WeightParts<L: Lanes> {
     numerator: L,
@@ -148,7 +148,7 @@ fn weight_parts<L: Lanes>(at: &ShadingPoint, block: &NodeBlock, seen: &BoxesSeen
     }
     let both = emitted * received;
     WeightParts {
-        // What is known first is multiplied first.
+        // Factors that are known first are multiplied first.
         numerator: (intensity * received) * emitted,
         denominator: emitted_spread * (spread * inverse + margin),
         positive: zero.less(both) & zero.less(intensity),
@@ -175,7 +175,7 @@ impl<L: Lanes> WeightParts<L> {
 }
 
 /// Weights of the nodes of `block` at a surface point, comparable with those of any other block:
-/// over the product of the least and the greatest distance. The distance to the centre
+/// divided by the product of the least and the greatest distance. The distance to the centre
 /// underestimates near nodes: a room with a lamp behind a row of dim lights had ten times the
 /// variance.
 #[inline(always)]
@@ -203,7 +203,7 @@ pub(crate) fn surface_cdf<L: Lanes>(
     match weighting {
         Weighting::MinMax => {
             let (near, far) = seen.range();
-            // Known long before the numerators are.
+            // Known long before the numerators.
             let ratio = far / near.max(far * L::splat(MIN_RATIO));
             let by_max = weight_parts.over(far);
             let by_min = (by_max * ratio).min(L::splat(MAX_WEIGHT));
@@ -221,7 +221,7 @@ pub(crate) fn surface_cdf<L: Lanes>(
     }
 }
 
-/// The least weight of every node that can contribute: more than rounding can take from it.
+/// The least weight of every node that can contribute: more than the rounding error.
 #[inline(always)]
 fn minimum_shares<L: Lanes>(positive: L::Mask) -> L {
     L::splat(MIN_SHARE).select(positive, L::splat(0.0))
@@ -234,7 +234,7 @@ fn cdf_of<L: Lanes>(weights: L, positive: L::Mask) -> ChildCdf<L> {
 }
 
 /// Squared ratio of distance and half-diagonal below which a node is near. Half of it opens too few
-/// nodes in a game level, twice as much takes time that is not paid back anywhere.
+/// nodes in a game level; twice as much takes time that never pays off.
 const NEAR_SQUARED: f32 = 2.0;
 
 /// Nodes near a point, a bit each.
@@ -245,7 +245,7 @@ pub(crate) fn near_point<L: Lanes>(x: Vec3, block: &NodeBlock) -> u32 {
     seen.d_squared.less(reach).bits()
 }
 
-/// Offset from the start of a stretch to a box's centre and squared half-diagonal, lengths doubled.
+/// Offset from the start of a segment to a box's centre and squared half-diagonal, lengths doubled.
 #[inline(always)]
 fn seen_from(start: Vec3, block: &NodeBlock, lane: usize) -> (Vec3, Vec3) {
     let bounds = block.node(lane).bounds;
@@ -253,7 +253,7 @@ fn seen_from(start: Vec3, block: &NodeBlock, lane: usize) -> (Vec3, Vec3) {
     (low + high, high - low)
 }
 
-/// Nodes near the line of a stretch, a bit each.
+/// Nodes near the line of a segment, a bit each.
 #[inline(always)]
 pub(crate) fn near_segment(at: &RaySegment, block: &NodeBlock) -> u32 {
     let mut near = 0;
@@ -266,7 +266,7 @@ pub(crate) fn near_segment(at: &RaySegment, block: &NodeBlock) -> u32 {
     near
 }
 
-/// As [`surface_cdf`] for a stretch of a ray, whatever the weighting.
+/// As [`surface_cdf`] for a segment of a ray, for any weighting.
 #[inline(always)]
 pub(crate) fn segment_cdf<L: Lanes>(at: &RaySegment, block: &NodeBlock, mask: L::Mask) -> ChildCdf<L> {
     let zero = L::splat(0.0);
@@ -274,9 +274,9 @@ pub(crate) fn segment_cdf<L: Lanes>(at: &RaySegment, block: &NodeBlock, mask: L:
     cdf_of(weights, zero.less(weights))
 }
 
-/// Weights of the nodes of `block` for a stretch of a ray: `I E(…)` times the mean over the
-/// stretch of one over the squared distance to the box's centre, `∫ dt / (h² + t²) = γ / h`,
-/// with `γ` the angle under which the stretch is seen from the centre and `h` its distance from
+/// Weights of the nodes of `block` for a segment of a ray: `I E(…)` times the mean over the
+/// segment of one over the squared distance to the box's centre, `∫ dt / (h² + t²) = γ / h`,
+/// with `γ` the angle under which the segment is seen from the centre and `h` its distance from
 /// the ray's line (Conty Estevez and Kulla 2018, §6), at least half the diagonal.
 #[inline(never)]
 pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH] {
@@ -304,7 +304,7 @@ pub(crate) fn segment_weights(at: &RaySegment, block: &NodeBlock) -> [f32; WIDTH
         let emitted = t * t / (4.0 * spread) + (mean - spread).max(0.0);
         let w = block.intensity[lane] * emitted * (seen / off);
         *weight = if emitted > 0.0 && block.intensity[lane] > 0.0 {
-            // NaN, of an infinity that met a zero, is the largest too.
+            // NaN, from an infinity times zero, is the largest too.
             let finite = w.min(MAX_WEIGHT);
             finite.max(f32::MIN_POSITIVE)
         } else {

@@ -1,4 +1,4 @@
-//! A mesh of lights as it stands in the scene.
+//! A mesh of lights placed in the scene.
 
 use crate::cone::OrientationCone;
 use crate::light::Light;
@@ -50,7 +50,7 @@ impl LightInstance {
             && self.scale.is_finite()
     }
 
-    /// What the mesh's root looks like from outside.
+    /// The mesh's root as seen from outside.
     pub(crate) fn light(&self, root: &Light) -> Light {
         let Bounds { min, max } = root.bounds;
         let corner = |i: u32| {

@@ -1,7 +1,7 @@
-//! Choosing among many lights: light trees, cuts, light BVHs and lighting grids.
+//! Selection among many lights: light trees, cuts, light BVHs and lighting grids.
 //!
-//! Scene-agnostic: a light is known by its [`Bounds`], its intensity and, where it does not shine
-//! all around, an [`OrientationCone`]; what receives light by position, normal and a bound of its
+//! The crate knows no scene. A light is its [`Bounds`], its intensity and, if it does not emit in
+//! all directions, an [`OrientationCone`]. A receiver is a position, a normal and a bound of its
 //! reflectance ([`ShadingPoint`]). Positions are in any unit of length, the same for all.
 //!
 //! Equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray

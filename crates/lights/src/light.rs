@@ -4,17 +4,17 @@ use crate::{Bounds, OrientationCone};
 use lightshed_sampling::parallel::reduce;
 use std::fmt;
 
-/// A light, or a group of lights: where it is, how much it emits, and where to.
+/// A light, or a group of lights: its position, its intensity, and its directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// A box around all points that emit.
     pub bounds: Bounds,
-    /// Radiant intensity in the direction in which it is greatest, power per steradian, as one
-    /// number (a luminance): `I` of a point light, `L A` of a flat diffuse surface of area `A`, and
-    /// `π r² L` of a diffuse sphere, of which only the disk that is seen counts. Zero for a light
-    /// that is off.
+    /// Greatest radiant intensity over all directions, power per steradian, as one number (a
+    /// luminance): `I` of a point light, `L A` of a flat diffuse surface of area `A`, and
+    /// `π r² L` of a diffuse sphere, because only its visible disk counts. Zero for a light that
+    /// is off.
     pub intensity: f32,
-    /// Where the light goes; `None` for all directions alike.
+    /// Orientation of the light; `None` for all directions alike.
     pub cone: Option<OrientationCone>,
 }
 
@@ -65,7 +65,7 @@ impl fmt::Display for LightError {
 impl std::error::Error for LightError {}
 
 impl Light {
-    /// Whether it could be refused for itself, and why. `index` goes into the error.
+    /// Whether it is invalid by itself, and why. `index` goes into the error.
     ///
     /// # Errors
     ///
@@ -95,7 +95,7 @@ impl Light {
 ///
 /// # Errors
 ///
-/// The first of [`LightError`]'s cases that holds.
+/// The first of [`LightError`]'s cases that applies.
 pub fn check_lights(lights: &[Light]) -> Result<(), LightError> {
     match lights.len() {
         0 => return Err(LightError::Empty),
@@ -105,7 +105,7 @@ pub fn check_lights(lights: &[Light]) -> Result<(), LightError> {
     let (sound, total) =
         reduce(lights, CHUNK, sound_and_total, |a, b| (a.0 & b.0, a.1 + b.1)).unwrap_or((true, 0.0));
     if !sound {
-        // Which one is found by looking again.
+        // A second pass finds which one.
         lights
             .iter()
             .enumerate()
@@ -118,8 +118,8 @@ pub fn check_lights(lights: &[Light]) -> Result<(), LightError> {
     }
 }
 
-/// Whether none of the lights is refused for itself, and the sum of their intensities: all tests of
-/// all lights, without branches.
+/// Whether all lights are valid by themselves, and the sum of their intensities: all tests of all
+/// lights, without branches.
 fn sound_and_total(lights: &[Light]) -> (bool, f64) {
     let mut sound = true;
     let mut total = 0.0;

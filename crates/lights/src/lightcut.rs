@@ -9,15 +9,16 @@ use crate::weighing::{Receiver, Sealed};
 use crate::{LightBvh, LightChoice, PerfectTree, ShadingPoint};
 use lightshed_lanes::{LaneChoice, LaneKernel, LaneMask, Lanes};
 
-/// A cut through a light tree: subtrees that have all lights among them, each light in one.
+/// A cut through a light tree: subtrees that together contain all lights, each light in one.
 ///
 /// A receiver takes one light of each subtree, so that bright and dim parts of the lights are both
-/// heard: `Σ_i f(i) = Σ_s E[f(i_s) / p_s(i_s | receiver)]`, for whatever receiver the cut was
-/// chosen. Choosing it takes as long as choosing a few lights, so it is shared by a block of
-/// pixels.
+/// sampled: `Σ_i f(i) = Σ_s E[f(i_s) / p_s(i_s | receiver)]`, for any receiver that the cut was
+/// selected for. Selecting a cut takes as long as selecting a few lights, so a block of pixels
+/// shares it.
 ///
-/// A cut belongs to the tree for which it was chosen, as that tree was then; what it gives with
-/// another means nothing, and it may name places that the other does not have, which panics.
+/// A cut belongs to the tree for which it was selected, in that tree's state at the time. Its
+/// result with another tree is meaningless, and it may name nodes that the other does not have,
+/// which panics.
 #[derive(Clone, Debug, Default)]
 pub struct Lightcut {
     subtrees: Vec<Subtree>,
@@ -29,13 +30,13 @@ impl Lightcut {
         self.subtrees.len()
     }
 
-    /// Whether there are none: no light shines, or no cut was chosen.
+    /// Whether there are none: no light is on, or no cut was selected.
     pub fn is_empty(&self) -> bool {
         self.subtrees.is_empty()
     }
 }
 
-/// A subtree, and its weight for the receiver that the cut was chosen for.
+/// A subtree, and its weight for the receiver that the cut was selected for.
 #[derive(Clone, Copy, Debug)]
 struct Subtree {
     root: SubtreeRoot,
@@ -75,14 +76,14 @@ enum SubtreeRoot {
 /// # Ok::<(), lightshed_lights::LightError>(())
 /// ```
 pub trait LightSubtrees: Sync {
-    /// Makes `cut` a cut of up to `count` subtrees, that of the root divided again and again where
-    /// most light is likely to come from to `at`. Fewer only if as many lights shine, or if the
-    /// rest sends nothing there. In the memory that the cut has.
+    /// Makes `cut` a cut of up to `count` subtrees: the root is divided again and again where most
+    /// light is likely to come from for `at`. It has fewer subtrees only if fewer lights are on, or
+    /// if the rest sends nothing there. Reuses the memory of the cut.
     fn choose_cut(&self, at: &ShadingPoint, count: usize, cut: &mut Lightcut);
 
     /// One light of each of the subtrees from number `first` on: `choices[i]` by `u[i]` of subtree
-    /// `first + i`, with its probability within the subtree. The shorter slice's length counts;
-    /// beyond the last subtree nothing is chosen.
+    /// `first + i`, with its probability within the subtree. The length of the shorter slice
+    /// counts; beyond the last subtree nothing is selected.
     fn sample_subtrees(
         &self,
         cut: &Lightcut,
@@ -93,8 +94,8 @@ pub trait LightSubtrees: Sync {
     );
 
     /// Probability of `light` within its subtree, the same bits as
-    /// [`sample_subtrees`](Self::sample_subtrees) gives: when every subtree is sampled once, the
-    /// expected number of times that the light is chosen.
+    /// [`sample_subtrees`](Self::sample_subtrees) returns. If every subtree is sampled once, it is
+    /// the expected number of times that the light is selected.
     fn subtree_pmf(&self, cut: &Lightcut, at: &ShadingPoint, light: u32) -> f32;
 }
 
@@ -170,7 +171,7 @@ impl<T: Tree> LaneKernel for Choose<'_, T> {
             root: whole(tree.root()),
             weight: f32::MAX,
         });
-        // Everything below a node that is off is left out with it.
+        // A node that is off is left out with everything below it.
         while subtrees.len() < count {
             let mut greatest = None;
             for (i, subtree) in subtrees.iter().enumerate() {
@@ -343,7 +344,7 @@ mod tests {
         let mut sum = 0.0;
         for light in 0..lights {
             let (within, alone) = (tree.subtree_pmf(cut, at, light), tree.pmf(at, light));
-            // A light that is alone in its subtree is chosen whatever it sends.
+            // A light that is alone in its subtree is selected whatever it contributes.
             if alone > 0.0 && within <= 0.0 {
                 return Err(format!(
                     "light {light} has {alone} in the tree and is lost in the cut"

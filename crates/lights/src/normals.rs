@@ -21,13 +21,13 @@ pub(crate) struct NormalBall {
 pub(crate) const CENTER_STEPS: f32 = 127.0;
 /// Steps of the radius in [0, 1].
 const RADIUS_STEPS: f32 = 255.0;
-/// What one step of a coordinate is worth.
+/// The length of one step of a coordinate.
 const CENTER_STEP: f32 = 1.0 / CENTER_STEPS;
-/// What one step of the radius is worth.
+/// The length of one step of the radius.
 const RADIUS_STEP: f32 = 1.0 / RADIUS_STEPS;
 /// Added to a number between 0 and 2²², leaves its nearest integer in the low bits.
 const TO_INTEGER: f32 = (1 << 23) as f32;
-/// More than the rounding of this module's arithmetic.
+/// More than the rounding errors of this module's arithmetic.
 const SLACK: f32 = 1e-6;
 
 impl NormalBall {
@@ -37,8 +37,8 @@ impl NormalBall {
         radius: 1.0,
     };
 
-    /// The least ball around the cone's normals, widened where light leaves beyond 90° from none
-    /// of them.
+    /// The least ball around the cone's normals, widened if light leaves beyond 90° from all of
+    /// them.
     pub fn of_cone(cone: &OrientationCone) -> Self {
         // Light leaves up to `normals_angle + emission_angle` from the axis: such directions are
         // within 90° of a cone of that angle less π/2.
@@ -66,7 +66,7 @@ impl NormalBall {
     const ALL_PACKED: u32 =
         u32::from_be_bytes([CENTER_STEPS as u8, CENTER_STEPS as u8, CENTER_STEPS as u8, 255]);
 
-    /// What [`pack`](Self::pack) kept.
+    /// The inverse of [`pack`](Self::pack).
     pub fn unpack(packed: u32) -> Self {
         let [x, y, z, radius] = packed.to_be_bytes();
         let coordinate = |byte: u8| (f32::from(byte) - CENTER_STEPS) * CENTER_STEP;
@@ -84,7 +84,7 @@ pub(crate) struct BallLanes<L> {
     pub radius: L,
 }
 
-/// The byte of the coordinate nearest to this one, and how far it is off, in steps.
+/// The byte of the coordinate nearest to this one, and its error in steps.
 #[inline(always)]
 fn whole_step<L: Lanes>(coordinate: L) -> (L::Words, L) {
     let from_least = (coordinate + L::splat(CENTER_STEPS))
@@ -123,7 +123,7 @@ impl<L: Lanes> BallLanes<L> {
         let off = off_x * off_x + off_y * off_y + off_z * off_z;
         let radius = self.radius + off.sqrt() + L::splat(SLACK * CENTER_STEPS);
         let radius_steps = radius * L::splat(RADIUS_STEPS / CENTER_STEPS);
-        // Half a step more, rounded to the nearest: no less than it is.
+        // Half a step more, rounded to the nearest: never less than the value.
         let radius_byte = (radius_steps + L::splat(0.5)) + L::splat(TO_INTEGER);
         let packed =
             x.rotate::<24, 8>() + y.rotate::<16, 16>() + z.rotate::<8, 24>() + (radius_byte.to_bits() & byte);

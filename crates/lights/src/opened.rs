@@ -1,13 +1,13 @@
-//! Trees whose near nodes are opened before anything is chosen.
+//! Trees whose near nodes are opened before the selection.
 //!
-//! The weight of a node that is large compared with its distance is a poor estimate: all it says is
+//! The weight of a node that is large compared with its distance is a poor estimate: it only says
 //! that some of its lights may be close. So such nodes are replaced by their children, and those by
-//! theirs, until what is left is small as seen from the receiver or a light by itself. Among these
-//! nodes, a *cut* through the tree, one is chosen in proportion to its weight, and from there on it
-//! goes down as ever. The cut depends on the receiver alone, and all choices for one receiver share
-//! it.
+//! theirs, until each node is a single light or looks small from the receiver. These nodes are a
+//! *cut* through the tree. One is selected in proportion to its weight, and the descent continues
+//! from it as usual. The cut depends on the receiver alone, and all selections for one receiver
+//! share it.
 //!
-//! That is the splitting of Conty Estevez and Kulla 2018, §5.4, used for better probabilities of
+//! This is the splitting of Conty Estevez and Kulla 2018, §5.4, used for better probabilities of
 //! one sample instead of more samples.
 
 use crate::block::WIDTH;
@@ -20,8 +20,8 @@ use crate::{LightChoice, LightSampler};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
 /// A light tree, a [`PerfectTree`](crate::PerfectTree) or a [`LightBvh`](crate::LightBvh), with
-/// better probabilities near lights, for receivers that ask for several lights each: opening costs
-/// as much as a few choices.
+/// better probabilities near lights, for receivers that need several lights each: opening costs as
+/// much as a few selections.
 ///
 /// ```
 /// use lightshed_lights::{Bounds, Light, LightBvh, LightSampler, OpenedTree, ShadingPoint, glam::Vec3};
@@ -45,10 +45,10 @@ pub struct OpenedTree<T> {
     tree: T,
 }
 
-/// Most nodes of a cut; what is near beyond them stays closed. Room for more costs every receiver
-/// the time to clear it.
+/// Greatest number of nodes of a cut; near nodes beyond it stay closed. A larger limit costs every
+/// receiver the time to clear the memory.
 const CAPACITY: usize = 96;
-/// Most nodes that wait to be opened: siblings along the descent.
+/// Greatest number of nodes that wait to be opened: siblings along the descent.
 const MAX_PENDING: usize = CAPACITY;
 
 impl<T: Tree> OpenedTree<T> {
@@ -86,7 +86,7 @@ struct Cut<N> {
 }
 
 impl<N: Copy> Cut<N> {
-    /// Opens near nodes. With `path`, also tells which node of the cut is on it, and how many of
+    /// Opens near nodes. With `path`, also finds the node of the cut that is on it, and how many of
     /// its steps lead there.
     #[inline(always)]
     fn new<L: Lanes, T: Tree<NodeId = N>, R: Receiver>(
@@ -138,7 +138,7 @@ impl<N: Copy> Cut<N> {
                 },
                 _ => WIDTH,
             };
-            // The last pushed is opened first: children are opened in order.
+            // The last pushed node is opened first: children are opened in order.
             for lane in (0..WIDTH).rev() {
                 if weights[lane] > 0.0 {
                     pending[left] = Pending {

@@ -1,4 +1,4 @@
-//! What receives light: surface points, and segments of rays in a medium.
+//! Receivers of light: surface points, and segments of rays in a medium.
 
 use glam::Vec3;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 /// The sides from which a surface takes light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Facing {
-    /// Where the normal points: the cosine there, nothing from behind.
+    /// The side of the normal: the cosine there, nothing from behind.
     #[default]
     Front,
     /// Both sides alike: the cosine's magnitude.
@@ -15,7 +15,7 @@ pub enum Facing {
     All,
 }
 
-/// A point at which light is to be gathered.
+/// A point at which light is gathered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShadingPoint {
     /// Position, in the lights' space.
@@ -24,9 +24,9 @@ pub struct ShadingPoint {
     pub normal: Vec3,
     /// Where light counts.
     pub facing: Facing,
-    /// No less than what the surface scatters towards the viewer per irradiance, from any direction
-    /// (per steradian, as one number). Where it is zero no light is chosen; how large it is
-    /// otherwise changes no probability of this crate's samplers.
+    /// An upper bound of what the surface scatters towards the viewer per irradiance, from any
+    /// direction (per steradian, as one number). If it is zero, no light is selected; other values
+    /// change no probability of this crate's samplers.
     pub reflectance_bound: f32,
 }
 
@@ -41,7 +41,7 @@ impl ShadingPoint {
         }
     }
 
-    /// A point that takes light from all directions.
+    /// A point that receives light from all directions.
     pub fn without_normal(position: Vec3) -> Self {
         Self {
             position,
@@ -52,7 +52,7 @@ impl ShadingPoint {
     }
 }
 
-/// A stretch of a ray in a medium, every point of which takes light from all directions.
+/// A segment of a ray in a medium, every point of which receives light from all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RaySegment {
     pub(crate) start: Vec3,

@@ -11,12 +11,13 @@ pub struct LightChoice {
     pub pmf: f32,
 }
 
-/// Chooses one of many lights for a receiver, with probabilities `p(i | receiver)` in the counting
+/// Selects one of many lights for a receiver, with probabilities `p(i | receiver)` in the counting
 /// measure.
 ///
-/// `Σ_i p(i | receiver) ≤ 1`: what is missing is the probability of choosing none, which counts
-/// as a sample of value zero. `p(i | receiver)` is zero only if light `i` sends nothing to the
-/// receiver. So `Σ_i f(i) = E[f(i) / p(i | receiver)]` for every contribution `f`, without bias.
+/// `Σ_i p(i | receiver) ≤ 1`: the difference to 1 is the probability of selecting none, which
+/// counts as a sample of value zero. `p(i | receiver)` is zero only if light `i` sends nothing to
+/// the receiver. So `Σ_i f(i) = E[f(i) / p(i | receiver)]` for every contribution `f`, without
+/// bias.
 ///
 /// Object-safe for each kind of receiver, [`ShadingPoint`] (the default) and
 /// [`RaySegment`](crate::RaySegment).
@@ -24,26 +25,26 @@ pub trait LightSampler<R: ?Sized = ShadingPoint>: Sync {
     /// Number of lights.
     fn light_count(&self) -> usize;
 
-    /// Chooses a light by 64 uniform bits; `None` is the choice of none. A tree maps ascending `u`
-    /// to lights in the order of its leaves: stratified numbers give lights stratified by place.
+    /// Selects a light by 64 uniform bits; `None` selects none. A tree maps ascending `u` to lights
+    /// in the order of its leaves: stratified numbers give lights stratified by position.
     fn sample(&self, at: &R, u: u64) -> Option<LightChoice>;
 
-    /// Probability with which [`sample`](Self::sample) chooses `light` for this receiver; 0 out of
+    /// Probability with which [`sample`](Self::sample) selects `light` for this receiver; 0 out of
     /// range.
     fn pmf(&self, at: &R, light: u32) -> f32;
 
-    /// Many choices for one receiver: `choices[i]` becomes what [`sample`](Self::sample) gives for
-    /// `u[i]`, bit for bit. The shorter slice's length counts. Trees share the work of numbers that
-    /// go the same way; that is most where `u` is ascending.
+    /// Many selections for one receiver: `choices[i]` becomes what [`sample`](Self::sample) returns
+    /// for `u[i]`, bit for bit. The length of the shorter slice counts. Trees share the work of
+    /// numbers that follow the same path, most of it if `u` is ascending.
     fn sample_many(&self, at: &R, u: &[u64], choices: &mut [Option<LightChoice>]) {
         for (u, choice) in u.iter().zip(choices) {
             *choice = self.sample(at, *u);
         }
     }
 
-    /// One choice for each of many receivers: `choices[i]` becomes what [`sample`](Self::sample)
-    /// gives for `at[i]` and `u[i]`, bit for bit. The shortest slice's length counts. Trees take
-    /// the receivers down together, so that none waits for its own nodes only.
+    /// One selection for each of many receivers: `choices[i]` becomes what [`sample`](Self::sample)
+    /// returns for `at[i]` and `u[i]`, bit for bit. The length of the shortest slice counts. Trees
+    /// descend for all receivers together, so that none waits for its own nodes only.
     fn sample_each(&self, at: &[R], u: &[u64], choices: &mut [Option<LightChoice>])
     where
         R: Sized,

@@ -1,10 +1,10 @@
 //! One uniform number that finds its path down a tree.
 //!
-//! At each step the number's place among the children's shares says which is taken, and its place
-//! within that share is the number for the next step. So a tree maps the unit interval to its
-//! leaves *in order*: stratified numbers give stratified lights. The number has 52 bits; when
-//! 2²⁶ possibilities have been told apart by it, fresh bits are made from the 64 that it came
-//! from, so that depth makes no leaf unreachable.
+//! At each step the number's position among the children's shares selects the child, and its
+//! position within that share is the number for the next step. So a tree maps the unit interval to
+//! its leaves *in order*: stratified numbers give stratified lights. The number has 52 bits. After
+//! it has distinguished 2²⁶ possibilities, new bits are made from the 64 that it came from, so
+//! that depth makes no leaf unreachable.
 
 use crate::child_cdf::{ChildCdf, probability_at};
 use lightshed_lanes::Lanes;
@@ -16,13 +16,13 @@ pub(crate) struct TraversalState {
     u: f64,
     /// Probability of the choices so far.
     pub probability: f64,
-    /// Probability of the choices since `u` had fresh bits.
+    /// Probability of the choices since `u` had new bits.
     used: f64,
     /// The bits that `u` came from.
     bits: u64,
 }
 
-/// The least part of a cut's weight that a node gets, so that every light can be chosen.
+/// The least part of a cut's weight that a node gets, so that every light can be selected.
 pub(crate) const MIN_SHARE: f64 = 1.0 / (1 << 20) as f64;
 /// Below this the number has too few bits left: 26, of which a step may need 20.
 const REFRESH_BELOW: f64 = 1.0 / (1 << 26) as f64;
@@ -47,7 +47,7 @@ impl TraversalState {
         }
     }
 
-    /// Chooses a child; `None` where none contributes.
+    /// Selects a child; `None` if none contributes.
     #[inline(always)]
     pub fn choose_child<L: Lanes>(&mut self, cdf: &ChildCdf<L>) -> Option<usize> {
         let total = cdf.total();
@@ -62,7 +62,7 @@ impl TraversalState {
         Some(lane)
     }
 
-    /// Notes a choice of this probability, within whose interval the number is at `rest`.
+    /// Records a choice of this probability; the number is at `rest` within its interval.
     #[inline(always)]
     fn advance(&mut self, probability: f64, rest: f64) {
         self.probability *= probability;
@@ -73,7 +73,7 @@ impl TraversalState {
         }
     }
 
-    /// Chooses in any number of cumulative weights; `None` where their sum is zero.
+    /// Selects among any number of cumulative weights; `None` if their sum is zero.
     #[inline(always)]
     pub fn choose(&mut self, cdf: &[f64]) -> Option<usize> {
         let total = *cdf.last()?;

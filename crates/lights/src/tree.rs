@@ -1,4 +1,4 @@
-//! What every light tree is: nodes of up to eight children, and a light at each leaf.
+//! The interface of light trees: nodes of up to eight children, and a light at each leaf.
 
 use crate::block::NodeBlock;
 use crate::child_cdf::ChildCdf;
@@ -17,7 +17,7 @@ pub enum Child<N> {
 /// A tree whose nodes have up to eight children, and a light at each leaf. A node's children are
 /// stored together, as the lanes of one block.
 pub trait Tree: Sync {
-    /// Names an inner node by the place of its children.
+    /// An inner node, identified by the position of its children.
     type NodeId: Copy + PartialEq;
 
     /// The root.
@@ -44,7 +44,7 @@ pub trait Tree: Sync {
     /// A node as a number.
     fn encode(&self, node: Self::NodeId) -> u64;
 
-    /// The node of a number that [`encode`](Self::encode) gave.
+    /// The node of a number that [`encode`](Self::encode) returned.
     fn decode(&self, node: u64) -> Self::NodeId;
 
     /// The child of `node` in `lane`, whose probability must be positive.
@@ -72,7 +72,7 @@ impl<N: Copy> LeafPath<N> {
         count: 0,
     };
 
-    /// Appends a step; false where there is no room for it.
+    /// Appends a step; false if there is no room for it.
     #[inline(always)]
     pub fn push(&mut self, node: N, lane: usize) -> bool {
         let room = self.count < MAX_DEPTH;

@@ -1,9 +1,9 @@
 //! Light trees of light trees.
 //!
-//! Each mesh of lights has a perfect tree of its own, and the meshes as they stand in the scene,
-//! *instances*, are the leaves of another (Lin 2022 §4.3.1). That respects meshes of very
-//! different sizes, which one Morton curve through all lights cuts apart; a mesh may stand in many
-//! places at the cost of one; and when things move, only the tree of instances is built again.
+//! Each mesh of lights has its own perfect tree, and the placed meshes, *instances*, are the leaves
+//! of another tree (Lin 2022 §4.3.1). This respects meshes of very different sizes, which one
+//! Morton curve through all lights cuts apart. A mesh may be placed many times at the cost of one.
+//! When things move, only the tree of instances is rebuilt.
 
 use crate::descent::{choice, descend, probability_onwards};
 use crate::instance::LightInstance;
@@ -75,7 +75,7 @@ impl std::error::Error for TwoLevelError {
 #[derive(Clone, Debug)]
 pub struct TwoLevelTree {
     meshes: Vec<PerfectTree>,
-    /// What each mesh looks like as one light.
+    /// Each mesh as one light.
     roots: Vec<Light>,
     instances: Vec<LightInstance>,
     /// Number of the first light of each instance, and the number of all.
@@ -108,12 +108,12 @@ impl TwoLevelTree {
         Ok(tree)
     }
 
-    /// Puts the meshes elsewhere: builds the tree of instances again, in the memory that it has
-    /// unless there are more than ever before.
+    /// Moves the meshes: builds the tree of instances again, reusing its memory unless there are
+    /// more than ever before.
     ///
     /// # Errors
     ///
-    /// See [`TwoLevelError`]; the tree is as it was then.
+    /// See [`TwoLevelError`]; the tree is then unchanged.
     pub fn place(&mut self, instances: &[LightInstance]) -> Result<(), TwoLevelError> {
         let mut lights = 0;
         for (index, instance) in instances.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! How receivers weigh the nodes of a tree.
+//! How receivers weight the nodes of a tree.
 
 use crate::block::NodeBlock;
 use crate::child_cdf::ChildCdf;
@@ -9,13 +9,13 @@ use crate::instance::LightInstance;
 use crate::receiver::{RaySegment, ShadingPoint};
 use lightshed_lanes::Lanes;
 
-/// What samplers choose lights for: a [`ShadingPoint`] or a [`RaySegment`].
+/// The receivers for which samplers select lights: a [`ShadingPoint`] or a [`RaySegment`].
 pub trait Receiver: Sealed {}
 
 impl Receiver for ShadingPoint {}
 impl Receiver for RaySegment {}
 
-/// What trees ask of a receiver. Sealed: implemented here alone.
+/// The functions of a receiver that trees use. Sealed: implemented only here.
 pub trait Sealed: Sync + Sized {
     /// The receiver in the space of the instance's mesh.
     fn in_mesh(&self, instance: &LightInstance) -> Self;
@@ -24,7 +24,7 @@ pub trait Sealed: Sync + Sized {
     fn is_black(&self) -> bool;
 
     /// The distribution over those of eight siblings that are in `mask`; its sum is about one, two,
-    /// or zero. A weight is zero only where the node cannot contribute.
+    /// or zero. A weight is zero only if the node cannot contribute.
     fn child_cdf<L: Lanes>(&self, block: &NodeBlock, weighting: Weighting, mask: L::Mask) -> ChildCdf<L>;
 
     /// Weights that can be compared with those of other blocks: not negative, finite, with a finite
@@ -35,8 +35,8 @@ pub trait Sealed: Sync + Sized {
     fn near<L: Lanes>(&self, block: &NodeBlock) -> u32;
 }
 
-/// [`surface_cdf`] as a function of its own: without registers of eight lanes it is too much code
-/// for every place that asks.
+/// [`surface_cdf`] as a function of its own: without eight-lane registers it is too much code for
+/// every caller.
 #[inline(never)]
 fn surface_cdf_apart<L: Lanes>(
     at: &ShadingPoint,

@@ -7,8 +7,8 @@ use lightshed_sampling::glam::Vec3;
 /// `min_distance` apart. Emitters count as rough.
 ///
 /// A base path reconnects at its *first* connectable pair. An offset path must agree, by the
-/// thresholds of its own domain: every pair before must fail and that pair must pass. Otherwise the
-/// way back would lead elsewhere, and the shift is undefined.
+/// thresholds of its own domain: every earlier pair must fail and that pair must pass. Otherwise
+/// the inverse shift would reconnect elsewhere, and the shift is undefined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connectability {
     min_roughness: f32,
@@ -24,7 +24,7 @@ enum Reach {
     Any,
 }
 
-/// Thresholds that are no thresholds.
+/// Invalid thresholds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ConnectabilityError {
@@ -53,8 +53,8 @@ impl Connectability {
         reach: Reach::Never,
     };
 
-    /// The reconnection shift: `y₂ = x₂` for every lobe but delta lobes (Lin 2022 §6.6.4). Paths
-    /// that are not connectable there cannot be shifted.
+    /// The reconnection shift: `y₂ = x₂` for every lobe except delta lobes (Lin 2022 §6.6.4).
+    /// Paths that are not connectable there cannot be shifted.
     pub const RECONNECTION: Self = Self {
         min_roughness: f32::MIN_POSITIVE,
         min_distance: 0.0,
@@ -79,7 +79,7 @@ impl Connectability {
     /// size).
     ///
     /// # Errors
-    /// [`ConnectabilityError`] for thresholds that are none.
+    /// [`ConnectabilityError`] for invalid thresholds.
     pub fn hybrid(min_roughness: f32, min_distance: f32) -> Result<Self, ConnectabilityError> {
         if !(min_roughness > 0.0 && min_roughness <= 1.0) {
             Err(ConnectabilityError::Roughness)
@@ -127,7 +127,7 @@ impl Connectability {
     }
 
     /// Whether a vertex at `position` is far enough from another, at `offset` from it. Also false
-    /// where single precision does not resolve the direction between them to about 10⁻³.
+    /// if single precision does not resolve the direction between them to about 10⁻³.
     #[inline(always)]
     pub(crate) fn far(&self, position: Vec3, offset: Vec3) -> bool {
         let resolved = position.abs().max_element() * RESOLVED;
@@ -137,8 +137,8 @@ impl Connectability {
     }
 }
 
-/// Least distance over the magnitude of coordinates: rays start some 2⁻¹⁸ off their surfaces,
-/// against 2⁻⁸.
+/// Least distance over the magnitude of coordinates: rays start about 2⁻¹⁸ off their surfaces,
+/// compared with 2⁻⁸.
 const RESOLVED: f32 = 1.0 / 256.0;
 
 #[cfg(test)]

@@ -7,20 +7,19 @@ use lightshed_resampling::Domain;
 use lightshed_sampling::PrimarySample;
 use lightshed_sampling::glam::Vec3;
 
-/// The domain of a pixel: all paths `x₁ x₂ … x_k`, `2 ≤ k ≤ max_length`, with a sequence of lobes
-/// (Lin 2022 §6.6.6), in primary sample space. They start at a given surface point `x₁` seen from a
-/// given direction, or at whatever a sensor sees: then the place on the sensor and on its lens is
-/// part of the path, and a shift copies it.
+/// The domain of a pixel: all paths `x₁ x₂ … x_k`, `2 ≤ k ≤ max_length`, with a sequence
+/// of lobes (Lin 2022 §6.6.6), in primary sample space. Paths start at a given surface point
+/// `x₁` seen from a given direction, or at the points that a sensor sees. In the second case the
+/// position on the sensor and on its lens is part of the path, and a shift copies it.
 ///
-/// **Integrand.** `F = ω f / p`, with `f` the product of one lobe at every vertex (of all of them
-/// where the last vertex was found by sampling an emitter) and of the emitted radiance, `p` the
-/// density with which [`TreeTracer`](crate::TreeTracer) finds the path, roulette aside, and `ω` the
-/// power heuristic between the two ways to find the last vertex. Its integral over the domain is
-/// the radiance that leaves `x₁` towards the viewer (in the mean over the sensor), but for what
-/// `x₁` itself emits.
+/// **Integrand.** `F = ω f / p`. `f` is the product of one lobe at every vertex (of all lobes if
+/// the last vertex was found by emitter sampling) and of the emitted radiance. `p` is the density
+/// with which [`TreeTracer`](crate::TreeTracer) finds the path, without roulette. `ω` is the power
+/// heuristic between the two ways to find the last vertex. The integral over the domain is the
+/// radiance that leaves `x₁` towards the viewer (averaged over the sensor), without the emission
+/// of `x₁` itself.
 ///
-/// **Measure.** `dμ = p(x̄) dx̄`: of a path that is sampled by the domain's own sampler the weight
-/// is 1.
+/// **Measure.** `dμ = p(x̄) dx̄`: a path from the domain's own sampler has weight 1.
 ///
 /// **Target.** `p̂ = luminance(F)`, visibility included.
 pub struct PathDomain<'w, W: World> {
@@ -59,8 +58,8 @@ impl<W: World> Clone for PathDomain<'_, W> {
 
 impl<'w, W: World> PathDomain<'w, W> {
     /// The paths behind `first` as seen from `wo` (the unit direction to the viewer), of at most
-    /// `max_length` edges with that from the camera ([`MAX_PATH_LENGTH`] if that is less). A domain
-    /// of the previous frame has that frame's world, vertex and direction.
+    /// `max_length` edges including that from the camera ([`MAX_PATH_LENGTH`] if that is less). A
+    /// domain of the previous frame uses that frame's world, vertex and direction.
     pub fn behind(
         world: &'w W,
         first: W::Vertex,
@@ -91,9 +90,9 @@ impl<'w, W: World> PathDomain<'w, W> {
         }
     }
 
-    /// Whether a path of this domain has an image anywhere: false where it could neither be
-    /// reconnected nor replayed. What cannot leave is better summed at home than resampled: the
-    /// domain then is that of the other paths, its integral the rest.
+    /// Whether a path of this domain has an image in any other domain: false if it could neither be
+    /// reconnected nor replayed. Sum such paths in their own pixel instead of resampling them: the
+    /// domain then consists of the other paths, and its integral is the rest.
     pub fn can_leave(&self, sample: &PathSample) -> bool {
         self.connectability.replays() || sample.anatomy().reconnection.is_some()
     }
@@ -110,8 +109,7 @@ impl<'w, W: World> PathDomain<'w, W> {
         }
     }
 
-    /// The point that all paths start at and the unit direction from there to the viewer, where
-    /// they are given.
+    /// The common start of all paths and the unit direction from there to the viewer, if given.
     pub fn first(&self) -> Option<(&W::Vertex, Vec3)> {
         match &self.start {
             Start::Vertex { first, wo } => Some((first, *wo)),

@@ -1,13 +1,13 @@
-//! Jacobian determinants that know their measure.
+//! Jacobian determinants with their measure.
 
 use core::marker::PhantomData;
 use lightshed_resampling::{Jacobian, Undefined};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, Measure, PrimarySample, SolidAngle};
 
-/// `|∂T/∂x|` of a shift in the measure `M`. A weight in solid angle takes a determinant in solid
-/// angle and one in primary sample space takes one in primary sample space; they differ by the
-/// ratio of the densities (Lin 2022 eqs. 6.52–6.54).
+/// `|∂T/∂x|` of a shift in the measure `M`. A weight in solid angle needs a determinant in
+/// solid angle, and one in primary sample space needs one in primary sample space. They differ by
+/// the ratio of the densities (Lin 2022 eqs. 6.52–6.54).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredJacobian<M: Measure> {
     determinant: Jacobian,
@@ -32,7 +32,7 @@ impl<M: Measure> MeasuredJacobian<M> {
     /// `M`, those of the technique and lobe that produced them.
     ///
     /// # Errors
-    /// [`Undefined::Degenerate`] where a density is 0 or not finite.
+    /// [`Undefined::Degenerate`] if a density is 0 or not finite.
     #[inline]
     pub fn to_primary_sample(
         self,
@@ -46,10 +46,11 @@ impl<M: Measure> MeasuredJacobian<M> {
 }
 
 impl MeasuredJacobian<PrimarySample> {
-    /// Of a copied part of a path, which in its own measure `M` is the identity: `p(y)/p(x)`.
+    /// The Jacobian of a copied part of a path, which is the identity in its own measure `M`:
+    /// `p(y)/p(x)`.
     ///
     /// # Errors
-    /// [`Undefined::Degenerate`] where a density is 0 or not finite.
+    /// [`Undefined::Degenerate`] if a density is 0 or not finite.
     #[inline]
     pub fn of_copy<M: Measure>(base: Density<M>, offset: Density<M>) -> Result<Self, Undefined> {
         ratio(offset, base).map(Self::new)
@@ -58,7 +59,7 @@ impl MeasuredJacobian<PrimarySample> {
     /// In solid angle: `J p(x)/p(y)`.
     ///
     /// # Errors
-    /// [`Undefined::Degenerate`] where a density is 0 or not finite.
+    /// [`Undefined::Degenerate`] if a density is 0 or not finite.
     #[inline]
     pub fn to_solid_angle(
         self,
@@ -80,7 +81,7 @@ fn ratio<M: Measure>(over: Density<M>, under: Density<M>) -> Result<Jacobian, Un
 /// offset path from `y`.
 ///
 /// # Errors
-/// [`Undefined::Degenerate`] where one of them sees `z` edge-on or coincides with it.
+/// [`Undefined::Degenerate`] if one of them sees `z` edge-on or coincides with it.
 ///
 /// ```
 /// use lightshed_sampling::glam::Vec3;

@@ -1,4 +1,4 @@
-//! Paths, the mappings that shift them between pixels, and what those do to densities.
+//! Paths, shift mappings between pixels, and the Jacobians of those mappings.
 //!
 //! | what | where |
 //! |---|---|
@@ -13,8 +13,8 @@
 //! | whether a renderer's world keeps the laws that shifts rest on | [`check_world`] |
 //! | determinants that know their measure | [`MeasuredJacobian`], [`reconnection_jacobian`] |
 //!
-//! [`PathDomain`] and [`PathShift`] are a `Domain` and a `ShiftMapping` of `lightshed-resampling`:
-//! its merges reuse paths among pixels and frames.
+//! [`PathDomain`] implements `Domain` and [`PathShift`] implements `ShiftMapping` of
+//! `lightshed-resampling`, so its merges reuse paths among pixels and frames.
 //!
 //! Section and equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in
 //! Real-Time Ray Tracing*, ch. 6 and app. B).

@@ -1,14 +1,14 @@
-//! Ways to carry one scattering event from a base path to an offset path.
+//! Local shifts: mappings of one scattering event from a base path to an offset path.
 //!
-//! At a vertex `x` light arrives from `ω_i` and leaves towards `ω_o`. A local shift answers which
-//! `ω_i'` the offset path takes at its own vertex `y`, seen from `ω_o'`, and how solid angles
-//! change, `|∂ω_i'/∂ω_i|` (Lin 2022 §6.6.2). Full mappings are made of them;
+//! At a vertex `x` light arrives from `ω_i` and leaves towards `ω_o`. A local shift gives the
+//! direction `ω_i'` of the offset path at its own vertex `y`, seen from `ω_o'`, and the change of
+//! solid angle, `|∂ω_i'/∂ω_i|` (Lin 2022 §6.6.2). Complete mappings consist of local shifts.
 //! [`PathShift`](crate::PathShift) uses the copied vertex, the copied direction (towards the
-//! environment) and random replay, whose determinant in solid angle is `p(ω_i)/p(ω_i')`, 1 in
-//! primary sample space.
+//! environment) and random replay; the determinant of random replay in solid angle is
+//! `p(ω_i)/p(ω_i')`, and 1 in primary sample space.
 //!
-//! All are reciprocal: carrying `ω_i'` back gives `ω_i`, with the reciprocal determinant, or they
-//! are undefined.
+//! All are reciprocal: shifting `ω_i'` back gives `ω_i`, with the reciprocal determinant.
+//! Otherwise they are undefined.
 
 use crate::jacobian::{MeasuredJacobian, reconnection_jacobian};
 use lightshed_resampling::{Jacobian, Undefined};
@@ -24,12 +24,12 @@ pub struct LocalVertex {
     pub frame: Frame,
     /// Unit direction to the viewer, in world space.
     pub wo: Vec3,
-    /// Index of refraction below the surface over that above it, of the frame's normal; 1 where
-    /// nothing is refracted.
+    /// Index of refraction below the surface divided by that above it (the side of the frame's
+    /// normal); 1 if nothing is refracted.
     pub eta: f32,
 }
 
-/// Carries a direction from a vertex of the base path to one of the offset path.
+/// Maps a direction at a vertex of the base path to one at a vertex of the offset path.
 pub trait LocalShift {
     /// `ω_i'` at `to` for `ω_i = wi` at `from`, unit vectors in world space, and `|∂ω_i'/∂ω_i|`.
     ///
@@ -65,7 +65,7 @@ impl LocalShift for VertexCopy {
     }
 }
 
-/// Both paths take the same direction of the world: what leads to the environment.
+/// Both paths use the same world direction; for directions to the environment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DirectionCopy;
 
@@ -80,9 +80,9 @@ impl LocalShift for DirectionCopy {
     }
 }
 
-/// Both paths scatter about the same half vector of the surface: reflection stays reflection and
-/// refraction refraction, and of a glossy lobe the offset path takes the same part (Kettunen et al.
-/// 2015, as in Lin 2022 §6.6.2).
+/// Both paths scatter about the same half vector of the surface: reflection stays reflection,
+/// refraction stays refraction, and the offset path uses the same part of a glossy lobe (Kettunen
+/// et al. 2015, as in Lin 2022 §6.6.2).
 ///
 /// With the half vector `h`, on the side of `ω_o`:
 ///
@@ -140,7 +140,7 @@ fn half_vector_copy(
     };
     let half = sum.try_normalize().ok_or(Undefined::Degenerate)?;
     let half = if half.dot(wo) < 0.0 { -half } else { half };
-    // The viewer must stay on the side of the surface and of the half vector that it was on.
+    // The viewer must stay on the same side of the surface and of the half vector.
     let along = wo_offset.dot(half);
     if wo.z * wo_offset.z <= 0.0 || along <= 0.0 {
         return Err(Undefined::OutsideDomain);
@@ -161,7 +161,7 @@ fn half_vector_copy(
         return Err(Undefined::OutsideDomain);
     }
     let wi_offset = half * (relative * along - transmitted.sqrt()) - wo_offset * relative;
-    // About another half vector, or not through the surface: the way back would not return.
+    // About another half vector, or not through the surface: the inverse would not return.
     let behind = (wo_offset * sides_offset.0 + wi_offset * sides_offset.1).dot(half);
     let behind_base = sum.dot(half);
     if wi_offset.z * wo_offset.z >= 0.0 || wi.dot(half) >= 0.0 || behind * behind_base <= 0.0 {

@@ -1,8 +1,8 @@
-//! MIS weights between the two ways to find an emitter.
+//! MIS weights of the two techniques that find an emitter.
 
 use lightshed_sampling::{Density, SolidAngle, power_heuristic};
 
-/// MIS weight of having sampled an emitter.
+/// MIS weight of an emitter found by emitter sampling.
 #[inline(always)]
 pub(crate) fn emitter_weight(
     emitter: Density<SolidAngle>,
@@ -16,8 +16,8 @@ pub(crate) fn emitter_weight(
     }
 }
 
-/// MIS weight of having met an emitter that emitter sampling finds with density `emitter` (0 if it
-/// cannot).
+/// MIS weight of an emitter that a direction hit, if emitter sampling finds it with density
+/// `emitter` (0 if it cannot).
 #[inline(always)]
 pub(crate) fn scattering_weight(scattering: Density<SolidAngle>, emitter: Density<SolidAngle>) -> f32 {
     if emitter.is_positive() {

@@ -1,12 +1,12 @@
-//! Which random numbers a path uses where.
+//! The assignment of random numbers to the vertices of a path.
 
 use lightshed_sampling::{CounterRng, PathSeed};
 
 /// Words reserved for each vertex.
 const WORDS: u32 = 8;
 
-/// The random numbers of a path, vertex by vertex, so that replay can begin anywhere. Roulette has
-/// its own word, which replay never looks at.
+/// The random numbers of a path, vertex by vertex, so that replay can start anywhere. Roulette has
+/// its own word, which replay never reads.
 #[derive(Clone, Debug)]
 pub(crate) struct PathNumbers(CounterRng);
 
@@ -26,7 +26,7 @@ impl PathNumbers {
         &mut self.0
     }
 
-    /// Of the place on a sensor and on its lens.
+    /// Numbers of the position on a sensor and on its lens.
     #[inline]
     pub fn sensor(&mut self) -> [f32; 4] {
         let rng = self.at(0, 0);
@@ -34,7 +34,7 @@ impl PathNumbers {
         [a, b, c, d]
     }
 
-    /// Of the lobe and the direction at `x_vertex`.
+    /// Numbers of the lobe and the direction at `x_vertex`.
     #[inline]
     pub fn scatter(&mut self, vertex: u32) -> ScatterNumbers {
         let rng = self.at(vertex, 4);
@@ -44,7 +44,7 @@ impl PathNumbers {
         }
     }
 
-    /// Of the emitter and the place on it, chosen at `x_vertex`.
+    /// Numbers of the emitter and the position on it, selected at `x_vertex`.
     #[inline]
     pub fn emitter(&mut self, vertex: u32) -> (u64, [f32; 2]) {
         let rng = self.at(vertex, 0);

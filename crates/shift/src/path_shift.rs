@@ -10,26 +10,26 @@ use lightshed_resampling::{Pulled, ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PrimarySample, luminance};
 
-/// The hybrid of random replay and reconnection (Lin 2022 §6.6.4), with its two limits.
+/// The hybrid of random replay and reconnection (Lin 2022 §6.6.4), including its two limiting
+/// cases.
 ///
-/// A base path `x₁ x₂ … x_k` reconnects at its first connectable pair `x_{r−1}, x_r`. The offset
-/// path starts at its own domain's `y₁`, draws `y₂ … y_{r−1}` with the base path's random numbers,
-/// sets `y_r = x_r` by the base path's lobe and keeps what follows. Which pairs are connectable is
-/// for each domain to say ([`Connectability`](crate::Connectability)); there lies the choice of
-/// mapping. A path without a connectable pair is replayed to its end.
+/// A base path `x₁ x₂ … x_k` reconnects at its first connectable pair `x_{r−1}, x_r`. The
+/// offset path starts at its own domain's `y₁`, draws `y₂ … y_{r−1}` with the base path's
+/// random numbers, sets `y_r = x_r` with the base path's lobe and keeps the rest. Each domain
+/// defines which pairs are connectable ([`Connectability`](crate::Connectability)); this selects
+/// the mapping. A path without a connectable pair is replayed to its end.
 ///
 /// **Jacobian**, in primary sample space: replayed vertices have their own random numbers as
-/// coordinates, so they have 1; the copied vertex has 1 in area measure. What remains is the ratio
-/// of densities (Lin 2022 eq. 6.54, with the density behind the reconnection, whose incoming
-/// direction has changed):
+/// coordinates, so their factor is 1. The copied vertex has factor 1 in area measure. So only the
+/// ratio of densities remains (Lin 2022 eq. 6.54, including the density behind the reconnection,
+/// whose incoming direction has changed):
 ///
 /// > `|∂T/∂x̄| = p(y_{r−1} → x_r) / p(x_{r−1} → x_r) · p(ω_r | y_{r−1}) / p(ω_r | x_{r−1})`
 ///
 /// with the first ratio in area measure and all densities joint with the choice of lobe. The second
-/// drops out where `x_r` is on an emitter or the vertex behind was found by sampling one.
+/// ratio is omitted if `x_r` is on an emitter or the next vertex was found by emitter sampling.
 ///
-/// **Undefined** where the offset path disagrees about the reconnection, loses its way, or is
-/// blocked.
+/// **Undefined** if the offset path reconnects elsewhere, leaves the scene, or is blocked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathShift {
     jacobian_limit: f64,
@@ -46,7 +46,7 @@ impl Default for PathShift {
 /// A path as a domain sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Evaluated<R> {
-    /// `F` in the domain, but for occlusion.
+    /// `F` in the domain, without occlusion.
     pub contribution: Vec3,
     /// Counterpart of the sample's density.
     pub density: f32,
@@ -55,8 +55,8 @@ pub(crate) struct Evaluated<R> {
 }
 
 impl PathShift {
-    /// With a reciprocal gate: undefined where `max(J, 1/J)` exceeds `limit`. No bias, for every
-    /// MIS weight sees it.
+    /// With a reciprocal gate: undefined if `max(J, 1/J)` exceeds `limit`. This causes no bias,
+    /// because every MIS weight sees the gate.
     #[must_use]
     pub fn with_jacobian_limit(self, limit: f64) -> Self {
         Self {
@@ -119,24 +119,24 @@ impl<'w, W: World> ShiftMapping<PathDomain<'w, W>> for PathShift {
     }
 }
 
-/// The vertex `y_m` that an offset path has come to.
+/// The vertex `y_m` that an offset path has reached.
 struct Offset<'a, V> {
     vertex: At<'a, V>,
     wo: Vec3,
     throughput: Vec3,
-    /// Position of the vertex before, and the width of the lobe that left it.
+    /// Position of the previous vertex, and the width of the lobe that left it.
     before: Option<(Vec3, f32)>,
 }
 
-/// A vertex of the domain, or of the path alone.
+/// A vertex of the domain, or of this path alone.
 enum At<'a, V> {
     First(&'a V),
     Own(V),
 }
 
 impl<V> Offset<'_, V> {
-    /// Whether the pair of the vertex before and the current one, `y_m`, could be reconnected if
-    /// the current one's lobe is `roughness` wide.
+    /// Whether the pair of the previous vertex and the current one, `y_m`, could be reconnected if
+    /// the lobe of the current one is `roughness` wide.
     fn connectable<W: World<Vertex = V>>(&self, to: &PathDomain<'_, W>, m: u32, roughness: f32) -> bool {
         let rules = &to.connectability;
         self.before.is_some_and(|(before, left)| {
@@ -247,8 +247,8 @@ struct Left {
     is_delta: bool,
 }
 
-/// Scatters at `y_m` with the base path's numbers. Leaves `offset` at the same vertex, with what is
-/// to be known of it behind it.
+/// Scatters at `y_m` with the base path's numbers. Updates `offset` at the same vertex with the
+/// data that the next vertex needs.
 fn replay<W: World>(
     to: &PathDomain<'_, W>,
     offset: &mut Offset<'_, W::Vertex>,
@@ -280,7 +280,7 @@ fn replay<W: World>(
     Ok(((ray, sampled.wi), left))
 }
 
-/// A path of all replay that ends at a sampled emitter.
+/// A fully replayed path that ends at a sampled emitter.
 fn replayed_emitter<W: World>(
     to: &PathDomain<'_, W>,
     offset: &Offset<'_, W::Vertex>,
@@ -307,8 +307,8 @@ fn replayed_emitter<W: World>(
     })
 }
 
-/// What an emitter's endpoint contributes to an offset path, its density in its own measure, and
-/// what must be free.
+/// The contribution of an emitter's endpoint to an offset path, its density in its own measure, and
+/// the segment that must be free.
 fn sampled_emitter<W: World>(
     to: &PathDomain<'_, W>,
     offset: &Offset<'_, W::Vertex>,
@@ -324,7 +324,7 @@ fn sampled_emitter<W: World>(
     Ok((contribution, connection.own_density.value(), connection.ray))
 }
 
-/// A path of all replay that meets an emitter.
+/// A fully replayed path that hits an emitter.
 fn replayed_scattering<W: World>(
     to: &PathDomain<'_, W>,
     mut offset: Offset<'_, W::Vertex>,
@@ -398,7 +398,7 @@ fn to_vertex<W: World>(
     })
 }
 
-/// Reconnects to the end of a path that was found by sampling an emitter.
+/// Reconnects to the end of a path that was found by emitter sampling.
 fn to_sampled_emitter<W: World>(
     x: &PathSample,
     to: &PathDomain<'_, W>,
@@ -416,7 +416,7 @@ fn to_sampled_emitter<W: World>(
     })
 }
 
-/// Reconnects to the end of a path that met an emitter. The density of emitter sampling is that at
+/// Reconnects to the end of a path that hit an emitter. The density of emitter sampling is that at
 /// the offset's vertex.
 fn to_met_emitter<W: World>(
     x: &PathSample,

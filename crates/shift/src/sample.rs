@@ -7,13 +7,13 @@ use lightshed_sampling::{PathSeed, luminance, octahedral_decode, octahedral_enco
 
 /// A path from the first surface vertex `x₁` of its domain to an emitter, in 64 bytes.
 ///
-/// The vertices before the reconnection vertex `x_r` are the random numbers of a seed, that vertex
-/// is a place, and what follows is the radiance that arrives at it. What a shift changes is kept
-/// beside it: the density with which the domain's own path reaches it, and the domain's
-/// contribution.
+/// The vertices before the reconnection vertex `x_r` are stored as the seed of their random
+/// numbers, that vertex as a place, and the rest as the radiance that arrives at it. The sample
+/// also stores what a shift changes: the density with which the domain's own path reaches the
+/// vertex, and the contribution in the domain.
 ///
-/// Everything is packed first and evaluated after: contribution and density are those of the stored
-/// numbers.
+/// Samples are packed first and evaluated afterwards: contribution and density are those of the
+/// stored numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PathSample {
@@ -24,13 +24,13 @@ pub struct PathSample {
     pub(crate) anchor: [u32; 3],
     /// `ω_i` at the reconnection vertex, as an octahedral point.
     pub(crate) incident: [f32; 2],
-    /// What arrives at the reconnection vertex out of `ω_i`, over the densities of everything
-    /// behind it.
+    /// Radiance that arrives at the reconnection vertex from `ω_i`, divided by the densities of
+    /// everything behind it.
     pub(crate) radiance: [f32; 3],
-    /// `p(x_r)` in area measure times `p(ω_i at x_r)`: what a reconnection changes.
+    /// `p(x_r)` in area measure times `p(ω_i at x_r)`: the densities that a reconnection changes.
     pub(crate) density: f32,
-    /// Density of `ω_i` by emitter sampling at the reconnection vertex, where the path ends behind
-    /// it; else 0.
+    /// Density of `ω_i` by emitter sampling at the reconnection vertex, if the path ends behind
+    /// it; otherwise 0.
     pub(crate) emitter_pdf: f32,
     /// `F = f ω / p`, the integrand in primary sample space.
     pub(crate) contribution: [f32; 3],
@@ -50,7 +50,7 @@ pub(crate) enum Technique {
 /// What a path reconnects to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AnchorKind {
-    /// Nothing: all its vertices are replayed.
+    /// None: all vertices are replayed.
     None,
     /// A vertex that scatters.
     Vertex,
@@ -58,31 +58,31 @@ pub(crate) enum AnchorKind {
     EmitterSurface,
     /// The last vertex, at infinity.
     EmitterDirection,
-    /// The last vertex, an emitter that no direction finds.
+    /// The last vertex, an emitter that no direction can hit.
     EmitterDelta,
 }
 
-/// What a [`PathSample`] is made of, for tests and pictures.
+/// The components of a [`PathSample`], for tests and visualisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathAnatomy {
-    /// Number of edges, that from the camera included.
+    /// Number of edges, including that from the camera.
     pub length: u32,
-    /// Number of the reconnection vertex, counted from the camera as 0; `None` if the path is all
-    /// replay.
+    /// Number of the reconnection vertex, counted from the camera as 0; `None` for a fully replayed
+    /// path.
     pub reconnection: Option<u32>,
-    /// Where that vertex is; `None` at infinity.
+    /// Position of that vertex; `None` at infinity.
     pub place: Option<Place>,
-    /// Whether the last vertex was found by sampling an emitter.
+    /// Whether the last vertex was found by emitter sampling.
     pub ends_at_sampled_emitter: bool,
     /// Lobe at the vertex before the reconnection vertex; `None` for all of them together.
     pub lobe_before: Option<u8>,
     /// Lobe at the reconnection vertex; `None` for all of them together, and on an emitter.
     pub lobe_at: Option<u8>,
-    /// Direction to the vertex behind the reconnection vertex, where there is one.
+    /// Direction to the vertex behind the reconnection vertex, if there is one.
     pub incident: Option<Vec3>,
 }
 
-/// In place of a lobe's number: all lobes together, as emitter sampling evaluates them.
+/// Instead of the number of a lobe: all lobes together, as emitter sampling evaluates them.
 pub(crate) const ALL_LOBES: u8 = MAX_LOBES;
 
 /// The discrete part of a path.
@@ -136,7 +136,7 @@ impl Shape {
     }
 }
 
-/// What a path reconnects to, as it is before packing.
+/// The reconnection of a path, before packing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Anchor {
     None,
@@ -184,7 +184,7 @@ impl PathSample {
         }
     }
 
-    /// The seed of the random numbers behind the vertices that are replayed.
+    /// The seed of the random numbers of the replayed vertices.
     pub fn seed(&self) -> PathSeed {
         self.seed
     }
@@ -211,8 +211,8 @@ impl PathSample {
         unpack_direction(self.incident)
     }
 
-    /// `F`, what the path contributes to its domain in primary sample space: an estimate of the
-    /// domain's integral is `F W`.
+    /// `F`, the contribution of the path to its domain in primary sample space: `F W` estimates the
+    /// integral of the domain.
     #[inline(always)]
     pub fn contribution(&self) -> Vec3 {
         Vec3::from_array(self.contribution)
@@ -241,7 +241,8 @@ impl PathSample {
         }
     }
 
-    /// Whether two samples are one path: equal but for what belongs to their domains.
+    /// Whether two samples are the same path: equal except for the values that belong to their
+    /// domains.
     pub fn is_same_path(&self, other: &Self) -> bool {
         let bare = |sample: &Self| Self {
             density: 0.0,

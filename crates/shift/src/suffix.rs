@@ -1,4 +1,4 @@
-//! Follows what lies behind reconnection vertices, path by path.
+//! Tracing of suffixes behind reconnection vertices, one by one.
 
 use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
@@ -7,9 +7,9 @@ use crate::world::{End, Endpoint, RayKind, Suffix, SuffixLight, SuffixLimits, Wo
 use lightshed_sampling::Density;
 use lightshed_sampling::glam::Vec3;
 
-/// Traces one suffix by a world's other functions: what [`TreeTracer`](crate::TreeTracer) does
-/// where [`WorldLighting::trace_suffixes`](crate::WorldLighting::trace_suffixes) is not overridden,
-/// and what to hold one's own against.
+/// Traces one suffix with a world's other functions. [`TreeTracer`](crate::TreeTracer) uses it if
+/// [`WorldLighting::trace_suffixes`](crate::WorldLighting::trace_suffixes) is not overridden; it is
+/// the reference for your own version.
 pub fn trace_suffix<W: World + ?Sized>(
     world: &W,
     suffix: &Suffix<W::Ray, W::Site>,

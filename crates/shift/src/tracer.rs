@@ -9,9 +9,9 @@ use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{PathSeed, PrimarySample};
 
-/// Traces trees of paths: one walk by scattering from the domain's first vertex, and at every
-/// vertex of it a path to a sampled emitter and, where it meets one, a path to that emitter. Each
-/// is a candidate for a reservoir of the domain.
+/// Traces trees of paths: one walk by scattering from the domain's first vertex. At every vertex of
+/// the walk there is a path to a sampled emitter, and a path to the emitter that the walk hits, if
+/// any. Each path is a candidate for a reservoir of the domain.
 ///
 /// Every path of a domain belongs to exactly one of a tree's candidates, so a candidate of one of
 /// `N` trees has the resampling MIS weight `1/N`. Its contribution weight is one over the
@@ -23,10 +23,10 @@ pub struct TreeTracer<W: World> {
     roulette_from: u32,
     /// By tree.
     walks: Vec<Walk<W>>,
-    /// The trees that are still on their way, and where they have come to.
+    /// The active trees, and the vertices that they have reached.
     places: Vec<usize>,
     vertices: Vec<Option<W::Vertex>>,
-    /// Where they came from: places in the vertices before.
+    /// Where they came from: indices into the previous vertices.
     origins: Vec<usize>,
     before: Vec<Option<W::Vertex>>,
     next_places: Vec<usize>,
@@ -44,8 +44,8 @@ pub struct TreeTracer<W: World> {
 pub enum Finding<'a> {
     /// A candidate of positive target, with its contribution weight.
     Path(&'a PathSample, ContributionWeight<PrimarySample, f64>),
-    /// Radiance that the sensor sees directly: no path of the domain, but part of what the sensor
-    /// measures.
+    /// Radiance that the sensor sees directly: no path of the domain, but part of the sensor's
+    /// measurement.
     Seen(Vec3),
 }
 
@@ -70,8 +70,8 @@ impl<W: World> TreeTracer<W> {
         }
     }
 
-    /// Traces a tree for each domain and seed and hands what it finds to `visit`, with the number
-    /// of the tree. The candidates of a tree come in a fixed order.
+    /// Traces a tree for each domain and seed and passes its results to `visit`, with the number of
+    /// the tree. The candidates of a tree have a fixed order.
     pub fn trace(
         &mut self,
         trees: &[(&PathDomain<'_, W>, PathSeed)],
@@ -172,7 +172,7 @@ impl<W: World> TreeTracer<W> {
         world.trace_many(&self.rays, kind, &mut self.vertices);
     }
 
-    /// From every vertex, a path to an emitter and a ray onwards.
+    /// From every vertex, a path to an emitter and a ray to the next vertex.
     fn leave(&mut self, trees: &[(&PathDomain<'_, W>, PathSeed)]) {
         self.pending.clear();
         self.pending_rays.clear();

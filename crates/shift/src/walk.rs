@@ -1,4 +1,4 @@
-//! One path of a tree on its way: where it is, what it has gathered, what it could reconnect to.
+//! One active path of a tree: its position, its throughput, and its possible reconnection.
 
 use crate::domain::PathDomain;
 use crate::mis::{emitter_weight, scattering_weight};
@@ -10,7 +10,7 @@ use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PathSeed, PrimarySample, SolidAngle};
 
-/// How the path left the vertex before the current one.
+/// How the path left the previous vertex.
 struct Departure<S> {
     site: S,
     position: Vec3,
@@ -47,9 +47,9 @@ pub(crate) enum Onward<W: World> {
     Suffix(Suffix<W::Ray, W::Site>),
 }
 
-/// A connectable pair of the vertex before with the current one, by all but the current one's lobe;
-/// as a shift sees it: by the two positions, not by the direction that led from one to the other,
-/// which differs by the rays' offsets.
+/// A connectable pair of the previous vertex with the current one, not yet tested for the lobe of
+/// the current one. It uses the two positions, as a shift does, not the direction that led from one
+/// to the other, which differs by the offsets of rays.
 #[derive(Clone, Copy)]
 struct Pair {
     direction: Vec3,
@@ -80,7 +80,7 @@ pub(crate) struct Walk<W: World> {
 /// A path that ends at an emitter, and the weight it has as a candidate.
 pub(crate) type Candidate = (PathSample, ContributionWeight<PrimarySample, f64>);
 
-/// A candidate that counts if its last edge is free.
+/// A candidate that counts if its last edge is unoccluded.
 pub(crate) struct Pending<R> {
     pub candidate: Candidate,
     pub ray: R,
@@ -118,8 +118,8 @@ impl<W: World> Walk<W> {
         End::of(vertex).radiance(domain.world, -self.wo)
     }
 
-    /// Takes in that the path has come from `before` to `vertex`: whether they may be reconnected,
-    /// as far as the former's lobe and the distance say.
+    /// Records that the path has come from `before` to `vertex`: whether they may be reconnected,
+    /// as far as the lobe of the former and the distance decide it.
     pub fn settle(&mut self, domain: &PathDomain<'_, W>, before: &W::Vertex, vertex: Option<&W::Vertex>) {
         self.pair = self.connectable(domain, before, vertex);
     }
@@ -220,7 +220,7 @@ impl<W: World> Walk<W> {
         Some(Pending { candidate, ray })
     }
 
-    /// Scatters at the current vertex: the direction to go on, or the end of the path.
+    /// Scatters at the current vertex: the direction to continue, or the end of the path.
     pub fn scatter(
         &mut self,
         domain: &PathDomain<'_, W>,
@@ -263,8 +263,8 @@ impl<W: World> Walk<W> {
             return None;
         }
         if self.index >= roulette_from {
-            // The weight of a candidate carries what the integrand does not: the throughput is
-            // never divided.
+            // The weight of a candidate contains the factors that the integrand does not: the
+            // throughput is never divided.
             let survival = survival(self.throughput.max_element() * self.weight as f32);
             if !(self.numbers.roulette(self.index) < survival) {
                 return None;
@@ -297,7 +297,7 @@ impl<W: World> Walk<W> {
         Some(Onward::Ray(world.ray(vertex, sampled.wi)))
     }
 
-    /// The path by which light arrives behind the reconnection vertex.
+    /// The path for light that arrives behind the reconnection vertex.
     pub fn take_in(&self, light: &SuffixLight) -> Option<Candidate> {
         let found = self.found.as_ref()?;
         let (length, technique, arriving, omega, emitter_pdf) = match *light {
@@ -338,7 +338,7 @@ impl<W: World> Walk<W> {
         self.candidate(sample, self.throughput * arriving * omega)
     }
 
-    /// The path that ends where the current ray has arrived from `before`: at `vertex`, or at
+    /// The path that ends where the current ray from `before` has arrived: at `vertex`, or at
     /// infinity. `None` if nothing is emitted there.
     pub fn arrive(
         &self,
@@ -383,7 +383,7 @@ impl<W: World> Walk<W> {
         self.candidate(sample, contribution)
     }
 
-    /// A path that reconnects to the emitter it has met.
+    /// A path that reconnects to the emitter it has hit.
     fn ending(&self, length: u32, endpoint: Endpoint, lobe: u8, density: f32) -> PathSample {
         let anchor = (length, Anchor::Emitter(endpoint));
         let mut sample = PathSample::new(self.seed, length, Technique::Scattering, anchor, [lobe, 0]);

@@ -10,16 +10,17 @@ use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::{for_each_chunk, join};
 use lightshed_spatial::SortedIndices;
 
-/// Depth from which groups are halved by number, so that no way is longer than
+/// Depth from which groups are halved by number, so that no path is longer than
 /// [`crate::tree::MAX_DEPTH`].
 const HALVE_FROM: usize = 36;
 /// Groups of fewer lights are built on one thread.
 const APART: usize = 1 << 12;
-/// Most groups of all lights that are built apart: the halves of more would be copied more often.
+/// Largest number of groups that are built separately: the halves of more would be copied more
+/// often.
 const PARTS: usize = 32;
 /// Lights that a thread gathers at once.
 const CHUNK: usize = 1 << 13;
-/// How many lights ahead of their turn are asked for.
+/// How many lights ahead are prefetched.
 const PREFETCH_DISTANCE: usize = 32;
 
 /// Items that lie together.
@@ -34,12 +35,12 @@ impl WideNode {
     };
 }
 
-/// What builds on several threads keep from one time to the next.
+/// Memory that builds on several threads reuse.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Spares(Vec<Vec<WideNode>>);
 
 impl Spares {
-    /// One for each group that is built apart, if groups are divided evenly.
+    /// One for each group that is built separately, if groups are divided evenly.
     fn enough(&mut self) -> &mut [Vec<WideNode>] {
         if cfg!(feature = "parallel") {
             self.0.resize_with(4 * PARTS, Vec::new);
@@ -48,8 +49,8 @@ impl Spares {
     }
 }
 
-/// Blocks of the tree, the root's first. The same for any number of threads. `root` is what the
-/// source calls all together.
+/// Blocks of the tree, the root's first. The same for any number of threads. `root` is the source's
+/// name of all lights together.
 pub(super) fn build(
     source: impl SplitSource<LightExtent>,
     root: u32,
@@ -58,7 +59,7 @@ pub(super) fn build(
     spares: &mut Spares,
 ) {
     blocks.clear();
-    // No more than that: a group that is divided has nine lights or more, so that few are pairs.
+    // No more than that: a divided group has nine lights or more, so few are pairs.
     blocks.reserve(count / 2 + 1);
     if count == 0 {
         blocks.push(WideNode::EMPTY);
@@ -67,7 +68,7 @@ pub(super) fn build(
     let job = Job {
         apart: (count / PARTS).max(APART),
     };
-    // The extent of all together is not asked for.
+    // The extent of all lights together is not needed.
     let all = Group {
         node: root,
         ..Group::new(0, count, LightExtent::EMPTY)
@@ -75,7 +76,7 @@ pub(super) fn build(
     job.build_below(source, &all, 0, blocks, spares.enough());
 }
 
-/// What is the same for all groups.
+/// Data common to all groups.
 #[derive(Clone, Copy)]
 struct Job {
     /// Groups of fewer lights are built on one thread.
@@ -113,7 +114,7 @@ impl Job {
         self.build_children(source, groups.as_slice(), depth, (root, 0), blocks, spares);
     }
 
-    /// Builds what is below `groups`, children of block `root` from a lane on.
+    /// Builds the tree below `groups`, children of block `root` from a lane on.
     fn build_children(
         self,
         mut source: impl SplitSource<LightExtent>,
@@ -125,7 +126,7 @@ impl Job {
     ) {
         let many: usize = groups.iter().map(Group::len).sum();
         if cfg!(feature = "parallel") && groups.len() > 1 && many > self.apart {
-            // The halves are built apart and the second is then moved behind the first.
+            // The halves are built separately, then the second is moved behind the first.
             let (low, high) = groups.split_at(groups.len() / 2);
             let (source_low, source_high) = source.apart(high[0].start);
             let mut fresh = Vec::new();
@@ -167,7 +168,7 @@ impl Job {
     }
 }
 
-/// Items of all lights that are on, in the order given, or else in their own.
+/// Items of all lights that are on, in the given order, or otherwise in their own.
 pub(super) fn collect_items(lights: &[Light], order: Option<SortedIndices>, items: &mut Vec<Item>) {
     items.resize(lights.len(), Item::default());
     for_each_chunk(items, CHUNK, |first, items| {
@@ -213,7 +214,7 @@ impl LaneKernel for Gather<'_> {
                 if let Some(later) = self.light_at(place + PREFETCH_DISTANCE)
                     && let Some(light) = self.lights.get(later)
                 {
-                    // A light lies in one line or in two.
+                    // A light covers one cache line or two.
                     prefetch(&light.bounds);
                     prefetch(&light.cone);
                 }

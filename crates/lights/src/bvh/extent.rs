@@ -44,8 +44,8 @@ impl Item {
     }
 }
 
-/// Extent of a group: boxes of places and of normals. Least and greatest values alone, so that it
-/// is the same in any order.
+/// Extent of a group: boxes of positions and of normals. It consists of least and greatest values,
+/// so it is the same in any order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightExtent {
     min: Vec3A,
@@ -103,10 +103,10 @@ impl Extent for LightExtent {
         self.intensity
     }
 
-    /// `I · M_A · M_Ω`: with the diagonal for the area, which does not vanish on a line, and
-    /// from 1 to 4 for normals from one direction to all, as the measure of the cone does (Conty
-    /// Estevez and Kulla 2018, eq. 1). The diagonal's square, or the box's area, makes choices in
-    /// scenes with lamps of different brightness noisier by a third.
+    /// `I · M_A · M_Ω`: with the diagonal for the area, because it does not vanish on a line,
+    /// and with `M_Ω` from 1 to 4 for normals from one direction to all, as the measure of the
+    /// cone (Conty Estevez and Kulla 2018, eq. 1). The diagonal's square, or the box's area, makes
+    /// selections in scenes with lamps of different brightness noisier by a third.
     #[inline(always)]
     fn cost_of(&self, intensity: f64, diagonal: Vec3A) -> f64 {
         let half = (self.normals_max - self.normals_min) * 0.5;
@@ -114,7 +114,7 @@ impl Extent for LightExtent {
         intensity * f64::from(diagonal.length() * (1.0 + 3.0 * spread))
     }
 
-    /// What is bright decides where upper nodes are divided.
+    /// Bright lights determine where upper nodes are divided.
     #[inline(always)]
     fn sampling_weight(item: &Item) -> f32 {
         item.intensity

@@ -25,7 +25,7 @@ use node::{LEAF, NO_LEAF, WideNode};
 /// A bounding volume hierarchy over lights: slower to build than a
 /// [`PerfectTree`](crate::PerfectTree), with better probabilities.
 ///
-/// `p(light | x) = Π_k w_k / Σ w` over the nodes on the way to the light, in the counting
+/// `p(light | x) = Π_k w_k / Σ w` over the nodes on the path to the light, in the counting
 /// measure.
 ///
 /// ```
@@ -45,30 +45,31 @@ use node::{LEAF, NO_LEAF, WideNode};
 pub struct LightBvh {
     /// Children of each inner node, the root's first.
     blocks: Vec<WideNode>,
-    /// For each block its place among its parent's children, `8 · block + lane`.
+    /// For each block its position among its parent's children, `8 · block + lane`.
     parents: Vec<u32>,
-    /// For each light its place, or [`NO_LEAF`] if it is off.
+    /// For each light its position, or [`NO_LEAF`] if it is off.
     leaf_of: Vec<u32>,
     build: BvhBuild,
     /// Kept for the next build.
     scratch: Scratch,
 }
 
-/// Among which divisions of a group of lights the build of a [`LightBvh`] looks for the best one.
+/// The set of divisions of a group of lights from which the build of a [`LightBvh`] selects the
+/// best one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BvhBuild {
-    /// By planes across each axis, at the bounds of 16 equal bins: for lights that stand still.
+    /// Planes across each axis, at the bounds of 16 equal bins: for static lights.
     #[default]
     Binned,
-    /// Lights are sorted along Hilbert's curve once, and groups divided between any neighbours on
-    /// it: for lights that move. Several times faster, with nodes nearly as good.
+    /// Lights are sorted along Hilbert's curve once, and groups are divided between any neighbours
+    /// on it: for moving lights. Several times faster, with nodes nearly as good.
     AlongCurve,
     /// Upper levels from a tenth of the lights, drawn by their intensity along Morton's curve, the
     /// rest by bins (Dittebrandt 2025 ch. 8): for many lights.
     Stochastic,
-    /// From the bottom up: the two groups that are each other's cheapest partners become one, until
-    /// one is left. On one thread, and tens of times slower: what the others are compared with.
+    /// From the bottom up: two groups that are each other's cheapest partners are joined, until one
+    /// is left. On one thread, and tens of times slower: a reference for the others.
     Agglomerative,
 }
 
@@ -91,7 +92,7 @@ impl LightBvh {
         Self::with_build(lights, BvhBuild::default())
     }
 
-    /// Builds the hierarchy in the given way, now and again.
+    /// Builds the hierarchy in the given way, now and in later rebuilds.
     ///
     /// # Errors
     ///
@@ -108,14 +109,13 @@ impl LightBvh {
         Ok(bvh)
     }
 
-    /// Builds the hierarchy again for other lights, in the memory that it has: on one thread
-    /// nothing is allocated unless there are more lights, or more nodes, than ever before
-    /// ([`BvhBuild::Stochastic`] allocates its clusters). The same lights give the same hierarchy
-    /// on any number of threads.
+    /// Builds the hierarchy again for other lights, reusing its memory: on one thread it allocates
+    /// only if there are more lights, or more nodes, than ever before ([`BvhBuild::Stochastic`]
+    /// allocates its clusters). The same lights give the same hierarchy on any number of threads.
     ///
     /// # Errors
     ///
-    /// See [`LightError`]; the hierarchy is as it was then.
+    /// See [`LightError`]; the hierarchy is then unchanged.
     pub fn rebuild(&mut self, lights: &[Light]) -> Result<(), LightError> {
         crate::check_lights(lights)?;
         let Scratch {
@@ -160,7 +160,7 @@ impl LightBvh {
             }
         }
         self.parents.clear();
-        // As many as there are blocks next time, too.
+        // The same number of blocks is expected next time.
         self.parents.reserve(self.blocks.capacity());
         self.parents.resize(self.blocks.len(), NO_LEAF);
         self.leaf_of.clear();

@@ -1,6 +1,6 @@
-//! Which level serves which distance.
+//! The level that serves each distance.
 
-/// The blending functions `B_ℓ(d)`, which share every distance `d ≥ 0` between at most two
+/// The blending functions `B_ℓ(d)`. They divide every distance `d ≥ 0` between at most two
 /// neighbouring levels: `Σ_ℓ B_ℓ(d) = 1` (Lin 2022 §3.2.2, fig. 3.2).
 ///
 /// With `r_ℓ = α h_ℓ`, so `r_{ℓ+1} = 2 r_ℓ`, `B_ℓ` rises from 0 at `r_ℓ/2` to 1 at
@@ -62,7 +62,7 @@ impl BlendingFunctions {
         self.ramps(level).weight(distance * distance)
     }
 
-    /// The two ramps of one level, with what does not depend on the distance worked out.
+    /// The two ramps of one level, with precomputed constants.
     #[inline(always)]
     pub(super) fn ramps(&self, level: u32) -> Ramps {
         Ramps {
@@ -100,7 +100,7 @@ mod tests {
     enum Fault {
         /// The rise starts at zero distance.
         RisesFromZero,
-        /// A level ends where the next one is whole, minus a tenth.
+        /// A level ends where the next one is complete, minus a tenth.
         EndsEarly,
         /// The last level falls too.
         LastFalls,

@@ -24,7 +24,7 @@ pub enum GridError {
     Levels(u32),
     /// The bounds asked for are not finite or not in order.
     Bounds,
-    /// A change names a light that there is not.
+    /// A change names a light that does not exist.
     NoSuchLight(u32),
 }
 

@@ -1,9 +1,9 @@
-//! The light of a grid vertex, and how it shines.
+//! The light of a grid vertex, and its emission.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// What a grid vertex stands for as a light: the lights in the eight cells around it, each with its
+/// The light of a grid vertex: it represents the lights in the eight cells around it, each with its
 /// trilinear share.
 ///
 /// It sits at their illumination centre `c = Σ w L p / Σ w L`, with `w` the share, `L` the
@@ -12,13 +12,13 @@ use glam::Vec3;
 ///
 /// > `e(ω) = a + ½ (m·ω + max(|m·ω|, √(ωᵀ Q ω)))`.
 ///
-/// Here `a` is the share of the light that shines all around, `m` the mean of the others' normals
-/// (times 1 − a), and `Q` the second moment of their normals (times (1 − a)²), scaled. Since
-/// `max(0, t) = ½ (t + |t|)`, the mean of the clamped cosines of many surfaces is
-/// `½ (E[n·ω] + E|n·ω|)`; the first is linear, and of the second
-/// `|E[n·ω]| ≤ E|n·ω| ≤ √E[(n·ω)²]` is known, the upper bound being exact wherever
-/// `|n·ω|` is one and the same: for one wall, or several in the same attitude. The scale keeps
-/// the flux of the bound near that of the lights, exactly so for equal and for uniform normals.
+/// Here `a` is the share of the light that is emitted in all directions, `m` the mean of the other
+/// lights' normals (times 1 − a), and `Q` the second moment of their normals (times (1 − a)²),
+/// scaled. Since `max(0, t) = ½ (t + |t|)`, the mean of the clamped cosines of many surfaces is
+/// `½ (E[n·ω] + E|n·ω|)`. The first term is linear. For the second,
+/// `|E[n·ω]| ≤ E|n·ω| ≤ √E[(n·ω)²]`; the upper bound is exact if all `|n·ω|` are
+/// equal: for one wall, or several with the same orientation. The scale keeps the flux of the bound
+/// near that of the lights, exactly so for equal and for uniform normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GridLight {
@@ -32,28 +32,28 @@ pub struct GridLight {
     pub mean_normal: Vec3,
     /// `Q`: the elements xx, yy, zz, xy, yz, zx.
     pub normal_moment: [f32; 6],
-    /// Standard deviations σ_a, along each axis, of the positions of what it stands for: the roots
-    /// of the variance of the illumination centre.
+    /// Standard deviations σ_a, along each axis, of the positions of the represented lights: the
+    /// roots of the variance around the illumination centre.
     pub spread: Vec3,
 }
 
-/// Bound on what [`GridLight::blending_distance_squared`] corrects, relative to the squared
-/// distance: beyond it the series means nothing.
+/// Bound on the correction of [`GridLight::blending_distance_squared`], relative to the squared
+/// distance: beyond it the series is meaningless.
 const CORRECTION_BOUND: f32 = 0.2;
 
-/// Most by which a light may be farther than its distance for the blending, as a factor.
+/// Greatest factor between the distance of a light for the blending and its distance.
 pub(super) const REACH_FACTOR: f32 = 1.12;
 
 const _: () = assert!(size_of::<GridLight>() == 76);
 
 impl GridLight {
-    /// The squared distance at which the blending functions see the light, `to_light` being the way
+    /// The squared distance that the blending functions use for the light; `to_light` is the vector
     /// to its centre.
     ///
-    /// Blending each light it stands for by its own distance `r` would give `Σ_i B(r_i²) f_i`,
-    /// with `f ∝ 1/r²`. On the ramps `B` is linear in `r²`, so that is `B(D) Σ_i f_i` with
-    /// `D = E[r² f] / E[f] = 1 / E[r⁻²]`, the harmonic mean of squared distances; to second
-    /// order in the spread `D = d² + Σ_a σ_a² (1 − 4 ω_a²)`, ω the direction. The
+    /// Blending each represented light by its own distance `r` would give `Σ_i B(r_i²) f_i`, with
+    /// `f ∝ 1/r²`. On the ramps `B` is linear in `r²`, so that is `B(D) Σ_i f_i` with
+    /// `D = E[r² f] / E[f] = 1 / E[r⁻²]`, the harmonic mean of squared distances. To second
+    /// order in the spread, `D = d² + Σ_a σ_a² (1 − 4 ω_a²)`, with ω the direction. The
     /// correction is bounded by a fifth of `d²`.
     #[inline(always)]
     pub fn blending_distance_squared(&self, to_light: Vec3) -> f32 {
@@ -150,7 +150,7 @@ mod tests {
         })
     }
 
-    /// One wall, a wall seen from both sides, and lights that shine all around are exact.
+    /// One wall, a wall seen from both sides, and lights that emit in all directions are exact.
     #[test]
     fn single_attitudes_are_exact() {
         let n = Vec3::new(0.48, -0.64, 0.6);

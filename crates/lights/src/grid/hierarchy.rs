@@ -14,23 +14,23 @@ use lightshed_spatial::{CellRanges, CubicGrid, KEY_BITS, KeyedIndex, finest_bits
 /// several resolutions.
 ///
 /// Level 0, S₀, is the lights. For ℓ ≥ 1 a grid of cubic cells of side
-/// `h_ℓ = 2 h_{ℓ−1}` covers them; each light is shared among the eight vertices of its cell
-/// by trilinear weights, and a vertex that got something is a [`GridLight`] of S_ℓ. The coarsest
-/// level has one cell. Every level stands for all the light: `Σ_{S_ℓ} I = Σ_{S_0} I`. What
-/// reaches a point from distance `d` is taken from the levels that [`BlendingFunctions`] choose for
-/// `d`:
+/// `h_ℓ = 2 h_{ℓ−1}` covers them. Each light is divided among the eight vertices of its cell
+/// by trilinear weights, and a vertex that received a share is a [`GridLight`] of S_ℓ. The
+/// coarsest level has one cell. Every level represents all the light: `Σ_{S_ℓ} I = Σ_{S_0} I`.
+/// Light that reaches a point from distance `d` is taken from the levels that [`BlendingFunctions`]
+/// select for `d`:
 ///
 /// > `E(x) ≈ Σ_ℓ Σ_{i ∈ S_ℓ} B_ℓ(d_i) I_i e_i(−ω_i) max(0, n·ω_i) / d_i²`,
 ///
-/// an approximation whose error falls with α. Nothing in it is random, and it changes continuously
+/// an approximation whose error falls with α. It is deterministic, and it changes continuously
 /// with the lights as long as the box stays ([`GridOptions::bounds`]).
 ///
 /// **Construction.** Lights are sorted by their cells of the finest grid. Each vertex of level 1
 /// gathers from the lights of its eight cells, each vertex of level ℓ + 1 from its 27 vertices of
-/// level ℓ, which gives exactly what scattering all lights into every level would. There are no
-/// atomic operations and every sum has one order, so the result is the same for any number of
-/// threads. Time `O(N)`. [`LightingGrid::rebuild`] keeps the memory, [`LightingGrid::update`] does
-/// only what a few changed lights ask for.
+/// level ℓ, which gives exactly the result of scattering all lights into every level. There are
+/// no atomic operations and every sum has one order, so the result is the same for any number of
+/// threads. Time `O(N)`. [`LightingGrid::rebuild`] reuses the memory; [`LightingGrid::update`] does
+/// only the work that a few changed lights need.
 ///
 /// ```
 /// use lightshed_lights::{GridOptions, LightingGrid, PointLight, glam::Vec3};
@@ -66,7 +66,7 @@ pub struct LightingGrid {
     /// Lights in the order of `pairs`: S₀.
     pub(super) sorted: Vec<PointLight>,
     pub(super) cells: CellRanges,
-    /// S₁, S₂, … up to `level_count`; more are kept for their memory.
+    /// S₁, S₂, … up to `level_count`; more are kept to reuse their memory.
     pub(super) levels: Vec<Level>,
     pub(super) level_count: u32,
     pub(super) update: UpdateScratch,
@@ -77,7 +77,7 @@ impl LightingGrid {
     ///
     /// # Errors
     ///
-    /// No lights or too many, a light whose position, intensity or normal is none, or impossible
+    /// No lights or too many, a light with an invalid position, intensity or normal, or invalid
     /// options.
     pub fn new(lights: &[PointLight], options: &GridOptions) -> Result<Self, GridError> {
         let mut grid = Self {
@@ -99,12 +99,12 @@ impl LightingGrid {
     }
 
     /// Builds the hierarchy of other lights in place of this one, as [`LightingGrid::new`] would,
-    /// in the memory there is. With as many lights as before, and about as many occupied vertices,
-    /// nothing is allocated.
+    /// reusing memory. With as many lights as before, and about as many occupied vertices, nothing
+    /// is allocated.
     ///
     /// # Errors
     ///
-    /// As [`LightingGrid::new`]; the grid is what it was.
+    /// As [`LightingGrid::new`]; the grid is then unchanged.
     pub fn rebuild(&mut self, lights: &[PointLight]) -> Result<(), GridError> {
         self.options.check()?;
         let bounds = check_lights(lights)?;
@@ -114,7 +114,7 @@ impl LightingGrid {
         Ok(())
     }
 
-    /// Builds the hierarchy of the lights that are held already.
+    /// Builds the hierarchy of the lights that it already holds.
     pub(super) fn rebuild_own(&mut self) -> Result<(), GridError> {
         let bounds = check_lights(&self.lights)?;
         self.build_around(bounds);
@@ -128,15 +128,15 @@ impl LightingGrid {
         self.build_levels();
     }
 
-    /// The cube around the lights and the box asked for.
+    /// The cube around the lights and the requested box.
     fn place_box(&mut self, lights: Bounds) {
         self.bounds = match &self.options.bounds {
             Some(bounds) => lights.union(bounds),
             None => lights,
         };
         let diagonal = (self.bounds.max.as_dvec3() - self.bounds.min.as_dvec3()).max_element();
-        // Lights at one point still need a cell, one whose side the coordinates' rounding does not
-        // matter to.
+        // Lights at one point still need a cell, with a side for which the rounding of coordinates
+        // does not matter.
         let magnitude = f64::from(self.bounds.min.abs().max(self.bounds.max.abs()).max_element());
         // Nor must the square of a radius underflow.
         self.size = diagonal.max(magnitude * 2.0f64.powi(-18)).max(1e-12);
@@ -161,7 +161,7 @@ impl LightingGrid {
         fill(sorted, |place| lights[pairs[place].index() as usize]);
     }
 
-    /// Settles the number of levels, and collects the cells and vertices of the finest one.
+    /// Determines the number of levels, and collects the cells and vertices of the finest one.
     fn collect_finest(&mut self) {
         let (mut bits, limit) = match self.options.levels {
             Levels::Count(count) => (count - 1, usize::MAX),
@@ -188,7 +188,7 @@ impl LightingGrid {
         }
     }
 
-    /// Sums of all levels and their lights, the finest level's vertices being collected.
+    /// Sums of all levels and their lights; the vertices of the finest level are already collected.
     pub(super) fn build_levels(&mut self) {
         self.cells.reserve();
         for level in 1..=self.level_count {
@@ -232,12 +232,12 @@ impl LightingGrid {
         &self.options
     }
 
-    /// The box that lights may move in without a new construction.
+    /// The box in which lights may move without a new construction.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// Number of lights, those of no intensity included.
+    /// Number of lights, including those of zero intensity.
     pub fn len(&self) -> usize {
         self.lights.len()
     }
@@ -266,7 +266,7 @@ impl LightingGrid {
         }
     }
 
-    /// Where the grid lights of level ℓ are in its grid, in the order of
+    /// Positions of the grid lights of level ℓ in its grid, in the order of
     /// [`grid_lights`](Self::grid_lights): numbers of vertices along each axis, z first in the
     /// order, then y, then x.
     pub fn vertices(&self, level: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
@@ -294,7 +294,7 @@ impl LightingGrid {
 /// Lights that one thread checks at once.
 const CHUNK: usize = 4096;
 
-/// Bounds of lights that are all right.
+/// Bounds of valid lights.
 fn check_lights(lights: &[PointLight]) -> Result<Bounds, GridError> {
     match lights.len() {
         0 => return Err(GridError::Empty),
@@ -311,7 +311,7 @@ fn check_lights(lights: &[PointLight]) -> Result<Bounds, GridError> {
     if let Some(bounds) = reduce(lights, CHUNK, check, both).flatten() {
         return Ok(bounds);
     }
-    // Which one is refused is found by looking again.
+    // A second pass finds which one is refused.
     let refused = |(index, light): (usize, &PointLight)| light.check(index).err();
     Err(lights
         .iter()

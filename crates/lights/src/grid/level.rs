@@ -62,7 +62,7 @@ impl Level {
         });
     }
 
-    /// Sums over the lights around each vertex, in one order whatever the threads.
+    /// Sums over the lights around each vertex, in one order for any number of threads.
     pub fn sum_lights(&mut self, cells: &CellRanges, lights: &[PointLight], frame: &CubicGrid) {
         self.fill_moments(|vertex| moments_of_lights(vertex, cells, lights, frame));
     }
@@ -139,7 +139,7 @@ impl Level {
         self.lights[place] = moments.finish(frame.vertex(vertex), frame.cell());
     }
 
-    /// Copies the vertices that there are in `other` too; the rest is left to be set.
+    /// Copies the vertices that also exist in `other`; the rest is left to be set.
     pub fn copy_common(&mut self, other: &Level) {
         let Self {
             rows,
@@ -171,7 +171,7 @@ impl Level {
         }
     }
 
-    /// Makes room for a few more vertices than there are now.
+    /// Reserves room for a few more vertices than there are now.
     pub fn reserve(&mut self) {
         let count = self.rows.reserve();
         ensure_capacity(&mut self.moments, count);

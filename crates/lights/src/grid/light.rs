@@ -5,11 +5,10 @@ use super::limits::MAX_COORDINATE;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// A light at a point, coloured, shining all around or as a diffuse surface does.
+/// A coloured light at a point that emits in all directions or as a diffuse surface does.
 ///
 /// Its radiant intensity in the unit direction ω is `I` for a zero normal, else
-/// `I · max(0, n·ω)`: that of a virtual point light that stands for a piece of a diffuse
-/// surface.
+/// `I · max(0, n·ω)`, as for a virtual point light that represents a piece of a diffuse surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PointLight {
@@ -17,7 +16,7 @@ pub struct PointLight {
     pub position: Vec3,
     /// Greatest radiant intensity, linear RGB, power per steradian.
     pub intensity: Vec3,
-    /// Unit normal of the surface it stands for; zero for a light that shines all around.
+    /// Unit normal of the represented surface; zero for a light that emits in all directions.
     pub normal: Vec3,
 }
 
@@ -52,7 +51,7 @@ impl PointLight {
         }
     }
 
-    /// Tells why the light cannot be used, if it cannot. `index` goes into the error.
+    /// States why the light is invalid, if it is. `index` goes into the error.
     pub(super) fn check(&self, index: usize) -> Result<(), GridError> {
         if !self.position.is_finite() || self.position.abs().max_element() > MAX_COORDINATE {
             return Err(GridError::Position(index));

@@ -1,4 +1,4 @@
-//! Greatest numbers that a grid takes.
+//! Limits of a grid.
 
 /// Most levels above the lights themselves: the finest then has 1,024 cells an axis.
 pub const MAX_LEVELS: u32 = 11;

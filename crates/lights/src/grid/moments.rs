@@ -11,9 +11,9 @@ use lightshed_sampling::luminance;
 /// **Coarser levels follow exactly.** A coarse trilinear function is trilinear within each cell of
 /// the finer grid, so the finer grid's functions reproduce it: `φ_c(p) = Σ_v φ_v(p) φ_c(x_v)`.
 /// So a coarse sum is the sum of those of its 27 finer vertices with the shares ½ and 1 along each
-/// axis, whatever lights went into them: gathering from the level below gives what scattering every
-/// light again would give. (Taking the shares at the illumination centres instead smooths more: Lin
-/// 2022 §3.4.2, fig. 3.4.)
+/// axis, for any lights: gathering from the level below gives the result of scattering every light
+/// again. (Taking the shares at the illumination centres instead smooths more: Lin 2022 §3.4.2,
+/// fig. 3.4.)
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub(super) struct Moments {

@@ -7,11 +7,12 @@ use crate::Bounds;
 /// How many levels there are above the lights themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Levels {
-    /// As many as leave the finest, S₁, fewer grid lights than half the lights (Lin 2022
-    /// §3.4.3); one at least.
+    /// The number that leaves the finest level, S₁, fewer grid lights than half the lights (Lin
+    /// 2022 §3.4.3); at least one.
     #[default]
     Auto,
-    /// So many: level 1 has `2^(count − 1)` cells along the longest edge, level `count` has one.
+    /// This number: level 1 has `2^(count − 1)` cells along the longest edge, level `count` has
+    /// one.
     Count(u32),
 }
 
@@ -19,7 +20,7 @@ pub enum Levels {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Construction {
     /// Each vertex gathers from the level below (Lin 2022 §3.3.1), with trilinear shares of
-    /// vertices rather than of illumination centres, so that nothing is smoothed.
+    /// vertices instead of illumination centres, so that nothing is smoothed.
     #[default]
     Gather,
     /// Every light is added to every level: the same lights up to rounding, for comparison. On one
@@ -35,9 +36,9 @@ pub struct GridOptions {
     pub alpha: f32,
     /// Number of levels.
     pub levels: Levels,
-    /// The box that the grid covers at least, enlarged where lights lie outside; `None` for the
-    /// lights' own. A box that stays keeps the grid in place while lights move, so that what they
-    /// give changes continuously.
+    /// The least box that the grid covers, enlarged if lights lie outside; `None` for the lights'
+    /// own. A fixed box keeps the grid in place while lights move, so that the result changes
+    /// continuously.
     pub bounds: Option<Bounds>,
     /// How levels above the first are made.
     pub construction: Construction,
@@ -55,7 +56,7 @@ impl Default for GridOptions {
 }
 
 impl GridOptions {
-    /// Tells what construction would refuse, without lights.
+    /// Reports what construction would refuse, without lights.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! What reaches a point: a look-up in every level.
+//! Light at a point: a look-up in every level.
 
 use super::grid_light::REACH_FACTOR;
 use super::hierarchy::LightingGrid;
@@ -6,15 +6,15 @@ use super::light_id::LightId;
 use glam::Vec3;
 use lightshed_spatial::for_each_row_within;
 
-/// Which of the lights near a point are to be visited.
+/// Which of the lights near a point are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GridQuery {
     /// 0 to use the lights themselves near the point; 1 to start from S₁, which is faster,
-    /// smooths more, and is what the thesis does (Lin 2022 §3.4.1).
+    /// smooths more, and is the choice of the thesis (Lin 2022 §3.4.1).
     pub first_level: u32,
-    /// Interleaved sampling (§3.4.3): of each level's lights only every `stride`-th, starting with
-    /// `phase`, counts, `stride`-fold. The mean over all phases is the whole. 1 for all lights; 0
-    /// counts as 1.
+    /// Interleaved sampling (§3.4.3): only every `stride`-th light of each level counts, starting
+    /// with `phase`, with `stride` times its light. The mean over all phases is the whole. 1 for
+    /// all lights; 0 counts as 1.
     pub stride: u32,
     /// See [`GridQuery::stride`]; taken modulo it.
     pub phase: u32,
@@ -44,8 +44,8 @@ pub struct Influence {
 }
 
 impl LightingGrid {
-    /// Calls `visit` with every light of the hierarchy that shines on `point`, nothing being in
-    /// between; in a fixed order. Lights at the point itself are left out.
+    /// Calls `visit` with every light of the hierarchy that contributes to `point`, without
+    /// occlusion; in a fixed order. Lights at the point itself are left out.
     ///
     /// Costs a look-up of some rows of each level, within the radius `2 α h_ℓ`: `O(α² log N)`
     /// lights on surfaces, `O(α³ log N)` in a volume.
@@ -92,9 +92,9 @@ impl LightingGrid {
         }
     }
 
-    /// Irradiance at `point` on a surface of unit `normal` from all lights, none of them occluded;
-    /// squared distances are taken to be no less than that of `min_distance`, which bounds the
-    /// singularity and loses light near the lights.
+    /// Irradiance at `point` on a surface of unit `normal` from all lights, without occlusion.
+    /// Squared distances are at least that of `min_distance`; this bounds the singularity and loses
+    /// light near the lights.
     pub fn irradiance(&self, point: Vec3, normal: Vec3, min_distance: f32) -> Vec3 {
         let mut sum = Vec3::ZERO;
         let least = min_distance * min_distance;
@@ -138,7 +138,7 @@ impl LightingGrid {
     }
 }
 
-/// What does not change while a point looks at lights.
+/// Constants of a point while it visits lights.
 #[derive(Clone, Copy)]
 struct Look {
     scale: f32,

@@ -1,4 +1,4 @@
-//! What an update keeps in memory, and the lists of what it has to sum anew.
+//! Memory of an update, and the lists of the sums to recompute.
 
 use super::level::Level;
 use super::light::PointLight;
@@ -55,7 +55,7 @@ impl UpdateScratch {
     pub fn list_coarser(&mut self, side: u32) {
         let coarser_side = side / 2 + 1;
         self.next.clear();
-        // The two change places, so both get the room.
+        // The two exchange places, so both get the room.
         let count = 8 * self.dirty.len();
         ensure_capacity(&mut self.next, count);
         ensure_capacity(&mut self.dirty, count);

@@ -1,4 +1,4 @@
-//! Choosing lights whose shadows are to be tested, in the pass that adds up their light.
+//! Selection of lights for shadow tests, in the pass that sums their light.
 
 use super::level::{cells_around, finer_around};
 use super::query::{GridQuery, Influence};
@@ -11,7 +11,7 @@ use lightshed_sampling::rand::Rng;
 /// Most shadow samples at a point.
 pub const MAX_SHADOW_SAMPLES: usize = 16;
 
-/// Light at a point as if nothing were in between, and lights to test that with.
+/// Light at a point without occlusion, and lights with which to test occlusion.
 #[derive(Clone, Debug)]
 pub struct Gathered {
     /// `U = Σ_i f_i`, over all lights.
@@ -21,8 +21,9 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// The chosen lights, independent of each other, each with probability `Y(f_i) / Σ_j Y(f_j)`,
-    /// `Y` the luminance: as many as were asked for, or none where no light arrives.
+    /// The selected lights, independent of each other, each with probability
+    /// `Y(f_i) / Σ_j Y(f_j)`, `Y` the luminance: as many as requested, or none if no light
+    /// arrives.
     ///
     /// With `V` the visibility of the lights, the mean of `V` over the samples estimates
     /// `Σ Y(f_i) V_i / Σ Y(f_i)` without bias, and `U` times it is the *ratio estimator* of the
@@ -36,12 +37,12 @@ impl Gathered {
 }
 
 impl LightingGrid {
-    /// Adds up `f_i = response(influence_i)` over the lights that shine on `point`, and chooses
+    /// Sums `f_i = response(influence_i)` over the lights that contribute to `point`, and selects
     /// `shadow_samples` (at most [`MAX_SHADOW_SAMPLES`]) among them in proportion to the luminance
     /// of `f_i`, all in one pass and constant memory.
     ///
-    /// `response` gives what of a light arrives, in linear RGB and not negative: for irradiance
-    /// `intensity · cosθ / distance²`. Random numbers are drawn only when a choice changes,
+    /// `response` returns the light that arrives, in linear RGB and not negative: for irradiance
+    /// `intensity · cosθ / distance²`. Random numbers are drawn only when a selection changes,
     /// about `ln M` times a sample for `M` lights.
     #[inline]
     pub fn gather<R: Rng + ?Sized>(
@@ -75,11 +76,11 @@ impl LightingGrid {
         gathered
     }
 
-    /// A place within what a light of the hierarchy stands for, by three uniform numbers in [0, 1):
-    /// uniform in the box around the illumination centre that has the standard deviations of the
-    /// lights' positions. Rays to such places see the light as an area (Lin 2022 §3.3.3). The box
-    /// knows nothing of surfaces: it may reach through a wall that is not parallel to an axis,
-    /// which [`LightingGrid::represented_light`] does not.
+    /// A position within the extent of a light of the hierarchy, by three uniform numbers in [0,
+    /// 1): uniform in the box around the illumination centre that has the standard deviations of
+    /// the lights' positions. Rays to such positions see the light as an area (Lin 2022 §3.3.3).
+    /// The box ignores surfaces: it may reach through a wall that is not parallel to an axis, which
+    /// [`LightingGrid::represented_light`] does not.
     pub fn shadow_target(&self, id: LightId, u: [f32; 3]) -> Vec3 {
         let index = id.index as usize;
         match self.grid_lights(id.level).get(index) {
@@ -88,16 +89,16 @@ impl LightingGrid {
         }
     }
 
-    /// One of the lights that a light of the hierarchy stands for, as an index into
+    /// One of the lights that a light of the hierarchy represents, as an index into
     /// [`LightingGrid::lights`].
     ///
-    /// Chosen from level to level down to the lights: a vertex or light in proportion to its share,
-    /// its luminance, and what of it leaves towards `point`. With trilinear shares that nest, that
-    /// is about in proportion to `w_i L_i e_i`, `w_i` the light's share in the vertex. So a shadow
-    /// ray ends on a surface that really shines on `point`, where the illumination centre of a
-    /// curved or cornered surface is a place in the air or inside a body.
+    /// Selected from level to level down to the lights: a vertex or light in proportion to its
+    /// share, its luminance, and its emission towards `point`. With trilinear shares that nest,
+    /// this is about in proportion to `w_i L_i e_i`, where `w_i` is the light's share in the
+    /// vertex. So a shadow ray ends on a surface that really emits towards `point`; the
+    /// illumination centre of a curved or cornered surface lies in the air or inside an object.
     pub fn represented_light<R: Rng + ?Sized>(&self, id: LightId, point: Vec3, rng: &mut R) -> u32 {
-        // So that something is chosen where nothing shines on the point.
+        // Selects something even if nothing contributes to the point.
         const LEAST: f64 = 1e-6;
         let towards = |position: Vec3| (point - position).normalize_or_zero();
         if id.level == 0 || id.level > self.level_count {

@@ -6,7 +6,7 @@ use super::scratch::{UpdateScratch, sort_unique, vertex};
 use super::{GridError, PointLight};
 use lightshed_spatial::{KEY_BITS, KeyedIndex, ensure_capacity, morton30_decode};
 
-/// A light that is to become another: moved, brighter, off.
+/// A change of a light: moved, brighter, off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridChange {
     /// Index of the light.
@@ -18,27 +18,26 @@ pub struct GridChange {
 /// What an update did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UpdateReport {
-    /// Lights that went into another cell of the finest grid.
+    /// Lights that moved into another cell of the finest grid.
     pub moved: usize,
-    /// Vertices, of all levels, whose sums were taken anew.
+    /// Vertices, of all levels, whose sums were recomputed.
     pub refreshed: usize,
-    /// Whether a light left the grid's box, so that all was built anew around another box.
+    /// Whether a light left the grid's box, so that everything was rebuilt around another box.
     pub rebuilt: bool,
 }
 
-/// Where more than one in so many lights change, all sums are taken anew.
+/// If more than one in this many lights change, all sums are recomputed.
 const MANY: usize = 64;
 
 impl LightingGrid {
     /// Changes some lights. The result has the bits of [`LightingGrid::rebuild`] with all lights,
-    /// over the same box and with the same number of levels; the work is that of the vertices
-    /// around the changed lights and, if some went into other cells, a copy of the rest. Of several
+    /// over the same box and with the same number of levels. The work is that of the vertices
+    /// around the changed lights and, if some moved to other cells, a copy of the rest. Of several
     /// changes of one light the last counts.
     ///
     /// # Errors
     ///
-    /// A light that there is not, or that would be refused at construction; nothing has changed
-    /// then.
+    /// A light that does not exist, or that construction would refuse; nothing has changed then.
     pub fn update(&mut self, changes: &[GridChange]) -> Result<UpdateReport, GridError> {
         for change in changes {
             if change.index as usize >= self.lights.len() {
@@ -63,7 +62,7 @@ impl LightingGrid {
         let mut scratch = std::mem::take(&mut self.update);
         let moved = self.apply(changes, &mut scratch);
         if scratch.indices.len() > self.lights.len() / MANY {
-            // So many that it is cheaper to take all sums anew.
+            // So many changes that it is cheaper to recompute all sums.
             self.update = scratch;
             self.sort_lights();
             self.cells.collect(&self.pairs, self.level_count - 1);
@@ -94,7 +93,7 @@ impl LightingGrid {
         levels.iter().map(|level| level.rows.len()).sum()
     }
 
-    /// Takes the changes over; lists changed lights and the cells that they are or were in. Returns
+    /// Applies the changes; lists changed lights and the cells that they are or were in. Returns
     /// how many changed cells.
     fn apply(&mut self, changes: &[GridChange], scratch: &mut UpdateScratch) -> usize {
         let (frame, shift) = (self.key_frame(), self.cell_shift());
@@ -127,7 +126,7 @@ impl LightingGrid {
         3 * (KEY_BITS - (self.level_count - 1))
     }
 
-    /// The lights of the changed cells in order again, none having come or gone.
+    /// Sorts the lights of the changed cells again; none has entered or left.
     fn resort_cells(&mut self, scratch: &UpdateScratch) {
         let frame = self.key_frame();
         for &cell in &scratch.cells {
@@ -147,7 +146,7 @@ impl LightingGrid {
         }
     }
 
-    /// Takes the changed lights out of the order and puts them in where they belong now.
+    /// Removes the changed lights from the order and inserts them at their new positions.
     fn merge_lights(&mut self, scratch: &mut UpdateScratch) {
         let frame = self.key_frame();
         let UpdateScratch {
@@ -195,8 +194,8 @@ impl LightingGrid {
         self.cells.collect(&self.pairs, bits);
     }
 
-    /// Sums around changed lights anew, level by level. With `structure` vertices may have come and
-    /// gone, and those that stayed as they were are copied. Returns how many were summed.
+    /// Recomputes sums around changed lights, level by level. With `structure`, vertices may have
+    /// been added or removed, and unchanged ones are copied. Returns how many were summed.
     fn refresh(&mut self, scratch: &mut UpdateScratch, structure: bool) -> usize {
         let mut refreshed = 0;
         while scratch.levels.len() < self.level_count as usize {

@@ -8,24 +8,24 @@ use lightshed_lanes::{LaneChoice, LaneKernel, Lanes, prefetch};
 use lightshed_sampling::parallel::join;
 use lightshed_spatial::SortedIndices;
 
-/// Levels that are built of a part of the leaves while it is in cache, that of the leaves among
-/// them.
+/// Levels that are built for a part of the leaves while that part is in the cache, including the
+/// level of the leaves.
 const LOW_LEVELS: usize = 10;
 /// Blocks of leaves in such a part: one block of the last of these levels.
 const PART: usize = 1 << (LOW_LEVELS - 1);
 /// Lights in such a part.
 pub(super) const PART_LIGHTS: usize = PART * WIDTH;
-/// How many lights ahead of their turn are asked for.
+/// How many lights ahead are prefetched.
 const PREFETCH_DISTANCE: usize = 32;
 
 impl PerfectTree {
-    /// Builds the tree again for other lights, in the memory that it has: nothing is allocated
-    /// unless there are more than ever before. The same lights give the same tree, bit for bit,
-    /// whatever it was before and on any number of threads.
+    /// Builds the tree again for other lights, reusing its memory: it allocates only if there are
+    /// more lights than ever before. The same lights give the same tree, bit for bit, whatever it
+    /// held before and on any number of threads.
     ///
     /// # Errors
     ///
-    /// See [`LightError`]; the tree is as it was then.
+    /// See [`LightError`]; the tree is then unchanged.
     pub fn rebuild(&mut self, lights: &[Light]) -> Result<(), LightError> {
         check_lights(lights)?;
         self.lay_out(lights.len());
@@ -70,7 +70,7 @@ impl PerfectTree {
     }
 }
 
-/// All levels, from the leaves to the root; in the order that `light_at` has if there is no other.
+/// All levels, from the leaves to the root; in the order of `light_at` if there is no other.
 pub(super) fn build_levels(
     blocks: &mut [NodeBlock],
     levels: &[u32],
@@ -78,7 +78,7 @@ pub(super) fn build_levels(
     lights: &[Light],
     sorted: Option<SortedIndices>,
 ) {
-    // The lowest levels, that of the leaves first; those that are not there are empty.
+    // The lowest levels, that of the leaves first; missing levels are empty.
     let mut low: [&mut [NodeBlock]; LOW_LEVELS] = Default::default();
     let mut above = &mut *blocks;
     for (slot, &first) in low.iter_mut().zip(levels.iter().rev()) {
@@ -103,7 +103,8 @@ struct Leaves<'a> {
     sorted: Option<SortedIndices<'a>>,
 }
 
-/// Builds the lowest levels above the leaves from place `first` on; each part while it is in cache.
+/// Builds the lowest levels above the leaves from position `first` on; each part while it is in the
+/// cache.
 fn build_low(source: &Leaves, first: usize, low: &mut [&mut [NodeBlock]; LOW_LEVELS], light_at: &mut [u32]) {
     let count = low[0].len();
     if count > PART {
@@ -165,7 +166,7 @@ impl LaneKernel for BuildLeaves<'_> {
                 .skip(i * WIDTH + PREFETCH_DISTANCE)
                 .take(WIDTH)
             {
-                // A light lies in one line or in two.
+                // A light covers one cache line or two.
                 let light = &lights[*later as usize];
                 prefetch(&light.bounds);
                 prefetch(&light.cone);

@@ -1,6 +1,6 @@
 //! How much the nodes of a tree have grown since its lights were sorted.
 
-/// How large the nodes of each part are, when it was sorted.
+/// The size of the nodes of each part at its last sort.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Drift {
     pub costs: Vec<Cost>,
@@ -16,8 +16,7 @@ pub(super) struct Cost {
 }
 
 impl Cost {
-    /// How many times larger than `before`, the greater of both numbers; 1 where there is nothing
-    /// to compare.
+    /// The ratio to `before`, the greater of both numbers; 1 if there is nothing to compare.
     pub fn growth(&self, before: &Self) -> f64 {
         let ratio = |now: f64, before: f64| if before > 0.0 { now / before } else { 1.0 };
         ratio(self.small, before.small).max(ratio(self.root, before.root))

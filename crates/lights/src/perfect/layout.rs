@@ -1,4 +1,4 @@
-//! A tree as memory: what shaders read, and what a tree that a device has built is compared with.
+//! The memory of a tree: shaders read it, and trees built on a device are compared with it.
 
 use super::options::Stride;
 use super::tree::PerfectTree;
@@ -19,22 +19,21 @@ pub struct TreeLayout<'a> {
     pub light_at: &'a [u32],
     /// The leaf of each light.
     pub leaf_of: &'a [u32],
-    /// Levels that a step goes down: 1 or 3.
+    /// Levels that a step descends: 1 or 3.
     pub stride: u32,
     /// How distance enters a node's weight: 0 for [`Weighting::Center`], 1 for
     /// [`Weighting::MinMax`], 2 for [`Weighting::Yuksel`].
     pub weighting: u32,
 }
 
-/// A light as a leaf of a tree holds it, 32 bytes: what a tree is built of where cones are too
-/// much.
+/// A light as a leaf of a tree stores it, 32 bytes: the input of builds that cannot handle cones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LightRecord {
     /// Least corner of its box.
     pub min: [f32; 3],
-    /// Its [intensity](Light::intensity), four times as much where it shines in all directions
-    /// alike: so much more than a surface of unknown orientation. Zero for a light that is off.
+    /// Its [intensity](Light::intensity), four times as much if it emits in all directions, which
+    /// is the ratio to a surface of unknown orientation. Zero for a light that is off.
     pub intensity: f32,
     /// Greatest corner of its box.
     pub max: [f32; 3],
@@ -45,7 +44,7 @@ pub struct LightRecord {
 const _: () = assert!(size_of::<LightRecord>() == 32);
 
 impl LightRecord {
-    /// The record of a light that is [sound](Light::check).
+    /// The record of a light that is [valid](Light::check).
     pub fn new(light: &Light) -> Self {
         let leaf = LightNode::leaf(light);
         Self {
@@ -58,7 +57,7 @@ impl LightRecord {
 }
 
 impl PerfectTree {
-    /// The tree's memory. Lights that moved since it was built are where the last update left them.
+    /// The tree's memory. Lights that moved since the build are where the last update left them.
     pub fn layout(&self) -> TreeLayout<'_> {
         TreeLayout {
             rows: bytemuck::cast_slice(&self.blocks),

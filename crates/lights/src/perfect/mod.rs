@@ -3,7 +3,7 @@
 //! Lights are sorted along a space-filling curve and become the leaves of a binary tree in which
 //! every leaf has the same depth `D = ⌈log₂ n⌉` (Lin 2022 §4.3.1). No node stores a pointer:
 //! the children of node `i` of a level are nodes `2i` and `2i + 1` of the next. Bogus leaves of
-//! zero intensity fill up the last level; whatever lies beyond the last light is not even stored.
+//! zero intensity fill up the last level; nodes beyond the last light are not stored.
 
 mod build;
 mod drift;

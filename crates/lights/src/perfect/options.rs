@@ -1,9 +1,9 @@
-//! How a perfect tree is built and walked.
+//! How a perfect tree is built and descended.
 
 use crate::importance::Weighting;
 use lightshed_spatial::Curve;
 
-/// How a [`PerfectTree`](crate::PerfectTree) is walked.
+/// How a [`PerfectTree`](crate::PerfectTree) is descended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PerfectTreeOptions {
@@ -15,7 +15,7 @@ pub struct PerfectTreeOptions {
     pub curve: Curve,
 }
 
-/// How many levels of a binary tree a step goes down.
+/// Number of levels of a binary tree that a step descends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stride {
     /// One of two children, as in the thesis.

@@ -8,29 +8,29 @@ use crate::light::check_lights;
 use crate::{Bounds, Light, LightError};
 use lightshed_spatial::CurveCube;
 
-/// What [`PerfectTree::update`] had to do.
+/// The work that [`PerfectTree::update`] did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeUpdate {
     /// The order was kept.
     Refitted,
-    /// So many parts of 4,096 lights were sorted anew, each in itself.
+    /// This number of parts of 4,096 lights were sorted again, each by itself.
     PartlySorted(usize),
     /// All lights were sorted anew.
     Rebuilt,
 }
 
 impl PerfectTree {
-    /// Follows lights that have moved, or changed otherwise, since the last build: keeps their
-    /// order and finds all nodes anew, then sorts those parts of 4,096 lights again, each in
+    /// Follows lights that have moved, or changed otherwise, since the last build. It keeps their
+    /// order and recomputes all nodes. Then it sorts those parts of 4,096 lights again, each by
     /// itself, whose drift exceeds `limit`, and all lights if that does not help or their number
-    /// has changed. Allocates nothing but in the first call and for more lights than ever before.
+    /// has changed. Allocates only in the first call and for more lights than ever before.
     ///
-    /// The result is a sound tree whatever the limit; one of `1` sorts whatever got worse, and an
+    /// The result is a valid tree for any limit. A limit of `1` sorts everything that got worse, an
     /// infinite one nothing.
     ///
     /// # Errors
     ///
-    /// See [`LightError`]; the tree is as it was then.
+    /// See [`LightError`]; the tree is then unchanged.
     pub fn update(&mut self, lights: &[Light], limit: f32) -> Result<TreeUpdate, LightError> {
         if lights.len() != self.leaf_of.len() {
             self.rebuild(lights)?;
@@ -67,7 +67,7 @@ impl PerfectTree {
         growths.fold(0.0, f64::max)
     }
 
-    /// Takes the nodes as they are now for what they should be.
+    /// Takes the current size of the nodes as the reference.
     pub(super) fn note_costs(&mut self) {
         let mut costs = std::mem::take(&mut self.drift.costs);
         costs.clear();
@@ -75,7 +75,7 @@ impl PerfectTree {
         self.drift.costs = costs;
     }
 
-    /// All nodes anew, in the order there is.
+    /// Recomputes all nodes in the present order.
     fn refit(&mut self, lights: &[Light]) {
         build::build_levels(&mut self.blocks, &self.levels, &mut self.light_at, lights, None);
     }

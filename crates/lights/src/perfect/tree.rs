@@ -1,4 +1,4 @@
-//! The tree, and the steps down it.
+//! The tree, and the steps of its descent.
 
 use super::drift::Drift;
 use super::options::{PerfectTreeOptions, Stride};
@@ -11,13 +11,13 @@ use crate::weighing::Receiver;
 use lightshed_lanes::{Lanes, prefetch};
 use lightshed_spatial::CurveOrder;
 
-/// A perfect binary light tree (Lin 2022, ch. 4): built in a few milliseconds a million lights, and
-/// again every frame.
+/// A perfect binary light tree (Lin 2022, ch. 4). A build of a hundred thousand lights takes some
+/// milliseconds, so the tree can be rebuilt every frame.
 ///
-/// A light is chosen by going from the root to a leaf, at each step to one of 2, 4 or 8 nodes one,
-/// two or three levels below in proportion to their weights, so that
-/// `p(light | x) = Π_k w_k / Σ w` in the counting measure. The thesis takes one level at a time;
-/// three at a time look at smaller boxes, so the weights are better and steps are fewer.
+/// A light is selected by a descent from the root to a leaf. Each step goes to one of 2, 4 or 8
+/// nodes one, two or three levels below in proportion to their weights, so that
+/// `p(light | x) = Π_k w_k / Σ w` in the counting measure. The thesis descends one level at a
+/// time; three at a time look at smaller boxes, so the weights are better and steps are fewer.
 ///
 /// ```
 /// use lightshed_lights::{Bounds, Light, LightSampler, PerfectTree, ShadingPoint, glam::Vec3};
@@ -98,8 +98,8 @@ impl PerfectTree {
         &self.blocks[first as usize + node as usize / WIDTH]
     }
 
-    /// Children of node `node` of `level`, which is above the leaves. The first step takes what the
-    /// stride leaves over, so that the others are whole.
+    /// Children of node `node` of `level`, which is above the leaves. The first step takes the
+    /// remainder of the stride, so that the others are complete.
     #[inline(always)]
     fn children(&self, level: u32, node: u32) -> Siblings {
         let stride = self.options.stride.levels();

@@ -1,23 +1,25 @@
-//! Whether samples of directions have the density that is said of them, within a cone.
+//! Tests whether samples of directions have the stated density, within a cone.
 //!
-//! For a cone `C` of directions the share of samples within it is held to `∫_C p(ω) dω`, which
-//! is summed over stratified directions of the cone. Both have an error that is estimated with
-//! them.
+//! For a cone `C` of directions, the share of samples within it is compared with `∫_C p(ω) dω`,
+//! which is estimated by stratified directions of the cone. Both errors are estimated along with
+//! the values.
 
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{CounterRng, Frame};
 use std::f32::consts::{PI, TAU};
 
-/// Independent sets of directions, each stratified: their spread tells the error of the integral.
+/// Number of independent, stratified sets of directions; their spread gives the error of the
+/// integral.
 const SETS: usize = 24;
 /// Strata along each side.
 const SIDE: usize = 16;
-/// Least number of directions with a density that an integral is trusted with.
+/// Least number of directions with a density for which an integral is trusted.
 const LEAST: f64 = 300.0;
-/// How many standard errors apart two numbers are different. For normal errors one comparison in
-/// 10⁸ of sound worlds fails; the spread is that of 24 sets, so it is more like one in 10⁶.
+/// Two numbers differ if they are this many standard errors apart. For normal errors one comparison
+/// in 10⁸ of correct worlds fails; the spread is that of 24 sets, so it is more like one in
+/// 10⁶.
 const SIGMAS: f64 = 7.0;
-/// Relative differences below this are put down to `f32`.
+/// Relative differences below this are attributed to `f32`.
 const TOLERANCE: f64 = 0.01;
 
 /// A cone of directions.
@@ -56,7 +58,7 @@ impl Cone {
 struct Integral {
     value: f64,
     variance: f64,
-    /// `(Σ p)² / Σ p²`: of so many directions the integral really is.
+    /// `(Σ p)² / Σ p²`: the effective number of directions of the integral.
     effective: f64,
 }
 
@@ -82,16 +84,16 @@ fn integrate(cone: &Cone, rng: &mut CounterRng, density: &impl Fn(Vec3) -> f64) 
     }
 }
 
-/// A share of samples within a cone, and what the density says that it should be.
+/// A share of samples within a cone, and the share that follows from the density.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Disagreement {
     pub expected: f64,
     pub found: f64,
 }
 
-/// Holds samples to a density, in the largest cone around `axis` that the density can be integrated
-/// in, and in one a third as wide. `sample` draws once; `None` is a sample that is no direction.
-/// Gives how many cones were compared, and what differed.
+/// Compares samples with a density, in the largest cone around `axis` in which the density can be
+/// integrated, and in one a third as wide. `sample` draws once; `None` is a sample that is no
+/// direction. Returns how many cones were compared, and what differed.
 pub(super) fn compare(
     axis: Vec3,
     rng: &mut CounterRng,
@@ -106,7 +108,7 @@ pub(super) fn compare(
         let cone = Cone::new(axis, angle);
         let integral = integrate(&cone, rng, &density);
         if integral.effective < LEAST {
-            // Nothing is said by so few directions.
+            // So few directions prove nothing.
             angle *= 0.5;
             continue;
         }

@@ -3,7 +3,7 @@
 use crate::world::Place;
 use std::fmt;
 
-/// A law that every [`World`](crate::World) keeps.
+/// A law that every [`World`](crate::World) must satisfy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum WorldLaw {
@@ -21,18 +21,18 @@ pub enum WorldLaw {
     TotalDensity,
     /// `evaluate` is the sum of `evaluate_lobe` over all lobes.
     LobesAddUp,
-    /// Sampled directions have the density that `evaluate` says.
+    /// Sampled directions have the density of `evaluate`.
     ScatteringDensity,
-    /// `connect` sends what `emitted` or `environment` says.
+    /// `connect` returns the radiance of `emitted` or `environment`.
     ConnectedRadiance,
     /// The density of `connect` is that of `emitter_pdf` or `environment_pdf`.
     ConnectedDensity,
     /// The density of `connect` in the endpoint's own measure is `pdf · |cos θ| / d²` for a
     /// surface.
     OwnDensity,
-    /// Sampled emitters have the density that `emitter_pdf` and `environment_pdf` say.
+    /// Sampled emitters have the density of `emitter_pdf` and `environment_pdf`.
     EmitterDensity,
-    /// A surface that a ray meets first is not occluded as the end of a segment.
+    /// A surface that a ray hits first is not occluded as the end of a segment.
     Visibility,
 }
 
@@ -56,7 +56,7 @@ impl fmt::Display for WorldLaw {
     }
 }
 
-/// A law that does not hold, where, and by how much.
+/// A broken law, where it is broken, and by how much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldFault {
     /// The law.
@@ -86,7 +86,7 @@ impl fmt::Display for WorldFault {
     }
 }
 
-/// All that [`check_world`](crate::check_world) found to be wrong: of each law the first fault.
+/// The faults that [`check_world`](crate::check_world) found: the first one of each law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldFaults(pub Vec<WorldFault>);
 

@@ -1,4 +1,4 @@
-//! Laws of lights: what is sampled is what rays find, with the density that is said.
+//! Laws of lights: emitter samples agree with what rays find, and with the stated density.
 
 use super::cone::compare;
 use super::{Check, WorldLaw};
@@ -12,7 +12,7 @@ const CONNECTIONS: u32 = 16;
 const GRAZING: f32 = 1e-3;
 
 impl<W: World> Check<'_, W> {
-    /// Sampled emitters against what is said of them otherwise.
+    /// Sampled emitters against the other functions.
     pub(super) fn lighting(&mut self, vertex: &W::Vertex) {
         for _ in 0..CONNECTIONS {
             let (u_select, u) = (self.rng.next_u64(), self.rng.next_2d());
@@ -75,7 +75,7 @@ impl<W: World> Check<'_, W> {
         }
     }
 
-    /// Sampled emitters that are visible against the density of what rays meet.
+    /// Sampled visible emitters against the density of what rays hit.
     pub(super) fn emitter_density(&mut self, vertex: &W::Vertex) {
         let world = self.world;
         let site = world.site(vertex);
@@ -106,7 +106,7 @@ impl<W: World> Check<'_, W> {
         self.rng = rng;
     }
 
-    /// What a ray of this direction meets, `met`, is the free end of a segment.
+    /// What a ray of this direction hits, `met`, is the free end of a segment.
     pub(super) fn segment(&mut self, vertex: &W::Vertex, direction: Vec3, met: &W::Vertex) {
         let world = self.world;
         let cos = world.geometric_normal(met).dot(direction).abs();

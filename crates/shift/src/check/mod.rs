@@ -11,7 +11,7 @@ use crate::world::{RayKind, World};
 use lightshed_sampling::CounterRng;
 use lightshed_sampling::glam::Vec3;
 
-/// What [`check_world`] has looked at: a world that nothing was asked of has no fault.
+/// How much [`check_world`] has tested. A world in which nothing was tested has no fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WorldTally {
@@ -34,23 +34,25 @@ const EDGES: u32 = 3;
 /// Vertices at which densities are compared.
 const COMPARED: u32 = 10;
 
-/// Holds a world to the laws that shift mappings rest on ([`WorldLaw`]), at `starts` (vertices with
-/// unit directions to the viewer), at what `sensors` see, and at vertices of paths from there.
+/// Tests a world against the laws that shift mappings depend on ([`WorldLaw`]): at `starts`
+/// (vertices with unit directions to the viewer), at what `sensors` see, and at vertices of paths
+/// from there.
 ///
-/// Densities are compared with samples, within cones of directions: the share of samples in a cone
-/// against the integral of the density over it. A factor that is wrong by some per cent is found
-/// where the density can be integrated with a few thousand directions; what cannot be, such as a
-/// mirror, is left out, and [`WorldTally`] tells how much was compared. A sound world fails by
-/// chance less than once in a thousand runs, and for the same `seed` always or never.
+/// Densities are compared with samples within cones of directions: the share of samples in a cone
+/// against the integral of the density over it. This finds a factor that is wrong by some per cent
+/// wherever a few thousand directions can integrate the density. Other densities, such as that of a
+/// mirror, are left out; [`WorldTally`] says how much was compared. A correct world fails by chance
+/// less than once in a thousand runs, and for the same `seed` always or never.
 ///
-/// It takes some tenths of a second in a world whose rays take a microsecond. Call it in a test:
+/// The test takes some tenths of a second in a world whose rays take a microsecond. Call it in a
+/// test:
 ///
 /// ```ignore
 /// check_world(&world, &[(vertex, to_viewer)], &[], 1).unwrap();
 /// ```
 ///
 /// # Errors
-/// Of every law that is broken the first fault.
+/// The first fault of every broken law.
 pub fn check_world<W: World>(
     world: &W,
     starts: &[(W::Vertex, Vec3)],
@@ -101,7 +103,7 @@ impl<W: World> Check<'_, W> {
         }
     }
 
-    /// Whether `found` is `expected` but for rounding; else a fault.
+    /// Whether `found` equals `expected` up to rounding; otherwise adds a fault.
     fn same(&mut self, law: WorldLaw, at: &W::Vertex, expected: f32, found: f32) {
         let [expected, found] = [expected, found].map(f64::from);
         if !((found - expected).abs() <= 2e-3 * expected.abs().max(found.abs())) {
@@ -110,7 +112,7 @@ impl<W: World> Check<'_, W> {
     }
 
     fn same_color(&mut self, law: WorldLaw, at: &W::Vertex, expected: Vec3, found: Vec3) {
-        // Of a dark channel beside a bright one only rounding is left.
+        // A dark channel beside a bright one contains only rounding.
         let floor = Vec3::splat(1e-4 * expected.abs().max_element());
         for channel in 0..3 {
             if (expected - found).abs()[channel] > floor[channel] {
@@ -166,7 +168,7 @@ impl<W: World> Check<'_, W> {
         }
     }
 
-    /// A vertex is what its place says.
+    /// The vertex at a place equals the vertex that has this place.
     fn geometry(&mut self, vertex: &W::Vertex) {
         let again = self.world.vertex(&self.world.place(vertex));
         let at = |vertex: &W::Vertex| (self.world.position(vertex), self.world.geometric_normal(vertex));

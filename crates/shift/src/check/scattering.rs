@@ -1,4 +1,4 @@
-//! Laws of scattering: what is sampled is what is evaluated, with the density that is said.
+//! Laws of scattering: samples agree with evaluation, and with the stated density.
 
 use super::cone::compare;
 use super::{Check, WorldLaw};
@@ -45,7 +45,7 @@ impl<W: World> Check<'_, W> {
         }
     }
 
-    /// Sampled directions against the density of all lobes but delta lobes.
+    /// Sampled directions against the density of all lobes except delta lobes.
     pub(super) fn scattering_density(&mut self, vertex: &W::Vertex, wo: Vec3) {
         let world = self.world;
         let mut rng = self.rng.clone();

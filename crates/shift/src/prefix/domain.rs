@@ -8,21 +8,21 @@ use lightshed_resampling::Domain;
 use lightshed_sampling::PrimarySample;
 use lightshed_sampling::glam::Vec3;
 
-/// The prefixes `x₁ … x_m` of a pixel's paths. A prefix ends at the second vertex in a row that
-/// is rough: at the first `x_m` such that the lobe by which `x_{m−1}` was left and the widest
-/// lobe of `x_m` are both at least as wide as a threshold, and the two lie a least distance apart.
-/// So the last vertex can be reconnected to, from other pixels and from the suffix behind it
-/// (Kettunen 2023 §6).
+/// The prefixes `x₁ … x_m` of a pixel's paths. A prefix ends at the second consecutive rough
+/// vertex: at the first `x_m` such that the lobe that left `x_{m−1}` and the widest lobe of `x_m`
+/// are both at least as wide as a threshold, and the two vertices have a least distance. So the
+/// last vertex can be reconnected to, from other pixels and from the suffix behind it (Kettunen
+/// 2023 §6).
 ///
-/// **Integrand.** `F_p = f_p / p`, the product of one lobe at each vertex before the last over the
-/// density with which [`PrefixTracer`](crate::PrefixTracer) finds it. Behind a prefix lies a domain
-/// of suffixes, [`PrefixDomain::suffixes`]: the radiance that a pixel measures is the integral of
-/// `F_p` times that of those suffixes, and the light found on the way (emitters seen or sampled
-/// from the vertices before the last).
+/// **Integrand.** `F_p = f_p / p`: the product of one lobe at each vertex before the last, divided
+/// by the density with which [`PrefixTracer`](crate::PrefixTracer) finds it. Behind a prefix lies a
+/// domain of suffixes, [`PrefixDomain::suffixes`]. The radiance that a pixel measures is the
+/// integral of `F_p` times that of these suffixes, plus the light found along the prefix (emitters
+/// hit or sampled from the vertices before the last).
 ///
-/// **Measure.** `dμ = p(x̄) dx̄`, as that of [`PathDomain`].
+/// **Measure.** `dμ = p(x̄) dx̄`, as for [`PathDomain`].
 ///
-/// **Target.** `p̂ = luminance(F_p)`, visibility included, and nothing of any suffix (eq. 19).
+/// **Target.** `p̂ = luminance(F_p)`, visibility included, independent of any suffix (eq. 19).
 pub struct PrefixDomain<'w, W: World> {
     pub(super) paths: PathDomain<'w, W>,
 }
@@ -36,8 +36,8 @@ impl<W: World> Clone for PrefixDomain<'_, W> {
 }
 
 impl<'w, W: World> PrefixDomain<'w, W> {
-    /// The prefixes of paths behind `first` as seen from `wo`, of at most `max_length` edges with
-    /// that from the camera. `ends` says where prefixes end.
+    /// The prefixes of paths behind `first` as seen from `wo`, of at most `max_length` edges
+    /// including that from the camera. `ends` defines where prefixes end.
     pub fn behind(world: &'w W, first: W::Vertex, wo: Vec3, ends: Connectability, max_length: u32) -> Self {
         Self {
             paths: PathDomain::behind(world, first, wo, ends, max_length),
@@ -59,7 +59,7 @@ impl<'w, W: World> PrefixDomain<'w, W> {
         self.suffixes_from(last, prefix, connectability)
     }
 
-    /// The same, where the last vertex is at hand.
+    /// The same, if the last vertex is already known.
     pub fn suffixes_from(
         &self,
         last: W::Vertex,
@@ -70,8 +70,7 @@ impl<'w, W: World> PrefixDomain<'w, W> {
         PathDomain::behind(self.paths.world, last, prefix.wo, connectability, length)
     }
 
-    /// The point that all prefixes start at and the unit direction from there to the viewer, where
-    /// they are given.
+    /// The common start of all prefixes and the unit direction from there to the viewer, if given.
     pub fn first(&self) -> Option<(&W::Vertex, Vec3)> {
         self.paths.first()
     }
@@ -88,8 +87,8 @@ impl<'w, W: World> PrefixDomain<'w, W> {
         self.paths.max_length
     }
 
-    /// Whether a prefix that has left the vertex before, at a position by a lobe of a width, ends
-    /// at this one.
+    /// Whether a prefix ends at this vertex, after it left the previous vertex, at a position, by a
+    /// lobe of a width.
     pub(super) fn ends(&self, before: Option<(Vec3, f32)>, vertex: &W::Vertex) -> bool {
         let (rules, world) = (&self.paths.connectability, self.paths.world);
         before.is_some_and(|(position, left)| {

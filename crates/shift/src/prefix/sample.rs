@@ -4,14 +4,15 @@ use crate::world::Place;
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{PathSeed, luminance};
 
-/// A prefix `x₁ … x_m` of paths, with what its domain makes of it.
+/// A prefix `x₁ … x_m` of paths, with its contribution in its domain.
 ///
-/// The vertices before the last are the random numbers of a seed, the last one is a place.
+/// The vertices before the last are stored as the seed of their random numbers, the last one as a
+/// place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrefixSample {
     pub(crate) seed: PathSeed,
     pub(crate) index: u32,
-    /// By which the last vertex but one was left.
+    /// The lobe that left the vertex before the last.
     pub(crate) lobe: u8,
     pub(crate) place: Place,
     /// `p(x_m)`, in area measure: what a reconnection changes.
@@ -38,8 +39,8 @@ impl PrefixSample {
         self.wo
     }
 
-    /// The throughput `F_p = f_p / p` in primary sample space: what reaches the viewer of radiance
-    /// that leaves the last vertex along [`wo`](Self::wo).
+    /// The throughput `F_p = f_p / p` in primary sample space: the share of the radiance leaving
+    /// the last vertex along [`wo`](Self::wo) that reaches the viewer.
     #[inline(always)]
     pub fn throughput(&self) -> Vec3 {
         self.throughput
@@ -51,7 +52,8 @@ impl PrefixSample {
         f64::from(luminance(self.throughput))
     }
 
-    /// Whether two samples are one prefix: equal but for what belongs to their domains.
+    /// Whether two samples are the same prefix: equal except for the values that belong to their
+    /// domains.
     pub fn is_same_prefix(&self, other: &Self) -> bool {
         let own = |x: &Self| (x.seed, x.index, x.lobe, x.place);
         own(self) == own(other)

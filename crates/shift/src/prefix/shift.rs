@@ -1,4 +1,4 @@
-//! Prefixes carried between pixels.
+//! The shift of prefixes between pixels.
 
 use super::domain::PrefixDomain;
 use super::sample::PrefixSample;
@@ -10,12 +10,12 @@ use lightshed_resampling::{ShiftMapping, Shifted, Undefined};
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PrimarySample};
 
-/// Random replay up to the last vertex but one, and reconnection to the last.
+/// Random replay up to the vertex before the last, and reconnection to the last.
 ///
 /// **Jacobian**, in primary sample space: `p(y_{m−1} → x_m) / p(x_{m−1} → x_m)`, densities
 /// of the lobe in area measure, as for [`PathShift`](crate::PathShift).
 ///
-/// **Undefined** where the offset prefix would end at another vertex, loses its way, or is blocked.
+/// **Undefined** if the offset prefix would end at another vertex, leaves the scene, or is blocked.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PrefixShift;
 
@@ -43,7 +43,7 @@ impl<'w, W: World> ShiftMapping<PrefixDomain<'w, W>> for PrefixShift {
     }
 }
 
-/// The prefix as the domain `to` sees it, and what must be free.
+/// The prefix in the domain `to`, and the segment that must be free.
 fn evaluate<W: World>(
     x: &PrefixSample,
     to: &PrefixDomain<'_, W>,

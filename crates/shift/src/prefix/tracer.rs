@@ -1,4 +1,4 @@
-//! Prefixes, traced many at a time, with the light on their way.
+//! Tracing of prefixes, many at a time, with the light found along them.
 
 use super::domain::PrefixDomain;
 use super::sample::PrefixSample;
@@ -11,16 +11,16 @@ use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PathSeed, PrimarySample, SolidAngle};
 
-/// Traces prefixes by scattering, depth by depth, all of a call together. Each depends on its
-/// domain and seed alone.
+/// Traces prefixes by scattering, depth by depth, all prefixes of a call together. Each depends on
+/// its domain and seed alone.
 ///
-/// A prefix of a pixel that ends nowhere — it leaves the scene, is absorbed, or meets no two
-/// rough vertices in a row before its paths are as long as they may be — is none of its domain's,
-/// but the light on its way counts.
+/// A path may have no prefix: it leaves the scene, is absorbed, or finds no two consecutive rough
+/// vertices before its maximum length. It does not belong to the domain, but the light found along
+/// it counts.
 pub struct PrefixTracer<W: World> {
     roulette_from: u32,
     walks: Vec<Walk<W>>,
-    /// The walks that are still on their way, and where they have come to.
+    /// The active walks, and the vertices that they have reached.
     places: Vec<usize>,
     vertices: Vec<Option<W::Vertex>>,
     origins: Vec<usize>,
@@ -34,14 +34,14 @@ pub struct PrefixTracer<W: World> {
 
 /// What a prefix has found.
 pub enum PrefixFinding<'a, V> {
-    /// Light by a path that ends before the prefix does: what it adds to the pixel's radiance.
+    /// Light by a path that ends before the prefix does: its contribution to the pixel's radiance.
     Light(Vec3),
     /// The prefix, its last vertex, and its contribution weight: one over the probability of having
     /// survived roulette.
     Prefix(&'a PrefixSample, &'a V, ContributionWeight<PrimarySample, f64>),
 }
 
-/// How a walk left the vertex before the current one.
+/// How a walk left the previous vertex.
 struct Departure<S> {
     site: S,
     position: Vec3,
@@ -81,7 +81,7 @@ impl<W: World> Walk<W> {
         }
     }
 
-    /// What an emitter sampled from the current vertex brings, unless something is in between.
+    /// The contribution of an emitter sampled from the current vertex, if nothing blocks it.
     fn sample_emitter(&mut self, world: &W, vertex: &W::Vertex) -> Option<(Vec3, W::Ray)> {
         let (u_select, u) = self.numbers.emitter(self.index);
         let endpoint = world.sample_emitter(vertex, u_select, u)?;
@@ -104,7 +104,7 @@ impl<W: World> Walk<W> {
             return None;
         }
         if self.index >= roulette_from {
-            // The weight carries what the integrand does not.
+            // The weight contains the factors that the integrand does not.
             let survival = survival(self.throughput.max_element() * self.weight as f32);
             if !(self.numbers.roulette(self.index) < survival) {
                 return None;
@@ -127,7 +127,7 @@ impl<W: World> Walk<W> {
         Some(world.ray(vertex, sampled.wi))
     }
 
-    /// What is emitted where the current ray has arrived.
+    /// Emission at the point that the current ray has hit.
     fn met(&self, world: &W, vertex: Option<&W::Vertex>) -> Option<Vec3> {
         let departure = self.departure.as_ref()?;
         let end = End::of(vertex);
@@ -144,8 +144,9 @@ impl<W: World> Walk<W> {
         Some(self.throughput * radiance * weight * self.weight as f32)
     }
 
-    /// The prefix that ends at the vertex arrived at, as a shift sees it: by the two positions and
-    /// not by the direction that led from one to the other, which differs by the rays' offsets.
+    /// The prefix that ends at the vertex reached, as a shift sees it: computed from the two
+    /// positions and not from the direction that led from one to the other, which differs by the
+    /// offsets of rays.
     fn finish(&self, world: &W, before: &W::Vertex, vertex: &W::Vertex) -> Option<PrefixSample> {
         let departure = self.departure.as_ref()?;
         let sight = Sight::of(world, departure.position, vertex);
@@ -183,9 +184,9 @@ impl<W: World> PrefixTracer<W> {
         }
     }
 
-    /// Traces a prefix for each domain and seed and hands what it finds to `visit`, with the number
-    /// of the prefix, in an order that depends on the prefix alone. `with_light` asks for the light
-    /// on the way; without, no emitter is sampled.
+    /// Traces a prefix for each domain and seed and passes its results to `visit`, with the number
+    /// of the prefix, in an order that depends on the prefix alone. With `with_light`, the light
+    /// along the way is estimated, too; otherwise no emitter is sampled.
     pub fn trace(
         &mut self,
         starts: &[(&PrefixDomain<'_, W>, PathSeed)],
@@ -257,7 +258,7 @@ impl<W: World> PrefixTracer<W> {
         }
     }
 
-    /// From every vertex, perhaps a path to an emitter, and a ray onwards.
+    /// From every vertex, possibly a path to an emitter, and a ray to the next vertex.
     fn leave(&mut self, world: &W, starts: &[(&PrefixDomain<'_, W>, PathSeed)], with_light: bool) {
         self.pending.clear();
         self.pending_rays.clear();
@@ -281,7 +282,7 @@ impl<W: World> PrefixTracer<W> {
         }
     }
 
-    /// What rays lead to: light, the ends of prefixes, or vertices to go on from.
+    /// The results of the rays: light, ends of prefixes, or vertices to continue from.
     fn arrive(
         &mut self,
         world: &W,

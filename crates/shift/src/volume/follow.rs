@@ -10,7 +10,7 @@ pub trait FollowPaths: VolumeWorld {
     /// The path as a pixel holds it: with its target, `|F|` over the channels with the
     /// transmittances of targets, and its connection.
     ///
-    /// `is_known`: what is behind the connected edge is what the path says.
+    /// `is_known`: the values behind the connected edge are those of the path.
     fn settled(
         &self,
         pixel: &Self::Pixel,
@@ -37,9 +37,9 @@ pub trait FollowPaths: VolumeWorld {
 
 impl<W: VolumeWorld + ?Sized> FollowPaths for W {}
 
-/// `|F|` over the channels as it is stored: of all targets that one gives the least mean squared
-/// error of the colour. By luminance, red and blue light would be chosen too rarely for what it
-/// adds.
+/// `|F|` over the channels, as stored: of all targets this one gives the least mean squared error
+/// of the colour. A luminance target would select red and blue light too rarely for its
+/// contribution.
 pub fn path_target(value: DVec3) -> f32 {
     let target = (value.length() * THIRD_ROOT) as f32;
     if target < f32::INFINITY { target } else { f32::MAX }
@@ -141,8 +141,8 @@ fn follow<W: VolumeWorld + ?Sized>(
     })
 }
 
-/// Light at the last vertex of a path, and the direction out of which it comes to be scattered
-/// there; zero where nothing scatters it.
+/// Light at the last vertex of a path, and the direction from which it arrives; zero if it is not
+/// scattered.
 fn light_at_end<W: VolumeWorld + ?Sized>(
     world: &W,
     path: &VolumePath<W::Endpoint>,
@@ -151,7 +151,8 @@ fn light_at_end<W: VolumeWorld + ?Sized>(
 ) -> Option<(DVec3, Vec3)> {
     let last = path.vertices() - 1;
     let Some(endpoint) = &path.endpoint else {
-        // A surface that emits is a vertex behind a lobe without width alone: others are endpoints.
+        // A surface that emits is a vertex only behind a lobe without width: otherwise it is an
+        // endpoint.
         if path.end(last) == EdgeEnd::Surface {
             path.lobe_to(last)?;
         }

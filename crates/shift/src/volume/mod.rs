@@ -1,4 +1,4 @@
-//! Paths through volumes: their coordinates, what pixels make of them, and the shift between
+//! Paths through volumes: their coordinates, their contributions in a pixel, and the shift between
 //! pixels.
 
 mod follow;

@@ -1,12 +1,12 @@
-//! Paths as lists of directions and distances, or of a place to go on from.
+//! Paths as lists of directions and distances, or of a place from which to continue.
 //!
-//! A path is told by coordinates that do not depend on the pixel: the distance `z₁` along the
+//! A path is given by coordinates that do not depend on the pixel: the distance `z₁` along the
 //! camera ray to its first vertex, then for each further vertex the direction `ω` and distance `z`
 //! to it, and the endpoint on an emitter. A vertex on a surface has no distance of its own: it is
-//! the first surface in its direction. In another pixel the same coordinates are another path,
-//! *direction reuse* of Lin 2022 §5.4.2. Its first edge between vertices that is long enough is
-//! *connected* instead: the place `x_{i+1}` behind it stays (*vertex reuse*), and with it all that
-//! follows. See [`VolumePathShift`](crate::VolumePathShift).
+//! the first surface in its direction. In another pixel the same coordinates give another path,
+//! *direction reuse* of Lin 2022 §5.4.2. The first edge between vertices that is long enough is
+//! *connected* instead: the place `x_{i+1}` behind it stays (*vertex reuse*), and with it
+//! everything after it. See [`VolumePathShift`](crate::VolumePathShift).
 //!
 //! In the measure `dz₁ dω₁ dz₂ … de` the integrand of a path with `k` scattering vertices is
 //!
@@ -16,10 +16,10 @@
 //! 1); of a path that ends in a medium that emits, `F = Π_{i=1}^{k} T s_i · T(x_k ↔ x_{k+1})
 //! σ_a(x_{k+1}) L_e(x_{k+1})`.
 //!
-//! Mirrors and smooth dielectrics leave no direction to choose. What such a vertex has instead of
-//! `dω` is the number of a lobe, which is counted; `s_i` is the share of radiance that this lobe
-//! scatters, and the direction follows from the one before, in every pixel anew. No emitter is
-//! sampled from there: the light that is met counts, at the end of the next edge.
+//! Mirrors and smooth dielectrics have no choice of a direction. Such a vertex has the number of a
+//! lobe instead of `dω`; its measure is counting. `s_i` is the share of radiance that this lobe
+//! scatters, and the direction follows from the previous one, again in every pixel. No emitter is
+//! sampled from there: light counts that the next edge hits at its end.
 
 use super::world::{EdgeEnd, SensorPlace};
 use lightshed_resampling::Space;
@@ -31,7 +31,7 @@ pub const MAX_SCATTERINGS: u32 = 8;
 /// Most vertices: one more, that emits.
 const MAX_VERTICES: usize = MAX_SCATTERINGS as usize + 1;
 
-/// In place of a lobe's number: a direction is chosen.
+/// Instead of the number of a lobe: a direction is chosen.
 const WIDE: u8 = u8::MAX;
 
 /// `dz₁ dω₁ dz₂ … de`, each factor where there is one.
@@ -42,14 +42,14 @@ impl Space for PathCoordinates {}
 /// From a vertex to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// Unit direction; of no meaning for the first vertex, which is on the camera ray, and behind a
+    /// Unit direction; meaningless for the first vertex, which is on the camera ray, and behind a
     /// lobe without width.
     pub direction: Vec3,
     /// What the vertex is in or on.
     pub end: EdgeEnd,
 }
 
-/// The edge of a path by which it is connected, and what is behind it.
+/// The edge by which a path is connected, and the part behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConnectedEdge {
     /// Number of the vertex `x_{i+1}` at the edge's far end, at least 1; 0 for a path that is not
@@ -59,37 +59,37 @@ pub struct ConnectedEdge {
     pub place: Vec3,
     /// `|x_{i+1} − x_i|` in the pixel that holds the path.
     pub length: f32,
-    /// Where light goes to from there; zero if it comes from there.
+    /// Direction in which light continues from there; zero if the light comes from there.
     pub onward: Vec3,
-    /// Of `F`, the factors behind the edge but for the phase function: `σ_s(x_{i+1}) T(x_{i+1} ↔
-    /// x_{i+2}) s_{i+2} …`, or `σ_a L_e`.
+    /// The factors of `F` behind the edge, without the phase function:
+    /// `σ_s(x_{i+1}) T(x_{i+1} ↔ x_{i+2}) s_{i+2} …`, or `σ_a L_e`.
     pub behind: DVec3,
 }
 
-/// A path but for its pixel, with endpoints `E`.
+/// A path without its pixel, with endpoints `E`.
 #[derive(Clone, Copy, Debug)]
 pub struct VolumePath<E> {
     /// Where the camera ray is in its pixel and on the lens.
     pub seen: SensorPlace,
     directions: [Vec3; MAX_VERTICES],
-    /// Of no meaning for vertices on surfaces.
+    /// Meaningless for vertices on surfaces.
     distances: [f32; MAX_VERTICES],
     count: u8,
     /// Bit `i`: vertex `i` is on a surface.
     surfaces: u16,
-    /// The lobe without width by which the vertex before scatters to each vertex, or to the
-    /// endpoint behind the last; or [`WIDE`].
+    /// For each vertex, or for the endpoint after the last one: the lobe without width by which the
+    /// previous vertex scatters to it, or [`WIDE`].
     lobes: [u8; MAX_VERTICES],
     /// `None` for a path whose last vertex emits.
     pub endpoint: Option<E>,
-    /// Radiance from the endpoint. In the environment it is the same everywhere, and dear to look
-    /// up.
+    /// Radiance from the endpoint. In the environment it is the same from everywhere, and expensive
+    /// to look up.
     pub radiance: Vec3,
     /// By which edge it is connected.
     pub connection: ConnectedEdge,
     /// The target in the pixel that holds it.
     pub target: f32,
-    /// An unbiased estimate of `F`, once one was made, where the path stays in its pixel.
+    /// An unbiased estimate of `F`, once computed, if the path stays in its pixel.
     pub light: Option<Vec3>,
 }
 
@@ -117,7 +117,7 @@ impl<E: Copy> VolumePath<E> {
         }
     }
 
-    /// One more vertex; none behind the most that a path can have.
+    /// Adds a vertex; has no effect at the maximum number of vertices.
     pub fn push(&mut self, step: Step) {
         let place = usize::from(self.count);
         if place < MAX_VERTICES {
@@ -130,8 +130,7 @@ impl<E: Copy> VolumePath<E> {
         }
     }
 
-    /// What follows, a vertex or an endpoint, is reached by that lobe of the last vertex, which has
-    /// no width.
+    /// The next vertex or endpoint is reached by that lobe of the last vertex, which has no width.
     pub fn scatter_by(&mut self, lobe: u8) {
         if let Some(next) = self.lobes.get_mut(usize::from(self.count)) {
             *next = lobe;
@@ -144,8 +143,7 @@ impl<E: Copy> VolumePath<E> {
         self.lobes.get(place).copied().filter(|&lobe| lobe != WIDE)
     }
 
-    /// Connects the edge between the last two vertices, of which the last, at `place`, is in a
-    /// medium.
+    /// Connects the edge between the last two vertices; the last one, at `place`, is in a medium.
     pub fn connect(&mut self, place: Vec3, length: f32) {
         self.connection.vertex = self.count.saturating_sub(1);
         (self.connection.place, self.connection.length) = (place, length);
@@ -179,13 +177,13 @@ impl<E: Copy> VolumePath<E> {
         usize::from(self.count)
     }
 
-    /// The direction in which vertex number `place` is reached; of no meaning for the first, and
+    /// The direction in which vertex number `place` is reached; meaningless for the first, and
     /// behind a lobe without width.
     pub fn direction(&self, place: usize) -> Vec3 {
         self.directions[place]
     }
 
-    /// What vertex number `place` is in or on.
+    /// The medium or surface of vertex number `place`.
     pub fn end(&self, place: usize) -> EdgeEnd {
         if self.surfaces >> place & 1 == 1 {
             EdgeEnd::Surface

@@ -6,7 +6,7 @@ use super::world::VolumeWorld;
 use lightshed_resampling::{Domain, Jacobian, Pulled, ShiftMapping, Shifted, Undefined};
 
 /// A pixel of one frame as a domain of paths through volumes. It belongs to the renderer, which
-/// keeps in it what its candidates need.
+/// stores in it the data of its candidates.
 ///
 /// **Target.** Samples carry the target that they have in their pixel.
 pub trait VolumePathDomain: Domain<Sample = VolumePath<Self::Endpoint>, Space = PathCoordinates> {
@@ -19,20 +19,21 @@ pub trait VolumePathDomain: Domain<Sample = VolumePath<Self::Endpoint>, Space = 
     fn is_same_pixel(&self, other: &Self) -> bool;
 }
 
-/// Directions and distances stay up to the edge that is connected, if any; then places do.
+/// Directions and distances are kept up to the connected edge, if any; places are kept after it.
 ///
-/// Where edges are short directions are copied, as Lin 2022 §5.4.2 does all the way: then every
-/// vertex moves with the camera ray, and of `F` every `σ_s` and `T` changes. The first edge of a
-/// length `|x_{i+1} − x_i|` that is many times what vertices move by is connected instead,
-/// `x_{i+1}` kept: what is behind stays, in value as well, and need not be evaluated anew. Its
-/// coordinates `(ω_i, z_{i+1})` are others, with
+/// Where edges are short, directions are copied, as Lin 2022 §5.4.2 does for the whole path: then
+/// every vertex moves with the camera ray, and every `σ_s` and `T` of `F` changes. The first edge
+/// with a length `|x_{i+1} − x_i|` that is many times the movement of the vertices is connected
+/// instead, with `x_{i+1}` kept: everything behind it stays, in value as well, and need not be
+/// evaluated again. Its coordinates `(ω_i, z_{i+1})` change, with
 ///
 /// > `|∂(ω′, z′)/∂(ω, z)| = |x_{i+1} − x_i|² / |x_{i+1} − x′_i|²`,
 ///
-/// since `dV = z² dω dz`. It must be long enough in both pixels; edges before it keep their length,
-/// so that they are too short in both.
+/// because `dV = z² dω dz`. The edge must be long enough in both pixels. Edges before it keep
+/// their length, so they are too short in both.
 ///
-/// Pixels of two frames have targets by what was there in theirs; each is odd or even.
+/// Targets of pixels of two frames use the media and surfaces of their own frame; each frame is odd
+/// or even.
 #[derive(Clone, Copy, Debug)]
 pub struct VolumePathShift<W> {
     /// What is there in even frames.
@@ -41,8 +42,8 @@ pub struct VolumePathShift<W> {
     pub odd: W,
     /// Whether both frames show the same, to the same camera.
     pub rests: bool,
-    /// Whether both frames have the same media and surfaces: then what is behind a connected edge
-    /// is known.
+    /// Whether both frames have the same media and surfaces: then the values behind a connected
+    /// edge are known.
     pub is_same_scene: bool,
 }
 

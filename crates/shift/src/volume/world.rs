@@ -1,23 +1,23 @@
-//! What a renderer brings for paths through volumes.
+//! The interface of a renderer for paths through volumes.
 
 use lightshed_sampling::CounterRng;
 use lightshed_sampling::glam::{DVec3, Vec2, Vec3};
 
-/// A scene with media as shifts of volumetric paths see it, at one moment.
+/// A scene with media at one moment, as shifts of volumetric paths see it.
 ///
-/// Directions are unit vectors in world space that point away from the vertex. A vertex knows where
-/// the path has come to it from, on its way from the sensor. Lengths are in units of the scene,
-/// coefficients in their reciprocal, radiance has three channels.
+/// Directions are unit vectors in world space that point away from the vertex. A vertex stores
+/// where the path, on its way from the sensor, has reached it from. Lengths are in units of the
+/// scene, coefficients in their reciprocal, radiance has three channels.
 ///
-/// Transmittances are asked for in two ways ([`Transmittance`]). Those of targets may be as coarse
-/// as one likes, as long as they are positive wherever the true one is, and have the same value,
-/// bit for bit, for the same arguments.
+/// There are two kinds of transmittances ([`Transmittance`]). Those of targets may be coarse, as
+/// long as they are positive wherever the true one is, and have the same value, bit for bit, for
+/// the same arguments.
 pub trait VolumeWorld {
-    /// A point in a medium or on a surface, where light is scattered towards the vertex before.
+    /// A point in a medium or on a surface that scatters light towards the previous vertex.
     type Vertex;
     /// A pixel.
     type Pixel;
-    /// The end of a path on an emitter: something that does not depend on where it is seen from.
+    /// The end of a path on an emitter, described independently of the point from which it is seen.
     type Endpoint: Copy;
 
     /// The vertex at the end of the first edge, which leads away from `place` of a pixel's sensor,
@@ -40,26 +40,28 @@ pub trait VolumeWorld {
     ) -> Option<(Self::Vertex, DVec3)>;
     /// World position.
     fn position(&self, vertex: &Self::Vertex) -> Vec3;
-    /// Moves a vertex in a medium to `position`, from which only rounding has kept it.
+    /// Moves a vertex in a medium to `position`, from which it differs only by rounding.
     fn set_position(&self, vertex: &mut Self::Vertex, position: Vec3);
 
-    /// What is scattered to the vertex before out of a direction: `σ_s ρ` in a medium, `f |cos θ|`
-    /// on a surface, but for lobes without width.
+    /// What is scattered to the previous vertex from a direction: `σ_s ρ` in a medium,
+    /// `f |cos θ|` on a surface, without lobes that have no width.
     fn scattered(&self, vertex: &Self::Vertex, direction: Vec3) -> DVec3;
-    /// The factor of [`scattered`](Self::scattered) that the vertex before has no part in: `σ_s` in
-    /// a medium; 1 on a surface.
+    /// The factor of [`scattered`](Self::scattered) that does not depend on the previous vertex:
+    /// `σ_s` in a medium; 1 on a surface.
     fn scattering(&self, vertex: &Self::Vertex) -> DVec3;
     /// The other factor in a medium, `ρ(ω)`; 1 on a surface.
     fn phase(&self, vertex: &Self::Vertex, direction: Vec3) -> f64;
-    /// Where a lobe without width scatters; `None` for other lobes. By default there are none.
+    /// The direction in which a lobe without width scatters; `None` for other lobes. By default
+    /// there are no such lobes.
     fn reflected(&self, _vertex: &Self::Vertex, _lobe: u8) -> Option<Reflection> {
         None
     }
 
-    /// What is emitted towards the vertex before: `σ_a L_e` in a medium, `L_e` on a surface.
+    /// What is emitted towards the previous vertex: `σ_a L_e` in a medium, `L_e` on a surface.
     fn emitted(&self, vertex: &Self::Vertex) -> DVec3;
-    /// Light that an endpoint sends to a vertex, by the measure of endpoints: its direction and `T
-    /// L_e |dω/de|`. `None` if nothing arrives. It is not asked for endpoints in the environment.
+    /// Light that an endpoint sends to a vertex, by the measure of endpoints: its direction and
+    /// `T L_e |dω/de|`. `None` if nothing arrives. It is not called for endpoints in the
+    /// environment.
     fn lit(
         &self,
         vertex: &Self::Vertex,
@@ -71,7 +73,7 @@ pub trait VolumeWorld {
     fn environment_direction(&self, _endpoint: &Self::Endpoint) -> Option<Vec3> {
         None
     }
-    /// Radiance that arrives from the environment, out of a direction.
+    /// Radiance that arrives from the environment, from a direction.
     fn environment(&self, _direction: Vec3) -> DVec3 {
         DVec3::ZERO
     }
@@ -89,7 +91,7 @@ pub trait VolumeWorld {
     fn connection_reach(&self) -> ConnectionReach;
 }
 
-/// Which transmittances are asked for.
+/// Which kind of transmittance is requested.
 pub enum Transmittance<'r> {
     /// Those of the target.
     Target,
@@ -118,7 +120,7 @@ pub enum EdgeEnd {
 /// Light by way of a lobe without width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflection {
-    /// Unit direction out of which it comes.
+    /// Unit direction from which it comes.
     pub direction: Vec3,
     /// Share of radiance from there.
     pub share: DVec3,

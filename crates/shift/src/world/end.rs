@@ -11,7 +11,7 @@ pub(crate) enum End<'a, V> {
 }
 
 impl<'a, V> End<'a, V> {
-    /// What lies at the end of a ray that has found `vertex`, or nothing.
+    /// The end of a ray that has found `vertex`, or nothing.
     #[inline(always)]
     pub fn of(vertex: Option<&'a V>) -> Self {
         vertex.map_or(Self::Environment, Self::Surface)
@@ -26,8 +26,8 @@ impl<'a, V> End<'a, V> {
         }
     }
 
-    /// Density with which emitter sampling at `from` finds the direction, if `radiance` arrives out
-    /// of it; else 0, unasked.
+    /// Density with which emitter sampling at `from` finds the direction, if `radiance` arrives
+    /// from it; otherwise 0, without a call.
     #[inline(always)]
     pub fn emitter_pdf<W: WorldLighting<Vertex = V> + ?Sized>(
         &self,

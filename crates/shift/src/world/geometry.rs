@@ -1,4 +1,4 @@
-//! What a renderer brings of its geometry: surface points and rays.
+//! The geometry that a renderer provides: surface points and rays.
 
 use bytemuck::{Pod, Zeroable};
 use lightshed_sampling::glam::Vec3;
@@ -10,13 +10,13 @@ pub trait WorldGeometry {
     type Vertex: Clone;
     /// Something to trace.
     type Ray: Copy;
-    /// A pixel of a camera, or whatever paths start from; [`Infallible`](core::convert::Infallible)
-    /// where they start at surfaces.
+    /// A pixel of a camera, or any other start of paths; [`Infallible`](core::convert::Infallible)
+    /// if paths start at surfaces.
     type Sensor: Clone;
 
     /// The vertex at a place.
     fn vertex(&self, place: &Place) -> Self::Vertex;
-    /// Where a vertex is; `vertex(&place(v))` equals `v`.
+    /// The place of a vertex; `vertex(&place(v))` equals `v`.
     fn place(&self, vertex: &Self::Vertex) -> Place;
     /// World position.
     fn position(&self, vertex: &Self::Vertex) -> Vec3;
@@ -27,8 +27,8 @@ pub trait WorldGeometry {
     fn ray(&self, from: &Self::Vertex, direction: Vec3) -> Self::Ray;
     /// The segment between two vertices.
     fn segment(&self, from: &Self::Vertex, to: &Self::Vertex) -> Self::Ray;
-    /// The first surface along a ray. `kind` says what the ray is for; it has no influence on the
-    /// result.
+    /// The first surface along a ray. `kind` states the purpose of the ray; it has no influence on
+    /// the result.
     fn trace(&self, ray: &Self::Ray, kind: RayKind) -> Option<Self::Vertex>;
     /// Whether anything lies on a ray.
     fn occluded(&self, ray: &Self::Ray, kind: RayKind) -> bool;
@@ -69,8 +69,8 @@ pub enum RayKind {
     Reconnection,
 }
 
-/// A point on a surface, in 12 bytes: the number of a primitive and two coordinates on it, whatever
-/// the renderer means by them.
+/// A point on a surface, in 12 bytes: the number of a primitive and two coordinates on it, with any
+/// meaning that the renderer chooses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Place {

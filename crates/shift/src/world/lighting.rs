@@ -1,4 +1,4 @@
-//! What a renderer brings of its lights: emission, and the choice of emitters.
+//! The lights that a renderer provides: emission, and the selection of emitters.
 
 use super::geometry::{Place, Sight, WorldGeometry};
 use super::suffix::{Suffix, SuffixLight, SuffixLimits};
@@ -7,46 +7,47 @@ use lightshed_sampling::{Area, Density, SolidAngle};
 
 /// Emission in a scene, and how emitters are sampled.
 ///
-/// A renderer whose only emitters are surfaces writes [`emitted`](Self::emitted),
-/// [`emitter_pdf`](Self::emitter_pdf) and [`sample_emitter`](Self::sample_emitter). One with an
-/// environment adds [`environment`](Self::environment) and
-/// [`environment_pdf`](Self::environment_pdf), one with lights that no ray finds
+/// A renderer whose only emitters are surfaces implements [`emitted`](Self::emitted),
+/// [`emitter_pdf`](Self::emitter_pdf) and [`sample_emitter`](Self::sample_emitter). With an
+/// environment it adds [`environment`](Self::environment) and
+/// [`environment_pdf`](Self::environment_pdf), with lights that no ray finds
 /// [`connect_delta`](Self::connect_delta).
 pub trait WorldLighting: WorldGeometry {
-    /// What the choice among emitters knows of a vertex: its position, and a normal perhaps.
+    /// The data of a vertex that the selection of emitters uses: its position, and possibly a
+    /// normal.
     type Site: Copy;
 
-    /// What the choice among emitters knows of `vertex`.
+    /// The data of `vertex` that the selection of emitters uses.
     fn site(&self, vertex: &Self::Vertex) -> Self::Site;
     /// Radiance that a surface emits towards `direction`.
     fn emitted(&self, vertex: &Self::Vertex, direction: Vec3) -> Vec3;
     /// Density with which [`sample_emitter`](Self::sample_emitter) at `from` finds the direction to
-    /// `emitter`. It is asked only of surfaces that emit towards `from`.
+    /// `emitter`. It is called only for surfaces that emit towards `from`.
     fn emitter_pdf(&self, from: &Self::Site, emitter: &Self::Vertex) -> Density<SolidAngle>;
-    /// A place on an emitter, chosen by `u_select` and `u` for illuminating `from`; `None` if there
-    /// is none.
+    /// A place on an emitter, selected by `u_select` and `u` for illuminating `from`; `None` if
+    /// there is none.
     fn sample_emitter(&self, from: &Self::Vertex, u_select: u64, u: [f32; 2]) -> Option<Endpoint>;
 
-    /// Radiance that arrives from the environment, out of `direction`. By default there is no
+    /// Radiance that arrives from the environment, from `direction`. By default there is no
     /// environment.
     #[inline(always)]
     fn environment(&self, _direction: Vec3) -> Vec3 {
         Vec3::ZERO
     }
     /// Density with which [`sample_emitter`](Self::sample_emitter) at `from` finds this direction
-    /// to the environment. It is asked only of directions out of which radiance arrives.
+    /// to the environment. It is called only for directions from which radiance arrives.
     #[inline(always)]
     fn environment_pdf(&self, _from: &Self::Site, _direction: Vec3) -> Density<SolidAngle> {
         Density::ZERO
     }
-    /// What emitter number `emitter` of [`Endpoint::Delta`] sends to `from`, but for occlusion;
-    /// `None` if nothing. By default there are no such emitters.
+    /// The contribution of emitter number `emitter` of [`Endpoint::Delta`] at `from`, without
+    /// occlusion; `None` if there is none. By default there are no such emitters.
     #[inline(always)]
     fn connect_delta(&self, _from: &Self::Vertex, _emitter: u32) -> Option<Connection<Self::Ray>> {
         None
     }
-    /// What an emitter's endpoint sends to `from`, but for occlusion; `None` if nothing. By default
-    /// it follows from the other functions.
+    /// The contribution of an emitter's endpoint at `from`, without occlusion; `None` if there is
+    /// none. By default it follows from the other functions.
     fn connect(&self, from: &Self::Vertex, endpoint: &Endpoint) -> Option<Connection<Self::Ray>> {
         let connection = match *endpoint {
             Endpoint::Surface(place) => {
@@ -84,12 +85,12 @@ pub trait WorldLighting: WorldGeometry {
         connection.pdf.is_positive().then_some(connection)
     }
 
-    /// Follows paths on their way behind their reconnection vertices, and hands the light that
+    /// Traces the suffixes of paths behind their reconnection vertices, and passes the light that
     /// arrives along each one's ray to `visit`, with the number of the suffix: in a fixed order,
-    /// and what depends on the suffix alone. Returns whether it did so. By default it does not, and
-    /// [`trace_suffix`](crate::trace_suffix) follows them one by one. A renderer with a fast path
-    /// tracer overrides it; random numbers and lobes may then be used in its own way, since nothing
-    /// of a suffix is ever replayed.
+    /// and with values that depend on the suffix alone. Returns whether it did so. By default it
+    /// does not, and [`trace_suffix`](crate::trace_suffix) traces them one by one. A renderer with
+    /// a fast path tracer overrides it. It may use random numbers and lobes in its own way, because
+    /// no part of a suffix is ever replayed.
     #[must_use]
     fn trace_suffixes(
         &self,
@@ -101,7 +102,7 @@ pub trait WorldLighting: WorldGeometry {
     }
 }
 
-/// The end of a path on an emitter: something that does not depend on where it is seen from.
+/// The end of a path on an emitter, described independently of the point from which it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Endpoint {
     /// A point of an emitting surface. Its measure is area.
@@ -138,8 +139,8 @@ impl EndpointDensity {
 }
 
 impl<R> Connection<R> {
-    /// To an emitter that only emitter sampling finds: `irradiance` at normal incidence out of
-    /// `direction`, from an emitter that is chosen with `probability`.
+    /// The sample of an emitter that only emitter sampling finds: `irradiance` at normal incidence
+    /// from `direction`, from an emitter selected with `probability`.
     pub fn to_delta(direction: Vec3, irradiance: Vec3, probability: f32, ray: R) -> Self {
         Self {
             direction,
@@ -151,7 +152,7 @@ impl<R> Connection<R> {
     }
 }
 
-/// What an [`Endpoint`] sends to a vertex.
+/// The contribution of an [`Endpoint`] at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connection<R> {
     /// From the vertex to the endpoint.
@@ -163,6 +164,6 @@ pub struct Connection<R> {
     pub pdf: Density<SolidAngle>,
     /// The same in the endpoint's own measure.
     pub own_density: EndpointDensity,
-    /// What must be free for the endpoint to be seen.
+    /// The segment that must be free for the endpoint to be visible.
     pub ray: R,
 }

@@ -1,4 +1,4 @@
-//! What a renderer brings of its materials: scattering by lobes.
+//! The materials that a renderer provides: scattering by lobes.
 
 use super::geometry::WorldGeometry;
 use lightshed_sampling::glam::Vec3;
@@ -6,18 +6,18 @@ use lightshed_sampling::{Density, SolidAngle};
 
 /// Scattering at the vertices of a scene.
 ///
-/// The scattering function of a vertex is a sum of lobes `f = Σ_l f_l`, numbered from 0 and at most
-/// [`MAX_LOBES`]. The probability `P(l | ω_o)` of a lobe depends on `ω_o` alone. Densities of a
-/// lobe are joint with the choice of it, so that their sum over the lobes is the density of the
-/// whole sampler. A delta lobe has no density: it evaluates to zero, and sampling it reports the
-/// share of radiance that it scatters as value, over the probability of the lobe as density.
+/// The scattering function of a vertex is a sum of lobes `f = Σ_l f_l`, numbered from 0 and at
+/// most [`MAX_LOBES`]. The probability `P(l | ω_o)` of a lobe depends on `ω_o` alone. Densities
+/// of a lobe are joint with its selection, so their sum over the lobes is the density of the whole
+/// sampler. A delta lobe has no density: it evaluates to zero. Sampling it reports the share of
+/// radiance that it scatters as value, and the probability of the lobe as density.
 ///
-/// A renderer with one wide lobe writes [`sample_lobe`](Self::sample_lobe) and
-/// [`evaluate`](Self::evaluate). One with several lobes overrides [`lobe_count`](Self::lobe_count),
-/// [`evaluate_lobe`](Self::evaluate_lobe) and [`lobe_roughness`](Self::lobe_roughness); one with
-/// mirrors the last of them.
+/// A renderer with one wide lobe implements [`sample_lobe`](Self::sample_lobe) and
+/// [`evaluate`](Self::evaluate). With several lobes it overrides [`lobe_count`](Self::lobe_count),
+/// [`evaluate_lobe`](Self::evaluate_lobe) and [`lobe_roughness`](Self::lobe_roughness); with
+/// mirrors, the last of them.
 pub trait WorldScattering: WorldGeometry {
-    /// A direction from one lobe, chosen by `u_lobe`; `None` where nothing is scattered.
+    /// A direction from one lobe, selected by `u_lobe`; `None` if nothing is scattered.
     fn sample_lobe(
         &self,
         vertex: &Self::Vertex,
@@ -25,7 +25,7 @@ pub trait WorldScattering: WorldGeometry {
         u_lobe: f32,
         u_direction: [f32; 2],
     ) -> Option<LobeDirection>;
-    /// All lobes together, but delta lobes.
+    /// All lobes together, without delta lobes.
     fn evaluate(&self, vertex: &Self::Vertex, wo: Vec3, wi: Vec3) -> Scattering;
 
     /// Number of lobes, from 0 to [`MAX_LOBES`]. By default 1.
@@ -34,7 +34,7 @@ pub trait WorldScattering: WorldGeometry {
         1
     }
     /// One lobe in a given direction; zero for a delta lobe and for a lobe that the vertex does not
-    /// have. By default lobe 0 is all there is.
+    /// have. By default lobe 0 is the only one.
     #[inline(always)]
     fn evaluate_lobe(&self, vertex: &Self::Vertex, wo: Vec3, wi: Vec3, lobe: u8) -> Scattering {
         if lobe == 0 {
@@ -59,7 +59,7 @@ pub(crate) fn max_roughness<W: WorldScattering + ?Sized>(world: &W, vertex: &W::
         .fold(0.0, f32::max)
 }
 
-/// Lobes of a vertex have lower numbers than this.
+/// Lobes of a vertex have numbers below this.
 pub const MAX_LOBES: u8 = 15;
 
 /// A direction sampled from one lobe.
@@ -71,15 +71,15 @@ pub struct LobeDirection {
     pub lobe: u8,
     /// The lobe's value and joint density at `wi`; see [`WorldScattering`] for delta lobes.
     pub scattering: Scattering,
-    /// Density of `wi` over all lobes but delta lobes: what a MIS weight against emitter sampling
-    /// needs.
+    /// Density of `wi` over all lobes except delta lobes: MIS weights against emitter sampling need
+    /// it.
     pub total_pdf: Density<SolidAngle>,
     /// Whether it is a delta lobe.
     pub is_delta: bool,
 }
 
 impl LobeDirection {
-    /// From the only lobe of a vertex, which is no delta lobe.
+    /// A sample of the only lobe of a vertex, which is no delta lobe.
     #[inline(always)]
     pub fn of_single_lobe(wi: Vec3, scattering: Scattering) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl Scattering {
         pdf: Density::ZERO,
     };
 
-    /// `f |cos θ| / p`; zero where the density is.
+    /// `f |cos θ| / p`; zero if the density is zero.
     #[inline(always)]
     pub fn weight(&self) -> Vec3 {
         if self.pdf.is_positive() {

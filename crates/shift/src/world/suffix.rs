@@ -1,23 +1,24 @@
-//! What follows a reconnection vertex: light that no shift follows any further.
+//! Suffixes of paths: light behind a reconnection vertex that no shift traces.
 
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PathSeed, SolidAngle};
 
-/// The rest of a path from the ray that leaves its reconnection vertex on. Shifts copy the radiance
-/// that it brings, and never ask how.
+/// The rest of a path, starting with the ray that leaves its reconnection vertex. Shifts copy its
+/// radiance and never ask how it was found.
 #[derive(Clone, Copy, Debug)]
 pub struct Suffix<R, S> {
     /// The ray.
     pub ray: R,
     /// Its unit direction.
     pub direction: Vec3,
-    /// The vertex that it leaves, as the choice among emitters knows it.
+    /// The vertex that it leaves, as the selection of emitters uses it.
     pub site: S,
-    /// Density of the direction over all lobes of that vertex but delta lobes, of which it is none.
+    /// Density of the direction over all lobes of that vertex except delta lobes; the direction
+    /// does not come from a delta lobe.
     pub total_pdf: Density<SolidAngle>,
     /// Source of the random numbers.
     pub seed: PathSeed,
-    /// What radiance along the ray is worth, for roulette: its colour's largest component.
+    /// Weight of radiance along the ray, for roulette: the largest component of its colour.
     pub importance: f32,
 }
 
@@ -28,7 +29,7 @@ pub struct SuffixLimits {
     pub first: u32,
     /// Longest path, in edges.
     pub max_length: u32,
-    /// Roulette may end a path at vertices of this number or a higher one.
+    /// Roulette may end a path at vertices with this number or a higher one.
     pub roulette_from: u32,
 }
 
@@ -46,10 +47,11 @@ pub enum SuffixLight {
     Scattered {
         /// Edges of the whole path.
         length: u32,
-        /// Whether its end was found by sampling an emitter; else it was met.
+        /// Whether its end was found by emitter sampling; otherwise a direction hit it.
         is_sampled_emitter: bool,
-        /// One sample of the radiance: over the densities of everything behind the ray, weighted
-        /// between the two techniques, and over the probability of having survived roulette.
+        /// One sample of the radiance: divided by the densities of everything behind the ray,
+        /// weighted between the two techniques, and divided by the probability of having survived
+        /// roulette.
         radiance: Vec3,
     },
 }
