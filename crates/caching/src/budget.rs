@@ -5,23 +5,23 @@ use super::spread::AreaSpread;
 use super::termination::Termination;
 use lightshed_sampling::{LUMINANCE, Rgb};
 
-/// What ending a path at a vertex would mean for the pixel: the record's values times what the
-/// vertex counts for.
+/// The effect on the pixel of ending a path at a vertex: the record's values times the vertex's
+/// throughput.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prefixed {
     /// What the cache would contribute.
     pub brightness: f32,
-    /// `P`: what going on by one edge adds to the variance of a sample.
+    /// `P`: the variance of a sample that one more edge adds.
     pub variance: f32,
     /// `B²`: squared bias of ending here.
     pub bias_squared: f32,
-    /// The same of ending at the next vertex, in the mean.
+    /// The same for ending at the next vertex, on average.
     pub deferred_bias_squared: f32,
 }
 
 impl Prefixed {
-    /// Of a record at a vertex with a throughput, in luminance: deviations add up over the
-    /// channels, which bounds the luminance's (see [`CachedRadiance`]).
+    /// From a record at a vertex with a throughput, in luminance: deviations add up over the
+    /// channels, which bounds that of the luminance (see [`CachedRadiance`]).
     #[inline]
     pub fn new(throughput: Rgb, record: &CachedRadiance) -> Self {
         Self {
@@ -33,12 +33,12 @@ impl Prefixed {
     }
 }
 
-/// What a path has spent on its way, and whether it ends (Algorithm 5).
+/// The variance that a path has used so far, and whether it ends (Algorithm 5).
 ///
-/// At each vertex that has a record, [`share`](Self::share) gives the share `α` of the path that
-/// goes on: the pixel gets `(1 − α) T rc` from the cache, and everything that follows times
-/// `α`. From the first `α` below 1 on the path ends at the next vertex that has a record, where
-/// `α = 0`. At vertices without a record paths go on as they are.
+/// At each vertex that has a record, [`share`](Self::share) returns the share `α` of the path that
+/// continues: the pixel gets `(1 − α) T rc` from the cache, and everything that follows times
+/// `α`. After the first `α` below 1 the path ends at the next vertex that has a record, where
+/// `α = 0`. At vertices without a record paths continue unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathBudget {
     /// `Σ P_j` of the vertices so far.
@@ -51,7 +51,7 @@ pub struct PathBudget {
 }
 
 impl PathBudget {
-    /// The share `α` in `[0, 1]` of the path that goes on from the vertex at the end of edge
+    /// The share `α` in `[0, 1]` of the path that continues from the vertex at the end of edge
     /// number `depth`.
     #[inline]
     pub fn share(&mut self, rule: &Termination, depth: u32, at: &Prefixed) -> f32 {
@@ -86,7 +86,7 @@ impl PathBudget {
     }
 }
 
-/// `α = √(left / P)` (eq. 7.15), or 1 where that is enough for all of it.
+/// `α = √(left / P)` (eq. 7.15), or 1 if that suffices for all of it.
 #[inline]
 fn interpolated(left: f32, variance: f32) -> f32 {
     match variance > left {

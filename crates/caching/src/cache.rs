@@ -12,14 +12,15 @@ use glam::DVec3;
 use lightshed_sampling::{CounterRng, parallel};
 use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
 
-/// Outgoing radiance of surfaces by place, level and side, in a hash grid of bounded size, with its
-/// local variance and its bias.
+/// Outgoing radiance of surfaces by position, level and side, in a hash grid of bounded size, with
+/// its local variance and its bias.
 ///
-/// `rc = E_P[E[g^suf | x_0, x_1]]` (eq. 4.121): the mean of what the vertices of a cell scatter,
-/// over the vertices and outgoing directions that paths have found. It is updated in passes of its
-/// own (§7.4). In each, a vertex of every record is sampled independently several times; a sample
-/// is direct light and what the cache had, in the pass before, at the end of the next edge. So
-/// radiance propagates by one edge a pass, and records learn what a path's next step varies by.
+/// `rc = E_P[E[g^suf | x_0, x_1]]` (eq. 4.121): the mean radiance that the vertices of a cell
+/// scatter, over the vertices and outgoing directions that paths have found. It is updated in
+/// separate passes (§7.4). In each pass, a vertex of every record is sampled independently several
+/// times. A sample is direct light plus the cache's value, of the previous pass, at the end of the
+/// next edge. So radiance propagates by one edge a pass, and records learn the variance of a path's
+/// next step.
 ///
 /// Vertices come from [`offer`](Self::offer), and from the samples, which explore. A pass has the
 /// same result for any number of threads: records are updated one by one from their own samples,
@@ -38,11 +39,11 @@ pub struct RadianceCache<V> {
 const TOGETHER: usize = 128;
 /// Offered vertices whose cells are claimed together.
 const CLAIMS: usize = 1024;
-/// Seeds of which vertices are kept, and where.
+/// Seeds of the random selection of kept vertices, and of their places.
 const KEEP_SEED: u64 = 0x6361_6368_655f_6b65;
 const PLACE_SEED: u64 = 0x6361_6368_655f_706c;
 
-/// What a part of the records did in a pass.
+/// Results of a part of the records in a pass.
 struct Part<V> {
     visited: usize,
     found: Vec<(SurfaceSite, V)>,
@@ -87,8 +88,8 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         self.view().query(site)
     }
 
-    /// Vertices that paths have come to, for the next pass: their cells get records, or stay in
-    /// use. Their order counts.
+    /// Offers vertices of paths for the next pass: their cells get records, or stay in use. Their
+    /// order counts.
     pub fn offer(&mut self, vertices: impl IntoIterator<Item = (SurfaceSite, V)>) {
         self.offered.extend(vertices);
     }
@@ -101,8 +102,8 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         self.published.fill(CachedRadiance::default());
     }
 
-    /// A pass: samples a vertex of every record, and opens records for the vertices that were
-    /// found and offered.
+    /// A pass: samples a vertex of every record, and opens records for the vertices that were found
+    /// and offered.
     pub fn update(&mut self, sampler: &impl VertexSampler<V>) -> CacheReport {
         self.pass += 1;
         let parts = self.sample(sampler);
@@ -119,13 +120,13 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
             offered: offered.len(),
             occupancy: self.grid.table.occupancy(),
         };
-        // The memory is for the next pass.
+        // The memory is kept for the next pass.
         offered.clear();
         self.offered = offered;
         report
     }
 
-    /// Samples a vertex of every record, which learns from it.
+    /// Samples a vertex of every record, which learns from the samples.
     fn sample(&mut self, sampler: &impl VertexSampler<V>) -> Vec<Part<V>> {
         let Self {
             options,
@@ -176,7 +177,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         })
     }
 
-    /// Shows what the records have learnt.
+    /// Publishes the records' learnt values.
     fn publish(&mut self) {
         let (records, least) = (&self.records, self.options.min_passes);
         parallel::for_each_chunk(&mut self.published, CLAIMS, |first, published| {
@@ -186,8 +187,8 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         });
     }
 
-    /// Opens records for the cells of vertices, keeps the vertices there, and closes records that
-    /// none was found for.
+    /// Opens records for the cells of vertices, keeps the vertices there, and closes records for
+    /// which none was found.
     fn open(&mut self, offered: &[(SurfaceSite, V)]) {
         let grid = &self.grid;
         parallel::for_each(offered.chunks(CLAIMS), |_, part| {

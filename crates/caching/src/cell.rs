@@ -3,20 +3,20 @@
 use super::moments::VertexMoments;
 use glam::DVec3;
 
-/// Moments of a cell's record over many vertices `y`, each with samples of its own: `E[Y]`,
-/// `E[Y²]` and `E[E[Y|y]²]`, channel by channel, and from them the local variance and the squared
-/// bias of the record.
+/// Moments of a cell's record over many vertices `y`, each with its own samples: `E[Y]`, `E[Y²]`
+/// and `E[E[Y|y]²]`, channel by channel, and from them the local variance and the squared bias of
+/// the record.
 ///
 /// - `E[V[Y|y]] = E[Y²] − E[E[Y|y]²]` (eq. 7.16),
 /// - `E[(E[Y|y] − E[Y])²] = E[E[Y|y]²] − E[Y]²` (eq. 7.17).
 ///
-/// Neither is found as a difference of moments. With weights `w_k`, means `m_k` and sample
+/// Neither is computed as a difference of moments. With weights `w_k`, means `m_k` and sample
 /// variances `s_k²` of `n_k` samples, the first is the weighted mean of `s_k²`, and the second
-/// the weighted sample variance of `m_k`, less the part of it that is noise of the means:
+/// the weighted sample variance of `m_k`, minus the part of it that is noise of the means:
 /// `Σ w_k (m_k − M)² / (W − Σ w_k²/W) − (1/W) Σ w_k s_k²/n_k`. Both are unbiased for
-/// vertices that are independent and of one distribution, whatever the weights; the second may be
-/// negative. The sums around the mean are updated as West 1979 does and merged as Chan, Golub and
-/// LeVeque 1983 do.
+/// vertices that are independent and identically distributed, for any weights; the second may be
+/// negative. The sums around the mean are updated as by West 1979 and merged as by Chan, Golub and
+/// LeVeque 1983.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellMoments {
     /// `W = Σ w_k`.
@@ -81,7 +81,7 @@ impl CellMoments {
         self.weight
     }
 
-    /// Over `W`, or 0 where there is nothing.
+    /// Divided by `W`, or 0 if there is nothing.
     fn per_weight(&self, sum: DVec3) -> DVec3 {
         match self.weight > 0.0 {
             true => sum / self.weight,
@@ -110,7 +110,7 @@ impl CellMoments {
     }
 
     /// An unbiased estimate of `E[(E[Y|y] − E[Y])²]`, the squared bias of the record (eq. 7.17).
-    /// 0 of a single vertex, which says nothing of it; may be negative.
+    /// 0 for a single vertex, which gives no information; may be negative.
     pub fn bias_squared(&self) -> DVec3 {
         let free = self.weight - self.weight_squared / self.weight;
         if !(free > 1e-9 * self.weight) {

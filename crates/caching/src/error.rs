@@ -1,13 +1,13 @@
-//! What can be wrong with options.
+//! Errors of options.
 
 use lightshed_spatial::HashGridError;
 use thiserror::Error;
 
-/// Why a cache cannot be made, or paths cannot be ended by a rule.
+/// Why a cache cannot be made, or a rule cannot end paths.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum CachingError {
-    /// A number of the options is outside of its range.
+    /// An option is out of its range.
     #[error("{name} is {value}, but must be {range}")]
     Option {
         /// Name of the option.

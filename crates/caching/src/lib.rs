@@ -1,10 +1,9 @@
-//! What cells of space keep for all paths that come by: radiance, in which paths end early, and
-//! reservoirs, from which they reuse.
+//! Radiance caches that trade bias for variance: paths end early in stored radiance.
 //!
-//! Knows no scene: positions, normals, radiance, and vertices of whatever kind a renderer has. A
-//! renderer tells how a stored vertex scatters light (one trait, [`VertexSampler`]), lets the cache
-//! update itself before a frame, and asks at each vertex of a path whether it should end there
-//! ([`PathBudget`]).
+//! The crate knows no scene: it uses positions, normals, radiance, and the renderer's own type of
+//! vertices. A renderer says how a stored vertex scatters light (one trait, [`VertexSampler`]),
+//! lets the cache update itself before a frame, and asks at each vertex of a path whether it should
+//! end there ([`PathBudget`]).
 //!
 //! | you want | take |
 //! |---|---|
@@ -14,12 +13,11 @@
 //! | the area spread of a path | [`AreaSpread`] |
 //! | samples that pixels of all frames share by place, merged by GRIS | [`WorldReservoirs`], [`WorldLinks`] |
 //!
-//! A path that ends in a cache estimates another integral than one that does not: that is
-//! **biased**, on purpose, and says by how much as far as it can. Reuse from reservoirs in cells is
-//! unbiased where a canonical sample takes part.
+//! A path that ends in a cache estimates another integral than one that does not. Everything here
+//! is **biased**, on purpose, and estimates its bias as far as possible.
 //!
 //! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of
-//! Illumination for Real-Time Path Tracing*) if no other work is named.
+//! Illumination for Real-Time Path Tracing*) unless another work is named.
 //!
 //! # Features
 //!

@@ -1,4 +1,4 @@
-//! Moments of what one vertex scatters.
+//! Moments of the radiance that one vertex scatters.
 
 use glam::DVec3;
 use lightshed_sampling::Rgb;
@@ -11,7 +11,7 @@ use lightshed_sampling::Rgb;
 /// - `(1/n) Σ Y_i² = m² + s² (n − 1)/n`, an estimate of `E[Y² | y]`,
 /// - `(1/(n(n−1))) Σ_{i≠j} Y_i Y_j = m² − s²/n`, an estimate of `E[Y | y]²` (§7.3.4),
 ///
-/// both unbiased. What is stored is `m` and `s²`, found in two passes over the samples: the
+/// both unbiased. The record stores `m` and `s²`, computed in two passes over the samples: the
 /// difference of the two moments is `s²` itself and nothing cancels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VertexMoments {
@@ -24,7 +24,7 @@ pub struct VertexMoments {
 }
 
 impl VertexMoments {
-    /// Of samples. One sample says nothing of its variance; two or more do.
+    /// Number of samples. One sample gives no variance; two or more do.
     pub fn of(samples: impl Iterator<Item = Rgb> + Clone) -> Self {
         let (mut count, mut sum) = (0u32, DVec3::ZERO);
         for sample in samples.clone() {

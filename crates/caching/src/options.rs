@@ -3,13 +3,13 @@
 use super::error::{CachingError, check_option};
 use lightshed_spatial::LevelGridOptions;
 
-/// What becomes of what a record has learnt.
+/// How long a record keeps what it has learnt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum History {
-    /// The last two windows of passes count, all of their passes alike. Windows are 1, 2, 4, …
-    /// passes long, up to `longest`: what was learnt while radiance had not yet propagated is
-    /// forgotten soon, and what is older than `2 · longest` passes has no influence.
+    /// The last two windows of passes count, all of their passes equally. Windows are 1, 2, 4, …
+    /// passes long, up to `longest`: values from before radiance had propagated are forgotten soon,
+    /// and values older than `2 · longest` passes have no influence.
     Windows {
         /// Passes of the longest window.
         longest: u32,
@@ -31,17 +31,17 @@ pub struct RadianceCacheOptions {
     pub cells: LevelGridOptions,
     /// Most records. Each takes about 500 bytes, used or not, and four vertices.
     pub slots: usize,
-    /// Independent samples of one vertex of each record in a pass; 2 to 64. A single one would say
-    /// nothing of variance.
+    /// Independent samples of one vertex of each record in a pass; 2 to 64. A single one would give
+    /// no variance.
     pub samples: u32,
     /// What becomes of older passes.
     pub history: History,
-    /// Passes after which a record goes whose cell no vertex was found in.
+    /// A record is removed if no vertex was found in its cell for this number of passes.
     pub max_age: u32,
-    /// Passes from which on a record answers: before, it knows too little.
+    /// Number of passes from which a record answers; before, it has too little information.
     pub min_passes: u32,
-    /// One in so many of the vertices that samples find is kept for later passes, where the record
-    /// exists already.
+    /// One in this number of the vertices that samples find is kept for later passes, if the record
+    /// already exists.
     pub keep_one_in: u32,
 }
 
@@ -59,7 +59,7 @@ impl RadianceCacheOptions {
         }
     }
 
-    /// Whether a cache can be kept so, but for its cells and slots.
+    /// Whether a cache can have these options, without a check of cells and slots.
     pub(crate) fn check(&self) -> Result<(), CachingError> {
         let samples = (2..=MAX_UPDATE_SAMPLES).contains(&self.samples);
         check_option(samples, "samples", f64::from(self.samples), "from 2 to 64")?;

@@ -4,28 +4,29 @@ use super::cell::CellMoments;
 use glam::DVec3;
 use lightshed_sampling::{LUMINANCE, Rgb};
 
-/// What a record tells of its cell: outgoing radiance, and how a sample of it would err.
+/// The published values of a record: outgoing radiance of the cell, and the error of a sample of
+/// it.
 ///
-/// Variance and bias are kept for each channel, as deviations. A path's throughput is a colour, and
-/// the variance of the luminance of `t ⊙ Y` does not follow from that of `Y`'s luminance. From
-/// the channels' deviations `σ_c` follows a bound: `V[Σ l_c t_c Y_c] ≤ (Σ l_c t_c σ_c)²`,
-/// with equality where the channels are perfectly correlated, as they nearly are where one colour
-/// of light dominates.
+/// Variance and bias are stored for each channel, as deviations. A path's throughput is a colour,
+/// and the variance of the luminance of `t ⊙ Y` does not follow from that of `Y`'s luminance. The
+/// channels' deviations `σ_c` give a bound: `V[Σ l_c t_c Y_c] ≤ (Σ l_c t_c σ_c)²`, with
+/// equality if the channels are perfectly correlated, as they nearly are if one colour of light
+/// dominates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct CachedRadiance {
-    /// `E[Y]`: radiance that the surfaces of the cell scatter; emission is not in it.
+    /// `E[Y]`: radiance that the surfaces of the cell scatter, without emission.
     pub radiance: Rgb,
-    /// Root of the local variance `E[V[Y|y]]` (eq. 7.16), where `Y` is a sample that goes on by one
-    /// edge and ends in the cache there.
+    /// Root of the local variance `E[V[Y|y]]` (eq. 7.16), where `Y` is a sample that continues by
+    /// one edge and ends in the cache there.
     pub deviation: Rgb,
     /// Root of the squared bias of the record `E[(E[Y|y] − E[Y])²]` (eq. 7.17), 0 where its
     /// estimate is negative.
     pub bias: Rgb,
-    /// Root of the mean squared bias that a path has that goes on by one edge: `E[(w ⊙ b)²]`,
-    /// with `b` the bias of the record there and `w` what it counts for.
+    /// Root of the mean squared bias of a path that continues by one edge: `E[(w ⊙ b)²]`, with
+    /// `b` the bias of the record there and `w` its weight.
     pub deferred_bias: Rgb,
-    /// Passes that it rests on; 0 if the record does not answer yet.
+    /// Number of passes it is based on; 0 if the record does not answer yet.
     pub passes: f32,
 }
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 use lightshed_sampling::CounterRng;
 use lightshed_spatial::SurfaceSite;
 
-/// Vertices that a record keeps to be sampled from (§7.4).
+/// Number of vertices that a record keeps for sampling (§7.4).
 pub const RECORD_VERTICES: usize = 4;
 
 /// Moments of a window of passes.
@@ -24,7 +24,7 @@ impl Window {
     fn push(&mut self, vertex: &VertexMoments, deferred: DVec3) {
         let before = self.moments.weight();
         self.moments.push(vertex);
-        // What the moments refuse counts for nothing here either.
+        // Samples that the moments refuse are ignored here, too.
         if self.moments.weight() > before && deferred.is_finite() {
             self.deferred += deferred;
         }
@@ -56,14 +56,14 @@ impl<V: Copy> Record<V> {
         }
     }
 
-    /// Keeps a vertex: in a place that is free, else in the place of another.
+    /// Keeps a vertex: in a free place, otherwise in the place of another.
     pub fn keep(&mut self, vertex: (SurfaceSite, V), number: u32) {
         let free = self.vertices.iter().position(Option::is_none);
         let place = free.unwrap_or(number as usize % RECORD_VERTICES);
         self.vertices[place] = Some(vertex);
     }
 
-    /// The vertex whose turn it is in a pass: any of them, alike.
+    /// The vertex of a pass: each is equally likely.
     pub fn vertex(&self, slot: u32, pass: u32) -> Option<&(SurfaceSite, V)> {
         let count = self.vertices.iter().flatten().count() as u32;
         if count == 0 {
@@ -92,7 +92,7 @@ impl<V: Copy> Record<V> {
         }
     }
 
-    /// What the record tells once it rests on so many passes.
+    /// The record's published values, once it is based on this number of passes.
     pub fn publish(&self, min_passes: u32) -> CachedRadiance {
         let moments = self.last.moments.merged(&self.current.moments);
         if self.passes < min_passes || !(moments.weight() > 0.0) {

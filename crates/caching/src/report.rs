@@ -2,11 +2,11 @@
 
 use lightshed_spatial::Occupancy;
 
-/// What [`RadianceCache::update`](crate::RadianceCache::update) did.
+/// The results of [`RadianceCache::update`](crate::RadianceCache::update).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CacheReport {
-    /// Passes so far, this one included.
+    /// Number of passes so far, including this one.
     pub passes: u32,
     /// Records that answer now.
     pub answering: usize,

@@ -1,13 +1,13 @@
 //! How far paths spread.
 
-/// The area over which paths like this one spread at its last vertex, beside the footprint of its
-/// first.
+/// The area over which paths like this one spread at its last vertex, compared with the footprint
+/// at its first.
 ///
 /// `a(x_1 … x_n) = (Σ_{i=2}^n √(‖x_{i−1} − x_i‖² / (p(x_i) |cos θ_i|)))²`, with
 /// densities in the solid-angle measure and `θ_i` at the vertex that is reached, and
 /// `a_0 = ‖x_0 − x_1‖² / (4π cos θ_1)` (eq. 4.122 and 4.123; Müller et al. 2021,
 /// *Real-time neural radiance caching for path tracing*, eq. 3). The thesis prints 4.122 without
-/// the root, where the sum is no length and its square no area.
+/// the root; then the sum is no length and its square no area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AreaSpread {
     /// `Σ √…`, a length.
@@ -27,8 +27,8 @@ impl AreaSpread {
         }
     }
 
-    /// At the next vertex: at a distance, reached with a density by direction, where it meets the
-    /// surface under a cosine. By a lobe without width, of infinite density, nothing spreads.
+    /// At the next vertex: at a distance, reached with a density by direction, where it hits the
+    /// surface under a cosine. A lobe without width, of infinite density, adds no spread.
     #[inline]
     pub fn extend(&mut self, distance: f32, pdf: f32, cos_theta: f32) {
         let density = pdf * cos_theta.abs();

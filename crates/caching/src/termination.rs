@@ -2,23 +2,23 @@
 
 use super::error::{CachingError, check_option};
 
-/// The rule by which paths end in a cache.
+/// The rule that ends paths in a cache.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Termination {
-    /// At the end of edge number `depth`, from 1: that of the camera ray.
+    /// At the end of edge number `depth`; the camera ray is number 1.
     Fixed {
         /// The edge.
         depth: u32,
     },
-    /// Where paths have spread over more than a share of what the camera sees at their first
+    /// Where paths have spread over more than a share of the camera's footprint at their first
     /// vertex, see [`AreaSpread`](crate::AreaSpread).
     Spread {
         /// `c`, 0.01 in the works that use it.
         share: f32,
     },
     /// As late as the variance of an image of one sample a pixel allows (§7.3.2): local variances
-    /// are added up along the path, and the last vertex is blended so that the sum is the bound
+    /// are summed along the path, and the last vertex is blended so that the sum equals the bound
     /// (eq. 7.13 to 7.15).
     Variance {
         /// The bound `t`, of luminance.
@@ -27,18 +27,19 @@ pub enum Termination {
         /// first vertex, instead of `t`.
         relative: bool,
     },
-    /// Where going on would raise the mean squared error of the mean of so many samples (§7.3.3),
-    /// as far as the bound of eq. 7.12 and one edge of foresight can tell.
+    /// Where one more edge would raise the mean squared error of the mean of this number of samples
+    /// (§7.3.3), as far as the bound of eq. 7.12 and one edge of foresight can tell.
     Mse {
         /// Samples a pixel, `s`.
         target: f32,
-        /// Paths also end where that error would be lower by going on, if not below this share.
+        /// Paths also end where that error would be lower with one more edge, but not below this
+        /// share.
         margin: f32,
     },
 }
 
 impl Termination {
-    /// Share of the error that [`Mse`](Self::Mse) takes for equal, unless told otherwise.
+    /// Share of the error that [`Mse`](Self::Mse) treats as equal by default.
     pub const MARGIN: f32 = 0.9;
 
     /// [`Variance`](Self::Variance) with a bound that is not relative.

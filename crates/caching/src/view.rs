@@ -1,9 +1,9 @@
-//! A cache while it does not change.
+//! A read-only view of a cache.
 
 use super::published::CachedRadiance;
 use lightshed_spatial::{HashGrid, SpatialIndex, SurfaceSite};
 
-/// What a cache answers, while its records may be changing: those of the last complete pass.
+/// The answers of a cache while its records may be changing: those of the last complete pass.
 #[derive(Clone, Copy)]
 pub struct CacheView<'a> {
     pub(crate) grid: &'a HashGrid,
@@ -11,8 +11,8 @@ pub struct CacheView<'a> {
 }
 
 impl<'a> CacheView<'a> {
-    /// The record of a site; `None` if it has none, or one that knows too little: paths go on
-    /// there.
+    /// The record of a site; `None` if it has none, or one with too little information: paths
+    /// continue there.
     #[inline]
     pub fn query(&self, site: &SurfaceSite) -> Option<&'a CachedRadiance> {
         let slot = self.grid.locate(site)?;
@@ -20,9 +20,9 @@ impl<'a> CacheView<'a> {
         (record.passes > 0.0).then_some(record)
     }
 
-    /// The record of a site that is moved at random by up to half a cell, as `u` in `[0, 1)²`
-    /// says: in the mean over `u` it interpolates between cells (§7.4). Where the moved site has
-    /// no record, that of the site itself.
+    /// The record of a site that is moved at random by up to half a cell, given by `u` in
+    /// `[0, 1)²`: in the mean over `u` this interpolates between cells (§7.4). If the moved site
+    /// has no record, that of the site itself.
     #[inline]
     pub fn query_jittered(&self, site: &SurfaceSite, u: [f32; 2]) -> Option<&'a CachedRadiance> {
         self.query(&self.grid.cells.jittered(site, u))

@@ -1,7 +1,8 @@
 //! Processor time of this process.
 
-/// Processor time that all threads of this process have used so far, in seconds; `None` where the
-/// platform does not tell. On a shared machine this compares methods better than wall time does.
+/// Processor time that all threads of this process have used so far, in seconds; `None` if the
+/// platform does not report it. On a shared machine this compares methods better than wall time
+/// does.
 pub fn process_cpu_seconds() -> Option<f64> {
     #[cfg(any(
         target_os = "linux",

@@ -1,4 +1,4 @@
-//! What the render loop asks of a method whose pixels are independent.
+//! The interface between the render loop and methods with independent pixels.
 
 use lightshed_sampling::Rgb;
 
@@ -6,15 +6,15 @@ use lightshed_sampling::Rgb;
 ///
 /// With box reconstruction the value of pixel `(x, y)` is `I = ∫ L(u) du` over the pixel's unit
 /// square, and `E[sample(x, y, s, seed)] = I` for every `s`. The result is a function of the four
-/// arguments alone: that is what makes an image independent of the number of threads, and any
-/// sample repeatable by itself.
+/// arguments alone. So an image does not depend on the number of threads, and any sample can be
+/// repeated by itself.
 pub trait PixelEstimator: Sync {
     /// Sample number `sample_index` of the pixel in column `x` of row `y` (row 0 at the top).
     fn sample(&self, x: u32, y: u32, sample_index: u32, seed: u64) -> Rgb;
 
-    /// Many samples at once: `values[i]` becomes what [`PixelEstimator::sample`] gives for
-    /// `ids[i]`, bit for bit. The shorter slice's length counts. An estimator that gains from
-    /// company, as ray tracing does, takes its own way.
+    /// Many samples at once: `values[i]` becomes what [`PixelEstimator::sample`] returns for
+    /// `ids[i]`, bit for bit. The length of the shorter slice counts. An estimator that is faster
+    /// for many samples, as ray tracing is, overrides it.
     #[inline]
     fn sample_many(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
         for (id, value) in ids.iter().zip(values) {

@@ -7,18 +7,18 @@ use std::fmt;
 
 /// Side of a film's tiles in pixels; those at the right and bottom edge may be smaller.
 ///
-/// Small enough that many threads find work in a small image and that the last tiles of a pass
-/// leave none of them waiting for long, large enough that handing one out costs nothing beside
-/// tracing its 64 pixels.
+/// Small enough that many threads find work in a small image and do not wait long for the last
+/// tiles of a pass; large enough that distributing a tile costs nothing compared with its 64
+/// pixels.
 pub const TILE_SIZE: u32 = 8;
 
 /// Statistics of every pixel of an image under box reconstruction: a sample belongs to the pixel it
 /// was drawn in, and the pixel's value `I = ∫_pixel L dA / A_pixel` is estimated by the mean of
 /// its samples.
 ///
-/// Pixels are stored tile by tile, so that [`Film::tiles_mut`] hands out disjoint slices and
-/// threads accumulate without locks. Whatever the number of threads, a pixel's statistics depend on
-/// the order of its own samples only.
+/// Pixels are stored tile by tile, so that [`Film::tiles_mut`] returns disjoint slices and threads
+/// accumulate without locks. For any number of threads, a pixel's statistics depend on the order of
+/// its own samples only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: u32,
@@ -96,7 +96,7 @@ impl Film {
         (x < self.width && y < self.height).then(|| &self.pixels[self.index(x, y)])
     }
 
-    /// Adds a sample to the pixel in column `x` of row `y`; a pixel outside the film takes none.
+    /// Adds a sample to the pixel in column `x` of row `y`; ignores a pixel outside the film.
     #[inline]
     pub fn add(&mut self, x: u32, y: u32, sample: Rgb) {
         if x < self.width && y < self.height {
@@ -105,7 +105,7 @@ impl Film {
         }
     }
 
-    /// Where a pixel inside the film is stored.
+    /// Storage index of a pixel inside the film.
     #[inline]
     fn index(&self, x: u32, y: u32) -> usize {
         let tile_y = y - y % TILE_SIZE;
@@ -114,8 +114,8 @@ impl Film {
         tile_y as usize * width + index_in_band(width, rows, x as usize, (y - tile_y) as usize)
     }
 
-    /// The pixels of every band of [`TILE_SIZE`] rows, from the top; where one is within them says
-    /// [`index_in_band`].
+    /// The pixels of every band of [`TILE_SIZE`] rows, from the top; [`index_in_band`] gives the
+    /// index of a pixel within a band.
     pub(crate) fn bands_mut(&mut self) -> impl Iterator<Item = &mut [PixelStatistics]> {
         self.pixels.chunks_mut(self.width as usize * TILE_SIZE as usize)
     }
@@ -130,8 +130,7 @@ impl Film {
         counts.find(|&(_, _, count)| count != samples)
     }
 
-    /// All tiles, from the top left in rows. They share no pixel, so each may be given to a thread
-    /// of its own.
+    /// All tiles, from the top left in rows. They share no pixel, so each may go to its own thread.
     pub fn tiles_mut(&mut self) -> Vec<FilmTile<'_>> {
         let (film_width, film_height) = (self.width, self.height);
         let mut rest = self.pixels.as_mut_slice();
@@ -206,8 +205,8 @@ impl Film {
     }
 }
 
-/// Where the pixel in column `x` of a band's row `y` is stored within the band of `rows` rows of a
-/// film of `width` columns.
+/// Index of the pixel in column `x` of a band's row `y` within the band of `rows` rows of a film of
+/// `width` columns.
 #[inline]
 pub(crate) fn index_in_band(width: usize, rows: usize, x: usize, y: usize) -> usize {
     let side = TILE_SIZE as usize;

@@ -1,5 +1,5 @@
-//! The render loop of methods that make whole frames: pixels reuse from each other, and frames from
-//! earlier ones.
+//! The render loop of methods that make whole frames, with reuse among pixels and from earlier
+//! frames.
 
 use crate::{
     Budget, Film, ImageError, Progress, RayCounts, RenderError, RenderOptions, RenderOutcome,
@@ -9,8 +9,8 @@ use lightshed_sampling::Rgb;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A method whose pixels depend on each other: one frame after the other, each estimating the whole
-/// image.
+/// A method whose pixels depend on each other: one frame after another, each an estimate of the
+/// whole image.
 ///
 /// For an unbiased method `E[image] = I` for every frame. Frames of a method with temporal reuse
 /// are correlated, and so are pixels of a frame with spatial reuse: the variance that a [`Film`]
@@ -20,8 +20,8 @@ pub trait FrameMethod: Send {
     fn size(&self) -> [u32; 2];
 
     /// Estimates frame number `frame`: `image[y · width + x]` becomes the value of pixel `(x, y)`.
-    /// Called with 0, 1, 2, … in order (from [`RenderOptions::first`] on, which is for methods
-    /// whose frames are independent), inside a thread pool on which it may spread its work; the
+    /// Called with 0, 1, 2, … in order (from [`RenderOptions::first`] on, for methods whose
+    /// frames are independent), inside a thread pool on which it may distribute its work. The
     /// result must not depend on the number of threads. `None` if `cancel` was set before the frame
     /// was complete.
     fn render_frame(
@@ -32,13 +32,13 @@ pub trait FrameMethod: Send {
         cancel: &AtomicBool,
     ) -> Option<RayCounts>;
 
-    /// Whether the frames show one and the same view, so that their mean estimates it.
+    /// Whether all frames show the same view, so that their mean estimates it.
     fn is_still(&self) -> bool {
         true
     }
 
-    /// Figures of the frames so far that are the method's own, by name: what it stored, how long
-    /// its paths were.
+    /// The method's own figures of the frames so far, by name: for example what it stored, or the
+    /// length of its paths.
     fn figures(&self) -> Vec<(&'static str, f64)> {
         Vec::new()
     }
@@ -69,14 +69,14 @@ impl<M: FrameMethod + ?Sized> FrameMethod for Box<M> {
 }
 
 /// Renders frames until the budget is spent ([`Budget::Samples`] counts frames) or `cancel` is set.
-/// The film holds each frame as one sample of every pixel; of a method that is not
-/// [still](FrameMethod::is_still), the last frame alone.
+/// The film holds each frame as one sample of every pixel; for a method that is not
+/// [still](FrameMethod::is_still), only the last frame.
 ///
-/// A frame counts whole or not at all. `observer` hears of every finished frame.
+/// A frame counts as a whole or not at all. `observer` is called for every finished frame.
 ///
 /// # Errors
 ///
-/// An impossible budget or number of threads, threads that cannot be started, or options of another
+/// An invalid budget or number of threads, threads that cannot be started, or options of another
 /// size than the method's. Nothing has been rendered then.
 pub fn render_frames<M: FrameMethod>(
     method: &mut M,
@@ -158,8 +158,8 @@ fn render_frames_dyn(
     })
 }
 
-/// Whether nothing is left of the budget after `frames` frames in `elapsed` seconds. Half a frame
-/// early is as near as half a frame late.
+/// Whether the budget is spent after `frames` frames in `elapsed` seconds. Half a frame early is as
+/// near as half a frame late.
 fn spent(budget: Budget, frames: u32, elapsed: f64) -> bool {
     match budget {
         Budget::Samples(total) => frames >= total,

@@ -66,7 +66,7 @@ pub use statistics::PixelStatistics;
 #[doc = include_str!("../../../docs/film.md")]
 struct Guide;
 
-/// So is that of the guide to shards.
+/// The guide to shards is included, too.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/distribution.md")]
 struct DistributionGuide;

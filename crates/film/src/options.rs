@@ -1,4 +1,4 @@
-//! What a rendering is asked for, and why it cannot be had.
+//! Options of a rendering, and errors of options.
 
 use crate::image::{ImageError, pixel_count};
 use std::fmt;
@@ -22,10 +22,10 @@ pub struct RenderOptions {
     pub height: u32,
     /// When the rendering is done.
     pub budget: Budget,
-    /// Number of the first sample, or frame: 0 unless others have those before. Those of a
-    /// [`FrameMethod`](crate::FrameMethod) whose frames depend on each other begin with 0.
+    /// Number of the first sample, or frame: 0 unless earlier ones belong to other parts. Frames of
+    /// a [`FrameMethod`](crate::FrameMethod) that depend on each other start with 0.
     pub first: u32,
-    /// Handed to the estimator. Images of different seeds are independent.
+    /// Passed to the estimator. Images of different seeds are independent.
     pub seed: u64,
     /// Number of threads; 0 is one for every processor. It does not change the image.
     pub threads: usize,
@@ -45,12 +45,12 @@ impl RenderOptions {
         }
     }
 
-    /// Tells what [`render`](crate::render) would refuse, without allocating a film or starting a
+    /// Reports what [`render`](crate::render) would refuse, without allocating a film or starting a
     /// thread.
     ///
     /// # Errors
     ///
-    /// An impossible size, budget or number of threads.
+    /// An invalid size, budget or number of threads.
     pub fn check(&self) -> Result<(), RenderError> {
         pixel_count(self.width, self.height).map_err(RenderError::Size)?;
         match self.budget {
@@ -77,7 +77,8 @@ pub enum RenderError {
     Size(ImageError),
     /// A budget of no samples, or of a time that is not positive and finite.
     Budget(Budget),
-    /// More samples than numbers are left for: the first one's, and how many there should be.
+    /// The number of samples exceeds the remaining sample numbers: the first one's number, and the
+    /// number of samples.
     First(u32, u32),
     /// More than [`MAX_THREADS`] threads.
     Threads(usize),

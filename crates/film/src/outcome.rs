@@ -1,4 +1,4 @@
-//! What a rendering tells while it runs, and what it gave.
+//! Progress of a rendering, and its result.
 
 use crate::{Film, RayCounts};
 
@@ -19,14 +19,14 @@ pub struct RenderOutcome {
     /// Statistics of every pixel; each has had [`samples_per_pixel`](Self::samples_per_pixel)
     /// samples.
     pub film: Film,
-    /// Samples in every pixel; less than asked for if interrupted, even zero.
+    /// Samples in every pixel; fewer than requested if interrupted, even zero.
     pub samples_per_pixel: u32,
     /// Wall time, seconds.
     pub seconds: f64,
-    /// Processor time of the process during the rendering, seconds, where the platform tells.
+    /// Processor time of the process during the rendering, seconds, if the platform reports it.
     pub cpu_seconds: Option<f64>,
     /// Whether `cancel` ended it before the budget was spent.
     pub interrupted: bool,
-    /// Rays traced, where the method counts them.
+    /// Rays traced, if the method counts them.
     pub rays: Option<RayCounts>,
 }

@@ -1,4 +1,4 @@
-//! How many rays a method traced, by what for.
+//! Number of rays that a method traced, by purpose.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign};

@@ -3,7 +3,7 @@
 use crate::RayCounts;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What a ray is for, see [`RayCounts`].
+/// The purpose of a ray, see [`RayCounts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
     /// From the camera.
@@ -16,7 +16,7 @@ pub enum RayKind {
     Reconnection,
 }
 
-/// Threads that count without disturbing each other; more share places.
+/// Number of threads that count without contention; more threads share places.
 const SHARDS: usize = 64;
 
 /// Counters that many threads add to: sums of integers, the same in any order of work.

@@ -1,4 +1,4 @@
-//! The render loop: samples of every pixel, spread over threads, until a budget is spent.
+//! The render loop: samples of every pixel, distributed over threads, until a budget is spent.
 
 use crate::estimator::{MAX_BATCH, PixelEstimator, SampleId};
 use crate::film::{Film, FilmTile};
@@ -10,25 +10,25 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
-/// Length of a pass that is aimed at, seconds: what an interruption loses at most, and how often
+/// Target length of a pass, seconds: the most that an interruption loses, and the interval at which
 /// threads meet.
 const PASS_SECONDS: f64 = 0.25;
 
-/// Renders: asks `estimator` for samples of every pixel until the budget is spent or `cancel` is
-/// set.
+/// Renders: requests samples of every pixel from `estimator` until the budget is spent or `cancel`
+/// is set.
 ///
-/// Work goes out in passes, a pass in tiles of [`TILE_SIZE`](crate::TILE_SIZE)². The first pass
-/// takes one sample a pixel, and each later one as many as fit into a quarter of a second or what
-/// is left of the budget. Samples are numbered from [`RenderOptions::first`] on. A pass counts
-/// whole or not at all: samples of an interrupted one are discarded, so all pixels have the same
+/// Work is distributed in passes, a pass in tiles of [`TILE_SIZE`](crate::TILE_SIZE)². The first
+/// pass takes one sample a pixel, and each later one as many as fit into a quarter of a second or
+/// the rest of the budget. Samples are numbered from [`RenderOptions::first`] on. A pass counts as
+/// a whole or not at all: samples of an interrupted one are discarded, so all pixels have the same
 /// number. A pixel's samples are added in their order, so the film is the same, bit for bit, for
 /// any number of threads and any lengths of passes.
 ///
-/// `observer` hears of every finished tile, from whichever thread finished it.
+/// `observer` is called for every finished tile, from the thread that finished it.
 ///
 /// # Errors
 ///
-/// An impossible size, budget or number of threads, or threads that cannot be started. Nothing has
+/// An invalid size, budget or number of threads, or threads that cannot be started. Nothing has
 /// been rendered then.
 ///
 /// # Example
@@ -178,7 +178,7 @@ fn sample_tile(
         if cancel.load(Ordering::Relaxed) {
             return false;
         }
-        // A batch goes through a pixel's samples before it goes on to the next pixel.
+        // A batch finishes a pixel's samples before it starts the next pixel.
         let batch = start..total.min(start + MAX_BATCH);
         for (id, number) in ids.iter_mut().zip(batch.clone()) {
             let (x, y, _) = pixels[number / per_pixel];

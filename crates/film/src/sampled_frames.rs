@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A frame is the mean of some samples in every pixel.
 ///
-/// Batches hold the samples of one pixel after the other, as [`render`](crate::render)'s do, so
-/// that the estimator is as fast as it is there.
+/// Batches hold the samples of one pixel after another, as those of [`render`](crate::render) do,
+/// so that the estimator is as fast as it is there.
 pub struct SampledFrames<E> {
     estimator: E,
     size: [u32; 2],

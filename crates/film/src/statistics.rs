@@ -7,13 +7,13 @@ use lightshed_sampling::Rgb;
 ///
 /// For samples `x_1 … x_n` it keeps `n`, `x̄ = (1/n) Σ x_i` and `M₂ = Σ (x_i − x̄)²` by
 /// Welford's update (Welford 1962, *Note on a Method for Calculating Corrected Sums of Squares and
-/// Products*), which does not cancel the way `E[x²] − E[x]²` does. Two of them merge by Chan,
+/// Products*), which avoids the cancellation of `E[x²] − E[x]²`. Two of them merge by Chan,
 /// Golub and LeVeque (1979, *Updating Formulae and a Pairwise Algorithm for Computing Sample
 /// Variances*, eqs. 2.1). All in `f64`.
 ///
 /// A sample with a NaN or infinite channel is counted in [`non_finite`](Self::non_finite) and
-/// otherwise left out: one of them would otherwise wipe out its pixel for good. Their number is an
-/// error report, not a statistic: a sound estimator has none.
+/// otherwise left out, because a single one would destroy its pixel for good. Their number is an
+/// error report, not a statistic: a correct estimator has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelStatistics {
     count: u64,
@@ -59,7 +59,7 @@ impl PixelStatistics {
         self.non_finite += other.non_finite;
     }
 
-    /// Statistics from their parts; `None` if no samples have them.
+    /// Statistics from their parts; `None` if no samples can have them.
     #[inline]
     pub(crate) fn from_parts(count: u64, non_finite: u64, mean: [f64; 3], m2: [f64; 3]) -> Option<Self> {
         let sound = (0..3).all(|channel| {

@@ -5,15 +5,15 @@ use crate::partition::Partition;
 use glam::Vec3;
 use lightshed_spatial::Bounds;
 
-/// Halves boxes at their middle, along x, y and z in turn, where there are many samples: the
-/// spatial tree of the SD-tree of Müller 2017 (*Practical Path Guiding for Efficient
-/// Light-Transport Simulation*, §3.1). Regions are never joined again.
+/// Halves boxes with many samples at their middle, along x, y and z in turn: the spatial tree of
+/// the SD-tree of Müller 2017 (*Practical Path Guiding for Efficient Light-Transport Simulation*,
+/// §3.1). Regions are never joined again.
 #[derive(Clone, Debug)]
 pub struct BinaryTree {
     bounds: Bounds,
     /// Children of inner nodes: the number of an inner node, or [`LEAF`] and a slot.
     nodes: Vec<[u32; 2]>,
-    /// Of each slot its box, its depth and what it was before.
+    /// For each slot its box, its depth and its origin.
     leaves: Vec<Leaf>,
 }
 
@@ -30,7 +30,7 @@ const LEAF: u32 = 1 << 31;
 const MAX_DEPTH: u32 = 60;
 
 impl BinaryTree {
-    /// Which half of a box has a position, and that half.
+    /// The half of a box that contains a position, and its box.
     #[inline(always)]
     fn half(bounds: &mut Bounds, axis: usize, position: Vec3) -> usize {
         let middle = 0.5 * (bounds.min[axis] + bounds.max[axis]);
@@ -54,7 +54,7 @@ impl BinaryTree {
         bounds
     }
 
-    /// Boxes, depths and origins of the leaves of sound nodes; `None` of others.
+    /// Boxes, depths and origins of the leaves of valid nodes; `None` for other nodes.
     fn leaves_of(bounds: Bounds, nodes: &[[u32; 2]]) -> Option<Vec<Leaf>> {
         let mut leaves = vec![None; nodes.len() + 1];
         let mut visited = 0;

@@ -1,4 +1,4 @@
-//! What can be wrong with options and with files.
+//! Errors of options and files.
 
 use lightshed_lights::LightError;
 use thiserror::Error;
@@ -7,7 +7,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum GuidingError {
-    /// A number of the options is outside of its range.
+    /// An option is out of its range.
     #[error("{name} is {value}, but must be {range}")]
     Option {
         /// Name of the option.
@@ -20,7 +20,7 @@ pub enum GuidingError {
     /// The region of space that a field is to cover is empty or not finite.
     #[error("the bounds of a field must be finite, with the least corner first")]
     Bounds,
-    /// More regions would be needed than this, the limit.
+    /// More regions than this limit would be needed.
     #[error("a field of more than {0} regions")]
     TooManyRegions(usize),
     /// Lights that no sampler takes.
@@ -31,7 +31,7 @@ pub enum GuidingError {
     Damaged(&'static str),
 }
 
-/// `Ok` if `holds`, else the error that names the option.
+/// `Ok` if `holds`, otherwise the error that names the option.
 pub(crate) fn check_option(
     holds: bool,
     name: &'static str,

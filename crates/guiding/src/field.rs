@@ -12,20 +12,20 @@ use lightshed_sampling::parallel::{fill, for_each_chunk};
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_spatial::{AdaptiveOctree, Bounds};
 
-/// Learns, region by region, from which directions light comes: what a renderer guides its paths
-/// by.
+/// Learns, region by region, from which directions light comes, so that a renderer can guide its
+/// paths.
 ///
-/// [`record`](Self::record) takes samples from any number of threads while paths are traced;
-/// [`update`](Self::update) learns from all that were recorded since the last; [`at`](Self::at)
-/// tells what was learnt. The result does not depend on the number of threads, nor on the order in
+/// [`record`](Self::record) takes samples from any number of threads while paths are traced.
+/// [`update`](Self::update) learns from all samples since the last update. [`at`](Self::at) returns
+/// the learnt distribution. The result depends neither on the number of threads nor on the order in
 /// which samples were recorded.
 ///
-/// Regions follow the samples (`P`): by default those of an octree. What they learn is a
-/// [`DirectionalModel`] (`M`).
+/// Regions follow the samples (`P`): by default those of an octree. A [`DirectionalModel`] (`M`)
+/// defines what they learn.
 #[derive(Debug)]
 pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
     pub(crate) partition: P,
-    /// What was asked for; the partition's is larger.
+    /// The requested box; that of the partition is larger.
     bounds: Bounds,
     model: M,
     options: FieldOptions,
@@ -39,22 +39,22 @@ pub struct GuidingField<M: DirectionalModel, P = AdaptiveOctree> {
     slots: Vec<u32>,
 }
 
-/// What a field keeps of a region besides what it learnt.
+/// Data of a region besides its model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Region {
-    /// Share of directions that its guide gets.
+    /// Share of directions that its guide samples.
     pub share: f32,
     /// Whether it has learnt from any sample.
     pub has_learnt: bool,
 }
 
-/// What a field knows at a position.
+/// The field's knowledge at a position.
 #[derive(Clone, Copy, Debug)]
 pub struct Guidance<D> {
     /// The directions from which light comes.
     pub directions: D,
-    /// The share of them that is best mixed with directions of what scatters there.
+    /// The best share of guided directions in the mixture with the BSDF.
     pub share: f32,
 }
 
@@ -73,7 +73,7 @@ impl<D: DirectionDistribution> DirectionDistribution for Guidance<D> {
 /// What an update did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FieldUpdate {
-    /// Samples that were learnt from.
+    /// Number of samples that were learnt from.
     pub samples: usize,
     /// Samples outside the field's box.
     pub outside: usize,
@@ -135,7 +135,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         &self.partition
     }
 
-    /// Regions that have learnt from any sample.
+    /// Number of regions that have learnt from any sample.
     pub fn learnt_regions(&self) -> usize {
         self.regions.iter().filter(|region| region.has_learnt).count()
     }
@@ -147,26 +147,26 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         (sum / (self.learnt_regions() as f64).max(1.0)) as f32
     }
 
-    /// Samples that wait for the next update.
+    /// Number of samples that wait for the next update.
     pub fn recorded(&self) -> usize {
         self.recorder.count()
     }
 
-    /// Records samples, those of a path at once as a rule; from any thread. Samples that teach
-    /// nothing are left out.
+    /// Records samples, usually those of a path at once; from any thread. Samples without
+    /// information are left out.
     #[inline]
     pub fn record(&self, samples: &[GuidingSample]) {
         self.recorder.record(samples);
     }
 
-    /// What is known at a position: `None` outside the box, where nothing was learnt, and where a
-    /// guide is of no use. A pure function until the next update.
+    /// The field's knowledge at a position: `None` outside the box, where nothing was learnt, and
+    /// where a guide is useless. A pure function until the next update.
     #[inline]
     pub fn at(&self, position: Vec3) -> Option<Guidance<M::Distribution<'_>>> {
         let mut slot = self.partition.slot(position)?;
         if self.options.interpolation == Interpolation::Jitter {
             let place = position + self.partition.extent(slot) * offset(position);
-            // On a surface half of the places around are empty.
+            // On a surface, half of the surrounding regions are empty.
             if let Some(other) = self.partition.slot(place)
                 && self.regions[other as usize].has_learnt
             {
@@ -194,9 +194,9 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         self.samples.clear();
     }
 
-    /// Learns from all samples that were recorded since the last update: divides space anew, then
-    /// lets each region learn its share and its directions from its own samples. A region without
-    /// samples keeps what it knows.
+    /// Learns from all samples since the last update: divides space again, then lets each region
+    /// learn its share and its directions from its own samples. A region without samples keeps its
+    /// state.
     ///
     /// With the feature `parallel` it runs on the current rayon pool.
     ///
@@ -246,7 +246,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         counts
     }
 
-    /// Brings records and regions to the slots of the changed partition.
+    /// Moves records and regions to the slots of the changed partition.
     fn populate(&mut self) {
         let stride = self.model.stride();
         let slots = self.partition.slot_count();
@@ -337,7 +337,7 @@ struct Task<'a, R> {
     region: &'a mut Region,
 }
 
-/// Three numbers in [−½, ½) that the bits of a position choose.
+/// Three numbers in [−½, ½) determined by the bits of a position.
 #[inline(always)]
 fn offset(position: Vec3) -> Vec3 {
     let [x, y, z] = position.to_array().map(f32::to_bits);

@@ -1,19 +1,19 @@
-//! Guides that learn from paths where light comes from, chains of lobes that need no list of
-//! lights, and caches of the lights that are visible.
+//! Guides that learn from paths where light comes from, Markov chains of lobes that need no list of
+//! lights, and caches of visible lights.
 //!
-//! Scene-agnostic: knows positions, directions and radiance, and lights as the crate
+//! The crate knows no scene: it uses positions, directions and radiance, and lights as the crate
 //! `lightshed-lights` does. A renderer records samples while it traces paths, updates once a pass
 //! or a frame, and asks for a distribution at each vertex of its paths. Every distribution states
-//! the density with which it really samples, so that estimates that divide by it are unbiased
-//! whatever was learnt.
+//! the density with which it actually samples, so estimates that divide by it are unbiased whatever
+//! was learnt.
 //!
 //! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of
-//! Illumination for Real-Time Path Tracing*) if no other work is named.
+//! Illumination for Real-Time Path Tracing*) unless another work is named.
 //!
 //! # Features
 //!
 //! - `parallel`: updates over a rayon pool. Same result, bit for bit.
-//! - `serde`: saves and loads what was learnt.
+//! - `serde`: saves and loads learnt data.
 #![forbid(unsafe_code)]
 
 mod binary_tree;
@@ -67,7 +67,7 @@ pub use weighted_tree::{
 #[doc = include_str!("../../../docs/guiding.md")]
 struct Guide;
 
-/// So is that of the guide to light caches.
+/// The guide to light caches is included, too.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/light_cache.md")]
 struct LightCacheGuide;

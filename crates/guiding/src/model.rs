@@ -1,4 +1,4 @@
-//! What a region of a field learns about directions.
+//! The directional model of a region.
 
 use crate::sample::TrainingSample;
 use glam::Vec3;
@@ -8,13 +8,13 @@ use lightshed_spatial::Bounds;
 /// A kind of distribution that learns from samples; a field keeps [`stride`](Self::stride) records
 /// for each of its regions.
 ///
-/// An implementation keeps to the following.
+/// An implementation must satisfy these laws.
 ///
-/// - What is learnt is the same for any order of the samples, bit for bit: sums are in integers or
-///   in an order that the samples themselves fix. Where [`ORDERED`](Self::ORDERED) says so, they
-///   come in such an order.
-/// - One that has learnt from few samples trusts them little (a prior).
-/// - Densities are those of what is really sampled, as [`DirectionDistribution`] asks.
+/// - The result is the same for any order of the samples, bit for bit: sums are in integers or in
+///   an order that the samples themselves define. If [`ORDERED`](Self::ORDERED) is set, samples
+///   arrive in such an order.
+/// - A model with few samples trusts them little (a prior).
+/// - Densities are those of the actual sampling, as [`DirectionDistribution`] requires.
 pub trait DirectionalModel: Send + Sync {
     /// Whether samples have to be sorted before they are learnt from.
     const ORDERED: bool = false;
@@ -32,15 +32,15 @@ pub trait DirectionalModel: Send + Sync {
         1
     }
 
-    /// Makes a region's records those of one that has learnt nothing.
+    /// Resets a region's records to the initial state.
     fn reset(&self, records: &mut [Self::Record]);
 
-    /// Learns from the samples of an update, which is never called without any.
+    /// Learns from the samples of an update; never called without samples.
     fn learn(&self, records: &mut [Self::Record], samples: &[TrainingSample], region: &Bounds);
 
-    /// What the region knows at a position in it, or near it.
+    /// The region's distribution at a position in it, or near it.
     fn directions<'a>(&'a self, records: &'a [Self::Record], position: Vec3) -> Self::Distribution<'a>;
 
-    /// Whether records that come from a file make sense.
+    /// Whether records from a file are valid.
     fn is_sound(&self, records: &[Self::Record]) -> bool;
 }

@@ -1,14 +1,14 @@
-//! How a field learns, whatever it learns.
+//! Options of a field, for any model.
 
 use crate::error::{GuidingError, check_option};
 
-/// How regions that touch are blended.
+/// How adjacent regions are blended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Each position has what its region knows.
+    /// Each position uses its own region.
     None,
-    /// A position asks the region of a place up to half a region's extent away, which its own
-    /// coordinates choose: borders become noise.
+    /// A position uses the region of a point up to half a region's extent away, determined by its
+    /// own coordinates: borders become noise.
     #[default]
     Jitter,
 }
@@ -18,23 +18,24 @@ pub enum Interpolation {
 pub struct FieldOptions {
     /// Regions with more samples in an update are split.
     pub split_above: u32,
-    /// Regions that have fewer together are joined; at most [`split_above`](Self::split_above).
+    /// Regions that have fewer samples together are joined; at most
+    /// [`split_above`](Self::split_above).
     pub collapse_below: u32,
     /// Most regions.
     pub max_regions: usize,
-    /// Most levels by which regions are split or joined in an update.
+    /// Greatest number of levels by which regions are split or joined in an update.
     pub levels: u32,
-    /// How regions that touch are blended.
+    /// How adjacent regions are blended.
     pub interpolation: Interpolation,
-    /// Share of directions that a guide gets where nothing is known of its worth.
+    /// Share of directions that a guide gets while its value is unknown.
     pub first_share: f32,
     /// Largest share.
     pub max_share: f32,
-    /// Smaller shares than this are none: the guide is not asked there.
+    /// Smaller shares count as none: the guide is not used there.
     pub min_share: f32,
-    /// Whether the share is that of least variance rather than of greatest likelihood.
+    /// Whether the share minimises the variance instead of maximising the likelihood.
     pub share_by_variance: bool,
-    /// So many samples in favour of one half are added to those by which the share is learnt.
+    /// Number of samples in favour of one half that are added when the share is learnt.
     pub share_prior: f32,
 }
 
@@ -56,7 +57,7 @@ impl Default for FieldOptions {
 }
 
 impl FieldOptions {
-    /// Whether a field can keep to them.
+    /// Whether a field can satisfy them.
     ///
     /// # Errors
     /// [`GuidingError::Option`].

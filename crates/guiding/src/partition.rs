@@ -4,8 +4,8 @@ use crate::GuidingError;
 use glam::Vec3;
 use lightshed_spatial::{AdaptiveOctree, Bounds, OctreeNode, OctreeOptions};
 
-/// A partition of a box into regions that follow the number of samples in them. A region is known
-/// by its slot.
+/// A partition of a box into regions that follow the number of samples in them. A region is
+/// identified by its slot.
 pub trait Partition: Clone + Send + Sync + Sized {
     /// Over this box.
     ///
@@ -25,9 +25,9 @@ pub trait Partition: Clone + Send + Sync + Sized {
     /// Extent of that box.
     fn extent(&self, slot: u32) -> Vec3;
 
-    /// Splits regions with more samples than `split_above`, and joins such as have fewer than
-    /// `collapse_below` together, by one level; whether anything changed. `counts` are the samples
-    /// of each slot.
+    /// Splits regions with more samples than `split_above`, and joins those that have fewer than
+    /// `collapse_below` together, by one level. Returns whether anything changed. `counts` are the
+    /// samples of each slot.
     ///
     /// # Errors
     /// [`GuidingError::TooManyRegions`]; nothing has changed then.
@@ -39,14 +39,13 @@ pub trait Partition: Clone + Send + Sync + Sized {
         max_regions: usize,
     ) -> Result<bool, GuidingError>;
 
-    /// The slot of the partition before the last change from which a region takes what it knows;
-    /// `None` where there is no region.
+    /// The previous slot whose record a region takes; `None` if there is no region.
     fn origin(&self, slot: u32) -> Option<u32>;
 
-    /// The partition in numbers, to be saved.
+    /// The partition as numbers, for saving.
     fn save(&self) -> Vec<u32>;
 
-    /// The partition of the same box that was saved, each region its own origin.
+    /// A saved partition of the same box; each region is its own origin.
     ///
     /// # Errors
     /// [`GuidingError::Damaged`].

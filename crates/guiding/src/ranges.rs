@@ -12,11 +12,11 @@ pub(crate) struct SortedWeights {
 }
 
 impl SortedWeights {
-    /// Of samples in any order, each with the weight that `weight` gives it, which is not negative;
-    /// what is not finite counts as 0.
+    /// From samples in any order; `weight` gives each its weight, which is not negative. Weights
+    /// that are not finite count as 0.
     ///
     /// The sums have the same bits for any order: samples are sorted by code and weight, and those
-    /// that are alike in both add the same.
+    /// with equal code and weight add the same.
     pub fn new(samples: &[TrainingSample], weight: impl Fn(&TrainingSample) -> f32) -> Self {
         let key = |sample: &TrainingSample| {
             let weight = weight(sample);
@@ -45,8 +45,8 @@ impl SortedWeights {
         self.before.last().copied().unwrap_or(0.0)
     }
 
-    /// Sum of the weights in the square of `depth` whose least code is `code`, and how many samples
-    /// have them.
+    /// Sum of the weights in the square of `depth` whose least code is `code`, and the number of
+    /// their samples.
     pub fn within(&self, code: u32, depth: u32) -> (f64, usize) {
         let start = u64::from(code) << 32;
         let last = start | (u64::MAX >> (2 * depth.clamp(1, 16)));

@@ -4,17 +4,17 @@ use crate::sample::{GuidingSample, TrainingSample};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Lists that threads add to, each to its own as a rule.
+/// Number of lists; threads usually have one each.
 const LISTS: usize = 32;
 
 static THREADS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// Number of this thread among those that record.
+    /// Number of this thread among the recording ones.
     static THREAD: usize = THREADS.fetch_add(1, Ordering::Relaxed);
 }
 
-/// Collects samples from any number of threads at the same time. Who takes them must not depend on
+/// Collects samples from any number of threads at the same time. Their readers must not depend on
 /// their order.
 #[derive(Debug)]
 pub(crate) struct Recorder {
@@ -29,11 +29,11 @@ impl Default for Recorder {
 }
 
 impl Recorder {
-    /// Adds samples; those that teach nothing are left out.
+    /// Adds samples; those without information are left out.
     #[inline]
     pub fn record(&self, samples: &[GuidingSample]) {
         let list = &self.lists[THREAD.with(|number| *number) % LISTS];
-        // A list is sound after each element: a panic elsewhere breaks nothing here.
+        // A list is valid after each element: a panic elsewhere breaks nothing here.
         let mut list = list.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         list.extend(samples.iter().filter_map(TrainingSample::new));
     }

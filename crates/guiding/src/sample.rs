@@ -5,28 +5,27 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle};
 
-/// A direction that a path took from a point, and what it brought.
+/// A direction that a path took from a point, and its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuidingSample {
     /// The point.
     pub position: Vec3,
     /// Unit direction away from it.
     pub direction: Vec3,
-    /// Distance to what the direction met; infinite for the environment.
+    /// Distance to the hit; infinite for the environment.
     pub distance: f32,
-    /// What the direction brought, over the density with which it was really sampled: an estimate
-    /// of `∫ f(ω) dω`, where directions are to be sampled in proportion to `f` as far as
-    /// possible. `f` may be the radiance that arrives, or that times BSDF and cosine. Not clamped,
-    /// and with all factors of roulette, or the guide learns another `f`.
+    /// The result of the direction, divided by the density with which it was actually sampled: an
+    /// estimate of `∫ f(ω) dω`, where directions should be sampled in proportion to `f` as far
+    /// as possible. `f` may be the radiance that arrives, or that times BSDF and cosine. Do not
+    /// clamp it, and include all factors of roulette; otherwise the guide learns another `f`.
     pub weight: f32,
-    /// The density with which the direction was really sampled: of the mixture, if it was one.
+    /// The density with which the direction was actually sampled: of the mixture, if it was one.
     pub pdf: Density<SolidAngle>,
-    /// The density of the direction by what scatters alone: what the share of a guide is learnt
-    /// against.
+    /// The density of the direction by the BSDF alone: the share of a guide is learnt against it.
     pub scattering_pdf: Density<SolidAngle>,
 }
 
-/// A [`GuidingSample`] as it is kept, in 32 bytes.
+/// A [`GuidingSample`] as it is stored, in 32 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TrainingSample {
@@ -39,7 +38,7 @@ pub struct TrainingSample {
 }
 
 impl TrainingSample {
-    /// Packs a sample. `None` if it teaches nothing: a weight that is not positive and finite, a
+    /// Packs a sample. `None` if it has no information: a weight that is not positive and finite, a
     /// position or direction that is not finite.
     #[inline]
     pub fn new(sample: &GuidingSample) -> Option<Self> {
@@ -83,26 +82,26 @@ impl TrainingSample {
         self.weight
     }
 
-    /// The density with which the direction was really sampled, per steradian.
+    /// The density with which the direction was actually sampled, per steradian.
     #[inline(always)]
     pub fn pdf(&self) -> f32 {
         self.pdf
     }
 
-    /// The density of the direction by what scatters alone, per steradian.
+    /// The density of the direction by the BSDF alone, per steradian.
     #[inline(always)]
     pub fn scattering_pdf(&self) -> f32 {
         self.scattering_pdf
     }
 
-    /// Distance to what the direction met; infinite for the environment.
+    /// Distance to the hit; infinite for the environment.
     #[inline(always)]
     pub fn distance(&self) -> f32 {
         self.distance
     }
 
-    /// Orders samples by all that they hold: any sum over samples in this order has the same bits
-    /// whatever order they came in.
+    /// Orders samples by all of their contents: any sum over samples in this order has the same
+    /// bits for any order of arrival.
     pub(crate) fn order(&self, other: &Self) -> std::cmp::Ordering {
         let key = |sample: &Self| {
             let rest = [sample.pdf, sample.scattering_pdf, sample.distance].map(f32::to_bits);

@@ -11,7 +11,7 @@ use lightshed_spatial::Bounds;
 /// Version of the layout of [`SavedField`].
 const VERSION: u32 = 1;
 
-/// What a field has learnt, without its options; `R` is what its model keeps of a region. With the
+/// The learnt data of a field, without its options; `R` is the model's record of a region. With the
 /// feature `serde` it can be written and read in any format.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -25,7 +25,7 @@ pub struct SavedField<R> {
 }
 
 impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
-    /// What the field has learnt. Samples that wait for an update are not part of it.
+    /// The learnt data of the field. Samples that wait for an update are not part of it.
     pub fn save(&self) -> SavedField<M::Record> {
         let Bounds { min, max } = *self.bounds();
         SavedField {
@@ -37,7 +37,7 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
         }
     }
 
-    /// A field that knows what another had learnt when it was saved.
+    /// A field with the learnt data of another.
     ///
     /// # Errors
     /// [`GuidingError::Damaged`] for data that contradict themselves or the model, and the errors

@@ -1,27 +1,27 @@
-//! The share of a guide in the mixture with what scatters.
+//! The share of a guide in the mixture with the BSDF.
 //!
-//! Directions have the density `(1 − α) p_s + α p_g`. The share `α` that is nearest to the
-//! target `f` in the sense of Kullback and Leibler maximises
+//! Directions have the density `(1 − α) p_s + α p_g`. The share `α` with the least
+//! Kullback–Leibler divergence from the target `f` maximises
 //! `Σ w_i ln((1 − α) p_s(ω_i) + α p_g(ω_i))` over samples of weights `w_i = f/p`: a concave
 //! function of one number. Each step of expectation maximisation, `α ← Σ w_i r_i / Σ w_i` with
-//! the responsibility `r_i = α p_g / ((1 − α) p_s + α p_g)`, raises it. Unlike Adam, which
-//! Müller 2019 uses for the same target, it has no rate to be tuned and does not depend on the
-//! order of the samples.
+//! the responsibility `r_i = α p_g / ((1 − α) p_s + α p_g)`, raises it. Adam, which Müller
+//! 2019 uses for the same target, needs a learning rate and depends on the order of the samples;
+//! this does not.
 
 use crate::sample::TrainingSample;
 use glam::Vec3;
 use lightshed_sampling::DirectionDistribution;
 
-/// Steps of an update. The share is remembered, so that it goes on from there.
+/// Number of steps of an update. The share is kept, so later updates continue from it.
 const STEPS: u32 = 6;
-/// Where the steps start at least: a share of zero would stay zero.
+/// Least start of the steps: a share of zero would stay zero.
 const LEAST_START: f64 = 0.05;
-/// Largest ratio of a density that a sample had to that which it would have.
+/// Largest ratio between a density that a sample had and the density it would have now.
 const LARGEST_RATIO: f64 = 64.0;
 /// Bits after the binary point of sums that do not depend on the order of their terms.
 const SCALE: f64 = (1u64 << 32) as f64;
 
-/// The share after an update. `guide` is what the samples did not teach yet: a guide is judged by
+/// The share after an update. `guide` has not yet learnt from the samples: a guide is judged by
 /// samples that it has not seen. `prior` samples that vote for one half are added.
 pub(crate) fn learn_share(
     samples: &[TrainingSample],
@@ -54,7 +54,7 @@ pub(crate) fn learn_share(
             let together = (1.0 - share) * scattering + own;
             let responsible = if together > 0.0 { own / together } else { 0.5 };
             let weight = if by_variance {
-                // `w p` is what the sample found: once more over the density that it would have
+                // `w p` is the sample's result: divided again by the density that it would have
                 // now.
                 let ratio = f64::from(sample.pdf()) / together.max(f64::MIN_POSITIVE);
                 weight * weight * ratio.min(LARGEST_RATIO)

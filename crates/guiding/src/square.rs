@@ -49,9 +49,9 @@ pub(crate) fn square_of_code(code: u32) -> Vec2 {
     (Vec2::new(gather(code) as f32, gather(code >> 1) as f32) + 0.5) / 65536.0
 }
 
-/// Chooses a quarter `x + 2 y` of a square with probability in proportion to its weight, first `y`
-/// by the second number and then `x` by the first; what is left of the numbers is their place in
-/// the quarter. Without any weight all are alike.
+/// Selects a quarter `x + 2 y` of a square with probability in proportion to its weight, first `y`
+/// by the second number and then `x` by the first; the rest of the numbers is their position in the
+/// quarter. If all weights are zero, all quarters are equally likely.
 #[inline(always)]
 pub(crate) fn choose_quarter(weights: [f32; 4], u: &mut [f32; 2]) -> usize {
     let [low, high] = [weights[0] + weights[1], weights[2] + weights[3]];
@@ -59,12 +59,12 @@ pub(crate) fn choose_quarter(weights: [f32; 4], u: &mut [f32; 2]) -> usize {
     2 * y + choose_half(weights[2 * y], weights[2 * y + 1], &mut u[0])
 }
 
-/// Chooses between two weights: 0 with probability `low / (low + high)`.
+/// Selects between two weights: 0 with probability `low / (low + high)`.
 #[inline(always)]
 fn choose_half(low: f32, high: f32, u: &mut f32) -> usize {
     let together = low + high;
     let share = if together > 0.0 { low / together } else { 0.5 };
-    // A half of weight zero is never chosen: u < 1, and not below 0.
+    // A half of weight zero is never selected: u < 1, and not below 0.
     if *u < share {
         *u = remap(*u, 0.0, share);
         0

@@ -1,5 +1,5 @@
-//! Directional quadtrees with stored weights (Müller 2017 §3.1), what trees of a few bits are
-//! measured against.
+//! Directional quadtrees with stored weights (Müller 2017 §3.1), the reference for trees of a few
+//! bits.
 
 use crate::error::{GuidingError, check_option};
 use crate::model::DirectionalModel;
@@ -12,7 +12,7 @@ use lightshed_sampling::{
 };
 use lightshed_spatial::Bounds;
 
-/// Largest depth of a tree: what the samples' directions have.
+/// Largest depth of a tree: that of the samples' directions.
 const MAX_DEPTH: u32 = 16;
 
 /// How quadtrees with weights learn.
@@ -37,7 +37,7 @@ impl Default for WeightedTreeOptions {
     }
 }
 
-/// An inner node: what its quarters carry, and where it goes on below them.
+/// An inner node: the shares of its quarters, and the nodes below them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WeightedNode {
@@ -54,7 +54,7 @@ pub type WeightedTree = Vec<WeightedNode>;
 /// Quadtrees with weights in each region: with a [`BinaryTree`](crate::BinaryTree) the SD-tree of
 /// Müller 2017.
 ///
-/// A tree and its weights are made anew from the samples of each update, as there.
+/// A tree and its weights are rebuilt from the samples of each update, as in that work.
 #[derive(Clone, Debug)]
 pub struct WeightedTreeModel {
     options: WeightedTreeOptions,

@@ -4,13 +4,13 @@ use glam::Vec3;
 
 /// A ray in a field's space: `x(t) = origin + t · direction`.
 ///
-/// `t` is the parameter in which all distances of this crate are given and per unit of which
-/// extinction is counted. A user transforms a world ray by the inverse of the field's placement
-/// *without normalising the direction*: `t` then stays the world's distance.
+/// `t` is the parameter of all distances of this crate; extinction is per unit of `t`. A user
+/// transforms a world ray by the inverse of the field's placement *without normalising the
+/// direction*: then `t` remains the distance in world space.
 ///
 /// # Precision
-/// Positions are `f32`: off by about `2⁻²³ (|origin| + t |direction|)`. Rays should start
-/// within some hundred extents of the field.
+/// Positions are `f32`, with errors of about `2⁻²³ (|origin| + t |direction|)`. Rays should
+/// start within some hundred extents of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldRay {
     /// The point at `t = 0`.
@@ -20,7 +20,7 @@ pub struct FieldRay {
 }
 
 impl FieldRay {
-    /// A ray from a point and what it moves per unit of `t`.
+    /// A ray from a point and its movement per unit of `t`.
     #[inline(always)]
     pub const fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction }
@@ -38,7 +38,7 @@ impl FieldRay {
 pub struct Interval {
     /// Where it begins.
     pub t0: f32,
-    /// Where it ends; not before `t0`.
+    /// Its end; not before `t0`.
     pub t1: f32,
 }
 
@@ -83,7 +83,7 @@ impl FieldBounds {
     /// `None`.
     #[inline]
     pub fn clip(&self, ray: &FieldRay, interval: Interval) -> Option<Interval> {
-        // `min` and `max` below would pass over NaN.
+        // `min` and `max` below would ignore NaN.
         if !(ray.origin.is_finite() && ray.direction.is_finite()) {
             return None;
         }

@@ -1,10 +1,10 @@
-//! Tentative collisions: the random walk beneath all null-collision methods.
+//! Tentative collisions: the random walk of all null-collision methods.
 //!
 //! Along a ray with majorants `ρ̄(t)`, points of a Poisson process of rate `r ρ̄(t)` per unit
-//! of `t`: the collisions of a medium made up to be at least as dense as the real one (Woodcock et
-//! al. 1965; Lin 2022 §2.3.1). Distances between them are exponential in the optical depth
-//! `r ∫ ρ̄ dt`, which is used up segment by segment: a segment of majorant 0 is crossed without
-//! drawing a number, and a new segment needs none either.
+//! of `t`: the collisions of a hypothetical medium that is at least as dense as the real one
+//! (Woodcock et al. 1965; Lin 2022 §2.3.1). Distances between them are exponential in the optical
+//! depth `r ∫ ρ̄ dt`, which is used up segment by segment. A segment of majorant 0 is crossed
+//! without drawing a number, and a new segment needs none either.
 
 use crate::Segment;
 use crate::exponential::{Exponentials, exponential};
@@ -36,21 +36,21 @@ pub(crate) struct CollisionBlock {
 /// The tentative collisions along a ray's segments.
 ///
 /// # Performance
-/// How many segments lie before the next collision is as good as random, so every other branch is
-/// mispredicted, and what it waits for should be ready: the optical depth of the next collision and
-/// the next segment are known one step ahead.
+/// The number of segments before the next collision is practically random, so every other branch is
+/// mispredicted, and the data behind the branch should be ready: the optical depth of the next
+/// collision and the next segment are computed one step ahead.
 #[derive(Clone, Debug)]
 pub struct TentativeCollisions<S> {
     segments: S,
     rate: f32,
     current: Stretch,
     upcoming: Option<Stretch>,
-    /// What of the current segment's optical depth lies before the last collision.
+    /// The part of the current segment's optical depth that lies before the last collision.
     used: f32,
-    /// Optical depth from the collision after next on, if `drawn`.
+    /// Optical depth from the collision after the next on, if `drawn`.
     ahead: f32,
     drawn: bool,
-    /// `∫ ρ̄ dt` of the segments left behind.
+    /// `∫ ρ̄ dt` of the segments already crossed.
     depth_before: f32,
 }
 
@@ -70,7 +70,7 @@ impl Stretch {
     #[inline(always)]
     fn new(segment: Segment, rate: f32) -> Self {
         let length = segment.t1 - segment.t0;
-        // No majorant over an endless segment is NaN: there is nothing to use up.
+        // No majorant over an endless segment gives NaN: there is nothing to use up.
         let positive = |x: f32| if x > 0.0 { x } else { 0.0 };
         Self {
             segment,
@@ -130,8 +130,7 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
                 scale,
                 ..
             } = self.current;
-            // Rounding may have left less than nothing of the depth, which must not collide where
-            // nothing is.
+            // Rounding may have left a negative depth, which must not collide in an empty segment.
             if end < available && available > 0.0 {
                 self.used = end;
                 // Nor must it lead out of the segment.
@@ -144,7 +143,7 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
             }
             depth -= available - self.used;
             self.used = available;
-            // At the end nothing changes any more, however often the walk is asked.
+            // At the end nothing changes any more, for any number of calls.
             let next = self.upcoming?;
             self.depth_before += self.current.depth;
             self.current = next;
@@ -156,8 +155,8 @@ impl<S: Iterator<Item = Segment>> TentativeCollisions<S> {
         }
     }
 
-    /// The next collisions; fewer than eight only at the end. For methods that go on whatever the
-    /// densities are, whose lookups are made in eights.
+    /// The next collisions; fewer than eight only at the end. For methods that continue for any
+    /// densities, and look up densities in eights.
     #[inline(always)]
     pub(crate) fn next_block<L: Lanes>(
         &mut self,

@@ -1,15 +1,15 @@
 //! The cells of a regular grid along a ray.
 //!
-//! All in integers (after Amanatides and Woo 1987): cells, and distances along the ray too, counted
-//! in 2⁻⁶¹ of the part of it that is asked for. The next plane of an axis is one constant
-//! further, which adds no rounding, and after as many steps as a grid allows is off by less than
-//! [`MARGIN`] for that of the constant. Nothing is nudged by an epsilon: parts of the ray follow
-//! each other without a gap whatever the rounding, and a crossing that comes an instant late gives
-//! the cell before it an instant more.
+//! Everything is in integers (after Amanatides and Woo 1987): cells, and distances along the ray,
+//! counted in 2⁻⁶¹ of the requested part. The next plane of an axis is one constant further,
+//! which adds no rounding; after the largest number of steps that a grid allows, the error from the
+//! rounding of that constant is below [`MARGIN`]. Nothing is moved by an epsilon: parts of the ray
+//! follow each other without a gap for any rounding, and a crossing that comes too late gives the
+//! previous cell a little more.
 //!
-//! Which axis comes next is as good as random to a processor, and the chain from one crossing to
-//! the next is what takes the time: so there is no branch on the axis and no memory indexed by it,
-//! and comparing integers is shorter than comparing floats.
+//! The next axis is practically random to a processor, and the chain from one crossing to the next
+//! takes the time. So there is no branch on the axis and no memory indexed by it, and comparing
+//! integers takes less time than comparing floats.
 
 use crate::{FieldRay, Interval};
 use glam::{DVec3, Vec3};
@@ -41,7 +41,7 @@ pub(crate) struct Crossing {
 /// Counts of a whole interval.
 const WHOLE: i64 = 1 << 61;
 
-/// More counts than what the rounding of the constants adds up to: 7·10⁻¹² of the interval.
+/// More counts than the rounding errors of the constants add up to: 7·10⁻¹² of the interval.
 const MARGIN: i64 = 1 << 24;
 
 /// The cells along a ray, one after the other. Their parts of the ray follow each other without a
@@ -50,7 +50,7 @@ const MARGIN: i64 = 1 << 24;
 pub(crate) struct Dda {
     /// The end of the last crossing, in counts; `WHOLE` at the end of the interval.
     now: i64,
-    /// A plane from here on is that of the grid's own face, or beyond the interval.
+    /// Planes from here on are the grid's own face, or beyond the interval.
     last: i64,
     /// Where the ray leaves the cell along each axis, in counts.
     next: [i64; 3],
@@ -71,13 +71,13 @@ pub(crate) struct Dda {
 
 impl Dda {
     /// The cells of `lattice` along the part `interval` of `ray`, which must lie in the lattice up
-    /// to rounding. Of no length if `interval` is `None`.
+    /// to rounding. Empty if `interval` is `None`.
     #[inline]
     pub fn new(lattice: &Lattice, ray: &FieldRay, interval: Option<Interval>) -> Self {
         let Interval { t0, t1 } = interval.unwrap_or(Interval { t0: 0.0, t1: 0.0 });
         let (t0, t1) = (f64::from(t0), f64::from(t1));
         let [nx, ny, _] = lattice.counts;
-        // Where this wraps, no index is asked for.
+        // If this wraps, no index is requested.
         let strides = [1, nx, nx.wrapping_mul(ny)];
         // In units of cells.
         let origin = (ray.origin.as_dvec3() - lattice.min) * lattice.scale;
@@ -164,8 +164,8 @@ impl Iterator for Dda {
         let [i, j, k] = turn(self.towards);
         let [x, y, z] = self.cell;
         self.cell = [x.wrapping_add(i), y.wrapping_add(j), z.wrapping_add(k)];
-        // The start may be in a cell that the ray has left by rounding: then the crossing is a
-        // little before it.
+        // By rounding, the ray may have left the start cell already: then the crossing is slightly
+        // before it.
         self.now = if nearest > self.now { nearest } else { self.now };
         self.t_now = self.t_start + self.now as f64 * self.unit;
         crossing.t1 = self.t_now;

@@ -1,4 +1,4 @@
-//! What trackers ask of a density.
+//! The interface between trackers and a density.
 
 use crate::{FieldBounds, FieldRay};
 use glam::Vec3;
@@ -14,8 +14,7 @@ pub struct DensityRange {
 }
 
 impl DensityRange {
-    /// The range of a region of which nothing is known yet: the neutral element of
-    /// [`DensityRange::union`].
+    /// The range of an unknown region: the neutral element of [`DensityRange::union`].
     pub const EMPTY: Self = Self {
         min: f32::INFINITY,
         max: 0.0,
@@ -36,14 +35,14 @@ impl DensityRange {
 /// user's coefficient `k` per unit of a ray's parameter ([`FieldRay`](crate::FieldRay)), one number
 /// or one a channel.
 ///
-/// Outside of its bounds there is no medium: trackers cut rays to them, and never look there.
+/// Outside of its bounds there is no medium: trackers clip rays to them, and never look up outside.
 pub trait DensityField {
-    /// Looks up densities along one ray, and may keep what neighbouring lookups share.
+    /// Looks up densities along one ray, and may keep data that neighbouring look-ups share.
     type Accessor<'a>: DensityAccessor
     where
         Self: 'a;
 
-    /// Where there is a medium, in the field's space.
+    /// The region of the medium, in the field's space.
     fn bounds(&self) -> FieldBounds;
 
     /// A fresh accessor for one ray; cheap.
@@ -53,7 +52,7 @@ pub trait DensityField {
     /// as well. Need not be tight, but tighter bounds make faster trackers.
     fn range(&self, low: Vec3, high: Vec3) -> DensityRange;
 
-    /// `ρ(x)`. Of a point outside of the bounds it is unspecified, but finite and not negative.
+    /// `ρ(x)`. For a point outside of the bounds it is unspecified, but finite and not negative.
     #[inline]
     fn density(&self, position: Vec3) -> f32 {
         self.accessor().density(position)
@@ -62,14 +61,14 @@ pub trait DensityField {
 
 /// Looks up the densities of a [`DensityField`].
 pub trait DensityAccessor {
-    /// `ρ(x)` as [`DensityField::density`], whatever was looked up before.
+    /// `ρ(x)` as [`DensityField::density`], for any earlier look-ups.
     fn density(&mut self, position: Vec3) -> f32;
 
-    /// `ρ` at the points of `ray` where the first `count` lanes of `t` are, the same bits as one
-    /// by one; the other lanes are unspecified.
+    /// `ρ` at the points of `ray` given by the first `count` lanes of `t`, with the bits of single
+    /// look-ups; the other lanes are unspecified.
     ///
-    /// What trackers call from [lane kernels](lightshed_lanes::LaneKernel), where an own version
-    /// must be `#[inline(always)]` and have plain loops.
+    /// Trackers call it from [lane kernels](lightshed_lanes::LaneKernel); an override must be
+    /// `#[inline(always)]` and have plain loops.
     #[inline(always)]
     fn densities<L: Lanes>(&mut self, ray: &FieldRay, t: L, count: usize) -> L
     where
@@ -164,8 +163,8 @@ impl DensityAccessor for Homogeneous {
 /// A density by a function.
 ///
 /// Values of the function below 0 and NaN count as 0, values above the upper bound of the range as
-/// that bound: a bound that is too low changes the medium, and trackers stay right for the medium
-/// that results.
+/// that bound. A bound that is too low changes the medium; trackers are right for the resulting
+/// medium.
 #[derive(Clone, Copy, Debug)]
 pub struct Procedural<D, R> {
     density: D,
@@ -176,8 +175,8 @@ pub struct Procedural<D, R> {
 
 impl<D: Fn(Vec3) -> f32, R: Fn(Vec3, Vec3) -> DensityRange> Procedural<D, R> {
     /// The density `density(x)` within `bounds`. `range(low, high)` bounds it over a closed box, as
-    /// [`DensityField::range`]; a function that always returns the range of the whole field will
-    /// do. `None` unless the upper bound over all of `bounds` is finite and not negative.
+    /// [`DensityField::range`]; a function that always returns the range of the whole field is
+    /// allowed. `None` unless the upper bound over all of `bounds` is finite and not negative.
     pub fn new(density: D, range: R, bounds: FieldBounds) -> Option<Self> {
         let maximum = range(bounds.min(), bounds.max()).max;
         (0.0..=f32::MAX).contains(&maximum).then_some(Self {

@@ -5,8 +5,8 @@
 pub enum Filter {
     /// Voxel `i` fills `[i, i+1)`: piecewise constant.
     Nearest,
-    /// Voxel `i` stands at `i + ½`; between centres linear along each axis, beyond the outermost
-    /// centres that of the nearest.
+    /// Voxel `i` is centred at `i + ½`. Between centres the density is linear along each axis;
+    /// beyond the outermost centres it is that of the nearest.
     #[default]
     Trilinear,
 }

@@ -1,9 +1,9 @@
 //! Participating media: density fields, majorants, free flight, transmittance and phase functions.
 //!
-//! Scene-agnostic: a medium is a [`DensityField`] `ρ(x) ≥ 0` in a space of its own and a user's
-//! coefficient `k`, so that extinction is `σ_t = k ρ` per unit of a ray's parameter `t`. A
-//! [`FieldRay`] is the user's ray transformed into that space without normalising its direction;
-//! `t` stays the user's distance.
+//! The crate knows no scene: a medium is a [`DensityField`] `ρ(x) ≥ 0` in its own space and a
+//! coefficient `k` of the user, so that extinction is `σ_t = k ρ` per unit of a ray's parameter
+//! `t`. A [`FieldRay`] is the user's ray transformed into that space without normalising its
+//! direction; `t` remains the user's distance.
 //!
 //! | what | where |
 //! |---|---|

@@ -1,9 +1,9 @@
 //! Majorants: piecewise constant bounds of a density, walked along a ray.
 //!
 //! Null-collision methods need `ρ̄(x) ≥ ρ(x)`; control variates need `ρ̌(x) ≤ ρ(x)`. A
-//! [`MajorantGrid`] keeps both for each *super-voxel*, a cube of many voxels (Szirmay-Kalos et al.
+//! [`MajorantGrid`] stores both for each *super-voxel*, a cube of many voxels (Szirmay-Kalos et al.
 //! 2011; super-voxels of 8 in Lin 2022 §5.6). Bounds come from [`DensityField::range`], which for
-//! interpolated grids counts the apron of voxels beyond the cube that interpolation reads.
+//! interpolated grids includes the apron of voxels beyond the cube that interpolation reads.
 
 use crate::dda::{Dda, Lattice};
 use crate::{DensityField, DensityRange, FieldBounds, FieldRay, Interval};
@@ -13,8 +13,8 @@ use std::fmt;
 
 /// A part of a ray and bounds of the density on it.
 ///
-/// It may be endless (`t1 = ∞`) where the majorant is 0 or the density has a positive lower
-/// bound. Elsewhere a walk through it might never end.
+/// It may be endless (`t1 = ∞`) if the majorant is 0 or the density has a positive lower bound.
+/// Otherwise a walk through it might never end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Where it begins.
@@ -71,7 +71,7 @@ pub struct MajorantGrid {
 
 impl MajorantGrid {
     /// Bounds of `field` on cubes of edge `cell_size`, a length in the field's space (for a grid of
-    /// voxels: so many voxels).
+    /// voxels: a number of voxels).
     ///
     /// # Errors
     /// See [`MajorantError`].
@@ -129,7 +129,7 @@ impl MajorantGrid {
         self.lattice.cell as f32
     }
 
-    /// The bounds of all super-voxels, x fastest: what a shader that walks the grid reads.
+    /// The bounds of all super-voxels, x fastest, for shaders that walk the grid.
     pub fn ranges(&self) -> &[DensityRange] {
         &self.ranges
     }

@@ -55,9 +55,9 @@ impl MipLevel {
     /// The means, in a space of the level's own ([`MipLevel::ray`]), piecewise constant;
     /// [`DenseGrid::filtered`] shows them trilinear.
     ///
-    /// Piecewise constant they are positive wherever the grid's density is: a voxel of mean 0 next
-    /// to a positive one, into which interpolation reaches, has the mean of itself and its
-    /// surroundings instead (Lin 2022 §5.4.1). So a proposal by
+    /// As a piecewise constant density they are positive wherever the grid's density is: a voxel of
+    /// mean 0 next to a positive one, into which interpolation reaches, has the mean of itself and
+    /// its surroundings instead (Lin 2022 §5.4.1). So a proposal by
     /// [`regular_flight`](crate::regular_flight) misses nothing.
     pub fn density(&self) -> &DenseGrid {
         &self.density
@@ -69,7 +69,7 @@ impl MipLevel {
         &self.majorants
     }
 
-    /// A ray of the grid's space in that of this level; `t` stays what it is.
+    /// A ray of the grid's space in the space of this level; `t` is unchanged.
     #[inline]
     pub fn ray(&self, ray: &FieldRay) -> FieldRay {
         FieldRay::new(ray.origin * self.scale, ray.direction * self.scale)
@@ -109,7 +109,7 @@ impl MipPyramid {
                     } else {
                         means.around(index)
                     };
-                    // Means of the least values round to 0, but what is there must stay.
+                    // Means of the least values round to 0, but positive ones must stay positive.
                     if reached {
                         (mean as f32).max(f32::from_bits(1))
                     } else {
@@ -162,8 +162,8 @@ impl Means {
         [index % nx, index / nx % ny, index / (nx * ny)].map(|i| i as u32)
     }
 
-    /// Level `level` from the one before; a grid of `whole` voxels may end within a cube, which has
-    /// the mean of what there is.
+    /// Level `level` from the previous one; a grid of `whole` voxels may end within a cube, which
+    /// has the mean of the voxels inside.
     fn halved(&self, whole: [u32; 3], level: u32) -> Self {
         // Voxels of the grid in voxel `i` of the level before, along an axis.
         let covered = |i: u32, axis: usize| {

@@ -21,10 +21,10 @@ use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
 use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
 
-/// How far light of several channels came.
+/// A flight for several channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectralFlight {
-    /// Where on the ray it collided; `None` if it crossed all segments.
+    /// Position of the collision on the ray; `None` if it crossed all segments.
     pub distance: Option<f32>,
     /// `p_c / p_h`: the density of this walk if channel `c` had set the rate, over that with the
     /// channel that did. Exactly 1 for channels of equal coefficients.
@@ -55,8 +55,8 @@ fn density_ratio(extinction: [f32; 3], hero: usize, collisions: u32, majorant_de
     })
 }
 
-/// Free flight by delta tracking with the rate of channel `hero` (clamped to 2), and what the same
-/// walk's density would be in every channel.
+/// Free flight by delta tracking with the rate of channel `hero` (clamped to 2), and the density of
+/// the same walk in every channel.
 ///
 /// `extinction` has the coefficients `k_c ≥ 0`, finite. The distances have density
 /// `σ_h(t) T_h(t)` per unit of `t`, not known in closed form; the [density

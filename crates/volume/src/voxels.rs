@@ -1,4 +1,4 @@
-//! What regular tracking asks of a grid.
+//! The interface between regular tracking and a grid.
 
 use crate::{DensityField, Filter};
 

@@ -5,8 +5,8 @@ use super::error::{paired, same_size};
 use crate::RgbImage;
 use lightshed_sampling::{Rgb, luminance};
 
-/// The `ε` of [`relative_mean_squared_error`]: it keeps black pixels of the reference from
-/// deciding alone.
+/// The `ε` of [`relative_mean_squared_error`]: without it, black pixels of the reference would
+/// dominate.
 pub const RELATIVE_MSE_EPSILON: f64 = 0.01;
 
 /// Mean of a function over all pixels and channels.

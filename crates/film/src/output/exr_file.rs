@@ -9,8 +9,7 @@ use std::fmt;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// Why an OpenEXR file could not be read; what lies behind it is the
-/// [`source`](std::error::Error::source).
+/// Why an OpenEXR file could not be read; the cause is the [`source`](std::error::Error::source).
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ExrError {
@@ -45,9 +44,9 @@ impl std::error::Error for ExrError {
 }
 
 /// Reads the colour of the first layer that has one: channels `R`, `G`, `B` in any order and case,
-/// with or without a layer's name before them (`Combined.R`), or else a single luminance channel
-/// `Y`; samples of 16 or 32 bits. The image is the file's data window; alpha and other channels are
-/// passed over.
+/// with or without a layer's name before them (`Combined.R`), or otherwise a single luminance
+/// channel `Y`; samples of 16 or 32 bits. The image is the file's data window; alpha and other
+/// channels are skipped.
 ///
 /// # Errors
 ///
@@ -101,7 +100,7 @@ fn find_rgb(layer: &Layer<AnyChannels<FlatSamples>>) -> Option<[usize; 3]> {
                 .is_some_and(|name| name.eq_ignore_ascii_case(wanted))
         })
     };
-    // A red channel settles the layer's name; its siblings must share it.
+    // A red channel determines the layer's name; its siblings must share it.
     let prefixes = names.iter().filter_map(|name| {
         let start = name.len().checked_sub(1)?;
         let red =
@@ -136,7 +135,7 @@ mod tests {
     use super::*;
     use exr::prelude::{AnyChannel, Layers, Text, f16};
 
-    /// A folder of this process's own, removed at the end.
+    /// A folder of this process, removed at the end.
     struct Folder(std::path::PathBuf);
 
     impl Folder {

@@ -1,4 +1,4 @@
-//! Image files: OpenEXR and PNG, written whole or not at all.
+//! Image files: OpenEXR and PNG, written completely or not at all.
 
 mod exr_file;
 mod png_file;

@@ -1,4 +1,4 @@
-//! Where an image goes: checked before rendering, replaced in one step after it.
+//! The target of an image: checked before rendering, replaced in one step after it.
 
 use super::{write_exr, write_png};
 use crate::RgbImage;
@@ -31,14 +31,14 @@ impl ImageFormat {
     }
 }
 
-/// Why an image cannot be written; each names the path, and what lies behind it is the
+/// Why an image cannot be written; each names the path, and the cause is the
 /// [`source`](std::error::Error::source).
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum OutputError {
     /// The extension is neither `.exr` nor `.png`.
     Format(PathBuf),
-    /// The folder does not exist, or is none.
+    /// The folder does not exist, or is no folder.
     Folder(PathBuf),
     /// The path is that of a folder, a device or another thing that must not be replaced.
     NotAFile(PathBuf),
@@ -46,8 +46,8 @@ pub enum OutputError {
     Io(PathBuf, io::Error),
     /// Encoding as OpenEXR failed.
     Exr(PathBuf, exr::error::Error),
-    /// A shard cannot be written like this: its file is no OpenEXR file, or its header would be too
-    /// long.
+    /// A shard cannot be written to this target: the file is no OpenEXR file, or its header would
+    /// be too long.
     Shard(PathBuf, String),
 }
 
@@ -79,9 +79,9 @@ impl std::error::Error for OutputError {
 
 /// A path that an image can be written to.
 ///
-/// [`OutputTarget::prepare`] finds out before anything is rendered; [`OutputTarget::write`] writes
-/// a temporary file in the same folder and renames it, so that the path holds what it held before
-/// or the whole new image, never a part of one.
+/// [`OutputTarget::prepare`] checks the path before anything is rendered. [`OutputTarget::write`]
+/// writes a temporary file in the same folder and renames it, so that the path holds either its old
+/// content or the complete new image, never a part of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputTarget {
     path: PathBuf,
@@ -91,7 +91,8 @@ pub struct OutputTarget {
 
 impl OutputTarget {
     /// Checks that an image can be written to `path`: its extension names a format, its folder
-    /// exists and lets a file be made (one is, and removed), and nothing but a file is in the way.
+    /// exists and accepts a new file (a test file is made and removed), and nothing other than a
+    /// file is in the way.
     ///
     /// # Errors
     ///
@@ -139,7 +140,7 @@ impl OutputTarget {
         self.format
     }
 
-    /// Writes `image` and puts it in place of whatever file was there.
+    /// Writes `image` and replaces any file at the path.
     ///
     /// # Errors
     ///
@@ -156,7 +157,7 @@ impl OutputTarget {
         })
     }
 
-    /// Puts the OpenEXR file that `write` writes in place of whatever file was there.
+    /// Replaces any file at the path by the OpenEXR file that `write` writes.
     pub(crate) fn replace_exr(
         &self,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
@@ -193,7 +194,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// A file beside its final place that removes itself unless it gets there.
+/// A file beside its final place that removes itself unless it is renamed.
 struct Temporary {
     file: File,
     path: PathBuf,

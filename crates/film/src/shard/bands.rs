@@ -1,4 +1,4 @@
-//! Shards merged a few rows at a time: what is read of one shard is merged while it is still in the
+//! Shards merged a few rows at a time: the rows of a shard are merged while they are still in the
 //! cache.
 //!
 //! Memory is that of the film and, for each thread, of eight rows of a shard, however many shards
@@ -20,22 +20,22 @@ impl ShardFile {
     /// # Errors
     ///
     /// [`ShardError::Io`], [`ShardError::Damaged`], and [`ShardError::Values`] for statistics that
-    /// no samples have.
+    /// no samples can have.
     pub fn read(&self) -> Result<Shard, ShardError> {
         let film = merge_bands(std::slice::from_ref(self))?;
         Shard::new(self.header().clone(), film)
     }
 }
 
-/// What a band tells of each file.
+/// Results of a band for each file.
 struct Band {
     /// Checksum of its rows.
     checksums: Vec<Checksum>,
-    /// The first file whose values are none of samples.
+    /// The first file with values that no samples can have.
     unsound: Option<usize>,
 }
 
-/// Merges files of one image in the order given. A film is given back only if every checksum fits.
+/// Merges files of one image in the given order. Returns a film only if every checksum fits.
 pub fn merge_bands(files: &[ShardFile]) -> Result<Film, ShardError> {
     let first = files.first().ok_or(ShardError::None)?;
     let mut film = first.empty_film()?;
@@ -65,7 +65,7 @@ pub fn merge_bands(files: &[ShardFile]) -> Result<Film, ShardError> {
     Ok(film)
 }
 
-/// Merges the rows from `top` on that `pixels` are, into them.
+/// Merges the rows of `pixels`, from `top` on, into them.
 fn merge_band(
     files: &[ShardFile],
     top: usize,
@@ -92,7 +92,7 @@ fn merge_band(
         }
     }
     for (x, y) in (0..rows).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        // What is unsound is not looked at.
+        // Invalid rows are skipped.
         pixels[index_in_band(width, rows, x, y)] = columns.pixel(x, y).unwrap_or_default();
     }
     Ok(band)

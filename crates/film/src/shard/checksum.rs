@@ -1,4 +1,4 @@
-//! CRC-32 over a file whose own checksum counts as zeros.
+//! CRC-32 over a file in which its own checksum counts as zeros.
 
 /// Digits of a checksum in the header, and what stands for them while it is computed.
 pub const DIGITS: usize = 8;
@@ -17,7 +17,7 @@ impl Checksum {
         self.0.update(bytes);
     }
 
-    /// Adds `bytes` with each of `places`, in their order, taken for zeros.
+    /// Adds `bytes`, with the bytes at each of `places` replaced by zeros.
     pub fn update_without(&mut self, bytes: &[u8], places: &[usize]) {
         let mut next = 0;
         for &place in places {
@@ -28,7 +28,7 @@ impl Checksum {
         self.0.update(&bytes[next..]);
     }
 
-    /// Adds what another checksum, begun anew, was of.
+    /// Adds the input of another checksum that was started separately.
     pub fn append(&mut self, after: &Self) {
         self.0.combine(&after.0);
     }

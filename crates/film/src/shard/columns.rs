@@ -7,7 +7,7 @@ use crate::PixelStatistics;
 /// The statistics of `rows · width` pixels, row by row.
 pub struct Columns {
     width: usize,
-    /// The count of all pixels of a row, where they have the same and no sample was left out.
+    /// The count of all pixels of a row, if they have the same count and no sample was left out.
     uniform: Vec<Option<u64>>,
     count: Vec<u64>,
     non_finite: Vec<u64>,
@@ -29,7 +29,7 @@ impl Columns {
         }
     }
 
-    /// The pixel in column `x` of row `y`; `None` if no samples have its statistics.
+    /// The pixel in column `x` of row `y`; `None` if no samples can have its statistics.
     pub fn pixel(&self, x: usize, y: usize) -> Option<PixelStatistics> {
         let at = y * self.width + x;
         let of = |columns: &[Vec<f64>; 3]| std::array::from_fn(|channel| columns[channel][at]);

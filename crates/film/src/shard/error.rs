@@ -19,7 +19,7 @@ pub enum ShardError {
         /// What it says.
         source: io::Error,
     },
-    /// The file is none of a shard, or its header cannot be read.
+    /// The file is no shard, or its header cannot be read.
     #[error("{} is no readable shard: {reason}", .path.display())]
     NotAShard {
         /// The file.
@@ -27,7 +27,7 @@ pub enum ShardError {
         /// What is wrong.
         reason: String,
     },
-    /// A checksum does not fit: at least one bit is not what was written.
+    /// A checksum does not fit: at least one bit differs from what was written.
     #[error("{} is damaged: the checksum of its {part} is {found:08x} instead of {expected:08x}", .path.display())]
     Damaged {
         /// The file.
@@ -71,7 +71,7 @@ pub enum ShardError {
         /// Samples of the shard.
         expected: u64,
     },
-    /// A mean or a sum of squares is one that no samples have.
+    /// A mean or a sum of squares has a value that no samples can have.
     #[error("{shard}: row {y} holds statistics of no samples")]
     Values {
         /// The shard.

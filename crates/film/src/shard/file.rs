@@ -1,4 +1,4 @@
-//! Files of shards: written whole, opened by their headers, read in bands.
+//! Files of shards: written completely, opened by their headers, read in bands.
 
 use super::Shard;
 use super::checksum::Checksum;
@@ -11,8 +11,7 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 impl Shard {
-    /// Writes the shard and puts it in place of whatever file was there: a file of a shard is
-    /// whole, or it is not there.
+    /// Writes the shard and replaces any file at the path: a shard's file is complete or absent.
     ///
     /// # Errors
     ///
@@ -45,8 +44,8 @@ impl Shard {
     }
 }
 
-/// A file of a shard whose header is sound and whose length is right. Its pixels are read, and its
-/// checksum is tested, by [`ShardFile::read`] and [`ShardSet::merge`](super::ShardSet::merge).
+/// A shard's file with a valid header and the right length. [`ShardFile::read`] and
+/// [`ShardSet::merge`](super::ShardSet::merge) read its pixels and test its checksum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShardFile {
     path: PathBuf,
@@ -110,7 +109,7 @@ impl ShardFile {
         &self.path
     }
 
-    /// What the shard says of itself.
+    /// The shard's header.
     pub fn header(&self) -> &ShardHeader {
         &self.header
     }

@@ -4,7 +4,7 @@ use super::part::ShardPart;
 use std::fmt::Write;
 use std::ops::Range;
 
-/// What all shards of one image have in common. Shards that differ in any of it are not merged.
+/// The common data of all shards of one image. Shards that differ in any of it are not merged.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageKey {
     /// The scene's name, for people.
@@ -18,7 +18,7 @@ pub struct ImageKey {
     pub options: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Whether samples are independent of each other. Those of a point set are not: shards of one
+    /// Whether samples are independent of each other. Samples of a point set are not: shards of one
     /// seed then have parts of one set.
     pub independent: bool,
     /// Number of the frame in a sequence; `None` for a single image.
@@ -39,7 +39,7 @@ pub struct ShardHeader {
 }
 
 impl ImageKey {
-    /// What differs in `other`, in words; `None` if nothing does.
+    /// The differences to `other`, in words; `None` if there are none.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let mut text = String::new();
         let mut note = |what: &str, own: &dyn std::fmt::Display, others: &dyn std::fmt::Display| {
@@ -102,7 +102,7 @@ impl ShardHeader {
     }
 
     /// The header of any range of an image's samples: `None` unless it lies within them. `part` is
-    /// for people only.
+    /// only for display.
     pub fn of_samples(image: ImageKey, part: ShardPart, samples: Range<u32>) -> Option<Self> {
         let Range { start: first, end } = samples;
         (first <= end && end <= image.samples).then_some(Self {
@@ -113,12 +113,12 @@ impl ShardHeader {
         })
     }
 
-    /// What it shares with the other shards of the image.
+    /// The data that it shares with the other shards of the image.
     pub fn image(&self) -> &ImageKey {
         &self.image
     }
 
-    /// Which part it was asked for as.
+    /// The part that was requested.
     pub fn part(&self) -> ShardPart {
         self.part
     }
@@ -133,9 +133,9 @@ impl ShardHeader {
         self.end
     }
 
-    /// Seed of a chain of frames that begins with the shard's first sample, for methods whose
-    /// frames depend on those before: such a method renders each shard as a chain of its own, and
-    /// chains of different seeds are independent. The image's own seed for the first.
+    /// Seed of a chain of frames that starts with the shard's first sample, for methods whose
+    /// frames depend on earlier ones. Such a method renders each shard as its own chain; chains of
+    /// different seeds are independent. The first shard has the image's own seed.
     pub fn chain_seed(&self) -> u64 {
         match self.first {
             0 => self.image.seed,

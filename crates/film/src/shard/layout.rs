@@ -7,7 +7,7 @@
 //! | 8 for each row | where the row begins |
 //! | 8 + 68 · width for each row | its number, its length, and a value of each pixel for each channel |
 //!
-//! A header has one form: what is read is written again and must be the same bytes.
+//! A header has one form: after reading, it is written again and must give the same bytes.
 
 use super::checksum::{Checksum, DIGITS, digits};
 use super::header::{ImageKey, ShardHeader};
@@ -48,7 +48,7 @@ const NON_FINITE: usize = 16;
 /// Longest header that is read or written.
 pub const MOST_HEADER_BYTES: usize = 1 << 16;
 
-/// Format of this module; a change of it is another number.
+/// Format of this module; every change gets a new number.
 const FORMAT: &str = "1";
 
 #[derive(Clone, Copy)]
@@ -212,7 +212,7 @@ impl Layout {
 pub struct Row<'a>([&'a [[u8; 4]]; CHANNEL_COUNT]);
 
 impl<'a> Row<'a> {
-    /// Whether every pixel has so many samples, none of them left out.
+    /// Whether every pixel has this number of samples, none of them left out.
     pub fn has_all(&self, samples: u64) -> bool {
         let wanted = (samples as u32).to_le_bytes();
         let all = |channel: usize, wanted: [u8; 4]| {
@@ -365,7 +365,7 @@ fn parsed<T: std::str::FromStr>(name: &str, text: &str) -> Result<T, String> {
         .map_err(|_| format!("its attribute {name} is '{text}'"))
 }
 
-/// What comes before the next zero byte, which is passed over.
+/// The bytes before the next zero byte, which is skipped.
 fn until_zero<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
     let end = rest.iter().position(|&byte| byte == 0)?;
     let (text, after) = rest.split_at(end);

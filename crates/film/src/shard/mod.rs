@@ -1,18 +1,18 @@
-//! Shards: parts of one image's samples, rendered apart, kept in files and merged to the same bits
-//! in any order of arrival.
+//! Shards: parts of one image's samples, rendered separately, stored in files and merged to the
+//! same bits in any order of arrival.
 //!
 //! A shard has samples `first … end − 1` of every pixel. Its file holds, for each pixel and
-//! channel, the number of samples `n`, their mean `x̄` and the sum of squared deviations `M₂ = Σ
-//! (x_i − x̄)²`, in `f64`, so that variances survive merging: the spread *between* the means of
-//! shards is part of the variance, and a mean of variances would forget it.
+//! channel, the number of samples `n`, their mean `x̄` and the sum of squared deviations
+//! `M₂ = Σ (x_i − x̄)²`, in `f64`, so that variances survive merging: the spread *between*
+//! the means of shards is part of the variance, and a mean of variances would lose it.
 //!
-//! Shards are merged one after the other in the order of their samples, by Chan, Golub and
-//! LeVeque's update ([`PixelStatistics::merge`](crate::PixelStatistics::merge)). That order is
-//! fixed by what a shard is and not by when it arrives.
+//! Shards are merged one after another in the order of their samples, by Chan, Golub and LeVeque's
+//! update ([`PixelStatistics::merge`](crate::PixelStatistics::merge)). The shards themselves define
+//! that order, not the time of their arrival.
 //!
-//! The file is OpenEXR without compression, [`ShardHeader`] in its attributes, the mean also as
-//! `R`, `G`, `B` for viewers. Two checksums (CRC-32), of the header and of the whole file, find
-//! every changed bit. What is wrong with a file is a [`ShardError`] that names it.
+//! The file is OpenEXR without compression, with [`ShardHeader`] in its attributes, and with the
+//! mean also as `R`, `G`, `B` for viewers. Two checksums (CRC-32), of the header and of the whole
+//! file, find every changed bit. Errors of a file are a [`ShardError`] that names it.
 
 mod bands;
 mod checksum;
@@ -34,7 +34,7 @@ pub use set::ShardSet;
 
 use crate::Film;
 
-/// Some samples of every pixel of an image, and which they are.
+/// Some samples of every pixel of an image, and their numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shard {
     header: ShardHeader,
@@ -47,7 +47,7 @@ impl Shard {
     /// # Errors
     ///
     /// [`ShardError::Size`] if the film has another size than the header says,
-    /// [`ShardError::Counts`] if a pixel has not had as many samples as the header's range has.
+    /// [`ShardError::Counts`] if the number of samples of a pixel differs from the header's range.
     pub fn new(header: ShardHeader, film: Film) -> Result<Self, ShardError> {
         let found = [film.width(), film.height()];
         if found != header.image().size {

@@ -1,4 +1,4 @@
-//! The order in which shards are merged, and what speaks against merging them.
+//! The order in which shards are merged, and reasons against merging them.
 
 use super::Shard;
 use super::error::{MissingSamples, ShardError};
@@ -7,8 +7,8 @@ use super::part::ShardPart;
 use crate::Film;
 use std::ops::Range;
 
-/// Merges shards that are in memory, in the order of their samples: the same bits whatever order
-/// they are given in.
+/// Merges shards that are in memory, in the order of their samples: the same bits for any order of
+/// the input.
 ///
 /// # Errors
 ///
@@ -35,8 +35,8 @@ pub fn merge_shards(shards: Vec<Shard>) -> Result<Film, ShardError> {
     Ok(film)
 }
 
-/// Places of the shards in the order of their samples, or why they are no shards of one image. Each
-/// is named, and those without samples are left out.
+/// Indices of the shards in the order of their samples, or why they are no shards of one image.
+/// Each error names them; those without samples are left out.
 pub fn order(shards: &[(String, &ShardHeader)]) -> Result<Vec<usize>, ShardError> {
     let (first_name, first) = shards.first().ok_or(ShardError::None)?;
     for (name, header) in shards {
@@ -64,8 +64,8 @@ pub fn order(shards: &[(String, &ShardHeader)]) -> Result<Vec<usize>, ShardError
     Ok(order)
 }
 
-/// Samples of the image that no shard has, and the parts that would have them; `None` if there are
-/// none.
+/// Samples of the image that no shard has, and the parts that would contain them; `None` if there
+/// are none.
 ///
 /// Shards need not be of one partition. The parts named are those of the partition of which there
 /// are most shards.
@@ -97,7 +97,7 @@ pub fn missing<'a>(shards: impl Iterator<Item = &'a ShardHeader>) -> Option<Miss
     Some(MissingSamples { samples, parts })
 }
 
-/// The number of parts that most shards name; the larger of two that as many name.
+/// The number of parts that most shards name; of two that equally many name, the larger.
 fn usual_count(headers: &[&ShardHeader]) -> u32 {
     let mut counts: Vec<u32> = headers.iter().map(|header| header.part().count()).collect();
     counts.sort_unstable();

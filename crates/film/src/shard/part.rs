@@ -15,7 +15,7 @@ pub struct ShardPart {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShardPartError {
-    /// It is not two whole numbers with a stroke between them.
+    /// The text is not two whole numbers with a slash between them.
     #[error("not of the form 2/8")]
     Form,
     /// There is no part of that number.
@@ -60,8 +60,9 @@ impl ShardPart {
         self.count
     }
 
-    /// Its share of `total` things: `⌊i t / n⌋ … ⌊(i + 1) t / n⌋ − 1`. Shares are disjoint, leave
-    /// nothing out and differ in length by one at most; with more parts than things some are empty.
+    /// Its share of `total` things: `⌊i t / n⌋ … ⌊(i + 1) t / n⌋ − 1`. Shares are
+    /// disjoint, complete, and differ in length by at most one; with more parts than things some
+    /// are empty.
     pub fn of(self, total: u32) -> Range<u32> {
         // No product of two u32 overflows u64, and the quotient is at most `total`.
         let bound = |index: u64| (index * u64::from(total) / u64::from(self.count)) as u32;

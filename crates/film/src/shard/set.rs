@@ -34,7 +34,7 @@ impl ShardSet {
         Ok(Self { files })
     }
 
-    /// What the shards have in common.
+    /// The common data of the shards.
     pub fn image(&self) -> &ImageKey {
         self.files[0].header().image()
     }
@@ -69,7 +69,7 @@ impl ShardSet {
         }
     }
 
-    /// Merges the samples that are there. Files are read once, a few rows of each at a time, on
+    /// Merges the samples that are present. Files are read once, a few rows of each at a time, on
     /// rayon's threads.
     ///
     /// # Errors

@@ -1,14 +1,14 @@
-//! Lights as a cache weighs them, eight at a time.
+//! Lights as a cache weights them, eight at a time.
 //!
-//! With `c` the middle of a light, `r` the radius of a ball around it that has it all, `n` its
-//! normal (zero where it shines all around), `d = c − x`, and `n_x` the normal at the receiver
-//! `x`, the weight is
+//! Let `c` be the middle of a light, `r` the radius of a ball around `c` that contains the light,
+//! `n` its normal (zero if it emits in all directions), `d = c − x`, and `n_x` the normal at the
+//! receiver `x`. The weight is
 //!
 //! `w = s · max(0, o‖d‖ − n·d + r) · max(0, n_x·d + r) / max(‖d‖, r)⁴`:
 //!
-//! the irradiance by the light's intensity `s`, times a number that is learnt, with both cosines
-//! bounded by those of the ball. `o` is 1 where a light shines all around, else 0. The weight is
-//! zero only where no point of the light sends anything to `x`.
+//! the irradiance by the light's intensity `s`, times a learnt number, with both cosines bounded by
+//! those of the ball. `o` is 1 if the light emits in all directions, otherwise 0. The weight is
+//! zero only if no point of the light sends anything to `x`.
 
 use glam::Vec3;
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
@@ -23,7 +23,8 @@ pub(super) struct WeighedLight {
     pub radius: f32,
     /// Normal; of a group the mean, which is shorter than 1.
     pub normal: Vec3,
-    /// 1 for a light that shines all around, of a group what makes the cosine a bound.
+    /// 1 for a light that emits in all directions; for a group the value that makes the cosine a
+    /// bound.
     pub all_around: f32,
     /// Radiant intensity.
     pub intensity: f32,
@@ -140,7 +141,7 @@ impl LightBlock {
         weight.select(positive, zero)
     }
 
-    /// The same for one lane without lanes: what they are held to.
+    /// The same for one lane without lanes: the reference of the tests.
     #[cfg(test)]
     pub fn naive_weight(&self, lane: usize, at: &ShadingPoint) -> f64 {
         let vector = |rows: &[[f32; LANES]; 3]| {

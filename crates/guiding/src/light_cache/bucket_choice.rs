@@ -1,4 +1,4 @@
-//! How one of a region's buckets is chosen, and the probabilities of the cache alone.
+//! Selection of one of a region's buckets, and the probabilities of the cache alone.
 
 use super::block::LightBlock;
 use super::lists::{Lists, RegionHead};
@@ -8,7 +8,7 @@ use super::walk::{Walk, find};
 use lightshed_lanes::Lanes;
 use lightshed_lights::ShadingPoint;
 
-/// The buckets of a region for a receiver, and how one is chosen.
+/// The buckets of a region for a receiver, and how one is selected.
 pub(super) struct Buckets<'a> {
     lists: &'a Lists,
     units: &'a Units,
@@ -44,7 +44,7 @@ impl<'a> Buckets<'a> {
                 .is_some_and(|weights| !(weights.total() > 0.0))
     }
 
-    /// A bucket by `u`, and what is left of that.
+    /// Selects a bucket by `u`; returns the rest of `u`.
     #[inline(always)]
     pub fn choose<L: Lanes>(&self, u: f64) -> (usize, f64) {
         match &self.weights {
@@ -83,7 +83,7 @@ impl<'a> Buckets<'a> {
         self.lists.blocks(self.head, bucket)
     }
 
-    /// `p_c` of a light; and whether any unit of its bucket has a weight.
+    /// `p_c` of a light, and whether any unit of its bucket has a weight.
     #[inline(always)]
     pub fn cached<L: Lanes>(&self, at: &ShadingPoint, light: u32) -> (f32, bool) {
         let unit = self.units.of(light);

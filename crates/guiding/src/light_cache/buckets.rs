@@ -1,17 +1,16 @@
-//! Dividing a region's lights among buckets.
+//! Division of a region's lights among buckets.
 
 use super::block::{LightBlock, WeighedLight};
 use super::entries::Visible;
 use super::options::{BucketRule, LightCacheOptions};
 use lightshed_lanes::LANES;
 
-/// A region's lights as they are walked over.
+/// A region's lights in the order of the walk.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RegionLights {
-    /// Bucket after bucket, each in blocks of its own.
+    /// Bucket after bucket, each in its own blocks.
     pub blocks: Vec<LightBlock>,
-    /// Where each bucket begins among the blocks; and where the last one ends. Empty without
-    /// lights.
+    /// First block of each bucket, and the end of the last one. Empty without lights.
     pub starts: Vec<u32>,
     /// Of aggregates each bucket's first unit …
     pub firsts: Vec<u32>,
@@ -19,7 +18,7 @@ pub(super) struct RegionLights {
     pub groups: Vec<LightBlock>,
 }
 
-/// A unit of a region: its number, and how it is weighed.
+/// A unit of a region: its number, and its weight data.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RegionLight {
     number: u32,
@@ -33,8 +32,8 @@ impl RegionLights {
         (self.starts.len() as u32).saturating_sub(1)
     }
 
-    /// Divides the visible units among buckets; there were `before` of them. `lights` says how each
-    /// unit is weighed.
+    /// Divides the visible units among buckets; there were `before` of them. `lights` has the
+    /// weight data of each unit.
     pub fn new(
         visible: &[Visible],
         lights: &[WeighedLight],
@@ -123,7 +122,7 @@ fn push_blocks<'a>(blocks: &mut Vec<LightBlock>, lights: impl Iterator<Item = (u
     }
 }
 
-/// Keeps the `most` that were seen most often, in their order.
+/// Keeps the `most` units that were seen most often, in their order.
 fn strongest(lights: &mut Vec<RegionLight>, most: usize) {
     if lights.len() > most {
         let mut counts: Vec<(f32, u32)> = lights
@@ -139,7 +138,7 @@ fn strongest(lights: &mut Vec<RegionLight>, most: usize) {
     }
 }
 
-/// How full a bucket may be where there are `count`, if there were `before`.
+/// Capacity of a bucket if there are `count` buckets and there were `before`.
 fn capacity(count: u32, before: u32, options: &LightCacheOptions) -> u32 {
     if count < before {
         (options.bucket as f32 * options.hysteresis) as u32
@@ -148,7 +147,7 @@ fn capacity(count: u32, before: u32, options: &LightCacheOptions) -> u32 {
     }
 }
 
-/// The number of buckets by remainders: halved as long as none is too full.
+/// The number of buckets by remainders: halved as long as none overflows.
 fn merged_count(numbers: impl Iterator<Item = u32> + Clone, before: u32, options: &LightCacheOptions) -> u32 {
     let mut count = options.max_buckets;
     while count > 1 {
@@ -165,7 +164,7 @@ fn merged_count(numbers: impl Iterator<Item = u32> + Clone, before: u32, options
     count
 }
 
-/// The number of runs of `total` lights: the least with which none is too full.
+/// The number of runs of `total` lights: the least without overflow.
 fn run_count(total: u32, before: u32, options: &LightCacheOptions) -> u32 {
     let fits = |&count: &u32| total.div_ceil(count) <= capacity(count, before, options);
     (1..options.max_buckets).find(fits).unwrap_or(options.max_buckets)

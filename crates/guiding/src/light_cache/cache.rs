@@ -1,4 +1,4 @@
-//! The light cache: regions, what they know, and what choices are made by.
+//! The light cache: regions, their records, and the data for selections.
 
 use super::block::LightBlock;
 use super::bucket_choice::Buckets;
@@ -18,16 +18,17 @@ use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 use lightshed_lights::{Bounds, Light, LightError, LightSampler, check_lights};
 use lightshed_sampling::parallel::for_each_chunk;
 
-/// Chooses lights that are visible where they are asked for (§5.4).
+/// Selects lights that are visible from the receiver (§5.4).
 ///
-/// Space is divided into regions that follow the samples. A renderer tells the cache which lights
-/// it asked from where, and which of them it saw ([`LightRecord`]); an update gathers the visible
-/// lights of each region and of its neighbours. A choice weighs those lights for the receiver, so
-/// that light from hidden ones is never waited for. Lights that nobody has seen yet are found by
-/// exploration, whose share of the samples is learnt.
+/// Space is divided into regions that follow the samples. A renderer reports which lights it
+/// sampled from where, and which were visible ([`LightRecord`]). An update collects the visible
+/// lights of each region and of its neighbours. A selection weights those lights for the receiver,
+/// so no sample is wasted on lights known to be hidden. Exploration finds lights that nobody has
+/// seen yet; its share of the samples is learnt.
 ///
 /// As a [`LightSampler`](lightshed_lights::LightSampler) it is unbiased whatever it has learnt: a
-/// light that can contribute has a positive probability, which is that of the choice really made.
+/// light that can contribute has a positive probability, and that is the probability of the actual
+/// selection.
 ///
 /// ```
 /// use lightshed_guiding::glam::Vec3;
@@ -75,7 +76,7 @@ pub struct LightCache {
 #[derive(Clone, Debug, Default)]
 struct RegionState {
     entries: Vec<Entry>,
-    /// Samples, with those of earlier updates that are left.
+    /// Number of samples, including those left from earlier updates.
     samples: f32,
     moments: SecondMoments,
     buckets: u32,
@@ -85,14 +86,14 @@ struct RegionState {
 const CHUNK: usize = 16;
 
 impl LightCache {
-    /// A cache of `lights` that knows nothing. Regions are in the cube around `bounds`; outside,
+    /// A cache of `lights` without any record. Regions are in the cube around `bounds`; outside,
     /// all samples explore.
     ///
     /// # Errors
     ///
     /// [`GuidingError::Option`] for options out of range, [`GuidingError::Lights`] for lights that
-    /// no sampler takes, or none that shines where a table explores, [`GuidingError::Bounds`] for
-    /// bounds that are empty or not finite.
+    /// no sampler accepts, or if no light is on where a table explores, [`GuidingError::Bounds`]
+    /// for bounds that are empty or not finite.
     pub fn new(bounds: Bounds, lights: &[Light], options: LightCacheOptions) -> Result<Self, GuidingError> {
         options.check()?;
         check_lights(lights)?;
@@ -122,19 +123,19 @@ impl LightCache {
         &self.options
     }
 
-    /// Explores by this table from now on, where the options ask for tables.
+    /// Explores by this table from now on, if the options select tables.
     pub fn set_exploration(&mut self, table: ExplorationTable) {
         if self.options.exploration == Exploration::Table {
             self.explorer = Explorer::Table(table);
         }
     }
 
-    /// The same lights as they are now. What regions have learnt stays; a light that has become
-    /// invisible is forgotten as time goes by.
+    /// Updates the same lights to their present state. Regions keep what they have learnt; a light
+    /// that has become invisible is forgotten gradually.
     ///
     /// # Errors
     ///
-    /// [`GuidingError::Lights`] for lights that no sampler takes, or another number of them.
+    /// [`GuidingError::Lights`] for lights that no sampler accepts, or another number of them.
     pub fn set_lights(&mut self, lights: &[Light]) -> Result<(), GuidingError> {
         check_lights(lights)?;
         if lights.len() != self.units.light_count() {
@@ -148,8 +149,8 @@ impl LightCache {
         Ok(())
     }
 
-    /// Learns from what was asked since the last update. Records that are not sound count for
-    /// nothing. The same records in the same order give the same cache, for any number of threads.
+    /// Learns from the records since the last update. Invalid records are ignored. The same records
+    /// in the same order give the same cache, for any number of threads.
     pub fn update(&mut self, records: &[LightRecord]) -> LightCacheReport {
         let lights = self.units.light_count();
         let sound = records
@@ -237,8 +238,8 @@ impl LightCache {
         }
     }
 
-    /// Makes buckets of what regions know, and learns shares from `records`, of which `inside` are
-    /// those of each region. Returns the mean share over the records.
+    /// Makes buckets from the regions' records, and learns shares from `records`, of which `inside`
+    /// are those of each region. Returns the mean share over the records.
     fn rebuild(&mut self, records: &[LightRecord], inside: &[&[u32]]) -> f32 {
         let mut made: Vec<(RegionLights, Vec<Visible>)> = vec![Default::default(); self.states.len()];
         let (states, regions, options) = (&self.states, &self.regions, &self.options);
@@ -307,9 +308,9 @@ impl LightCache {
         }
     }
 
-    /// Second moments of what records brought, with the cache, with its tree alone, and with the
-    /// tree as it was in the beginning: by records that the cache has not learnt from yet they say
-    /// how much of it is worth its cost. All alike where a table explores.
+    /// Second moments of the records' contributions: with the cache, with its tree alone, and with
+    /// the tree in its initial state. Computed from records that the cache has not learnt from yet,
+    /// they show which part of it is worth its cost. All are equal if a table explores.
     pub fn moments(&self, records: &[LightRecord]) -> CacheMoments {
         let mut moments = CacheMoments::default();
         for record in records
@@ -318,7 +319,7 @@ impl LightCache {
         {
             let (at, light) = (&record.at, record.light);
             let squared = f64::from(record.contribution).powi(2) / f64::from(record.pmf);
-            // The tree reaches whatever the others do.
+            // The tree reaches everything that the others reach.
             let over = |pmf: f32| if pmf > 0.0 { squared / f64::from(pmf) } else { 0.0 };
             let all = over(self.pmf(at, light));
             let (plain, tree) = match &self.explorer {
@@ -332,7 +333,7 @@ impl LightCache {
         moments
     }
 
-    /// The tree that explores, with what it has learnt; `None` where a table explores.
+    /// The exploring tree, with its learnt factors; `None` if a table explores.
     pub fn into_tree(self) -> Option<LightTreeCache> {
         match self.explorer {
             Explorer::Tree(tree) => Some(*tree),
@@ -349,8 +350,8 @@ impl LightCache {
         }
     }
 
-    /// The lights that the region of `position` holds, in ascending order: what tests compare with
-    /// the lights that are visible there.
+    /// The lights in the lists of the region of `position`, in ascending order. Tests compare them
+    /// with the visible lights.
     pub fn lights_at(&self, position: Vec3) -> Vec<u32> {
         let head = self.head(position);
         let blocks = (0..head.buckets as usize).flat_map(|bucket| self.lists.blocks(head, bucket));

@@ -1,28 +1,28 @@
-//! What a region knows of units: deduplicated samples, kept from update to update.
+//! A region's records of units: deduplicated samples, kept from update to update.
 
 use super::options::LightCacheOptions;
 use super::record::LightRecord;
 
-/// What a region knows of a unit.
+/// A region's record of a unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Entry {
     pub unit: u32,
     /// Samples that asked for it.
     pub count: f32,
-    /// Of these the ones that saw it.
+    /// The number of these samples that saw it.
     pub seen_count: f32,
     /// `Σ 1/p` of both: their ratio estimates the share of the region's points that see the light.
     asked: f32,
     seen: f32,
-    /// Updates with samples in the region since one saw it.
+    /// Updates with samples in the region since the last sample that saw it.
     unseen_for: u32,
 }
 
-/// What a region that was divided, or joined with others, brings along of its evidence.
+/// Share of its evidence that a divided or joined region keeps.
 const INHERITED: f32 = 0.5;
-/// Samples that what neighbours see counts for.
+/// Number of samples for which the records of neighbours count.
 const PRIOR_COUNT: f32 = 2.0;
-/// The least share of points that a light counts as visible from.
+/// Least share of points for a light to count as visible.
 const MIN_VISIBILITY: f32 = 1.0 / 64.0;
 
 impl Entry {
@@ -37,7 +37,7 @@ impl Entry {
         self.seen *= factor;
     }
 
-    /// For a region that is another part of space than before.
+    /// For a region that has become another part of space.
     pub fn inherited(mut self) -> Self {
         self.scale(INHERITED);
         self
@@ -65,7 +65,7 @@ pub(super) fn collect(
     options: &LightCacheOptions,
 ) -> usize {
     if inside.is_empty() {
-        // Nobody looked: what was learnt stays.
+        // Without samples, what was learnt stays.
         return 0;
     }
     let mut found = 0;
@@ -96,14 +96,14 @@ pub(super) fn collect(
     entries.append(&mut new);
     entries.retain(|entry| {
         let forgotten = entry.unseen_for > options.max_age;
-        // A hidden light is worth remembering while samples ask for it.
+        // A hidden light is remembered as long as samples select it.
         entry.count > 0.05 && !(forgotten && entry.is_visible())
     });
     entries.sort_unstable_by_key(|entry| entry.unit);
     found
 }
 
-/// A unit that a region's cache holds.
+/// A unit in a region's cache.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Visible {
     pub unit: u32,
@@ -147,7 +147,7 @@ pub(super) fn merge<'a>(
     }
 }
 
-/// Share of points that see a light, with what neighbours see as a prior.
+/// Share of points that see a light, with the records of neighbours as a prior.
 fn visibility(here: &Entry, around: &Entry) -> f32 {
     let share = |entry: &Entry, unknown: f32| {
         if entry.asked > 0.0 {

@@ -1,4 +1,4 @@
-//! How lights are found that no cache knows.
+//! Exploration: finding lights that no cache knows.
 
 use super::tree_cache::LightTreeCache;
 use crate::GuidingError;
@@ -7,15 +7,15 @@ use glam::Vec3;
 use lightshed_lights::{Light, LightChoice, LightError, LightSampler, ShadingPoint};
 use lightshed_sampling::AliasTable;
 
-/// How much each of the three heuristics counts in an [`ExplorationTable`]. Not negative, one of
-/// them positive.
+/// The weights of the three heuristics in an [`ExplorationTable`]. Not negative, at least one
+/// positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExplorationWeights {
     /// Energy of a light.
     pub energy: f32,
-    /// Change of its energy and its place since the frame before.
+    /// Change of its energy and its position since the previous frame.
     pub change: f32,
-    /// Distance to the eye, as one for the distance to what is seen.
+    /// Distance to the eye, in place of the distance to the visible points.
     pub distance: f32,
 }
 
@@ -30,14 +30,14 @@ impl Default for ExplorationWeights {
 }
 
 /// One distribution of lights for all points (§5.4.3), an alias table over the blend
-/// `Σ_h w_h p_h` of three, each in proportion to
+/// `Σ_h w_h p_h` of three distributions, each in proportion to
 ///
 /// - energy: intensity `I`,
 /// - change: `|I − I'| + min(I, I') ‖c − c'‖ / (‖c − c'‖ + r)`, where `c'` and `I'`
-///   are of the frame before and `r` is the radius of the light;
+///   are those of the previous frame and `r` is the radius of the light;
 /// - distance: `I / max(‖c − eye‖, r)²`.
 ///
-/// A distribution that has nothing to say (nothing changed) counts for nothing. What shines has a
+/// A distribution without information (nothing changed) is ignored. Every light that is on has a
 /// positive probability.
 #[derive(Clone, Debug)]
 pub struct ExplorationTable {
@@ -48,13 +48,13 @@ pub struct ExplorationTable {
 const MIN_ENERGY_WEIGHT: f32 = 1e-3;
 
 impl ExplorationTable {
-    /// A table of `lights`, of which `before` were as many in the frame before (`None` if there was
+    /// A table of `lights`; `before` are the same lights in the previous frame (`None` if there was
     /// none).
     ///
     /// # Errors
     ///
     /// [`GuidingError::Option`] for weights that are negative or not finite;
-    /// [`GuidingError::Lights`] if no light shines.
+    /// [`GuidingError::Lights`] if no light is on.
     pub fn new(
         lights: &[Light],
         before: Option<&[Light]>,
@@ -73,7 +73,7 @@ impl ExplorationTable {
         let energy = |light: &Light| f64::from(light.intensity);
         let change = |i: usize, light: &Light| {
             let Some(old) = before.and_then(|before| before.get(i)) else {
-                // A light that was not there has changed altogether.
+                // A light that did not exist before has changed completely.
                 return if before.is_some() { energy(light) } else { 0.0 };
             };
             let moved = f64::from((light.bounds.center() - old.bounds.center()).length());

@@ -4,7 +4,7 @@ use super::block::LightBlock;
 use super::buckets::RegionLights;
 use super::options::BucketRule;
 
-/// Buckets of all regions, as choices read them.
+/// Buckets of all regions, as selections read them.
 #[derive(Clone, Debug)]
 pub(super) struct Lists {
     pub rule: BucketRule,
@@ -16,7 +16,7 @@ pub(super) struct Lists {
     groups: Vec<LightBlock>,
 }
 
-/// Where a region's lights are, and how much it explores.
+/// Position of a region's lights, and its share of exploration.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RegionHead {
     pub buckets: u32,
@@ -38,7 +38,7 @@ impl RegionHead {
         groups: 0,
     };
 
-    /// Whether the cache is of no use here.
+    /// Whether the cache is useless here.
     #[inline(always)]
     pub fn explores_always(&self) -> bool {
         self.explore_below == u64::MAX
@@ -52,7 +52,7 @@ impl RegionHead {
 }
 
 impl Lists {
-    /// Of so many slots, none of which has a light.
+    /// For this number of slots, none of which has a light.
     pub fn new(rule: BucketRule, slots: usize) -> Self {
         Self {
             rule,
@@ -64,7 +64,7 @@ impl Lists {
         }
     }
 
-    /// Of no slot, in the memory there is.
+    /// Without slots, reusing memory.
     pub fn clear(&mut self) {
         self.heads.clear();
         self.blocks.clear();

@@ -1,4 +1,4 @@
-//! Lights that are visible, region by region.
+//! Visible lights, region by region.
 
 mod block;
 mod bucket_choice;

@@ -1,4 +1,4 @@
-//! How a light cache learns and chooses.
+//! Options of a light cache.
 
 use crate::GuidingError;
 use crate::error::check_option;
@@ -6,18 +6,18 @@ use crate::error::check_option;
 /// Most lights of a bucket.
 pub const MAX_BUCKET: usize = 64;
 
-/// How lights that do not fit into one bucket are divided, and how one of the buckets is chosen.
+/// How lights that do not fit into one bucket are divided, and how a bucket is selected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum BucketRule {
-    /// By the remainder of the light's number, in a power of two of buckets that are chosen
-    /// uniformly (§5.4.2). The cost of a choice is bounded; its quality falls with the number of
-    /// buckets.
+    /// By the remainder of the light's number, in a power of two of buckets that are selected
+    /// uniformly (§5.4.2). The cost of a selection is bounded; its quality falls with the number
+    /// of buckets.
     Hashed,
-    /// In the order of a curve through all lights, so that a bucket is a group of near lights; a
-    /// bucket is chosen by the weight of its lights taken together. The cost of a choice is bounded
-    /// by two walks.
+    /// In the order of a curve through all lights, so that a bucket is a group of near lights. A
+    /// bucket is selected by the total weight of its lights. The cost of a selection is bounded by
+    /// two walks.
     #[default]
     Aggregates,
 }
@@ -31,10 +31,10 @@ pub enum Exploration {
     /// density is known for every light at no cost, so both techniques find cached lights:
     /// `p = f p_e + (1 − f) p_c`.
     Table,
-    /// By a light tree that learns as well ([`LightTreeCache`](crate::LightTreeCache)), for the
-    /// point. Its density costs a way through the tree, so it is left to lights that are not
-    /// cached: `p = (1 − f) p_c` of a light that `p_c` reaches, `f p_e` of others. What the tree
-    /// chooses of the former is a sample of value zero.
+    /// By a light tree that learns, too ([`LightTreeCache`](crate::LightTreeCache)), for the
+    /// receiver. Its density costs a descent of the tree, so it is used only for lights that are
+    /// not cached: `p = (1 − f) p_c` of a light that `p_c` reaches, `f p_e` of others. If the
+    /// tree selects a cached light, that is a sample of value zero.
     #[default]
     Tree,
 }
@@ -49,35 +49,35 @@ pub struct LightCacheOptions {
     pub max_buckets: u32,
     /// How lights are divided among buckets.
     pub rule: BucketRule,
-    /// Extent of a group of lights that is learnt of and chosen as one, as a share of the extent of
+    /// Extent of a group of lights that is learnt and selected as one, as a share of the extent of
     /// all lights; 0 for single lights. Hashed buckets hold single lights.
     pub unit_size: f32,
     /// How unknown lights are found.
     pub exploration: Exploration,
-    /// Share of samples that explore, where it is not learnt; above 0, at most 1.
+    /// Share of samples that explore if it is not learnt; above 0, at most 1.
     pub share: f32,
-    /// Learns the share of samples that explore, region by region, no less than `share`.
+    /// Learns the share of samples that explore, region by region; at least `share`.
     pub learn_share: bool,
     /// Multiplies the weight of a light by the root of the share of a region's samples that saw it.
     pub learn_visibility: bool,
-    /// Fewer buckets than before are made only if no bucket is fuller than this part of its
-    /// capacity: above 0, at most 1.
+    /// The number of buckets is reduced only if no bucket is fuller than this part of its capacity:
+    /// above 0, at most 1.
     pub hysteresis: f32,
-    /// What is left of earlier samples at an update, 0 to 1: zero forgets the lights of the frame
-    /// before.
+    /// Share of earlier samples that an update keeps, 0 to 1: zero forgets the lights of the
+    /// previous frame.
     pub persistence: f32,
     /// Updates with samples in a region after which a light that nobody has seen there is
     /// forgotten.
     pub max_age: u32,
-    /// A region is divided when an update has more samples in it.
+    /// A region is divided if an update has more samples in it.
     pub split_above: u32,
-    /// Regions are joined again when an update has fewer samples in all eight of them.
+    /// Regions are joined again if an update has fewer samples in all eight of them.
     pub join_below: u32,
     /// Most regions.
     pub max_regions: u32,
     /// Of the tree that explores.
     pub tree: LightTreeCacheOptions,
-    /// Takes over the lights of regions that share a face.
+    /// Uses the lights of regions that share a face.
     pub merge_neighbours: bool,
 }
 
@@ -197,22 +197,23 @@ impl LightCacheOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LightTreeCacheOptions {
-    /// A region is divided when it has more samples than this, those of earlier updates that are
-    /// left included.
+    /// A region is divided if it has more samples than this, including those left from earlier
+    /// updates.
     pub split_above: u32,
     /// Eight regions are joined when they have fewer samples together.
     pub join_below: u32,
     /// Most regions.
     pub max_regions: u32,
-    /// Samples through a node from which on its children have factors of their own.
+    /// Number of samples through a node from which its children have their own factors.
     pub split_row: f32,
     /// Most nodes with factors in a region.
     pub max_rows: u32,
-    /// Samples that a node's mean counts for in each of its children: at least 1.
+    /// Number of samples for which a node's mean counts in each of its children: at least 1.
     pub prior_count: f32,
-    /// Least factor, relative to the greatest of its siblings: what explores. Above 0, at most 1.
+    /// Least factor, relative to the greatest of its siblings: it ensures exploration. Above 0, at
+    /// most 1.
     pub least_factor: f32,
-    /// What is left of earlier samples at an update, 0 to 1.
+    /// Share of earlier samples that an update keeps, 0 to 1.
     pub persistence: f32,
 }
 

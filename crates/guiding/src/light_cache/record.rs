@@ -1,19 +1,19 @@
-//! What a renderer tells a light cache, and what that says of itself.
+//! Reports of a renderer to a light cache, and measures of the cache.
 
 use lightshed_lights::ShadingPoint;
 
-/// A light that was asked from a point, and what came of it.
+/// A light that was sampled from a point, and the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightRecord {
     /// The point.
     pub at: ShadingPoint,
     /// The light.
     pub light: u32,
-    /// Probability with which it was really chosen there, exploration included.
+    /// Probability of the actual selection there, including exploration.
     pub pmf: f32,
-    /// What the light sent, of which `contribution / pmf` is what was added to an estimate: with
-    /// the density of the place on the light, but without the probability of the choice. Zero if
-    /// the light was hidden. As one number (a luminance).
+    /// The light's contribution. `contribution / pmf` is what was added to an estimate: divided by
+    /// the density of the position on the light, but not by the probability of the selection. Zero
+    /// if the light was hidden. As one number (a luminance).
     pub contribution: f32,
     /// Whether nothing was between the point and the light.
     pub visible: bool,
@@ -30,23 +30,23 @@ impl LightRecord {
     }
 }
 
-/// How much of a cache is worth its cost.
+/// Which part of a cache is worth its cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CacheUse {
-    /// Nothing: its tree is as good without what was learnt.
+    /// None: the tree is as good without its learnt factors.
     #[default]
     Nothing,
-    /// The tree with what it has learnt, but not the lists of visible lights.
+    /// The tree with its learnt factors, but not the lists of visible lights.
     Tree,
     /// All of it.
     Lists,
 }
 
-/// Second moments by which the parts of a cache are judged, see
+/// Second moments that judge the parts of a cache, see
 /// [`LightCache::moments`](crate::LightCache::moments). Those of several passes add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CacheMoments {
-    /// Of the tree without what was learnt.
+    /// Of the tree without learnt factors.
     pub plain: f64,
     /// Of the tree with it.
     pub tree: f64,
@@ -54,8 +54,8 @@ pub struct CacheMoments {
     pub lists: f64,
 }
 
-/// By what factor lists have to lessen second moments to be worth their cost, and what the tree has
-/// learnt.
+/// Factors by which lists, and learnt factors of the tree, must lower second moments to be worth
+/// their cost.
 const LISTS_COST: f64 = 1.05;
 const TREE_COST: f64 = 1.06;
 
@@ -70,7 +70,7 @@ impl CacheMoments {
         }
     }
 
-    /// How much of the cache is worth its cost.
+    /// Which part of the cache is worth its cost.
     pub fn use_of(&self) -> CacheUse {
         if self.lists * LISTS_COST < self.tree.min(self.plain) {
             CacheUse::Lists
@@ -82,7 +82,7 @@ impl CacheMoments {
     }
 }
 
-/// What a cache holds after an update.
+/// Contents of a cache after an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightCacheReport {
     /// Regions.

@@ -5,7 +5,7 @@ use crate::GuidingError;
 use glam::Vec3;
 use lightshed_spatial::{AdaptiveOctree, Bounds, Correspondence, OctreeNeighbours, OctreeOptions};
 
-/// An octree with its neighbours. A region is known by its slot, and some slots are no regions.
+/// An octree with its neighbours. A region is identified by its slot; some slots are no regions.
 #[derive(Clone, Debug)]
 pub(super) struct Regions {
     tree: AdaptiveOctree,
@@ -14,10 +14,9 @@ pub(super) struct Regions {
 
 /// What became of regions.
 pub(super) struct Adapted {
-    /// For each slot the one before from which it takes what it knows; `None` where there is no
-    /// region.
+    /// For each slot the previous slot whose record it takes; `None` if there is no region.
     pub from: Vec<Option<u32>>,
-    /// For each slot what it has of the samples before.
+    /// For each slot its share of the samples before.
     pub samples: Vec<f32>,
     /// For each new sample its slot.
     pub slot_of: Vec<Option<u32>>,
@@ -53,13 +52,13 @@ impl Regions {
         self.tree.slot(position)
     }
 
-    /// Regions that share a face with one, and are regions.
+    /// Regions that share a face with one.
     pub fn neighbours(&self, slot: u32) -> &[u32] {
         self.neighbours.of(slot)
     }
 
-    /// Divides and joins regions after the samples at `positions`, where `samples` are left in each
-    /// slot of earlier ones: by as many levels as they ask for.
+    /// Divides and joins regions after the samples at `positions`; `samples` is the number left
+    /// from earlier ones in each slot. Changes as many levels as the samples require.
     pub fn adapt(&mut self, positions: &[Vec3], samples: &[f32], options: &RegionOptions) -> Adapted {
         let octree = OctreeOptions {
             split_above: options.split_above,
@@ -83,7 +82,7 @@ impl Regions {
             let new = counts(&adapted.slot_of, self.slots());
             let all = adapted.samples.iter().zip(&new);
             let all: Vec<u32> = all.map(|(&old, &new)| (old as u32).saturating_add(new)).collect();
-            // Where there is no room for more regions, those that there are have to do.
+            // Without room for more regions, the present ones remain.
             changed = self.tree.adapt(&all, &octree).unwrap_or(false);
             if changed {
                 adapted = self.carry(&adapted, &new, positions);
@@ -93,7 +92,7 @@ impl Regions {
         adapted
     }
 
-    /// What the tree before the last change knew, for the slots of the new one.
+    /// The records of the tree before the last change, for the slots of the new one.
     fn carry(&self, before: &Adapted, new_before: &[u32], positions: &[Vec3]) -> Adapted {
         let slot_of: Vec<Option<u32>> = positions
             .iter()

@@ -1,10 +1,10 @@
-//! Choosing a light by a cache (Algorithm 1).
+//! Selection of a light by a cache (Algorithm 1).
 //!
 //! With `f` the region's share of exploration, `p_e` its probabilities and `p_c` those of the
 //! cache, `p_c(l) = P(bucket) w_l / Σ_bucket w`, a light has the probability
-//! `f p_e + (1 − f) p_c` where exploration is a table. Where it is a tree, each light belongs to
-//! one technique: `(1 − f) p_c` where `p_c > 0`, else `f p_e`. Where no cached light has a
-//! weight, `f` is 1.
+//! `f p_e + (1 − f) p_c` if exploration is a table. If it is a tree, each light belongs to one
+//! technique: `(1 − f) p_c` if `p_c > 0`, otherwise `f p_e`. If no cached light has a weight, `f`
+//! is 1.
 
 use super::bucket_choice::Buckets;
 use super::cache::LightCache;
@@ -107,7 +107,7 @@ impl LightCache {
             return self.explorer.sample(at, u);
         }
         let explores = u < head.explore_below;
-        // Both techniques know their bucket before it is walked over, once.
+        // Both techniques know their bucket before the walk over it, which happens once.
         let (bucket, rest, explored) = if explores {
             let fresh = ((u128::from(u) << 64) / u128::from(head.explore_below)) as u64;
             let explored = self.explorer.sample(at, fresh);
@@ -124,7 +124,7 @@ impl LightCache {
         let blocks = buckets.blocks(bucket);
         let walk = Walk::new::<L>(blocks, at);
         if head.buckets == 1 && !(walk.total() > 0.0) {
-            // Nothing that is cached sends anything here.
+            // No cached light contributes here.
             return self.explorer.sample(at, u);
         }
         let of_bucket = buckets.probability(bucket);
@@ -148,7 +148,7 @@ impl LightCache {
         self.mixed(head, light, cached, || self.explorer.pmf(at, light), false)
     }
 
-    /// A choice with its probability; `None` where the light belongs to the other technique.
+    /// A selection with its probability; `None` if the light belongs to the other technique.
     #[inline(always)]
     fn mixed(
         &self,

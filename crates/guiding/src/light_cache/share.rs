@@ -1,15 +1,15 @@
 //! The share of samples that explore.
 //!
-//! A sample of light `l` with contribution `F`, chosen with probability `q`, says how large the
-//! second moment of an estimate would be that chooses otherwise. Where the cache chooses the lights
-//! it knows with `(1 − f) p_c` and exploration the others with `f p_e`, it is
+//! A sample of light `l` with contribution `F`, selected with probability `q`, estimates the second
+//! moment of an estimate that selects otherwise. If the cache selects the lights it knows with
+//! `(1 − f) p_c` and exploration the others with `f p_e`, this moment is
 //!
 //! `M(f) = A / (1 − f) + B / f`, `A = Σ_known F² / (q p_c)`, `B = Σ_unknown F² / (q p_e)`,
 //!
 //! which is least, `(√A + √B)²`, at `f = √B / (√A + √B)`. A sample counts as one of an
-//! unknown light if the cache would not know the light but for this very sample: so `B` is what
-//! exploration still finds. Exploration alone has `T = Σ F² / (q p_e)`; where that is less, the
-//! cache is of no use and everything explores.
+//! unknown light if the cache would not know the light without this sample. So `B` is what
+//! exploration still finds. Exploration alone has `T = Σ F² / (q p_e)`. If that is less, the
+//! cache is useless and everything explores.
 
 /// Second moments of a region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,10 +24,10 @@ pub(super) struct SecondMoments {
 
 /// Where nothing has been learnt, half of the samples explore.
 const UNKNOWN_SHARE: f32 = 0.5;
-/// Part of a sample's second moment that may hide where no sample found anything new.
+/// Part of a sample's second moment that may be hidden if no sample found anything new.
 const DOUBT: f64 = 0.05;
-/// Exploration alone is taken where the cache is not better by at least this factor: moments are
-/// estimates.
+/// Exploration alone is used unless the cache is better by at least this factor, because moments
+/// are estimates.
 const ADVANTAGE: f64 = 1.05;
 
 impl SecondMoments {
@@ -40,7 +40,7 @@ impl SecondMoments {
         }
     }
 
-    /// The share of samples that explore, no less than `least`.
+    /// The share of samples that explore, at least `least`.
     pub fn share(&self, least: f32) -> f32 {
         let unseen = DOUBT * self.explored / (self.count + 1.0);
         let (a, b) = (self.known.sqrt(), (self.unknown + unseen).sqrt());

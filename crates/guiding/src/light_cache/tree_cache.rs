@@ -1,4 +1,4 @@
-//! A light tree that learns, region by region, where its light is hidden.
+//! A light tree that learns, region by region, where its lights are hidden.
 //!
 //! Each region keeps factors for the upper part of one light tree: a cut through it, with all
 //! lights below. Where the children `c` of a node have probabilities `p_c(x)`, the second moment of
@@ -6,11 +6,12 @@
 //!
 //! `f_c² = A_c / B_c`, `A_c = E_x[m_c(x) / p_c(x)]`, `B_c = E_x[p_c(x)]`,
 //!
-//! where `m_c = Σ_{l in c} F_l² / p(l | c)` is the second moment below the child and `F_l` is
-//! what light `l` sends, visibility included (Lagrange, for normalisations that vary little). A
-//! sample of light `l` that was chosen with probability `q` adds `F² / (q p(l | c) p_c)` to the
-//! one and `p_c p(l | c) / q` to the other, whoever chose it. A child that is hidden gets little,
-//! but never nothing: what the tree reaches stays reachable, so nothing else has to explore.
+//! where `m_c = Σ_{l in c} F_l² / p(l | c)` is the second moment below the child and `F_l` is the
+//! contribution of light `l`, visibility included (by a Lagrange multiplier, for normalisations
+//! that vary little). A sample of light `l` that was selected with probability `q` adds
+//! `F² / (q p(l | c) p_c)` to the one and `p_c p(l | c) / q` to the other, whatever technique
+//! selected it. A hidden child gets little, but never nothing: every light that the tree reaches
+//! stays reachable, so no other technique has to explore.
 
 use super::options::LightTreeCacheOptions;
 use super::record::{LightCacheReport, LightRecord};
@@ -21,12 +22,12 @@ use lightshed_lanes::LANES;
 use lightshed_lights::{Bounds, FactorRow, Light, LightBvh, LightChoice, LightSampler, ShadingPoint};
 use lightshed_sampling::parallel::for_each_chunk;
 
-/// Chooses lights by a light tree whose nodes' weights know what is visible, region by region.
+/// Selects lights by a light tree whose weights learn visibility, region by region.
 ///
-/// Unbiased whatever it has learnt, as a [`LightSampler`]: factors are positive. What it costs more
-/// than the tree is a way through an octree and a cache line a step. It needs no list of lights
-/// that were seen, so it serves scenes where thousands are visible as well as such where all but a
-/// few are hidden.
+/// It is unbiased whatever it has learnt, as a [`LightSampler`]: factors are positive. Its
+/// additional cost over the tree is a descent of an octree and a cache line a step. It needs no
+/// list of visible lights, so it suits scenes where thousands are visible as well as scenes where
+/// nearly all are hidden.
 ///
 /// ```
 /// use lightshed_guiding::glam::Vec3;
@@ -78,7 +79,7 @@ struct TreeState {
     rows: Vec<RowState>,
 }
 
-/// What a region has learnt of the children of a node.
+/// A region's record of the children of a node.
 #[derive(Clone, Copy, Debug)]
 struct RowState {
     below: [u32; LANES],
@@ -120,7 +121,7 @@ impl RowState {
         if !(lit > 0.0 && asked > 0.0 && (lit / asked).is_finite()) {
             return row;
         }
-        // Until samples say otherwise a child is as its siblings are together.
+        // Without samples, a child is assumed to equal the mean of its siblings.
         let prior = f64::from(options.prior_count) * asked / f64::from(visits);
         let usual = lit / asked;
         let ratios: [f64; LANES] =
@@ -133,21 +134,21 @@ impl RowState {
     }
 }
 
-/// A sample whose ratio is more than this many times that of all counts as that much: one firefly
-/// must not take all of a node's samples.
+/// A sample whose ratio is more than this many times the mean counts as that much: one firefly must
+/// not take all of a node's samples.
 const MOST_UNUSUAL: f64 = 32.0;
 
 /// Regions that a thread works on at once.
 const CHUNK: usize = 16;
 
 impl LightTreeCache {
-    /// A cache of `lights` that knows nothing: its choices are those of the tree. Regions are in
+    /// A cache of `lights` without any record: its selections are those of the tree. Regions are in
     /// the cube around `bounds`.
     ///
     /// # Errors
     ///
-    /// [`GuidingError`], for options out of range, lights that no sampler takes, or bounds that are
-    /// not finite.
+    /// [`GuidingError`], for options out of range, lights that no sampler accepts, or bounds that
+    /// are not finite.
     pub fn new(
         bounds: Bounds,
         lights: &[Light],
@@ -165,11 +166,11 @@ impl LightTreeCache {
         })
     }
 
-    /// Other lights in the place of those that there were. Nothing is known of them.
+    /// Replaces the lights. Nothing is known about the new ones.
     ///
     /// # Errors
     ///
-    /// Lights that no sampler takes; the cache is as it was then.
+    /// Lights that no sampler accepts; the cache is then unchanged.
     pub fn set_lights(&mut self, lights: &[Light]) -> Result<(), GuidingError> {
         self.tree.rebuild(lights)?;
         self.states.iter_mut().for_each(|state| state.rows.clear());
@@ -178,12 +179,12 @@ impl LightTreeCache {
         Ok(())
     }
 
-    /// The tree without what was learnt.
+    /// The tree without learnt factors.
     pub fn into_plain(self) -> LightBvh {
         self.tree
     }
 
-    /// Probability of a light by the tree without what was learnt.
+    /// Probability of a light by the tree without learnt factors.
     pub fn plain_pmf(&self, at: &ShadingPoint, light: u32) -> f32 {
         self.tree.pmf(at, light)
     }
@@ -203,8 +204,8 @@ impl LightTreeCache {
         &self.rows[self.starts[slot] as usize..self.starts[slot + 1] as usize]
     }
 
-    /// Learns from what was asked since the last update. Records that are not sound count for
-    /// nothing. The same records in the same order give the same cache, for any number of threads.
+    /// Learns from the records since the last update. Invalid records are ignored. The same records
+    /// in the same order give the same cache, for any number of threads.
     pub fn update(&mut self, records: &[LightRecord]) -> LightCacheReport {
         let lights = LightSampler::<ShadingPoint>::light_count(&self.tree);
         let sound = |record: &&LightRecord| record.is_sound() && (record.light as usize) < lights;
@@ -262,7 +263,7 @@ impl LightTreeCache {
         rows: impl Fn(u32) -> &'a [FactorRow],
     ) {
         if inside.is_empty() {
-            // Nobody looked: what was learnt stays.
+            // Without samples, what was learnt stays.
             return;
         }
         state
@@ -303,7 +304,8 @@ impl LightTreeCache {
         if !(by_tree > 0.0) {
             return;
         }
-        // Whoever chose the light, its sample counts with one over the probability of that.
+        // Whatever selected the light, its sample counts with one over the probability of that
+        // selection.
         let weight = 1.0 / f64::from(record.pmf);
         let squared = f64::from(record.contribution).powi(2);
         let (mut row, mut reached, known) = (0usize, 1.0, state.rows.len());

@@ -1,8 +1,8 @@
-//! The units that regions know: single lights, or groups of lights that are near each other.
+//! The units of a region's records: single lights, or groups of lights that are near each other.
 //!
-//! A cache that knows visibility of groups learns from far fewer samples than one that knows single
-//! lights, and a bucket holds many more of them. Groups are runs of a curve through all lights that
-//! fit into a small box: a cut of a tree along that curve. `p_c(l) = p_c(unit) · w_l / Σ_unit w`.
+//! A cache of groups needs far fewer samples to learn visibility than one of single lights, and a
+//! bucket holds many more of them. Groups are runs of a curve through all lights that fit into a
+//! small box: a cut of a tree along that curve. `p_c(l) = p_c(unit) · w_l / Σ_unit w`.
 
 use super::block::{LightBlock, WeighedLight};
 use super::options::{BucketRule, LightCacheOptions, MAX_BUCKET};
@@ -17,10 +17,10 @@ pub(super) struct Units {
     pub lights: Vec<WeighedLight>,
     /// The unit of each light.
     of: Vec<u32>,
-    /// The light of a unit that has only one, else any of its lights.
+    /// The light of a unit that has only one, otherwise any of its lights.
     single: Vec<u32>,
-    /// Where the members of each unit begin among the blocks, and where the last one's end. Units
-    /// of one light have none.
+    /// First block of the members of each unit, and the end of the last one. Units of one light
+    /// have none.
     starts: Vec<u32>,
     blocks: Vec<LightBlock>,
 }
@@ -65,7 +65,7 @@ impl Units {
         units
     }
 
-    /// The same units of lights that have moved or changed: what regions know of them keeps its
+    /// The same units for lights that have moved or changed: the records of regions keep their
     /// meaning.
     pub fn moved(&self, lights: &[Light]) -> Self {
         let weighed: Vec<WeighedLight> = lights.iter().map(WeighedLight::new).collect();
@@ -104,7 +104,7 @@ impl Units {
         self.starts.push(self.blocks.len() as u32);
     }
 
-    /// The unit of a light that there is.
+    /// The unit of an existing light.
     #[inline(always)]
     pub fn of(&self, light: u32) -> u32 {
         self.of[light as usize]
@@ -141,8 +141,8 @@ impl Units {
         find(members, light).map_or(0.0, |i| walk.probability(i))
     }
 
-    /// A light of a unit by `u`, with its probability within it; `None` if no light of the unit has
-    /// a weight.
+    /// A light of a unit, selected by `u`, with its probability within the unit; `None` if no light
+    /// of the unit has a weight.
     #[inline(always)]
     pub fn choose<L: Lanes>(&self, at: &ShadingPoint, unit: u32, u: f64) -> Option<(u32, f32)> {
         let members = self.members(unit);

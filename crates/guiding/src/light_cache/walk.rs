@@ -5,8 +5,8 @@ use super::options::MAX_BUCKET;
 use lightshed_lanes::{LANES, Lanes};
 use lightshed_lights::ShadingPoint;
 
-/// Cumulative weights of up to [`MAX_BUCKET`] lights. Probabilities are differences of these very
-/// numbers, so that a choice by them has exactly the probability that is reported: a light whose
+/// Cumulative weights of up to [`MAX_BUCKET`] lights. Probabilities are differences of these
+/// numbers, so a selection by them has exactly the probability that is reported: a light whose
 /// weight is lost in the sum has none.
 pub(super) struct Walk {
     ends: [f32; MAX_BUCKET],
@@ -52,8 +52,8 @@ impl Walk {
         }
     }
 
-    /// The number in whose part of the unit interval `u < 1` lies, and what is left of `u`, again
-    /// in the unit interval. The total must be positive.
+    /// The number whose part of the unit interval contains `u < 1`, and the rest of `u`, again in
+    /// the unit interval. The total must be positive.
     #[inline(always)]
     pub fn choose<L: Lanes>(&self, u: f64) -> (usize, f64) {
         let bound = u * f64::from(self.total());

@@ -1,7 +1,7 @@
-//! Where light that was reflected or refracted seems to come from.
+//! Apparent position of light that was reflected or refracted.
 
-/// The distance at which what a ray found behind smooth surfaces seems to lie, along the direction
-/// in which it left (after Ruppert, Herholz and Lensch 2020, eq. 35).
+/// The apparent distance of what a ray found behind smooth surfaces, along the direction in which
+/// it left (after Ruppert, Herholz and Lensch 2020, eq. 35).
 ///
 /// At a plane between indices of refraction `η₁`, where the eye is, and `η₂`, rays that meet
 /// at a distance `d` behind it seem to meet at `d (η₁ cos²θ₁)/(η₂ cos²θ₂)` in the
@@ -20,7 +20,7 @@
 pub struct ApparentDistance {
     /// Up to the last surface.
     so_far: f32,
-    /// What a length behind it counts.
+    /// Factor of a length behind it.
     scale: f32,
 }
 
@@ -39,9 +39,9 @@ impl ApparentDistance {
         }
     }
 
-    /// After `distance` the ray passed or was reflected at a surface, with `eta` the index of
-    /// refraction behind over that before (1 where it was reflected), `cos_before` and `cos_behind`
-    /// the cosines of its directions with the normal, of any sign.
+    /// After `distance` the ray passed or was reflected at a surface; `eta` is the index of
+    /// refraction behind it over that before (1 if it was reflected), `cos_before` and `cos_behind`
+    /// are the cosines of its directions with the normal, of any sign.
     pub fn pass(&mut self, distance: f32, eta: f32, cos_before: f32, cos_behind: f32) {
         self.so_far += self.scale * distance;
         let ratio = cos_before.abs() / (eta * cos_behind.abs());
@@ -51,7 +51,7 @@ impl ApparentDistance {
         }
     }
 
-    /// The apparent distance of what is `distance` behind the last surface.
+    /// The apparent distance of a point at `distance` behind the last surface.
     pub fn end(&self, distance: f32) -> f32 {
         self.so_far + self.scale * distance
     }

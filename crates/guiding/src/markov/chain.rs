@@ -7,30 +7,30 @@ use glam::Vec3;
 /// What sampled a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Proposal {
-    /// The lobe of the state that samples.
+    /// The lobe of the sampling state.
     Lobe,
-    /// What scatters at the point: a large step.
+    /// The BSDF or phase function at the point: a large step.
     Scattering,
 }
 
 /// Light that a direction found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
-    /// Where it came from; [apparently](super::ApparentDistance), if it was reflected or refracted
-    /// on the way.
+    /// Where the light came from; [apparently](super::ApparentDistance), if it was reflected or
+    /// refracted on the way.
     pub place: Vec3,
-    /// `f`: luminance of radiance times BSDF and cosine, over the density of the mixture that
-    /// really sampled the direction. Not clamped, and with all factors of roulette.
+    /// `f`: luminance of radiance times BSDF and cosine, divided by the density of the mixture that
+    /// actually sampled the direction. Not clamped, and with all factors of roulette.
     pub estimate: f32,
-    /// The same over the density of what scatters alone: what a balanced chain weighs large steps
-    /// by ([`MarkovOptions::balanced`]).
+    /// The same divided by the density of the BSDF alone: the weight of large steps in a balanced
+    /// chain ([`MarkovOptions::balanced`]).
     pub brightness: f32,
 }
 
-/// The chain of a pixel or cell within a frame: the state that it keeps.
+/// The chain of a pixel or cell within a frame: the kept state.
 ///
-/// The state that samples is not part of it: chains trade those ([`MarkovState`]). What is kept
-/// begins empty in every frame, so that what no sample confirms is forgotten.
+/// The sampling state is not part of it: chains exchange those ([`MarkovState`]). The kept state
+/// starts empty in every frame, so that what no sample confirms is forgotten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkovChain {
     /// `S_c`.
@@ -43,14 +43,14 @@ impl MarkovChain {
         kept: MarkovState::EMPTY,
     };
 
-    /// Lets `state`, by which a direction at `from` was proposed, learn from what it found (`None`:
-    /// no light), and keeps it with the probability of Metropolis, `min(1, f/f_kept)`; `u` is
-    /// uniform in [0, 1).
+    /// Lets `state`, which proposed a direction at `from`, learn from the result (`None`: no
+    /// light), and keeps it with the probability of Metropolis, `min(1, f/f_kept)`; `u` is uniform
+    /// in [0, 1).
     ///
-    /// - A large step that is accepted makes the state anew. One that is not tells nothing about
-    ///   the lobe, which does not learn from it.
-    /// - What is kept is the state after it has learnt: the listing copies it before, which would
-    ///   leave the state of a large step without weight for ever.
+    /// - An accepted large step resets the state. A rejected one says nothing about the lobe, which
+    ///   does not learn from it.
+    /// - The kept state is the state after it has learnt: the listing copies it before, which would
+    ///   leave the state of a large step without weight forever.
     pub fn advance(
         &mut self,
         state: &mut MarkovState,
@@ -86,9 +86,9 @@ impl MarkovChain {
         }
     }
 
-    /// Transitions of a chain that visits lights in proportion to what they contribute: large steps
-    /// have the acceptance `min(1, b/b_state)` of an independence sampler whose proposals are those
-    /// of what scatters; steps by the lobe stay with their light.
+    /// Transitions of a chain that visits lights in proportion to their contribution: large steps
+    /// have the acceptance `min(1, b/b_state)` of an independence sampler that proposes by the
+    /// BSDF; steps by the lobe stay with their light.
     fn advance_balanced(
         &mut self,
         state: &mut MarkovState,
@@ -100,7 +100,7 @@ impl MarkovChain {
     ) {
         let is_large = proposal == Proposal::Scattering;
         let accepted = found.filter(|found| {
-            // A state that finds nothing any more counts less and less.
+            // The score of a state that finds nothing any more falls.
             let brightness = state.brightness() * state.score();
             !is_large || !state.is_valid() || u * brightness < found.brightness
         });
@@ -122,8 +122,9 @@ impl MarkovChain {
         }
     }
 
-    /// What the frame leaves: the state that was kept, or else `last`, the state that sampled last,
-    /// its score times [`MarkovOptions::survival`]. It has counted what it missed, and is narrower.
+    /// The state for the next frame: the kept state, or otherwise `last`, the state that sampled
+    /// last, with its score times [`MarkovOptions::survival`]. It has counted its misses, and is
+    /// narrower.
     #[must_use]
     pub fn finish(&self, last: &MarkovState, options: &MarkovOptions) -> MarkovState {
         if self.kept.is_valid() {

@@ -3,7 +3,7 @@
 use super::state::MarkovState;
 use lightshed_sampling::f32_from_u32;
 
-/// Chooses among a chain's own state and those of neighbours, in proportion to their scores: the
+/// Selects among a chain's own state and those of neighbours, in proportion to their scores: the
 /// weighted reservoir of Algorithm 2.
 #[derive(Clone, Copy, Debug)]
 pub struct Discovery {
@@ -12,7 +12,7 @@ pub struct Discovery {
 }
 
 impl Discovery {
-    /// Begins with the chain's own state.
+    /// Starts with the chain's own state.
     #[inline]
     pub fn new(own: MarkovState) -> Self {
         Self {
@@ -21,8 +21,8 @@ impl Discovery {
         }
     }
 
-    /// Considers a neighbour's state, by a uniform number in [0, 1). It replaces the one so far
-    /// with probability `f_q/(f_q + Σ f)`, and always one that is not valid.
+    /// Considers a neighbour's state, by a uniform number in [0, 1). It replaces the current state
+    /// with probability `f_q/(f_q + Σ f)`, and always replaces an invalid one.
     #[inline]
     pub fn consider(&mut self, neighbour: &MarkovState, u: f32) {
         let score = neighbour.score();
@@ -51,7 +51,7 @@ pub const OFFSET_WORDS: usize = 6;
 /// A neighbour's offset, in pixels, by a B-spline kernel of degree 5 that is `window` pixels wide:
 /// the sum of six uniform numbers on each axis, less its mean. Variance `window²/72` an axis.
 ///
-/// The thesis speaks of degree 5 and of four numbers; four are a kernel of degree 3.
+/// The thesis says degree 5 and four numbers; four give a kernel of degree 3.
 #[inline]
 pub fn neighbour_offset(words: [u32; OFFSET_WORDS], window: f32) -> [f32; 2] {
     // Sixteen bits of each word for each axis.

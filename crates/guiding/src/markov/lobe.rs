@@ -1,11 +1,11 @@
-//! A lobe around a place, and the same seen from a point.
+//! A lobe around a place, and the same lobe seen from a point.
 
 use crate::vmf::peak_density;
 use glam::Vec3;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, VonMisesFisher, with_density};
 
-/// A von Mises–Fisher lobe towards a place: seen from every point in the direction in which the
-/// place lies (Dittebrandt 2025 §6.4).
+/// A von Mises–Fisher lobe towards a place: from every point it looks in the direction of the
+/// place (Dittebrandt 2025 §6.4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetLobe {
     target: Vec3,
@@ -39,8 +39,8 @@ impl TargetLobe {
         self.concentration
     }
 
-    /// The lobe as it is seen from a point with the unit `normal`, which only the prior on the mean
-    /// asks for. At the place itself it has the direction of the normal.
+    /// The lobe as seen from a point with the unit `normal`, which only the prior on the mean uses.
+    /// At the place itself it has the direction of the normal.
     #[inline]
     pub fn at(&self, point: Vec3, normal: Vec3) -> SeenLobe {
         let towards = (self.target - point).normalize_or(normal);

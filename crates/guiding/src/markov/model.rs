@@ -1,4 +1,4 @@
-//! Several chains as what a field learns of a region.
+//! Several chains as the model of a region.
 
 use super::chain::{Finding, MarkovChain, Proposal};
 use super::options::MarkovOptions;
@@ -11,21 +11,21 @@ use glam::Vec3;
 use lightshed_sampling::{CounterRng, DirectionDistribution};
 use lightshed_spatial::Bounds;
 
-/// Samples for each chain, after which a region's chains keep their states and begin anew.
+/// Number of samples for each chain after which a region's chains keep their states and start anew.
 const ROUND: usize = 8;
-/// Extents of a region that stand for an infinite distance.
+/// Distance, in extents of a region, that represents infinity.
 const FAR: f32 = 1e5;
 
-/// A few Markov chains in each region, in world space: so that all vertices of paths are guided,
-/// and by light that was scattered as well.
+/// A few Markov chains in each region, in world space. They guide all vertices of paths, and learn
+/// from scattered light as well.
 ///
-/// The mixture of a region's lobes, all alike, is small enough to be evaluated whole. So a path
-/// needs no stochastic MIS, only the density of a known mixture. A memory budget of `k` states of
-/// 28 bytes a region.
+/// The mixture of a region's lobes, with equal weights, is small enough to be evaluated completely.
+/// So a path needs no stochastic MIS, only the density of a known mixture. The memory is `k` states
+/// of 28 bytes a region.
 ///
 /// A region's samples go to its chains one by one, in an order and with random numbers that follow
-/// from the samples themselves. Which lobe proposed a sample is not known; it is drawn in
-/// proportion to the densities of the lobes and of what scattered there.
+/// from the samples themselves. The lobe that proposed a sample is unknown; it is drawn in
+/// proportion to the densities of the lobes and of the BSDF.
 #[derive(Clone, Debug)]
 pub struct MarkovModel {
     options: MarkovOptions,
@@ -33,7 +33,7 @@ pub struct MarkovModel {
 }
 
 impl MarkovModel {
-    /// So many chains in a region, 1 to [`MAX_LOBES`](crate::MAX_LOBES).
+    /// This number of chains in a region, 1 to [`MAX_LOBES`](crate::MAX_LOBES).
     ///
     /// # Errors
     /// [`GuidingError::Option`].
@@ -104,7 +104,7 @@ impl DirectionalModel for MarkovModel {
 
     fn learn(&self, records: &mut [MarkovState], samples: &[TrainingSample], region: &Bounds) {
         let far = FAR * (region.max - region.min).max_element();
-        // In an order that has nothing to do with directions.
+        // In an order that is independent of directions.
         let keyed = |sample| (key_of(sample), sample);
         let mut order: Vec<(u64, &TrainingSample)> = samples.iter().map(keyed).collect();
         order.sort_by_key(|(key, _)| *key);

@@ -3,36 +3,38 @@
 use crate::GuidingError;
 use crate::error::check_option;
 
-/// How the chains of a Markov chain mixture learn and wander (Dittebrandt 2025 §6.3.1, §6.4).
+/// How the chains of a Markov chain mixture learn and move (Dittebrandt 2025 §6.3.1, §6.4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MarkovOptions {
-    /// Samples that the prior on a lobe's width counts for, `N_p ≥ 0`. Zero is maximum
+    /// Number of samples for which the prior on a lobe's width counts, `N_p ≥ 0`. Zero is maximum
     /// likelihood.
     pub prior_count: f32,
     /// Mean cosine of that prior, `r_p`, 0 to 1: 0 knows nothing, 0.99 expects small lights.
     pub prior_cosine: f32,
-    /// Samples that the prior on a lobe's mean counts for, `N_n ≥ 0`: they lie along the normal.
+    /// Number of samples for which the prior on a lobe's mean counts, `N_n ≥ 0`: they lie along
+    /// the normal.
     pub prior_normal: f32,
     /// Least share of the newest sample in a state's means, `α_min`, over 0 to 1. Means of fewer
     /// than `1/α_min` samples are arithmetic, then they forget exponentially.
     pub decay: f32,
     /// Most samples that a state counts.
     pub count_limit: u32,
-    /// Share of directions that are sampled by what scatters, over 0 to 1. It is part of every
-    /// technique and keeps estimates unbiased where no lobe looks.
+    /// Share of directions that are sampled by the BSDF or phase function, over 0 to 1. It is part
+    /// of every technique and keeps estimates unbiased where no lobe points.
     pub defensive_share: f32,
-    /// Most neighbours that a chain looks at in a step; it stops at the first state with a score.
+    /// Greatest number of neighbours that a chain checks in a step; it stops at the first state
+    /// with a score.
     pub neighbours: u32,
     /// Width of the window of neighbours, in pixels of an image of 1080 lines; positive.
     pub window: f32,
-    /// What is left of a state's score in a frame in which no sample of it found light; 0 forgets
-    /// the state.
+    /// Factor of a state's score in a frame in which no sample of it found light; 0 forgets the
+    /// state.
     pub survival: f32,
-    /// Whether chains visit lights in proportion to what they contribute: large steps are accepted
-    /// as an independence sampler of Metropolis accepts them, and scores only say whether a state
-    /// still finds light, so that exchange prefers nobody who does. Else chains are greedy, as
-    /// Algorithms 2 and 4 have it.
+    /// Whether chains visit lights in proportion to their contribution: large steps are accepted as
+    /// by an independence sampler of Metropolis, and scores only say whether a state still finds
+    /// light, so that the exchange prefers no such state. Otherwise chains are greedy, as in
+    /// Algorithms 2 and 4.
     pub balanced: bool,
 }
 
@@ -87,7 +89,7 @@ impl MarkovOptions {
         test(unit(self.survival), "survival", self.survival, "0 to 1")
     }
 
-    /// The window of neighbours in an image of so many lines, in pixels; at least 3.
+    /// The window of neighbours in an image with this number of lines, in pixels; at least 3.
     pub fn window_of(&self, lines: u32) -> f32 {
         (self.window * lines as f32 / 1080.0).max(3.0)
     }

@@ -1,4 +1,4 @@
-//! What a chain knows: the statistics of one lobe.
+//! The state of a chain: the statistics of one lobe.
 
 use super::lobe::TargetLobe;
 use super::options::MarkovOptions;
@@ -6,11 +6,11 @@ use crate::vmf::concentration_of;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-/// The state of a chain, `(ȳ, r̄, w̄, N, f)` of Dittebrandt 2025 table 6.1, and the
-/// brightness `b` of what it found last: 32 bytes.
+/// The state of a chain, `(ȳ, r̄, w̄, N, f)` of Dittebrandt 2025 table 6.1, and the brightness
+/// `b` of its last result: 32 bytes.
 ///
-/// All zeros is a state that knows nothing, [`MarkovState::EMPTY`]. A state with `w̄ > 0` is
-/// *valid* and has a lobe.
+/// All zeros is an empty state, [`MarkovState::EMPTY`]. A state with `w̄ > 0` is *valid* and has a
+/// lobe.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -84,7 +84,7 @@ impl MarkovState {
         self.weight > 0.0
     }
 
-    /// Whether its numbers make sense, whoever wrote them.
+    /// Whether its numbers are valid, wherever they come from.
     pub(super) fn is_sound(&self) -> bool {
         let unit = (0.0..=1.0).contains(&self.mean_cosine);
         let sizes = [self.weight, self.score, self.brightness].map(|x| x >= 0.0 && x.is_finite());
@@ -101,8 +101,8 @@ impl MarkovState {
 
     /// Its lobe, for any point (Algorithm 3). `None` for a state that is not valid.
     ///
-    /// The mean cosine is that of the maximum a posteriori, `r = (N² r̄ + N_p r_p)/(N² + N_p)`,
-    /// and the mean is that of `N² r̄ μ + N_n n`, with `N_n` samples along the normal `n`.
+    /// The mean cosine is the maximum a posteriori, `r = (N² r̄ + N_p r_p)/(N² + N_p)`, and the
+    /// mean is that of `N² r̄ μ + N_n n`, with `N_n` samples along the normal `n`.
     #[inline]
     pub fn lobe(&self, options: &MarkovOptions) -> Option<TargetLobe> {
         if !self.is_valid() {
@@ -122,15 +122,15 @@ impl MarkovState {
         Some(TargetLobe::new(self.target(), concentration_of(r), tilt))
     }
 
-    /// Learns from a sample that was taken at `from` by this state's lobe, or is its first: it
+    /// Learns from a sample at `from` that was proposed by this state's lobe, or is its first: it
     /// found `f ≥ 0` (an estimate, already divided by its density) at `found`. The last part of
     /// Algorithm 4.
     ///
     /// With `α = max(1/N, α_min)`: `w̄' = mix(w̄, f, α)`, `ȳ' = mix(w̄ ȳ, f y, α)/w̄'`
     /// and `r̄' = ‖mix(w̄ r̄ μ, f ω, α)‖/w̄'`, where `μ` is the direction of `ȳ`
-    /// before: then the sum is that of all directions so far. A sample without light leaves the
-    /// means and counts: the prior fades, and the lobe becomes a little narrower. What is not
-    /// finite, or has no direction from `from`, is not learnt.
+    /// before: then the sum is that of all directions so far. A sample without light keeps the
+    /// means and counts: the prior fades, and the lobe becomes a little narrower. Samples that are
+    /// not finite, or have no direction from `from`, are ignored.
     pub fn learn(&mut self, from: Vec3, found: Vec3, f: f32, options: &MarkovOptions) {
         let direction = (found.as_dvec3() - from.as_dvec3()).try_normalize();
         let sound = f >= 0.0 && f.is_finite() && found.is_finite();
@@ -159,7 +159,7 @@ impl MarkovState {
     pub(super) fn miss(&mut self, options: &MarkovOptions) {
         self.count = self.count.saturating_add(1).min(options.count_limit);
         let alpha = (1.0 / self.count as f32).max(options.decay);
-        // A state that was valid stays valid, unless it has forgotten all.
+        // A valid state stays valid, unless it has forgotten everything.
         self.weight *= 1.0 - alpha;
     }
 }

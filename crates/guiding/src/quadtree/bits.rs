@@ -1,9 +1,10 @@
-//! Trees as bits: rank, select, and what makes bits a tree.
+//! Trees as bits: rank, select, and validation.
 //!
-//! Nodes stand breadth first, a bit each, 1 for an inner node. The root is always an inner node and
-//! has no bit; inner node number 0 is the root, and number `k` the `k`-th one among the bits. Its
-//! four children are the bits `4 k` to `4 k + 3`, child `x + 2 y` of half `x` along u and half `y`
-//! along v. Of `N` bits, a multiple of 32, `N/4 − 1` are ones and `3 N/4 + 1` zeros: the leaves.
+//! Nodes are stored in breadth-first order, one bit each, 1 for an inner node. The root is always
+//! an inner node and has no bit; inner node number 0 is the root, and number `k` the `k`-th one
+//! among the bits. Its four children are the bits `4 k` to `4 k + 3`, child `x + 2 y` of half `x`
+//! along u and half `y` along v. Of `N` bits, a multiple of 32, `N/4 − 1` are ones and
+//! `3 N/4 + 1` zeros: the leaves.
 
 /// Largest number of bits of a quadtree.
 pub const MAX_QUADTREE_BITS: u32 = 1024;
@@ -24,15 +25,15 @@ pub(super) fn bit(words: &[u32], place: u32) -> bool {
 pub(super) fn rank(words: &[u32], place: u32) -> u32 {
     let whole = place as usize / 32;
     let before: u32 = words[..whole].iter().map(|word| word.count_ones()).sum();
-    // All of a word that is not there.
+    // All of a missing word.
     let rest = words
         .get(whole)
         .map_or(0, |word| word & ((1 << (place % 32)) - 1));
     before + rest.count_ones()
 }
 
-/// The place of one number `number` from 0, if there is one; with `flip` of `u32::MAX` that of a
-/// zero.
+/// The position of one bit number `number` from 0, if it exists; with `flip` of `u32::MAX` that of
+/// a zero.
 pub(super) fn select(words: &[u32], number: u32, flip: u32) -> Option<u32> {
     let mut left = number;
     for (index, &word) in (0u32..).zip(words) {
@@ -49,19 +50,19 @@ pub(super) fn select(words: &[u32], number: u32, flip: u32) -> Option<u32> {
     None
 }
 
-/// Inner nodes, the root among them, of a tree in so many words.
+/// Inner nodes, including the root, of a tree with this number of words.
 #[inline(always)]
 pub(super) fn inner_count(words: &[u32]) -> u32 {
     8 * words.len() as u32
 }
 
-/// Leaves of a tree in so many words.
+/// Leaves of a tree with this number of words.
 #[inline(always)]
 pub(super) fn leaf_count(words: &[u32]) -> u32 {
     24 * words.len() as u32 + 1
 }
 
-/// Writes the most even tree: the first nodes are inner nodes.
+/// Writes the most uniform tree: the first nodes are inner nodes.
 pub(super) fn even(words: &mut [u32]) {
     let ones = inner_count(words) - 1;
     for (index, word) in (0u32..).zip(words) {
@@ -70,7 +71,7 @@ pub(super) fn even(words: &mut [u32]) {
     }
 }
 
-/// Whether bits are those of a tree of at most [`MAX_QUADTREE_DEPTH`].
+/// Whether bits form a tree of depth at most [`MAX_QUADTREE_DEPTH`].
 pub(super) fn is_tree(words: &[u32]) -> bool {
     let inner = inner_count(words);
     if !(1..=MAX_INNER as u32).contains(&inner) || rank(words, 32 * words.len() as u32) != inner - 1 {

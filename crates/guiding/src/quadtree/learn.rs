@@ -1,4 +1,4 @@
-//! Adapting a tree to samples (§5.5.1).
+//! Adaptation of a tree to samples (§5.5.1).
 
 use super::bits::{MAX_INNER, MAX_QUADTREE_DEPTH, bit, inner_count};
 use super::migrate::{Moved, migrate};
@@ -11,14 +11,14 @@ struct Node {
     /// Least Morton code in its square.
     code: u32,
     depth: u32,
-    /// What it would be worth as a leaf: a share of everything.
+    /// Its value as a leaf: a share of everything.
     energy: f32,
-    /// Whether it has samples enough to be split.
+    /// Whether it has enough samples to be split.
     is_known: bool,
 }
 
-/// Moves leaves, as many as the options allow, from where they carry least to the leaf that carries
-/// most.
+/// Moves leaves, up to the number in the options, from where they carry least to the leaf that
+/// carries most.
 ///
 /// A leaf carries `e = (1 − λ) E + λ A`, the share `E` of the samples' weights that fall into
 /// it with a prior: the share `A` of the square that it covers, which weighs as much as `prior`

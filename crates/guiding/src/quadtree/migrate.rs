@@ -1,8 +1,8 @@
-//! Moving leaves from one place of a tree to another, on its bits (§5.5.1).
+//! Moving leaves within a tree, on its bits (§5.5.1).
 
 use super::bits::{bit, rank};
 
-/// Takes the four bits from `place` on away, a multiple of 4, and moves those after them down. The
+/// Removes the four bits from `place` on, a multiple of 4, and moves those after them down. The
 /// last four become zero.
 fn remove(words: &mut [u32], place: u32) {
     let (first, low) = (place as usize / 32, (1u32 << (place % 32)) - 1);
@@ -13,8 +13,8 @@ fn remove(words: &mut [u32], place: u32) {
     }
 }
 
-/// Moves the bits from `place` on, a multiple of 4, up by four and puts zeros there. The last four
-/// bits are lost.
+/// Moves the bits from `place` on, a multiple of 4, up by four and inserts zeros there. The last
+/// four bits are lost.
 fn insert(words: &mut [u32], place: u32) {
     let (first, low) = (place as usize / 32, (1u32 << (place % 32)) - 1);
     for index in (first + 1..words.len()).rev() {

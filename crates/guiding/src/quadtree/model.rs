@@ -1,4 +1,4 @@
-//! Quadtrees as what a field learns.
+//! Quadtrees as the model of a field.
 
 use super::bits::{MAX_QUADTREE_BITS, even, is_tree};
 use super::learn::learn;

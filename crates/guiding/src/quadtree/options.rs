@@ -9,20 +9,20 @@ pub struct QuadtreeOptions {
     pub bits: u32,
     /// Most leaves that an update moves in a tree.
     pub migrations: u32,
-    /// A leaf is split if this times what it carries is more than what the leaves carry that are
-    /// given up for it; in (0, 1]. The thesis has 0.1, against noise; samples of several frames
-    /// need less.
+    /// A leaf is split if its load times this factor exceeds the load of the leaves that are given
+    /// up for it; in (0, 1]. The thesis uses 0.1, against noise; samples of several frames need
+    /// less.
     pub eagerness: f32,
     /// A leaf with fewer samples is not split.
     pub least_samples: u32,
-    /// So many samples weigh as much as the assumption that light comes from everywhere.
+    /// Number of samples that weigh as much as the assumption of uniform light.
     pub prior_samples: f32,
-    /// Whether trees follow the root of the second moment rather than the mean.
+    /// Whether trees follow the root of the second moment instead of the mean.
     pub second_moment: bool,
 }
 
 impl Default for QuadtreeOptions {
-    /// 64 bits, which may all change in an update.
+    /// 64 bits; an update may change all of them.
     fn default() -> Self {
         Self {
             bits: 64,

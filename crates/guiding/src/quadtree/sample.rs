@@ -31,12 +31,12 @@ pub(super) struct Chosen {
 /// Maps `u` in [0, 1)² to the point of the unit square whose density is the tree's. `INNER` is
 /// more than the number of inner nodes.
 ///
-/// A quarter of a node is chosen with the probability of its share of the node's leaves: first the
-/// half along v, then that along u within it. What is left of each number goes on to the quarter.
+/// A quarter of a node is selected with the probability of its share of the node's leaves: first
+/// the half along v, then that along u within it. The rest of each number continues to the quarter.
 #[inline]
 pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen {
     // `behind[k]` are the leaves below inner nodes from number k on, `first[k]` is the first inner
-    // node among the children of k. Children stand behind their parents, those of the last node
+    // node among the children of k. Children are stored after their parents, those of the last node
     // last: from the back, the children of each are the next ones.
     let (mut behind, mut first) = ([0u16; INNER], [0u16; INNER]);
     let count = (inner_count(words) as usize).min(INNER - 1);
@@ -86,8 +86,8 @@ pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen 
     }
 }
 
-/// Chooses between two numbers of leaves in proportion; what is left of the number is its place in
-/// the choice.
+/// Selects between two numbers of leaves in proportion; the rest of the number is its position
+/// within the selected part.
 #[inline(always)]
 fn choose(low: u16, high: u16, u: &mut f32) -> usize {
     let scaled = *u * f32::from(low + high);

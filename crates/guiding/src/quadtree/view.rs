@@ -10,9 +10,9 @@ use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, octahedral_
 /// A distribution of directions in 32, 64, … 1,024 bits: a quadtree over the octahedral square
 /// whose leaves all have the same probability (§5.5).
 ///
-/// With `L` leaves and `A` the area of the leaf that a direction `ω` is in,
-/// `p(ω) = 1/(A L) · ‖q‖₂³/4`, `q = ω/‖ω‖₁` (eq. 5.1): where the tree is fine,
-/// directions are frequent. Samples come from two numbers by one warp from the root down, which
+/// With `L` leaves and `A` the area of the leaf that contains a direction `ω`,
+/// `p(ω) = 1/(A L) · ‖q‖₂³/4`, `q = ω/‖ω‖₁` (eq. 5.1): directions are frequent
+/// where the tree is fine. Samples come from two numbers by one warp from the root down, which
 /// keeps the stratification of the numbers: neighbouring numbers give neighbouring directions.
 ///
 /// The layout of the bits is that of the words in little-endian order: the root's four children are
@@ -52,7 +52,7 @@ impl<'a> CompressedQuadtree<'a> {
         }
     }
 
-    /// The same of bits that are known to be those of a tree.
+    /// The same for bits that are known to form a tree.
     #[inline(always)]
     pub(super) fn of_tree(words: &'a [u32]) -> Self {
         let word = |index| words.get(index).map_or(0, |&word: &u32| u64::from(word));
@@ -67,8 +67,8 @@ impl<'a> CompressedQuadtree<'a> {
         leaf_count(self.words)
     }
 
-    /// The square of leaf number `number` in breadth-first order, reconstructed by way of its
-    /// parents; `None` if there are fewer.
+    /// The square of leaf number `number` in breadth-first order, reconstructed through its
+    /// parents; `None` if there are fewer leaves.
     pub fn leaf(&self, number: u32) -> Option<QuadtreeCell> {
         let mut place = select(self.words, number, u32::MAX)?;
         let (mut depth, mut cell) = (0, [0; 2]);
@@ -76,8 +76,8 @@ impl<'a> CompressedQuadtree<'a> {
             cell[0] |= (place & 1) << depth;
             cell[1] |= (place >> 1 & 1) << depth;
             depth += 1;
-            // Children of inner node k are bits 4 k to 4 k + 3, and it is the one before which k
-            // − 1 others stand.
+            // Children of inner node k are bits 4 k to 4 k + 3; k is the inner node with k − 1
+            // others before it.
             match place / 4 {
                 0 => return Some(QuadtreeCell { depth, place: cell }),
                 inner => place = select(self.words, inner - 1, 0)?,

@@ -13,9 +13,9 @@ use glam::Vec3;
 const COSINE_CONCENTRATION: f32 = 2.188_53;
 
 impl VmfMixture {
-    /// The mixture times the clamped cosine around the unit `normal`, that taken as a lobe, made a
-    /// distribution again. It samples no exact product, but its density is that with which it
-    /// samples.
+    /// The mixture times the clamped cosine around the unit `normal`, with the cosine approximated
+    /// by a lobe, normalised again. It does not sample the exact product, but its density is that
+    /// with which it samples.
     #[must_use]
     pub fn times_cosine(&self, normal: Vec3) -> Self {
         let mut products = [VmfLobe::UNIFORM; MAX_LOBES];

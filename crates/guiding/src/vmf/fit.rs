@@ -1,4 +1,4 @@
-//! Fitting a mixture to weighted directions, batch by batch.
+//! Fitting of a mixture to weighted directions, batch by batch.
 //!
 //! Samples `ω_i` of weight `w_i` (radiance over the density with which the direction was really
 //! sampled) are explained by lobes with shares `γ_ik = π_k p_k(ω_i) / Σ_j π_j p_j(ω_i)`;
@@ -21,13 +21,13 @@ pub struct VmfFitOptions {
     pub lobes: u32,
     /// Rounds of expectation maximisation on each batch, at least 1.
     pub rounds: u32,
-    /// What is left of earlier batches when a new one comes, 0 to 1.
+    /// Share of earlier batches that is kept when a new one arrives, 0 to 1.
     pub decay: f32,
-    /// Samples that the prior on a lobe's width counts for, `N_p ≥ 0`.
+    /// Number of samples for which the prior on a lobe's width counts, `N_p ≥ 0`.
     pub prior_count: f32,
     /// Mean cosine of the prior, `r_p`, 0 to 1.
     pub prior_cosine: f32,
-    /// Share of the weight that all lobes get alike, so that none dies: 0 to 1.
+    /// Share of the weight that all lobes get equally, so that none vanishes: 0 to 1.
     pub prior_share: f32,
 }
 
@@ -87,8 +87,8 @@ pub struct VmfSample {
     pub weight: f32,
 }
 
-/// A mixture that is fitted to directions around a point, and moved to others by the distances of
-/// what its lobes stand for (eq. 4.116).
+/// A mixture that is fitted to directions around a point, and moved to other points by the
+/// distances of the light that its lobes represent (eq. 4.116).
 ///
 /// ```
 /// use lightshed_guiding::glam::Vec3;
@@ -116,17 +116,17 @@ pub struct VmfFit {
     statistics: [LobeStatistics; MAX_LOBES],
     /// The lobes as the pivot sees them.
     mixture: VmfMixture,
-    /// `1/t` of what each lobe stands for; zero at infinity.
+    /// `1/t` of the light that each lobe represents; zero at infinity.
     inverse_distances: [f32; MAX_LOBES],
     /// Whether there was any light.
     learnt: bool,
 }
 
-/// Concentration of the lobes that a fit begins with: eight of them cover the sphere.
+/// Concentration of the initial lobes: eight of them cover the sphere.
 const FIRST_CONCENTRATION: f32 = 4.0;
 
 impl VmfFit {
-    /// A fit that has learnt nothing: uniform, around `pivot`.
+    /// An initial fit: uniform, around `pivot`.
     ///
     /// # Errors
     ///
@@ -180,7 +180,7 @@ impl VmfFit {
                 let densities = self.mixture.lobe_densities(sample.direction);
                 let total: f64 = densities[..count].iter().map(|&d| f64::from(d)).sum();
                 for (lobe, &density) in batch[..count].iter_mut().zip(&densities) {
-                    // A sample that no lobe explains is everyone's.
+                    // A sample that no lobe explains belongs to all lobes.
                     let share = if total > 0.0 {
                         f64::from(density) / total
                     } else {
@@ -213,7 +213,7 @@ impl VmfFit {
             [self.options.prior_count, self.options.prior_cosine].map(f64::from);
         let mut lobes = [VmfLobe::UNIFORM; MAX_LOBES];
         for (k, sum) in sums[..count].iter().enumerate() {
-            // A lobe that explains nothing stays where it is.
+            // A lobe that explains nothing is unchanged.
             lobes[k] = self.mixture.lobe(k).unwrap_or(VmfLobe::UNIFORM);
             if let Some(found) = sum.lobe(prior_count, prior_cosine) {
                 lobes[k] = found;
@@ -225,7 +225,7 @@ impl VmfFit {
         self.mixture = VmfMixture::new(&lobes[..count]);
     }
 
-    /// The mixture as it is seen from `position`; uniform before anything was learnt.
+    /// The mixture as seen from `position`; uniform before anything was learnt.
     pub fn at(&self, position: Vec3) -> VmfMixture {
         if self.learnt {
             self.mixture

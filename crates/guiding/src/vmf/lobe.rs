@@ -5,8 +5,8 @@
 
 use glam::Vec3;
 
-/// Largest concentration of a lobe: its width, about a thousandth of a radian, is what directions
-/// in `f32` resolve.
+/// Largest concentration of a lobe: its width, about a thousandth of a radian, is the resolution of
+/// `f32` directions.
 pub const MAX_CONCENTRATION: f32 = 1e6;
 
 /// Below this concentration a lobe is uniform up to rounding.

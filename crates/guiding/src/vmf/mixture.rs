@@ -148,7 +148,8 @@ impl VmfMixture {
         })
     }
 
-    /// Densities of the lobes times their weights, one after the other: what the lanes are held to.
+    /// Densities of the lobes times their weights, one after the other: the reference for the
+    /// lanes.
     pub fn naive_density(&self, direction: Vec3) -> f64 {
         let one = |k: usize| {
             let kappa = f64::from(self.concentrations[k]);
@@ -167,7 +168,7 @@ impl DirectionDistribution for VmfMixture {
             k += usize::from(u[0] >= cumulative);
         }
         let before = if k > 0 { self.cumulative[k - 1] } else { 0.0 };
-        // The lobe has a positive weight, or `u` would not be below its end.
+        // The lobe has a positive weight; otherwise `u` would not be below its end.
         let within = (u[0] - before) / (self.cumulative[k] - before);
         let within = within.clamp(0.0, ONE_MINUS_EPSILON);
         let lobe = VonMisesFisher::new(self.mean(k), self.concentrations[k]);
@@ -243,7 +244,7 @@ impl LaneKernel for MovedMeans<'_> {
         let moved = means + offset;
         let squared = moved.dot(moved);
         let inverse = L::splat(1.0) / squared.sqrt();
-        // A place that is where the lobe points to has no direction; neither has one at infinity.
+        // A place at the position of a lobe's point has no direction; neither has one at infinity.
         let sound = L::splat(1e-12).less(squared) & squared.less(L::splat(1e30));
         let moved = (moved * inverse).select(sound, means);
         VmfMixture {

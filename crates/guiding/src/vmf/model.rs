@@ -1,4 +1,4 @@
-//! Mixtures as what a field learns.
+//! Mixtures as the model of a field.
 
 use super::fit::{VmfFit, VmfFitOptions, VmfSample};
 use super::mixture::VmfMixture;
@@ -9,7 +9,7 @@ use glam::Vec3;
 use lightshed_spatial::Bounds;
 
 /// A mixture of von Mises–Fisher lobes in each region ([`VmfFit`]), seen from each position by
-/// the distances of what its lobes stand for.
+/// the distances of the light that its lobes represent.
 #[derive(Clone, Debug)]
 pub struct VmfModel {
     options: VmfFitOptions,
@@ -39,7 +39,7 @@ impl DirectionalModel for VmfModel {
 
     fn learn(&self, records: &mut [Option<VmfFit>], samples: &[TrainingSample], region: &Bounds) {
         let pivot = 0.5 * (region.min + region.max);
-        // Options are sound; a region whose middle is not finite learns nothing.
+        // Options are valid; a region whose middle is not finite learns nothing.
         let (Some(record), Ok(fresh)) = (records.first_mut(), VmfFit::new(self.options, pivot)) else {
             return;
         };

@@ -1,4 +1,4 @@
-//! What a lobe remembers of the directions that it was fitted to.
+//! A lobe's statistics of the directions that it was fitted to.
 
 use super::lobe::{VmfLobe, concentration_of};
 use glam::{DVec3, Vec3};
@@ -9,7 +9,8 @@ use glam::{DVec3, Vec3};
 pub(super) struct LobeStatistics {
     /// `Σ γ w`.
     pub weight: f64,
-    /// `Σ (γ w)²`: with the sum before it says how many samples of equal weight these are worth.
+    /// `Σ (γ w)²`: with the sum before, it gives the equivalent number of samples of equal
+    /// weight.
     pub weight_squared: f64,
     /// `Σ γ w ω`.
     pub direction: [f64; 3],
@@ -45,7 +46,7 @@ impl LobeStatistics {
         }
     }
 
-    /// Number of samples of equal weight that these are worth, `(Σ w)² / Σ w²`.
+    /// Equivalent number of samples of equal weight, `(Σ w)² / Σ w²`.
     pub fn effective_count(&self) -> f64 {
         if self.weight_squared > 0.0 {
             self.weight * self.weight / self.weight_squared
@@ -73,8 +74,8 @@ impl LobeStatistics {
         })
     }
 
-    /// Distance of what the lobe stands for: the harmonic mean, which is that of the parallax.
-    /// Infinite where no distance is known.
+    /// Distance of the light that the lobe represents: the harmonic mean, which is that of the
+    /// parallax. Infinite if no distance is known.
     pub fn distance(&self) -> f32 {
         if self.inverse_distance > 0.0 {
             (self.distance_weight / self.inverse_distance) as f32

@@ -9,8 +9,8 @@ use lightshed_sampling::rand::Rng;
 /// probability `ρ/ρ̄`.
 ///
 /// Real collisions have the density `σ(t) T(t)` per unit of `t` (Lin 2022 eq. 5.15, with `σ_t` at
-/// the collision), *not known in closed form*: a weight of 1 is all there is to use. The walk with
-/// its null collisions has a known density, see
+/// the collision), *not known in closed form*: only the weight 1 can be used. The walk with its
+/// null collisions has a known density, see
 /// [`spectral_delta_tracking`](crate::spectral_delta_tracking).
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`. The expected number of lookups is

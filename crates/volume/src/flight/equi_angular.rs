@@ -31,13 +31,13 @@ pub struct EquiAngularSample {
     pub pdf: f32,
 }
 
-/// Least `D` as a part of the interval's length and the light's distance along the ray: closer
-/// lights count as that far, for density and samples alike.
+/// Lower bound of `D`, as a part of the interval's length and the light's distance along the ray.
+/// Closer lights count as that far, for density and samples alike.
 const LEAST_DISTANCE: f64 = 1e-6;
 
 impl EquiAngular {
-    /// Of a `light` at a point in the space of `ray` (which must not be distorted against the
-    /// world's). `None` unless the interval has a positive, finite length and all is finite.
+    /// For a `light` at a point in the space of `ray` (which must not be distorted against the
+    /// world's). `None` unless the interval has a positive, finite length and everything is finite.
     pub fn new(ray: &FieldRay, interval: Interval, light: Vec3) -> Option<Self> {
         let direction = ray.direction.as_dvec3();
         let towards = light.as_dvec3() - ray.origin.as_dvec3();

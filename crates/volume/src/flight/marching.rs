@@ -4,13 +4,13 @@ use super::{KnownFlight, depth_of_collision};
 use crate::{DensityAccessor, FieldRay, Interval};
 
 /// Free flight by ray marching: that of a medium whose density is constant along each of `steps`
-/// equal steps (at least 1), by one lookup within each.
+/// equal steps (at least 1), given by one look-up within each.
 ///
 /// The density is *known in closed form*, but it is that of the marched medium ([`KnownFlight`] has
-/// its `ρ` and depth), not `σ T`: as free flight of weight 1 it is biased, by an amount that
-/// falls with the square of the step for smooth densities; as a proposal, with the true `σ T` over
-/// [`KnownFlight::pdf`], it is not, provided that its lookups miss nothing: the marched density
-/// must be positive wherever the density is.
+/// its `ρ` and depth), not `σ T`. Used as free flight of weight 1 it is biased, by an amount that
+/// falls with the square of the step for smooth densities. Used as a proposal, with the true `σ T`
+/// divided by [`KnownFlight::pdf`], it is unbiased if its look-ups miss nothing: the marched
+/// density must be positive wherever the density is.
 ///
 /// `offset` in [0, 1) places the lookup within each step; ½ is the midpoint rule. `extinction` is
 /// the coefficient `k ≥ 0` of `σ = k ρ`; `u` in [0, 1).

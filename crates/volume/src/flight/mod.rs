@@ -1,4 +1,4 @@
-//! Where light collides: free-flight distances.
+//! Free-flight distances: where light collides.
 //!
 //! With extinction `σ(t) = k ρ(x(t))` and `T(t) = e^{−∫₀ᵗ σ}`, a photon collides first
 //! at `t` with density `σ(t) T(t)` per unit of `t`, and comes through with probability `T(t₁)`
@@ -20,23 +20,23 @@ pub use homogeneous::homogeneous_flight;
 pub use marching::ray_marching_flight;
 pub use weighted::{WeightedFlight, weighted_delta_tracking};
 
-/// How far light came, by a method whose density is not known in closed form.
+/// A flight by a method whose density is not known in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight {
-    /// Where on the ray it collided; `None` if it crossed all segments.
+    /// Position of the collision on the ray; `None` if it crossed all segments.
     pub distance: Option<f32>,
     /// Density lookups.
     pub lookups: u32,
 }
 
-/// How far light came, by a method whose density is known in closed form.
+/// A flight by a method whose density is known in closed form.
 ///
-/// It holds what the density is made of, so that the density for any coefficient `k` can be told,
-/// not only for the one that was sampled with: that is what multiple importance sampling over
-/// channels needs.
+/// It holds the parts of the density, so that the density for any coefficient `k` can be computed,
+/// not only for the one that was sampled with. Multiple importance sampling over channels needs
+/// that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownFlight {
-    /// Where on the ray it collided; `None` if it came through.
+    /// Position of the collision on the ray; `None` if it came through.
     pub distance: Option<f32>,
     /// `ρ` there, of the medium that was sampled; 0 if it came through.
     pub density: f32,

@@ -4,13 +4,13 @@ use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
 use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
 
-/// How far light came, and a weight that makes up for majorants that were none.
+/// A flight and a weight that corrects for majorants below the density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeightedFlight {
-    /// Where on the ray it collided; `None` if it crossed all segments.
+    /// Position of the collision on the ray; `None` if it crossed all segments.
     pub distance: Option<f32>,
-    /// `w` with `E[w f(t)] = ∫ σ T f dt + T(t₁) f(none)`. Exactly 1 where densities stay below
-    /// the majorants; may be negative where not.
+    /// `w` with `E[w f(t)] = ∫ σ T f dt + T(t₁) f(none)`. Exactly 1 if densities stay below
+    /// the majorants; may be negative otherwise.
     pub weight: f32,
     /// Density lookups.
     pub lookups: u32,

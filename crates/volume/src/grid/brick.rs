@@ -1,8 +1,8 @@
 //! Bricks of 8³ cells with the 9³ voxels at their corners.
 //!
-//! Cell `c` of an axis lies between the centres of voxels `c − 1` and `c`, `0 ≤ c ≤ n`, and
-//! what is beyond the first and last centre repeats their voxels: a lookup needs no test for the
-//! grid's edge.
+//! Cell `c` of an axis lies between the centres of voxels `c − 1` and `c`, `0 ≤ c ≤ n`.
+//! Beyond the first and last centre their voxels repeat, so a look-up needs no test for the grid's
+//! edge.
 
 use super::{MAX_VOXELS, MAX_VOXELS_PER_AXIS};
 use glam::Vec3;
@@ -20,7 +20,7 @@ pub(super) const LAST_CORNER: usize = 1 + CORNERS + CORNERS * CORNERS;
 /// Values at the corners of a brick's cells, x fastest.
 pub(super) type Brick = [f32; VALUES];
 
-/// How many bricks there are, and which holds what.
+/// The arrangement of bricks, and the voxels of each.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
     /// Voxels.
@@ -129,7 +129,7 @@ pub(super) fn cells_of<L: Lanes>(bricks: [&Brick; LANES], first: [u32; LANES]) -
     let (mut near, mut far) = ([&[0.0; 2]; LANES], [&[0.0; 2]; LANES]);
     let (mut near_behind, mut far_behind) = (near, far);
     for lane in 0..LANES {
-        // No cell begins later: this is for the compiler alone.
+        // No cell begins later; this helps the compiler.
         let first = (first[lane] as usize).min(VALUES - 1 - LAST_CORNER);
         let brick = bricks[lane];
         near[lane] = pair(brick, first);

@@ -5,7 +5,7 @@ use crate::Filter;
 use crate::{DensityField, DensityRange, FieldBounds, VoxelGrid};
 use glam::Vec3;
 
-/// The voxels of a [`BrickGrid`] under a filter of one's own choice: the same memory as a piecewise
+/// The voxels of a [`BrickGrid`] under another filter: the same memory serves as a piecewise
 /// constant proposal and as the trilinear truth.
 #[derive(Clone, Copy, Debug)]
 pub struct FilteredGrid<'a, S> {

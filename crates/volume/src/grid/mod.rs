@@ -44,8 +44,8 @@ pub enum GridError {
     /// The value at this index is negative or not finite; of a block, the index counts all values
     /// of the blocks before.
     Value(u64),
-    /// A block does not lie on the lattice of blocks or outside of the grid, or there are two at
-    /// one place. The index of the block.
+    /// A block does not lie on the lattice of blocks, or lies outside of the grid, or two have the
+    /// same place. The index of the block.
     Block(usize),
 }
 
@@ -224,8 +224,8 @@ impl<S: BrickStorage> VoxelGrid for BrickGrid<S> {
     }
 }
 
-/// Looks up a [`BrickGrid`]. Keeps nothing but where the grid is: to look whether the cell is still
-/// the same costs more than its eight voxels do.
+/// Looks up a [`BrickGrid`]. It keeps only a reference to the grid: testing whether the cell is
+/// still the same costs more than reading its eight voxels.
 #[derive(Clone, Debug)]
 pub struct BrickAccessor<'a, S> {
     grid: &'a BrickGrid<S>,

@@ -36,7 +36,7 @@ impl<const BITS: u32, const BYTES: usize> QuantizedBricks<BITS, BYTES> {
         });
         let mut step = (high - low) / Self::LARGEST;
         if step == 0.0 && high > low {
-            // Underflow must not make zeros of positive values.
+            // Underflow must not turn positive values into zeros.
             step = f32::from_bits(1);
         }
         if !(low + step * Self::LARGEST <= f32::MAX) {

@@ -49,7 +49,7 @@ impl Bricks for SparseBricks {
 pub struct VoxelBlock {
     /// Its least voxel; multiples of 8.
     pub origin: [u32; 3],
-    /// The values, x fastest, then y, then z. Those of voxels beyond the grid count for nothing.
+    /// The values, x fastest, then y, then z. Those of voxels beyond the grid are ignored.
     pub values: [f32; 512],
 }
 

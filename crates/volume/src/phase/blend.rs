@@ -3,7 +3,8 @@
 use super::{PhaseError, PhaseFunction, ScatteringAngle};
 use lightshed_sampling::remap;
 
-/// `p = (1 − b) p₀ + b p₁`. Samples choose one of the two and have the density of both together.
+/// `p = (1 − b) p₀ + b p₁`. Sampling selects one of the two; the density is that of both
+/// together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend<A, B> {
     first: A,

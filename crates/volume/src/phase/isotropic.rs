@@ -1,4 +1,4 @@
-//! Scattering to all sides alike.
+//! Uniform scattering in all directions.
 
 use super::{PhaseFunction, ScatteringAngle};
 use core::f32::consts::FRAC_1_PI;

@@ -1,10 +1,10 @@
-//! Phase functions: where a medium scatters to.
+//! Phase functions: the directions into which a medium scatters.
 //!
 //! `p(ω → ω′)` per steradian, normalised over the sphere of `ω′`. Both directions are
 //! those in which light (or a path) *travels*, so `cos θ = ω · ω′` is 1 straight ahead, and a
-//! positive asymmetry `g = ∫ p cos θ dω′` scatters forward. (Where a renderer's direction
-//! points back to where a path came from, it negates it first.) All functions here depend on
-//! `cos θ` alone, and their samplers have exactly their density: a sample's weight is 1.
+//! positive asymmetry `g = ∫ p cos θ dω′` scatters forward. (A renderer whose direction
+//! points back along the path must negate it first.) All functions here depend on `cos θ` alone,
+//! and their samplers have exactly their density: a sample's weight is 1.
 
 mod blend;
 mod draine;
@@ -35,8 +35,8 @@ pub struct PhaseSample {
 
 /// The angle between two directions of travel, by `1 − cos θ` and `1 + cos θ`, both in [0, 2].
 ///
-/// Both, because narrow lobes ahead or back differ in digits of `cos θ` that an `f32` near ±1
-/// does not have.
+/// Both, because for narrow lobes ahead or back an `f32` near ±1 lacks the necessary digits of
+/// `cos θ`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScatteringAngle {
     /// `1 − cos θ`: 0 straight ahead.

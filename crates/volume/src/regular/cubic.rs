@@ -8,8 +8,8 @@ pub(super) struct Cubic {
 }
 
 impl Cubic {
-    /// From the corners of the cell, x fastest, the place in the cell where the ray enters, and
-    /// where it goes from there.
+    /// From the corners of the cell, x fastest, the position in the cell where the ray enters, and
+    /// its direction from there.
     #[inline(always)]
     pub fn new(corners: &[f32; 8], entry: [f64; 3], along: [f64; 3]) -> Self {
         let [x, y, z] = entry;

@@ -15,7 +15,7 @@ use crate::{FieldRay, Filter, Interval, VoxelGrid};
 use cubic::Cubic;
 use glam::DVec3;
 
-/// An optical depth and what it took.
+/// An optical depth and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegularDepth {
     /// `∫ ρ dt`, without a coefficient: `e^{−k ∫ρ}` is the transmittance for any.
@@ -63,7 +63,7 @@ pub fn regular_depth<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval)
 /// the density of distances is `σ T` exactly, *known in closed form* with the distance.
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`; `u` in [0, 1). For MIS over channels
-/// sample with one channel's coefficient, and ask [`KnownFlight::pdf`] for every channel's.
+/// sample with one channel's coefficient, and evaluate [`KnownFlight::pdf`] for every channel's.
 #[inline]
 pub fn regular_flight<G: VoxelGrid>(
     grid: &G,
@@ -139,7 +139,7 @@ fn cells<G: VoxelGrid>(grid: &G, ray: &FieldRay, interval: Interval) -> Dda {
     Dda::new(&lattice, ray, grid.bounds().clip(ray, interval))
 }
 
-/// Where in its cell a ray is at `t0`, and how far it moves from there.
+/// The ray's position in its cell at `t0`, and its movement from there.
 #[inline(always)]
 fn within(cell: [u32; 3], origin: DVec3, direction: DVec3, t0: f64, length: f64) -> ([f64; 3], [f64; 3]) {
     let entry = origin + direction * t0 - DVec3::from_array(cell.map(f64::from));

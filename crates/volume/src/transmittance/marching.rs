@@ -7,11 +7,12 @@ use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 /// Transmittance by ray marching with `steps` equal steps (at least 1), one lookup within each:
 /// `exp(−k Σ ρ_i Δt)`. **Biased.**
 ///
-/// At the midpoints, `offset` ½, the optical depth of a smooth density is off by the square of the
-/// step, and so is the estimate; structures narrower than a step may be missed. With a random
-/// `offset` the optical depth is unbiased, but its exponential is not: by Jensen's inequality it is
-/// too large, by about half its variance. Good for targets of resampling, where bias is only noise
-/// (Lin 2022 §5.4.3); for shading see [`unbiased_ray_marching`](crate::unbiased_ray_marching).
+/// At the midpoints, `offset` ½, the optical depth of a smooth density has an error of the square
+/// of the step, and so does the estimate; structures narrower than a step may be missed. With a
+/// random `offset` the optical depth is unbiased, but its exponential is not: by Jensen's
+/// inequality it is too large, by about half its variance. Good for target functions of resampling,
+/// where bias only adds noise (Lin 2022 §5.4.3); for shading see
+/// [`unbiased_ray_marching`](crate::unbiased_ray_marching).
 ///
 /// `extinction` is the coefficient `k ≥ 0` of `σ = k ρ`.
 #[inline]

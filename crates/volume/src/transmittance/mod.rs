@@ -1,4 +1,4 @@
-//! How much light comes through: estimates of `T = e^{−∫ σ dt}`.
+//! Estimates of transmittance, `T = e^{−∫ σ dt}`.
 
 mod delta;
 mod marching;

@@ -15,7 +15,7 @@ use crate::{DensityAccessor, FieldRay, Segment};
 use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
 
-/// The part of the Poisson mass that is summed for sure.
+/// The part of the Poisson mass that is always summed.
 const CERTAIN_MASS: f64 = 0.99;
 /// Segments of a greater residual depth are cut: `e^{−R}` must not underflow.
 const MAX_RESIDUAL: f64 = 64.0;
@@ -80,8 +80,8 @@ fn series<R: Rng + ?Sized>(residual: f64, rng: &mut R, mut factor: impl FnMut(&m
     let mut n = 0.0;
     loop {
         n += 1.0;
-        // The next term's mass over this one's; below 1 in the tail, where it is the chance to go
-        // on.
+        // Ratio of the next term's mass to this one's; below 1 in the tail, where it is the
+        // probability to continue.
         let ratio = residual / n;
         if summed >= CERTAIN_MASS {
             let chance = ratio.min(1.0);

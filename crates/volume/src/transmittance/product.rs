@@ -1,4 +1,4 @@
-//! Products over all tentative collisions of a walk: what ratio and residual ratio tracking share.
+//! Products over all tentative collisions of a walk: shared by ratio and residual ratio tracking.
 
 use crate::collisions::CollisionBlock;
 use crate::exponential::Exponentials;
@@ -6,11 +6,11 @@ use crate::{DensityAccessor, FieldRay, Segment, TentativeCollisions};
 use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::rand::Rng;
 
-/// What is multiplied, and in which precision. Kernels call it: all of it is `#[inline(always)]`.
+/// The factors, and their precision. Kernels call it: all of it is `#[inline(always)]`.
 pub(super) trait Product: Copy {
     const ONE: Self;
     const ZERO: Self;
-    /// What of the majorant is not there, before the channel's share of it.
+    /// The part of the majorant that is absent, before the channel's share of it.
     fn ratio<L: Lanes>(rho: L, block: &CollisionBlock) -> L;
     /// One collision's factor in a channel.
     fn factor<L: Lanes>(share: L, ratio: L) -> L;

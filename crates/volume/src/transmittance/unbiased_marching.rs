@@ -1,20 +1,20 @@
 //! Unbiased ray marching (Kettunen et al. 2021).
 //!
-//! A *query* `X` is an unbiased estimate of the optical depth `τ` by ray marching: `M` lookups at
-//! equal distances with one random offset. `e^{−X}` is too large on average; around a pivot `P`,
+//! A *query* `X` is an unbiased estimate of the optical depth `τ` by ray marching: `M` look-ups at
+//! equal distances with one random offset. `e^{−X}` is too large on average. Around a pivot `P`,
 //! another query, the power series
 //!
 //! `e^{−τ} = e^{−P} Σ_n (P − τ)^n / n!`
 //!
-//! puts that right: `(P − τ)^n` is the mean product of `n` of the differences `P − X_i`. The
+//! corrects that: `(P − τ)^n` is the mean product of `n` of the differences `P − X_i`. The
 //! number `N` of terms is random, most often 0. With `N + 1` queries, each in turn the pivot and
-//! the others in elementary symmetric means `m_n`, term `n` over `q_n = P(N ≥ n)`,
+//! the others in elementary symmetric means `m_n`, and term `n` divided by `q_n = P(N ≥ n)`,
 //!
 //! `T̂ = 1/(N + 1) Σ_j e^{−X_j} Σ_{n ≤ N} m_n({X_j − X_i}_{i ≠ j}) / (n! q_n)`.
 //!
-//! The lookups are at equal distances not in `t` but in the residual depth `∫ (ρ̄ − ρ̌) dt`
-//! of the segments, with `∫ ρ̌ dt` as control variate: empty segments take none of them, and
-//! `X` is bounded on both sides.
+//! The look-ups are at equal distances not in `t` but in the residual depth
+//! `∫ (ρ̄ − ρ̌) dt` of the segments, with `∫ ρ̌ dt` as control variate: empty segments
+//! take no look-ups, and `X` is bounded on both sides.
 
 use super::TransmittanceEstimate;
 use crate::{DensityAccessor, FieldRay, Segment, densities_at};
@@ -22,14 +22,14 @@ use lightshed_lanes::LANES;
 use lightshed_sampling::f32_from_u32;
 use lightshed_sampling::rand::Rng;
 
-/// The chance of any correction, `q_1` and `q_2`.
+/// The probability of any correction, `q_1` and `q_2`.
 const CORRECTED: f64 = 0.1;
 /// `q_{n+1}/q_n = 2/(n + 1)` from here on (the roulette of Bhanot and Kennedy 1985).
 const ROULETTE: f64 = 2.0;
-/// Most queries at once: `q` of more is 10⁻¹⁵, and so is the bias of leaving them out.
+/// Greatest number of queries: `q` of more is 10⁻¹⁵, and so is the bias of omitting them.
 const MAX_QUERIES: usize = 26;
 
-/// Lookups of one query that suit a majorant depth `τ̄ = k ∫ ρ̄ dt`:
+/// Number of look-ups of a query for a majorant depth `τ̄ = k ∫ ρ̄ dt`:
 /// `⌈((0.015 + τ̄)(0.65 + τ̄)(60.3 + τ̄))^{1/3}⌉`, the rule of Kettunen et al. 2021; at
 /// most 2¹⁶.
 #[inline]
@@ -181,7 +181,7 @@ impl Sum {
     }
 }
 
-/// `q_n`, the chance of at least `n` corrections.
+/// `q_n`, the probability of at least `n` corrections.
 fn chance_of(n: usize) -> f64 {
     match n {
         0 => 1.0,
