@@ -125,8 +125,8 @@ impl CameraMotion {
         }
     }
 
-    /// The camera of frame `frame`. One that would have left the range of numbers stays where the
-    /// scene has it.
+    /// The camera of frame `frame`. A camera that would leave the range of numbers stays at the
+    /// scene's own.
     pub fn camera(&self, scene: &Scene, frame: u32) -> Camera {
         let camera = scene.camera();
         let frame = self.end.map_or(frame, |end| frame.min(end));
@@ -139,7 +139,7 @@ impl CameraMotion {
                 axis,
                 radians_per_frame,
             } => {
-                // Whole turns leave precision to what remains.
+                // Removing whole turns keeps precision.
                 let turns = f64::from(radians_per_frame) * f64::from(frame) / std::f64::consts::TAU;
                 let angle = (turns.fract() * std::f64::consts::TAU) as f32;
                 let rotation = Quat::from_axis_angle(axis, angle);
@@ -153,7 +153,7 @@ impl CameraMotion {
 }
 
 /// Index `y · width + x` of the pixel in which `camera` sees the world position `point` (through
-/// the centre of its lens, and whatever stands in between); `None` outside an image of this size.
+/// the centre of its lens, without occlusion); `None` outside an image of this size.
 #[inline]
 pub(crate) fn pixel_seeing(camera: &Camera, extent: Extent, point: Vec3) -> Option<usize> {
     let Extent { width, height } = extent;

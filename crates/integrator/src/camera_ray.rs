@@ -4,8 +4,8 @@ use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, Ray};
 
-/// A camera ray through a uniformly chosen point of a pixel's square, and of the lens where there
-/// is one.
+/// A camera ray through a uniformly chosen point of a pixel's square, and of the lens if there is
+/// one.
 #[derive(Clone, Copy)]
 pub(crate) struct PixelRay {
     pub ray: Ray,

@@ -1,4 +1,4 @@
-//! How emitters are chosen for a point that they light.
+//! Selection of emitters for a point that they light.
 
 use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
 use lightshed_lights::ShadingPoint;
@@ -8,28 +8,28 @@ use lightshed_scene::{
     EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SurfacePoint,
 };
 
-/// Chooses emitters of a scene: what every method that samples emitters is generic over.
+/// Selects emitters of a scene: every method that samples emitters is generic over it.
 ///
-/// With `p_sel(i | x)` the probability of choosing emitter `i` for the point `x`, and `p_i` the
-/// density of sampling it once it is chosen, directions have the density `p = p_sel p_i` (in the
+/// With `p_sel(i | x)` the probability of selecting emitter `i` for the point `x`, and `p_i` the
+/// density of sampling it once it is selected, directions have the density `p = p_sel p_i` (in the
 /// solid-angle measure at `x`) and endpoints `p_sel p_i` in their own measure
 /// ([`EmitterEndpoint`]). Densities that this trait reports include `p_sel`.
 ///
 /// **Unbiased** if `p_sel` is positive wherever the emitter sends light that `x` scatters, and if
-/// the density that is reported is that with which samples are taken. Lights that are points or
-/// directions must have a positive probability wherever they shine; what a BSDF can hit may have
-/// none.
+/// the reported density is that of the actual samples. Lights that are points or directions must
+/// have a positive probability wherever they contribute; emitters that a BSDF sample can hit may
+/// have none.
 ///
 /// All functions are pure: the same arguments give the same result, bit for bit.
 pub trait EmitterSampler: Sync {
-    /// What the choice knows of a point besides its position: nothing, or a normal and a
+    /// Data of a point that the selection uses besides its position: nothing, or a normal and a
     /// reflectance.
     type Site: Copy + Default + Send + Sync;
 
-    /// What the choice knows of a point. `at` describes it to those who ask.
+    /// The data of a point that the selection uses. `at` computes it on request.
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> Self::Site;
 
-    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` counts as a
+    /// Selects an emitter by `u_select` and a direction towards it by `u`. `None` counts as a
     /// sample of value zero.
     fn sample(&self, from: Vec3, site: &Self::Site, u_select: u64, u: [f32; 2]) -> Option<EmitterSample>;
 
@@ -40,9 +40,9 @@ pub trait EmitterSampler: Sync {
     /// Density with which [`sample`](Self::sample) chooses `direction` towards the environment.
     fn pdf_environment(&self, from: Vec3, site: &Self::Site, direction: Vec3) -> Density<SolidAngle>;
 
-    /// Chooses an emitter by `u_select` and a place on it by `u`; with
-    /// [`endpoint_probability`](Self::endpoint_probability) of it. `None` counts as a sample of
-    /// value zero.
+    /// Selects an emitter by `u_select` and a place on it by `u`; returns it with its
+    /// [`endpoint_probability`](Self::endpoint_probability). `None` counts as a sample of value
+    /// zero.
     fn sample_endpoint(
         &self,
         from: Vec3,
@@ -60,9 +60,9 @@ pub trait EmitterSampler: Sync {
     /// of those.
     fn endpoint_probability(&self, from: Vec3, site: &Self::Site, endpoint: &EmitterEndpoint) -> f32;
 
-    /// What `endpoint` sends to `from`, with the densities of having chosen it where its emitter is
-    /// chosen with `probability`, which is [`endpoint_probability`](Self::endpoint_probability).
-    /// `None` where it sends nothing.
+    /// The contribution of `endpoint` at `from`, with its densities if its emitter is selected with
+    /// `probability`, which is [`endpoint_probability`](Self::endpoint_probability). `None` if
+    /// there is none.
     fn connect_chosen(
         &self,
         from: Vec3,
@@ -70,7 +70,7 @@ pub trait EmitterSampler: Sync {
         probability: f32,
     ) -> Option<EmitterConnection>;
 
-    /// [`connect_chosen`](Self::connect_chosen) where the probability is to be found out.
+    /// [`connect_chosen`](Self::connect_chosen) that also computes the probability.
     #[inline]
     fn connect(
         &self,
@@ -82,7 +82,8 @@ pub trait EmitterSampler: Sync {
     }
 
     /// Samples for one point, each by a number of `u_select`: `take` gets those that are not
-    /// `None`, in order. Each draws two numbers from `u`, those that choose nothing perhaps none.
+    /// `None`, in order. Each draws two numbers from `u`; samples that select nothing may draw
+    /// none.
     #[inline]
     fn sample_many(
         &self,

@@ -1,4 +1,4 @@
-//! Rendering methods on the CPU, thin users of the libraries beneath them.
+//! Rendering methods on the CPU: thin users of the lower crates.
 //!
 //! | what | where |
 //! |---|---|
@@ -20,7 +20,7 @@
 //!
 //! Each method implements one of two traits of the crate [`film`], which has the render loops:
 //! [`PixelEstimator`](film::PixelEstimator), if pixels are independent, or
-//! [`FrameMethod`](film::FrameMethod). Methods use public items only: another renderer can build
+//! [`FrameMethod`](film::FrameMethod). Methods use public items only, so another renderer can build
 //! the same.
 
 mod cached;

@@ -1,4 +1,4 @@
-//! Which emitter a shading point asks for light.
+//! Selection of an emitter for a shading point.
 
 use crate::emitter_sampler::{EmitterSampler, LaneNumbers};
 use lightshed_guiding::{CacheUse, GuidingError, LightCache, LightCacheOptions, LightTreeCache};
@@ -18,13 +18,13 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 use std::fmt;
 use std::str::FromStr;
 
-/// How one of the finite emitters is chosen.
+/// How one of the finite emitters is selected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LightChoosing {
     /// All alike.
     Uniform,
-    /// In proportion to intensity, whatever the point.
+    /// In proportion to intensity, for any point.
     Power,
     /// By a perfect binary light tree.
     Tree,
@@ -44,7 +44,7 @@ pub enum LightChoosing {
     OpenTree,
     /// By a light BVH along a curve whose near nodes are opened first.
     OpenCurveBvh,
-    /// Among the lights that are visible from there, as paths have found out first, by a
+    /// Among the lights that are visible from there, as paths have learnt before, by a
     /// [`LightCache`] with a light BVH.
     Vlc,
 }
@@ -106,13 +106,13 @@ impl FromStr for LightChoosing {
     }
 }
 
-/// Chooses emitters of a scene for shading points.
+/// Selects emitters of a scene for shading points.
 ///
-/// As [`EmittersByPower`](lightshed_scene::EmittersByPower) does, uniformly among the emitters at
-/// infinity and, as one more, all finite ones together; but among these by a [`LightSampler`], so
-/// that `p_sel` depends on the point. Densities are in the solid-angle measure at the point,
-/// selection included. The choice and its density are the same, bit for bit, whether a choice is
-/// made alone or in company.
+/// As [`EmittersByPower`](lightshed_scene::EmittersByPower), it selects uniformly among the
+/// emitters at infinity and, as one more entry, all finite ones together. Among the finite ones a
+/// [`LightSampler`] selects, so `p_sel` depends on the point. Densities are in the solid-angle
+/// measure at the point, selection included. The selection and its density are the same, bit for
+/// bit, whether a selection is made alone or in a batch.
 pub struct LightSelection<'a> {
     emitters: &'a Emitters,
     /// `None` without finite emitters.
@@ -153,7 +153,7 @@ macro_rules! with_sampler {
     };
 }
 
-/// An emitter that has been chosen, or a group of them.
+/// A selected emitter, or a group of them.
 #[derive(Clone, Copy)]
 enum Chosen {
     /// The finite emitter of this index, with this probability.
@@ -163,7 +163,7 @@ enum Chosen {
 }
 
 impl<'a> LightSelection<'a> {
-    /// A selection among the scene's emitters. One that learns knows nothing yet: it is a light
+    /// A selection among the scene's emitters. One that learns has no knowledge yet: it is a light
     /// BVH, until it is [`trained`](Self::trained).
     ///
     /// # Errors
@@ -216,7 +216,7 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// In the place of a cache only what of it is of use.
+    /// Replaces a cache by its useful part.
     pub(crate) fn keep(&mut self, use_of: CacheUse) {
         self.sampler = match (self.sampler.take(), use_of) {
             (Some(Sampler::Cache(cache)), CacheUse::Tree | CacheUse::Nothing) => {
@@ -239,7 +239,8 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// Among which emitters `u` chooses, and by which number; `None` if there are none.
+    /// The group of emitters that `u` selects, and the number for the selection within it; `None`
+    /// if there are none.
     #[inline(always)]
     fn route(&self, u: u64) -> Option<Route> {
         // The high part of the product is the group, the low part a fresh uniform number within it.
@@ -248,7 +249,7 @@ impl<'a> LightSelection<'a> {
         if self.sampler.is_some() && group == 0 {
             return Some(Route::Finite(rest));
         }
-        // Among those at infinity the number's place within all their groups.
+        // Among those at infinity: the number's position within all their groups.
         let first = u32::from(self.sampler.is_some());
         let infinite = u64::from(self.groups - first);
         let share = u64::MAX.checked_div(infinite)?;
@@ -265,7 +266,7 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// Chooses by 64 uniform bits; `None` is a choice of none.
+    /// Selects by 64 uniform bits; `None` selects none.
     #[inline]
     fn choose(&self, at: &ShadingPoint, u: u64) -> Option<Chosen> {
         match self.route(u)? {
@@ -278,8 +279,8 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// Many choices, up to [`TOGETHER`]: `chosen[i]` is [`choose`](Self::choose) for `u[i]`. Those
-    /// among finite emitters are made by `choices`, which gets the sampler, the places in `u`, the
+    /// Many selections, up to [`TOGETHER`]: `chosen[i]` is [`choose`](Self::choose) for `u[i]`.
+    /// `choices` makes those among finite emitters; it gets the sampler, the indices in `u`, the
     /// numbers and room for the choices.
     #[inline(always)]
     fn choose_together(
@@ -308,7 +309,7 @@ impl<'a> LightSelection<'a> {
         }
     }
 
-    /// A direction from `from` towards what was chosen for the shading point there; `None` where
+    /// A direction from `from` towards the selected emitter for the shading point there; `None` if
     /// nothing comes from it.
     #[inline(always)]
     fn direction(&self, from: Vec3, chosen: Chosen, u: [f32; 2]) -> Option<EmitterSample> {
@@ -328,7 +329,7 @@ impl<'a> LightSelection<'a> {
 impl EmitterSampler for LightSelection<'_> {
     type Site = ShadingPoint;
 
-    /// Its position alone where the choice asks for no more.
+    /// Its position alone if the selection needs no more.
     #[inline(always)]
     fn site(&self, at: impl FnOnce() -> ShadingPoint) -> ShadingPoint {
         match self.sampler {
@@ -433,7 +434,7 @@ impl EmitterSampler for LightSelection<'_> {
         }
     }
 
-    /// Trees take all points down together.
+    /// Trees descend for all points together.
     #[inline(always)]
     fn sample_lanes<L: Lanes>(
         &self,
@@ -479,7 +480,7 @@ impl LightSelection<'_> {
     }
 }
 
-/// Among which emitters a number chooses, and the number left for that.
+/// The group of emitters that a number selects, and the number left for it.
 enum Route {
     Finite(u64),
     Infinite(u64),
@@ -489,8 +490,8 @@ enum Route {
 const TOGETHER: usize = 16;
 const _: () = assert!(LANES <= TOGETHER);
 
-/// What a light sampler sees of a surface point with this BSDF, from the unit direction `wo` (in
-/// the shading frame).
+/// A surface point with this BSDF, seen from the unit direction `wo` (in the shading frame), as
+/// light samplers use it.
 #[inline]
 pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoint {
     let facing = if bsdf.scatters_through() {
@@ -503,7 +504,7 @@ pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoin
         position: point.position,
         normal: point.shading.to_world(side),
         facing,
-        // Only that of a diffuse surface is a bound; of others it is known that there is one.
+        // Only for a diffuse surface this is a bound; for others only its existence is known.
         reflectance_bound: match bsdf.is_diffuse() {
             true => luminance(bsdf.albedo_hint()) * FRAC_1_PI,
             false => f32::MAX,
@@ -511,8 +512,8 @@ pub fn shading_point(point: &SurfacePoint, bsdf: &Bsdf, wo: Vec3) -> ShadingPoin
     }
 }
 
-/// [`shading_point`] from whatever direction: light may come from both sides where more than one is
-/// scattered from.
+/// [`shading_point`] for any direction: light may come from both sides where it is scattered on
+/// both.
 #[inline]
 pub(crate) fn unseen_shading_point(point: &SurfacePoint, bsdf: &Bsdf) -> ShadingPoint {
     ShadingPoint {
@@ -532,7 +533,7 @@ pub(crate) fn diffuse_shading_point(position: Vec3, normal: Vec3, reflectance: R
     }
 }
 
-/// The finite emitters of a scene, by their indices, as light samplers see them.
+/// The finite emitters of a scene, by their indices, as light samplers use them.
 pub fn scene_lights(emitters: &Emitters) -> Vec<Light> {
     (0..emitters.finite_count() as u32)
         .filter_map(|index| emitters.extent(index))
@@ -540,10 +541,10 @@ pub fn scene_lights(emitters: &Emitters) -> Vec<Light> {
         .collect()
 }
 
-/// A light cache over a scene that knows nothing yet.
+/// A light cache over a scene, without knowledge yet.
 fn light_cache(scene: &Scene, lights: &[Light]) -> Result<LightCache, LightError> {
     let [min, max] = scene.bounds();
-    // Nothing in a scene moves, so nothing that was learnt gets old.
+    // Nothing in a scene moves, so knowledge does not become outdated.
     let mut options = LightCacheOptions {
         persistence: 1.0,
         ..LightCacheOptions::default()

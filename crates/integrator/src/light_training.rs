@@ -1,4 +1,4 @@
-//! Paths by which a light cache learns what is visible.
+//! Paths that train a light cache.
 
 use crate::light_selection::{LightChoosing, LightSelection};
 use crate::path::PathTracer;
@@ -10,14 +10,13 @@ use lightshed_sampling::parallel;
 use lightshed_scene::{Rgb, Scene, luminance};
 use std::sync::{Mutex, PoisonError};
 
-/// Seed of the paths, which no image has unless somebody asks for it.
+/// Seed of the paths. No image has it unless a user sets it.
 const SEED: u64 = 0x766c_6320_7472_6169;
 
-/// Longest paths that are learnt from, in edges: what is farther is lit by what has been learnt
-/// nearer by.
+/// Longest paths that train, in edges: farther points are lit by what was learnt from nearer ones.
 const MAX_DEPTH: u32 = 6;
 
-/// Keeps what emitters were asked and what came of it.
+/// Records which emitters were sampled and the result.
 pub(crate) struct LightRecorder<'a> {
     selection: &'a LightSelection<'a>,
     records: Mutex<Vec<LightRecord>>,
@@ -61,21 +60,20 @@ impl PathObserver for LightRecorder<'_> {
     }
 }
 
-/// One in so many pixels has a path in each pass.
+/// One in this number of pixels has a path in each pass.
 const PASSES: [usize; 10] = [4, 4, 2, 2, 1, 1, 1, 1, 1, 1];
-/// The pass after which a cache that is of no use is given up.
+/// The pass after which a useless cache is dropped.
 const EARLIEST_END: usize = 6;
-/// The first pass whose paths judge the cache: before, it knows little.
+/// The first pass whose paths judge the cache; before, it has too little knowledge.
 const FIRST_JUDGED: usize = 4;
 /// Most paths of a pass.
 const MAX_PATHS: usize = 1 << 17;
 
 impl<'a> LightSelection<'a> {
-    /// A selection among the scene's emitters that has learnt from paths what is visible, where it
-    /// can learn; others are those of [`new`](Self::new). The paths are those of the scene's own
-    /// image and length. Where the cache turns out to be of no use it is left out: emitters are
-    /// chosen by its light BVH then, with what that has learnt or without. The same for any number
-    /// of threads.
+    /// A selection among the scene's emitters that has learnt visibility from paths, if it can
+    /// learn; others equal those of [`new`](Self::new). The paths are those of the scene's own
+    /// image and length. If the cache turns out to be useless, it is left out: its light BVH then
+    /// selects emitters, with its learnt factors or without. The same for any number of threads.
     ///
     /// # Errors
     ///
@@ -89,8 +87,8 @@ impl<'a> LightSelection<'a> {
     }
 }
 
-/// Traces paths through the scene's image, in passes of which each learns from those before. What
-/// the cache is good for is judged by paths that it has not learnt from.
+/// Traces paths through the scene's image, in passes; each pass learns from the ones before. Paths
+/// that the cache has not learnt from judge its value.
 fn train(scene: &Scene, selection: &mut LightSelection<'_>) {
     let settings = scene.settings();
     let depth = settings.max_depth.map_or(MAX_DEPTH, |depth| depth.min(MAX_DEPTH));

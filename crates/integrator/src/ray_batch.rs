@@ -11,16 +11,16 @@ pub(crate) const NOWHERE: Ray = Ray {
     t_max: 0.0,
 };
 
-/// Traces rays of which only emission matters: `hits` are the nearest emitting surfaces, `occluded`
-/// whether something else is in front of them, or of the environment. Where nothing emits, nothing
-/// is traced.
+/// Traces rays for which only emission matters: `hits` are the nearest emitting surfaces,
+/// `occluded` whether something else is in front of them, or of the environment. If nothing emits,
+/// nothing is traced.
 pub(crate) fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<Hit>], occluded: &mut [bool]) {
     scene.intersect_emitting_many(rays, hits);
     let everywhere = scene.emitters().environment().is_some();
     let (mut kept, mut places) = (0, [0; MAX_BATCH]);
     for place in 0..rays.len() {
         let ray = rays[place];
-        // What is not asked about counts as hidden.
+        // Rays that are not asked about count as hidden.
         occluded[place] = true;
         if everywhere || hits[place].is_some() {
             rays[kept] = Ray {
@@ -40,8 +40,7 @@ pub(crate) fn see_emitters(scene: &Scene, rays: &mut [Ray], hits: &mut [Option<H
     }
 }
 
-/// Hands on what those segments, at most [`MAX_BATCH`] with their owners, bring, in whose way
-/// nothing is.
+/// Passes on the contributions of the unoccluded segments; at most [`MAX_BATCH`] with their owners.
 pub(crate) fn add_unhidden<T: Copy>(
     scene: &Scene,
     tally: &RayTally,

@@ -13,8 +13,8 @@ use lightshed_shift::{
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A [`Scene`] as a [`World`](lightshed_shift::World): what the crate `lightshed-shift` asks of a
-/// renderer, with rays counted by kind.
+/// A [`Scene`] as a [`World`](lightshed_shift::World): the functions that the crate
+/// `lightshed-shift` needs from a renderer, with rays counted by kind.
 pub struct SceneWorld<'a, S = EmittersByPower<'a>> {
     scene: &'a Scene,
     sampler: S,
@@ -74,7 +74,7 @@ impl<'a, S: EmitterSampler> SceneWorld<'a, S> {
         &self.sampler
     }
 
-    /// What a ray has hit, ready to be scattered at.
+    /// A ray's hit, ready for scattering.
     pub fn arrive(&self, ray: &Ray, hit: &Hit) -> SceneVertex {
         let place = Place {
             primitive: hit.primitive,
@@ -116,7 +116,7 @@ impl<'a, S: EmitterSampler> SceneWorld<'a, S> {
         let bsdf = &vertex.bsdf;
         let sample = bsdf.sample(wo, u_lobe, Vec2::from(u_direction))?;
         let scattering = if sample.is_delta {
-            // The share of radiance over the probability is what matters of a delta lobe.
+            // For a delta lobe only the ratio of the radiance share and the probability matters.
             Scattering {
                 value: sample.weight,
                 pdf: Density::new(1.0),

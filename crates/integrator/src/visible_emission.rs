@@ -1,4 +1,4 @@
-//! Emission that the camera sees directly, by rays of its own.
+//! Directly visible emission, estimated by separate rays.
 
 use crate::camera_ray::PixelRay;
 use lightshed_film::{MAX_BATCH, SampleId};
@@ -7,13 +7,14 @@ use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
 
 /// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera
-/// rays a sample in the pixels where one ray would say little, and by none elsewhere.
+/// rays a sample in the pixels where one ray would have much noise, and by none elsewhere.
 ///
-/// A lamp is brighter than what it lights by orders, so its edges in the image hold most of the
-/// error of a mean, and a ray that finds a lamp is cheap beside a path that ends there. The pixels
-/// are chosen once, by a grid of rays in those that the boxes of emitters cover on the film: where
-/// these do not all meet the same emission. A choice that misses an edge is no bias: who uses it
-/// leaves out surfaces' emission at the end of the first edge in the chosen pixels alone.
+/// A lamp is brighter by orders of magnitude than the surfaces it lights, so its edges in the image
+/// hold most of the error of a mean, and a ray to a lamp is cheap compared with a path that ends
+/// there. The pixels are chosen once, by a grid of rays in those that the boxes of emitters cover
+/// on the film: where these rays do not all hit the same emission. A choice that misses an edge
+/// causes no bias: only in the chosen pixels do methods leave out surface emission at the end of
+/// the first edge.
 pub(crate) struct VisibleEmission {
     /// Of each pixel, whether it was chosen.
     chosen: Vec<bool>,
@@ -22,9 +23,9 @@ pub(crate) struct VisibleEmission {
     rays: u32,
 }
 
-/// [`VisibleEmission`] of a method that makes frames, if it wants one: worked out once for a camera
-/// that stands still. For one that moves, all pixels that boxes cover are chosen: a grid of rays in
-/// each frame would cost more than it saves.
+/// [`VisibleEmission`] of a method that makes frames, if requested: computed once for a camera at
+/// rest. For a moving camera, all pixels that boxes cover are chosen: a grid of rays in each frame
+/// would cost more than it saves.
 #[derive(Default)]
 pub(crate) struct VisibleFrames {
     is_prepared: bool,
@@ -58,13 +59,13 @@ pub(crate) const MOST_EDGES: u32 = 8;
 /// Rows and columns of the grid of rays in a pixel.
 const GRID: u32 = 4;
 
-/// The block of a sample's random numbers that its rays use: nobody else does.
+/// The block of a sample's random numbers that its rays use; nothing else uses it.
 const BLOCK: u32 = 1;
 
 impl VisibleEmission {
-    /// For the emitters of a scene as `camera` sees them, with or without a grid of rays; `None`
-    /// where no surface emits and where rays would cost more than they gain: beside paths of up to
-    /// `edges` edges a sample has `edges / 4` rays on average at most.
+    /// For the emitters of a scene as `camera` sees them, with or without a grid of rays. `None` if
+    /// no surface emits or if rays would cost more than they gain: beside paths of up to `edges`
+    /// edges a sample has at most `edges / 4` rays on average.
     pub fn new(scene: &Scene, camera: &Camera, by_grid: bool, edges: u32) -> Option<Self> {
         let (width, height) = (scene.settings().width, scene.settings().height);
         let areas = scene.emitters().area_count() as u32;
@@ -128,7 +129,7 @@ impl VisibleEmission {
     }
 
     /// Adds the estimates of samples to `values`. Numbers are those of `points` under `seed`.
-    /// Returns how many rays that took.
+    /// Returns the number of rays.
     pub fn add(
         &self,
         scene: &Scene,
@@ -198,8 +199,8 @@ impl VisibleEmission {
     }
 }
 
-/// Whether rays through a grid in the pixel with this least corner meet different emission. The
-/// grid has the pixel's border, where the thinnest strips of a lamp lie.
+/// Whether rays through a grid in the pixel with this least corner hit different emission. The grid
+/// includes the pixel's border, where the thinnest strips of a lamp lie.
 fn is_mixed(scene: &Scene, camera: &Camera, corner: Vec2) -> bool {
     let rays: [Ray; (GRID * GRID) as usize] = std::array::from_fn(|index| {
         let (x, y) = (index as u32 % GRID, index as u32 / GRID);

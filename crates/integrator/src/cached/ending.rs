@@ -7,13 +7,14 @@ use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec3;
 use lightshed_spatial::SurfaceSite;
 
-/// Words of a path's stream that end it: eight a vertex from this one on, which no path uses.
+/// Words of a path's stream that decide where it ends: eight a vertex from this one on, which no
+/// path uses otherwise.
 const FIRST_WORD: u32 = 1 << 31;
 
 /// Ends paths in a cache by a rule ([`PathBudget`]).
 ///
-/// Surfaces without a lobe of some width are passed: what they show is a direction's, not a
-/// place's. So are places without a record.
+/// Surfaces without a lobe that has a width are passed: their radiance belongs to a direction, not
+/// to a place. Places without a record are passed, too.
 #[derive(Clone, Copy)]
 pub struct CacheEnding<'c> {
     /// The cache.
@@ -22,16 +23,16 @@ pub struct CacheEnding<'c> {
     pub rule: Termination,
     /// Where the camera is.
     pub eye: Vec3,
-    /// Whether places of look-ups are moved at random.
+    /// Whether the positions of look-ups are moved at random.
     pub jitter: bool,
-    /// Probability with which a path survives a vertex but its first.
+    /// Probability with which a path survives each vertex except its first.
     pub survival: f32,
     /// Counts rays.
     pub rays: &'c RayTally,
 }
 
-/// A vertex as the cache knows it. Cells grow with the straight distance from the camera, so that a
-/// place has one record and not one for each way to it.
+/// A vertex in the form that the cache uses. Cells grow with the straight distance from the camera,
+/// so that a place has one record and not one for each path to it.
 #[inline(always)]
 pub(super) fn site(vertex: &EndingVertex, eye: Vec3) -> SurfaceSite {
     SurfaceSite::new(vertex.position, vertex.normal).with_eye_distance(vertex.position.distance(eye))

@@ -16,10 +16,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Path tracing with paths that end in a cache of outgoing radiance.
 ///
-/// The cache is filled before the first frame, by passes of its own; the same for any seed and any
-/// number of threads. Then frames are independent of each other, or, if a pass comes before each,
-/// depend on those before. The mean of frames is **biased**: records hold the mean of the vertices
-/// of a cell, and stand for paths without end, however long the scene's own may be.
+/// Separate passes fill the cache before the first frame; it is the same for any seed and any
+/// number of threads. Then frames are independent of each other. If a pass comes before each frame,
+/// they depend on earlier ones. The mean of frames is **biased**: records hold the mean of the
+/// vertices of a cell, and represent paths of any length, however short the scene's own may be.
 pub struct CachedPaths<'a, S> {
     scene: &'a Scene,
     sampler: S,
@@ -37,11 +37,11 @@ pub struct CachedPaths<'a, S> {
     traced: [u64; 2],
 }
 
-/// Camera rays of a pass that look for vertices, at most.
+/// Greatest number of camera rays of a pass that look for vertices.
 const CAMERA_RAYS: usize = 1 << 13;
 
 impl<'a, S: EmitterSampler + Copy + Send> CachedPaths<'a, S> {
-    /// Paths with the lengths that the scene's settings ask for.
+    /// Paths with the lengths of the scene's settings.
     ///
     /// # Errors
     /// Options out of range.

@@ -1,4 +1,4 @@
-//! Where paths end, and how the cache is filled.
+//! Options: where paths end, and how the cache is filled.
 
 use lightshed_caching::{CachingError, RadianceCacheOptions, Termination};
 use lightshed_sampling::PointSet;
@@ -10,9 +10,9 @@ use std::str::FromStr;
 /// Most passes that fill a cache before the first frame.
 pub const MAX_CACHE_PASSES: u32 = 1 << 16;
 
-/// A [`Termination`] by the text that names it: `fixed` or `fixed@EDGE`, `spread` or
-/// `spread@SHARE`, `variance@T` relative to the squared brightness, `variance-absolute@T`, `mse@S`.
-/// A colon is as good as an at sign, which stands where colons part options.
+/// A [`Termination`] by its text: `fixed` or `fixed@EDGE`, `spread` or `spread@SHARE`, `variance@T`
+/// relative to the squared brightness, `variance-absolute@T`, `mse@S`. A colon may replace the at
+/// sign, which is needed where colons separate options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CacheRule(pub Termination);
 
@@ -58,21 +58,22 @@ pub struct CachedPathsOptions {
     pub passes: u32,
     /// Whether a further pass comes before each later frame.
     pub every_frame: bool,
-    /// Whether places of look-ups are moved at random by up to half a cell, which interpolates
-    /// between cells in the mean.
+    /// Whether the positions of look-ups are moved at random by up to half a cell, which
+    /// interpolates between cells on average.
     pub jitter: bool,
-    /// Probability with which a path survives each vertex but its first, by roulette: 1 for none.
+    /// Probability with which a path survives each vertex except its first, by roulette: 1 for
+    /// none.
     pub survival: f32,
     /// The random numbers of a pixel's samples.
     pub points: PointSet,
-    /// Whether emission that the camera sees directly has rays of its own.
+    /// Whether separate rays estimate emission that the camera sees directly.
     pub visible_emission: bool,
     /// Samples in each pixel of a frame.
     pub samples: u32,
 }
 
 impl CachedPathsOptions {
-    /// A rule in a scene, with a cache whose cells are seen under some five degrees.
+    /// A rule in a scene, with a cache whose cells have a size of about five degrees.
     pub fn new(rule: Termination, scene: &Scene) -> Self {
         let cells = LevelGridOptions {
             // A twelfth of a degree of the scene.

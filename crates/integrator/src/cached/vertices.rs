@@ -1,4 +1,4 @@
-//! What vertices of a scene scatter.
+//! Samples of what vertices of a scene scatter.
 
 use super::ending::{numbers, site};
 use crate::emitter_sampler::EmitterSampler;
@@ -17,7 +17,7 @@ use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
 use lightshed_spatial::SurfaceSite;
 
-/// Seed of the paths that fill caches, which no image has unless somebody asks for it.
+/// Seed of the paths that fill caches. No image has it unless a user sets it.
 pub(super) const SEED: u64 = 0x7263_6163_6865_5f31;
 
 /// Most edges of a path that finds no record.
@@ -25,10 +25,10 @@ const LONGEST: u32 = 16;
 
 const _: () = assert!(MAX_UPDATE_SAMPLES as usize <= MAX_BATCH);
 
-/// The surfaces of a scene, as a radiance cache samples them: by the path tracer, whose paths begin
-/// with the rays that found the vertices and end in the cache at the end of the next edge.
+/// The surfaces of a scene, as a radiance cache samples them: by the path tracer. Paths start with
+/// the rays that found the vertices and end in the cache at the end of the next edge.
 ///
-/// Emitters are sampled at the vertex, and met at the end of the next edge, as by any path. Mirrors
+/// Emitters are sampled at the vertex, and hit at the end of the next edge, as in any path. Mirrors
 /// and places without a record are passed.
 pub struct SceneVertices<'a, S> {
     transport: Transport<'a, S>,
@@ -39,8 +39,8 @@ pub struct SceneVertices<'a, S> {
 }
 
 impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
-    /// Of a scene that is seen from `eye`, with look-ups moved at random if `jitter`, and a
-    /// probability with which paths survive the end of an edge.
+    /// For a scene seen from `eye`, with moved look-ups if `jitter`, and a probability with which
+    /// paths survive the end of an edge.
     pub fn new(scene: &'a Scene, sampler: S, eye: Vec3, jitter: bool, survival: f32) -> Self {
         let mut transport = Transport::new(scene, sampler);
         (transport.max_depth, transport.roulette_depth) = (LONGEST + 1, u32::MAX);
@@ -53,12 +53,12 @@ impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
         }
     }
 
-    /// Rays that were traced since this was last asked.
+    /// Rays traced since the last call.
     pub fn take_rays(&mut self) -> lightshed_film::RayCounts {
         self.rays.take()
     }
 
-    /// The vertex that `ray` meets, if a cache can answer for it.
+    /// The vertex that `ray` hits, if a cache can answer for it.
     pub fn vertex(&self, ray: &Ray) -> Option<(SurfaceSite, Ray)> {
         self.rays.add(RayKind::Camera, 1);
         let scene = self.transport.scene;
@@ -92,7 +92,7 @@ impl<S: EmitterSampler> VertexSampler<Ray> for SceneVertices<'_, S> {
     }
 }
 
-/// What the paths of a batch find.
+/// Results of the paths of a batch.
 struct Found<'f, S> {
     vertices: &'f SceneVertices<'f, S>,
     cache: &'f CacheView<'f>,
@@ -119,7 +119,7 @@ impl<R: EmitterSampler> Purpose for Found<'_, R> {
         ray: &Ray,
         point: Option<&SurfacePoint>,
     ) {
-        // What the vertex itself emits is not the cache's.
+        // The vertex's own emission is not part of the cache.
         if depth > 1 {
             let met = path.met(transport.scene, &transport.sampler, ray, point);
             self.samples[place].radiance += path.throughput * met;

@@ -11,16 +11,16 @@ use lightshed_scene::glam::Vec2;
 use lightshed_scene::{EmitterSample, EmittersByPower, Ray, Rgb, Scene};
 use std::fmt;
 
-/// What [`DirectLight`] spends at the point that a camera ray meets.
+/// The samples of [`DirectLight`] at the point that a camera ray hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DirectLightOptions {
     /// Samples of the emitters, n.
     pub emitter_samples: u32,
     /// Samples of the BSDF, m.
     pub bsdf_samples: u32,
-    /// Whether diffuse surfaces get samples of the BSDF too. There they find what the emitters'
-    /// samples find, and more rarely, unless an emitter is near and sampled by its area, or as wide
-    /// as the sky.
+    /// Whether diffuse surfaces get BSDF samples, too. There BSDF samples find the same emitters as
+    /// emitter samples, but less often, unless an emitter is near and sampled by its area, or as
+    /// wide as the sky.
     pub bsdf_samples_where_diffuse: bool,
     /// Parts of a pixel along each side, k: a sample of the pixel is the mean over `k²` camera
     /// rays, one in each part, and the `k² n` emitter samples of all of them are stratified
@@ -29,7 +29,7 @@ pub struct DirectLightOptions {
 }
 
 impl DirectLightOptions {
-    /// So many samples of the emitters and of the BSDF, everywhere.
+    /// This number of samples of the emitters and of the BSDF, everywhere.
     pub const fn samples(emitter_samples: u32, bsdf_samples: u32) -> Self {
         Self {
             emitter_samples,
@@ -87,18 +87,19 @@ impl std::error::Error for DirectLightError {}
 
 /// Estimates emission and light that is scattered once: all paths of one or two edges.
 ///
-/// The point that a camera ray meets contributes `L_e + ∫ f(ω_o, ω) L_e(ω) |cos θ| dω`, in
+/// The point that a camera ray hits contributes `L_e + ∫ f(ω_o, ω) L_e(ω) |cos θ| dω`, in
 /// the solid-angle measure. The integral is estimated by `n` samples of the emitters and `m` of the
 /// BSDF, combined with the power heuristic for these numbers (Veach 1997 §9.2.4, eq. 9.10). Its
 /// expectation is that of [`PathTracer`](crate::PathTracer) at a longest path of two edges, for any
-/// `n, m ≥ 1` and any [`EmitterSampler`]: more samples at the point spend less on camera rays.
+/// `n, m ≥ 1` and any [`EmitterSampler`]. With more samples at the point, fewer camera rays are
+/// needed.
 ///
-/// The i-th emitter sample chooses with a number from the i-th of `n` equal parts of the unit
-/// interval: since light trees keep the order of lights, no two ask the same region for light
-/// unless it is that bright.
+/// The i-th emitter sample uses a number from the i-th of `n` equal parts of the unit interval.
+/// Light trees keep the order of lights, so no two samples select the same region of lights unless
+/// it is that bright.
 ///
-/// With `n = 0` emitters that the BSDF cannot meet (points, spots, directions) are not seen, with
-/// `m = 0` delta lobes scatter nothing; everything else is still unbiased.
+/// With `n = 0`, emitters that the BSDF cannot hit (points, spots, directions) contribute nothing.
+/// With `m = 0`, delta lobes scatter nothing. Everything else is still unbiased.
 ///
 /// ```
 /// use lightshed_film::PixelEstimator;
@@ -119,17 +120,17 @@ pub struct DirectLight<'a, S = EmittersByPower<'a>> {
     points: PointSet,
 }
 
-/// Choices that are made together.
+/// Number of selections that are made together.
 const TOGETHER: usize = 16;
 
-/// A dimension of the random numbers that no ray of a sample comes to.
+/// A dimension of the random numbers that no ray of a sample reaches.
 const SHIFT_DIMENSION: u32 = u32::MAX;
 
-/// A surface point that is being lit.
+/// A surface point to be lit.
 struct Lit<K> {
     vertex: SurfaceVertex,
     site: K,
-    /// Samples of the BSDF that it gets.
+    /// Number of its BSDF samples.
     bsdf_samples: u32,
 }
 
@@ -156,7 +157,7 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         }
     }
 
-    /// With samples whose numbers are those of `points`; independent ones unless told otherwise.
+    /// With samples whose numbers are those of `points`; the default is independent ones.
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.points = points;
@@ -182,7 +183,7 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         camera.ray(Vec2::new(id.x as f32, id.y as f32) + within, u_lens)
     }
 
-    /// As many samples as make up to [`MAX_BATCH`] camera rays.
+    /// The number of samples that need up to [`MAX_BATCH`] camera rays.
     fn trace_batch(&self, ids: &[SampleId], seed: u64, values: &mut [Rgb]) {
         let (scene, each) = (self.scene, self.rays_per_sample() as usize);
         let count = ids.len().min(values.len()) * each;
@@ -240,8 +241,8 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         }
     }
 
-    /// Hands over the shadow rays of all samples of emitters, with what they bring if they are
-    /// free, times `n`.
+    /// Passes on the shadow rays of all emitter samples, with their contributions if unoccluded,
+    /// times `n`.
     #[inline(always)]
     fn sample_emitters(
         &self,
@@ -257,8 +258,8 @@ impl<'a, S: EmitterSampler> DirectLight<'a, S> {
         let (samples, rays) = (self.options.emitter_samples, self.rays_per_sample());
         // `2⁶⁴ / (k² n)`.
         let stratum = u64::MAX / (u64::from(samples) * u64::from(rays)).max(1);
-        // Which of the strata of each round is this ray's: a random rotation, so that each is as
-        // likely.
+        // The strata of each round that belong to this ray: a random rotation, so that each is
+        // equally likely.
         let turned = if rays > 1 { (part + shift % rays) % rays } else { 0 };
         let (mut u, mut done) = ([0; TOGETHER], 0);
         while done < samples {

@@ -42,7 +42,7 @@ pub struct LightcutOptions {
     pub bsdf_samples: u32,
     /// The tree that is cut.
     pub tree: CutTree,
-    /// Build the tree again for every frame, as lights that move ask for.
+    /// Build the tree again for every frame, as moving lights require.
     pub rebuild: bool,
 }
 
@@ -110,18 +110,18 @@ impl std::error::Error for LightcutError {
 /// Emission and light that is scattered once, by stochastic lightcuts (Lin 2022 ch. 4):
 /// `lightcuts`.
 ///
-/// For each block of `k × k` pixels, what one of them, chosen at random, sees decides a cut of `n`
-/// subtrees through a light tree; each pixel takes one light of every subtree by its own
-/// probabilities:
+/// For each block of `k × k` pixels, the surface that one of them, chosen at random, sees
+/// determines a cut of `n` subtrees through a light tree. Each pixel takes one light of every
+/// subtree by its own probabilities:
 ///
 /// > `L = Σ_s f(ω_o, ω_s) |cos θ_s| V L_e / (p_s p_ω)` (solid-angle measure), `p_s` the
 /// > probability within the subtree.
 ///
 /// With interleaving, pixel `p` of `m²` samples subtrees `⌊pn/m²⌋ … ⌊(p+1)n/m²⌋ − 1`
-/// (eq. 4.3), each counting `m²`-fold, with `p = i + f mod m²` in frame `f`: unbiased over `m²`
-/// frames, and over any number of frames in the mean over seeds, which turn the assignment.
-/// Emitters at infinity get one sample more, all together. Where the surface is not diffuse,
-/// samples of the BSDF join by the power heuristic with the expected numbers of samples.
+/// (eq. 4.3), each counting `m²`-fold, with `p = i + f mod m²` in frame `f`. This is unbiased
+/// over `m²` frames, and over any number of frames on average over seeds, which rotate the
+/// assignment. All emitters at infinity together get one more sample. If the surface is not
+/// diffuse, BSDF samples are combined by the power heuristic with the expected numbers of samples.
 ///
 /// The tree's build is part of every frame if [`LightcutOptions::rebuild`] says so.
 pub struct Lightcuts<'a> {
@@ -146,7 +146,7 @@ impl Tree {
     }
 }
 
-/// A dimension of the random numbers that no ray of a sample comes to.
+/// A dimension of the random numbers that no ray of a sample reaches.
 const BLOCK_DIMENSION: u32 = u32::MAX;
 
 /// Subtrees sampled together.
@@ -162,7 +162,7 @@ struct Seen {
     bsdf_samples: f32,
 }
 
-/// What a thread keeps from block to block.
+/// Memory that a thread keeps from block to block.
 struct Scratch {
     cut: Lightcut,
     seen: Vec<Option<Seen>>,
@@ -262,7 +262,7 @@ impl<'a> Lightcuts<'a> {
         let corner = top << 16 | left;
         let count = scratch.seen.len();
         let first = CounterRng::at(seed, corner, frame, BLOCK_DIMENSION) as usize % count.max(1);
-        // The next pixel after a random one that sees something.
+        // The next pixel after a random one that sees a surface.
         let representative = (0..count).find_map(|i| scratch.seen[(first + i) % count].as_ref());
         if let (Some(seen), Some(tree)) = (representative, &self.tree) {
             tree.subtrees()
@@ -313,13 +313,13 @@ impl<'a> Lightcuts<'a> {
         }
     }
 
-    /// How often a subtree is sampled by a pixel in the mean over frames, 1/m².
+    /// Expected number of samples of a subtree by a pixel in a frame, 1/m².
     fn frequency(&self) -> f32 {
         1.0 / (self.options.interleaving * self.options.interleaving) as f32
     }
 
-    /// Hands over the shadow rays of one light of each subtree of `part`, and of one emitter at
-    /// infinity, with what they bring if they are free.
+    /// Passes on the shadow rays of one light of each subtree of `part`, and of one emitter at
+    /// infinity, with their contributions if unoccluded.
     fn sample_emitters(
         &self,
         seen: &mut Seen,

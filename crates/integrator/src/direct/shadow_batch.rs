@@ -1,10 +1,10 @@
-//! Shadow rays that wait for company.
+//! Shadow rays that wait for a full batch.
 
 use lightshed_film::MAX_BATCH;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Ray, Rgb, Scene};
 
-/// Shadow rays with whose they are and what they bring, traced as many at a time as is best.
+/// Shadow rays with their owners and contributions, traced in batches of the best size.
 pub(crate) struct ShadowBatch {
     rays: [Ray; MAX_BATCH],
     brings: [(u8, Rgb); MAX_BATCH],
@@ -31,7 +31,7 @@ impl ShadowBatch {
         self.count += 1;
     }
 
-    /// Traces them, and adds what arrives: for each owner in the order in which it came.
+    /// Traces them, and adds the contributions that arrive: for each owner in the order of arrival.
     pub fn flush(&mut self, scene: &Scene, values: &mut [Rgb]) {
         let mut occluded = [false; MAX_BATCH];
         let count = std::mem::take(&mut self.count);

@@ -11,7 +11,7 @@ use lightshed_scene::glam::DVec3;
 /// §5.3 of *Path guiding in production*).
 ///
 /// A weight that is estimated from the same samples as the mean is biased: dark frames look
-/// certain. So each pixel is weighed by the variance of pixels of the other colour of a
+/// certain. So each pixel is weighted by the variance of pixels of the other colour of a
 /// checkerboard, whose samples are independent of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Combination {

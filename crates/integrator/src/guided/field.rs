@@ -25,8 +25,8 @@ pub enum SceneField {
     Mixture(GuidingField<MarkovModel>),
 }
 
-/// What a [`SceneField`] knows at a vertex.
-// Lobes are many numbers, which live on the stack of one vertex: a box would be an allocation.
+/// A [`SceneField`]'s knowledge at a vertex.
+// Lobes are many numbers on the stack of one vertex: a box would be an allocation.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub enum FieldDirections<'a> {

@@ -11,18 +11,18 @@ use lightshed_film::{FrameMethod, PixelEstimator, RayCounts, SampledFrames};
 use lightshed_scene::{Rgb, Scene};
 use std::sync::atomic::AtomicBool;
 
-/// Path tracing guided by what earlier frames found.
+/// Path tracing with a guide that learns from earlier frames.
 ///
 /// Directions at a vertex come from the mixture of BSDF and guide
 /// ([`DirectionGuide`](crate::DirectionGuide)), whose density enters all weights: each frame is
-/// unbiased whatever the guide has learnt. The samples that train are those that shade. Frames are
-/// combined by the inverse of their variance, and what `render_frame` returns is such that the
-/// *mean* of the frames so far is that combination: frame `f` is `(f + 1) C_f − f C_{f−1}`,
-/// which has the expectation of the image but may be negative.
+/// unbiased whatever the guide has learnt. The training samples also shade. Frames are combined by
+/// inverse variance. `render_frame` returns images such that the *mean* of the frames so far is
+/// that combination: frame `f` is `(f + 1) C_f − f C_{f−1}`, which has the expectation of the
+/// image but may be negative.
 ///
-/// A guide that gains less than it costs is dropped: where the variance of a frame without it,
-/// which the first frame shows, is not larger by more than the cost of guided paths, the rest of
-/// the frames are plain paths. The decision depends on samples alone and not on time.
+/// A guide that gains less than it costs is dropped. The first frame has no guide and shows the
+/// variance without one. If that is not larger by more than the cost of guided paths, the remaining
+/// frames are plain paths. The decision depends on samples alone and not on time.
 pub struct GuidedPaths<'a, S> {
     scene: &'a Scene,
     sampler: S,
@@ -37,15 +37,15 @@ pub struct GuidedPaths<'a, S> {
     before: Vec<Rgb>,
 }
 
-/// What a guided path is taken to cost, in plain ones.
+/// Assumed cost of a guided path, in plain ones.
 const COST: f64 = 2.5;
-/// Frames after which a guide has to gain what it costs.
+/// Number of frames after which a guide must gain more than it costs.
 const TRAINED: f64 = 16.0;
-/// Samples that a path gives, about.
+/// Approximate number of samples of a path.
 const SAMPLES_OF_PATH: f64 = 4.0;
 
 impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
-    /// Paths with the lengths that the scene's settings ask for.
+    /// Paths with the lengths of the scene's settings.
     ///
     /// # Errors
     /// Options out of range, a scene without extent.
@@ -150,7 +150,7 @@ impl<'a, S: EmitterSampler + Copy + Send> GuidedPaths<'a, S> {
         if frame == 0 {
             self.unguided = variance;
         }
-        // A guide that has learnt little must only gain, one that is trained must gain what it
+        // A guide that has learnt little must only gain; a trained one must gain more than it
         // costs.
         let progress = f64::from(frame + 1).log2() / TRAINED.log2();
         let cost = COST.powf((2.0 * progress - 1.0).clamp(0.0, 1.0));

@@ -1,4 +1,4 @@
-//! Path tracing whose directions are guided by what earlier frames found.
+//! Path tracing with guides that learn from earlier frames.
 
 mod combination;
 mod field;

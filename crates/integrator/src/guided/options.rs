@@ -1,4 +1,4 @@
-//! What guides, and how it is trained.
+//! Options of guides and their training.
 
 use lightshed_guiding::{
     FieldOptions, GuidingError, MarkovOptions, QuadtreeOptions, VmfFitOptions, WeightedTreeOptions,
@@ -75,7 +75,7 @@ pub struct GuidedPathsOptions {
     pub field: FieldOptions,
     /// Frames that train; the guide learns after the first, the second, the fourth and so on.
     pub training: u32,
-    /// Whether the guide learns after every frame instead, for ever: for what moves.
+    /// Whether the guide learns after every frame instead, without end; for moving scenes.
     pub every_frame: bool,
     /// The random numbers of a pixel's samples.
     pub points: PointSet,

@@ -7,13 +7,13 @@ use lightshed_sampling::{CounterRng, Density, luminance};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
 
-/// Hands what paths find to a field, vertex by vertex.
+/// Passes the results of paths to a field, vertex by vertex.
 ///
-/// A vertex at which a path went on by a lobe of some width gives a sample of weight `w = Y(L_o)`:
-/// the luminance of what was found from there on, over the throughput up to the vertex, so that `w`
-/// estimates `∫ f |cos θ| L_i dω` by the density of the mixture that was really sampled, with
-/// the MIS weights of emitters that were met and with all factors of roulette. Emitters that were
-/// sampled at the vertex itself do not count: a guide does not help to find them.
+/// A vertex at which a path continued by a lobe that has a width gives a sample of weight
+/// `w = Y(L_o)`: the luminance found from there on, divided by the throughput up to the vertex. So
+/// `w` estimates `∫ f |cos θ| L_i dω` by the density of the mixture that was actually sampled,
+/// with the MIS weights of emitters that were hit and with all factors of roulette. Emitters that
+/// were sampled at the vertex itself do not count: a guide does not help to find them.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldRecorder<'f> {
     field: &'f SceneField,
@@ -21,7 +21,7 @@ pub struct FieldRecorder<'f> {
     threshold: u32,
 }
 
-/// The word of a path's stream that decides whether it is kept: none that the path itself uses.
+/// The word of a path's stream that decides whether it is kept; the path itself does not use it.
 const KEEP_WORD: u32 = u32::MAX;
 /// Samples that go to the field together.
 const TOGETHER: usize = 16;

@@ -8,18 +8,18 @@ use lightshed_sampling::{CounterRng, PathSeed};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Hit, Ray, Rgb, Scene, SurfacePoint};
 
-/// Radiance that arrives along a ray, and from where.
+/// Radiance that arrives along a ray, and its origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Incident {
-    /// Emitted by what the ray meets first; sampling emitters may find that as well.
+    /// Emitted by the first surface that the ray hits; emitter sampling may find it, too.
     pub met: Rgb,
-    /// All else: through smooth surfaces, or scattered.
+    /// Everything else: through smooth surfaces, or scattered.
     pub rest: Rgb,
-    /// The apparent distance of what sent it.
+    /// The apparent distance of its origin.
     pub distance: f32,
 }
 
-/// Follows rays that leave what the camera sees.
+/// Traces rays that leave the points that the camera sees.
 pub(super) struct Follower<'a, S> {
     pub scene: &'a Scene,
     pub sampler: &'a S,
@@ -30,9 +30,9 @@ pub(super) struct Follower<'a, S> {
 }
 
 impl<S: EmitterSampler> Follower<'_, S> {
-    /// What `ray`, the second edge of a path, brings; it met `point`. Through smooth surfaces it
-    /// goes on, up to a surface that scatters; from there on paths are those of path tracing.
-    /// Returns the number of further rays too, those behind scattering surfaces left out.
+    /// Radiance along `ray`, the second edge of a path, which hit `point`. It continues through
+    /// smooth surfaces up to a surface that scatters; from there on paths are those of path
+    /// tracing. Also returns the number of further rays, without those behind scattering surfaces.
     pub fn follow(
         &self,
         ray: Ray,
@@ -91,7 +91,7 @@ impl<S: EmitterSampler> Follower<'_, S> {
         (incident, further)
     }
 
-    /// Paths that have `edges` edges when they come to a surface.
+    /// Paths that have `edges` edges when they reach a surface.
     fn suffix(&self, edges: u32) -> PathTracer<'_, &S> {
         let before = edges - 1;
         // A path tracer counts the edge that leads to the surface.

@@ -28,14 +28,14 @@ const FAR: f32 = 1e5;
 /// guiding that needs no list of lights.
 ///
 /// Each pixel has a chain whose state is one von Mises–Fisher lobe towards a place. In a step the
-/// pixel takes its own state, or that of a neighbour of the frame before; samples a direction by
-/// its lobe, or with probability 0.2 by the BSDF; and the state learns from what that met. The
-/// estimate is by stochastic MIS ([`spatial_smis`], [`temporal_smis`]), for which chains trade
-/// places in tiles of pixels. Each frame is unbiased whatever states it began with.
+/// pixel takes its own state, or that of a neighbour of the previous frame. It samples a direction
+/// by its lobe, or with probability 0.2 by the BSDF, and the state learns from the result. The
+/// estimate is by stochastic MIS ([`spatial_smis`], [`temporal_smis`]), for which chains exchange
+/// places in tiles of pixels. Each frame is unbiased for any initial states.
 ///
-/// Paths of two edges are direct light. With longer ones a direction also brings what comes through
-/// smooth surfaces, towards whose images lobes turn, and what is scattered on the way, by path
-/// tracing: the whole has the expectation of [`PathTracer`](crate::PathTracer).
+/// Paths of two edges are direct light. With longer ones a direction also brings light through
+/// smooth surfaces, towards whose images lobes turn, and light that is scattered on the way, by
+/// path tracing. The whole has the expectation of [`PathTracer`](crate::PathTracer).
 ///
 /// ```
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
@@ -68,7 +68,7 @@ pub struct Mixture<'a, S = EmittersByPower<'a>> {
 }
 
 impl<'a, S: EmitterSampler> Mixture<'a, S> {
-    /// Chains that know nothing. `sampler` is asked where emitters are sampled.
+    /// Chains with empty states. `sampler` is used where emitters are sampled.
     ///
     /// # Errors
     /// See [`MixtureError`].
@@ -93,7 +93,7 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
         Self { motion, ..self }
     }
 
-    /// Goes on in another scene with an image of the same size, and keeps the states: lamps and
+    /// Continues in another scene with an image of the same size, and keeps the states: lamps and
     /// objects may have moved.
     pub fn set_scene(&mut self, scene: &'a Scene, sampler: S) {
         (self.scene, self.sampler) = (scene, sampler);
@@ -105,7 +105,7 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
         &self.states
     }
 
-    /// Pixels of the frame before that saw what those of this frame see.
+    /// Pixels of the previous frame that saw what those of this frame see.
     fn seen_at(&self, frame: u32) -> Vec<Option<u32>> {
         let extent = extent_of(self.scene);
         let camera = self.motion.camera(self.scene, frame - 1);
@@ -196,7 +196,7 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
     }
 }
 
-/// The stream of a tile's permutations, apart from those of its pixels.
+/// The stream of a tile's permutations, separate from those of its pixels.
 fn shuffle_stream(numbers: FrameNumbers, first: usize) -> CounterRng {
     let mut stream = numbers.pass(Pass::Emitters).pixel(first);
     stream.set_dimension(stream.dimension() + (1 << 20));
@@ -232,7 +232,7 @@ impl<S: EmitterSampler + Send> FrameMethod for Mixture<'_, S> {
         let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel)?;
         self.tally.add(RayKind::Camera, rays as usize);
 
-        // A chain of frames begins with states that know nothing.
+        // A chain of frames starts with empty states.
         if frame == 0 || self.states.len() != extent.len() {
             self.states.clear();
         }

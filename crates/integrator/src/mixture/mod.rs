@@ -1,4 +1,5 @@
-//! Light at what the camera sees, by Markov chain mixtures: guiding that needs no list of lights.
+//! Light at the points that the camera sees, by Markov chain mixtures: guiding without a list of
+//! lights.
 
 mod incident;
 mod method;

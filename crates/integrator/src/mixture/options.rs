@@ -1,4 +1,4 @@
-//! How estimates are made of chains.
+//! Options: how chains estimate.
 
 use lightshed_guiding::{GuidingError, MarkovOptions};
 use lightshed_resampling::Exchange;
@@ -6,7 +6,7 @@ use lightshed_sampling::PointSet;
 use std::fmt;
 use std::str::FromStr;
 
-/// What the techniques of a set are.
+/// The techniques of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MixtureSets {
@@ -51,7 +51,7 @@ impl FromStr for MixtureSets {
     }
 }
 
-/// What [`Mixture`](crate::Mixture) does in a frame.
+/// The steps of [`Mixture`](crate::Mixture) in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MixtureOptions {
@@ -63,17 +63,16 @@ pub struct MixtureOptions {
     /// steps as `size` says if it is 0, spatial ones one.
     pub steps: u32,
     /// Whether one emitter sample a set and pixel is merged, by the balance heuristic over all
-    /// techniques. Without, emitters are sampled only where nothing else finds them: points and
+    /// techniques. Without it, emitters are sampled only if nothing else finds them: points and
     /// directions.
     pub samples_emitters: bool,
-    /// Whether states trade places; **biased** if not.
+    /// Whether states exchange places; **biased** if not.
     pub exchange: Exchange,
     /// How chains learn and wander.
     pub chains: MarkovOptions,
     /// Random numbers of camera rays over the frames.
     pub points: PointSet,
-    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their
-    /// own.
+    /// Whether emitting surfaces that the camera may see get several separate camera rays a frame.
     pub visible_emission: bool,
 }
 

@@ -33,7 +33,7 @@ impl From<Pass> for u32 {
     }
 }
 
-/// What all tiles of a frame share.
+/// Data common to all tiles of a frame.
 pub(super) struct Shared<'a, S> {
     pub follower: Follower<'a, S>,
     pub view: FrameView<'a>,
@@ -53,7 +53,7 @@ pub(super) struct Shared<'a, S> {
 }
 
 impl<S> Shared<'_, S> {
-    /// The pixel of the frame before that saw what a pixel sees.
+    /// The pixel of the previous frame that saw what a pixel sees.
     pub fn source(&self, pixel: usize) -> Option<usize> {
         match self.seen_at {
             None => Some(pixel),
@@ -62,14 +62,14 @@ impl<S> Shared<'_, S> {
     }
 }
 
-/// A direction, and what it brought.
+/// A direction, and its result.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Direction {
     direction: Vec3,
-    /// `f |cos θ| L` of what sampling emitters finds too, and of all else.
+    /// `f |cos θ| L` of light that emitter sampling finds, too, and of all other light.
     met: Rgb,
     rest: Rgb,
-    /// Density of the BSDF: for a lobe without width 1, and all others are 0.
+    /// Density of the BSDF: for a lobe without width it is 1, and all others are 0.
     scattering: f32,
     is_delta: bool,
     /// Density of sampling emitters.
@@ -80,7 +80,7 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// Along a lobe of some width, without light so far.
+    /// Along a lobe that has a width, without light so far.
     fn dark(direction: Vec3, scattering: f32, by: Option<Proposal>) -> Self {
         Self {
             direction,
@@ -100,7 +100,7 @@ pub(super) struct Tile<'a, S: EmitterSampler> {
     shared: &'a Shared<'a, S>,
     /// Pixels of the places.
     pub pixels: Vec<usize>,
-    /// What the choice among emitters knows of them.
+    /// The data of pixels that the selection of emitters uses.
     sites: Vec<S::Site>,
     /// The streams of the current step.
     streams: Vec<CounterRng>,
@@ -145,8 +145,8 @@ impl<'a, S: EmitterSampler> Tile<'a, S> {
         self.shared.pixels[self.pixels[place]].as_ref()
     }
 
-    /// Share of the BSDF in a technique at a pixel: all where there is no lobe, or nothing that it
-    /// could be for.
+    /// Share of the BSDF in a technique at a pixel: everything if there is no lobe, or nothing that
+    /// it could serve.
     fn defensive(&self, at: &Primary, technique: &Option<TargetLobe>) -> f32 {
         if technique.is_some() && at.bsdf.has_non_delta() {
             self.shared.options.chains.defensive_share
@@ -155,7 +155,7 @@ impl<'a, S: EmitterSampler> Tile<'a, S> {
         }
     }
 
-    /// Chooses a direction at a place; the ray to be traced, if it may bring anything.
+    /// Selects a direction at a place; returns the ray to be traced, if it may contribute.
     fn choose(
         &mut self,
         place: usize,
@@ -187,7 +187,7 @@ impl<'a, S: EmitterSampler> Tile<'a, S> {
         Some((dark, scattered.value))
     }
 
-    /// Density with which emitter samples find what a ray met.
+    /// Density with which emitter samples find what a ray hit.
     fn emitter_pdf(&self, place: usize, at: &Primary, ray: &Ray, met: Option<&SurfacePoint>) -> f32 {
         if !self.shared.options.samples_emitters {
             return 0.0;
@@ -370,7 +370,8 @@ impl<S: EmitterSampler> ChainTile for Tile<'_, S> {
             return;
         }
         let mut sample = Direction::dark(light.direction, scattered.pdf.value(), None);
-        // Nothing else finds a point or a direction: there the density is one of choices.
+        // Nothing else finds a point or a direction: there the density is a probability of
+        // selection.
         (sample.met, sample.emitters) = if light.is_delta {
             sample.scattering = 0.0;
             sample.is_delta = true;

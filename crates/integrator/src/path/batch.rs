@@ -9,7 +9,7 @@ use lightshed_film::MAX_BATCH;
 use lightshed_scene::{HitBatch, RayBatch, Rgb};
 
 /// Traces the first `alive` of `paths` to their ends, all at the same depth. Their rays are edges
-/// number `depth`; if paths have not as many, nothing is traced.
+/// number `depth`; if paths are not allowed that many, nothing is traced.
 pub(crate) fn follow<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
     paths: &mut Paths<S::Site>,
@@ -63,8 +63,8 @@ pub(crate) fn follow<S: EmitterSampler, G: DirectionGuide>(
     }
 }
 
-/// The last edge of each path: nothing but emission counts, so it is traced against what emits, and
-/// further only if there is light to be blocked.
+/// The last edge of each path: only emission counts, so it is traced against emitters, and further
+/// only if there is light to be blocked.
 #[inline(never)]
 fn end<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
@@ -77,7 +77,7 @@ fn end<S: EmitterSampler, G: DirectionGuide>(
     let mut hits = HitBatch::NONE;
     scene.intersect_emitting_batch(&paths.rays, alive, &mut hits);
     let everywhere = scene.emitters().environment().is_some();
-    // Rays that are still of interest, as far as they matter, and where they come from.
+    // Rays that still matter, up to the length that matters, and their origins.
     let mut rays = RayBatch::NOWHERE;
     let mut places = [0u8; MAX_BATCH];
     let mut count = 0;

@@ -1,37 +1,38 @@
-//! Who ends paths before their vertices scatter.
+//! Endings: paths that end before their vertices scatter.
 
 use lightshed_film::SampleId;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
 
-/// Says at each vertex how much of a path goes on, and what stands in for the rest: how paths end
-/// in caches.
+/// Decides at each vertex which share of a path continues, and the radiance that replaces the rest:
+/// this ends paths in caches.
 ///
 /// At a vertex, before anything is sampled there, a path of throughput `T` is given a share `α`
-/// and a radiance `r`. The pixel gets `r`, and all that follows counts with `α T`. Emission that
-/// the path met at the vertex has counted before, in full. With `r` an unbiased estimate of
-/// `(1 − α) T` times the radiance that the vertex scatters, the image stays what it is; else it
-/// is biased.
+/// and a radiance `r`. The pixel gets `r`, and everything that follows counts with `α T`. Emission
+/// that the path hit at the vertex has counted before, in full. If `r` is an unbiased estimate of
+/// `(1 − α) T` times the radiance that the vertex scatters, the image is unchanged in
+/// expectation; otherwise it is biased.
 pub trait PathEnding: Sync {
     /// Whether it ever ends a path: false compiles to nothing.
     const IS_ACTIVE: bool = true;
 
-    /// What is remembered of a path from vertex to vertex.
+    /// State of a path that is kept from vertex to vertex.
     type Path: Copy + Default + Send;
 
-    /// What becomes of a path at a vertex. A pure function of its arguments.
+    /// The decision at a vertex. A pure function of its arguments.
     fn at(&self, path: &mut Self::Path, vertex: &EndingVertex) -> VertexEnding;
 
-    /// So many rays were traced that continue paths, camera rays included, and so many to emitters.
+    /// Reports the numbers of traced rays: those that continue paths, camera rays included, and
+    /// those to emitters.
     #[inline(always)]
     fn count(&self, _path: usize, _emitter: usize) {}
 }
 
-/// A vertex on a surface that a path has come to.
+/// A vertex on a surface that a path has reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndingVertex {
-    /// The sample that the path is, under `seed`: what names random numbers. The path's own are the
+    /// The sample of the path, under `seed`: it identifies random numbers. The path itself uses the
     /// words below `8 · 2²⁸`.
     pub id: SampleId,
     /// The seed.
@@ -42,25 +43,26 @@ pub struct EndingVertex {
     pub position: Vec3,
     /// Unit geometric normal, on the side from which the path came.
     pub normal: Vec3,
-    /// Cosine between that and the direction from which the path came; not negative.
+    /// Cosine between that normal and the direction from which the path came; not negative.
     pub cos_theta: f32,
     /// Length of the edge that leads to it.
     pub distance: f32,
     /// Density with which the edge's direction was sampled; infinite from the camera and by a lobe
     /// without width.
     pub pdf: Density<SolidAngle>,
-    /// What radiance that leaves the vertex counts for in the pixel.
+    /// Weight in the pixel of radiance that leaves the vertex.
     pub throughput: Rgb,
     /// Whether the surface has a lobe of some width.
     pub has_non_delta: bool,
 }
 
-/// What becomes of a path at a vertex.
+/// The decision about a path at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VertexEnding {
     /// What the pixel gets.
     pub radiance: Rgb,
-    /// The share of the path that goes on: 0 if it ends. Above 1 where roulette made up for others.
+    /// The share of the path that continues: 0 if it ends. Above 1 where it compensates for
+    /// roulette.
     pub goes_on: f32,
 }
 

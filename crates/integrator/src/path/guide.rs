@@ -1,28 +1,28 @@
-//! Directions by a guide, besides those of what scatters.
+//! Guides: directions besides those of the BSDF or phase function.
 
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
 use lightshed_scene::glam::Vec3;
 
-/// A vertex, as a guide knows it.
+/// A vertex, as a guide sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuidedVertex {
     /// Position.
     pub position: Vec3,
     /// Unit shading normal, on either side of the surface; `None` in a medium.
     pub normal: Option<Vec3>,
-    /// Unit direction towards the vertex before.
+    /// Unit direction towards the previous vertex.
     pub outgoing: Vec3,
 }
 
-/// Says where light is likely to come from.
+/// Proposes directions from which light is likely to come.
 ///
 /// At a vertex with a guide `g` of share `α`, directions have the density
-/// `p = (1 − α) p_s + α p_g`, with `p_s` that of what scatters there (its lobes without width
-/// apart), in the solid-angle measure: one sample of the mixture, whose density enters all weights,
-/// so that estimates are unbiased for any guide, however wrong. A wrong one costs noise: at most a
-/// weight of `1/(1 − α)` times that without it.
+/// `p = (1 − α) p_s + α p_g`, with `p_s` that of the BSDF or phase function (without lobes that
+/// have no width), in the solid-angle measure. This is one sample of the mixture, whose density
+/// enters all weights, so estimates are unbiased for any guide, however wrong. A wrong guide costs
+/// noise: at most a weight of `1/(1 − α)` times that without it.
 ///
-/// Nothing is guided where only lobes without width scatter.
+/// Nothing is guided where all lobes have no width.
 pub trait DirectionGuide: Sync {
     /// Whether it ever guides: false compiles to nothing.
     const IS_ACTIVE: bool = true;
@@ -33,13 +33,12 @@ pub trait DirectionGuide: Sync {
         Self: 'g;
 
     /// The directions from which light comes to a vertex, and the share `α` of them; `None` leaves
-    /// them to what scatters. `α` is brought into 0 to [`MAX_GUIDE_SHARE`]; not a number is 0. A
-    /// pure function as long as paths are traced.
+    /// all to the BSDF. `α` is clamped to 0 to [`MAX_GUIDE_SHARE`]; NaN counts as 0. A pure
+    /// function as long as paths are traced.
     fn guide(&self, vertex: &GuidedVertex) -> Option<(Self::Distribution<'_>, f32)>;
 }
 
-/// Largest share of directions that is left to a guide: what it does not know of must be found as
-/// well.
+/// Largest share of directions that a guide gets: light that it does not know must be found, too.
 pub const MAX_GUIDE_SHARE: f32 = 0.99;
 
 /// No guide.

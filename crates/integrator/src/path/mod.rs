@@ -37,20 +37,20 @@ pub(crate) use suffix::trace_suffixes;
 /// Estimates the light transport equation by paths from the camera.
 ///
 /// A path `x₀ x₁ … x_k` contributes `f(x̄) = T(x₀…x_k) L_e(x_k → x_{k−1})`. Its last
-/// vertex is found in two ways: by sampling an emitter, or by going on and meeting one. Both are
+/// vertex is found in two ways: by sampling an emitter, or by a direction that hits one. Both are
 /// weighted by the power heuristic, of densities in the solid-angle measure at `x_{k−1}` (Veach
 /// 1997 §9.2.4, eq. 9.10). An emitter that only one technique can find has weight 1 with it.
 ///
-/// Emitters are chosen by an [`EmitterSampler`]. Directions are those of the BSDF, or of its
-/// mixture with a [`DirectionGuide`]. A [`PathObserver`] is told of every path, a [`PathEnding`]
-/// may end them early. What is not there compiles to nothing.
+/// Emitters are selected by an [`EmitterSampler`]. Directions are those of the BSDF, or of its
+/// mixture with a [`DirectionGuide`]. A [`PathObserver`] sees every path; a [`PathEnding`] may end
+/// them early. Absent parts compile to nothing.
 ///
 /// The estimate is unbiased for paths of up to `max_depth` edges: 1 shows emitters only, 2 adds
 /// direct light, and so on; the same expectation for any sampler and guide. Longer paths than
 /// `roulette_depth` edges survive with probability `min(max(T η²), 0.95)`.
 ///
-/// Paths are traced in batches, all at the same depth, so that rays can be in flight together; each
-/// has random numbers of its own, and its result does not depend on the others.
+/// Paths are traced in batches, all at the same depth, so that several rays are in flight together.
+/// Each path has its own random numbers, and its result does not depend on the others.
 ///
 /// ```
 /// use lightshed_film::PixelEstimator;
@@ -68,12 +68,12 @@ pub struct PathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver, 
     pub(crate) observer: O,
     ending: E,
     points: PointSet,
-    /// What sees emission directly, if that is not the paths.
+    /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
 }
 
 impl<'a, S: EmitterSampler> PathTracer<'a, S> {
-    /// A path tracer with the lengths that the scene's settings ask for.
+    /// A path tracer with the lengths of the scene's settings.
     pub fn new(scene: &'a Scene, sampler: S) -> Self {
         Self {
             transport: Transport::new(scene, sampler),
@@ -95,16 +95,16 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         self
     }
 
-    /// With samples whose numbers are those of `points`; independent ones unless told otherwise.
+    /// With samples whose numbers are those of `points`; the default is independent ones.
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.points = points;
         self
     }
 
-    /// With several camera rays a sample where emitting surfaces may be seen, which stand for what
-    /// paths of one edge meet there. Changes nothing where that cannot gain: without such surfaces,
-    /// where they may be seen everywhere, through a lens. The longest path must be set before.
+    /// With several camera rays a sample where emitting surfaces may be visible; they replace what
+    /// paths of one edge hit there. Changes nothing where that cannot gain: without such surfaces,
+    /// if they may be visible everywhere, or through a lens. The longest path must be set before.
     #[must_use]
     pub fn with_visible_emission(mut self) -> Self {
         let scene = self.transport.scene;
@@ -140,7 +140,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         }
     }
 
-    /// Watched by `observer`, who is told of every sample. The samples' values stay the same.
+    /// With an `observer` that sees every sample. The samples' values stay the same.
     #[must_use]
     pub fn with_observer<P: PathObserver>(self, observer: P) -> PathTracer<'a, S, G, P, E> {
         PathTracer {
@@ -152,7 +152,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         }
     }
 
-    /// With paths that `ending` ends. The estimate is then what it makes of it.
+    /// With paths that `ending` ends. The estimate is then that of the ending.
     #[must_use]
     pub fn with_ending<F: PathEnding>(self, ending: F) -> PathTracer<'a, S, G, O, F> {
         PathTracer {
@@ -164,8 +164,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         }
     }
 
-    /// Radiance that arrives along `ray`, from one path that nobody watches or ends. The vertex at
-    /// the end of edge `d` uses words `8 d` to `8 d + 7` of `rng`, wherever that stands.
+    /// Radiance that arrives along `ray`, from one path without observer or ending. The vertex at
+    /// the end of edge `d` uses words `8 d` to `8 d + 7` of `rng`, wherever it currently is.
     pub fn radiance(&self, ray: Ray, mut rng: CounterRng) -> Rgb {
         let (points, seed) = (PointSet::Independent, 0);
         let mut pixels = Pixels::new(PathWords { points, seed }, &NoObserver, &NoEnding, &[]);
@@ -179,13 +179,13 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         PathWords { points, seed }
     }
 
-    /// Samples whose paths leave out the emission that the camera sees directly, as bits.
+    /// Samples whose paths leave out directly visible emission, as bits.
     #[inline(always)]
     fn taken(&self, ids: &[SampleId]) -> u64 {
         self.visible.as_ref().map_or(0, |visible| visible.taken(ids))
     }
 
-    /// Emission that samples see directly, where paths leave it out.
+    /// Directly visible emission of samples whose paths leave it out.
     #[inline(always)]
     fn add_visible(&self, ids: &[SampleId], words: PathWords, values: &mut [Rgb]) {
         if let Some(visible) = &self.visible
@@ -196,8 +196,8 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         }
     }
 
-    /// Radiance that a surface scatters against `ray`, which met it at `point`: that of
-    /// [`radiance`](Self::radiance) without what the surface emits, and with the same numbers.
+    /// Radiance that a surface scatters against `ray`, which hit it at `point`: that of
+    /// [`radiance`](Self::radiance) without the surface's emission, and with the same numbers.
     pub(crate) fn scattered(&self, ray: Ray, point: SurfacePoint, mut rng: CounterRng) -> Rgb {
         let (points, seed) = (PointSet::Independent, 0);
         let mut pixels = Pixels::new(PathWords { points, seed }, &NoObserver, &NoEnding, &[]);
@@ -206,12 +206,12 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         pixels.finish()[0]
     }
 
-    /// Traces one path by itself: what batches are held to, bit for bit.
+    /// Traces one path by itself: the reference for batches, bit for bit.
     fn walk<P: Purpose>(&self, ray: Ray, numbers: impl FnMut(u32) -> VertexNumbers, purpose: &mut P) {
         self.walk_from(ray, None, numbers, purpose);
     }
 
-    /// The same for a path whose ray has `met` a surface, of which `purpose` knows.
+    /// The same for a path whose ray has already `met` a surface, which `purpose` knows.
     fn walk_from<P: Purpose>(
         &self,
         ray: Ray,

@@ -1,10 +1,10 @@
-//! Which random numbers a path uses where.
+//! The assignment of random numbers to the vertices of a path.
 
 use super::transport::VertexStream;
 use lightshed_lanes::{LANES, LaneWords, Lanes};
 use lightshed_sampling::{CounterRng, PointSet, f32_from_u32, f32_from_u32_lanes};
 
-/// Words set aside for each vertex; the camera has the first ones.
+/// Words reserved for each vertex; the camera has the first ones.
 const WORDS: u32 = 8;
 
 /// Random numbers of one vertex.
@@ -34,7 +34,7 @@ impl VertexNumbers {
 }
 
 impl VertexNumbers {
-    /// Out of the vertex's two blocks of words.
+    /// From the vertex's two blocks of words.
     #[inline(always)]
     fn from_blocks([[low, high, a, b], [c, d, e, f]]: [[u32; 4]; 2]) -> Self {
         Self {
@@ -69,7 +69,7 @@ impl VertexStream for &VertexNumbers {
     }
 }
 
-/// A vertex's numbers as they come: where flights draw as many as they need, places have no
+/// A vertex's numbers in sequence: if flights draw as many as they need, fixed places have no
 /// meaning.
 impl VertexStream for CounterRng {
     #[inline(always)]
@@ -156,7 +156,7 @@ impl<L: Lanes> VertexLanes<L> {
     }
 }
 
-/// Where paths from the camera get their words: a point set under a seed.
+/// The source of words for paths from the camera: a point set under a seed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathWords {
     pub points: PointSet,
@@ -195,8 +195,8 @@ impl PathWords {
     }
 }
 
-/// Which dimensions of a block are what at a vertex. The first two of a Sobol block are stratified
-/// best: they are the place on an emitter, and the direction. The third chooses the emitter (the
+/// The use of the dimensions of a block at a vertex. The first two of a Sobol block are stratified
+/// best: they are the position on an emitter, and the direction. The third selects the emitter (the
 /// high half of its number), or the lobe.
 #[inline(always)]
 fn arrange<W: Copy>(points: PointSet, block: u32, [a, b, c, d]: [W; 4]) -> [W; 4] {

@@ -1,4 +1,4 @@
-//! Who wants to know what becomes of paths.
+//! Observers of paths.
 
 use lightshed_film::SampleId;
 use lightshed_lights::ShadingPoint;
@@ -6,27 +6,27 @@ use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
 
-/// Watches the paths of a tracer: what guides and caches are trained by.
+/// Observes the paths of a tracer; guides and caches are trained by it.
 pub trait PathObserver: Sync {
     /// Whether it watches at all: false compiles to nothing.
     const IS_ACTIVE: bool = true;
 
-    /// A path is complete. Called once for each sample, from any thread and in any order: what is
-    /// to be the same for any number of threads is summed in the order of [`ObservedPath::id`] or
-    /// in integers.
+    /// A path is complete. Called once for each sample, from any thread and in any order. To get
+    /// the same result for any number of threads, sum in the order of [`ObservedPath::id`] or in
+    /// integers.
     fn observe(&self, path: &ObservedPath<'_>);
 }
 
-/// A path from the camera with all that it found.
+/// A path from the camera with all of its results.
 #[derive(Clone, Copy, Debug)]
 pub struct ObservedPath<'a> {
-    /// The sample that it is, under `seed`.
+    /// Its sample number under `seed`.
     pub id: SampleId,
     /// The seed.
     pub seed: u64,
     /// Its vertices that scatter, in order.
     pub vertices: &'a [PathVertex],
-    /// What it found. Their sum in this order is [`radiance`](Self::radiance), bit for bit.
+    /// The light it found. Its sum in this order is [`radiance`](Self::radiance), bit for bit.
     pub contributions: &'a [PathContribution],
     /// Radiance that arrives at the camera: the sample's value.
     pub radiance: Rgb,
@@ -41,18 +41,19 @@ pub struct PathVertex {
     pub position: Vec3,
     /// Unit shading normal, on either side of the surface; `None` in a medium.
     pub normal: Option<Vec3>,
-    /// What the choice among emitters may know of it.
+    /// The data that the selection of emitters may use.
     pub lit: ShadingPoint,
     /// Unit direction of the edge that leads to it.
     pub incoming: Vec3,
-    /// What radiance that leaves the vertex against `incoming` counts for in the pixel.
+    /// Weight in the pixel of radiance that leaves the vertex against `incoming`.
     pub throughput: Rgb,
-    /// Direction towards the emitter that was sampled there, and its density with the choice of
-    /// emitter (zero for lights that nothing else can meet); `None` if the sample has value zero.
+    /// Direction towards the emitter that was sampled there, and its density including the
+    /// selection of the emitter (zero for lights that nothing else can hit); `None` if the sample
+    /// has value zero.
     pub emitter: Option<(Vec3, Density<SolidAngle>)>,
     /// Index of that emitter.
     pub emitter_index: Option<u32>,
-    /// How the path went on; `None` if it ended.
+    /// The continuation of the path; `None` if it ended.
     pub onward: Option<PathDirection>,
 }
 
@@ -61,16 +62,16 @@ pub struct PathVertex {
 pub struct PathDirection {
     /// Unit direction.
     pub direction: Vec3,
-    /// Density with which the direction was really sampled: of the mixture with a guide where there
+    /// Density with which the direction was actually sampled: of the mixture with a guide, if there
     /// is one. Infinite for a lobe without width.
     pub pdf: Density<SolidAngle>,
-    /// Density with which what scatters would have sampled it, lobes without width apart:
-    /// [`pdf`](Self::pdf) where there is no guide.
+    /// Density with which the BSDF or phase function would have sampled it, without lobes that have
+    /// no width: [`pdf`](Self::pdf) if there is no guide.
     pub scattering_pdf: Density<SolidAngle>,
     /// Whether it left by a lobe without width.
     pub is_delta: bool,
-    /// What radiance that arrives from there counts for in the pixel: `f |cos θ| / p` times the
-    /// throughput, over the probability of having survived roulette.
+    /// Weight in the pixel of radiance that arrives from there: `f |cos θ| / p` times the
+    /// throughput, divided by the probability of having survived roulette.
     pub throughput: Rgb,
 }
 
@@ -79,15 +80,16 @@ pub struct PathDirection {
 pub struct PathContribution {
     /// Edges of the path from the camera to what emits.
     pub edges: u32,
-    /// Whether its end was found by sampling an emitter from the vertex before; else it was met.
+    /// Whether its end was found by emitter sampling from the previous vertex; otherwise a
+    /// direction hit it.
     pub is_sampled_emitter: bool,
-    /// What it adds to the pixel, with its MIS weight.
+    /// Its contribution to the pixel, with its MIS weight.
     pub radiance: Rgb,
 }
 
 impl ObservedPath<'_> {
-    /// What the emitter that was sampled at vertex number `index` added to the pixel, with its MIS
-    /// weight; `None` if it was hidden.
+    /// Contribution to the pixel of the emitter that was sampled at vertex number `index`, with its
+    /// MIS weight; `None` if it was hidden.
     pub fn from_sampled_emitter(&self, index: usize) -> Option<Rgb> {
         let edges = self.vertices.get(index)?.depth + 1;
         let mut found = self.contributions.iter();
@@ -96,9 +98,9 @@ impl ObservedPath<'_> {
             .map(|light| light.radiance)
     }
 
-    /// An estimate of the radiance that arrives at vertex number `index` from where the path went
-    /// on, with the MIS weights of what was met at the next edge; over [`PathDirection::pdf`] it is
-    /// what a guide learns from. `None` if the path ended there.
+    /// An estimate of the radiance that arrives at vertex number `index` from where the path
+    /// continued, with the MIS weights of what the next edge hit. Divided by
+    /// [`PathDirection::pdf`], it is what a guide learns from. `None` if the path ended there.
     pub fn arrived(&self, index: usize) -> Option<Rgb> {
         let vertex = self.vertices.get(index)?;
         let onward = vertex.onward?;
@@ -136,7 +138,7 @@ impl<O: PathObserver> PathObserver for &O {
     }
 }
 
-/// What is known of a path that is watched, so far.
+/// The record of an observed path so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trail {
     pub vertices: Vec<PathVertex>,

@@ -11,8 +11,8 @@ const _: () = assert!(MAX_BATCH == Column::CAPACITY && MAX_BATCH == u64::BITS as
 
 const ZEROS: Column = Column::splat(0.0);
 
-/// Paths on their way, one column a number. Those that go on stand first. `K` is what the choice
-/// among emitters knows of a vertex.
+/// Active paths, one column a number. Those that continue come first. `K` is the data of a vertex
+/// that the selection of emitters uses.
 #[derive(Clone)]
 pub(crate) struct Paths<K> {
     /// The current rays.
@@ -26,7 +26,7 @@ pub(crate) struct Paths<K> {
     pub pdf: Column,
     /// [`Bounce::site`].
     pub sites: [K; MAX_BATCH],
-    /// Two words that name the path for its random numbers: pixel and sample, or the words of a
+    /// Two words that identify the path for its random numbers: pixel and sample, or the words of a
     /// seed.
     pub name: [Column; 2],
     /// Place of the path in the batch as it began, as a word.
@@ -49,8 +49,7 @@ impl<K: Copy + Default> Paths<K> {
         }
     }
 
-    /// Begins a path at a place of the batch: by its state, ray and names, for whoever is its
-    /// owner.
+    /// Starts a path at a place of the batch, by its state, ray and names.
     pub fn begin(&mut self, index: usize, state: &PathState<K>, ray: &Ray, names: [u32; 2], owner: usize) {
         self.set(index, state, ray);
         for (name, word) in self.name.iter_mut().zip(names) {
@@ -105,10 +104,10 @@ impl<K: Copy + Default> Paths<K> {
     }
 }
 
-/// Light on its way to paths, if nothing is in between, see [`Shadow`].
+/// Light on its way to paths, if nothing blocks it, see [`Shadow`].
 pub(super) struct Shadows {
     pub rays: RayBatch,
-    /// What then arrives, throughput included.
+    /// Its contribution if it arrives, throughput included.
     pub radiance: [Column; 3],
     /// Places of the results, as words.
     pub owner: Column,

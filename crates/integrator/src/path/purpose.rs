@@ -13,10 +13,10 @@ use lightshed_lanes::Lanes;
 use lightshed_sampling::Density;
 use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
 
-/// Who wants to know what the paths of a batch find. A path is known by its place among those that
-/// the batch began with.
+/// The receiver of a batch's results. A path is identified by its place among those with which the
+/// batch started.
 pub(crate) trait Purpose {
-    /// Whether vertices are told of: then none is shaded in lanes.
+    /// Whether vertices are reported: then none is shaded in lanes.
     const OBSERVES: bool = false;
 
     /// Whether paths may end before their vertices: then none is shaded in lanes.
@@ -25,7 +25,7 @@ pub(crate) trait Purpose {
     /// Four random words of eight paths with these names.
     fn words<L: Lanes>(&self, names: [L::Words; 2], block: u32) -> [L::Words; 4];
 
-    /// So many paths have traced their rays, their edges number `depth`.
+    /// This number of paths have traced their rays, their edges number `depth`.
     #[inline(always)]
     fn hit<K: Copy + Default>(
         &mut self,
@@ -36,8 +36,8 @@ pub(crate) trait Purpose {
     ) {
     }
 
-    /// A path's ray, its edge number `depth`, has met `point`, or the environment. Nothing need be
-    /// emitted there.
+    /// A path's ray, its edge number `depth`, has hit `point`, or the environment. There may be no
+    /// emission there.
     fn arrive<S: EmitterSampler, G: DirectionGuide>(
         &mut self,
         transport: &Transport<'_, S, G>,
@@ -48,8 +48,9 @@ pub(crate) trait Purpose {
         point: Option<&SurfacePoint>,
     );
 
-    /// A path has come to a surface by its edge number `depth`, and nothing is sampled there yet:
-    /// whether it goes on, maybe with less throughput. Asked only if [`ENDS`](Self::ENDS).
+    /// A path has reached a surface by its edge number `depth`, and nothing is sampled there yet.
+    /// Returns whether it continues, possibly with less throughput. Called only if
+    /// [`ENDS`](Self::ENDS).
     #[inline(always)]
     fn goes_on<K>(
         &mut self,
@@ -62,14 +63,14 @@ pub(crate) trait Purpose {
         true
     }
 
-    /// A path has come to a vertex that scatters.
+    /// A path has reached a vertex that scatters.
     #[inline(always)]
     fn scatter(&mut self, _place: usize, _vertex: PathVertex) {}
 
     /// A path of `length` edges has reached an emitter by sampling it.
     fn connect(&mut self, place: usize, length: u32, radiance: Rgb);
 
-    /// So many rays were traced to go on, and to emitters.
+    /// Numbers of rays that continued paths, and of rays to emitters.
     #[inline(always)]
     fn count(&mut self, _path: usize, _emitter: usize) {}
 }
@@ -109,12 +110,12 @@ pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
     radiances: [Rgb; MAX_BATCH],
     observer: &'o O,
     ending: &'o E,
-    /// The samples that the paths are, and what who ends them remembers of each.
+    /// The samples of the paths, and the ending's state of each.
     ids: &'o [SampleId],
     endings: [E::Path; MAX_BATCH],
     /// Of each path that is watched.
     trails: Vec<Trail>,
-    /// Paths, as bits, whose radiances leave out surfaces' emission at the end of the first edge.
+    /// Paths, as bits, whose radiances leave out surface emission at the end of the first edge.
     without_visible: u64,
 }
 
@@ -135,8 +136,8 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
         }
     }
 
-    /// Without surfaces' emission at the end of the first edge of these paths, a bit each;
-    /// observers still hear of it.
+    /// Without surface emission at the end of the first edge of these paths, a bit each; observers
+    /// still see it.
     #[inline(always)]
     pub fn without_visible(mut self, paths: u64) -> Self {
         self.without_visible = paths;

@@ -1,5 +1,5 @@
-//! How light scatters at a vertex of a path: at a surface or in a medium, by itself or in a mixture
-//! with a guide.
+//! Scattering at a vertex of a path: at a surface or in a medium, alone or in a mixture with a
+//! guide.
 
 use super::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE};
 use crate::light_selection::shading_point;
@@ -16,15 +16,15 @@ pub(crate) trait Vertex {
     const HAS_LOBES: bool;
 
     fn position(&self) -> Vec3;
-    /// As the choice among emitters sees it.
+    /// In the form that the selection of emitters uses.
     fn shading_point(&self) -> ShadingPoint;
     fn guided(&self) -> GuidedVertex;
-    /// Whether there is a lobe of some width.
+    /// Whether there is a lobe that has a width.
     fn has_non_delta(&self) -> bool;
-    /// Value and density of the lobes of some width.
+    /// Value and density of the lobes that have a width.
     fn evaluate(&self, direction: Vec3) -> Scattered;
     fn sample(&self, u_lobe: f32, u: [f32; 2]) -> Option<ScatteredDirection>;
-    /// What must be free for a sampled emitter to be seen.
+    /// The segment that must be free for a sampled emitter to be visible.
     fn shadow_ray(&self, light: &EmitterSample) -> Ray;
     /// `w_e f |cos θ| L_e / p_e`, multiplied in the order of the vertex's kind.
     fn weighted(light: &EmitterLight) -> Rgb;
@@ -59,7 +59,7 @@ pub(crate) struct ScatteredDirection {
     pub direction: Vec3,
     /// `f |cos θ| / p`.
     pub weight: Rgb,
-    /// Over all lobes of some width; infinite for a lobe without.
+    /// Over all lobes that have a width; infinite for a lobe without.
     pub pdf: Density<SolidAngle>,
     /// The same without a guide.
     pub own_pdf: Density<SolidAngle>,
@@ -73,7 +73,7 @@ pub(crate) struct ScatteredDirection {
 pub(crate) struct SurfaceVertex {
     pub point: SurfacePoint,
     pub bsdf: Bsdf,
-    /// Towards the vertex before, in the shading frame.
+    /// Towards the previous vertex, in the shading frame.
     pub wo: Vec3,
     /// The same in the world.
     outgoing: Vec3,
@@ -154,7 +154,7 @@ impl Vertex for SurfaceVertex {
     }
 }
 
-/// A collision in a medium. Its albedo is part of the path's throughput already.
+/// A collision in a medium. The path's throughput already contains its albedo.
 pub(crate) struct MediumVertex<'a> {
     pub medium: &'a Medium,
     pub position: Vec3,
@@ -243,7 +243,7 @@ impl<'v, V: Vertex, D: DirectionDistribution> Scattering<'v, V, D> {
         }
     }
 
-    /// Density of the mixture where that of what scatters is `pdf`.
+    /// Density of the mixture if that of the BSDF or phase function is `pdf`.
     #[inline(always)]
     fn mixed(&self, direction: Vec3, pdf: Density<SolidAngle>) -> Density<SolidAngle> {
         match &self.guide {
@@ -264,7 +264,7 @@ impl<'v, V: Vertex, D: DirectionDistribution> Scattering<'v, V, D> {
         }
     }
 
-    /// A direction by the mixture. `u_lobe` chooses its part, and what is left of it the lobe.
+    /// A direction by the mixture. `u_lobe` selects its part, and the rest of it the lobe.
     #[inline(always)]
     pub fn sample(&self, u_lobe: f32, u: [f32; 2]) -> Option<ScatteredDirection> {
         match &self.guide {

@@ -1,7 +1,7 @@
 //! The vertices of a batch: eight at a time where surfaces are diffuse, one at a time elsewhere.
 //!
-//! In lanes and alone a vertex takes the same operations in the same order, so a path has the same
-//! value, bit for bit, in any company.
+//! A vertex takes the same operations in the same order in lanes and alone, so a path has the same
+//! value, bit for bit, in any batch.
 
 use super::guide::DirectionGuide;
 use super::numbers::{VertexLanes, VertexNumbers};
@@ -17,9 +17,9 @@ use lightshed_sampling::{CosineHemisphere, power_heuristic_lanes};
 use lightshed_scene::{DiffuseLanes, HitBatch};
 use std::f32::consts::FRAC_1_PI;
 
-/// Takes in what the rays of `paths` (and how many there are), their edge number `depth`, have hit:
-/// tells `purpose`, and samples emitters into `shadows` and continuations into `next`, whose number
-/// it returns.
+/// Processes what the rays of `paths` (and their number), their edge number `depth`, have hit:
+/// reports to `purpose`, and samples emitters into `shadows` and continuations into `next`, whose
+/// number it returns.
 pub(super) fn shade<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
     depth: u32,
@@ -70,7 +70,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, 
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
-    /// Whether diffuse surfaces are shaded in lanes. Guides and caches know one vertex at a time.
+    /// Whether diffuse surfaces are shaded in lanes. Guides and caches handle one vertex at a time.
     const IN_LANES: bool = !(P::OBSERVES || P::ENDS || (G::IS_ACTIVE && !cfg!(lightshed_without = "guide")));
 
     /// Paths `place` to `place + 7`.
@@ -162,7 +162,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         }
     }
 
-    /// [`Transport::advance`] of the paths on diffuse surfaces, but for emission.
+    /// [`Transport::advance`] of the paths on diffuse surfaces, without emission.
     #[inline(always)]
     fn diffuse<L: Lanes>(&mut self, place: usize, point: &DiffuseLanes<L>, numbers: &VertexLanes<L>) {
         let paths = self.paths;

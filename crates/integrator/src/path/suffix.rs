@@ -1,5 +1,5 @@
-//! Suffixes of paths, behind their reconnection vertices: the path tracer's batches, told what they
-//! find path by path.
+//! Suffixes of paths, behind their reconnection vertices: the path tracer's batches report their
+//! results path by path.
 
 use super::batch::follow;
 use super::guide::DirectionGuide;
@@ -15,8 +15,8 @@ use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
 use lightshed_shift::{Suffix, SuffixLight, SuffixLimits};
 
 /// Traces suffixes as
-/// [`WorldLighting::trace_suffixes`](lightshed_shift::WorldLighting::trace_suffixes) asks for;
-/// returns how many rays went on and how many to emitters.
+/// [`WorldLighting::trace_suffixes`](lightshed_shift::WorldLighting::trace_suffixes) requires;
+/// returns how many rays continued and how many went to emitters.
 pub(crate) fn trace_suffixes<S: EmitterSampler>(
     scene: &Scene,
     sampler: &S,

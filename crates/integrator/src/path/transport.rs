@@ -1,11 +1,11 @@
-//! What every path does at its vertices.
+//! The work of every path at its vertices.
 //!
 //! At a point `x` seen from `ω_o`, the direct part of the scattered radiance is
-//! `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the solid-angle measure. It is found in two
-//! ways, by a sample of the emitters with density `p_e` and by the direction in which the path goes
-//! on, of density `p_b`, which are combined with the power heuristic
+//! `L = ∫ f(ω_o, ω) L_e(x, ω) |cos θ| dω`, in the solid-angle measure. It is estimated in
+//! two ways: by an emitter sample with density `p_e`, and by the direction in which the path
+//! continues, of density `p_b`. They are combined with the power heuristic
 //! `w_e = p_e² / (p_e² + p_b²)`, `w_b = 1 − w_e` (Veach 1997 §9.2.2, eq. 9.8, and §9.2.4,
-//! eq. 9.10). Where only one of them can find an emitter its weight is 1.
+//! eq. 9.10). If only one of them can find an emitter, its weight is 1.
 
 use super::guide::{DirectionGuide, NoGuide};
 use super::observer::{PathDirection, PathVertex};
@@ -16,28 +16,29 @@ use lightshed_sampling::{Density, DirectionDistribution, SolidAngle, power_heuri
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
 
-/// Probability at which roulette keeps even the brightest path, so that paths between mirrors end.
+/// Greatest survival probability in roulette, also for the brightest path, so that paths between
+/// mirrors end.
 pub(crate) const SURVIVAL_CAP: f32 = 0.95;
 
-/// Where paths are traced and how they choose.
+/// The scene of the paths and their samplers.
 pub(crate) struct Transport<'a, S, G = NoGuide> {
     pub scene: &'a Scene,
     pub sampler: S,
     pub guide: G,
     /// Longest path, in edges.
     pub max_depth: u32,
-    /// Edges from which on roulette may end a path.
+    /// Number of the first edge at which roulette may end a path.
     pub roulette_depth: u32,
     pub lanes: LaneChoice,
 }
 
-/// A path on its way, but for its ray and its random numbers. `K` is what the choice among emitters
-/// knows of a vertex.
+/// An active path, without its ray and its random numbers. `K` is the data of a vertex that the
+/// selection of emitters uses.
 #[derive(Clone)]
 pub(crate) struct PathState<K> {
     pub throughput: Rgb,
-    /// Product of the squared relative indices of refraction: roulette judges the throughput
-    /// without the radiance scaling that refraction undoes on the way out.
+    /// Product of the squared relative indices of refraction: roulette uses the throughput without
+    /// the radiance scaling that refraction undoes on the way out.
     pub eta_squared: f32,
     /// How the current ray left its vertex; `None` from the camera.
     pub bounce: Option<Bounce<K>>,
@@ -48,7 +49,7 @@ pub(crate) struct PathState<K> {
 pub(crate) struct Bounce<K> {
     /// The point that it left …
     pub from: Vec3,
-    /// … and what the choice among emitters knows of it.
+    /// … and its data for the selection of emitters.
     pub site: K,
     /// Density of its direction over all lobes of some width.
     pub pdf: Density<SolidAngle>,
@@ -56,7 +57,7 @@ pub(crate) struct Bounce<K> {
     pub is_delta: bool,
 }
 
-/// Light on its way from an emitter to a point and on, if nothing is in between.
+/// Light on its way from an emitter through a point to the path, if nothing blocks it.
 pub(crate) struct Shadow {
     /// The segment that must be free.
     pub ray: Ray,
@@ -64,7 +65,7 @@ pub(crate) struct Shadow {
     pub radiance: Rgb,
 }
 
-/// Random numbers of a vertex, of which each is asked for at most once and in this order.
+/// Random numbers of a vertex; each is drawn at most once and in this order.
 pub(crate) trait VertexStream {
     fn emitter(&mut self) -> (u64, [f32; 2]);
     fn lobe(&mut self) -> f32;
@@ -72,7 +73,7 @@ pub(crate) trait VertexStream {
     fn roulette(&mut self) -> f32;
 }
 
-/// Emitted radiance that `ray` meets at `point`, at infinity if that is `None`.
+/// Emitted radiance that `ray` hits at `point`, at infinity if that is `None`.
 #[inline(always)]
 pub(crate) fn met_emission(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb {
     let emitters = scene.emitters();
@@ -86,7 +87,7 @@ pub(crate) fn met_emission(scene: &Scene, ray: &Ray, point: Option<&SurfacePoint
 
 impl<K> Bounce<K> {
     /// Density with which an emitter sample finds the direction of `ray`, which left by this bounce
-    /// and met an emitter at `point`.
+    /// and hit an emitter at `point`.
     #[inline(always)]
     pub fn emitter_pdf<S>(&self, sampler: &S, ray: &Ray, point: Option<&SurfacePoint>) -> Density<SolidAngle>
     where
@@ -107,8 +108,8 @@ impl<K> PathState<K> {
         bounce: None,
     };
 
-    /// Emitted radiance that the path's ray meets, times the MIS weight of having found it; from
-    /// the camera that is 1.
+    /// Emitted radiance that the path's ray hits, times the MIS weight of having found it; from the
+    /// camera that is 1.
     #[inline(always)]
     pub fn met<S>(&self, scene: &Scene, sampler: &S, ray: &Ray, point: Option<&SurfacePoint>) -> Rgb
     where
@@ -149,14 +150,14 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         Scattering::new(vertex, &self.guide)
     }
 
-    /// What the choice among emitters knows of a vertex.
+    /// Data of a vertex for the selection of emitters.
     #[inline(always)]
     pub fn site(&self, vertex: &impl Vertex) -> S::Site {
         self.sampler.site(|| vertex.shading_point())
     }
 
     /// One sample of the light that reaches a vertex from the emitters and is scattered along the
-    /// path. `None` is a sample of value zero, for which no ray need be traced.
+    /// path. `None` is a sample of value zero, for which no ray needs to be traced.
     #[inline(always)]
     pub fn emitter_light<V: Vertex, D: DirectionDistribution>(
         &self,
@@ -186,8 +187,8 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         })
     }
 
-    /// Lets a path go on from the vertex at the end of its edge number `depth`; the unit direction
-    /// with its density without a guide, or `None` if it ends.
+    /// Continues a path from the vertex at the end of its edge number `depth`; returns the unit
+    /// direction with its density without a guide, or `None` if it ends.
     #[inline(always)]
     pub fn scatter<V: Vertex, D: DirectionDistribution>(
         &self,
@@ -275,7 +276,7 @@ pub(crate) struct Next {
     pub ray: Option<Ray>,
 }
 
-/// A vertex for who watches, of a path that had a throughput `before` it.
+/// A vertex for observers, of a path that had a throughput `before` it.
 #[inline(always)]
 pub(crate) fn path_vertex<K>(
     path: &PathState<K>,

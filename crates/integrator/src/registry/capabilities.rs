@@ -1,6 +1,6 @@
 //! What a method can do.
 
-/// What a method can do, and what it is.
+/// Capabilities and properties of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MethodCapabilities {
     /// It renders participating media; without, scenes that have some are refused.
@@ -9,7 +9,7 @@ pub struct MethodCapabilities {
     pub frames: bool,
     /// Its frames depend on those before.
     pub chain: bool,
-    /// Its expectation is another than the image.
+    /// Its expectation differs from the image.
     pub biased: bool,
     /// The camera may move from frame to frame.
     pub camera_motion: bool,
@@ -48,18 +48,18 @@ impl MethodCapabilities {
     };
 }
 
-/// How long the paths of a method may be, in edges.
+/// Lengths of a method's paths, in edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathDepth {
-    /// As long as is asked for, also without end.
+    /// Any length, also unbounded.
     Any,
     /// One and two edges: emitters, and light that is scattered once.
     Direct,
-    /// As long as is asked for, but never without end.
+    /// Any length, but not unbounded.
     Bounded {
         /// Shortest longest path.
         least: u32,
-        /// Longest path if nothing is asked for.
+        /// Longest path by default.
         default: u32,
     },
 }

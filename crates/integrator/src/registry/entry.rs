@@ -4,15 +4,14 @@ use super::capabilities::MethodCapabilities;
 use super::option::{MethodOption, MethodValues};
 use super::stage::{Motion, Stage, Started};
 
-/// Makes a method ready: for a scene, by values of its options, with what moves. `Err` says why
-/// not.
+/// Prepares a method: for a scene, by values of its options, with its motion. `Err` says why not.
 pub type StartMethod = for<'a, 'b> fn(
     stage: &'b Stage<'a>,
     values: &MethodValues,
     motion: Motion<'b>,
 ) -> Result<Started<'b>, String>;
 
-/// All there is to know of a method.
+/// The complete description of a method.
 #[derive(Clone, Copy, Debug)]
 pub struct MethodEntry {
     /// The name by which it is asked for.
@@ -21,7 +20,7 @@ pub struct MethodEntry {
     pub help: &'static str,
     /// What it can do.
     pub capabilities: MethodCapabilities,
-    /// The options that it takes. A value without a name is for the first that accepts it.
+    /// The options that it takes. A value without a name belongs to the first that accepts it.
     pub options: &'static [MethodOption],
     /// Makes it ready.
     pub start: StartMethod,

@@ -12,8 +12,8 @@ use std::str::FromStr;
 
 /// A method of the registry with values of its options, by the text `name[:option=value]…`.
 ///
-/// A value without a name is for the first option that accepts it, and a switch's name alone turns
-/// it on. MethodValues are checked when they are set.
+/// A value without a name belongs to the first option that accepts it, and the name of a switch
+/// alone turns it on. Values are checked when they are set.
 ///
 /// ```
 /// use lightshed_integrator::Method;
@@ -40,7 +40,7 @@ impl Method {
         Ok(Self { entry, values })
     }
 
-    /// Sets an option; to its default is as if it was not given.
+    /// Sets an option. Setting it to its default is the same as not setting it.
     ///
     /// # Errors
     /// [`MethodError::Option`] if the method has no such option, or the option does not accept the
@@ -71,9 +71,9 @@ impl Method {
         self.entry
     }
 
-    /// What it can do. With a guide it makes frames that depend on those before, with a cache
-    /// biased frames that depend on those before if the cache goes on learning; and is none of the
-    /// device's; nor is a method whose reuse is decorrelated.
+    /// Its capabilities. With a guide it makes frames that depend on earlier ones. With a cache it
+    /// is biased, and its frames depend on earlier ones if the cache continues to learn. With
+    /// either of them, or with decorrelated reuse, the device does not support it.
     pub fn capabilities(&self) -> MethodCapabilities {
         let own = self.entry.capabilities;
         let own = MethodCapabilities {
@@ -143,7 +143,7 @@ impl Method {
             .map_err(|reason| MethodError::Refused { method, reason })
     }
 
-    /// Why an option that was given would change nothing beside the others.
+    /// The reason why a given option would change nothing beside the others.
     fn idle_option(&self) -> Option<String> {
         let is_given = |name: &str| {
             let mut given = self.values.given();

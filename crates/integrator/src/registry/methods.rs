@@ -1,6 +1,6 @@
-//! The table of methods: the one place that lists them and calls their constructors.
+//! The table of methods: the only place that lists them and calls their constructors.
 //!
-//! A new method gets an entry here; command lines, help, races and the device read the table.
+//! A new method gets an entry here; command lines, help, comparisons and the device read the table.
 
 use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
@@ -18,8 +18,7 @@ use std::fmt::Display;
 
 type Start<'b> = Result<Started<'b>, String>;
 
-/// Compiles what is started for each of the two samplers of emitters, and takes the one that is
-/// asked for.
+/// Compiles the started method for both samplers of emitters, and takes the requested one.
 macro_rules! by_emitters {
     ($stage:expr, $values:expr, $sampler:ident => $start:expr) => {
         match $values.light_choosing() {
@@ -328,8 +327,8 @@ pub const METHODS: &[MethodEntry] = &[
     },
 ];
 
-/// Virtual point lights: three diffuse bounces unless told otherwise (Lin 2022 §3.4), one at
-/// least, never without end.
+/// Virtual point lights: three diffuse bounces by default (Lin 2022 §3.4), at least one, never
+/// unbounded.
 const VPL: MethodCapabilities = MethodCapabilities {
     biased: true,
     depth: PathDepth::Bounded { least: 3, default: 5 },
@@ -364,7 +363,7 @@ fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) 
     })
 }
 
-/// A path tracer with the random numbers and the visible emission that options ask for; the longest
+/// A path tracer with the random numbers and the visible emission of the options; with the longest
 /// path and the first edge of roulette in place of the scene's.
 fn path_tracer<'b, S: EmitterSampler + 'b>(
     stage: &'b Stage<'_>,

@@ -1,4 +1,4 @@
-//! All methods by name, with what they can do, their options, and how they are made.
+//! All methods by name, with their capabilities, options, and constructors.
 
 mod capabilities;
 mod entry;

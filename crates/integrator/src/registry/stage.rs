@@ -7,7 +7,7 @@ use lightshed_scene::Scene;
 use lightshed_scene::glam::Vec3;
 use std::sync::OnceLock;
 
-/// A scene, and what its methods share: made when the first method asks for it.
+/// A scene, and structures that its methods share: built when the first method requests them.
 pub struct Stage<'a> {
     scene: &'a Scene,
     world: OnceLock<SceneWorld<'a>>,
@@ -19,7 +19,7 @@ pub struct Stage<'a> {
 pub struct Motion<'b> {
     /// The camera's motion.
     pub camera: CameraMotion,
-    /// Media that move, with methods that know that.
+    /// Media that move, for methods that support that.
     pub media: Option<MovingMedia<'b>>,
 }
 
@@ -28,7 +28,7 @@ pub struct Motion<'b> {
 pub struct MovingMedia<'b> {
     /// The scene in each frame.
     pub scenes: &'b [Scene],
-    /// Where in the frame before was what is at a place in a frame.
+    /// Position in the previous frame of what is at a position in a frame.
     pub before: &'b (dyn Fn(u32, Vec3) -> Vec3 + Sync),
 }
 
@@ -69,7 +69,7 @@ impl<'a> Stage<'a> {
             .get_or_init(|| SceneWorld::new(self.scene, self.scene.emitters_by_power()))
     }
 
-    /// Emitters chosen in this way; a choice that learns has learnt when this returns.
+    /// Emitters selected in this way; a selection that learns has learnt when this returns.
     ///
     /// # Errors
     /// Lights that a sampler refuses.
@@ -77,7 +77,7 @@ impl<'a> Stage<'a> {
         Ok(self.world_by(choosing)?.sampler())
     }
 
-    /// The scene as paths see it, with emitters chosen in this way.
+    /// The scene as paths see it, with emitters selected in this way.
     ///
     /// # Errors
     /// Lights that a sampler refuses.
@@ -96,8 +96,8 @@ impl<'a> Stage<'a> {
 }
 
 impl<'b> Started<'b> {
-    /// As frames of `size` pixels: of a method of independent samples each frame has `samples` of
-    /// them in every pixel. For other methods that number means nothing.
+    /// As frames of `size` pixels. For a method of independent samples each frame has `samples` of
+    /// them in every pixel; for other methods that number has no effect.
     pub fn into_frames(self, size: [u32; 2], samples: u32) -> Box<dyn FrameMethod + 'b> {
         match self {
             Self::Samples(estimator) => Box::new(SampledFrames::new(estimator, size, samples)),

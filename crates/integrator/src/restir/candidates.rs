@@ -27,12 +27,11 @@ fn kind(endpoint: &EmitterEndpoint) -> usize {
     }
 }
 
-/// A pixel's endpoints from candidates alone, one of each kind, before it is known whether they are
-/// visible.
+/// A pixel's endpoints from candidates alone, one of each kind, before their visibility is known.
 ///
-/// Were there one for all kinds, a sun behind a roof would win nearly always, and be thrown away;
-/// what remained, once in a while, would be a patch of sky with the sun's weight. Endpoints of a
-/// kind are mostly hidden together.
+/// With a single endpoint for all kinds, a sun behind a roof would win nearly always, and then be
+/// rejected. The remaining sample would sometimes be a patch of sky with the sun's weight.
+/// Endpoints of one kind are mostly hidden together.
 #[derive(Clone, Copy)]
 pub(crate) struct Survivors {
     reservoirs: [DirectReservoir; KINDS],
@@ -47,12 +46,12 @@ impl Survivors {
         Some(&sample.endpoint)
     }
 
-    /// Forgets that of a kind: it is hidden.
+    /// Drops the endpoint of a kind: it is hidden.
     pub fn remove(&mut self, kind: usize) {
         self.reservoirs[kind] = DirectReservoir::empty(1.0);
     }
 
-    /// One of those that are left, of confidence 1. Kinds have no endpoint in common, so each is a
+    /// One of the remaining ones, of confidence 1. Kinds have no endpoint in common, so each is a
     /// technique of its own with weight 1 in the domain with occlusion.
     pub fn resample(&self, rng: &mut CounterRng) -> DirectReservoir {
         let mut ris = MixtureRis::new();
@@ -68,8 +67,8 @@ impl Survivors {
 }
 
 /// Resamples `count` candidates of `sampler` and one of the BSDF (`by_bsdf`, the endpoint that its
-/// ray met, if it met any) by the target without occlusion, with balance weights over the two
-/// techniques (Lin 2022 eq. 6.5), each kind for itself.
+/// ray hit, if any) by the target without occlusion, with balance weights over the two techniques
+/// (Lin 2022 eq. 6.5), each kind separately.
 pub(crate) fn resample_candidates(
     sampler: &impl EmitterSampler,
     primary: &Primary,

@@ -23,14 +23,14 @@ use lightshed_scene::{Camera, EmitterEndpoint, EmittersByPower, Hit, Ray, Rgb, S
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What [`RestirDi`] does in a frame.
+/// Options of a [`RestirDi`] frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RestirDiSettings {
     /// Candidates of the emitters' sampler for each pixel and frame, besides one of the BSDF; at
     /// least 1.
     pub emitter_candidates: u32,
-    /// Whether a pixel reuses what it held in the frame before.
+    /// Whether a pixel reuses its reservoir of the previous frame.
     pub temporal_reuse: bool,
     /// Rounds of spatial reuse.
     pub spatial_rounds: u32,
@@ -38,25 +38,24 @@ pub struct RestirDiSettings {
     pub neighbours: u32,
     /// They lie within this many pixels; positive.
     pub radius_pixels: f32,
-    /// Most confidence that a pixel's history is given, in frames; positive.
+    /// Greatest confidence of a pixel's history, in frames; positive.
     pub confidence_cap: f32,
-    /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j`
-    /// that ask no technique whether it could have produced them, and targets that know no
+    /// Bitterli et al.'s cheaper variant, **biased**: samples merge with weights `c_i / Σ c_j`,
+    /// without asking whether other techniques could have produced them, and targets ignore
     /// occlusion. Edges of shadows and of surfaces darken.
     pub biased: bool,
-    /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in
+    /// Random numbers of camera rays over the frames. Stratified ones reduce the noise of edges in
     /// the mean of frames.
     pub points: PointSet,
-    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their
-    /// own.
+    /// Whether emitting surfaces that the camera may see get several separate camera rays a frame.
     pub visible_emission: bool,
-    /// Steps of a Markov chain on each pixel's emitter after reuse from the frame before (Sawhney
-    /// et al. 2022), a shadow ray each: pixels and frames that hold the same endpoint part again.
-    /// Not for biased settings, whose targets know no occlusion.
+    /// Steps of a Markov chain on each pixel's emitter after temporal reuse (Sawhney et al. 2022),
+    /// a shadow ray each: they separate pixels and frames that hold the same endpoint. Not for
+    /// biased settings, whose targets ignore occlusion.
     pub mutations: u32,
     /// Rounds of spatial reuse in pairs of pixels that reuse from each other, within blocks of this
-    /// many pixels, a power of two; `None` for neighbours in a disk. They shade by the one sample
-    /// that is left, not by the sum over all.
+    /// many pixels, a power of two; `None` for neighbours in a disk. They shade by the single
+    /// remaining sample, not by the sum over all.
     pub pairs: Option<u32>,
 }
 
@@ -84,7 +83,7 @@ impl RestirDiSettings {
         ..Self::UNBIASED
     };
 
-    /// The pattern of neighbours, if the settings are sound.
+    /// The pattern of neighbours, if the settings are valid.
     ///
     /// # Errors
     /// [`RestirDiError`] for settings out of range.
@@ -158,19 +157,19 @@ impl std::error::Error for RestirDiError {
 /// Direct light by spatiotemporal reservoir resampling (Bitterli et al. 2020; merges by GRIS, Lin
 /// 2022 ch. 6).
 ///
-/// Each frame and pixel traces one camera ray, through a new place in the pixel. At the surface it
-/// meets, candidates for the *endpoint* of light are resampled by
-/// `p̂(e) = Y(f L_e |cos θ| |dω/de|)`, those on surfaces, at infinity and of lights that are
-/// points or directions each for themselves; shadow rays tell which survivors go on (visibility
-/// *before* reuse), and one of them does. It is merged with what the pixel that saw the surface in
-/// the frame before held, then with neighbours of this frame, each in its own domain: its own
-/// surface, view direction and, unless biased, occlusion (visibility *after* reuse, asked in every
-/// MIS weight). The last round shades by the sum over its inputs, without colour noise. Emission
-/// seen directly, and light by delta lobes, which cannot be reused, are added exactly and by a
-/// sample each.
+/// Each frame and pixel traces one camera ray, through a new position in the pixel. At the surface
+/// it hits, candidates for the *endpoint* of light are resampled by
+/// `p̂(e) = Y(f L_e |cos θ| |dω/de|)`, separately for those on surfaces, at infinity and of
+/// lights that are points or directions. Shadow rays decide which survivors remain (visibility
+/// *before* reuse), and one of them is selected. It is merged with the reservoir of the pixel that
+/// saw the surface in the previous frame, then with neighbours of this frame, each in its own
+/// domain: its own surface, view direction and, unless biased, occlusion (visibility *after* reuse,
+/// evaluated in every MIS weight). The last round shades by the sum over its inputs, without colour
+/// noise. Emission seen directly, and light by delta lobes, which cannot be reused, are added
+/// exactly and by one sample each.
 ///
-/// Every frame's expectation is that of [`DirectLight`](crate::DirectLight); frames are correlated
-/// with those before, by way of what they reuse.
+/// Every frame's expectation is that of [`DirectLight`](crate::DirectLight). Frames are correlated
+/// with earlier ones by temporal reuse.
 ///
 /// ```
 /// use lightshed_integrator::{RestirDi, RestirDiSettings};
@@ -282,8 +281,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         self.tally.add(RayKind::Path, count);
         let mut hits = [None; MAX_BATCH];
         scene.intersect_emitting_many(&rays[..count], &mut hits[..count]);
-        // What a ray may meet; those that meet nothing need not be asked whether something is in
-        // between.
+        // What a ray may hit; rays that hit nothing need no occlusion test.
         let (mut met, mut kept) = ([Met::default(); MAX_BATCH], 0);
         for index in 0..count {
             let (ray, hit) = (rays[index], hits[index]);
@@ -325,7 +323,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         }
     }
 
-    /// Candidates for each pixel, and which survivors are visible.
+    /// Candidates for each pixel, and the visible survivors.
     fn resample_chunk(
         &self,
         view: FrameView<'_>,
@@ -385,7 +383,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
             .filter_map(|(hidden, owner)| hidden.then_some(owner))
     }
 
-    /// All reuse of a frame. What the pixels hold in the end is in `reservoirs`; `image` is shaded,
+    /// All reuse of a frame. At the end `reservoirs` has the pixels' reservoirs; `image` is shaded,
     /// unless biased or without neighbours.
     fn reuse(
         &self,
@@ -456,7 +454,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         Ok(())
     }
 
-    /// Moves what pixels hold a little.
+    /// Mutates the pixels' samples by small steps.
     fn mutate(&self, view: FrameView<'_>, seen: &SeenFrom<'_>, reservoirs: &mut [DirectReservoir]) {
         let pixels = self.pixels(view.number).chunks(MAX_BATCH);
         // Numbers of a second reservoir, which no pixel has.
@@ -486,7 +484,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
                     continue;
                 };
                 light[place] = weighted(sample.value, f64::from(weight.value()));
-                // Where targets know no occlusion it is asked for now.
+                // If targets ignore occlusion, it is tested now.
                 let unknown = self.settings.biased.then_some(sample.endpoint);
                 if let Some(lit) = unknown.and_then(|endpoint| lit_by(self.scene, primary, &endpoint)) {
                     rays[count] = lit.connection.shadow_ray(&primary.point);

@@ -1,5 +1,5 @@
-//! What the frames of all methods with reuse share: camera rays, what is kept of two frames, and
-//! passes between buffers.
+//! Frames of all methods with reuse: camera rays, the data of two frames, and passes between
+//! buffers.
 
 use crate::camera_ray::PixelRay;
 use lightshed_film::MAX_BATCH;
@@ -51,9 +51,9 @@ pub(crate) fn in_batches<B: Send>(
     !cancel.load(Ordering::Relaxed)
 }
 
-/// Traces a camera ray through a random place of every pixel, by the numbers of the pass `numbers`.
-/// What it meets `see` is told, with the pixel's number, its entry in `pixels` and its value in
-/// `image`. False if cancelled.
+/// Traces a camera ray through a random position of every pixel, by the numbers of the pass
+/// `numbers`. Passes its hit to `see`, with the pixel's number, its entry in `pixels` and its value
+/// in `image`. False if cancelled.
 pub(crate) fn trace_camera_rays<P: Send>(
     (scene, camera): (&Scene, &Camera),
     numbers: PassNumbers,
@@ -85,7 +85,7 @@ pub(crate) fn trace_camera_rays<P: Send>(
     })
 }
 
-/// What is kept of a frame and of the one before, by the order of frames: even, odd.
+/// Data of a frame and of the previous one, by the order of frames: even, odd.
 #[derive(Default)]
 pub(crate) struct TwoFrames<P>([P; 2]);
 
@@ -101,7 +101,7 @@ impl<P> TwoFrames<P> {
     }
 }
 
-/// The reservoirs of a frame at work, and those that the frame before left behind.
+/// The reservoirs of the current frame, and those of the previous one.
 pub(crate) struct Reservoirs<D: Domain, R: Storage = f32> {
     pub now: Vec<DomainReservoir<D, R>>,
     pub held: Vec<DomainReservoir<D, R>>,
@@ -135,7 +135,8 @@ where
         std::mem::swap(&mut self.now, &mut self.held);
     }
 
-    /// Reuse in time: from those held, which live in the domains `before`, at `seen_at`.
+    /// Temporal reuse of the previous reservoirs, which belong to the domains `before`, at
+    /// `seen_at`.
     pub fn in_time<Ds, H, T, C>(
         &mut self,
         reuse: &Reuse<'_, Ds, T>,
@@ -161,7 +162,7 @@ where
         Ok(())
     }
 
-    /// Rounds of reuse from neighbours, as long as nobody cancels.
+    /// Rounds of spatial reuse, until cancelled.
     pub fn in_space<Ds, T, P, C>(
         &mut self,
         reuse: &Reuse<'_, Ds, T>,
@@ -180,7 +181,7 @@ where
         reuse.spatial_rounds(rounds, neighbours, &mut self.now, &mut self.scratch, choose)
     }
 
-    /// Rounds of reuse in pairs, as long as nobody cancels.
+    /// Rounds of reuse in pairs, until cancelled.
     pub fn in_pairs<Ds, T, P, C>(
         &mut self,
         reuse: &Reuse<'_, Ds, T>,
@@ -203,7 +204,7 @@ where
         Ok(())
     }
 
-    /// A last round, in which all that neighbours bring shades `image`.
+    /// A last round, in which all inputs shade `image`.
     pub fn in_space_shaded<Ds, T, C>(
         &mut self,
         reuse: &Reuse<'_, Ds, T>,

@@ -1,4 +1,4 @@
-//! ReSTIR GI: indirect light by reusing the points that send it.
+//! ReSTIR GI: indirect light by reuse of sample points.
 
 use super::di::{RestirDi, RestirDiError, RestirDiSettings};
 use super::frames::{Reservoirs, TwoFrames, extent_of, in_batches};
@@ -23,7 +23,7 @@ use lightshed_scene::glam::Vec2;
 use lightshed_scene::{EmittersByPower, HitBatch, Ray, Rgb, Scene, SurfacePoint};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Most confidence of a pixel's history, in frames.
+/// Greatest confidence of a pixel's history, in frames.
 const CONFIDENCE_CAP: f32 = 30.0;
 /// Number of the bits for the pattern of neighbours; those for direct light have the numbers of
 /// rounds.
@@ -33,25 +33,25 @@ const NEIGHBOURS: u32 = 3;
 /// … within this share of the image's width.
 const RADIUS: f32 = 0.1;
 
-/// Indirect light by resampling the points that send it (Ouyang et al. 2021), with direct light by
-/// [`RestirDi`].
+/// Indirect light by resampling sample points, which send radiance to the visible points (Ouyang et
+/// al. 2021), with direct light by [`RestirDi`].
 ///
-/// Each frame, a pixel's `x₁` samples a direction by its BSDF, meets `x₂`, and estimates the
+/// Each frame, a pixel's `x₁` samples a direction by its BSDF, hits `x₂`, and estimates the
 /// radiance `L̂` reflected there towards it by a path. `(x₂, L̂)` with target `Y(L̂)` is
-/// merged with what the pixel that saw `x₁` in the frame before held, then with neighbours, by
-/// reconnection to `x₂` and its Jacobian (their eq. 11); the pixel is shaded by
+/// merged with the reservoir of the pixel that saw `x₁` in the previous frame, then with
+/// neighbours, by reconnection to `x₂` and its Jacobian (their eq. 11). The pixel is shaded by
 /// `f(x₁) |cos θ| L̂ W`. Light by delta lobes at `x₁` is added by a sample.
 ///
 /// A baseline, **biased** as published:
 ///
 /// - `L̂` is reused for directions other than the one it was estimated for: right only where
 ///   `x₂` is Lambertian;
-/// - samples merge with weights `c_i / Σ c_j` that ask no technique whether it could have produced
-///   them, which darkens where `x₂` is hidden from a neighbour, or below its horizon;
-/// - reuse in time asks for no visibility, so light leaks where the view of `x₁` moves;
-/// - `L̂` of earlier frames is taken as it was.
+/// - samples merge with weights `c_i / Σ c_j`, without asking whether other techniques could have
+///   produced them, which darkens where `x₂` is hidden from a neighbour, or below its horizon;
+/// - temporal reuse tests no visibility, so light leaks where the view of `x₁` moves;
+/// - `L̂` of earlier frames is used unchanged.
 ///
-/// What is shaded does not feed the next frame: history holds temporal reuse alone.
+/// Spatial reuse does not enter the next frame: history holds temporal reuse alone.
 ///
 /// ```
 /// use lightshed_integrator::{RestirDiSettings, RestirGi};
@@ -76,12 +76,12 @@ pub struct RestirGi<'a, S = EmittersByPower<'a>> {
     tally: RayTally,
     /// What pixels see.
     pixels: TwoFrames<Vec<Option<IndirectPixel>>>,
-    /// What they hold: from the past alone, as what is shaded does not feed the next frame.
+    /// Their reservoirs: only temporal, because spatial reuse does not enter the next frame.
     reservoirs: Reservoirs<IndirectPixel>,
 }
 
 impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
-    /// Paths as long as the scene's settings ask for, and direct light as `direct` says.
+    /// Paths with the lengths of the scene's settings, and direct light by `direct`.
     ///
     /// # Errors
     /// See [`RestirDiError`]: of the settings for direct light.
@@ -112,8 +112,8 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
         extent_of(self.transport.scene)
     }
 
-    /// One sender for each of up to [`MAX_BATCH`] pixels from `first` on, and light by delta lobes
-    /// into the image.
+    /// One sample point for each of up to [`MAX_BATCH`] pixels from `first` on, and light by delta
+    /// lobes into the image.
     fn sample_senders(
         &self,
         (frame, seed): (u32, u64),
@@ -138,7 +138,7 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
         for (place, pixel) in pixels.iter().enumerate() {
             let Some(primary) = pixel else { continue };
             let mut rng = pass.pixel(first + place);
-            // Its technique can find senders, whether it does or not.
+            // Its technique can find sample points, even if it did not.
             if primary.bsdf.has_non_delta() {
                 reservoirs[place] = IndirectReservoir::empty(1.0);
             }
@@ -189,8 +189,7 @@ impl<'a, S: EmitterSampler + Clone> RestirGi<'a, S> {
         }
     }
 
-    /// Reuse in time of what `reservoirs` has now, which it then holds; what neighbours add to it
-    /// is there now.
+    /// Temporal reuse of the current `reservoirs`, which then hold the result.
     fn reuse(
         &self,
         numbers: FrameNumbers,
@@ -263,8 +262,8 @@ fn alike(own: &Option<IndirectPixel>, other: &Option<IndirectPixel>) -> bool {
     matches!((own, other), (Some(own), Some(other)) if own.resembles(other))
 }
 
-/// What paths from the pixels' surfaces on find: the points that they meet first, and what those
-/// send.
+/// Results of paths from the pixels' surfaces: the points that they hit first, and the radiance
+/// that those send.
 struct Senders<'a> {
     seed: u64,
     /// Of the pass's random numbers.
@@ -307,7 +306,7 @@ impl Purpose for Senders<'_> {
         ray: &Ray,
         point: Option<&SurfacePoint>,
     ) {
-        // What senders emit is direct light, which is taken care of.
+        // The emission of sample points is direct light, which is computed elsewhere.
         if depth > TO_SENDER {
             let met = path.met(transport.scene, &transport.sampler, ray, point);
             self.radiances[place] += path.throughput * met;

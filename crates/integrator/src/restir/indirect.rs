@@ -1,10 +1,10 @@
-//! Indirect light as ReSTIR GI sees it: points that send radiance, the same into all directions.
+//! Indirect light as ReSTIR GI models it: points that send the same radiance in all directions.
 //!
 //! The sample of a pixel is `z = (x₂, L̂)`: the end of a ray from the pixel's `x₁`, and an
 //! estimate of the radiance reflected there towards `x₁`. Its domain is measured by solid angle
-//! at `x₁` and has the target `p̂(z) = Y(L̂)` (Ouyang et al. 2021, the simpler of the two that
-//! are given: it favours what is of use to other pixels too). The shift reconnects: `x₂` and
-//! `L̂` stay, with
+//! at `x₁` and has the target `p̂(z) = Y(L̂)` (Ouyang et al. 2021, the simpler of their two: it
+//! favours samples that other pixels can use, too). The shift reconnects: `x₂` and `L̂` stay,
+//! with
 //!
 //! > `|∂T/∂ω| = |cos φ'| / |cos φ| · d² / d'²`,
 //!
@@ -18,7 +18,7 @@ use lightshed_sampling::SolidAngle;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Rgb, Scene, SurfacePoint, luminance};
 
-/// A point that sends radiance to wherever it is seen from.
+/// A point that sends the same radiance in all directions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sender {
     pub point: SurfacePoint,
@@ -54,7 +54,7 @@ impl IndirectPixel {
         }
     }
 
-    /// Whether reuse between the two promises anything.
+    /// Whether the two are similar enough for reuse.
     pub fn resembles(&self, other: &Self) -> bool {
         self.outlook.resembles(&other.outlook)
     }
@@ -76,7 +76,7 @@ pub(crate) type IndirectReservoir = DomainReservoir<IndirectPixel>;
 pub(crate) struct ToSender<'a> {
     pub scene: &'a Scene,
     pub tally: &'a RayTally,
-    /// Whether the new connection is traced, and the target zero where something is in between.
+    /// Whether the new connection is traced, and the target zero if it is occluded.
     pub visibility: bool,
 }
 

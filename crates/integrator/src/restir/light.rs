@@ -1,13 +1,12 @@
-//! Direct light as a domain of its own for each pixel: endpoints on emitters, seen from the pixel's
-//! surface.
+//! Direct light as a domain for each pixel: endpoints on emitters, seen from the pixel's surface.
 //!
 //! The sample of a pixel is an endpoint `e` ([`EmitterEndpoint`]); its domain has the target
 //!
 //! > `p̂(e) = Y(f(ω_o, ω) L_e(ω) |cos θ| |dω/de| V)`,
 //!
-//! with `ω` towards `e`, `Y` the luminance and, where visibility belongs to the target, `V`
-//! whether nothing stands in between. Endpoints do not depend on the pixel, so the shift between
-//! two pixels is the identity with Jacobian 1; all that differs is the target.
+//! with `ω` towards `e`, `Y` the luminance and, if visibility belongs to the target, `V` the
+//! visibility. Endpoints do not depend on the pixel, so the shift between two pixels is the
+//! identity with Jacobian 1; only the target differs.
 
 use super::primary::Primary;
 use lightshed_film::{RayKind, RayTally};
@@ -21,7 +20,7 @@ use lightshed_scene::{EmitterConnection, EmitterEndpoint, Rgb, Scene, luminance}
 pub(crate) struct EndpointSpace;
 impl Space for EndpointSpace {}
 
-/// An endpoint and what it gives the pixel in whose domain it lies.
+/// An endpoint and its contribution in the pixel of its domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LightSample {
     pub endpoint: EmitterEndpoint,
@@ -49,7 +48,7 @@ impl Domain for Primary {
 /// A pixel's endpoint with its weight.
 pub(crate) type DirectReservoir = DomainReservoir<Primary>;
 
-/// Light from an endpoint at a surface, occlusion apart.
+/// Light from an endpoint at a surface, without occlusion.
 pub(crate) struct Lit {
     pub connection: EmitterConnection,
     /// `f L_e |cos θ| |dω/de|`.
@@ -96,8 +95,8 @@ pub(crate) struct SeenFrom<'a> {
 }
 
 impl SeenFrom<'_> {
-    /// What `endpoint` gives the pixel; a shadow ray is traced only where there is something to be
-    /// blocked.
+    /// The contribution of `endpoint` in the pixel; a shadow ray is traced only if there is light
+    /// to be blocked.
     pub fn value(&self, primary: &Primary, endpoint: &EmitterEndpoint) -> Rgb {
         let Some(lit) = lit_by(self.scene, primary, endpoint) else {
             return Rgb::ZERO;

@@ -17,7 +17,7 @@ const SPHERE_TURN: f32 = 0.1;
 const ENVIRONMENT_TURN: f32 = 0.005;
 
 /// A point of the same emitter near `endpoint`, by proposals that are symmetric in the measure of
-/// endpoints; `None` for those that have no neighbours.
+/// endpoints; `None` if it has no neighbours.
 pub(super) fn near(scene: &Scene, endpoint: &EmitterEndpoint, u: [f32; 2]) -> Option<EmitterEndpoint> {
     match *endpoint {
         EmitterEndpoint::Surface { emitter, coordinates } => {

@@ -1,4 +1,4 @@
-//! What a pixel sees: the surface points that light arrives at.
+//! The surface points that pixels see.
 
 use super::frames::{FrameView, trace_camera_rays};
 use super::passes::Pass;
@@ -19,12 +19,12 @@ pub(crate) struct Primary {
     pub distance: f32,
 }
 
-/// Neighbours whose normals differ by more than 25° are left alone (Bitterli et al. 2020 §5) …
+/// Neighbours are rejected if their normals differ by more than 25° (Bitterli et al. 2020 §5) …
 const LEAST_COS_NORMALS: f32 = 0.906;
-/// … and those off the tangent plane by more than a tenth of the distance to the camera.
+/// … or if they are off the tangent plane by more than a tenth of the distance to the camera.
 const MOST_RELATIVE_DEPTH: f32 = 0.1;
 
-/// As much of a primary surface as decides whether reuse promises anything.
+/// The part of a primary surface that decides whether it is similar enough for reuse.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outlook {
     pub position: Vec3,
@@ -35,7 +35,7 @@ pub(crate) struct Outlook {
 }
 
 impl Primary {
-    /// Whether reuse between the two promises anything.
+    /// Whether the two are similar enough for reuse.
     pub fn resembles(&self, other: &Self) -> bool {
         self.outlook().resembles(&other.outlook())
     }
@@ -50,8 +50,8 @@ impl Primary {
 }
 
 impl Outlook {
-    /// Whether reuse between the two promises anything. It asks about the surfaces and not about
-    /// samples: no bias.
+    /// Whether the two are similar enough for reuse. It depends on the surfaces and not on samples,
+    /// so it causes no bias.
     pub fn resembles(&self, other: &Self) -> bool {
         let off_plane = (other.position - self.position).dot(self.normal);
         self.normal.dot(other.normal) >= LEAST_COS_NORMALS
@@ -59,10 +59,10 @@ impl Outlook {
     }
 }
 
-/// Traces a camera ray through a random place of every pixel. `pixels` becomes what they meet,
-/// `image` what is emitted from there towards the camera (or from infinity); surfaces' emission is
-/// estimated by `visible` in the pixels that it takes. Returns how many rays that took; `None` if
-/// `cancel` was set meanwhile.
+/// Traces a camera ray through a random position of every pixel. `pixels` becomes their hits,
+/// `image` the emission from there towards the camera (or from infinity). `visible` estimates
+/// surface emission in the pixels that it takes. Returns the number of rays; `None` if `cancel` was
+/// set meanwhile.
 pub(crate) fn trace_primaries(
     scene: &Scene,
     view: FrameView<'_>,

@@ -12,20 +12,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Direct light, and indirect light from virtual point lights one by one: `vpl-brute`.
 ///
-/// At the first point that a camera path meets and that is no mirror,
+/// At the first point of a camera path that is no mirror,
 ///
 /// > `L_indirect = Σ_i f(ω_o, ω_i) |cos θ_i| V_i I_i(−ω_i) / max(d_i², d_min²)`
 ///
-/// over the lights of a [`VplSet`], all of them or an unbiased choice: `k` lights at equal
-/// distances in the list, from a random start, count `N/k`-fold. Each frame has its own set of
-/// lights (or all the same, see [`VplBrute::with_fixed_lights`]), so that the mean over frames
-/// converges to the light of all paths of up to `bounces + 2` edges but for:
+/// over the lights of a [`VplSet`], all of them or an unbiased selection: `k` lights at equal
+/// distances in the list, from a random start, each counting `N/k`-fold. Each frame has its own set
+/// of lights (or all the same, see [`VplBrute::with_fixed_lights`]), so the mean over frames
+/// converges to the light of all paths of up to `bounces + 2` edges except for:
 ///
 /// - **clamping bias**: where a light is nearer than `d_min` its light is cut off, so corners are
 ///   too dark. With `d_min = 0` there is none, and the variance is infinite;
 /// - the *diffuse approximation* of lights on surfaces that are not diffuse (see
 ///   [`VplSet::trace`]);
-/// - light that reaches the point from a light by a mirror, which is not looked for.
+/// - light that reaches the point from a light through a mirror, which is not searched.
 ///
 /// In scenes of diffuse surfaces only the first remains.
 pub struct VplBrute<'a, S = EmittersByPower<'a>> {
@@ -64,7 +64,7 @@ impl<'a, S: EmitterSampler> VplBrute<'a, S> {
         })
     }
 
-    /// As many lights a point as said, evenly spread over the list from a random start, instead of
+    /// This number of lights a point, evenly spread over the list from a random start, instead of
     /// all.
     #[must_use]
     pub fn with_lights_per_point(mut self, lights: u32) -> Self {
@@ -109,8 +109,8 @@ impl<'a, S: EmitterSampler> VplBrute<'a, S> {
     }
 }
 
-/// Seed of the lights of a frame: frames of one seed, and the random numbers of pixels, have
-/// nothing in common.
+/// Seed of the lights of a frame: frames of one seed, and the random numbers of pixels, are
+/// independent.
 pub(super) fn light_seed(seed: u64, frame: u32, fixed: bool) -> u64 {
     VplSet::seed_of_frame(seed, if fixed { 0 } else { frame })
 }

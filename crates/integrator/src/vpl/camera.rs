@@ -1,5 +1,4 @@
-//! What the camera sees: the diffuse point that VPLs shine on, and everything that does not come
-//! from VPLs.
+//! Camera paths: the diffuse point that VPLs light, and all light that does not come from VPLs.
 
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::scattering::{SurfaceVertex, Vertex};
@@ -9,23 +8,24 @@ use lightshed_sampling::CounterRng;
 use lightshed_scene::glam::Vec3;
 use lightshed_scene::{Bsdf, Ray, Rgb};
 
-/// Mirrors and panes that a camera path may meet.
+/// Greatest number of mirrors and panes on a camera path.
 const MAX_DELTA_BOUNCES: u32 = 16;
 
-/// A point that virtual point lights shine on, as one pixel sample sees it.
+/// A point that virtual point lights light, as one pixel sample sees it.
 #[derive(Clone)]
 pub(super) struct Receiver {
     pub vertex: SurfaceVertex,
     /// Share of what leaves the point that reaches the pixel.
     pub throughput: Rgb,
-    /// Length of the way from the camera.
+    /// Length of the path from the camera.
     pub distance: f32,
 }
 
-/// One sample of a pixel, but for the light of VPLs.
+/// One sample of a pixel, without the light of VPLs.
 #[derive(Clone, Default)]
 pub(super) struct CameraSample {
-    /// Light from emitters: seen, by one scattering, and by any number of mirrors in between.
+    /// Light from emitters: seen directly, by one scattering, and through any number of mirrors in
+    /// between.
     pub direct: Rgb,
     /// The first point along the path that is not only a mirror, if there is one.
     pub receiver: Option<Receiver>,
@@ -34,10 +34,10 @@ pub(super) struct CameraSample {
 /// Follows a camera ray through mirrors and panes to the first point that scatters in all
 /// directions.
 ///
-/// The direct part is a path tracer's: emission with the weight of how it was found, one emitter
-/// sample at the receiver, and one sample of its BSDF. That sample goes on through mirrors as well,
-/// where it alone can find the light, so caustics of area lights are seen. Where a surface both
-/// mirrors and scatters, one of the two is followed, by its probability.
+/// The direct part is that of a path tracer: emission with its MIS weight, one emitter sample at
+/// the receiver, and one sample of its BSDF. That sample continues through mirrors as well, where
+/// it alone can find the light, so caustics of area lights are rendered. If a surface both mirrors
+/// and scatters, one of the two is followed, by its probability.
 pub(super) fn camera_sample<S: EmitterSampler>(
     transport: &Transport<'_, S>,
     ray: Ray,

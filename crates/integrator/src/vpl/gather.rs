@@ -1,4 +1,4 @@
-//! What one virtual point light gives to a receiver, and whether it is seen.
+//! The contribution of one virtual point light at a receiver, and its visibility.
 
 use super::camera::Receiver;
 use crate::path::scattering::Vertex;
@@ -11,14 +11,14 @@ use lightshed_scene::{Ray, Rgb, Scene};
 const SEGMENT_END: f32 = 1.0 - 16.0 * f32::EPSILON;
 
 impl Receiver {
-    /// `f(ω_o, ω) |cos θ| T` for light from the unit `direction`: what of irradiance on a facing
-    /// plane reaches the pixel.
+    /// `f(ω_o, ω) |cos θ| T` for light from the unit `direction`: the factor from irradiance on
+    /// a facing plane to the pixel.
     #[inline(always)]
     pub fn response(&self, direction: Vec3) -> Rgb {
         self.throughput * self.vertex.evaluate(direction).value
     }
 
-    /// What `light` gives if it is seen: `T f |cos θ| I(−ω) / max(d², d_min²)`.
+    /// The contribution of `light` if it is visible: `T f |cos θ| I(−ω) / max(d², d_min²)`.
     #[inline]
     pub fn unshadowed(&self, light: &PointLight, min_distance_squared: f32) -> Rgb {
         let to_light = light.position - self.vertex.point.position;

@@ -20,11 +20,11 @@ pub const MAX_FILTER_ITERATIONS: u32 = 10;
 /// Where a shadow ray towards a grid light ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ShadowTargets {
-    /// At one of the lights that the grid light stands for.
+    /// At one of the lights that the grid light represents.
     #[default]
     Represented,
-    /// At a random place in the box that has the spread of the lights it stands for (Lin 2022
-    /// §3.3.3). In curved or cornered scenes that is often inside a body: too dark.
+    /// At a random place in the box that has the spread of the represented lights (Lin 2022
+    /// §3.3.3). In curved or cornered scenes that is often inside an object: too dark.
     Spread,
 }
 
@@ -74,9 +74,9 @@ impl VplGridOptions {
 #[derive(Clone, Copy, Debug, Default)]
 struct Pixel {
     direct: Rgb,
-    /// Light of the hierarchy as if nothing were in between.
+    /// Light of the hierarchy without occlusion.
     unshadowed: Rgb,
-    /// What the surface makes of light, roughly: by it the light is divided while it is averaged
+    /// Approximate factor of the surface's reflection: light is divided by it while it is averaged
     /// over neighbours.
     albedo: Rgb,
 }
@@ -84,11 +84,11 @@ struct Pixel {
 /// Direct light, and indirect light of virtual point lights by a [`LightingGrid`]: `vpl-grid` (Lin
 /// 2022 ch. 3).
 ///
-/// A frame traces a [`VplSet`], builds the hierarchy and, for each pixel, adds up what its lights
-/// give if nothing is in between, `U`, while it chooses a few of them for shadow rays in
-/// proportion. The share `V` of those that are seen, filtered over the image, gives
-/// `L = L_direct + U V`, a ratio estimator. It is a biased method. Against
-/// [`VplBrute`](crate::VplBrute), which has the first two as well:
+/// A frame traces a [`VplSet`], builds the hierarchy and, for each pixel, sums the light without
+/// occlusion, `U`, while it selects a few lights for shadow rays in proportion. The visible share
+/// `V` of those, filtered over the image, gives `L = L_direct + U V`, a ratio estimator. It is a
+/// biased method. Compared with [`VplBrute`](crate::VplBrute), which has the first two errors as
+/// well:
 ///
 /// - clamping bias and the diffuse approximation, as there;
 /// - the error of the hierarchy, which α bounds, and of the smoothing when it starts from S₁;
@@ -220,8 +220,8 @@ impl<'a, S: EmitterSampler> VplGrid<'a, S> {
         (pixel, guide(receiver), visibility)
     }
 
-    /// Light of the hierarchy at a pixel: its own, or with interleaving the mean over a block's
-    /// worth of neighbours on the same surface, which together have all the lights.
+    /// Light of the hierarchy at a pixel: its own, or with interleaving the mean over a block of
+    /// neighbours on the same surface, which together have all the lights.
     fn unshadowed(&self, x: usize, y: usize, [columns, rows]: [usize; 2]) -> Rgb {
         let side = self.options.interleaving as usize;
         let here = y * columns + x;

@@ -12,7 +12,7 @@ pub const MAX_LIGHT_PATHS: u32 = 1 << 24;
 /// Most diffuse bounces of a light path.
 pub const MAX_VPL_BOUNCES: u32 = 16;
 
-/// Mirrors and panes that a light path may meet between two diffuse bounces.
+/// Greatest number of mirrors and panes on a light path between two diffuse bounces.
 const MAX_DELTA_BOUNCES: u32 = 8;
 
 /// How virtual point lights are made.
@@ -124,15 +124,14 @@ impl VplSet {
     /// (Keller 1997; Lin 2022 §3.4).
     ///
     /// Path `i` of `n` starts with the flux `Φ/n` of an emitted ray. At a vertex with incident
-    /// direction ω_i the flux is turned into light by the sampled scattering,
-    /// `Φ ← Φ f |cos| / p`, and a light of radiant intensity `(Φ/π) max(0, n·ω)` is left on
-    /// the side that it goes to: for diffuse surfaces that is exactly `Φ_i f (n·ω)`, for others
-    /// the right power with a diffuse shape, the *diffuse approximation*, which is biased. Mirrors
-    /// and smooth dielectrics leave no light and are followed. Then the path goes on in the sampled
-    /// direction, surviving with probability `min(1, max Φ/max Φ_before)`, so that lights are
-    /// about equally bright. The shape is that of the geometric normal, and where shading normals
-    /// differ the flux carries the factor of the adjoint (Veach 1997 §5.3.2), so that lights give
-    /// what paths from the camera find.
+    /// direction ω_i the sampled scattering changes the flux, `Φ ← Φ f |cos| / p`, and a light
+    /// of radiant intensity `(Φ/π) max(0, n·ω)` is left on the side of the new direction. For
+    /// diffuse surfaces that is exactly `Φ_i f (n·ω)`. For others it has the right power with a
+    /// diffuse shape, the *diffuse approximation*, which is biased. Mirrors and smooth dielectrics
+    /// leave no light and are followed. Then the path continues in the sampled direction, surviving
+    /// with probability `min(1, max Φ/max Φ_before)`, so that lights are about equally bright.
+    /// The shape is that of the geometric normal. If shading normals differ, the flux carries the
+    /// factor of the adjoint (Veach 1997 §5.3.2), so that lights agree with paths from the camera.
     ///
     /// With `seed` and options the set is the same for any number of threads; the numbers are
     /// Owen-scrambled Sobol points, one for each path. An empty set where nothing arrives.
@@ -197,7 +196,7 @@ fn trace_path(scene: &Scene, places: &mut [PointLight], per_path: f32, seed: u64
         ) else {
             break;
         };
-        // Flux is not compressed by refraction as radiance is.
+        // Refraction does not compress flux as it compresses radiance.
         let scattered: Rgb = flux * sample.weight * (adjoint * sample.eta * sample.eta);
         if !(scattered.is_finite() && scattered.max_element() > 0.0) {
             break;
@@ -224,7 +223,7 @@ fn trace_path(scene: &Scene, places: &mut [PointLight], per_path: f32, seed: u64
 }
 
 /// `|cos_g,o cos_s,i| / |cos_s,o cos_g,i|`, with the cosines `[in, out]` to the shading and to the
-/// geometric normal. `None` where the two normals disagree on which side a direction is.
+/// geometric normal. `None` if the two normals disagree about the side of a direction.
 #[inline]
 fn adjoint_factor(shading: [f32; 2], geometric: [f32; 2]) -> Option<f32> {
     let agree = shading[0] * geometric[0] > 0.0 && shading[1] * geometric[1] > 0.0;

@@ -26,12 +26,12 @@ use tree::Ground;
 ///
 /// > `I_k = Σ_i f_k(x̄_i) / Σ_j p_j(x̄_i)`,
 ///
-/// the balance heuristic over the tile; `p_j` is zero where something stands between `x₁` of
-/// pixel `j` and `x₂`. Scattering at `x₂` is evaluated anew for each pixel. Direct light at
-/// `x₁`, and paths by delta lobes at `x₁` or from `x₂` on, are a pixel's own.
+/// the balance heuristic over the tile; `p_j` is zero if `x₁` of pixel `j` does not see `x₂`.
+/// Scattering at `x₂` is evaluated again for each pixel. Direct light at `x₁`, and paths by
+/// delta lobes at `x₁` or from `x₂` on, belong to their own pixel only.
 ///
-/// The estimate is unbiased and frames are independent; within a frame the pixels of a tile are
-/// correlated, which shows.
+/// The estimate is unbiased and frames are independent. Within a frame the pixels of a tile are
+/// correlated, which is visible.
 ///
 /// ```
 /// use lightshed_film::{Budget, RenderOptions, render_frames};
@@ -54,7 +54,7 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
     tally: RayTally,
     tiles: Pattern,
     points: PointSet,
-    /// What sees emission directly, if that is not the paths.
+    /// The estimator of directly visible emission, if that is not the paths.
     visible: Option<VisibleEmission>,
 }
 
@@ -62,7 +62,7 @@ pub struct PathReuse<'a, S = EmittersByPower<'a>> {
 const SQUARE: usize = TILE_PIXELS;
 
 impl<'a, S: EmitterSampler> PathReuse<'a, S> {
-    /// Paths as long as the scene's settings ask for.
+    /// Paths with the lengths of the scene's settings.
     pub fn new(scene: &'a Scene, sampler: S) -> Self {
         Self {
             transport: Transport::new(scene, sampler),
@@ -73,15 +73,15 @@ impl<'a, S: EmitterSampler> PathReuse<'a, S> {
         }
     }
 
-    /// With frames whose numbers are those of `points`; independent ones unless told otherwise.
-    /// Those of pixels are independent of each other all the same, which is what sharing needs.
+    /// With frames whose numbers are those of `points`; the default is independent ones. Numbers of
+    /// different pixels are independent in both cases, as sharing requires.
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.points = points;
         self
     }
 
-    /// With several camera rays a frame where emitting surfaces may be seen, as
+    /// With several camera rays a frame where emitting surfaces may be visible, as
     /// [`PathTracer::with_visible_emission`](crate::PathTracer::with_visible_emission).
     #[must_use]
     pub fn with_visible_emission(mut self) -> Self {
@@ -181,7 +181,7 @@ impl<S: EmitterSampler + Send> FrameMethod for PathReuse<'_, S> {
         parallel::for_each(image.chunks_mut(rows), |index, band| {
             this.render_band(index * SQUARE, frame, seed, band, cancel)
         });
-        // Emission that the camera sees directly, where the trees leave it out.
+        // Directly visible emission, where the trees leave it out.
         if let Some(visible) = self.visible.as_ref().filter(|_| self.transport.max_depth > 0) {
             let scene = self.transport.scene;
             let rays = visible.add_frame((scene, scene.camera()), (self.points, seed), frame, image);

@@ -41,8 +41,8 @@ pub struct Sharing {
 }
 
 impl Sharing {
-    /// Adds to each tree's own light what it and its tile have found behind their first vertices.
-    /// At most [`TILE_PIXELS`] trees.
+    /// Adds to each tree's own light the light that it and its tile have found behind their first
+    /// vertices. At most [`TILE_PIXELS`] trees.
     pub fn share(&mut self, scene: &Scene, tally: &RayTally, trees: &mut [Tree]) {
         let count = trees.len().min(TILE_PIXELS);
         self.connect(&trees[..count]);
@@ -59,7 +59,7 @@ impl Sharing {
         }
         for index in 0..count {
             let connections = &self.connections[index * TILE_PIXELS..][..count];
-            // Taken out, so that other trees can be written to.
+            // Taken out, so that other trees can be written.
             let Some(shared) = trees[index].shared.take() else {
                 continue;
             };
@@ -75,8 +75,8 @@ impl Sharing {
         }
     }
 
-    /// Connects every pixel to every tree that has light to share; the rays tell which connections
-    /// hold.
+    /// Connects every pixel to every tree that has light to share; the rays decide which
+    /// connections are valid.
     fn connect(&mut self, trees: &[Tree]) {
         self.connections.clear();
         self.connections.resize(TILE_PIXELS * TILE_PIXELS, None);
@@ -141,9 +141,9 @@ impl Connection {
         lit.then_some(connection)
     }
 
-    /// Density with which the pixel takes `x₂` and then an emitter sample there, but for the
-    /// density of the latter, which is the same for all pixels; zero where that sample is none that
-    /// it would use.
+    /// Density with which the pixel selects `x₂` and then an emitter sample there, without the
+    /// density of the latter, which is the same for all pixels; zero if the pixel would not use
+    /// that sample.
     fn pdf_emitter(&self) -> f64 {
         if self.emitter.value == Rgb::ZERO {
             0.0
@@ -163,8 +163,8 @@ impl Connection {
 
     /// The light of a tree that reaches the pixel's film.
     fn light(&self, shared: &Shared, weights: Weights) -> Rgb {
-        // Emitters are found in two ways from x₂; between them the power heuristic decides for
-        // each pixel by itself.
+        // Emitters are found in two ways from x₂; the power heuristic combines them for each
+        // pixel separately.
         let mut light = Rgb::ZERO;
         if let Some(SharedEmitter {
             weight,
@@ -192,8 +192,8 @@ fn density(pdf: f32) -> Density<SolidAngle> {
     Density::new(pdf)
 }
 
-/// `m_i / p_i = 1 / Σ_j p_j` for the two ways on from `x₂`; 0 where the tree's own pixel cannot
-/// have made it.
+/// `m_i / p_i = 1 / Σ_j p_j` for the two continuations from `x₂`; 0 if the tree's own pixel
+/// cannot have made it.
 #[derive(Clone, Copy)]
 struct Weights {
     emitter: f64,

@@ -25,11 +25,11 @@ pub struct Tree {
     pub own: Rgb,
     /// `x₁`.
     pub first: Option<SurfaceVertex>,
-    /// What is behind `x₁`, for any pixel.
+    /// The part behind `x₁`, for any pixel.
     pub shared: Option<Shared>,
 }
 
-/// A tree from `x₂` on, as its sampling left it, without the scattering at `x₂`.
+/// A tree from `x₂` on, as sampled, without the scattering at `x₂`.
 pub struct Shared {
     /// `x₂`; its `wo` is towards the tree's own `x₁`.
     pub second: SurfaceVertex,
@@ -69,7 +69,7 @@ pub struct Ground<'a, S> {
     pub width: u32,
     pub frame: u32,
     pub words: PathWords,
-    /// What sees emission directly in some pixels, in place of their trees.
+    /// The estimator of directly visible emission in some pixels, in place of their trees.
     pub visible: Option<&'a VisibleEmission>,
 }
 
@@ -80,7 +80,7 @@ struct Onward<K> {
     path: PathState<K>,
 }
 
-/// A segment of a tree with the light that it brings, if nothing is in between.
+/// A segment of a tree with its light, if nothing blocks it.
 type Brought = (usize, Ray, Rgb);
 
 impl<S: EmitterSampler> Ground<'_, S> {
@@ -176,7 +176,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
         starts
     }
 
-    /// Edges from `x₁` where paths have two: only what they meet emits counts.
+    /// Edges from `x₁` if paths have two: only emission that they hit counts.
     fn last_edges(&self, starts: &[Onward<S::Site>], trees: &mut [Tree]) {
         let scene = self.transport.scene;
         let (mut rays, mut hits) = ([NOWHERE; MAX_BATCH], [None; MAX_BATCH]);
@@ -197,7 +197,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
         }
     }
 
-    /// What the edge from `x₁` met, seen by its own pixel alone: direct light, weighted against
+    /// The hit of the edge from `x₁`, seen by its own pixel alone: direct light, weighted against
     /// the emitter sample at `x₁`.
     fn collect(&self, start: &Onward<S::Site>, point: Option<&SurfacePoint>, trees: &mut [Tree]) {
         let (scene, sampler) = (self.transport.scene, &self.transport.sampler);
@@ -218,7 +218,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             .accelerator()
             .intersect_many(&rays[..count], &mut hits[..count]);
         let mut onward = Vec::with_capacity(count);
-        // Light for the own pixel alone, and for all.
+        // Light for the tree's own pixel alone, and for all.
         let mut brought: Vec<Brought> = Vec::with_capacity(count);
         let mut shared_brought: Vec<Brought> = Vec::with_capacity(count);
         for (start, hit) in starts.iter_mut().zip(hits) {
@@ -262,8 +262,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
         onward
     }
 
-    /// An emitter sample at `x₂`, whatever the direction that it is scattered to, and the segment
-    /// that must be free.
+    /// An emitter sample at `x₂`, for any scattered direction, and the segment that must be free.
     fn sample_emitter(
         &self,
         second: &SurfaceVertex,
@@ -279,8 +278,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             .sampler
             .sample(second.position(), site, u_select, u)?;
         let wi = second.point.shading.to_local(light.direction);
-        // A sample that this pixel cannot use is left out, and so does not count as its
-        // technique's.
+        // A sample that this pixel cannot use is left out, and so does not count for its technique.
         if second.bsdf.evaluate(second.wo, wi).value == Rgb::ZERO {
             return None;
         }
@@ -293,7 +291,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
         Some((second.shadow_ray(&light), emitter))
     }
 
-    /// A direction at `x₂`. By a delta lobe it is of use to the own pixel alone.
+    /// A direction at `x₂`. A delta lobe serves the own pixel alone.
     fn leave_second(
         &self,
         start: &Onward<S::Site>,
@@ -319,8 +317,8 @@ impl<S: EmitterSampler> Ground<'_, S> {
         };
         if !sample.is_delta {
             path.throughput = Rgb::ONE;
-            // For roulette alone. Colours are left out: what is black here, red times green say,
-            // may not be so from elsewhere.
+            // Only for roulette. Colours are left out: black here (red times green, for example)
+            // may not be black from elsewhere.
             path.eta_squared *= before.max_element() * sample.weight.max_element();
             shared.wi = Some(sample.wi);
         }
@@ -363,14 +361,14 @@ impl<S: EmitterSampler> Ground<'_, S> {
 /// Number of the edge that leads away from `x₂`.
 const BEHIND: u32 = 3;
 
-/// What paths find behind `x₂`, by tree.
+/// Results of paths behind `x₂`, by tree.
 struct Behind<'a> {
     words: PathWords,
     tally: &'a RayTally,
-    /// Whether what the first edge meets is kept apart.
+    /// Whether the hit of the first edge is stored separately.
     is_apart: [bool; MAX_BATCH],
-    /// Radiance that the first edge met, without MIS weight, and the density with which sampling
-    /// emitters would have found it, in the solid-angle measure.
+    /// Radiance that the first edge hit, without MIS weight, and the density with which emitter
+    /// sampling would have found it, in the solid-angle measure.
     met: [Option<(Rgb, f32)>; MAX_BATCH],
     radiances: [Rgb; MAX_BATCH],
 }

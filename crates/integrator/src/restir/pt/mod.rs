@@ -30,15 +30,15 @@ type PathReservoir<'a, E> = DomainReservoir<Domain<'a, E>>;
 /// ReSTIR PT: estimates the light transport equation by paths that pixels share, within a frame and
 /// from frame to frame.
 ///
-/// Each frame, every pixel sees a surface point `x₁` through a random point of its square; what
-/// `x₁` emits is taken as it is. The paths behind `x₁` are a domain ([`PathDomain`]). A pixel's
-/// reservoir is
+/// Each frame, every pixel sees a surface point `x₁` through a random point of its square; the
+/// emission of `x₁` is added directly. The paths behind `x₁` are a domain ([`PathDomain`]). A
+/// pixel's reservoir is
 ///
-/// 1. resampled from trees of paths of its own, each candidate weighing the same;
-/// 2. merged with the previous frame's reservoir of the place where `x₁` was seen, by the balance
+/// 1. resampled from the pixel's own trees of paths, with equal weights of the candidates;
+/// 2. merged with the previous frame's reservoir of the pixel that saw `x₁`, by the balance
 ///    heuristic, in that frame's own domain (point and view direction);
 /// 3. merged with those of neighbours, by the defensive pairwise weights (eq. 6.38), in one or more
-///    rounds. The last round shades by the sum over its inputs (eq. 6.47), not by the one sample it
+///    rounds. The last round shades by the sum over its inputs (eq. 6.47), not by the sample it
 ///    keeps.
 ///
 /// Every frame is unbiased. Frames with temporal reuse are correlated, and their average converges
@@ -74,7 +74,8 @@ impl<E: EmitterSampler> PathPixel<'_, E> {
         normal: None,
     };
 
-    /// Whether surfaces lie alike. It asks nothing of samples, so it is no bias.
+    /// Whether surfaces are similarly oriented and close. It does not depend on samples, so it
+    /// causes no bias.
     fn resembles(&self, other: &Self) -> bool {
         match (self.normal, other.normal) {
             (Some(own), Some(other)) => own.dot(other).abs() >= 0.5,
@@ -135,8 +136,7 @@ const TREES: usize = 64;
 const CHUNKS_IN_GROUP: usize = 16;
 
 impl<'a, E: EmitterSampler> RestirPt<'a, E> {
-    /// For images of the size that the scene's settings ask for, with paths as long as they ask
-    /// for.
+    /// For images of the size of the scene's settings, with the lengths of its paths.
     ///
     /// # Errors
     /// [`RestirPtError`] for options out of range.
@@ -188,8 +188,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         }
     }
 
-    /// The pixels' domains, and what is seen without a path behind it. Returns how many rays that
-    /// took, `None` if cancelled.
+    /// The pixels' domains, and emission seen directly. Returns the number of rays, `None` if
+    /// cancelled.
     fn see(&mut self, view: FrameView<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> Option<u64> {
         let (world, scene, extent) = (self.world, self.world.scene(), self.extent);
         let (connectability, at_sensor) = (self.connectability, self.options.path_starts_at_sensor);
@@ -284,8 +284,8 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                         let place = owners[tree];
                         match finding {
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
-                            // What cannot be carried elsewhere is no use to others and would only
-                            // crowd out what can.
+                            // Paths that cannot be shifted are useless to others and would displace
+                            // paths that can.
                             Finding::Path(sample, weight)
                                 if !pixels[place]
                                     .domain
@@ -371,7 +371,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
     }
 }
 
-/// Adds what each pixel's reservoir is worth.
+/// Adds the contribution of each pixel's reservoir.
 fn shade<E: EmitterSampler>(reservoirs: &[PathReservoir<'_, E>], image: &mut [Rgb]) {
     for (value, reservoir) in image.iter_mut().zip(reservoirs) {
         if let Some((sample, weight)) = reservoir.weighted_sample() {

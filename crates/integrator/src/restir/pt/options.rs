@@ -1,4 +1,4 @@
-//! How ReSTIR PT spends its time.
+//! Options of ReSTIR PT.
 
 use lightshed_resampling::{PairedPattern, Pattern, PatternError};
 use lightshed_sampling::PointSet;
@@ -6,13 +6,13 @@ use lightshed_scene::{Material, Scene};
 use lightshed_shift::Connectability;
 use std::fmt;
 
-/// The shift that carries paths between pixels.
+/// The shift mapping between pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathMapping {
     /// `y₂ = x₂`: cheap, good for rough surfaces.
     Reconnection,
-    /// Random replay up to the first connectable pair of vertices: good for glossy surfaces too. In
-    /// a scene of diffuse surfaces it is the reconnection.
+    /// Random replay up to the first connectable pair of vertices: good for glossy surfaces, too.
+    /// In a scene of diffuse surfaces it equals the reconnection.
     Hybrid,
 }
 
@@ -44,9 +44,9 @@ pub struct RestirPtOptions {
     pub neighbourhood: Neighbourhood,
     /// Confidence cap `M_c` of temporal reuse; `None` for independent frames.
     pub temporal_cap: Option<f32>,
-    /// Whether the place in the pixel is a path's own, so that a frame has as many as candidates;
-    /// else it is one for all paths of a frame, which saves rays, and what temporal reuse takes for
-    /// granted.
+    /// Whether each path has its own position in the pixel, so that a frame has as many positions
+    /// as candidates. Otherwise all paths of a frame share one, which saves rays and is required
+    /// for temporal reuse.
     pub path_starts_at_sensor: bool,
     /// The shift.
     pub mapping: PathMapping,
@@ -55,15 +55,15 @@ pub struct RestirPtOptions {
     /// Least distance of vertices for a reconnection by the hybrid shift, as a share of the scene's
     /// size.
     pub min_distance: f32,
-    /// Whether emitting surfaces that the camera may see get several camera rays a frame, of their
-    /// own. Not for paths that start at the sensor.
+    /// Whether emitting surfaces that the camera may see get several separate camera rays a frame.
+    /// Not for paths that start at the sensor.
     pub visible_emission: bool,
-    /// Random numbers of the camera rays that all paths of a frame share, over the frames.
-    /// Stratified ones lessen the noise of edges in the mean of frames.
+    /// Random numbers over the frames of the camera rays that all paths of a frame share.
+    /// Stratified ones reduce the noise of edges in the mean of frames.
     pub points: PointSet,
     /// Rounds of spatial reuse in pairs of pixels that reuse from each other, within blocks of this
     /// many pixels, a power of two; `None` for the neighbourhood. A shift serves two pixels, but
-    /// the last round shades by the one sample that is left, not by the sum over all.
+    /// the last round shades by the single remaining sample, not by the sum over all.
     pub pairs: Option<u32>,
 }
 
@@ -134,9 +134,9 @@ impl RestirPtOptions {
     }
 
     /// Independent frames to be averaged, for the least error in equal time: 3 trees behind one
-    /// camera ray, and two rounds with 4 neighbours within 2 pixels. An image has more frames than
-    /// by [`offline_published`](Self::offline_published) in the same time, so more camera rays, and
-    /// these are what the edges of what is seen need.
+    /// camera ray, and two rounds with 4 neighbours within 2 pixels. In the same time an image has
+    /// more frames than by [`offline_published`](Self::offline_published), so more camera rays,
+    /// which the edges of visible surfaces need.
     pub fn offline(mapping: PathMapping) -> Self {
         Self {
             candidates: 3,
@@ -213,7 +213,7 @@ impl RestirPtOptions {
         }
         let min_distance = self.min_distance * extent;
         // Among diffuse surfaces every pair of vertices is connectable, unless it is too close:
-        // there replay gains nothing.
+        // replay gains nothing there.
         if self.mapping == PathMapping::Reconnection || is_diffuse {
             Connectability::reconnection(min_distance).map_err(|_| RestirPtError::Distance(self.min_distance))
         } else {

@@ -1,5 +1,5 @@
-//! Suffix reuse (Kettunen 2023 §§6–7): what lies behind short prefixes is resampled, a final
-//! gather integrates over the prefixes.
+//! Suffix reuse (Kettunen 2023 §§6–7): the parts of paths behind short prefixes are resampled,
+//! and a final gather integrates over the prefixes.
 
 mod gather;
 mod options;
@@ -30,22 +30,22 @@ use lightshed_spatial::SiteMetric;
 use std::sync::atomic::{AtomicBool, Ordering};
 use supports::{BATCH, GROUP, History, Pass, Prefixes, SuffixReservoir, Supports};
 
-/// Suffix reuse: estimates the light transport equation by short prefixes of its own for each
-/// pixel, which go on by suffixes that pixels share within a frame and from frame to frame.
+/// Suffix reuse: estimates the light transport equation by short prefixes that belong to one pixel,
+/// and suffixes behind them that pixels share within a frame and from frame to frame.
 ///
 /// Each frame, every pixel has
 ///
-/// 1. a *supporting prefix* ([`PrefixDomain`]): a fresh one merged with that of the frame before,
-///    by targets that know nothing of suffixes (eq. 19);
-/// 2. a *suffix* behind it, in the domain that the supporting prefix fixes: resampled from trees,
-///    merged with the suffix of the frame before and with those of neighbours (eq. 20), each in the
-///    domain behind its own supporting prefix;
-/// 3. `N` *integration prefixes*, drawn afresh and never reused, each with its emitter samples.
+/// 1. a *supporting prefix* ([`PrefixDomain`]): a new one merged with that of the previous frame,
+///    by targets that do not depend on suffixes (eq. 19);
+/// 2. a *suffix* behind it, in the domain that the supporting prefix defines: resampled from trees,
+///    merged with the suffix of the previous frame and with those of neighbours (eq. 20), each in
+///    the domain behind its own supporting prefix;
+/// 3. `N` *integration prefixes*, sampled anew and never reused, each with its emitter samples.
 ///    Behind each, a final gather sums the suffixes of the nearest supporting prefixes, shifted,
-///    and a suffix of its own, which roulette leaves to a few of the `N` (eq. 23).
+///    and a suffix of its own; roulette leaves own suffixes to a few of the `N` (eq. 23).
 ///
-/// So what pixels share is seen by way of vertices that they do not share: frames and pixels are
-/// hardly correlated, for the noise of short prefixes.
+/// So shared suffixes are seen through vertices that are not shared: frames and pixels are hardly
+/// correlated, at the price of the noise of short prefixes.
 ///
 /// Every frame is unbiased. The shift of suffixes is [`PathShift`] unless another is given.
 pub struct RestirSuffix<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> {
@@ -70,8 +70,7 @@ const PASSES: FramePasses = match FramePasses::new(Pass::SuffixSpatial as u32 + 
 };
 
 impl<'a, E: EmitterSampler> RestirSuffix<'a, E> {
-    /// For images of the size that the scene's settings ask for, with paths as long as they ask
-    /// for.
+    /// For images of the size of the scene's settings, with the lengths of its paths.
     ///
     /// # Errors
     /// [`RestirSuffixError`] for options out of range.
@@ -252,7 +251,7 @@ where
                     }
                 }
                 tracer.trace(&starts, |tree, finding| {
-                    // What cannot be carried elsewhere is of no use to any integration prefix.
+                    // Suffixes that cannot be shifted are useless to all integration prefixes.
                     if let Finding::Path(sample, weight) = finding
                         && starts[tree].0.can_leave(sample)
                     {

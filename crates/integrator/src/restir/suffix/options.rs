@@ -1,4 +1,4 @@
-//! How suffix reuse spends its time.
+//! Options of suffix reuse.
 
 use crate::restir::pt::{PathMapping, RestirPtError, RestirPtOptions};
 use lightshed_resampling::FinalGather;
@@ -10,10 +10,10 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestirSuffixOptions {
     /// How suffixes are found and reused behind supporting prefixes. `path_starts_at_sensor` and
-    /// `visible_emission` mean nothing here.
+    /// `visible_emission` have no effect here.
     pub suffixes: RestirPtOptions,
-    /// Confidence cap of the supporting prefixes' own reuse in time, at least 1: how many frames a
-    /// supporting prefix stays, about. Nothing without reuse in time.
+    /// Confidence cap of the supporting prefixes' own temporal reuse, at least 1: approximately the
+    /// number of frames that a supporting prefix stays. No effect without temporal reuse.
     pub prefix_cap: f32,
     /// Integration prefixes `N` of each pixel and frame.
     pub prefixes: u32,
@@ -22,10 +22,10 @@ pub struct RestirSuffixOptions {
     pub canonical: u32,
     /// Supporting prefixes `M − 1` whose suffixes an integration prefix borrows; 0 for none.
     pub borrowed: u32,
-    /// How far supporting prefixes may be, as a share of the scene's size.
+    /// Search radius for supporting prefixes, as a share of the scene's size.
     pub search_radius: f32,
-    /// What a turn of the normal by about 57° counts in the search, as a share of the scene's
-    /// size.
+    /// The distance that a turn of the normal by about 57° counts in the search, as a share of the
+    /// scene's size.
     pub normal_scale: f32,
 }
 
@@ -132,8 +132,8 @@ impl RestirSuffixOptions {
         let gather =
             FinalGather::new(self.prefixes, self.canonical).filter(|_| self.prefixes <= MAX_PREFIXES);
         let gather = gather.ok_or(RestirSuffixError::Prefixes(self.prefixes, self.canonical))?;
-        // Unlike paths, prefixes that could not be reconnected at the second vertex go on to where
-        // they can.
+        // Unlike paths, prefixes that could not be reconnected at the second vertex continue to a
+        // vertex where they can.
         let ends = Connectability::hybrid(self.suffixes.min_roughness, connectability.min_distance())
             .map_err(|_| RestirPtError::Roughness(self.suffixes.min_roughness))?;
         Ok((ends, connectability, gather))

@@ -1,5 +1,5 @@
-//! Candidates: random walks through coarse densities, of which each vertex ends a path at an
-//! emitter, and where media emit another.
+//! Candidates: random walks through coarse densities. Each vertex ends a path at an emitter and, if
+//! media emit, another path.
 
 use super::evaluation::{Evaluation, Lit};
 use super::pixel::{First, VolumePath, VolumePixel, VolumeReservoir};
@@ -30,7 +30,7 @@ struct Walk<'a> {
 
 /// How a walk goes on.
 struct Onward {
-    /// What it came upon on an emitter.
+    /// The emitter that it has hit.
     found: Option<Found>,
     /// Whether it is at another vertex, or ended.
     arrived: bool,
@@ -52,8 +52,8 @@ struct Found {
     part: f64,
 }
 
-/// Points of the unit cube that fill it evenly, each of them uniform by a random shift: the
-/// additive recurrence of the powers of `1/g`, `g⁴ = g + 1` (Roberts 2018).
+/// Points that fill the unit cube evenly, each of them uniform by a random shift: the additive
+/// recurrence of the powers of `1/g`, `g⁴ = g + 1` (Roberts 2018).
 #[derive(Clone, Copy)]
 pub(crate) struct Sequence {
     /// In 2⁻⁶⁴.
@@ -88,19 +88,20 @@ impl Sequence {
 }
 
 impl Evaluation<'_> {
-    /// One path of the pixel out of `walks` random walks of at most `scatterings` scattering
+    /// One path of the pixel from `walks` random walks of at most `scatterings` scattering
     /// vertices, by RIS with this evaluation's target (Lin 2022 eqs. 5.17, 5.18, A.1). After their
-    /// first vertex walks go through densities of this evaluation's level, and of cubes of `cubes`.
+    /// first vertex, walks go through densities of this evaluation's level, and of cubes of
+    /// `cubes`.
     ///
     /// The path has the walk's own target, of the proposals' transmittances.
     ///
-    /// `start` has the numbers of first distances and first emitter samples, each set uniform, all
-    /// together more even than chance.
+    /// `start` has the numbers of first distances and first emitter samples; each set is uniform,
+    /// and all together are more even than random ones.
     ///
-    /// The paths of a walk differ in length or kind, but for those to the environment and to lamps,
-    /// which end by an emitter sample or where the walk comes upon the emitter by itself: these two
-    /// techniques share by the balance heuristic of their densities of endpoints as seen from the
-    /// last vertex, all others have no rival; and all walks share alike.
+    /// The paths of a walk differ in length or kind, except paths to the environment and to lamps,
+    /// which end by an emitter sample or where the walk hits the emitter. The balance heuristic
+    /// combines these two techniques by their densities of endpoints as seen from the last vertex.
+    /// All others have a single technique, and all walks have equal shares.
     pub fn resample_walks(
         &self,
         pixel: &VolumePixel,
@@ -113,7 +114,7 @@ impl Evaluation<'_> {
         if pixel.is_empty() {
             return VolumeReservoir::empty(1.0);
         }
-        // Behind the last vertex that scatters are only what emits and the environment.
+        // Behind the last vertex that scatters, only emission and the environment remain.
         let emits_behind = self
             .volumes
             .scene
@@ -145,7 +146,7 @@ impl Evaluation<'_> {
                         let value = walk.value * emission(medium, *position);
                         offer(walk.path, value, walk.pdf, 1.0, rng);
                     }
-                    // What a mirror shows no emitter sample finds.
+                    // No emitter sample finds what a mirror shows.
                     Vertex::Surface { .. } if walk.path.lobe_to(walk.path.vertices() - 1).is_some() => {
                         let value = walk.value * walk.vertex.emitted(emitters);
                         offer(walk.path, value, walk.pdf, 1.0, rng);
@@ -188,8 +189,8 @@ impl Evaluation<'_> {
         ris.finish(1.0)
     }
 
-    /// Whether a walk goes on from a vertex, in a direction of some width, to come upon emitters:
-    /// not from the last one where it would seldom do.
+    /// Whether a walk continues from a vertex, in a direction that has a width, to hit emitters:
+    /// not from the last vertex, where it would seldom hit one.
     fn looks_for_emitters(&self, vertex: &Vertex<'_>, is_last: bool) -> bool {
         let has_environment = self.volumes.scene.emitters().environment().is_some();
         if !(has_environment || self.volumes.shows_lamps) {
@@ -203,8 +204,8 @@ impl Evaluation<'_> {
         }
     }
 
-    /// Share of an emitter sample under balance MIS with directions from its vertex, which come
-    /// upon the emitter too: `p_e/(p_e + p_ω |dω/de|)`.
+    /// Share of an emitter sample under balance MIS with directions from its vertex, which can hit
+    /// the emitter, too: `p_e/(p_e + p_ω |dω/de|)`.
     fn share_of_sample(&self, vertex: &Vertex<'_>, endpoint: &EmitterEndpoint, lit: &Lit) -> f64 {
         let is_met = match endpoint {
             EmitterEndpoint::Surface { .. } => self.volumes.shows_lamps,
@@ -218,8 +219,8 @@ impl Evaluation<'_> {
         }
     }
 
-    /// What a walk has come upon, with its value and density up to there: an emitter, in a
-    /// direction of density `pdf_direction`; `None` by a lobe without width.
+    /// A walk's hit, with its value and density up to there: an emitter, in a direction of density
+    /// `pdf_direction`; `None` by a lobe without width.
     fn found(&self, walk: &Walk<'_>, endpoint: EmitterEndpoint, pdf_direction: Option<f64>) -> Option<Found> {
         let seen = self
             .volumes

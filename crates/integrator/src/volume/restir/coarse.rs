@@ -13,10 +13,10 @@ pub const MAX_COARSENESS: u32 = 4;
 
 /// A medium's density at coarser levels.
 ///
-/// Both proposals and targets see it interpolated, by lookups along the ray (Lin 2022 §5.5.1):
-/// smooth, or what they miss of the structure is noise of `F/p̂` that no number of candidates
-/// makes less. Proposals must miss nothing (§5.4.1): they mix in a little of what is constant over
-/// cubes of `2^level` voxels, and positive wherever the density is.
+/// Both proposals and targets see it interpolated, by look-ups along the ray (Lin 2022 §5.5.1). It
+/// has to be smooth, because whatever they miss of the structure is noise of `F/p̂` that no number
+/// of candidates reduces. Proposals must miss nothing (§5.4.1): they mix in a little of a density
+/// that is constant over cubes of `2^level` voxels, and positive wherever the density is.
 pub(crate) struct CoarseMedium {
     /// Levels from 1 on; `None` where the medium is homogeneous.
     pyramid: Option<MipPyramid>,
@@ -26,7 +26,7 @@ pub(crate) struct CoarseMedium {
     densest: f32,
 }
 
-/// A stretch of a ray of constant density.
+/// A segment of a ray of constant density.
 #[derive(Clone, Copy)]
 pub(crate) struct Constant {
     pub t0: f64,
@@ -34,14 +34,14 @@ pub(crate) struct Constant {
     pub density: f32,
 }
 
-/// `ε`: the share of the upper bound in the density along a camera ray. What a proposal wastes on
-/// it is little.
+/// `ε`: the share of the upper bound in the density along a camera ray. It costs a proposal
+/// little.
 const LEAST_SHARE: f32 = 0.01;
 
 /// The same in the density that walks see.
 const WALK_SHARE: f32 = 0.05;
 
-/// Voxels that a walk passes by one lookup.
+/// Voxels that a walk passes with one look-up.
 const LOOKUP_VOXELS: f32 = 1.5;
 
 /// Most bins of a camera ray.
@@ -50,8 +50,8 @@ const MOST_BINS: f32 = 128.0;
 /// A voxel's diagonal in edges: the length of a step.
 const DIAGONAL: f32 = 1.732_050_8;
 
-/// Optical depth behind which marching stops. Targets are then too large, but still so small that
-/// nothing is chosen for them.
+/// Optical depth at which marching stops. Targets are then too large, but still so small that they
+/// select nothing.
 const OPAQUE_DEPTH: f32 = 10.0;
 
 /// Greatest optical depth of a step of level 1 that serves for level 0.
@@ -87,8 +87,8 @@ impl CoarseMedium {
         }
     }
 
-    /// What is as good as a level along a ray: level 1 for 0 where a step through it is optically
-    /// thin.
+    /// The level that may replace a level along a ray: level 1 for 0 if a step through it is
+    /// optically thin.
     fn thinned(&self, level: u32, ray: &Ray, field_ray: &FieldRay) -> u32 {
         let step = 2.0 * DIAGONAL * ray.direction.length() / field_ray.direction.length();
         if level == 0 && self.densest * step < THIN_DEPTH {
@@ -157,9 +157,9 @@ impl CoarseMedium {
         }
     }
 
-    /// The part of a camera ray within `interval` that holds some density, cut into bins of equal
-    /// length, about that of the level's voxels; `bins` is given `∫ ρ* dt` from its beginning to
-    /// the end of each. `None` if there is nothing.
+    /// The part of a camera ray within `interval` that contains density, cut into bins of equal
+    /// length, about that of the level's voxels. `bins` receives `∫ ρ* dt` from its start to the
+    /// end of each. `None` if there is none.
     ///
     /// `ρ* = (1 − ε) ρ + ε ρ̄` with one lookup of `ρ` a bin, interpolated, and the upper
     /// bound `ρ̄`: positive wherever the density is.
@@ -216,7 +216,7 @@ impl CoarseMedium {
             for (bin, density) in bins.iter_mut().zip(density) {
                 if *bin > 0.0 {
                     let more = *bin + (1.0 - LEAST_SHARE) * step * density;
-                    // What is there is not to vanish by rounding.
+                    // Positive densities must not vanish by rounding.
                     inside = (inside + more).max(inside.next_up());
                 }
                 *bin = inside;
@@ -225,8 +225,8 @@ impl CoarseMedium {
         Some(occupied)
     }
 
-    /// The stretches of `ray` within `interval` that proposals see, in order; `each` says whether
-    /// to go on.
+    /// The segments of `ray` within `interval` that proposals see, in order; `each` says whether to
+    /// continue.
     ///
     /// `ρ* = (1 − ε) ρ + ε ρ̄`: one lookup of `ρ`, interpolated at `level`, for a stretch
     /// of about a voxel of that level; and `ρ̄` of the cube of `cubes`, at least 1, in which it

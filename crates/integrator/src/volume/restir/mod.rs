@@ -39,32 +39,32 @@ use through::Volumes;
 ///
 /// Each frame, each pixel looks along one camera ray, for each of its reservoirs. *Candidates* come
 /// from random walks: free flights through a coarse copy of the density, constant along short
-/// stretches of the ray, whose density `p` is known in closed form; every vertex is connected to a
-/// sampled emitter, one that emits is the end of a path itself, and so are the environment and
-/// lamps that a walk comes upon. First distances and emitter samples of a pixel's walks, over the
-/// frames, are points of one sequence that fills their domain evenly. RIS keeps one of them, by
-/// `|F|` over the channels with coarse transmittances (eqs. 5.17–5.20, A.1). It is *merged* with
-/// what the pixel held in the frame before, under balance MIS. The place in the pixel is part of a
-/// path: in a still that is the same path with the same target. In another pixel distances and
-/// directions stay up to the first edge that is long enough, so that vertices move with the camera
-/// ray (direction reuse, §5.4.2); what is behind that edge stays where it is (vertex reuse,
-/// ibid.). A frame *shows* the mean of the pixel's reservoirs, with unbiased estimates of
-/// transmittance (unbiased ray marching), each, where that is asked for, merged with those of
-/// neighbours, all of which shade. Targets are coarse but positive wherever light is: they cost
-/// noise, not bias. In a still without neighbours a path never leaves its pixel: the walk's own
-/// target serves, and the first estimate of `F` as long as the pixel holds the path.
+/// segments of the ray, whose density `p` is known in closed form. Every vertex is connected to a
+/// sampled emitter. A vertex that emits ends a path itself, and so do the environment and lamps
+/// that a walk hits. First distances and emitter samples of a pixel's walks, over the frames, are
+/// points of one sequence that fills their domain evenly. RIS keeps one of them, by `|F|` over the
+/// channels with coarse transmittances (eqs. 5.17–5.20, A.1). It is *merged* with the pixel's
+/// reservoir of the previous frame, under balance MIS. The position in the pixel is part of a path:
+/// in a still image that is the same path with the same target. In another pixel, distances and
+/// directions stay up to the first edge that is long enough, so vertices move with the camera ray
+/// (direction reuse, §5.4.2); the part behind that edge stays (vertex reuse, ibid.). A frame
+/// *shows* the mean of the pixel's reservoirs, with unbiased estimates of transmittance (unbiased
+/// ray marching). On request, each reservoir is merged with those of neighbours, all of which
+/// shade. Targets are coarse but positive wherever light is: they cost noise, not bias. In a still
+/// image without neighbours a path never leaves its pixel: the walk's own target is used, and the
+/// first estimate of `F` as long as the pixel holds the path.
 ///
-/// Light that arrives unscattered is added by itself.
+/// Light that arrives unscattered is added separately.
 ///
-/// Every frame of a still camera has the expectation of
+/// Every frame of a camera at rest has the expectation of
 /// [`VolumePathTracer`](crate::VolumePathTracer) with a longest path of `K + 1` edges. Under motion
-/// of the camera or of media ([`RestirVolume::animated`]) the place in the frame before is chosen
-/// by the pixel's own path (*stochastic reprojection*, §5.4.4), which is slightly biased; that
-/// vanishes a few frames after the motion does.
+/// of the camera or of media ([`RestirVolume::animated`]) the pixel's own path determines the
+/// position in the previous frame (*stochastic reprojection*, §5.4.4). This is slightly biased;
+/// the bias vanishes a few frames after the motion ends.
 ///
 /// Camera rays end on the first surface that is not
 /// [`Material::Null`](lightshed_scene::Material::Null). Mirrors and smooth dielectrics are vertices
-/// like others, whose direction follows from the one before in every pixel.
+/// like others; in every pixel their direction follows from the previous one.
 ///
 /// ```
 /// use lightshed_integrator::{CameraMotion, RestirVolume, RestirVolumeOptions};
@@ -83,7 +83,7 @@ use through::Volumes;
 pub struct RestirVolume<'a> {
     /// By frame; the last serves for all later ones.
     volumes: Vec<Volumes<'a>>,
-    /// Where what is somewhere in a frame was in the one before.
+    /// Position in the previous frame of what is at a position in a frame.
     flow: Option<Flow<'a>>,
     options: RestirVolumeOptions,
     pattern: Option<Pattern>,
@@ -97,7 +97,7 @@ pub struct RestirVolume<'a> {
     reservoirs: Reservoirs<VolumePixel, f64>,
     /// What the last frame left behind, by the number of the reservoir.
     history: Vec<Vec<VolumeReservoir>>,
-    /// The same of a still whose pixels share nothing, those of a pixel together.
+    /// The same for a still image whose pixels share nothing, those of a pixel together.
     held: Vec<VolumeReservoir>,
 }
 
@@ -133,8 +133,8 @@ const PASSES: FramePasses = match FramePasses::new(Pass::Shade as u32 + 1, 1, MA
 /// Words of one input that shades.
 const WORDS_PER_INPUT: u32 = 1 << 18;
 
-/// Frames after a motion until a pixel's history may weigh as in a still: by then the lower cap has
-/// forgotten the motion and its bias.
+/// Frames after a motion until a pixel's history may have the weight of a still image: by then the
+/// lower cap has removed the motion and its bias.
 const FORGETTING: u32 = 16;
 
 /// A frame, and which of a pixel's reservoirs is at work.
@@ -168,13 +168,14 @@ impl<'a> RestirVolume<'a> {
     }
 
     /// For densities that change: frame `f` shows `scenes[f]`, and the last one from then on. They
-    /// may differ in media and in what bounds them; cameras, emitters and the image's size are
+    /// may differ in media and in their boundaries; cameras, emitters and the image's size are
     /// those of the first.
     ///
-    /// `flow(f, x)` says where in frame `f − 1` was what is at `x` in frame `f`: `x − v Δt` of
-    /// a velocity field. A pixel asks it for the point at which its own path scatters first, and
-    /// reuses from the pixel that saw it there (velocity resampling, Lin 2022 §5.5.2). Wrong
-    /// answers cost noise and the small bias that any motion has, as long as it lasts.
+    /// `flow(f, x)` returns the position in frame `f − 1` of what is at `x` in frame `f`:
+    /// `x − v Δt` of a velocity field. A pixel calls it for the point at which its own path
+    /// scatters first, and reuses from the pixel that saw it there (velocity resampling, Lin 2022
+    /// §5.5.2). Wrong answers cost noise and the small bias that any motion has, as long as the
+    /// motion lasts.
     ///
     /// # Errors
     /// See [`RestirVolumeError`].
@@ -221,8 +222,8 @@ impl<'a> RestirVolume<'a> {
         })
     }
 
-    /// Whether no path is ever asked for in another pixel, or in another frame in which its own
-    /// would see it differently.
+    /// Whether no path is ever evaluated in another pixel, or in another frame in which its own
+    /// pixel would see it differently.
     fn stays_in_pixels(&self) -> bool {
         self.is_still() && self.pattern.is_none()
     }
@@ -374,8 +375,8 @@ impl<'a> RestirVolume<'a> {
         evaluation.resample_walks(pixel, walks, scatterings, candidate_level, start, &mut rng)
     }
 
-    /// All reuse of a frame: what the pixels hold for the next is held then. Neighbours only shade;
-    /// what they bring would make later frames alike in blotches.
+    /// All reuse of a frame; the reservoirs for the next frame are stored before spatial reuse.
+    /// Neighbours only shade; otherwise their samples would make later frames alike in blotches.
     fn reuse(
         &self,
         view: View<'_>,
@@ -426,7 +427,7 @@ impl<'a> RestirVolume<'a> {
         if let Some(pattern) = &self.pattern {
             let neighbours = pattern.over(extent, view.frame.numbers.key(view.reservoir));
             let evaluation = self.evaluation(frame);
-            // All inputs shade: fewer differences in colour than of the one that is kept.
+            // All inputs shade: this has less colour noise than the kept sample.
             let shade = |pixel: usize, part: Contribution<'_, VolumePath>, sum: &mut Rgb| {
                 let mut rng = view.rng(pixel, Pass::Shade);
                 rng.set_dimension(rng.dimension() + part.input as u32 * WORDS_PER_INPUT);

@@ -1,4 +1,4 @@
-//! What a frame does, and why options are refused.
+//! Options of a frame, and why they are refused.
 
 use super::coarse::MAX_COARSENESS;
 use super::lobe::has_lobe;
@@ -11,36 +11,34 @@ use std::fmt;
 /// Most reservoirs of a pixel.
 pub(super) const MAX_RESERVOIRS: u32 = 16;
 
-/// What [`RestirVolume`](crate::RestirVolume) does in a frame.
+/// Options of a [`RestirVolume`](crate::RestirVolume) frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RestirVolumeOptions {
     /// Most scattering vertices of a path, `K`: 1 to 8. Paths then have up to `K + 1` edges.
     pub scatterings: u32,
-    /// Reservoirs of a pixel: 1 to 16. They share nothing but the camera ray, and a frame shows
-    /// their mean. Where neighbours are unlike, several do better than neighbours: what each adds
-    /// is of another colour and from another place.
+    /// Reservoirs of a pixel: 1 to 16. They share only the camera ray, and a frame shows their
+    /// mean. If neighbours are unlike, several reservoirs are better than neighbours: each adds
+    /// another colour and another place.
     pub reservoirs: u32,
     /// Random walks for each reservoir and frame, `M`: 1 to 1024.
     pub walks: u32,
     /// Neighbours in the round of spatial reuse; 0 for none.
     pub neighbours: u32,
-    /// They lie within this many pixels; positive. A path carried over moves with the camera ray,
-    /// and the less alike what it meets is, the more noise: the fewer pixels, the less error, but
-    /// the larger its blotches (Lin 2022 fig. 5.15).
+    /// They lie within this many pixels; positive. A shifted path moves with the camera ray, and
+    /// noise grows with the differences it meets: a smaller radius has less error, but larger
+    /// blotches (Lin 2022 fig. 5.15).
     pub radius_pixels: f32,
-    /// Least length of a path's edge that is connected, in widths of a pixel; positive. A path
-    /// carried over to another pixel moves as a whole up to its first such edge, at whose far end
-    /// it stays what it was. Less than some times the radius, and targets are unlike; infinity
-    /// moves all of it.
+    /// Least length of a path's connected edge, in widths of a pixel; positive. A shifted path
+    /// moves as a whole up to its first such edge and stays unchanged from its far end on. If it is
+    /// less than some times the radius, targets are unlike; infinity moves the whole path.
     pub connection_pixels: f32,
-    /// Whether a pixel reuses what one held in the frame before.
+    /// Whether a pixel reuses a reservoir of the previous frame.
     pub temporal_reuse: bool,
-    /// Most confidence that a pixel's history is given while something moves and for 16 frames
-    /// after, in frames, `Q`; positive.
+    /// Greatest confidence of a pixel's history while something moves and for 16 frames after, in
+    /// frames, `Q`; positive.
     pub confidence_cap: f32,
-    /// The same in a still, where a path carried over from the frame before is the same path;
-    /// positive.
+    /// The same in a still image, where a path from the previous frame is the same path; positive.
     pub still_confidence_cap: f32,
     /// Level of the cubes that bound the densities which walks see behind the first vertex, 1 to 4.
     pub candidate_level: u32,
@@ -52,20 +50,20 @@ pub struct RestirVolumeOptions {
     /// Level of the densities between vertices and emitters in all targets, 0 to 4; where the
     /// medium is thin level 1 serves for 0.
     pub shadow_level: u32,
-    /// Whether the place in the frame before is that of a point in the medium also where the
-    /// pixel's own path starts on a surface or is none (Lin 2022 §5.5.2). Matters under motion
-    /// only.
+    /// Whether the position in the previous frame is that of a point in the medium also if the
+    /// pixel's own path starts on a surface or does not exist (Lin 2022 §5.5.2). Has an effect
+    /// under motion only.
     pub velocity_resampling: bool,
-    /// Random numbers of camera rays over the frames. Stratified ones lessen the noise of edges in
+    /// Random numbers of camera rays over the frames. Stratified ones reduce the noise of edges in
     /// the mean of frames.
     pub points: PointSet,
 }
 
 impl RestirVolumeOptions {
-    /// With at most `scatterings` scattering vertices and what has least error for its time in
-    /// clouds: 4 reservoirs, a walk each, and temporal reuse with cap 4 under motion, 16 in a
-    /// still. Densities are those of level 0: where marching is as cheap as here, finer targets
-    /// pay, since what they miss is noise; the more the denser the medium.
+    /// With at most `scatterings` scattering vertices and the options with the least error for
+    /// their time in clouds: 4 reservoirs, a walk each, and temporal reuse with cap 4 under motion,
+    /// 16 in a still image. Densities are those of level 0: where marching is cheap, finer targets
+    /// pay, the more the denser the medium, because whatever they miss is noise.
     pub const fn new(scatterings: u32) -> Self {
         Self {
             scatterings,
@@ -86,8 +84,8 @@ impl RestirVolumeOptions {
         }
     }
 
-    /// The same nearer Lin 2022 §5.5: one reservoir, 4 walks, and 3 neighbours, which shade with
-    /// the pixel. For few frames, and where light is hard to find but neighbours are alike.
+    /// The same nearer to Lin 2022 §5.5: one reservoir, 4 walks, and 3 neighbours, which shade
+    /// with the pixel. For few frames, and where light is hard to find but neighbours are alike.
     #[must_use]
     pub const fn with_neighbours(self) -> Self {
         Self {
@@ -125,8 +123,8 @@ impl RestirVolumeOptions {
         }
     }
 
-    /// The same where the camera or media move: [`RestirVolumeOptions::with_neighbours`] where a
-    /// medium scatters into a lobe more than 5 times as bright as the mean. A still does better
+    /// The same for a moving camera or moving media: [`RestirVolumeOptions::with_neighbours`] if a
+    /// medium scatters into a lobe more than 5 times as bright as the mean. A still image is better
     /// without: a path that never leaves its pixel costs little.
     #[must_use]
     pub fn under_motion(self, scene: &Scene) -> Self {
@@ -195,8 +193,8 @@ pub enum RestirVolumeError {
     Level,
     /// Neighbours or radius out of range.
     Pattern(PatternError),
-    /// A material of that index mirrors or refracts sharply, which a method that finds light by
-    /// emitter samples alone cannot show.
+    /// A material of that index reflects or refracts sharply; a method that finds light by emitter
+    /// samples alone cannot render it.
     SharpMaterial(u32),
     /// No scenes, or scenes of other image sizes or numbers of emitters than the first.
     Scenes,

@@ -1,5 +1,5 @@
-//! Frames of a still whose pixels share nothing: each pixel is done with before the next, and all
-//! that is kept of it are its reservoirs.
+//! Frames of a still image whose pixels share nothing: each pixel is finished before the next, and
+//! only its reservoirs are kept.
 
 use super::evaluation::Evaluation;
 use super::pixel::{VolumePixel, VolumeReservoir};
@@ -12,8 +12,8 @@ use lightshed_shift::FollowPaths;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 impl RestirVolume<'_> {
-    /// The whole frame; false if cancelled. A path has the target of the walk that found it: nobody
-    /// else is asked for one.
+    /// The whole frame; false if cancelled. A path has the target of the walk that found it,
+    /// because no other target is needed.
     pub(super) fn still_frame(&mut self, view: View<'_>, image: &mut [Rgb], cancel: &AtomicBool) -> bool {
         let reservoirs = self.options.reservoirs as usize;
         let mut held = std::mem::take(&mut self.held);
@@ -69,9 +69,9 @@ impl RestirVolume<'_> {
 
     /// `F(Y) W` of a reservoir, as its share in the pixel.
     ///
-    /// The estimate of `F` that a path gets when it is first shown serves as long as the reservoir
-    /// holds the path: which paths stay does not depend on it, so it has the mean `F(Y)` in every
-    /// frame.
+    /// The estimate of `F` from the first time that a path is shown is used as long as the
+    /// reservoir holds the path: which paths stay does not depend on it, so it has the mean `F(Y)`
+    /// in every frame.
     fn shown(
         &self,
         view: View<'_>,

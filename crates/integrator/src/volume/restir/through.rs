@@ -1,4 +1,4 @@
-//! What lies along a ray: optical depths, boundaries of media, the first surface.
+//! Passage along a ray: optical depths, boundaries of media, the first surface.
 
 use super::coarse::CoarseMedium;
 use super::lobe::has_lobe;
@@ -12,26 +12,26 @@ use lightshed_scene::{EmitterEndpoint, Material, Medium, MediumDensity, Ray, Sce
 pub(crate) struct Volumes<'a> {
     pub scene: &'a Scene,
     pub coarse: Vec<CoarseMedium>,
-    /// Whether there is one medium and nothing else: coarse densities then are all that is in the
-    /// way, and no ray need be traced for them. (Where the boundary cuts off part of a grid they
-    /// are more than is in the way: a target may.)
+    /// Whether there is one medium and nothing else: coarse densities then are all that blocks
+    /// light, and no ray needs to be traced for them. (If the boundary cuts off part of a grid,
+    /// they overestimate; a target may.)
     alone: bool,
-    /// Whether that medium's grid, besides, is cut off by nothing: then it is all that any ray
+    /// Whether, in addition, nothing cuts off that medium's grid: then it is all that any ray
     /// passes.
     clear: bool,
-    /// By medium, whether it scatters into a lobe.
+    /// By medium, whether it scatters into a narrow lobe.
     pub has_lobe: Vec<bool>,
     /// Whether there are emitters that have an area, and rays meet them all.
     pub shows_lamps: bool,
 }
 
-/// What light passes on a segment.
+/// The media and surfaces along a segment.
 pub(crate) struct Through {
     /// `e^{−∫σ_t}` along it, by channel, or an estimate.
     pub transmittance: DVec3,
     /// The medium at its end.
     pub medium: Option<u32>,
-    /// The surface that ends it, where one does before its own end.
+    /// The surface that ends it, if one does before its own end.
     pub surface: Option<SurfacePoint>,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct Met {
     pub endpoint: Option<EmitterEndpoint>,
 }
 
-/// A free flight by a coarse density and what it is made of.
+/// A free flight by a coarse density, with the parts of its density.
 pub(crate) struct CoarseFlight {
     pub landing: Landing,
     /// Density per unit of length of a collision, probability of anything else.

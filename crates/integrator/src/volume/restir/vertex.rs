@@ -1,4 +1,4 @@
-//! Vertices that scatter, and what media do there.
+//! Vertices that scatter, on surfaces and in media.
 
 use super::through::Volumes;
 use lightshed_scene::glam::{DVec3, Vec2, Vec3};
@@ -56,8 +56,8 @@ impl Vertex<'_> {
         }
     }
 
-    /// Where a lobe without width sends light that comes to the viewer, and what share of it.
-    /// `None` for vertices in media and other lobes.
+    /// The direction in which a lobe without width sends light that reaches the viewer, and its
+    /// share. `None` for vertices in media and other lobes.
     pub fn reflected(&self, lobe: u8) -> Option<Reflected> {
         let Self::Surface { point, bsdf, wo, .. } = self else {
             return None;
@@ -71,7 +71,7 @@ impl Vertex<'_> {
         })
     }
 
-    /// What the surface sends to the viewer by itself; black in media.
+    /// The surface's own emission towards the viewer; black in media.
     pub fn emitted(&self, emitters: &Emitters) -> DVec3 {
         match self {
             Self::Medium { .. } => DVec3::ZERO,

@@ -8,7 +8,7 @@ use lightshed_scene::volume::{
 };
 use lightshed_scene::{Medium, MediumDensity, Ray, Rgb};
 
-/// How paths fly through media, and how transmittances are estimated: all unbiased.
+/// Flights and estimates of transmittance, all unbiased.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VolumeTracking {
     /// Delta tracking and ratio tracking.
@@ -21,7 +21,7 @@ pub enum VolumeTracking {
     Decomposition,
 }
 
-/// How a path weighs in each channel, where it was sampled at the rate of one of them.
+/// Weights of a path in each channel, if it was sampled at the rate of one of them.
 ///
 /// With `r_c = p_c / p_h`, the density of the path's flights at the rate of channel `c` over that
 /// of the channel `h` used, and `h` chosen uniformly, the balance heuristic gives channel `c` the

@@ -23,21 +23,20 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 
 /// Estimates the radiative transfer equation by paths from the camera.
 ///
-/// A path `x₀ x₁ … x_k` through surfaces and media contributes the product of what
-/// [`PathTracer`](crate::PathTracer) has at surfaces, of `σ_s(x) p(ω → ω′)` at collisions,
-/// and of the transmittances `T(x ↔ y) = e^{−∫σ_t}` of its edges, times what its last vertex
-/// emits towards the one before: a surface `L_e`, a medium `σ_a L_e` (Lin 2022 eqs. 5.10–5.12).
+/// A path `x₀ x₁ … x_k` through surfaces and media contributes the product of the factors of
+/// [`PathTracer`](crate::PathTracer) at surfaces, of `σ_s(x) p(ω → ω′)` at collisions, and
+/// of the transmittances `T(x ↔ y) = e^{−∫σ_t}` of its edges, times the emission of its last
+/// vertex towards the previous one: a surface `L_e`, a medium `σ_a L_e` (Lin 2022 eqs.
+/// 5.10–5.12).
 ///
 /// - *Free flights* by delta tracking: collisions have the density `σ_t T`, which cancels against
-///   the integrand and leaves the albedo. A flight that meets no collision reaches the surface
-///   behind.
-/// - *Light from emitters* is found in two ways, by sampling an emitter and by the direction that a
+///   the integrand and leaves the albedo. A flight without a collision reaches the surface behind.
+/// - *Light from emitters* is found in two ways, by emitter sampling and by the direction that a
 ///   phase function or BSDF samples, weighted by the power heuristic of their densities in the
-///   solid-angle measure. The transmittance up to the sampled emitter is estimated by ratio
-///   tracking, without bias.
+///   solid-angle measure. Ratio tracking estimates the transmittance up to the sampled emitter
+///   without bias.
 /// - *Directions* are those of phase functions and BSDFs, or of their mixture with a
-///   [`DirectionGuide`]; a [`PathObserver`] is told of every path, of which collisions are vertices
-///   like others.
+///   [`DirectionGuide`]. A [`PathObserver`] sees every path; collisions are vertices like others.
 /// - *Extinction that differs by channel* is sampled at the rate of a channel chosen uniformly for
 ///   each path; the channels' densities are weighted by the balance heuristic over the whole path
 ///   (spectral MIS: Wilkie et al. 2014, Miller et al. 2019).
@@ -49,7 +48,7 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 /// `min(max(T η²), 0.95)`. In a scene without media and without [`Material::Null`] its samples
 /// are those of [`PathTracer`], which is the faster one there.
 pub struct VolumePathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver> {
-    /// What happens at vertices, and what samples scenes without anything to pass through.
+    /// The work at vertices, and the samples of scenes without media and boundaries.
     tracer: PathTracer<'a, S, G, O>,
     /// The medium around the camera.
     camera_medium: Option<u32>,
@@ -88,7 +87,7 @@ struct State<K> {
 }
 
 impl<'a, S: EmitterSampler> VolumePathTracer<'a, S> {
-    /// A path tracer with the lengths that the scene's settings ask for.
+    /// A path tracer with the lengths of the scene's settings.
     pub fn new(scene: &'a Scene, sampler: S) -> Self {
         Self::of_tracer(PathTracer::new(scene, sampler))
     }
@@ -116,9 +115,9 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         self
     }
 
-    /// With camera rays whose numbers are those of `points`; independent ones unless told
-    /// otherwise. Without anything to pass through, all numbers of a path are. Flights draw as many
-    /// as they need, so numbers behind them have no place of their own.
+    /// With camera rays whose numbers are those of `points`; the default is independent ones. In
+    /// scenes without media and boundaries, all numbers of a path are. Flights draw as many as they
+    /// need, so later numbers have no fixed place.
     #[must_use]
     pub fn with_points(mut self, points: PointSet) -> Self {
         self.tracer = self.tracer.with_points(points);
@@ -147,12 +146,12 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
     }
 
     /// Radiance that arrives along `ray`, which starts in the medium of that index, from one path
-    /// that nobody watches.
+    /// without an observer.
     pub fn radiance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
         self.walk(ray, medium, None, rng, None).radiance
     }
 
-    /// [`radiance`](Self::radiance), where it is known what `ray` hits, or not yet.
+    /// [`radiance`](Self::radiance), with the hit of `ray` already known, or not yet.
     #[inline]
     fn walk(
         &self,
@@ -176,7 +175,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         let settled = |hit: Hit| scene.settled(&ray, hit);
         let (mut known, mut crossings) = (known.map(|hit| hit.map(settled)), 0);
         while self.transport().max_depth > 0 && crossings < MOST_CROSSINGS {
-            // Where no surface can come before a collision, none is looked for before.
+            // If no surface can come before a collision, none is searched before.
             let mut hit = known.take();
             if hit.is_none() && !state.medium.is_some_and(|medium| scene.medium_is_clear(medium)) {
                 hit = Some(scene.nearest(&state.ray));
@@ -305,7 +304,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
 }
 
 impl<K> State<K> {
-    /// What radiance at the end of the ray contributes to the pixel.
+    /// Weight in the pixel of radiance at the end of the ray.
     #[inline(always)]
     fn weighted(&self, radiance: Rgb) -> Rgb {
         self.path.throughput * self.channels.weight() * radiance
@@ -329,8 +328,7 @@ impl<K> State<K> {
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_, S, G, O> {
-    /// The value of a sample whose camera ray is `ray`, where it is known what that hits, or not
-    /// yet.
+    /// The value of a sample whose camera ray is `ray`, with its hit already known, or not yet.
     fn value(
         &self,
         id: SampleId,

@@ -46,11 +46,11 @@ pub(crate) fn end_of(ray: &Ray) -> Option<Vec3> {
     (ray.t_max < f32::INFINITY).then(|| ray.origin + ray.direction * ray.t_max)
 }
 
-/// From `origin`, which is off the segment `ray` by what moves it off a surface, to the same `end`,
+/// From `origin`, which is off the segment `ray` by the offset from a surface, to the same `end`,
 /// in units of the same length: finite wherever the ray is.
 ///
-/// Not in the same direction: a slanting segment that is moved as a whole ends behind the emitter
-/// that it was to end in front of, and meets it.
+/// Not in the same direction: a slanted segment that is moved as a whole ends behind the emitter
+/// that it should end in front of, and hits it.
 #[inline(always)]
 fn rest_of(ray: &Ray, origin: Vec3, end: Vec3) -> Ray {
     let rest = end - origin;
@@ -66,12 +66,12 @@ fn rest_of(ray: &Ray, origin: Vec3, end: Vec3) -> Ray {
     }
 }
 
-/// Parts of a segment in media that wait until it is known that no surface is in between.
+/// Parts of a segment in media that wait until it is known that no surface blocks it.
 const WAITING: usize = 4;
 
 impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_, S, G, O> {
     /// An unbiased estimate of the transmittance along the segment `ray`, which starts in the
-    /// medium of that index: zero if a surface is in between.
+    /// medium of that index: zero if a surface blocks it.
     pub(super) fn transmittance(&self, ray: Ray, medium: Option<u32>, rng: &mut CounterRng) -> Rgb {
         let scene = self.transport().scene;
         if let Some(index) = medium
@@ -130,7 +130,7 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_,
 mod tests {
     use super::*;
 
-    /// The rest of a segment has the same end, or none where that is not to be told, and is in
+    /// The rest of a segment has the same end, or none if that cannot be determined, and is in
     /// units of the same length.
     #[test]
     fn segments_keep_their_ends() {
