@@ -22,6 +22,7 @@
 
 mod check;
 mod connectability;
+mod departure;
 mod domain;
 mod jacobian;
 mod local;

@@ -1,32 +1,15 @@
 //! One active path of a tree: its position, its throughput, and its possible reconnection.
 
+use crate::departure::{Arrival, Departure};
 use crate::domain::PathDomain;
 use crate::mis::{emitter_weight, scattering_weight};
 use crate::numbers::PathNumbers;
-use crate::roulette::survival;
+use crate::roulette::survives;
 use crate::sample::{ALL_LOBES, Anchor, PathSample, Technique, pack_direction, unpack_direction};
 use crate::world::{End, Endpoint, LobeDirection, Place, Sight, Suffix, SuffixLight, World, max_roughness};
 use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
 use lightshed_sampling::{Density, PathSeed, PrimarySample, SolidAngle};
-
-/// How the path left the previous vertex.
-struct Departure<S> {
-    site: S,
-    position: Vec3,
-    /// Direction to the viewer there.
-    wo: Vec3,
-    /// The path's throughput before it was scattered there.
-    throughput: Vec3,
-    direction: Vec3,
-    lobe: u8,
-    roughness: f32,
-    /// Of the lobe, joint.
-    pdf: Density<SolidAngle>,
-    /// Over all lobes.
-    total_pdf: Density<SolidAngle>,
-    is_delta: bool,
-}
 
 /// The reconnection vertex, once the path has left it.
 struct Found {
@@ -47,19 +30,6 @@ pub(crate) enum Onward<W: World> {
     Suffix(Suffix<W::Ray, W::Site>),
 }
 
-/// A connectable pair of the previous vertex with the current one, not yet tested for the lobe of
-/// the current one. It uses the two positions, as a shift does, not the direction that led from one
-/// to the other, which differs by the offsets of rays.
-#[derive(Clone, Copy)]
-struct Pair {
-    direction: Vec3,
-    lobe_before: u8,
-    /// `p(x_m)` in area measure.
-    density_area: f32,
-    /// `Π f / p` over all vertices but the current one.
-    throughput: Vec3,
-}
-
 /// A path `x₁ … x_m` of a tree.
 pub(crate) struct Walk<W: World> {
     seed: PathSeed,
@@ -71,7 +41,8 @@ pub(crate) struct Walk<W: World> {
     /// One over the probability of having survived roulette.
     weight: f64,
     departure: Option<Departure<W::Site>>,
-    pair: Option<Pair>,
+    /// The current vertex, if it may be reconnected with the one before by all but its own lobe.
+    pair: Option<Arrival>,
     found: Option<Found>,
     /// From the first vertex to the viewer.
     wo: Vec3,
@@ -129,7 +100,7 @@ impl<W: World> Walk<W> {
         domain: &PathDomain<'_, W>,
         before: &W::Vertex,
         vertex: Option<&W::Vertex>,
-    ) -> Option<Pair> {
+    ) -> Option<Arrival> {
         let (rules, world) = (&domain.connectability, domain.world);
         let departure = self
             .departure
@@ -139,13 +110,7 @@ impl<W: World> Walk<W> {
         if !rules.far(sight.position, sight.offset) {
             return None;
         }
-        let scattering = world.evaluate_lobe(before, departure.wo, sight.direction, departure.lobe);
-        Some(Pair {
-            direction: sight.direction,
-            lobe_before: departure.lobe,
-            density_area: sight.to_area(scattering.pdf).value(),
-            throughput: departure.throughput * scattering.weight(),
-        })
+        Some(departure.arrival(world, before, &sight))
     }
 
     fn view(&self) -> Vec3 {
@@ -262,14 +227,9 @@ impl<W: World> Walk<W> {
         if !(self.throughput.max_element() > 0.0 && self.throughput.is_finite()) {
             return None;
         }
-        if self.index >= roulette_from {
-            // The weight of a candidate contains the factors that the integrand does not: the
-            // throughput is never divided.
-            let survival = survival(self.throughput.max_element() * self.weight as f32);
-            if !(self.numbers.roulette(self.index) < survival) {
-                return None;
-            }
-            self.weight /= f64::from(survival);
+        let (numbers, index) = (&mut self.numbers, self.index);
+        if index >= roulette_from && !survives(numbers, index, self.throughput, &mut self.weight) {
+            return None;
         }
         self.index += 1;
         if let Some(found) = &self.found {
@@ -348,17 +308,8 @@ impl<W: World> Walk<W> {
     ) -> Option<Candidate> {
         let world = domain.world;
         let departure = self.departure.as_ref()?;
-        let end = End::of(vertex);
-        let radiance = end.radiance(world, departure.direction);
-        if radiance == Vec3::ZERO {
-            return None;
-        }
-        let emitter_pdf = if departure.is_delta {
-            Density::ZERO
-        } else {
-            end.emitter_pdf(world, &departure.site, departure.direction, radiance)
-        };
-        let omega = scattering_weight(departure.total_pdf, emitter_pdf);
+        let (radiance, emitter_pdf) = departure.met(world, End::of(vertex))?;
+        let omega = departure.weight(emitter_pdf);
         let rules = &domain.connectability;
         let length = self.index;
         let rough = rules.reaches(length) && rules.rough(departure.roughness);

@@ -117,6 +117,18 @@ impl LightBlock {
         self.lights[lane] = number;
     }
 
+    /// Appends lights with their numbers, in blocks that begin with the first.
+    pub fn push_all<'a>(blocks: &mut Vec<Self>, lights: impl Iterator<Item = (u32, &'a WeighedLight)>) {
+        for (i, (number, light)) in lights.enumerate() {
+            if i % LANES == 0 {
+                blocks.push(Self::EMPTY);
+            }
+            if let Some(block) = blocks.last_mut() {
+                block.set(i % LANES, number, light);
+            }
+        }
+    }
+
     /// Weights for a receiver.
     #[inline(always)]
     pub fn weights<L: Lanes>(&self, at: &ShadingPoint) -> L {

@@ -3,7 +3,6 @@
 use super::block::{LightBlock, WeighedLight};
 use super::entries::Visible;
 use super::options::{BucketRule, LightCacheOptions};
-use lightshed_lanes::LANES;
 
 /// A region's lights in the order of the walk.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,27 +97,16 @@ impl RegionLights {
                 .iter()
                 .enumerate()
                 .map(|(bucket, group)| (bucket as u32, group));
-            push_blocks(&mut self.groups, groups);
+            LightBlock::push_all(&mut self.groups, groups);
         }
     }
 
     fn push(&mut self, bucket: &[RegionLight]) {
         self.starts.push(self.blocks.len() as u32);
-        push_blocks(
+        LightBlock::push_all(
             &mut self.blocks,
             bucket.iter().map(|light| (light.number, &light.light)),
         );
-    }
-}
-
-fn push_blocks<'a>(blocks: &mut Vec<LightBlock>, lights: impl Iterator<Item = (u32, &'a WeighedLight)>) {
-    for (i, (number, light)) in lights.enumerate() {
-        if i % LANES == 0 {
-            blocks.push(LightBlock::EMPTY);
-        }
-        if let Some(block) = blocks.last_mut() {
-            block.set(i % LANES, number, light);
-        }
     }
 }
 

@@ -92,14 +92,7 @@ impl Units {
         } else {
             let lights: Vec<WeighedLight> = members.iter().map(|&light| weighed[light as usize]).collect();
             self.lights.push(WeighedLight::group(&lights));
-            for (i, (&number, light)) in members.iter().zip(&lights).enumerate() {
-                if i % LANES == 0 {
-                    self.blocks.push(LightBlock::EMPTY);
-                }
-                if let Some(block) = self.blocks.last_mut() {
-                    block.set(i % LANES, number, light);
-                }
-            }
+            LightBlock::push_all(&mut self.blocks, members.iter().copied().zip(&lights));
         }
         self.starts.push(self.blocks.len() as u32);
     }

@@ -187,11 +187,7 @@ impl VmfFit {
                         1.0 / count as f64
                     };
                     if share > 0.0 {
-                        lobe.add(
-                            share * sample.weight,
-                            sample.direction,
-                            Some(sample.inverse_distance),
-                        );
+                        lobe.add(share * sample.weight, sample.direction, sample.inverse_distance);
                     }
                 }
             }

@@ -14,24 +14,19 @@ pub(super) struct LobeStatistics {
     pub weight_squared: f64,
     /// `Σ γ w ω`.
     pub direction: [f64; 3],
-    /// `Σ γ w / t`, of the samples that have a finite distance `t`.
+    /// `Σ γ w / t` of the distances `t`; nothing of what is at infinity.
     pub inverse_distance: f64,
-    /// `Σ γ w` of the samples that have a distance, at infinity or not.
-    pub distance_weight: f64,
 }
 
 impl LobeStatistics {
-    /// Adds a sample of weight `γ w`, with `1/t` of its distance; `None` if that is not known.
-    pub fn add(&mut self, weight: f64, direction: Vec3, inverse_distance: Option<f64>) {
+    /// Adds a sample of weight `γ w`, with `1/t` of its distance.
+    pub fn add(&mut self, weight: f64, direction: Vec3, inverse_distance: f64) {
         self.weight += weight;
         self.weight_squared += weight * weight;
         for axis in 0..3 {
             self.direction[axis] += weight * f64::from(direction[axis]);
         }
-        if let Some(inverse) = inverse_distance {
-            self.inverse_distance += weight * inverse;
-            self.distance_weight += weight;
-        }
+        self.inverse_distance += weight * inverse_distance;
     }
 
     /// `self` times `factor`, plus `other`. The number of samples is scaled by `factor` as well.
@@ -42,7 +37,6 @@ impl LobeStatistics {
             weight_squared: add(self.weight_squared, other.weight_squared),
             direction: std::array::from_fn(|axis| add(self.direction[axis], other.direction[axis])),
             inverse_distance: add(self.inverse_distance, other.inverse_distance),
-            distance_weight: add(self.distance_weight, other.distance_weight),
         }
     }
 
@@ -75,10 +69,10 @@ impl LobeStatistics {
     }
 
     /// Distance of the light that the lobe represents: the harmonic mean, which is that of the
-    /// parallax. Infinite if no distance is known.
+    /// parallax. Infinite if all samples are at infinity.
     pub fn distance(&self) -> f32 {
         if self.inverse_distance > 0.0 {
-            (self.distance_weight / self.inverse_distance) as f32
+            (self.weight / self.inverse_distance) as f32
         } else {
             f32::INFINITY
         }

@@ -2,14 +2,15 @@
 
 use super::domain::PrefixDomain;
 use super::sample::PrefixSample;
+use crate::departure::Departure;
 use crate::domain::Start;
-use crate::mis::{emitter_weight, scattering_weight};
+use crate::mis::emitter_weight;
 use crate::numbers::PathNumbers;
-use crate::roulette::survival;
+use crate::roulette::survives;
 use crate::world::{End, Endpoint, RayKind, Sight, World};
 use lightshed_resampling::ContributionWeight;
 use lightshed_sampling::glam::Vec3;
-use lightshed_sampling::{Density, PathSeed, PrimarySample, SolidAngle};
+use lightshed_sampling::{PathSeed, PrimarySample};
 
 /// Traces prefixes by scattering, depth by depth, all prefixes of a call together. Each depends on
 /// its domain and seed alone.
@@ -39,21 +40,6 @@ pub enum PrefixFinding<'a, V> {
     /// The prefix, its last vertex, and its contribution weight: one over the probability of having
     /// survived roulette.
     Prefix(&'a PrefixSample, &'a V, ContributionWeight<PrimarySample, f64>),
-}
-
-/// How a walk left the previous vertex.
-struct Departure<S> {
-    site: S,
-    position: Vec3,
-    wo: Vec3,
-    /// Before it was scattered there.
-    throughput: Vec3,
-    direction: Vec3,
-    lobe: u8,
-    roughness: f32,
-    /// Over all lobes.
-    total_pdf: Density<SolidAngle>,
-    is_delta: bool,
 }
 
 struct Walk<W: World> {
@@ -103,13 +89,9 @@ impl<W: World> Walk<W> {
         if !(self.throughput.max_element() > 0.0 && self.throughput.is_finite()) {
             return None;
         }
-        if self.index >= roulette_from {
-            // The weight contains the factors that the integrand does not.
-            let survival = survival(self.throughput.max_element() * self.weight as f32);
-            if !(self.numbers.roulette(self.index) < survival) {
-                return None;
-            }
-            self.weight /= f64::from(survival);
+        let (numbers, index) = (&mut self.numbers, self.index);
+        if index >= roulette_from && !survives(numbers, index, self.throughput, &mut self.weight) {
+            return None;
         }
         self.departure = Some(Departure {
             site: world.site(vertex),
@@ -119,6 +101,7 @@ impl<W: World> Walk<W> {
             direction: sampled.wi,
             lobe: sampled.lobe,
             roughness: world.lobe_roughness(vertex, sampled.lobe),
+            pdf: sampled.scattering.pdf,
             total_pdf: sampled.total_pdf,
             is_delta: sampled.is_delta,
         });
@@ -130,37 +113,26 @@ impl<W: World> Walk<W> {
     /// Emission at the point that the current ray has hit.
     fn met(&self, world: &W, vertex: Option<&W::Vertex>) -> Option<Vec3> {
         let departure = self.departure.as_ref()?;
-        let end = End::of(vertex);
-        let radiance = end.radiance(world, departure.direction);
-        if radiance == Vec3::ZERO {
-            return None;
-        }
-        let emitter_pdf = if departure.is_delta {
-            Density::ZERO
-        } else {
-            end.emitter_pdf(world, &departure.site, departure.direction, radiance)
-        };
-        let weight = scattering_weight(departure.total_pdf, emitter_pdf);
+        let (radiance, emitter_pdf) = departure.met(world, End::of(vertex))?;
+        let weight = departure.weight(emitter_pdf);
         Some(self.throughput * radiance * weight * self.weight as f32)
     }
 
-    /// The prefix that ends at the vertex reached, as a shift sees it: computed from the two
-    /// positions and not from the direction that led from one to the other, which differs by the
-    /// offsets of rays.
+    /// The prefix that ends at the vertex arrived at.
     fn finish(&self, world: &W, before: &W::Vertex, vertex: &W::Vertex) -> Option<PrefixSample> {
         let departure = self.departure.as_ref()?;
         let sight = Sight::of(world, departure.position, vertex);
-        let scattering = world.evaluate_lobe(before, departure.wo, sight.direction, departure.lobe);
-        let throughput = departure.throughput * scattering.weight();
+        let arrival = departure.arrival(world, before, &sight);
         let sample = PrefixSample {
             seed: self.seed,
             index: self.index,
             lobe: departure.lobe,
             place: world.place(vertex),
-            density: sight.to_area(scattering.pdf).value(),
-            throughput,
-            wo: -sight.direction,
+            density: arrival.density_area,
+            throughput: arrival.throughput,
+            wo: -arrival.direction,
         };
+        let throughput = arrival.throughput;
         (throughput.max_element() > 0.0 && throughput.is_finite()).then_some(sample)
     }
 }
