@@ -109,11 +109,13 @@ impl<'a, S: EmitterSampler> Mixture<'a, S> {
     fn seen_at(&self, frame: u32) -> Vec<Option<u32>> {
         let extent = extent_of(self.scene);
         let camera = self.motion.camera(self.scene, frame - 1);
-        let seen = |pixel: &Option<Primary>| {
-            let position = pixel.as_ref()?.point.position;
+        let pixels = self.pixels.of(frame);
+        let mut seen = vec![None; pixels.len()];
+        parallel::fill(&mut seen, |index| {
+            let position = pixels[index].as_ref()?.point.position;
             pixel_seeing(&camera, extent, position).map(|pixel| pixel as u32)
-        };
-        self.pixels.of(frame).iter().map(seen).collect()
+        });
+        seen
     }
 
     /// All steps of a frame, into `states` and `image`.

@@ -3,6 +3,7 @@
 use super::capabilities::{MethodCapabilities, PathDepth};
 use super::entry::MethodEntry;
 use super::error::MethodError;
+use super::idle::idle_option;
 use super::methods::METHODS;
 use super::option::{MethodOption, MethodValues};
 use super::options::CACHE_ALWAYS;
@@ -136,49 +137,11 @@ impl Method {
         if !stage.scene().media().is_empty() && !self.entry.capabilities.media {
             return Err(MethodError::Media(method));
         }
-        if let Some(reason) = self.idle_option() {
+        if let Some(reason) = idle_option(&self.values) {
             return Err(MethodError::Refused { method, reason });
         }
         (self.entry.start)(stage, &self.values, motion)
             .map_err(|reason| MethodError::Refused { method, reason })
-    }
-
-    /// The reason why a given option would change nothing beside the others.
-    fn idle_option(&self) -> Option<String> {
-        let is_given = |name: &str| {
-            let mut given = self.values.given();
-            given.any(|(option, value)| option.name == name && value != option.default)
-        };
-        let value = |name: &str| {
-            let mut given = self.values.given();
-            given.find_map(|(option, value)| (option.name == name).then_some(value))
-        };
-        let guided = self.values.guided_paths().is_some();
-        let idle = [
-            ("guide-training", !guided, "without --guide"),
-            ("guide-always", !guided, "without --guide"),
-            ("guide-borders", !guided, "without --guide"),
-            ("guide-bits", value("guide") != Some("cdq"), "without --guide cdq"),
-            ("visible", guided, "with --guide"),
-            (
-                "visible",
-                self.values.light_samples() > 1,
-                "with several --light-samples",
-            ),
-            (
-                "shadow-spread",
-                value("shadow-samples") == Some("0"),
-                "with --shadow-samples 0",
-            ),
-            (
-                "shadow-filter",
-                value("shadow-samples") == Some("0"),
-                "with --shadow-samples 0",
-            ),
-        ];
-        let mut idle = idle.into_iter();
-        let (name, _, why) = idle.find(|&(name, is_idle, _)| is_idle && is_given(name))?;
-        Some(format!("--{name} has no meaning {why}"))
     }
 
     /// The option that a value without a name is for.

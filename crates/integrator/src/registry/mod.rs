@@ -3,6 +3,7 @@
 mod capabilities;
 mod entry;
 mod error;
+mod idle;
 mod method;
 mod methods;
 mod option;

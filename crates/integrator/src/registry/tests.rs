@@ -182,3 +182,36 @@ fn depths_and_media_are_checked() {
         assert_eq!(started, expected);
     }
 }
+
+/// An option that would change nothing is refused by name; where it has an effect it is not.
+#[test]
+fn options_without_effect_are_refused() {
+    let scene = scene_for(&Method::named("path").unwrap());
+    let start = |text: &str| {
+        let method: Method = text.parse().unwrap();
+        method.start(&Stage::new(&scene), Motion::STILL).map(|_| ())
+    };
+    for (idle, used) in [
+        ("path:guide-training=4", "path:cdq:guide-training=4"),
+        ("path:sdtree:128", "path:cdq:128"),
+        ("path:cache-passes=4", "path:fixed:cache-passes=4"),
+        ("path:cache-always", "path:fixed:cache-passes=1:cache-always"),
+        (
+            "path:cache-survival=0.5",
+            "path:fixed:cache-passes=1:cache-survival=0.5",
+        ),
+        ("path:cdq:visible=paths", "path:visible=paths"),
+        ("direct:2:visible=paths", "direct:visible=paths"),
+        (
+            "vpl-grid:200:shadow-samples=0:shadow-spread",
+            "vpl-grid:200:shadow-samples=1:shadow-spread",
+        ),
+    ] {
+        let found = start(idle);
+        assert!(
+            matches!(found, Err(MethodError::Refused { .. })),
+            "{idle}: {found:?}"
+        );
+        assert_eq!(start(used), Ok(()), "{used}");
+    }
+}

@@ -267,6 +267,26 @@ where
         });
     }
 
+    /// The pixels of the frame before that saw what those of this frame see.
+    fn sources(
+        &self,
+        before_frame: u32,
+        now: &Supports<'a, E>,
+        before: &Supports<'a, E>,
+    ) -> Vec<Option<u32>> {
+        let camera = self.motion.camera(self.world.scene(), before_frame);
+        let mut sources = vec![None; self.extent.len()];
+        parallel::fill(&mut sources, |index| {
+            let (first, _) = now.prefixes[index].as_ref()?.first()?;
+            let source = match self.motion.is_still() {
+                true => index,
+                false => pixel_seeing(&camera, self.extent, first.point().position)?,
+            };
+            now.sees_alike(index, before, source).then_some(source as u32)
+        });
+        sources
+    }
+
     /// Supporting prefixes and their suffixes, reused in time and space.
     fn reuse(
         &self,
@@ -287,24 +307,9 @@ where
         }
         let in_time = options.temporal_cap.filter(|_| frame > 0);
         let before_frame = frame.saturating_sub(1);
-        let camera = self.motion.camera(self.world.scene(), before_frame);
-        let sources: Vec<Option<u32>> = match in_time {
+        let sources = match in_time {
+            Some(_) => self.sources(before_frame, &supports, history.supports.of(before_frame)),
             None => Vec::new(),
-            Some(_) => {
-                let before = history.supports.of(before_frame);
-                (0..extent.len())
-                    .map(|index| {
-                        let (first, _) = supports.prefixes[index].as_ref()?.first()?;
-                        let source = match self.motion.is_still() {
-                            true => index,
-                            false => pixel_seeing(&camera, extent, first.point().position)?,
-                        };
-                        supports
-                            .sees_alike(index, before, source)
-                            .then_some(source as u32)
-                    })
-                    .collect()
-            }
         };
         let source = |index: usize| sources[index].map(|source| source as usize);
         if in_time.is_some() {

@@ -1,0 +1,54 @@
+//! Options that have no effect beside others.
+
+use super::option::{MethodOption, MethodValues};
+use super::options::{
+    CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_PASSES, CACHE_SURVIVAL, GUIDE, GUIDE_ALWAYS, GUIDE_BITS,
+    GUIDE_BORDERS, GUIDE_TRAINING, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE,
+};
+
+/// The reason why a given option would change nothing beside the others.
+pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
+    let guided = values.guided_paths().is_some();
+    let cached = values.cache_rule().is_some();
+    let quadtrees = values.get::<String>(&GUIDE).is_some_and(|guide| guide == "cdq");
+    let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
+    let rules: [(&[&MethodOption], bool, &str); 6] = [
+        (
+            &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS],
+            guided,
+            "without --guide",
+        ),
+        (&[&GUIDE_BITS], quadtrees, "without --guide cdq"),
+        (
+            &[
+                &CACHE_PASSES,
+                &CACHE_ALWAYS,
+                &CACHE_CELLS,
+                &CACHE_BORDERS,
+                &CACHE_SURVIVAL,
+            ],
+            cached,
+            "without --cache",
+        ),
+        (&[&VISIBLE], !guided, "with --guide"),
+        (
+            &[&VISIBLE],
+            values.light_samples() <= 1,
+            "with several --light-samples",
+        ),
+        (
+            &[&SHADOW_SPREAD, &SHADOW_FILTER],
+            shadows,
+            "with --shadow-samples 0",
+        ),
+    ];
+    let is_given = |wanted: &MethodOption| {
+        let mut given = values.given();
+        given.any(|(option, value)| option.name == wanted.name && value != option.default)
+    };
+    let mut idle = rules.iter().filter(|(_, is_used, _)| !is_used);
+    idle.find_map(|(options, _, why)| {
+        let option = options.iter().find(|option| is_given(option))?;
+        Some(format!("--{} has no meaning {why}", option.name))
+    })
+}
