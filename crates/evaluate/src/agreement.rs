@@ -1,8 +1,8 @@
-//! Whether two methods have the same expectation: differences of means with intervals, from
+//! Tests whether two methods have the same expectation: differences of means with intervals, from
 //! independent parts.
 //!
-//! Pixels that share samples are correlated, and so are frames of a chain. What is independent are
-//! *shards*: other samples, other frames that share nothing, other seeds. A shard `k` of `n_k`
+//! Pixels that share samples are correlated, and so are frames of a chain. *Shards* are
+//! independent: other samples, other frames that share nothing, other seeds. A shard `k` of `n_k`
 //! samples is therefore *one* value `x_k` of each mean, of a tile or of the whole image. Its
 //! variance is `σ² / n_k`, so that
 //!
@@ -21,7 +21,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// Red, green, blue and luminance.
 pub const AGREEMENT_CHANNELS: [&str; 4] = ["red", "green", "blue", "luminance"];
 
-/// A mean of values of different weight, and how far they are spread.
+/// A mean of values with different weights, and their spread.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct WeightedMean {
     count: u32,
@@ -75,8 +75,8 @@ impl ShardMeans {
         }
     }
 
-    /// Adds a shard: its film is one value of every mean, which weighs as many samples as it has in
-    /// a pixel.
+    /// Adds a shard: its film is one value of every mean, with the number of samples in a pixel as
+    /// weight.
     ///
     /// # Errors
     /// [`EvaluateError::Size`] of a film of another size; [`EvaluateError::Record`] of one without
@@ -119,8 +119,8 @@ impl ShardMeans {
         Ok(())
     }
 
-    /// As if all values were `factor` times what they are: a bias planted, to see whether it would
-    /// be found.
+    /// As if all values were multiplied by `factor`: a planted bias, to test whether it would be
+    /// found.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         for mean in self.parts.as_flattened_mut() {
@@ -148,7 +148,7 @@ impl ShardMeans {
         (y / self.tile) as usize * self.columns() as usize + (x / self.tile) as usize
     }
 
-    /// How far `other`'s means are from these.
+    /// The differences of `other`'s means from these.
     ///
     /// # Errors
     /// [`EvaluateError::Size`] of images or tiles of different size, [`EvaluateError::Record`] of
@@ -184,7 +184,7 @@ impl ShardMeans {
     }
 }
 
-/// How far one mean is from another.
+/// The difference between two means.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeanDifference {
     /// The mean of the baseline.
@@ -212,14 +212,14 @@ pub struct RelativeInterval {
     pub high: f64,
 }
 
-/// What an interval says of a tolerance.
+/// The verdict of an interval for a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Verdict {
     /// All of the interval is within the tolerance.
     Agrees,
     /// The interval does not hold zero, and is not within the tolerance.
     Differs,
-    /// Neither: more shards would tell.
+    /// Neither: more shards are needed.
     Undecided,
 }
 
@@ -290,7 +290,7 @@ impl MeanDifference {
 }
 
 impl RelativeInterval {
-    /// What it says of a tolerance of `within`, relative.
+    /// The verdict for a tolerance of `within`, relative.
     pub fn verdict(&self, within: f64) -> Verdict {
         if -within <= self.low && self.high <= within {
             Verdict::Agrees
@@ -303,8 +303,8 @@ impl RelativeInterval {
 }
 
 impl Agreement {
-    /// The tile and channel that differ most for their noise, and the probability that any of all
-    /// would differ as much by chance (Bonferroni's bound); `None` where nothing varies.
+    /// The tile and channel that differ most for their noise, and the probability that any would
+    /// differ as much by chance (Bonferroni's bound); `None` if nothing varies.
     pub fn worst_tile(&self) -> Option<(&TileDifference, usize, f64)> {
         let all = self.tiles.iter().flat_map(|tile| {
             let channels = tile.channels.iter().enumerate();

@@ -1,4 +1,4 @@
-//! Methods race each other: run time against error.
+//! Contests between methods: error against run time.
 
 use crate::{Errors, EvaluateError, Reference};
 use lightshed_film::{FrameMethod, RgbImage, process_cpu_seconds};
@@ -10,8 +10,8 @@ use std::time::Instant;
 /// How long a contest goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContestOptions {
-    /// Processor seconds for each method in each repeat; seconds of the clock where the platform
-    /// does not tell.
+    /// Processor seconds for each method in each repeat; wall seconds if the platform does not
+    /// report processor time.
     pub seconds: f64,
     /// Independent repeats: at least 2 for intervals, of one record or of several that are
     /// [joined](Record::join).
@@ -31,7 +31,7 @@ pub struct Contestant<'a> {
 }
 
 impl<'a> Contestant<'a> {
-    /// `start` makes the method anew for every repeat.
+    /// `start` creates the method anew for every repeat.
     pub fn new(
         name: impl Into<String>,
         start: impl Fn() -> Result<Box<dyn FrameMethod + 'a>, EvaluateError> + 'a,
@@ -54,14 +54,14 @@ pub struct CurvePoint {
     pub errors: Errors,
 }
 
-/// What one method did in one repeat: its errors at times that about double.
+/// The result of one method in one repeat: its errors at times that about double.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// In the order of time; the last is at the end.
     pub curve: Vec<CurvePoint>,
 }
 
-/// All that a contest has measured: what goes into files, and can be taken up again.
+/// All measurements of a contest: it is written to files, and a later run can continue from it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// What was shown; free text.
@@ -70,7 +70,7 @@ pub struct Record {
     pub size: [u32; 2],
     /// Of the contest.
     pub options: ContestOptions,
-    /// Names of those who took part, the first of which is the baseline.
+    /// Names of the methods; the first is the baseline.
     pub names: Vec<String>,
     /// Complete repeats, each a run for every name.
     pub repeats: Vec<Vec<Run>>,
@@ -79,19 +79,19 @@ pub struct Record {
 /// How far a contest is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContestProgress {
-    /// Processor seconds spent in all, of those that will be.
+    /// Processor seconds spent so far, and in all.
     pub seconds: f64,
     /// Seconds that all runs will take together.
     pub total: f64,
 }
 
-/// What a contest leaves: its record, and the images of the last repeat.
+/// The results of a contest: its record, and the images of the last repeat.
 #[derive(Clone, Debug)]
 pub struct Contested {
     /// The measurements.
     pub record: Record,
-    /// For every name the mean of its frames in one repeat, where a repeat was run: the last that
-    /// was complete, or what an interruption has left of the first.
+    /// For every name the mean of its frames in one repeat, if a repeat was run: the last complete
+    /// one, or the interrupted first one.
     pub images: Vec<RgbImage>,
 }
 
@@ -110,7 +110,7 @@ fn clock(start: Instant) -> f64 {
 }
 
 impl Runner<'_> {
-    /// One frame more. False if it was cancelled.
+    /// One more frame. False if it was cancelled.
     fn step(&mut self, seed: u64, image: &mut [Rgb], cancel: &AtomicBool) -> bool {
         let start = Instant::now();
         let before = clock(start);
@@ -118,7 +118,7 @@ impl Runner<'_> {
         if done.is_none() {
             return false;
         }
-        // A clock that stands still would never let anybody finish.
+        // With a clock that stands still, no method would finish.
         self.seconds += (clock(start) - before).max(1e-9);
         self.frames += 1;
         for (sum, value) in self.sum.iter_mut().zip(image.iter()) {
@@ -149,15 +149,15 @@ impl Runner<'_> {
     }
 }
 
-/// Lets all run, each for the same processor time in each repeat, and measures their errors on the
-/// way.
+/// Runs all methods, each for the same processor time in each repeat, and measures their errors on
+/// the way.
 ///
-/// Within a repeat the next frame is always that of who has had least time so far: a machine that
-/// slows down for a while slows all alike. Errors are those of the mean of all frames. A frame that
-/// has begun is finished, so times end a little apart.
+/// Within a repeat the next frame always goes to the method with the least time so far, so a
+/// machine that slows down for a while slows all alike. Errors are those of the mean of all frames.
+/// A frame that has started is finished, so end times differ a little.
 ///
-/// `record` takes up an earlier contest of the same scene, options and names where it stopped. If
-/// `cancel` is set, what was complete is kept.
+/// `record` continues an earlier contest of the same scene, options and names. If `cancel` is set,
+/// complete repeats are kept.
 ///
 /// # Errors
 /// [`EvaluateError::Contest`] for options or names that make no contest, [`EvaluateError::Record`]
@@ -240,9 +240,8 @@ pub fn run(
 }
 
 impl Record {
-    /// Puts records of one contest together that have been made apart: each of consecutive repeats,
-    /// which the seeds say, with none missing and none twice. The order in which they are given
-    /// does not matter.
+    /// Joins records of one contest that were made separately: each has consecutive repeats, given
+    /// by the seeds, with none missing and none duplicate. Their order does not matter.
     ///
     /// # Errors
     /// [`EvaluateError::Record`] for records of different contests, incomplete ones, and repeats

@@ -1,4 +1,4 @@
-//! How far an image is from the truth.
+//! Errors of an image.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 /// > `MSE = ⟨(x − μ)²⟩`, `relMSE = ⟨(x − μ)² / (μ² + ε²)⟩`,
 /// > `MAPE = ⟨|x − μ| / (μ + ε)⟩`, `ε = ⟨μ⟩ / 100`
 ///
-/// (the last as in Lin 2022 §6.8.3, footnote 12). Where the reference is known with its own
-/// uncertainty, that is subtracted from the two squared errors, which may then be negative by
-/// chance; MAPE includes it.
+/// (the last as in Lin 2022 §6.8.3, footnote 12). If the reference has a known uncertainty, that
+/// is subtracted from the two squared errors, which may then be negative by chance; MAPE includes
+/// it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Mean squared error.

@@ -1,4 +1,4 @@
-//! Why something cannot be evaluated.
+//! Errors of an evaluation.
 
 use lightshed_film::{ImageError, RenderError};
 use std::fmt;
@@ -20,13 +20,13 @@ pub enum EvaluateError {
     Interrupted,
     /// A method that cannot be started.
     Method(Box<dyn std::error::Error + Send + Sync>),
-    /// Options of a contest that make none.
+    /// Invalid options of a contest.
     Contest(String),
     /// An image cannot be made.
     Image(ImageError),
     /// A reference cannot be rendered.
     Render(RenderError),
-    /// A kept record does not belong to the contest, or is none.
+    /// A stored record does not belong to the contest, or is no record.
     Record(String),
 }
 

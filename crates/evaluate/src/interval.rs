@@ -34,7 +34,7 @@ impl Interval {
         })
     }
 
-    /// Whether two intervals have anything in common.
+    /// Whether two intervals overlap.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.low <= other.high && other.low <= self.high
     }

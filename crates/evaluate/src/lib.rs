@@ -1,14 +1,14 @@
 //! Run time against error.
 //!
-//! A method is as good as its error after a given time. [`run`] lets methods race each other on one
-//! scene, frame by frame in turns, so that a noisy machine treats all alike; a [`Record`] holds
-//! what was measured, goes into a file and can be taken up again; its
-//! [`standings`](Record::standings) tell errors at equal time and time to equal error with
-//! intervals, from independent repeats. A [`Reference`] says what the truth is and how well it is
-//! known: its own noise is taken off squared errors. [`SingleFrames`] sets a frame of a chain
-//! against a plain method in the same time, [`TemporalStudy`] looks at how frames hang together,
-//! [`html_report`] shows all of it on a page. [`ShardMeans`] and [`Agreement`] say whether two
-//! methods have the same expectation, from independent shards of each.
+//! A method is as good as its error after a given time. [`run`] runs methods on one scene, frame by
+//! frame in turns, so that a noisy machine affects all alike. A [`Record`] holds the measurements;
+//! it can be written to a file and continued. Its [`standings`](Record::standings) give errors at
+//! equal time and time to equal error with intervals, from independent repeats. A [`Reference`] is
+//! the truth with its uncertainty: its noise is subtracted from squared errors. [`SingleFrames`]
+//! compares a frame of a chain with a plain method in the same time, [`TemporalStudy`] measures the
+//! correlation of frames, [`html_report`] shows all of it on a page. [`ShardMeans`] and
+//! [`Agreement`] test whether two methods have the same expectation, from independent shards of
+//! each.
 //!
 //! ```
 //! use lightshed_evaluate::{ContestOptions, Contestant, Metric, Reference, run};

@@ -1,4 +1,4 @@
-//! What methods are measured against.
+//! References for the errors of methods.
 
 use crate::brightness::luminances;
 use crate::{Errors, EvaluateError};
@@ -16,17 +16,17 @@ pub struct Reference {
     floor: f64,
 }
 
-/// How well a reference's pixels are known.
+/// The uncertainty of a reference's pixels.
 #[derive(Clone, Debug)]
 enum Uncertainty {
-    /// Not at all: errors include that of the reference.
+    /// Unknown: errors include that of the reference.
     Unknown,
     /// Luminances of two independent images, of which the reference is the mean.
     Halves([Vec<f64>; 2]),
 }
 
 impl Reference {
-    /// A stored image, taken as it is.
+    /// A stored image, used unchanged.
     ///
     /// # Errors
     /// [`EvaluateError::Black`] if its mean is not positive, or not finite.
@@ -84,7 +84,7 @@ impl Reference {
             }
             Ok(outcome.film.mean_image())
         };
-        // Seeds that methods in a race do not have.
+        // Seeds that the methods of a contest do not use.
         Self::of_halves([half(u64::MAX - 1)?, half(u64::MAX - 2)?])
     }
 

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Frames of a chain that has had time to fill its history, each for itself, against a plain method
-/// in the time of one.
+/// Single frames of a chain that has had time to fill its history, compared with a plain method in
+/// the time of one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SingleFrames {
     /// Processor seconds of a frame.
@@ -21,13 +21,13 @@ pub struct SingleFrames {
     pub plain_errors: Errors,
 }
 
-/// Frames that fill the history, and frames that are judged.
+/// Frames that fill the history, and frames that are evaluated.
 const WARM: u32 = 20;
 const JUDGED: u32 = 4;
 
 impl SingleFrames {
-    /// Runs `chain` for 24 frames and judges the last four. `plain(n)` makes frames of `n` samples
-    /// in every pixel.
+    /// Runs `chain` for 24 frames and evaluates the last four. `plain(n)` makes frames of `n`
+    /// samples in every pixel.
     ///
     /// # Errors
     /// [`EvaluateError::Size`] where sizes differ, [`EvaluateError::Interrupted`] if `cancel` was
@@ -68,7 +68,7 @@ impl SingleFrames {
                 seconds += spent / f64::from(JUDGED);
             }
         }
-        // Long enough to tell how long a sample takes.
+        // Long enough to measure the time of a sample.
         const TRIAL: u32 = 8;
         let (trial, _) = frame(plain(TRIAL)?.as_mut(), 0)?;
         let samples = (seconds / (trial / f64::from(TRIAL)).max(1e-9)).round();
@@ -127,7 +127,7 @@ mod tests {
         let mut chain = started(&methods[1], 1).unwrap();
         let single = SingleFrames::run(chain.as_mut(), &plain, &reference, 1, &never).unwrap();
         assert!(single.seconds > 0.0 && single.plain_samples >= 1);
-        // It is that of a single image, not of a mean over many.
+        // It is the error of a single image, not of a mean of many.
         assert!(single.errors.mape > 0.0 && single.errors.mape < 0.6, "{single:?}");
         assert!(single.plain_errors.mape > 0.0, "{single:?}");
         let cancelled = AtomicBool::new(true);

@@ -1,4 +1,4 @@
-//! What a record says: errors at equal time, time to equal error.
+//! Summary of a record: errors at equal time, time to equal error.
 
 use crate::{CurvePoint, Interval, Metric, Plot, Record};
 use serde::{Deserialize, Serialize};
@@ -23,10 +23,10 @@ pub struct MetricStanding {
     pub error: Option<Interval>,
     /// The same over the baseline's.
     pub error_ratio: Option<Interval>,
-    /// Time that the baseline needs for the error that the method has in the end, over that time.
+    /// Time that the baseline needs for the method's final error, over the contest's time.
     pub speedup: Option<Interval>,
-    /// Whether that is past the baseline's end in any repeat, and so rests on errors going on to
-    /// fall as they do with independent samples.
+    /// Whether that is past the baseline's end in any repeat, so that it assumes that errors
+    /// continue to fall as with independent samples.
     pub is_extrapolated: bool,
 }
 
@@ -47,9 +47,9 @@ impl Record {
             .collect()
     }
 
-    /// What an accumulated image is best made by: of the methods that are faster than the baseline
-    /// by every metric, with the whole interval, the one whose least speed-up is largest. Returns
-    /// its name and that speed-up; `None` where the baseline is not beaten.
+    /// The best method for still images: of the methods that are faster than the baseline by every
+    /// metric, with the whole interval, the one with the largest least speed-up. Returns its name
+    /// and that speed-up; `None` if the baseline is not beaten.
     pub fn best_for_stills(&self) -> Option<(String, Interval)> {
         let least = |standing: &Standing| {
             let speedups = standing.by_metric.iter().map(|by_metric| by_metric.speedup);
@@ -126,8 +126,8 @@ impl Record {
     }
 }
 
-/// Error at a time, straight between points on logarithmic axes and beyond them as with independent
-/// samples. NaN without points, or where one that is needed is not positive.
+/// Error at a time: linear between points on logarithmic axes, beyond them as with independent
+/// samples. NaN without points, or if a needed one is not positive.
 fn error_at(curve: &[CurvePoint], metric: Metric, seconds: f64) -> f64 {
     let point = |point: &CurvePoint| (point.seconds.ln(), point.errors.get(metric).ln());
     let (Some(first), Some(last)) = (curve.first(), curve.last()) else {
@@ -149,9 +149,8 @@ fn error_at(curve: &[CurvePoint], metric: Metric, seconds: f64) -> f64 {
     log.exp()
 }
 
-/// Time at which a curve comes to an error, and whether that is past its end. Before its beginning
-/// and past its end errors fall as with independent samples; in between it is the last crossing
-/// that counts.
+/// Time at which a curve reaches an error, and whether that is past its end. Before its start and
+/// past its end errors fall as with independent samples; in between the last crossing counts.
 fn time_to(curve: &[CurvePoint], metric: Metric, error: f64) -> (f64, bool) {
     let (Some(first), Some(last)) = (curve.first(), curve.last()) else {
         return (f64::NAN, false);

@@ -1,9 +1,9 @@
-//! A spatiotemporal variance-guided filter: what a real-time denoiser makes of frames.
+//! A spatiotemporal variance-guided filter: the effect of a real-time denoiser on frames.
 
 use lightshed_sampling::glam::{Vec2, Vec3};
 use lightshed_sampling::{Rgb, luminance};
 
-/// What a filter knows of a pixel besides its light.
+/// Data of a pixel for the filter, besides its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelGuide {
     /// Unit normal; zero where no surface is seen.
@@ -12,10 +12,10 @@ pub struct PixelGuide {
     pub distance: f32,
     /// Change of the distance from a pixel to the next, `(|∂/∂x|, |∂/∂y|)`.
     pub slope: Vec2,
-    /// Reflectance that is taken off before filtering.
+    /// Reflectance that is divided out before filtering.
     pub albedo: Rgb,
-    /// Where the frame before saw the surface, in pixels (the middle of the first is at ½); `None`
-    /// where it did not.
+    /// Position of the surface in the previous frame, in pixels (the middle of the first is at ½);
+    /// `None` if it was not visible there.
     pub seen_at: Option<Vec2>,
 }
 
@@ -26,11 +26,11 @@ pub struct SvgfOptions {
     pub share: f32,
     /// Rounds of the à-trous filter (5).
     pub rounds: u32,
-    /// `σ_l`: how many standard deviations of luminance are alike (4).
+    /// `σ_l`: range of similar luminance in standard deviations (4).
     pub luminance_scale: f32,
     /// `σ_n`: power of the cosine between normals (128).
     pub normal_power: i32,
-    /// `σ_z`: how much of the distance's slope is alike (1).
+    /// `σ_z`: range of similar depth, relative to the distance's slope (1).
     pub distance_scale: f32,
 }
 
@@ -47,12 +47,12 @@ impl Default for SvgfOptions {
 }
 
 /// Spatiotemporal variance-guided filtering (Schied et al. 2017): frames are averaged over time
-/// along the motion of what they show, their variance is estimated from the moments of that mean,
-/// and an edge-stopping à-trous filter smooths as much as the variance asks for.
+/// along the motion of the surfaces, their variance is estimated from the moments of that mean, and
+/// an edge-stopping à-trous filter smooths as much as the variance requires.
 ///
-/// A measuring instrument: it shows what a denoiser makes of a method's frames. Its images are
-/// biased on purpose, and are to be compared by perceptual errors, not by tests of means. Unlike
-/// the published filter it works on all light at once, without regard to specular parts.
+/// A measuring instrument: it shows the effect of a denoiser on a method's frames. Its images are
+/// biased on purpose; compare them by perceptual errors, not by tests of means. Unlike the
+/// published filter it works on all light at once, without separate specular parts.
 #[derive(Clone, Debug)]
 pub struct Svgf {
     size: [usize; 2],
@@ -67,7 +67,7 @@ struct Held {
     light: Rgb,
     /// Of the luminance.
     moments: Vec2,
-    /// Frames that it has been seen for.
+    /// Number of frames in which it was visible.
     age: f32,
     normal: Vec3,
     distance: f32,
@@ -86,7 +86,7 @@ const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
 /// Frames before the variance is estimated from the moments over time.
 const YOUNG: f32 = 4.0;
 
-/// What an albedo counts at least.
+/// Least albedo in the division.
 const LEAST_ALBEDO: f32 = 0.01;
 
 impl Svgf {
@@ -131,7 +131,7 @@ impl Svgf {
                     .collect::<Vec<_>>()
             });
         }
-        // The mean over frames goes on from the first round, as published.
+        // The mean over frames continues from the first round, as published.
         self.held = now;
         if let Some(first) = first {
             for (held, light) in self.held.iter_mut().zip(first) {
@@ -146,8 +146,8 @@ impl Svgf {
         )
     }
 
-    /// For how many frames each pixel's surface has been seen, the last one among them: 1 where it
-    /// has just come into view. In between where it is seen by several pixels of the frame before.
+    /// For how many frames each pixel's surface has been visible, including the last one: 1 if it
+    /// has just come into view. Fractional if several pixels of the previous frame see it.
     pub fn ages(&self) -> impl ExactSizeIterator<Item = f32> {
         self.held.iter().map(|held| held.age)
     }
@@ -175,7 +175,8 @@ impl Svgf {
         }
     }
 
-    /// What the frame before held at a place, of those four pixels that show the same surface.
+    /// The previous frame's values at a place, from those of its four pixels that show the same
+    /// surface.
     fn before(&self, at: Vec2, guide: &PixelGuide) -> Option<Held> {
         if self.held.is_empty() || !at.is_finite() {
             return None;
@@ -221,7 +222,7 @@ impl Svgf {
         offsets.filter_map(move |(dx, dy)| Some((dx, dy, self.index(x + dx * step, y + dy * step)?)))
     }
 
-    /// How much two pixels look at one surface, `w_z w_n`.
+    /// How similar the surfaces of two pixels are, `w_z w_n`.
     fn alike(&self, own: &PixelGuide, other: &PixelGuide, offset: Vec2) -> f32 {
         if own.normal == Vec3::ZERO || other.normal == Vec3::ZERO {
             return f32::from(u8::from(own.normal == other.normal));

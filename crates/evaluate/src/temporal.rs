@@ -1,4 +1,4 @@
-//! How frames of a chain hang together.
+//! Correlation of the frames of a chain.
 
 use crate::EvaluateError;
 use lightshed_film::{FrameMethod, RgbImage};
@@ -6,7 +6,7 @@ use lightshed_sampling::{Rgb, luminance};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Frames of a chain in their order: how much each resembles those before.
+/// Frames of a chain in their order: how much each resembles the earlier ones.
 #[derive(Clone, Debug)]
 pub struct TemporalStudy {
     size: [u32; 2],
@@ -28,12 +28,12 @@ pub struct Autocorrelation {
     pub time: f64,
 }
 
-/// Autocovariance of a chain's frames, in units of squared luminance, in the mean over pixels: the
+/// Autocovariance of a chain's frames, in units of squared luminance, averaged over pixels: the
 /// part of the variance that a filter takes for signal.
 ///
-/// Covariances are about each pixel's own mean over the frames. With `n` frames that takes away
-/// `1/n` of the variance of a mean of them, so estimates for chains whose correlation is not over
-/// after some `n/20` frames are too low.
+/// Covariances are about each pixel's own mean over the frames. With `n` frames this subtracts
+/// `1/n` of the variance of a mean of them. So estimates are too low for chains whose correlation
+/// extends beyond about `n/20` frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Autocovariance {
     /// `C(k)` between frames `k` apart, from 0 (the variance) on.

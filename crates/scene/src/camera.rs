@@ -164,10 +164,10 @@ impl Camera {
         }
     }
 
-    /// Where on the film, in pixels from the top left corner of the image, the ray through the
-    /// centre of the lens to the world position `point` passes: the inverse of [`Camera::ray`] at
-    /// `u_lens = [0.5; 2]`. It may lie outside the image, and clipping is not looked at. `None`
-    /// where no such ray exists: for points beside or behind the lens.
+    /// The position on the film, in pixels from the top left corner of the image, of the ray
+    /// through the centre of the lens to the world position `point`: the inverse of [`Camera::ray`]
+    /// at `u_lens = [0.5; 2]`. It may lie outside the image, and clipping is ignored. `None` if no
+    /// such ray exists: for points beside or behind the lens.
     #[inline]
     pub fn film_position(&self, point: Vec3) -> Option<Vec2> {
         let local = Vec3::from(self.to_local.transform_point3a(Vec3A::from(point)));

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene description.
+//! Errors of a scene description.
 
 use crate::CameraError;
 
@@ -6,7 +6,7 @@ use crate::CameraError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// There is nothing to see: no shape at all, and no environment.
+    /// There is nothing visible: no shape at all, and no environment.
     #[error("the scene is empty: it has neither shapes nor an environment")]
     Empty,
     /// A vertex position, normal or texture coordinate is NaN or infinite.

@@ -1,9 +1,9 @@
-//! What a scene has, so that the rest can be skipped.
+//! Features of a scene, so that absent ones can be skipped.
 
 use crate::Scene;
 use glam::Vec2;
 
-/// What a scene has. Methods ask before they do something for it.
+/// Features of a scene. Methods check them before they do work for a feature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SceneFeatures {
@@ -19,7 +19,7 @@ pub struct SceneFeatures {
     pub emitting_media: usize,
     /// Emitting triangles and spheres.
     pub area_emitters: usize,
-    /// Emitters that are points or directions, which no scattered ray can meet.
+    /// Emitters that are points or directions, which no scattered ray can hit.
     pub delta_emitters: usize,
     /// Light from all around.
     pub surroundings: bool,
@@ -34,7 +34,8 @@ pub struct SceneFeatures {
 }
 
 impl SceneFeatures {
-    /// What `scene` has. Lobes of textured materials are those at one place of their textures.
+    /// The features of `scene`. Lobes of textured materials are those at one place of their
+    /// textures.
     pub fn of(scene: &Scene) -> Self {
         let emitters = scene.emitters();
         let surroundings = emitters.environment().is_some();

@@ -1,9 +1,9 @@
-//! Fingerprints of data: whether two machines have the same.
+//! Fingerprints of data, to compare the data of two machines.
 
 use std::fmt;
 
-/// A running fingerprint of 64 bits: each step `h ← (h ⊕ w) p`, `h ← h ⊕ (h ≫ 32)`, with Fowler,
-/// Noll and Vo's prime `p`, is a bijection of `h` and of `w`. It tells data apart that differ by
+/// A running fingerprint of 64 bits: each step `h ← (h ⊕ w) p`, `h ← h ⊕ (h ≫ 32)`, with
+/// Fowler, Noll and Vo's prime `p`, is a bijection of `h` and of `w`. It detects differences by
 /// chance or mistake, not by intent.
 #[derive(Clone)]
 pub(crate) struct Fingerprint(u64);
@@ -34,8 +34,7 @@ impl Fingerprint {
         }
     }
 
-    /// Adds what `value` shows of itself. Real numbers are shown with as many digits as tell them
-    /// apart.
+    /// Adds the debug text of `value`. Real numbers have as many digits as distinguish them.
     pub(crate) fn shown(&mut self, value: &dyn fmt::Debug) {
         // Writing to a fingerprint does not fail.
         let _ = fmt::Write::write_fmt(self, format_args!("{value:?}"));

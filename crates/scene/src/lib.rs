@@ -1,8 +1,8 @@
 //! Geometry, materials with lobes, emitters, cameras, importers and ray queries.
 //!
 //! A scene goes through two stages. [`SceneDescription`] is plain data that importers, the built-in
-//! scenes and users write; [`Scene`] is what rays are traced against, and its constructor validates
-//! the description.
+//! scenes and users write. [`Scene`] is the form for ray tracing, and its constructor validates the
+//! description.
 
 mod accel;
 pub mod builtin;

@@ -4,8 +4,8 @@ use super::{Hit, Ray};
 use glam::Vec3;
 use lightshed_lanes::{Column, Lanes, Vec3Lanes};
 
-/// Up to [`RayBatch::CAPACITY`] rays, one column a coordinate: the form in which code that takes
-/// eight at a time reads and writes them. How many there are, its user knows.
+/// Up to [`RayBatch::CAPACITY`] rays, one column a coordinate, for code that reads and writes eight
+/// at a time. The user keeps the number of rays.
 #[derive(Clone, Debug)]
 pub struct RayBatch {
     /// Coordinates of [`Ray::origin`].
@@ -17,10 +17,10 @@ pub struct RayBatch {
 }
 
 impl RayBatch {
-    /// Rays that a batch has room for.
+    /// Number of rays that a batch can hold.
     pub const CAPACITY: usize = Column::CAPACITY;
 
-    /// Rays of no length: they hit nothing.
+    /// Rays of zero length: they hit nothing.
     pub const NOWHERE: Self = Self {
         origin: [const { Column::splat(0.0) }; 3],
         direction: [Column::splat(0.0), Column::splat(0.0), Column::splat(1.0)],
@@ -104,7 +104,7 @@ impl RayBatch {
     }
 }
 
-/// What the rays of a [`RayBatch`] hit, one column a figure.
+/// The hits of the rays of a [`RayBatch`], one column a value.
 #[derive(Clone, Debug)]
 pub struct HitBatch {
     /// [`Hit::t`]; unspecified for a ray that hits nothing.
@@ -126,7 +126,7 @@ impl HitBatch {
         barycentric: [const { Column::splat(0.0) }; 2],
     };
 
-    /// What ray number `index`, taken modulo the capacity, hits.
+    /// The hit of ray number `index`, taken modulo the capacity.
     #[inline(always)]
     pub fn get(&self, index: usize) -> Option<Hit> {
         let primitive = self.primitive.get_word(index);
@@ -138,7 +138,7 @@ impl HitBatch {
         })
     }
 
-    /// Sets what ray number `index`, taken modulo the capacity, hits.
+    /// Sets the hit of ray number `index`, taken modulo the capacity.
     #[inline(always)]
     pub fn set(&mut self, index: usize, hit: Option<Hit>) {
         let hit = hit.unwrap_or(Hit {

@@ -7,9 +7,8 @@
 //! triangles has areas that differ in sign alone. So no ray passes between two triangles that share
 //! an edge or a vertex bit for bit.
 //!
-//! No closures and no iterator adaptors here: they are functions of their own, which the compiler
-//! does not inline into a caller with other instructions than the crate's, and a call for every
-//! operation is the end of speed.
+//! No closures and no iterator adaptors here: the compiler does not inline them into a caller that
+//! uses other instructions than the crate's, and a call for every operation would be far too slow.
 
 use super::{Hit, Ray};
 use glam::Vec3;
@@ -135,10 +134,10 @@ impl TriangleRay {
 /// The nearest hit so far.
 #[derive(Clone, Copy)]
 pub struct Nearest {
-    /// Its ray parameter, or the ray's end.
+    /// Its ray parameter, or the end of the ray.
     pub t: f32,
-    /// What is to be less than this is a candidate: the end of the ray, or the number after the
-    /// hit's ray parameter, since one of a lower index may lie at the same.
+    /// Hits with a smaller parameter are candidates. It is the end of the ray, or the number after
+    /// the hit's ray parameter, because a primitive of a lower index may lie at the same distance.
     bound: f32,
     primitive: u32,
     /// Weights of the first and second vertex.
@@ -157,26 +156,26 @@ impl Nearest {
         }
     }
 
-    /// Takes in the nearest hit among a block's triangles, which are in the order of their indices;
-    /// of several at one place, that of the lowest.
+    /// Adds the nearest hit among a block's triangles, which are in the order of their indices; at
+    /// equal distances, that of the lowest index.
     #[inline(always)]
     pub fn take_block<L: Lanes>(&mut self, ray: &TriangleRay, block: &TriangleBlock) {
         let (t, a, b, hit) = ray.test::<L>(block, self.bound);
         let nearest = t.least_of(hit);
         let lane = (t.equal(nearest).bits() & hit).trailing_zeros() as usize & 7;
-        // Selections in place of a branch on whether there was a hit, which is as good as random.
+        // Selections instead of a branch on whether there was a hit, which is practically random.
         let primitive = block.primitives[lane];
         let found = hit != 0 && (nearest.first() < self.t || primitive < self.primitive);
         let (a, b) = (a.store()[lane], b.store()[lane]);
         self.t = if found { nearest.first() } else { self.t };
-        // Of a positive number below infinity the next one.
+        // The next number after a positive number below infinity.
         let next = f32::from_bits(nearest.first().to_bits() + 1);
         self.bound = if found { next } else { self.bound };
         self.primitive = if found { primitive } else { self.primitive };
         self.weights = if found { [a, b] } else { self.weights };
     }
 
-    /// Before where a hit with a sphere of this index has to lie.
+    /// A hit with a sphere of this index must lie before this.
     #[inline(always)]
     pub fn bound_of_sphere(&self, primitive: u32) -> f32 {
         if primitive < self.primitive {

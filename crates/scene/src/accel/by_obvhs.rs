@@ -1,4 +1,4 @@
-//! Trees that the crate obvhs builds and traverses, to measure against.
+//! Trees that the crate obvhs builds and traverses, for comparison.
 
 use super::{AcceleratorKind, Hit, Ray, Sphere, intersect_triangle, shapes};
 use glam::{Vec3, Vec3A};
@@ -118,7 +118,7 @@ impl ObvhsTree {
 fn to_obvhs(ray: &Ray) -> (ObvhsRay, f32) {
     let length = ray.direction.length();
     let direction = Vec3A::from(ray.direction / length);
-    // The far end is widened, since the primitive's own test decides at the end of the segment.
+    // The far end is widened, because the primitive's own test decides at the end of the segment.
     (
         ObvhsRay::new(
             Vec3A::from(ray.origin),

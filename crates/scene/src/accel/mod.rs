@@ -1,10 +1,9 @@
 //! Ray queries: the nearest hit, and whether there is any.
 //!
 //! [`Accelerator`] holds a tree with eight full-precision boxes a node and eight triangles a leaf
-//! tested at once, collapsed from a binary tree of the crate `lightshed-bvh`. Of equal distances
-//! the hit of the lowest index counts, so that what is found does not depend on how the tree was
-//! built. With the feature `obvhs` there are two trees more, which obvhs builds and traverses: to
-//! measure against.
+//! tested at once, collapsed from a binary tree of the crate `lightshed-bvh`. At equal distances
+//! the hit of the lowest index counts, so the result does not depend on how the tree was built. The
+//! feature `obvhs` adds two trees that obvhs builds and traverses, for comparison.
 
 mod batch;
 mod block;
@@ -32,10 +31,10 @@ use glam::Vec3;
 use lightshed_bvh::{Bounds, Bvh, Preset, Primitive};
 use wide::{Primitives, WideBvh};
 
-/// Which tree rays are traced through.
+/// The tree through which rays are traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AcceleratorKind {
-    /// This crate's eight-wide tree; for some dozens of triangles, none at all.
+    /// This crate's eight-wide tree; no tree for some dozens of triangles.
     #[default]
     Wide,
     /// obvhs' binary tree.
@@ -47,7 +46,7 @@ pub enum AcceleratorKind {
 }
 
 impl AcceleratorKind {
-    /// All that this build has, with their names.
+    /// All kinds of this build, with their names.
     pub const ALL: &[(&str, Self)] = &[
         ("wide", Self::Wide),
         #[cfg(feature = "obvhs")]
@@ -104,8 +103,8 @@ impl Accelerator {
         }
     }
 
-    /// The nearest hit of each ray: as [`Accelerator::intersect`] for each, and faster. The shorter
-    /// slice's length counts.
+    /// The nearest hit of each ray: the same as [`Accelerator::intersect`] for each, but faster.
+    /// The length of the shorter slice counts.
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.intersect_many(rays, hits),
@@ -129,8 +128,8 @@ impl Accelerator {
         }
     }
 
-    /// Whether anything lies in each open segment: as [`Accelerator::occluded`] for each, and
-    /// faster. The shorter slice's length counts.
+    /// Whether anything lies in each open segment: the same as [`Accelerator::occluded`] for each,
+    /// but faster. The length of the shorter slice counts.
     pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
         match &self.tree {
             Tree::Wide(bvh) => bvh.occluded_many(rays, occluded),
@@ -185,8 +184,8 @@ impl Accelerator {
         !matches!(self.tree, Tree::Flat(_) | Tree::Empty)
     }
 
-    /// Bytes of what rays of the kind `Wide` are traced through, copies of the triangles included;
-    /// 0 for the others.
+    /// Bytes of the structure that rays of the kind `Wide` are traced through, including copies of
+    /// the triangles; 0 for the others.
     pub fn wide_bytes(&self) -> usize {
         match &self.tree {
             Tree::Wide(bvh) => bvh.bytes(),

@@ -1,4 +1,4 @@
-//! Spheres as ray tracing sees them.
+//! Intersection of rays with spheres.
 
 use glam::{DVec3, Vec3};
 

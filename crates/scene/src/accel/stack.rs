@@ -32,7 +32,7 @@ impl StackMemory {
 }
 
 /// A stack of at most [`STACK_CAPACITY`] children still to be visited, each with the ray parameter
-/// at which its box is entered; what does not fit is a bug of the builder, and panics.
+/// at which its box is entered. An overflow is a bug of the builder, and panics.
 pub struct Stack<'a> {
     memory: &'a mut StackMemory,
     len: usize,

@@ -1,4 +1,4 @@
-//! A room that light finds through a narrow gap.
+//! A room that receives light through a narrow gap.
 
 use super::room::{Room, diffuse};
 use crate::{Rgb, SceneDescription};
@@ -9,9 +9,9 @@ use glam::Vec3;
 ///
 /// The room is `[−1, 1] × [0, 1.6] × [−1, 1.2]`, with a reddish wall across from the gap and
 /// a block on the floor. The chamber behind the gap is lower, higher and shorter, so that no
-/// surface goes on from one into the other. Its lamp shines at the far wall: what the room sees of
-/// the light is the gap, a small part of the directions of any point. All surfaces are diffuse, on
-/// both sides.
+/// surface continues from one into the other. Its lamp shines at the far wall: the room receives
+/// light only from the gap, a small part of the directions of any point. All surfaces are diffuse,
+/// on both sides.
 pub fn door_gap() -> SceneDescription {
     let (white, red) = (0, 1);
     let mut room = Room::default();
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
     use crate::{Ray, Scene};
 
-    /// The lamp shines away from the room, into which the gap alone leads.
+    /// The lamp shines away from the room; only the gap leads into the room.
     #[test]
     fn the_lamp_is_not_seen_from_the_room() {
         let scene = Scene::new(&door_gap()).unwrap();

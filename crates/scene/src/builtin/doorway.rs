@@ -1,4 +1,4 @@
-//! A room that light finds through a door.
+//! A room that receives light through a door.
 
 use super::mesh::{cuboid, quad};
 use crate::{
@@ -7,8 +7,8 @@ use crate::{
 };
 use glam::{Affine3A, Vec3, Vec3A};
 
-/// Two rooms with a doorway between them; the lamp is in the one that is not seen, on the other
-/// side of the wall, and shines away from it.
+/// Two rooms with a doorway between them. The lamp is in the invisible room, on the other side of
+/// the wall, and shines away from the wall.
 ///
 /// The front room is the cube `[−1, 1]³` without its front, with one red and one green wall, a
 /// diffuse box and a glossy one (GGX, `α = 0.1`). The doorway is 0.4 wide and 1.4 high; the back

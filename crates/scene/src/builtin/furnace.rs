@@ -7,13 +7,12 @@ use crate::{
 use glam::{Affine3A, Vec3A};
 
 /// A white Lambertian sphere (albedo 1) in an environment of constant radiance 1: every pixel of a
-/// right renderer is exactly 1, whether it sees the sphere or not.
+/// correct renderer is exactly 1, whether it sees the sphere or not.
 ///
-/// At a point of the sphere `∫ (ρ/π) L cosθ dω = ρ L = 1`, the convex sphere sees itself
-/// nowhere, and roulette is off (from path edge 1000), so that nothing but the sampling of the
-/// environment and the sphere is tested: with cosine sampling and no next-event estimation even
-/// single samples are 1. What is lost or gained is a wrong density, MIS weight, normalisation or
-/// self-intersection.
+/// At a point of the sphere `∫ (ρ/π) L cosθ dω = ρ L = 1`, the convex sphere never sees
+/// itself, and roulette is off (until path edge 1000). So only the sampling of the environment and
+/// the sphere is tested: with cosine sampling and no next-event estimation even single samples
+/// are 1. Any gain or loss is a wrong density, MIS weight, normalisation or self-intersection.
 pub fn furnace() -> SceneDescription {
     SceneDescription {
         shapes: vec![ShapeDescription {

@@ -11,9 +11,9 @@ use glam::Vec3;
 ///
 /// A room `[−1, 1] × [0, 1.5] × [−1, 1.6]` whose floor is a metal (GGX, `α = 0.15`,
 /// reflecting 0.9); the rest is diffuse. A board across the room hides the lamp from the camera's
-/// part of it, but for a gap above the floor: light falls through it onto the floor and is
-/// reflected to the wall, a band of light whose edges say how rough the floor is. Who replaces what
-/// the floor reflects by a mean over directions blurs the band over the wall.
+/// part of it, except for a gap above the floor. Light falls through the gap onto the floor and is
+/// reflected to the wall, as a band whose edges show how rough the floor is. A method that replaces
+/// the floor's reflection by a mean over directions blurs the band over the wall.
 pub fn glossy_bounce() -> SceneDescription {
     let (white, metal) = (0, 1);
     let alpha = FloatTexture::Constant(0.15);

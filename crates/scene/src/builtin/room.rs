@@ -1,4 +1,4 @@
-//! What scenes of walls are put together from.
+//! Parts of scenes with walls.
 
 use super::mesh::{cuboid, quad};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
 };
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 
-/// A material that scatters alike on both sides.
+/// A material that scatters equally on both sides.
 pub(super) fn diffuse(reflectance: Rgb) -> Material {
     Material::TwoSided {
         front: Box::new(Material::Diffuse {

@@ -1,4 +1,4 @@
-//! What a description contains, as a number.
+//! The contents of a description, as a number.
 
 use super::{
     DensityDescription, EmissionDescription, EmitterDescription, EnvironmentMap, Geometry, GridDescription,
@@ -7,14 +7,15 @@ use super::{
 use crate::fingerprint::Fingerprint;
 
 impl SceneDescription {
-    /// A fingerprint of all that images of the scene depend on: shapes, materials with their
+    /// A fingerprint of everything that images of the scene depend on: shapes, materials with their
     /// textures, emitters, media, the camera, image size and path length. Names and the number of
     /// samples are left out.
     ///
-    /// It is the same on every machine for the same version of this crate. It tells scenes apart
-    /// that differ by chance or mistake: of two that differ, one pair in 2⁶⁴ has the same.
+    /// It is the same on every machine for the same version of this crate. It distinguishes scenes
+    /// that differ by chance or mistake: of pairs of different scenes, one in 2⁶⁴ has the same
+    /// fingerprint.
     pub fn fingerprint(&self) -> u64 {
-        // Taken apart, so that a new field cannot be forgotten.
+        // Destructured, so that a new field cannot be forgotten.
         let Self {
             shapes,
             materials,

@@ -1,4 +1,4 @@
-//! Media as data: what importers write and users can write by hand.
+//! Media as data: importers and users write it.
 
 use crate::Rgb;
 use glam::Affine3A;
@@ -96,9 +96,9 @@ pub enum PhaseDescription {
     },
 }
 
-/// Says that a shape bounds media: what crosses it goes from one into the other.
+/// Says that a shape bounds media: light that crosses it passes from one into the other.
 ///
-/// A shape of [`Material::Null`](crate::Material::Null) does nothing else. The interior is on the
+/// A shape of [`Material::Null`](crate::Material::Null) has no other effect. The interior is on the
 /// side that the geometric normal points away from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MediumBoundary {

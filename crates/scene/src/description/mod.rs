@@ -1,4 +1,4 @@
-//! A scene as data: what importers write and users can write by hand.
+//! A scene as data: importers and users write it.
 
 mod content;
 mod medium;
@@ -12,10 +12,10 @@ use crate::{Image, Material, Rgb};
 use glam::{Affine3A, Vec2, Vec3};
 use std::sync::Arc;
 
-/// A whole scene as data. Nothing here is validated; building a scene from it is what validates.
+/// A whole scene as data. Nothing here is validated; building a scene validates it.
 #[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
-    /// Surfaces, each with one material and perhaps an emission.
+    /// Surfaces, each with one material and possibly an emission.
     pub shapes: Vec<ShapeDescription>,
     /// Materials that shapes refer to by index.
     pub materials: Vec<Material>,
@@ -23,7 +23,7 @@ pub struct SceneDescription {
     pub emitters: Vec<EmitterDescription>,
     /// The camera.
     pub camera: CameraDescription,
-    /// Image size, path length and sample count that the file asks for.
+    /// Image size, path length and sample count that the file requests.
     pub settings: RenderSettings,
     /// Participating media.
     pub media: Vec<MediumDescription>,
@@ -211,7 +211,7 @@ impl Default for CameraDescription {
     }
 }
 
-/// What a scene file asks of the renderer; command lines override it.
+/// Settings that a scene file requests; command lines override them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
     /// Image width in pixels.

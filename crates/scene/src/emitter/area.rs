@@ -6,8 +6,8 @@ use glam::Vec3;
 use lightshed_sampling::{Area, Density, Frame, SolidAngle, UniformCone, UniformSphere, UniformTriangle};
 use std::f32::consts::{PI, TAU};
 
-/// A surface that emits. Its densities are those of sampling it, times the probability of having
-/// chosen it, which is 1 unless [`AreaEmitter::chosen_with`] says otherwise.
+/// A surface that emits. Its densities are those of sampling it, times the probability of its
+/// selection, which is 1 unless set by [`AreaEmitter::chosen_with`].
 #[derive(Clone, Debug)]
 pub enum AreaEmitter {
     Triangle(TriangleEmitter),
@@ -71,7 +71,7 @@ impl AreaEmitter {
         f64::from(PI) * area * luminance_f64(self.radiance())
     }
 
-    /// The same, had it been chosen with `probability`.
+    /// The same, selected with `probability`.
     pub fn chosen_with(mut self, probability: f32) -> Self {
         match &mut self {
             Self::Triangle(triangle) => triangle.pdf_area = (f64::from(probability) / triangle.area()) as f32,

@@ -1,4 +1,4 @@
-//! Choosing emitters by power, whatever the point that they light.
+//! Selection of emitters by power, independent of the point that they light.
 
 use super::area::AreaEmitter;
 use super::{EmitterConnection, EmitterEndpoint, EmitterSample, Emitters};
@@ -6,7 +6,7 @@ use crate::{FlatDelta, FlatEmitter, SceneError, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{AliasEntry, AliasTable, Density, SolidAngle};
 
-/// What [`EmittersByPower`] chooses by.
+/// The data by which [`EmittersByPower`] selects.
 pub struct PowerTable {
     /// Emitters `0 ..` by index, chosen with their probability.
     areas: Vec<AreaEmitter>,
@@ -46,9 +46,9 @@ impl PowerTable {
 
 /// A scene's emitters, chosen by power.
 ///
-/// An emitter is chosen in two steps: uniformly among the emitters at infinity and, as one more
-/// choice, all finite ones together (the power of an emitter at infinity, which depends on the size
-/// of the scene, cannot be set against that of a lamp); then among the finite ones in proportion to
+/// An emitter is selected in two steps: uniformly among the emitters at infinity and, as one more
+/// entry, all finite ones together (the power of an emitter at infinity depends on the size of the
+/// scene and cannot be compared with that of a lamp); then among the finite ones in proportion to
 /// their power (luminous flux). So every emitter that emits has a positive probability `p_sel`, the
 /// same at every point. All densities include it.
 #[derive(Clone, Copy)]
@@ -81,9 +81,9 @@ impl<'a> EmittersByPower<'a> {
         self.table.groups == 0
     }
 
-    /// Chooses an emitter by `u_select` and a direction towards it by `u`. `None` where nothing
-    /// emits, or where the chosen emitter sends nothing to `from`: that outcome counts as a sample
-    /// of value zero.
+    /// Selects an emitter by `u_select` and a direction towards it by `u`. `None` if nothing emits,
+    /// or if the selected emitter sends nothing to `from`: that outcome counts as a sample of value
+    /// zero.
     #[inline]
     pub fn sample(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
         match self.select(u_select) {
@@ -116,9 +116,9 @@ impl<'a> EmittersByPower<'a> {
         }
     }
 
-    /// The endpoint that [`sample`](Self::sample) aims at for the same arguments; `None` where
-    /// nothing emits or a sphere shines the other way. Whether it sends anything to `from`,
-    /// [`connect`](Self::connect) says.
+    /// The endpoint that [`sample`](Self::sample) aims at for the same arguments; `None` if nothing
+    /// emits or a sphere shines the other way. [`connect`](Self::connect) says whether it sends
+    /// anything to `from`.
     #[inline]
     pub fn sample_endpoint(&self, from: Vec3, u_select: u64, u: [f32; 2]) -> Option<EmitterEndpoint> {
         match self.select(u_select) {
@@ -127,8 +127,8 @@ impl<'a> EmittersByPower<'a> {
         }
     }
 
-    /// Probability with which [`sample_endpoint`](Self::sample_endpoint) chooses the emitter of an
-    /// endpoint; of one at infinity that of choosing any of those.
+    /// Probability with which [`sample_endpoint`](Self::sample_endpoint) selects the emitter of an
+    /// endpoint; for one at infinity that of selecting any of those.
     #[inline]
     pub fn endpoint_probability(&self, endpoint: &EmitterEndpoint) -> f32 {
         match self.emitters.finite_emitter(endpoint) {

@@ -1,9 +1,9 @@
-//! Light as it leaves the emitters: rays for those who trace from the light.
+//! Light as it leaves the emitters: rays for tracing from the light.
 //!
 //! The flux through anything is `Φ = Σ ∫∫ L_e(x, ω) |cos θ| dω dA` over the rays that
 //! reach it. A ray is drawn with density `p(x, ω)` in the measure `dω dA` (of area, or of the
 //! disk across the scene for light from infinity; solid angle alone for points) and carries
-//! `L_e |cos θ| / p`, so that the sum over what happens to it estimates `Σ` without bias.
+//! `L_e |cos θ| / p`. So the sum over the effects of the ray estimates `Σ` without bias.
 
 use super::area::{AreaEmitter, SphereEmitter, TriangleEmitter};
 use super::by_power::Selected;

@@ -1,9 +1,9 @@
-//! Places on emitters that do not depend on where they are seen from.
+//! Places on emitters, described independently of the point from which they are seen.
 //!
-//! A direction towards an emitter means something at one point only. What is reused at other points
-//! is the place that sends the light: a point on a surface (measured by area), a direction towards
-//! the environment (by solid angle), or a light that is a point or a direction itself (counted).
-//! With `e` such an endpoint, seen from `x` in the direction `ω(x, e)`,
+//! A direction towards an emitter has a meaning at one point only. At other points, the place that
+//! sends the light is reused: a point on a surface (measured by area), a direction towards the
+//! environment (by solid angle), or a light that is a point or a direction itself (counted). With
+//! `e` such an endpoint, seen from `x` in the direction `ω(x, e)`,
 //!
 //! > `L_r = ∫ f(ω_o, ω) L_e(ω) |cos θ| V dω = ∫ f L_e |cos θ| V |dω/de| de`,
 //!
@@ -17,14 +17,14 @@ use crate::{Ray, Rgb, SurfacePoint};
 use glam::Vec3;
 use lightshed_sampling::{Density, SolidAngle, UniformTriangle, octahedral_decode, octahedral_encode};
 
-/// A place that emits, `e`, wherever it is seen from.
+/// A place that emits, `e`, seen from anywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EmitterEndpoint {
     /// A point of an emitting surface.
     Surface {
         /// Index of the emitter, below [`Emitters::area_count`].
         emitter: u32,
-        /// As [`Scene::coordinates`](crate::Scene::coordinates) has them.
+        /// In the form of [`Scene::coordinates`](crate::Scene::coordinates).
         coordinates: [f32; 2],
     },
     /// A unit direction towards the environment.
@@ -39,7 +39,7 @@ pub enum EmitterEndpoint {
     },
 }
 
-/// An endpoint as seen from a given point, occlusion apart.
+/// An endpoint as seen from a given point, without occlusion.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterConnection {
     /// Unit direction towards the endpoint.
@@ -48,8 +48,8 @@ pub struct EmitterConnection {
     /// on a plane facing them.
     pub radiance: Rgb,
     /// Density `P p_ω` of this direction by an emitter sample at the point, where `P` is the
-    /// probability with which the emitter (or any of those at infinity) was chosen, which is 1
-    /// unless something else is said; zero for emitters that no other technique can hit.
+    /// probability with which the emitter (or any of those at infinity) was selected, 1 by default;
+    /// zero for emitters that no other technique can hit.
     pub pdf: Density<SolidAngle>,
     /// Whether no other technique can hit the emitter.
     pub is_delta: bool,
@@ -89,8 +89,8 @@ impl EmitterConnection {
 }
 
 impl Emitters {
-    /// An endpoint on the finite emitter `emitter`; `None` where a sphere shines the other way, and
-    /// for any other index. Whether it sends anything to `from`, [`Emitters::connect`] says.
+    /// An endpoint on the finite emitter `emitter`; `None` if a sphere shines the other way, and
+    /// for any other index. [`Emitters::connect`] says whether it sends anything to `from`.
     #[inline]
     pub fn endpoint_on(&self, from: Vec3, emitter: u32, u: [f32; 2]) -> Option<EmitterEndpoint> {
         match self.areas.get(emitter as usize) {
@@ -143,11 +143,11 @@ impl Emitters {
         }
     }
 
-    /// What `endpoint` sends to `from`, and the densities with which endpoints on its emitter
-    /// ([`endpoint_on`](Self::endpoint_on)), or on those at infinity
-    /// ([`endpoint_at_infinity`](Self::endpoint_at_infinity)), are that one. `None` where it sends
-    /// nothing: from behind, outside of a spot's cone, or where `from` is so near that no `f32`
-    /// holds the figures.
+    /// The contribution of `endpoint` at `from`, and the densities with which endpoints on its
+    /// emitter ([`endpoint_on`](Self::endpoint_on)), or on those at infinity
+    /// ([`endpoint_at_infinity`](Self::endpoint_at_infinity)), are that one. `None` if there is
+    /// none: from behind, outside of a spot's cone, or if `from` is so near that no `f32` holds the
+    /// values.
     #[inline]
     pub fn connect(&self, from: Vec3, endpoint: &EmitterEndpoint) -> Option<EmitterConnection> {
         let at_infinity = 1.0 / self.infinite_count() as f32;

@@ -1,4 +1,4 @@
-//! Light from all around: constant, or an image.
+//! Light from all directions: constant, or an image.
 
 use super::{check_rgb, luminance_f64};
 use crate::{EnvironmentMap, FlatSky, Image, Rgb};

@@ -1,4 +1,4 @@
-//! Emitters: sampling a direction towards one, the density of having done so, and choosing one by
+//! Emitters: sampling a direction towards one, the density of that sample, and selection of one by
 //! power.
 
 mod area;
@@ -32,8 +32,8 @@ use infinite::Directional;
 use lightshed_sampling::{Density, SolidAngle};
 use point::{Point, Spot};
 
-/// All emitters of a scene, by index: what they emit, and the densities of sampling one that was
-/// chosen. Who chooses multiplies them by the probability of the choice.
+/// All emitters of a scene, by index: their emission, and the densities of sampling a selected one.
+/// The sampler of emitters multiplies them by the probability of the selection.
 pub struct Emitters {
     /// Emitters `0 ..` by index: surfaces, …
     areas: Vec<AreaEmitter>,
@@ -60,8 +60,8 @@ pub struct EmitterSample {
     /// Unit direction from the reference point.
     pub direction: Vec3,
     /// Incident radiance over density, `L_i / (P p_ω)`, where `P` is the probability with which
-    /// the emitter was chosen: the sum over emitters of `∫ L_i f cosθ dω` is estimated by
-    /// `weight · f cosθ` without bias (but for occlusion). For emitters that are a point or a
+    /// the emitter was selected: `weight · f cosθ` estimates the sum over emitters of
+    /// `∫ L_i f cosθ dω` without bias (without occlusion). For emitters that are a point or a
     /// direction: the irradiance on a plane facing them, over `P`.
     pub weight: Rgb,
     /// Density `P p_ω` of this direction by this technique; zero for emitters that no other
@@ -73,7 +73,7 @@ pub struct EmitterSample {
     target: Option<Vec3>,
 }
 
-/// Where shadow rays end, as a share of the way: short of the target by the error of the
+/// End of shadow rays, as a share of the distance: short of the target by the error of the
 /// intersection with the emitter itself, which is relative to the distance.
 const SEGMENT_END: f32 = 1.0 - 16.0 * f32::EPSILON;
 
@@ -213,7 +213,7 @@ impl Emitters {
             return None;
         }
         let weight = intensity / (distance_squared * probability);
-        // So near the light that its irradiance is no number any more.
+        // So near the light that its irradiance overflows.
         if !weight.is_finite() {
             return None;
         }

@@ -1,5 +1,4 @@
-//! What there is to know of a finite emitter for who chooses among them, and samples of one that
-//! was chosen.
+//! The data of a finite emitter that light samplers use, and samples of a selected one.
 
 use super::area::TriangleEmitter;
 use super::{AreaEmitter, EmitterSample, Emitters, PointEmitter, target_on_surface};
@@ -9,7 +8,7 @@ use lightshed_sampling::{Density, SolidAngle, SphericalTriangle};
 use std::f32::consts::PI;
 use std::ops::Range;
 
-/// Where a finite emitter is and where it shines.
+/// Position and directions of a finite emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterExtent {
     /// Least coordinates of its points.
@@ -51,7 +50,7 @@ impl Emitters {
         self.directionals.len() + usize::from(self.environment().is_some())
     }
 
-    /// Where a finite emitter is and where it shines; `None` for any other index.
+    /// Position and directions of a finite emitter; `None` for any other index.
     pub fn extent(&self, index: u32) -> Option<EmitterExtent> {
         let index = index as usize;
         if let Some(area) = self.areas.get(index) {
@@ -73,8 +72,8 @@ impl Emitters {
         })
     }
 
-    /// Finite emitters that go together, as ranges of indices that cover all of them: surfaces next
-    /// to each other of the same radiance, which as a rule are those of one mesh, and all points.
+    /// Finite emitters that belong together, as ranges of indices that cover all of them: adjacent
+    /// surfaces of the same radiance, which usually are those of one mesh, and all points.
     pub fn groups_of_finite(&self) -> Vec<Range<u32>> {
         let mut first = 0;
         let runs = self

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Why a scene cannot be laid flat.
+/// Why a scene has no flat form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FlatError {

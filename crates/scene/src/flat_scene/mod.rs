@@ -10,7 +10,7 @@ use crate::{FlatCamera, FlatDelta, FlatEmitter, FlatMaterials, FlatSky, Material
 use glam::Vec3;
 use lightshed_sampling::AliasEntry;
 
-/// Everything that a path tracer asks of a scene of triangles, as arrays whose rows have the layout
+/// The data of a scene of triangles that a path tracer needs, as arrays whose rows have the layout
 /// of the shaders' structs.
 ///
 /// Not every scene has that form: see [`FlatError`].
@@ -23,8 +23,8 @@ pub struct FlatScene {
     pub normals: Vec<[[f32; 4]; 3]>,
     /// Texture coordinates at the corners of triangles that have them.
     pub uvs: Vec<[[f32; 2]; 3]>,
-    /// Of each triangle, if it bounds a medium and lies on a surface which light does not pass, how
-    /// far apart the two may be found; else 0. Empty where none does.
+    /// For each triangle that bounds a medium and lies on an opaque surface, the greatest distance
+    /// between the two; else 0. Empty if there is none.
     pub touching: Vec<f32>,
     /// Materials with their textures.
     pub materials: FlatMaterials,
@@ -42,8 +42,8 @@ pub struct FlatScene {
     pub surroundings: Vec3,
     /// An image from all around.
     pub sky: Option<FlatSky>,
-    /// Kinds of emitters to choose from: all that shine from somewhere count as one, each direction
-    /// as another, and the surroundings as one more.
+    /// Kinds of emitters to select from: all finite ones count as one, each direction as another,
+    /// and the environment as one more.
     pub groups: u32,
 }
 

@@ -41,7 +41,7 @@ pub struct Bsdf {
     repr: Repr,
 }
 
-/// What most surfaces are, first.
+/// Nearly all surfaces are diffuse, so this comes first.
 #[derive(Clone, Copy, Debug)]
 enum Repr {
     Diffuse {
@@ -55,7 +55,7 @@ enum Repr {
     },
 }
 
-/// The side of the surface that a component is seen from. It is evaluated in a frame mirrored so
+/// The side of the surface from which a component is seen. It is evaluated in a frame mirrored so
 /// that `wo` is above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
@@ -121,7 +121,7 @@ pub struct BsdfSample {
     pub is_delta: bool,
     /// Index of refraction on the side of `wi` over that on the side of `wo` for transmission, 1
     /// for reflection. A path that multiplies its throughput by `eta²` undoes the radiance
-    /// scaling, as Russian roulette wants.
+    /// scaling, as Russian roulette needs.
     pub eta: f32,
 }
 
@@ -173,7 +173,7 @@ impl Bsdf {
         Self { repr }
     }
 
-    /// From components; no more than [`MAX_COMPONENTS`] are looked at. None is black.
+    /// From components; at most [`MAX_COMPONENTS`] are used. None is black.
     pub(super) fn from_entries(entries: &[Entry]) -> Self {
         let repr = match entries {
             [] => Repr::Diffuse {
@@ -333,7 +333,7 @@ impl Bsdf {
         matches!(self.repr, Repr::Diffuse { .. })
     }
 
-    /// Roughly the share of light scattered at normal incidence; for heuristics, in no way exact.
+    /// Approximate share of light scattered at normal incidence; for heuristics only.
     pub fn albedo_hint(&self) -> Rgb {
         match self.repr {
             Repr::Diffuse { reflectance, .. } => reflectance,

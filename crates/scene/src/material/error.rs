@@ -1,4 +1,4 @@
-//! What can be wrong with a material.
+//! Errors of a material.
 
 use std::error::Error;
 use std::fmt;

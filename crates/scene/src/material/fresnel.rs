@@ -2,7 +2,7 @@
 
 use crate::Rgb;
 
-/// What a smooth dielectric interface does to light at one angle.
+/// Reflection and refraction of a smooth dielectric interface at one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DielectricFresnel {
     /// Share of radiant power that is reflected, `F ∈ [0, 1]`.

@@ -12,9 +12,9 @@ use glam::Vec2;
 use lightshed_sampling::Ggx;
 
 impl Material {
-    /// The scattering function at mesh coordinates `uv`: textures looked up, blends and sides laid
-    /// flat. Neither allocates nor fails; of a material that [`Material::validate`] refuses it
-    /// makes something finite.
+    /// The scattering function at mesh coordinates `uv`: looks up textures, and flattens blends and
+    /// sides. Neither allocates nor fails; a material that [`Material::validate`] refuses gives a
+    /// finite result.
     ///
     /// A rough dielectric whose index matches the outside's is a smooth one: it lets all light pass
     /// unbent.
@@ -60,8 +60,8 @@ impl Material {
         Bsdf::from_entries(&leaves.entries[..leaves.count])
     }
 
-    /// Adds the leaves of this material. `side` is what an enclosing [`Material::TwoSided`] has
-    /// settled.
+    /// Adds the leaves of this material. `side` is the side set by an enclosing
+    /// [`Material::TwoSided`].
     fn collect(&self, uv: Vec2, weight: f32, side: Option<Side>, leaves: &mut Leaves) {
         match self {
             Self::Blend {
@@ -219,7 +219,7 @@ impl Material {
                     f0: root * root,
                     distribution: Ggx::new(alpha, alpha),
                 });
-                // What shines through is seen from both sides.
+                // Transmissive materials are visible from both sides.
                 (
                     component,
                     if transmission > 0.0 {

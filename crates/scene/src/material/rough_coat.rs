@@ -1,4 +1,4 @@
-//! How much light a rough dielectric boundary lets through, tabulated.
+//! Transmittance of a rough dielectric boundary, tabulated.
 //!
 //! With visible normals `h` of density `D_v` seen from the direction at `μ = cos θ`, `wt` the
 //! direction refracted in `h` and `wr` the one reflected:
@@ -51,7 +51,7 @@ fn tables(distribution: &Distribution) -> &'static Tables {
     }
 }
 
-/// Computes the tables of a distribution if nobody has yet.
+/// Computes the tables of a distribution unless they exist.
 pub(super) fn prepare(kind: Microfacet) {
     match kind {
         Microfacet::Ggx => LazyLock::force(&GGX),

@@ -1,4 +1,4 @@
-//! What [`Material::at`] takes for granted.
+//! The assumptions of [`Material::at`].
 
 use super::bsdf::MAX_COMPONENTS;
 use super::{ConductorIor, Material, MaterialError, Roughness, rough_coat};
@@ -104,7 +104,7 @@ impl Material {
                 share("metallic", metallic)?;
                 share("roughness", roughness)?;
                 share("transmission", transmission)?;
-                // Zero is how KHR_materials_ior asks for a reflectance of one.
+                // KHR_materials_ior uses zero for a reflectance of one.
                 if *ior != 0.0 {
                     index("ior", *ior)?;
                 }
@@ -192,7 +192,7 @@ fn alpha(roughness: &Option<Roughness>) -> Check {
         return Ok(());
     };
     for (parameter, texture) in [("alpha_u", &roughness.alpha_u), ("alpha_v", &roughness.alpha_v)] {
-        // A black texel asks for a smooth spot; it gets the least roughness there is.
+        // A black texel means a smooth spot; it gets the least roughness.
         let sound = match texture {
             FloatTexture::Constant(alpha) => *alpha > 0.0 && alpha.is_finite(),
             FloatTexture::Image(..) => float(parameter, texture, |alpha| alpha >= 0.0 && alpha.is_finite())?,

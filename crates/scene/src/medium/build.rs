@@ -1,4 +1,4 @@
-//! From descriptions to media: everything is checked here.
+//! From descriptions to media: everything is validated here.
 
 use super::density::super_voxel;
 use super::sides::{Boundaries, MediumSides};

@@ -1,4 +1,4 @@
-//! Participating media: what fills the space between surfaces.
+//! Participating media: they fill the space between surfaces.
 
 mod build;
 mod density;
@@ -78,8 +78,8 @@ impl Medium {
         self.extinction == Rgb::splat(self.extinction.x)
     }
 
-    /// `(1 − α) L_e(x)`, what a collision at the world position `x` adds to a path with its
-    /// throughput: the emission `σ_a L_e` over the extinction `σ_t`.
+    /// `(1 − α) L_e(x)`, the contribution of a collision at the world position `x` to a path
+    /// with its throughput: the emission `σ_a L_e` over the extinction `σ_t`.
     #[inline]
     pub fn emission_per_collision(&self, position: Vec3) -> Rgb {
         match self.emission() {

@@ -1,4 +1,4 @@
-//! Which media meet at a surface.
+//! Media on the two sides of surfaces.
 
 use super::{Medium, MediumDensity};
 use crate::Sphere;
@@ -23,7 +23,7 @@ impl MediumSides {
         }
     }
 
-    /// The medium that a ray gets into which leaves the surface with `cos_theta` to the geometric
+    /// The medium that a ray enters if it leaves the surface with `cos_theta` to the geometric
     /// normal: the exterior one above, the interior one below. `None` for empty space.
     #[inline(always)]
     pub fn towards(&self, cos_theta: f32) -> Option<u32> {
@@ -43,7 +43,7 @@ pub(crate) struct Boundaries {
     /// Index into `sides` by primitive, or [`NONE`]; empty where nothing bounds a medium.
     pub(super) by_primitive: Vec<u32>,
     pub(super) sides: Vec<MediumSides>,
-    /// What is around the camera, where the description says so.
+    /// The medium around the camera, if the description names it.
     pub camera_medium: Option<u32>,
     /// Of each medium, whether no surface lies within its grid.
     pub(super) clear: Vec<bool>,

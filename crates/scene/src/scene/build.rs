@@ -22,9 +22,8 @@ use std::ops::Range;
 pub struct BuildOptions {
     /// Tree to trace rays through.
     pub accelerator: AcceleratorKind,
-    /// Effort to spend on it; `None` for what takes the least time together with the rays of an
-    /// image of the description's settings ([`BuildOptions::preset`]). What rays hit does not
-    /// depend on it.
+    /// Build effort; `None` for the least total time of the build and the rays of an image with the
+    /// description's settings ([`BuildOptions::preset`]). Hits do not depend on it.
     pub preset: Option<Preset>,
 }
 
@@ -32,8 +31,8 @@ impl BuildOptions {
     /// Rays of a sample: two at each vertex of a path of usual length.
     const RAYS_OF_SAMPLE: f64 = 8.0;
 
-    /// The preset for a scene of so many primitives: the one asked for, or by the number of rays
-    /// that `settings` tells of.
+    /// The preset for a scene with this number of primitives: the requested one, or by the number
+    /// of rays that follows from `settings`.
     pub fn preset(&self, settings: &RenderSettings, primitives: usize) -> Preset {
         let pixels = f64::from(settings.width) * f64::from(settings.height);
         let vertices = settings
@@ -96,7 +95,7 @@ impl Scene {
             })?;
         }
         let mut flat = Flattened::default();
-        // The primitives of each shape; of spheres for now the number among spheres.
+        // The primitives of each shape; for spheres the number among spheres until later.
         let mut primitives = Vec::with_capacity(shapes.len());
         for shape in shapes {
             let before = [flat.triangles.len(), flat.spheres.len()];
@@ -150,7 +149,8 @@ impl Scene {
             bounds,
             media,
         };
-        // A grid beyond its boundary is not what a ray in the medium meets first.
+        // A grid that extends beyond its boundary is not the first thing that a ray in the medium
+        // meets.
         let around: Vec<Option<u32>> = scene
             .media
             .grid_middles()

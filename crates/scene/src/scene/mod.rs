@@ -21,12 +21,12 @@ use touching::OpaqueSurfaces;
 /// A validated scene with its acceleration structure, emitters and camera.
 pub struct Scene {
     accelerator: Accelerator,
-    /// Where there is one medium, and no surface in it, or boundaries that touch it.
+    /// If there is one medium, and no surface in it, or boundaries that touch it.
     opaque: Option<OpaqueSurfaces>,
     /// Whether there is one medium, and no surface in it.
     has_clear_grid_alone: bool,
-    /// By primitive, of a boundary that lies on a surface how far apart the two may be found; empty
-    /// where none does.
+    /// By primitive, for a boundary that lies on a surface, the greatest distance between the two;
+    /// empty if there is none.
     touching: Vec<f32>,
     /// What emits, alone.
     emitting: EmittingSurfaces,
@@ -91,7 +91,7 @@ impl Scene {
         }
     }
 
-    /// Two numbers that name the place of a hit on its primitive, see [`Scene::locate`]: on
+    /// Two numbers that identify the place of a hit on its primitive, see [`Scene::locate`]: on
     /// triangles the barycentric weights of the second and third vertex, on spheres the octahedral
     /// map of the direction from the centre, in the unit square.
     #[inline]
@@ -102,9 +102,9 @@ impl Scene {
         }
     }
 
-    /// The surface point at the place `coordinates` of a primitive, as [`Scene::coordinates`] names
-    /// it: what [`Scene::surface`] gives for the hit, with the same bits on triangles, to
-    /// `10⁻⁶` of the radius on spheres.
+    /// The surface point at the place `coordinates` of a primitive, in the form of
+    /// [`Scene::coordinates`]. It equals the result of [`Scene::surface`] for the hit, with the
+    /// same bits on triangles, to `10⁻⁶` of the radius on spheres.
     ///
     /// # Panics
     /// If the scene has no such primitive.
@@ -126,9 +126,9 @@ impl Scene {
         }
     }
 
-    /// The nearest *emitting* surface along each ray, whatever is in between: for rays of which
-    /// nothing but emission matters any more. To see it, the segment up to it must be free, see
-    /// [`Scene::occluded`]. The shorter slice's length counts.
+    /// The nearest *emitting* surface along each ray, ignoring everything in between: for rays for
+    /// which only emission matters. For it to be visible, the segment up to it must be free, see
+    /// [`Scene::occluded`]. The length of the shorter slice counts.
     pub fn intersect_emitting_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let EmittingSurfaces {
             accelerator,
@@ -181,7 +181,7 @@ impl Scene {
         } = &self.emitting;
         accelerator.intersect_batch(rays, count, hits);
         for index in 0..count.min(RayBatch::CAPACITY) {
-            // What hits nothing stays beyond all primitives.
+            // Rays that hit nothing stay beyond all primitives.
             let primitive = hits.primitive.get_word(index) as usize;
             hits.primitive.set_word(
                 index,
@@ -190,8 +190,8 @@ impl Scene {
         }
     }
 
-    /// Asks for what [`Scene::surface`] reads of a primitive to be brought near: worth it some
-    /// hundred instructions ahead. There need not be one of that number.
+    /// Prefetches the data of a primitive that [`Scene::surface`] reads; useful some hundred
+    /// instructions ahead. The number may be invalid.
     #[inline]
     pub fn prefetch_primitive(&self, primitive: u32) {
         if let Some(triangle) = self.triangles.get(primitive as usize) {
@@ -222,11 +222,11 @@ impl Scene {
         EmittersByPower::new(&self.emitters, &self.by_power)
     }
 
-    /// A ray of light from an emitter chosen by `u_select`, from a place on it by `u_place` in a
-    /// direction by `u_direction`; `None` where nothing emits. For tracing from the light: the mean
-    /// of what the rays bring about, weighted by their flux, is what the emitters bring about.
-    /// Areas emit with the cosine, points uniformly over their solid angle, light from infinity
-    /// through a disk as wide as the scene.
+    /// A ray of light from an emitter selected by `u_select`, from a place on it by `u_place` in a
+    /// direction by `u_direction`; `None` if nothing emits. For tracing from the light: the mean of
+    /// the rays' effects, weighted by their flux, estimates the effect of the emitters. Areas emit
+    /// with the cosine, points uniformly over their solid angle, light from infinity through a disk
+    /// as wide as the scene.
     #[inline]
     pub fn sample_emission(
         &self,
@@ -276,8 +276,8 @@ impl Scene {
         &self.media.media
     }
 
-    /// The media on both sides of a primitive; `None` if it is no boundary of any: light that
-    /// crosses it stays in the medium that it is in.
+    /// The media on both sides of a primitive; `None` if it bounds none: light that crosses it
+    /// stays in its medium.
     #[inline(always)]
     pub fn medium_sides(&self, primitive: u32) -> Option<MediumSides> {
         if cfg!(lightshed_without = "media") {
@@ -287,17 +287,17 @@ impl Scene {
     }
 
     /// Whether no surface reaches into the grid of a medium (those on the faces of its box do not
-    /// count): a ray in that medium collides there before it meets any surface, so that none need
-    /// be looked for. `false` for media without a grid.
+    /// count). A ray in that medium then collides there before it hits any surface, so no surface
+    /// needs to be searched. `false` for media without a grid.
     #[inline(always)]
     pub fn medium_is_clear(&self, medium: u32) -> bool {
         self.media.is_clear(medium)
     }
 
-    /// The transmittance of a segment that starts in this medium, as far as surfaces matter:
-    /// `Some(false)` if one is in the way, `Some(true)` if the medium's grid is all that the
-    /// segment passes through, since it is the scene's only one and [clear](Self::medium_is_clear);
-    /// `None` where boundaries must be looked for.
+    /// The transmittance of a segment that starts in this medium, as far as surfaces matter.
+    /// `Some(false)`: a surface blocks it. `Some(true)`: the segment passes only through the
+    /// medium's grid, because that is the scene's only one and [clear](Self::medium_is_clear).
+    /// `None`: boundaries must be searched.
     #[inline(always)]
     pub fn passes_grid_alone(&self, ray: &Ray, medium: u32) -> Option<bool> {
         let opaque = self.opaque.as_ref().filter(|_| self.has_clear_grid_alone)?;
@@ -305,17 +305,17 @@ impl Scene {
             .then(|| !opaque.accelerator.occluded(ray))
     }
 
-    /// The medium in which rays of `camera` start: the one that the description names, else the one
-    /// around the place where the ray through the middle of the image starts.
+    /// The medium in which rays of `camera` start: the one that the description names, otherwise
+    /// the one around the start of the ray through the middle of the image.
     pub fn camera_medium(&self, camera: &Camera) -> Option<u32> {
         let middle = Vec2::new(self.settings.width as f32, self.settings.height as f32) * 0.5;
         let start = || camera.ray(middle, [0.5; 2]).origin;
         self.media.camera_medium.or_else(|| self.medium_around(start()))
     }
 
-    /// The medium around a place off all surfaces, as the boundaries tell: the one on the near side
-    /// of the first boundary that some ray from there meets. Closed boundaries give the same for
-    /// every ray.
+    /// The medium around a place off all surfaces, by the boundaries: the one on the near side of
+    /// the first boundary that some ray from there hits. Closed boundaries give the same for every
+    /// ray.
     pub fn medium_around(&self, position: Vec3) -> Option<u32> {
         if self.media().is_empty() {
             return None;
@@ -332,7 +332,7 @@ impl Scene {
         }
     }
 
-    /// What the description asked of the renderer.
+    /// The settings that the description requests.
     pub fn settings(&self) -> &RenderSettings {
         &self.settings
     }

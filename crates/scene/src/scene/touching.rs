@@ -1,9 +1,9 @@
-//! Boundaries that lie on surfaces which light does not pass.
+//! Boundaries that lie on opaque surfaces.
 //!
-//! Fog that fills a room up to its floor is bounded by a face in the floor's plane. To rounding
-//! both are met at the same distance, and a ray that passes the boundary first goes on behind it by
-//! an offset that is larger than that rounding: behind the floor. Such boundaries are found when a
-//! scene is built, and looked at twice; all others cost nothing.
+//! Fog that fills a room up to its floor is bounded by a face in the floor's plane. Up to rounding
+//! both are hit at the same distance. A ray that passes the boundary first continues behind it, by
+//! an offset that is larger than the rounding: behind the floor. Such boundaries are found when a
+//! scene is built, and are tested twice; all others cost nothing.
 
 use super::Scene;
 use super::primitive::{SphereRecord, TriangleRecord};
@@ -46,8 +46,8 @@ impl OpaqueSurfaces {
     }
 }
 
-/// Most pairs of a boundary's triangle and another that are compared; beyond, every boundary is
-/// taken to touch something.
+/// Greatest number of compared pairs of a boundary's triangle and another; beyond it, every
+/// boundary is assumed to touch something.
 const MOST_PAIRS: usize = 1 << 24;
 
 /// By primitive, how far apart along the normal a boundary and a surface that it lies on may be
@@ -128,9 +128,8 @@ fn lies_in_plane(triangle: &TriangleRecord, plane: &TriangleRecord, slack: f32) 
 }
 
 impl Scene {
-    /// The nearest hit in the open segment, of light that passes boundaries: where one lies on a
-    /// surface that light does not pass, that surface, though to rounding the boundary may come
-    /// first.
+    /// The nearest hit in the open segment, for light that passes boundaries: if a boundary lies on
+    /// an opaque surface, that surface, although by rounding the boundary may come first.
     #[inline(always)]
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let hit = self.accelerator.intersect(ray)?;

@@ -1,10 +1,10 @@
 //! A few triangles without a tree: every ray is tested against all of them.
 //!
-//! For some dozens of triangles that is faster than any tree, since nothing has to be waited for
-//! and no branch depends on the rays. A ray alone is tested against eight triangles at a time, as
-//! in a leaf of the tree. Rays in company are taken eight at a time, which saves what triangles
-//! share: a vertex is sheared once for all its triangles, and the two signed areas of an edge, one
-//! for each of its triangles, are of the same two products. Both ways do the arithmetic of
+//! For some dozens of triangles that is faster than any tree, because nothing waits for memory and
+//! no branch depends on the rays. A single ray is tested against eight triangles at a time, as in a
+//! leaf of the tree. Several rays are tested eight at a time, which shares work between triangles:
+//! a vertex is sheared once for all its triangles, and the two signed areas of an edge, one for
+//! each of its triangles, use the same two products. Both ways do the arithmetic of
 //! [`intersect_triangle`](super::intersect_triangle), operation by operation, and give its bits.
 
 mod build;
@@ -26,9 +26,9 @@ const _: () = assert!(2 * MAX_EDGES <= 256);
 /// The triangles.
 #[derive(Clone, Debug)]
 pub struct Flat {
-    /// In the order given; what a ray alone is tested against.
+    /// In the given order; a single ray is tested against these.
     blocks: Vec<TriangleBlock>,
-    /// Distinct corners. The fourth coordinate is of no meaning.
+    /// Distinct corners. The fourth coordinate is meaningless.
     vertices: Vec<[f32; 4]>,
     /// Distinct edges, as vertices. Edge `i` gives the directed edges `2 i` and, backwards,
     /// `2 i + 1`.

@@ -7,7 +7,7 @@ use crate::accel::{HitBatch, RayBatch};
 use core::cell::RefCell;
 use lightshed_lanes::{LANES, LaneKernel, LaneMask, LaneWords, Lanes, Vec3Lanes};
 
-/// What eight rays see of the vertices and edges: rows of lanes.
+/// The vertices and edges as eight rays see them: rows of lanes.
 pub struct View {
     /// Vertices relative to the rays, sheared so that the rays run along the last axis.
     vertices: [[[f32; LANES]; 3]; MAX_VERTICES],
@@ -16,8 +16,8 @@ pub struct View {
 }
 
 thread_local! {
-    /// One for each thread, since clearing it for every batch takes a tenth of a render of the
-    /// Cornell box. Nothing is read that has not been written for the rays in question.
+    /// One for each thread, because clearing it for every batch takes a tenth of a render of the
+    /// Cornell box. Everything that is read has been written for the current rays.
     static VIEW: RefCell<View> = const {
         RefCell::new(View {
             vertices: [[[0.0; LANES]; 3]; MAX_VERTICES],
@@ -26,7 +26,7 @@ thread_local! {
     };
 }
 
-/// A triangle as eight rays meet it.
+/// A triangle's intersection with eight rays.
 struct Meeting<L: Lanes> {
     t: L,
     /// Weights of the first and second vertex.
@@ -37,7 +37,7 @@ struct Meeting<L: Lanes> {
 }
 
 impl View {
-    /// Looks along the rays `place` to `place + 7`. Returns `1 / d[kz]`.
+    /// Prepares the rays `place` to `place + 7`. Returns `1 / d[kz]`.
     #[inline(always)]
     fn look<L: Lanes>(&mut self, flat: &Flat, rays: &RayBatch, place: usize) -> L {
         let [o, d] = rays.load::<L>(place);
@@ -210,7 +210,7 @@ impl LaneKernel for AnyTogether<'_> {
             occluded |= u64::from(any.bits()) << place;
             place += LANES;
         }
-        // Rays that were not asked about.
+        // Rays that were not requested.
         if count < RayBatch::CAPACITY {
             occluded &= (1 << count) - 1;
         }

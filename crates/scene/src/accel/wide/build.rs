@@ -1,7 +1,7 @@
-//! Collapsing a binary tree into one with eight children a node, at the least expected cost.
+//! Collapses a binary tree into one with eight children a node, at the least expected cost.
 //!
-//! The surface area heuristic's cost of a subtree `n`, when it is to become at most `i` children of
-//! some node:
+//! The surface area heuristic's cost of a subtree `n` if it becomes at most `i` children of some
+//! node:
 //!
 //! ```text
 //! C(n, 1) = min( A(n) · c_leaf            if n has at most 8 triangles,
@@ -55,7 +55,7 @@ impl Shares {
 
 fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
     let mut plans = vec![Shares::default(); tree.nodes().len()];
-    // From the last node to the first, the subtrees of a node are the last that were finished, the
+    // From the last node to the first; the subtrees of a node are the last that were finished, the
     // left one on top.
     let mut finished: Vec<Costs> = Vec::new();
     for i in (0..plans.len()).rev() {
@@ -158,12 +158,12 @@ impl Emitter<'_> {
         (children, count)
     }
 
-    /// A slot for each child by where it lies, see [`Node`]: the child that most wants a slot takes
-    /// it first.
+    /// Assigns each child a slot by its position, see [`Node`]: the child with the strongest
+    /// preference takes its slot first.
     fn slots(&self, root: u32, children: &[u32]) -> [usize; 8] {
         let center = |node: u32| self.tree.nodes()[node as usize].bounds().center();
         let middle = center(root);
-        // How much each child wants each slot.
+        // The preference of each child for each slot.
         let mut wishes = [[0.0f32; 8]; 8];
         for (wishes, &child) in wishes.iter_mut().zip(children) {
             let offset = center(child) - middle;
@@ -184,8 +184,8 @@ impl Emitter<'_> {
             let mut best = (f32::NEG_INFINITY, 0, 0);
             for (place, wishes) in wishes[..children.len()].iter().enumerate() {
                 for (slot, &wish) in wishes.iter().enumerate() {
-                    // NaN cannot win; the first free slot is there if all wishes are lost to
-                    // overflow.
+                    // NaN cannot win; if all preferences are lost to overflow, the first free slot
+                    // is taken.
                     let better = wish > best.0 || best.0 == f32::NEG_INFINITY;
                     if !placed[place] && !taken[slot] && better {
                         best = (wish, place, slot);
@@ -210,7 +210,7 @@ impl Emitter<'_> {
         if let Some(sphere) = (members[0] as usize).checked_sub(triangles.len()) {
             return Child::new(ChildKind::Sphere, sphere);
         }
-        // In the order of their indices: of equal distances the first is taken.
+        // In the order of their indices: at equal distances the first is taken.
         let mut sorted = [u32::MAX; LEAF_TRIANGLES];
         sorted[..members.len()].copy_from_slice(members);
         sorted.sort_unstable();
@@ -249,7 +249,7 @@ fn collapse<'a>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) 
         tree,
         plans,
         primitives,
-        // About as many as there will be: what is not used is never touched.
+        // About as many as there will be: unused memory is never touched.
         nodes: Vec::with_capacity(tree.len() / 8 + 1),
         blocks: Vec::with_capacity(tree.len() / 3 + 1),
         depth: 0,

@@ -3,11 +3,11 @@
 //! Boxes are tested by slabs whose far ends are widened by the test's own rounding error (Ize 2013,
 //! *Robust BVH Ray Traversal*), triangles as [`crate::accel::block`] says.
 //!
-//! A ray visits few nodes, and each visit waits: for the node to come from memory, for the chain of
-//! operations on it, for a branch that cannot be predicted. So several rays are in flight at once,
-//! a step of each in turn ([`IN_FLIGHT`]), the next node of each is asked for as soon as it is
-//! known, and a step decides with masks and selections where it can. A ray's own steps do not
-//! depend on its neighbours: its result is the same, bit for bit, in any company.
+//! A ray visits few nodes, and each visit waits: for the node to arrive from memory, for the chain
+//! of operations on it, for a branch that cannot be predicted. So several rays are in flight at
+//! once, a step of each in turn ([`IN_FLIGHT`]). The next node of each is prefetched as soon as it
+//! is known, and a step uses masks and selections instead of branches where it can. A ray's own
+//! steps do not depend on its neighbours: its result is the same, bit for bit, in any batch.
 
 use super::WideBvh;
 use super::node::{Child, ChildKind, Node};
@@ -129,13 +129,13 @@ impl Answers<bool> for &mut u64 {
     }
 }
 
-/// A question about a ray, answered step by step.
+/// A query for a ray, answered step by step.
 trait Query: Copy {
     /// The answer.
     type Answer: Copy;
-    /// What an answer is before any step.
+    /// The initial answer, before any step.
     fn start(ray: &Ray) -> Self;
-    /// Takes in a leaf; true if the answer is settled.
+    /// Processes a leaf; true if the answer is final.
     fn leaf<L: Lanes>(
         &mut self,
         bvh: &WideBvh,
@@ -144,9 +144,9 @@ trait Query: Copy {
         constants: &RayConstants,
         child: Child,
     ) -> bool;
-    /// Nothing that begins beyond this ray parameter matters any more.
+    /// Nothing that starts beyond this ray parameter matters any more.
     fn t_max(&self) -> f32;
-    /// Whether nearer children are to be visited first.
+    /// Whether nearer children are visited first.
     const ORDERED: bool;
     fn answer(&self) -> Self::Answer;
 }
@@ -252,7 +252,7 @@ struct Traversal<Q> {
     query: Q,
     constants: RayConstants,
     child: Child,
-    /// Which of the rays asked about this is.
+    /// Index of the ray in the query.
     ray: usize,
 }
 
@@ -274,8 +274,8 @@ impl<Q: Query> Traversal<Q> {
             let node = &bvh.nodes[self.child.index()];
             let (near, hit) = self.constants.enter(node, L::splat(self.query.t_max()));
             if hit != 0 {
-                // The nearest is visited next, or about the nearest; the others wait, about in
-                // order.
+                // The nearest is visited next, or approximately the nearest; the others wait in
+                // approximate order.
                 let flip = self.constants.flip;
                 let order = flip_mask(hit, flip);
                 let next = if Q::ORDERED {
@@ -311,10 +311,11 @@ impl<Q: Query> Traversal<Q> {
         }
     }
 
-    /// Asks for what the next step reads.
+    /// Prefetches what the next step reads.
     #[inline(always)]
     fn prefetch(&self, bvh: &WideBvh) {
-        // Both addresses, and a selection: which it is cannot be predicted. Nothing is read here.
+        // Computes both addresses, then selects one, because the choice is unpredictable. Nothing
+        // is read here.
         let index = self.child.index();
         let node = bvh
             .nodes

@@ -134,9 +134,9 @@ impl Scatter for RoughDielectric {
 
     fn probabilities(&self, wo: Vec3, inside: bool) -> [f32; MAX_COMPONENT_LOBES] {
         let eta = self.smooth.relative_eta(inside);
-        // The choice may not look at the microfacet, so the mean surface stands in for it;
-        // microfacets turned away from it may do the other thing even where it reflects or
-        // transmits all.
+        // The choice must not depend on the microfacet, so the mean surface replaces it.
+        // Microfacets turned away from it may reflect even where the mean surface transmits
+        // everything, and vice versa.
         let reflectance = fresnel::dielectric(wo.z.min(1.0), eta).reflectance;
         self.smooth.shares(reflectance.clamp(0.1, 0.9))
     }

@@ -74,7 +74,7 @@ impl Scatter for MetallicRoughness {
     #[inline]
     fn probabilities(&self, wo: Vec3, _: bool) -> [f32; MAX_COMPONENT_LOBES] {
         let grazing = schlick(wo.z);
-        // The half vector is not known yet: bounds keep what it may scatter from being chosen too
+        // The half vector is not known yet: bounds ensure that its lobes are not selected too
         // seldom.
         let specular = self.specular(grazing).max_element().max(0.05);
         let entering = (1.0 - self.dielectric(grazing)).max(0.1) * (1.0 - self.metallic);

@@ -1,5 +1,5 @@
-//! The BSDFs that blends and sides are made of. All see `wo` above the surface; whether the medium
-//! there is the inside of the object is told apart.
+//! The BSDFs that blends and sides consist of. All see `wo` above the surface; a flag says whether
+//! the medium there is the inside of the object.
 
 mod conductor;
 mod dielectric;
@@ -57,8 +57,8 @@ impl Draw {
 /// nothing.
 pub(super) const HAS_DELTA: bool = !cfg!(lightshed_without = "specular");
 
-/// What every component answers. `wo.z > 0` always; `inside` says that `wo` is on the inner side of
-/// a closed object.
+/// The functions of every component. `wo.z > 0` always; `inside` says that `wo` is on the inner
+/// side of a closed object.
 trait Scatter {
     /// Number of lobes, at most [`MAX_COMPONENT_LOBES`].
     const LOBES: u8;
@@ -70,9 +70,9 @@ trait Scatter {
     fn roughness(&self, lobe: u8) -> f32;
     fn evaluate(&self, lobe: u8, wo: Vec3, wi: Vec3, inside: bool) -> LobeEvaluation;
     fn sample(&self, lobe: u8, wo: Vec3, u: Vec2, inside: bool) -> Option<Draw>;
-    /// Roughly the share of light scattered.
+    /// Approximate share of light scattered.
     fn albedo_hint(&self) -> Rgb;
-    /// Weight in the choice among components; zero only if nothing is ever scattered.
+    /// Weight in the selection among components; zero only if nothing is ever scattered.
     fn importance(&self) -> f32 {
         self.albedo_hint().max_element()
     }

@@ -40,8 +40,8 @@ impl PlasticBase {
         } else {
             Rgb::splat(internal_reflectance)
         };
-        // An albedo above one may make the rounds diverge: it gets the most that is finite and
-        // sane.
+        // An albedo above one may make the rounds diverge: it is clamped to the largest finite
+        // result.
         let remaining = (Rgb::ONE - recycled).max(Rgb::splat(1e-3));
         Self {
             radiosity: albedo / (remaining * eta * eta),

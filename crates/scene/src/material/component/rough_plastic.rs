@@ -35,7 +35,7 @@ impl Scatter for RoughPlastic {
 
     #[inline]
     fn probabilities(&self, wo: Vec3, _: bool) -> [f32; MAX_COMPONENT_LOBES] {
-        // Bounded away from 0 so that no lobe that scatters is never chosen.
+        // Bounded away from 0 so that every lobe that scatters can be selected.
         let transmitted = self.transmittance(wo.z).clamp(0.05, 0.95);
         two_way(
             (1.0 - transmitted) * self.reflection_tint.max_element(),
