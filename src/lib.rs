@@ -5,6 +5,7 @@
 //!
 //! | module | crate | what is in it |
 //! |---|---|---|
+//! | `lanes` | `lightshed-lanes` | eight `f32` lanes in AVX2 or arrays; with the feature `lanes` |
 //! | [`sampling`] | `lightshed-sampling` | random numbers, densities that carry their measure, warps, discrete distributions |
 //! | [`spatial`] | `lightshed-spatial` | curve orders, sparse and hash grids, neighbour search, indices of surface sites |
 //! | [`bvh`] | `lightshed-bvh` | bounding volume hierarchies over boxes, built fast; refits, instances |
@@ -20,6 +21,10 @@
 //! | `evaluate` | `lightshed-evaluate` | run time against error: races, intervals, reports; with the feature `evaluate` |
 //! | `gpu` | `lightshed-gpu` | methods on a GPU by wgpu; with the feature `gpu` |
 //! | `shaders` | `lightshed-shaders` | the libraries as WESL and WGSL; with the feature `shaders`, without wgpu |
+//! | `testkit` | `lightshed-testkit` | tests of estimators; with the feature `testkit` |
+//!
+//! The feature `parallel` runs builds and passes on threads, `serde` stores options and what guides
+//! learnt; both are handed on to every crate that has them.
 //!
 //! # Example
 //!
@@ -57,6 +62,8 @@ pub use lightshed_gpu as gpu;
 pub use lightshed_guiding as guiding;
 #[cfg(feature = "integrator")]
 pub use lightshed_integrator as integrator;
+#[cfg(feature = "lanes")]
+pub use lightshed_lanes as lanes;
 #[cfg(feature = "lights")]
 pub use lightshed_lights as lights;
 #[cfg(feature = "resampling")]
@@ -71,5 +78,7 @@ pub use lightshed_shaders as shaders;
 pub use lightshed_shift as shift;
 #[cfg(feature = "spatial")]
 pub use lightshed_spatial as spatial;
+#[cfg(feature = "testkit")]
+pub use lightshed_testkit as testkit;
 #[cfg(feature = "volume")]
 pub use lightshed_volume as volume;

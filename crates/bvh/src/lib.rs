@@ -99,3 +99,8 @@ pub use tree::{Bvh, TreeFault};
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/bvh.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -62,3 +62,8 @@ pub use world::{
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/caching.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -73,3 +73,8 @@ pub use temporal::{Autocorrelation, Autocovariance, TemporalStudy};
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/evaluate.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -70,3 +70,8 @@ struct Guide;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/distribution.md")]
 struct DistributionGuide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

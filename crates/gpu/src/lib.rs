@@ -51,3 +51,8 @@ pub use scene::GpuScene;
 pub use volpath::GpuVolumePathTracer;
 pub use vpl_grid::GpuVplGrid;
 pub use work::{PassTime, Work};
+
+/// The page's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

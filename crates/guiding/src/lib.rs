@@ -71,3 +71,8 @@ struct Guide;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/light_cache.md")]
 struct LightCacheGuide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -100,3 +100,8 @@ struct GuideToSuffixes;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/adding-a-method.md")]
 struct GuideToMethods;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -166,3 +166,8 @@ pub trait Lanes:
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/lanes.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -76,3 +76,8 @@ struct Guide;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/restir_di.md")]
 struct RestirGuide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -58,3 +58,8 @@ pub use weight::{ConditionallyIndependent, ContributionWeight, Tractable, Weight
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/resampling.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

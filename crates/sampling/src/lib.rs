@@ -114,3 +114,8 @@ pub use weights::WeightsError;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/sampling.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -54,3 +54,8 @@ pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Ima
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/scene.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

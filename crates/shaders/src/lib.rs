@@ -37,3 +37,8 @@ pub use bundle::{BundleError, bundle};
 #[cfg(feature = "link")]
 pub use link::{LinkError, Linker};
 pub use modules::{MODULES, Module, module};
+
+/// The page's code is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -65,3 +65,8 @@ pub use volume::{
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/shift.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

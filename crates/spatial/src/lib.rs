@@ -65,3 +65,8 @@ pub use sparse_grid::{SparseGrid, SparseRow, for_each_row_within};
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/spatial.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -59,3 +59,8 @@ pub use uniform::{rng, uniform_f32, uniform_f64};
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/testkit.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -99,3 +99,8 @@ pub use voxels::VoxelGrid;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/volume.md")]
 struct Guide;
+
+/// So is that of the package's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
