@@ -1,6 +1,6 @@
 //! Rust sources without comments, literals and tests, and the paths in them.
 
-/// `text` with comments, strings and characters blanked out.
+/// `text` with comments, strings and characters blanked out, but for the names of features.
 pub fn without_comments(text: &str) -> String {
     let chars: Vec<char> = text.chars().collect();
     let mut code = String::with_capacity(text.len());
@@ -32,12 +32,18 @@ pub fn without_comments(text: &str) -> String {
             at += length;
             code.push_str("\"\"");
         } else if chars[at] == '"' {
+            let start = at;
             at += 1;
             while at < chars.len() && chars[at] != '"' {
                 at += if chars[at] == '\\' { 2 } else { 1 };
             }
             at += 1;
-            code.push_str("\"\"");
+            // A condition on a feature keeps the feature's name.
+            if code.ends_with("feature = ") {
+                code.extend(&chars[start..at.min(chars.len())]);
+            } else {
+                code.push_str("\"\"");
+            }
         } else if chars[at] == '\'' && (chars.get(at + 1) == Some(&'\\') || chars.get(at + 2) == Some(&'\''))
         {
             // A character, not a lifetime.
@@ -141,7 +147,9 @@ pub fn tokens(code: &str) -> Vec<&str> {
 /// name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mention {
+    /// Its words.
     pub path: Vec<String>,
+    /// The name that it makes known.
     pub name: Option<String>,
 }
 

@@ -14,12 +14,8 @@
 //! re-exports its children, and children may use what the parent defines for them.
 
 mod crates;
-mod modules;
-mod scan;
 
-use crates::Package;
-use modules::Modules;
-use std::path::Path;
+use lightshed_house::{Circle, Modules, Package, packages, repository};
 
 /// Each crate's floor, from the bottom. Crates of one floor do not know each other.
 const FLOORS: [&[&str]; 9] = [
@@ -37,24 +33,13 @@ const FLOORS: [&[&str]; 9] = [
 /// Crates that still have a circle. A crate that has lost its last one is to be taken off.
 const CIRCLES_LEFT: [&str; 0] = [];
 
-fn packages() -> Vec<Package> {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
-    let mut folders: Vec<_> = std::fs::read_dir(&crates)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    folders.retain(|folder| folder.join("Cargo.toml").exists());
-    folders.sort();
-    folders.iter().map(|folder| Package::read(folder)).collect()
-}
-
 /// Lines of the programs in `examples/users` that connect a renderer with crates: all of `main.rs`
 /// but blank lines, comments, imports and `main` itself.
 const MOST_GLUE: usize = 60;
 
 #[test]
 fn users_programs_need_little_glue() {
-    let users = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/users");
+    let users = repository().join("examples/users");
     for name in ["own_lights", "own_medium", "own_shader", "own_spheres"] {
         let text = std::fs::read_to_string(users.join(name).join("src/main.rs")).unwrap();
         let (before_main, _) = text.split_once("\nfn main()").unwrap();
@@ -83,7 +68,7 @@ fn crates_depend_downward() {
         ("gpu", "shaders"),
     ] {
         let package = packages.iter().find(|package| package.name == from).unwrap();
-        assert!(package.arrows().contains(to), "{from} → {to} was not seen");
+        assert!(crates::arrows(package).contains(to), "{from} → {to} was not seen");
     }
     let wrong = crates::wrong_arrows(&packages, &FLOORS);
     assert!(wrong.is_empty(), "{wrong:#?}");
@@ -170,7 +155,7 @@ fn planted_circles_are_found() {
     let circles = |sources: &[(&str, &str)]| -> Vec<String> {
         let package = planted("planted", "", sources);
         let circles = Modules::new(&package.sources).circles();
-        circles.iter().map(modules::Circle::names).collect()
+        circles.iter().map(Circle::names).collect()
     };
     let none: [String; 0] = [];
     // A tree of modules: children use what their parent defines, parents name their children.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The names of a module from the crate's root on.
-type ModulePath = Vec<String>;
+pub type ModulePath = Vec<String>;
 
 /// A module that has a file.
 struct Module {
@@ -23,7 +23,7 @@ impl Modules {
         let mut modules = BTreeMap::new();
         let mut tests = BTreeSet::new();
         for (file, text) in sources {
-            let path = module_path(file);
+            let path = Self::path_of(file);
             let (code, test_modules) = without_tests(&without_comments(text));
             tests.extend(
                 test_modules
@@ -37,19 +37,36 @@ impl Modules {
         Self(modules)
     }
 
+    /// The module that a file below `src` is.
+    pub fn path_of(file: &Path) -> ModulePath {
+        let mut path: ModulePath = file
+            .with_extension("")
+            .iter()
+            .map(|part| part.to_str().unwrap().to_owned())
+            .collect();
+        if path.last().is_some_and(|last| last == "mod" || last == "lib") {
+            path.pop();
+        }
+        path
+    }
+
     /// Each module's code.
     pub fn codes(&self) -> impl Iterator<Item = (&ModulePath, &str)> {
         self.0.iter().map(|(path, module)| (path, module.code.as_str()))
     }
 
-    /// The module that defines what `path` names when it stands in module `at`; `None` outside the
-    /// crate.
-    fn defining(
+    /// The module that defines what `path` names when it stands in module `at`, and the item's name
+    /// there; no name if it is the module itself, and `None` outside the crate.
+    pub fn definition(&self, at: &[String], path: &[String]) -> Option<(ModulePath, Option<String>)> {
+        self.follow(at, path, &mut BTreeSet::new())
+    }
+
+    fn follow(
         &self,
         at: &[String],
         path: &[String],
         visited: &mut BTreeSet<(ModulePath, String)>,
-    ) -> Option<ModulePath> {
+    ) -> Option<(ModulePath, Option<String>)> {
         let (first, mut rest) = path.split_first()?;
         let mut module = match first.as_str() {
             "crate" => Vec::new(),
@@ -77,15 +94,15 @@ impl Modules {
                     let of_name = |mention: &&Mention| mention.name.as_ref() == Some(name);
                     let used = self.0.get(&module)?.mentions.iter().find(of_name);
                     let Some(used) = used.filter(|_| visited.insert((module.clone(), name.clone()))) else {
-                        return Some(module);
+                        return Some((module, Some(name.clone())));
                     };
                     let path = [&used.path[..], after].concat();
-                    return self.defining(&module, &path, visited);
+                    return self.follow(&module, &path, visited);
                 }
             }
             rest = after;
         }
-        Some(module)
+        Some((module, None))
     }
 
     /// Arrows between siblings at every level, by parent.
@@ -93,7 +110,7 @@ impl Modules {
         let mut arrows: BTreeMap<ModulePath, Siblings> = BTreeMap::new();
         for (from, module) in &self.0 {
             for mention in &module.mentions {
-                let Some(to) = self.defining(from, &mention.path, &mut BTreeSet::new()) else {
+                let Some((to, _)) = self.definition(from, &mention.path) else {
                     continue;
                 };
                 let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
@@ -167,17 +184,4 @@ fn shortest_circle(arrows: &Siblings, start: &String) -> Option<Vec<String>> {
         }
     }
     None
-}
-
-/// The module that a file below `src` is.
-fn module_path(file: &Path) -> ModulePath {
-    let mut path: ModulePath = file
-        .with_extension("")
-        .iter()
-        .map(|part| part.to_str().unwrap().to_owned())
-        .collect();
-    if path.last().is_some_and(|last| last == "mod" || last == "lib") {
-        path.pop();
-    }
-    path
 }
