@@ -105,7 +105,7 @@ impl<T> S for Lamp<T>
 pub trait Sees
     fn sees(&self, at: &[f32; 3]) -> bool
     type Seen
-pub fn measure_of(lamp: &Lamp) -> f32
+pub fn measure(lamp: &Lamp) -> f32
 ";
     assert_eq!(sound, expected);
     for (of, to) in [
