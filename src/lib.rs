@@ -41,7 +41,8 @@
 //! (description.settings.width, description.settings.height) = (16, 16);
 //! let scene = Scene::new(&description)?;
 //! let options = RenderOptions::new(16, 16, Budget::Samples(4));
-//! let outcome = render(&PathTracer::new(&scene, scene.emitters_by_power()), &options, &|_| (), &AtomicBool::new(false))?;
+//! let method = PathTracer::new(&scene, scene.emitters_by_power());
+//! let outcome = render(&method, &options, &|_| (), &AtomicBool::new(false))?;
 //!
 //! let [red, green, _] = outcome.film.mean_image().mean();
 //! assert!(red > green && green > 0.05);

@@ -2,7 +2,8 @@
 //! results of the benchmarks.
 //!
 //! ```sh
-//! cargo bench --workspace --features lightshed-lights/parallel $(cargo run -q --example costs -- --benches) -- \
+//! cargo bench --workspace --features lightshed-lights/parallel \
+//!     $(cargo run -q --example costs -- --benches) -- \
 //!     --warm-up-time 0.3 --measurement-time 1 --sample-size 20
 //! cargo run --release --example costs > docs/costs.md
 //! ```

@@ -14,6 +14,8 @@
 //! | a better tree out of a tree | [`Bvh::reinsert`] |
 //! | copies of objects | [`InstanceTree`] |
 //! | another split cost than surface area, or a wide tree by it | [`Extent`], [`SplitSource`], [`split_tree`], [`SplitGroups`] |
+//! | surface area as a split cost | [`AreaExtent`] of [`AreaItem`]s |
+//! | a subset of primitives in proportion to weights | [`sample`] with [`Sampling`], [`WeightHistogram`], [`stratum_beside_uniform`] |
 //! | trees of `obvhs` | `Bvh::to_obvhs_bvh2`, `Bvh::to_obvhs_cwbvh` with the feature `obvhs` |
 //!
 //! ```

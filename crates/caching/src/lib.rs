@@ -12,6 +12,7 @@
 //! | to end paths so that images have a noise that you choose | [`Termination`], [`PathBudget`] |
 //! | the area spread of a path | [`AreaSpread`] |
 //! | samples that pixels of all frames share by place, merged by GRIS | [`WorldReservoirs`], [`WorldLinks`] |
+//! | limits | [`RECORD_VERTICES`], [`MAX_UPDATE_SAMPLES`] |
 //!
 //! A path that ends in a cache estimates another integral than one that does not. Everything here
 //! is **biased**, on purpose, and estimates its bias as far as possible.

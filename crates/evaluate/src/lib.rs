@@ -22,11 +22,16 @@
 //! description.settings.max_depth = Some(2);
 //! let scene = Scene::new(&description)?;
 //! let never = AtomicBool::new(false);
-//! let reference = Reference::rendered(&PathTracer::new(&scene, scene.emitters_by_power()), [16, 16], 64, &|_| (), &never)?;
+//! let path_tracer = || PathTracer::new(&scene, scene.emitters_by_power());
+//! let reference = Reference::rendered(&path_tracer(), [16, 16], 64, &|_| (), &never)?;
 //!
 //! // Two estimators of direct light.
-//! let path = || Ok(Box::new(SampledFrames::new(PathTracer::new(&scene, scene.emitters_by_power()), [16, 16], 1)) as Box<_>);
-//! let direct = || Ok(Box::new(SampledFrames::new(DirectLight::new(&scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(), [16, 16], 1)) as Box<_>);
+//! let path = || Ok(Box::new(SampledFrames::new(path_tracer(), [16, 16], 1)) as Box<_>);
+//! let direct = || {
+//!     let options = DirectLightOptions::default();
+//!     let method = DirectLight::new(&scene, scene.emitters_by_power(), options).unwrap();
+//!     Ok(Box::new(SampledFrames::new(method, [16, 16], 1)) as Box<_>)
+//! };
 //! let contestants = [Contestant::new("path", path), Contestant::new("direct", direct)];
 //! let options = ContestOptions { seconds: 0.02, repeats: 2, seed: 1 };
 //! let contested = run("cornell", &contestants, &reference, options, None, &|_| (), &never)?;

@@ -3,6 +3,7 @@
 //! | what | where |
 //! |---|---|
 //! | what the render loop asks of a method with independent pixels | [`PixelEstimator`], [`SampleId`] |
+//! | the most samples that the loop asks for at once | [`MAX_BATCH`] |
 //! | samples of every pixel until a budget is spent, on any number of threads | [`render`], [`RenderOptions`], [`RenderOutcome`] |
 //! | whole frames, where pixels or frames reuse from each other | [`FrameMethod`], [`render_frames`] |
 //! | frames of independent samples | [`SampledFrames`] |

@@ -2,7 +2,8 @@
 //! hundredths of a per cent.
 //!
 //! ```text
-//! cargo bench -p lightshed-gpu --bench agreement -- [SCENE/METHOD…] [--seconds N] [--error PERCENT] [--seed N]
+//! cargo bench -p lightshed-gpu --bench agreement -- \
+//!     [SCENE/METHOD…] [--seconds N] [--error PERCENT] [--seed N]
 //! ```
 //!
 //! Each row is a method in a scene at 64×64. A chain is four frames of the device with a seed of

@@ -7,6 +7,15 @@
 //! the density with which it actually samples, so estimates that divide by it are unbiased whatever
 //! was learnt.
 //!
+//! | you want | take |
+//! |---|---|
+//! | a guide over space | [`GuidingField`] with a [`DirectionalModel`]: [`QuadtreeModel`], [`WeightedTreeModel`], [`VmfModel`] |
+//! | quadtrees alone, and their limits | [`CompressedQuadtree`], [`MAX_QUADTREE_BITS`], [`MAX_QUADTREE_DEPTH`] |
+//! | lobes alone | [`VmfMixture`], [`VmfLobe`], [`concentration_of`] |
+//! | chains that need no list of lights | [`MarkovState`], [`MarkovChain`] |
+//! | choosing among neighbours' states | [`Discovery`], [`neighbour_offset`] of [`OFFSET_WORDS`] words |
+//! | caches of visible lights | [`LightCache`], [`LightTreeCache`] |
+//!
 //! Chapter, section and equation numbers refer to Dittebrandt 2025 (*Guided Sampling of
 //! Illumination for Real-Time Path Tracing*) unless another work is named.
 //!

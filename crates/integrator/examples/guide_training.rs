@@ -1,7 +1,10 @@
 //! How a guide learns, frame by frame: the variance of a frame, what regions there are and which
 //! share they give to the guide.
 //!
-//! `cargo run --release -p lightshed-integrator --example guide_training -- [scene] [cdq|sdtree] [bits] [frames] [setting=value]…`
+//! ```sh
+//! cargo run --release -p lightshed-integrator --example guide_training -- \
+//!     [scene] [cdq|sdtree] [bits] [frames] [setting=value]…
+//! ```
 
 use lightshed_guiding::Interpolation;
 use lightshed_integrator::film::FrameMethod;

@@ -3,6 +3,7 @@
 //! [`Lanes`] has two implementations: plain arrays ([`ArrayLanes`]), which are the specification
 //! and run on any machine, and AVX2, chosen at run time. Both give the same bits: no operation is
 //! contracted, approximate or reordered, so code in lanes can be held to scalar code bit for bit.
+//! [`flip_mask`] reorders the bits of a mask as [`Lanes::compress`] reorders lanes.
 //!
 //! ```
 //! use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};

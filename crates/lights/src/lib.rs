@@ -4,6 +4,15 @@
 //! all directions, an [`OrientationCone`]. A receiver is a position, a normal and a bound of its
 //! reflectance ([`ShadingPoint`]). Positions are in any unit of length, the same for all.
 //!
+//! | you want | take |
+//! |---|---|
+//! | one light of many, by a tree | [`LightBvh`], [`PerfectTree`], [`TwoLevelTree`], each a [`LightSampler`]; [`OpenedTree`] around them |
+//! | one light of many, without a tree | [`PowerLights`], [`UniformLights`] |
+//! | cuts that several points share | [`Lightcut`], [`LightSubtrees`] |
+//! | light of very many point lights | [`LightingGrid`] |
+//! | lights checked before a tree is built | [`check_lights`] |
+//! | a tree's leaves in memory | [`LightRecord`] |
+//!
 //! Equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray
 //! Tracing*, ch. 3 and 4).
 //!

@@ -58,7 +58,8 @@ enum SubtreeRoot {
 ///     Bounds, Light, LightSubtrees, Lightcut, PerfectTree, ShadingPoint, glam::Vec3,
 /// };
 ///
-/// let lamp = |x: f32| Light { bounds: Bounds::of_point(Vec3::new(x, 2.0, 0.0)), intensity: 1.0, cone: None };
+/// let bounds = |x: f32| Bounds::of_point(Vec3::new(x, 2.0, 0.0));
+/// let lamp = |x: f32| Light { bounds: bounds(x), intensity: 1.0, cone: None };
 /// let lights: Vec<Light> = (0..100).map(|i| lamp(0.1 * i as f32)).collect();
 /// let tree = PerfectTree::new(&lights)?;
 ///

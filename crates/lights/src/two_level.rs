@@ -60,11 +60,16 @@ impl std::error::Error for TwoLevelError {
 /// Lights are numbered instance by instance: those of instance 0 first, in the order of its mesh.
 ///
 /// ```
-/// use lightshed_lights::{Bounds, Light, LightInstance, LightSampler, ShadingPoint, TwoLevelTree, glam::Vec3};
+/// use lightshed_lights::glam::Vec3;
+/// use lightshed_lights::{Bounds, Light, LightInstance, LightSampler, ShadingPoint, TwoLevelTree};
 ///
-/// let lamp = |x: f32| Light { bounds: Bounds::of_point(Vec3::new(x, 0.0, 0.0)), intensity: 1.0, cone: None };
+/// let bounds = |x: f32| Bounds::of_point(Vec3::new(x, 0.0, 0.0));
+/// let lamp = |x: f32| Light { bounds: bounds(x), intensity: 1.0, cone: None };
 /// let chain = [lamp(0.0), lamp(1.0), lamp(2.0)];
-/// let hung = |height| LightInstance { translation: Vec3::new(0.0, height, 0.0), ..LightInstance::at_rest(0) };
+/// let hung = |height| LightInstance {
+///     translation: Vec3::new(0.0, height, 0.0),
+///     ..LightInstance::at_rest(0)
+/// };
 /// let tree = TwoLevelTree::new(&[&chain], &[hung(3.0), hung(9.0)])?;
 ///
 /// let at = ShadingPoint::new(Vec3::ZERO, Vec3::Y, 1.0);

@@ -5,6 +5,15 @@
 //! thread pool. Implement [`Domain`] for a pixel (or a cell, or a suffix space behind a prefix),
 //! [`ShiftMapping`] between two of them, and [`merge`] reuses samples among them without bias.
 //!
+//! | you want | take |
+//! |---|---|
+//! | one sample of many candidates, or several | [`Ris`], [`MixtureRis`], [`RisMany`] |
+//! | samples of other domains | [`merge`], [`Input`], [`Mis`] |
+//! | passes over pixels and frames | [`Reuse`], [`Topology`], [`History`] |
+//! | suffixes behind prefixes | [`Conditional`], [`FinalGather`] |
+//! | chains in a tile of pixels | [`ChainTile`], [`spatial_smis`], [`temporal_smis`] |
+//! | how samples hang together | [`Moments`], [`duplicate_rate`], [`neighbour_correlation`], [`series_autocorrelation`] |
+//!
 //! Equation numbers refer to Lin 2022 (*High-Quality Sampling for Complex Effects in Real-Time Ray
 //! Tracing*, ch. 6 and app. B) and Kettunen 2023 (*Conditional Resampled Importance Sampling and
 //! ReSTIR*).

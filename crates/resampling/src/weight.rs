@@ -22,7 +22,9 @@
 //! of `W_Z` given `Z` (Theorem 4.1). Two ways lead across:
 //!
 //! ```
-//! use lightshed_resampling::{ConditionallyIndependent, ContributionWeight, Counting, Given, Joint, Tractable};
+//! use lightshed_resampling::{
+//!     ConditionallyIndependent, ContributionWeight, Counting, Given, Joint, Tractable,
+//! };
 //! let suffix = ContributionWeight::<Given<Counting, Counting>>::new(3.0)?;
 //!
 //! // The prefix was drawn from a density: 1/p(z) is a function of z alone, so nothing is to be promised.
@@ -30,7 +32,8 @@
 //! let joint: ContributionWeight<Joint<Counting, Counting>> = prefix.join(suffix);
 //! assert_eq!(joint.value(), 6.0);
 //!
-//! // The prefix was resampled: its weight carries randomness of its own, and independence is the caller's word.
+//! // The prefix was resampled: its weight carries randomness of its own, and independence is
+//! // the caller's word.
 //! let prefix = ContributionWeight::<Counting>::new(2.0)?;
 //! let joint = prefix.join(suffix, ConditionallyIndependent::PROMISED);
 //! assert_eq!(joint.value(), 6.0);

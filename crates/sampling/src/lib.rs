@@ -5,15 +5,19 @@
 //! | random numbers by place: seed, pixel, sample, dimension | [`CounterRng`], [`PathSeed`], [`threefry4x32`] | integers; WGSL computes the same bits |
 //! | the same for the passes of a frame | [`FramePasses`] | parts of a stream that do not overlap |
 //! | stratified numbers | [`SobolSampler`] | integers; nets counted exactly |
+//! | one of the two, chosen by a setting | [`PointSet`], [`PointStream`] | as each |
 //! | bits → numbers, one number used twice, choice among a few | [`f32_from_u32`], [`f64_from_u64`], [`u32_from_f32`], [`remap`], [`choose`] | never 1, never a zero weight |
 //! | choice among many | [`AliasTable`] | the pmf is the one realised, by exact counts; integers |
 //! | environment maps, tabulated densities | [`PiecewiseConstant1d`], [`PiecewiseConstant2d`] | the density is the one realised; monotone in `u`; integers |
 //! | densities that carry their measure, MIS heuristics | [`Density`], [`balance_heuristic`], [`power_heuristic`] | mixing measures does not compile |
 //! | points on disks, spheres, triangles; lobes; distances | [`CosineHemisphere`], [`UniformCone`], [`SphericalTriangle`], [`Ggx`], [`VonMisesFisher`], [`FreeFlight`], … | a sample's density is the inverse's Jacobian |
-//! | any of those directions, and those of other crates | [`DirectionDistribution`], [`Oriented`] | a sample's density is that of its direction, bit for bit |
+//! | the unit disk | [`ConcentricDisk`], [`PolarDisk`] | |
+//! | the same bits in eight lanes | [`FrameLanes`], [`f32_from_u32_lanes`], [`power_heuristic_lanes`] | bit for bit |
+//! | sine and cosine of turns, solid angles of triangles | [`sin_cos_turns`], [`triangle_solid_angle`] | |
+//! | any of those directions, and those of other crates | [`DirectionDistribution`], [`Oriented`], [`with_density`] | a sample's density is that of its direction, bit for bit |
 //! | frames | [`Frame`] | orthonormal to 5·10⁻⁷ |
-//! | directions in a square, in 32 or 16 bits | [`octahedral_encode`], [`octahedral_pack32`], … | `snorm` packing bit for bit as WGSL's |
-//! | linear RGB and its luminance | [`Rgb`], [`luminance`] | |
+//! | directions in a square, in 32 or 16 bits | [`octahedral_encode`], [`octahedral_pack32`], [`octahedral_pack16`] and their inverses [`octahedral_decode`], [`octahedral_unpack32`], [`octahedral_unpack16`]; [`octahedral_from_solid_angle`] | `snorm` packing bit for bit as WGSL's |
+//! | linear RGB and its luminance | [`Rgb`], [`luminance`] by [`LUMINANCE`] | |
 //! | passes over slices, on any number of threads | [`parallel`] | the same bits |
 //! | sums with the same bits in any order | [`FixedSum`], [`FixedMean`] | integers; saturate, and say so |
 //! | sums that keep their small terms | [`CompensatedSum`], [`pairwise_sum`] | |

@@ -10,6 +10,7 @@
 //! | prefixes, and the suffixes behind them | [`PrefixDomain`], [`PrefixTracer`], [`PrefixShift`] |
 //! | one scattering event: copies of a vertex, a direction, a half vector | [`LocalShift`], [`VertexCopy`], [`DirectionCopy`], [`HalfVectorCopy`] |
 //! | paths through volumes: their coordinates, their integrand, the shift between pixels | [`VolumePath`], [`VolumeWorld`], [`VolumePathShift`] |
+//! | values and targets of such paths | [`FollowPaths`], [`path_target`], [`MAX_SCATTERINGS`] |
 //! | whether a renderer's world keeps the laws that shifts rest on | [`check_world`] |
 //! | determinants that know their measure | [`MeasuredJacobian`], [`reconnection_jacobian`] |
 //!

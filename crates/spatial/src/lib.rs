@@ -8,13 +8,16 @@
 //! |---|---|---|
 //! | boxes | [`Bounds`] | `f32` |
 //! | an order in which neighbours stay near | [`CurveOrder`], [`Curve`], [`CurveCube`] | integers; cells found in `f64` |
-//! | Morton codes | [`morton63_encode`], [`morton30_encode`], … | integers |
+//! | Morton codes | [`morton63_encode`], [`morton63_decode`], [`morton30_encode`], [`morton30_decode`] | integers |
 //! | a stable sort by 30-bit keys | [`sort_by_key`], [`KeyedIndex`] | integers |
 //! | a grid of cubic cells | [`CubicGrid`] | `f64` |
 //! | the occupied places of a grid, and who is in them | [`SparseGrid`], [`CellRanges`] | integers |
+//! | the finest grid with few occupied cells | [`finest_bits_below`] | integers |
+//! | room for the next build | [`ensure_capacity`] | |
 //! | points near a point | [`PointGrid`] | none is missed |
 //! | the nearest few of many surface sites | [`SiteTree`], [`SiteGrid`] with a [`SiteMetric`] | as a look at every one |
 //! | leaves that follow the samples | [`AdaptiveOctree`], [`OctreeNeighbours`] | cells found in `f32`, the rest integers |
+//! | their limits | [`MAX_OCTREE_DEPTH`], [`MAX_OCTREE_NODES`] | |
 //! | cells that grow with distance, apart by normal, in a table of bounded size | [`LevelGrid`], [`CellTable`], [`HashGrid`] | cells found in `f64`, the rest integers |
 //! | the cell of a surface point | [`SpatialIndex`], [`SurfaceSite`] | |
 //!

@@ -14,6 +14,9 @@
 //! | does a shift mapping keep its laws? | [`ShiftConformance`] |
 //! | do two images agree? | [`compare_tiles`] |
 //! | is an `f32` result close to an `f64` truth? | [`ulp_error`], [`hostile_f32`] |
+//! | how far apart are two `f32`? | [`ulp_distance`], [`ulp_size`] |
+//! | random numbers of tests | [`rng`], [`uniform_f64`], [`uniform_f32`] |
+//! | data that may be absent | [`found_or_skipped`] |
 //! | can this test fail at all? | [`check_faults`] |
 //!
 //! Every statistical test takes a `significance`: the probability that it rejects a *correct*

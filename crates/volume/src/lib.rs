@@ -9,21 +9,25 @@
 //! |---|---|
 //! | densities | [`DenseGrid`], [`SparseGrid`], [`Grid8`], [`Grid4`], [`Homogeneous`], [`Procedural`], or a user's own [`DensityField`] |
 //! | coarser versions of a grid | [`MipPyramid`] |
+//! | look-ups in a grid | [`DensityAccessor`], [`DenseAccessor`] |
 //! | bounds of densities along rays | [`MajorantGrid`] |
 //! | where light collides, density known | [`regular_flight`], [`homogeneous_flight`], [`ray_marching_flight`], [`EquiAngular`] |
 //! | the same, density not known | [`delta_tracking`], [`decomposition_tracking`], [`weighted_delta_tracking`], [`spectral_delta_tracking`] |
 //! | how much light comes through, exactly | [`regular_depth`] |
 //! | the same, unbiased | [`ratio_tracking`], [`residual_ratio_tracking`], [`delta_transmittance`], [`next_flight_transmittance`], [`power_series_transmittance`], [`unbiased_ray_marching`] |
+//! | the same, unbiased, for several channels | [`spectral_ratio_tracking`], [`spectral_residual_ratio_tracking`]: [`SpectralTransmittance`] |
 //! | the same, biased | [`ray_marching_transmittance`], [`ray_marching_depth`] |
 //! | a user's own null-collision method | [`TentativeCollisions`] |
 //! | where light scatters to | [`HenyeyGreenstein`], [`Draine`], [`Isotropic`], [`Blend`] |
+//! | the same as a `DirectionDistribution` | [`ScatteredDirections`] |
 //!
 //! # Example
 //!
 //! ```
 //! use lightshed_sampling::CounterRng;
 //! use lightshed_volume::{
-//!     DenseGrid, DensityField, FieldRay, Filter, Interval, MajorantGrid, delta_tracking, glam::Vec3, ratio_tracking,
+//!     DenseGrid, DensityField, FieldRay, Filter, Interval, MajorantGrid, delta_tracking, glam::Vec3,
+//!     ratio_tracking,
 //! };
 //!
 //! let grid = DenseGrid::from_fn([16, 16, 16], Filter::Trilinear, |[x, ..]| x as f32 / 16.0)?;

@@ -12,12 +12,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Documents that are no guides to crates.
-const NO_GUIDES: [&str; 7] = [
+const NO_GUIDES: [&str; 12] = [
     "architecture",
     "costs",
     "distribution",
     "glossary",
     "performance",
+    "performance-gpu",
+    "performance-lights",
+    "performance-media",
+    "performance-rays",
+    "performance-reuse",
     "precision",
     "testing",
 ];
@@ -76,8 +81,8 @@ fn manifests() -> BTreeMap<String, String> {
 }
 
 /// What is wrong with the dependencies that a document gives: crates or features that are not
-/// there, crates that its code uses and it does not name. Versions are those of the workspace; paths
-/// lead into `crates`.
+/// there, crates that its code uses and it does not name. Versions are those of the workspace,
+/// paths lead into `crates`.
 fn wrong_dependencies(name: &str, text: &str, manifests: &BTreeMap<String, String>) -> Vec<String> {
     let (_, blocks) = markdown::parts(text);
     let Some(first) = blocks.first().filter(|block| block.info == "toml") else {
@@ -131,7 +136,7 @@ fn wrong_dependencies(name: &str, text: &str, manifests: &BTreeMap<String, Strin
         .collect();
     for manifest in manifests
         .keys()
-        .filter(|name| words.contains(&name.replace('-', "_")))
+        .filter(|name| name.contains('-') && words.contains(&name.replace('-', "_")))
     {
         if !given.iter().any(|dependency| dependency.name == *manifest) {
             wrong.push(format!(

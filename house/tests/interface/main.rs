@@ -1,6 +1,7 @@
 //! Each crate's public interface, recorded in `docs/api`: a change of it shows in the diff.
 //!
-//! `LIGHTSHED_INTERFACE=write cargo test -p lightshed-house --test interface` writes the lists anew.
+//! `LIGHTSHED_INTERFACE=write cargo test -p lightshed-house --test interface` writes the lists
+//! anew.
 
 mod numbers;
 

@@ -36,7 +36,8 @@ use lightshed_spatial::{CellRanges, CubicGrid, KEY_BITS, KeyedIndex, finest_bits
 /// use lightshed_lights::{GridOptions, LightingGrid, PointLight, glam::Vec3};
 ///
 /// let lights: Vec<PointLight> = (0..1000)
-///     .map(|i| PointLight::isotropic(Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32), Vec3::ONE))
+///     .map(|i| [i % 10, i / 10 % 10, i / 100].map(|place| place as f32))
+///     .map(|place| PointLight::isotropic(Vec3::from(place), Vec3::ONE))
 ///     .collect();
 /// let grid = LightingGrid::new(&lights, &GridOptions { alpha: 2.0, ..GridOptions::default() })?;
 /// let (point, normal) = (Vec3::new(4.3, 4.6, -9.0), Vec3::Z);

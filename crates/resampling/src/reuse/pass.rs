@@ -59,7 +59,8 @@ impl<'a, A, V> Sums<'a, A, V> {
 ///
 /// ```
 /// use lightshed_resampling::{
-///     Counting, Domain, DomainReservoir, Extent, History, IdentityShift, MergeRule, Pattern, Reuse, Ris, Tractable,
+///     Counting, Domain, DomainReservoir, Extent, History, IdentityShift, MergeRule, Pattern, Reuse,
+///     Ris, Tractable,
 /// };
 /// use lightshed_sampling::CounterRng;
 ///
@@ -208,7 +209,8 @@ where
     ///
     /// ```
     /// # use lightshed_resampling::{
-    /// #     Contribution, Counting, Domain, DomainReservoir, Extent, IdentityShift, MergeRule, Pattern, Reuse, Sums,
+    /// #     Contribution, Counting, Domain, DomainReservoir, Extent, IdentityShift, MergeRule,
+    /// #     Pattern, Reuse, Sums,
     /// # };
     /// # use lightshed_sampling::CounterRng;
     /// # struct Pixel;

@@ -137,8 +137,8 @@ fn parameters(preset: Preset, max_prims_per_leaf: u32) -> BvhBuildParams {
         Preset::Medium => BvhBuildParams::medium_build(),
         Preset::High | Preset::Best => BvhBuildParams::slow_build(),
     };
-    // Splitting large triangles gained nothing in the scenes of `docs/performance-rays.md`, and costs
-    // time and memory.
+    // Splitting large triangles gained nothing in the scenes of `docs/performance-rays.md`, and
+    // costs time and memory.
     BvhBuildParams {
         max_prims_per_leaf,
         pre_split: false,

@@ -76,7 +76,8 @@ use through::Volumes;
 /// (description.settings.width, description.settings.height) = (16, 16);
 /// let scene = Scene::new(&description)?;
 /// let mut method = RestirVolume::new(&scene, RestirVolumeOptions::new(2), CameraMotion::STILL)?;
-/// let outcome = render_frames(&mut method, &RenderOptions::new(16, 16, Budget::Samples(4)), &|_| (), &AtomicBool::new(false))?;
+/// let options = RenderOptions::new(16, 16, Budget::Samples(4));
+/// let outcome = render_frames(&mut method, &options, &|_| (), &AtomicBool::new(false))?;
 /// assert!(outcome.film.mean_image().mean()[0] > 0.1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
