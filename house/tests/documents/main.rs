@@ -250,6 +250,48 @@ fn packages_are_complete() {
     }
 }
 
+/// Dependencies whose lowest version is not the one in the lock file, with which all is tested.
+fn untested_bounds(manifest: &str, lock: &str) -> Vec<String> {
+    let mut locked = BTreeSet::new();
+    for entry in lock.split("[[package]]").skip(1) {
+        let field = |name: &str| {
+            let line = entry.lines().find(|line| line.starts_with(name)).unwrap();
+            quoted(line).remove(0)
+        };
+        locked.insert((field("name = "), field("version = ")));
+    }
+    let mut wrong = Vec::new();
+    for (name, value) in table(manifest, "workspace.dependencies") {
+        let version = value
+            .split_once("version = ")
+            .map_or(value.as_str(), |(_, rest)| rest);
+        let bound = quoted(version).remove(0);
+        let bound = bound.trim_start_matches('=').to_owned();
+        if !locked.contains(&(name.clone(), bound.clone())) {
+            wrong.push(format!("{name} {bound}"));
+        }
+    }
+    wrong
+}
+
+/// The lowest versions that manifests allow are those that tests run with. Resolving with
+/// `cargo update -Z direct-minimal-versions` then gives these versions, too.
+#[test]
+fn lowest_versions_are_tested() {
+    let (manifest, lock) = (read("Cargo.toml"), read("Cargo.lock"));
+    assert_eq!(untested_bounds(&manifest, &lock), Vec::<String>::new());
+    let lower = manifest.replacen("\nglam = { version = \"0.34.", "\nglam = { version = \"0.33.", 1);
+    assert_eq!(untested_bounds(&lower, &lock).len(), 1);
+    for package in packages() {
+        // Each takes the workspace's versions.
+        let own = package
+            .manifest
+            .lines()
+            .filter(|line| line.contains("version = \""));
+        assert_eq!(own.count(), 0, "{}", package.name);
+    }
+}
+
 /// The package `lightshed` has each crate under its name, by a feature of that name, and hands on
 /// features that several crates have.
 #[test]
