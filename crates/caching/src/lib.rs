@@ -45,6 +45,8 @@ pub use cache::RadianceCache;
 pub use cell::CellMoments;
 pub use error::CachingError;
 pub use glam;
+pub use lightshed_sampling as sampling;
+pub use lightshed_spatial as spatial;
 pub use moments::VertexMoments;
 pub use options::{History, MAX_UPDATE_SAMPLES, RadianceCacheOptions};
 pub use published::CachedRadiance;

@@ -1,5 +1,7 @@
 //! How far paths spread.
 
+use lightshed_sampling::{Density, SolidAngle};
+
 /// The area over which paths like this one spread at its last vertex, compared with the footprint
 /// at its first.
 ///
@@ -30,8 +32,8 @@ impl AreaSpread {
     /// At the next vertex: at a distance, reached with a density by direction, where it hits the
     /// surface under a cosine. A lobe without width, of infinite density, adds no spread.
     #[inline]
-    pub fn extend(&mut self, distance: f32, pdf: f32, cos_theta: f32) {
-        let density = pdf * cos_theta.abs();
+    pub fn extend(&mut self, distance: f32, pdf: Density<SolidAngle>, cos_theta: f32) {
+        let density = pdf.value() * cos_theta.abs();
         if density < f32::INFINITY {
             self.root += distance / density.sqrt();
         }

@@ -66,6 +66,9 @@ pub use contest::{ContestOptions, ContestProgress, Contestant, Contested, CurveP
 pub use errors::{Errors, Metric};
 pub use failure::EvaluateError;
 pub use interval::Interval;
+pub use lightshed_film as film;
+pub use lightshed_sampling as sampling;
+pub use lightshed_sampling::glam;
 pub use plot::Plot;
 pub use reference::Reference;
 pub use report::{ReportChain, ReportScene, html_report};

@@ -51,6 +51,9 @@ pub use light_cache::{
     BucketRule, CacheMoments, CacheUse, Exploration, ExplorationTable, ExplorationWeights, LightCache,
     LightCacheOptions, LightCacheReport, LightRecord, LightTreeCache, LightTreeCacheOptions, MAX_BUCKET,
 };
+pub use lightshed_lights as lights;
+pub use lightshed_sampling as sampling;
+pub use lightshed_spatial as spatial;
 pub use markov::{
     ApparentDistance, Discovery, Finding, MarkovChain, MarkovModel, MarkovOptions, MarkovState, OFFSET_WORDS,
     Proposal, SeenLobe, TargetLobe, neighbour_offset,

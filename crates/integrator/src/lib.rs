@@ -58,7 +58,17 @@ pub use guided::{
     UnknownGuide, guide_need,
 };
 pub use light_selection::{LightChoosing, LightSelection, UnknownLightChoosing, scene_lights, shading_point};
+pub use lightshed_caching as caching;
 pub use lightshed_film as film;
+pub use lightshed_guiding as guiding;
+pub use lightshed_lanes as lanes;
+pub use lightshed_lights as lights;
+pub use lightshed_resampling as resampling;
+pub use lightshed_sampling as sampling;
+pub use lightshed_scene as scene;
+pub use lightshed_scene::glam;
+pub use lightshed_shift as shift;
+pub use lightshed_spatial as spatial;
 pub use mixture::{
     MAX_MIXTURE_STEPS, Mixture, MixtureError, MixtureOptions, MixtureSets, TILE_SIZES, UnknownSets,
 };

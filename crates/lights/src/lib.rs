@@ -63,6 +63,8 @@ pub use importance::Weighting;
 pub use instance::LightInstance;
 pub use light::{Light, LightError, MAX_LIGHTS, check_lights};
 pub use lightcut::{LightSubtrees, Lightcut};
+pub use lightshed_lanes as lanes;
+pub use lightshed_sampling as sampling;
 pub use lightshed_spatial::{Bounds, Curve};
 pub use opened::OpenedTree;
 pub use perfect::{LightRecord, PerfectTree, PerfectTreeOptions, Stride, TreeLayout, TreeUpdate};

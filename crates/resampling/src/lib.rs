@@ -44,6 +44,7 @@ pub use domain::{
     BrokenLaw, Domain, IdentityShift, Jacobian, Pulled, ShiftMapping, Shifted, Undefined, round_trip,
 };
 pub use gather::{FinalGather, JointContribution, PrefixWeight};
+pub use lightshed_sampling as sampling;
 pub use merge::{
     Carried, Contribution, DomainReservoir, Evaluations, Input, MergeError, MergeReport, Merged,
     PairwiseStream, UndefinedShifts, integrate, merge, merge_and_integrate, merge_several,

@@ -60,7 +60,7 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
         } else {
             0.0
         };
-        Self::assembled(None, ContributionWeight::default(), confidence)
+        Self::assembled(None, ContributionWeight::zero(), confidence)
     }
 
     #[inline]

@@ -95,14 +95,28 @@ fn reciprocal(density: f64) -> Result<f64, WeightError> {
 
 /// An unbiased contribution weight `W ≥ 0` in the space `S`, finite, stored as `R`. In units of
 /// the measure of `S` (steradians for `SolidAngle`): it stands where `1/p` would.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct ContributionWeight<S: Space, R: Storage = f32> {
     value: R,
     space: PhantomData<S>,
 }
 
+/// Zero, stored as `f32`: for one storage only, so that `ContributionWeight::<S>::default()` needs
+/// no other type.
+impl<S: Space> Default for ContributionWeight<S> {
+    fn default() -> Self {
+        Self::zero()
+    }
+}
+
 impl<S: Space, R: Storage> ContributionWeight<S, R> {
+    /// The weight of an empty reservoir.
+    #[inline(always)]
+    pub(crate) fn zero() -> Self {
+        Self::stored(0.0)
+    }
+
     /// States that `value` is an unbiased contribution weight in `S`.
     ///
     /// # Errors
@@ -212,6 +226,12 @@ mod tests {
     use super::*;
     use crate::space::Counting;
     use lightshed_sampling::SolidAngle;
+
+    #[test]
+    fn the_default_needs_no_type_of_storage() {
+        assert_eq!(ContributionWeight::<Counting>::default().value(), 0.0f32);
+        assert_eq!(ContributionWeight::<Counting, f64>::zero().value(), 0.0f64);
+    }
 
     #[test]
     fn construction_refuses_what_is_no_weight() {

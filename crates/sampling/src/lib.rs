@@ -86,6 +86,7 @@ pub use direction::{DirectionDistribution, Oriented, with_density};
 pub use fixed::{FixedMean, FixedSum};
 pub use frame::{Frame, FrameLanes};
 pub use glam;
+pub use lightshed_lanes as lanes;
 pub use measure::{
     Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic,
     power_heuristic_lanes,

@@ -39,6 +39,8 @@ pub use flat::{FlatCamera, FlatDelta, FlatEmitter, FlatSky};
 pub use flat_scene::{FlatError, FlatScene, FlatTriangle};
 pub use glam;
 pub use lightshed_bvh::Preset;
+pub use lightshed_lanes as lanes;
+pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::{Rgb, luminance};
 pub use lightshed_volume as volume;
 pub use material::{

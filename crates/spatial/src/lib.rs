@@ -51,6 +51,7 @@ pub use curve::{CellLanes, Curve, CurveCube};
 pub use glam;
 pub use hash_grid::{CellKey, CellTable, HashGrid, HashGridError, LevelGrid, LevelGridOptions, Occupancy};
 pub use index::{SpatialIndex, SurfaceSite};
+pub use lightshed_lanes as lanes;
 pub use morton::{morton30_decode, morton30_encode, morton63_decode, morton63_encode};
 pub use nearest::{Nearest, NearestSites, Neighbour, SiteMetric};
 pub use octree::{

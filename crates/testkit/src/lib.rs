@@ -51,6 +51,7 @@ pub use jacobian::{JacobianEstimate, jacobian_determinant};
 pub use ks::{KolmogorovSmirnovReport, kolmogorov_smirnov_test};
 pub use mean::{MeanReport, MeanTest};
 pub use quadrature::{GaussLegendre, Integral, integrate, integrate_rectangle};
+pub use rand;
 pub use rejection::StatisticsError;
 pub use skip::found_or_skipped;
 pub use sphere::{integrate_hemisphere, integrate_lobe, integrate_sphere};

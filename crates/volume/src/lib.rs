@@ -83,6 +83,8 @@ pub use grid::{
     BrickAccessor, BrickGrid, BrickStorage, DenseAccessor, DenseBricks, DenseGrid, FilteredGrid, Grid4,
     Grid8, GridError, MAX_VOXELS, MAX_VOXELS_PER_AXIS, QuantizedBricks, SparseBricks, SparseGrid, VoxelBlock,
 };
+pub use lightshed_lanes as lanes;
+pub use lightshed_sampling as sampling;
 pub use majorant::{MAX_MAJORANTS, MajorantError, MajorantGrid, Segment, Segments};
 pub use mip::{MAX_MIP_LEVELS, MipError, MipLevel, MipPyramid};
 pub use phase::{

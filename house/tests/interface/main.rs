@@ -4,6 +4,7 @@
 //! anew.
 
 mod numbers;
+mod reexports;
 
 use lightshed_house::{Interface, Package, packages, repository};
 use std::collections::BTreeSet;
@@ -163,4 +164,33 @@ fn planted_numbers_are_found() {
     assert_eq!(reported, ["planted: Sees::pdf -> f32"]);
     // A reason that nothing needs any more is reported, too.
     assert!(!numbers::without_reason("volume", &[]).is_empty());
+}
+
+/// A user of one crate depends on that crate alone.
+#[test]
+fn types_in_signatures_are_exported() {
+    let wrong: Vec<String> = packages().iter().flat_map(reexports::missing).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+
+    let planted = |lib: &str| {
+        let a = "use lightshed_sampling::{Density, Frame};\nuse glam::Vec3;\n\
+            pub fn f(x: Vec3) -> Density { Frame::of(x) }\npub enum E { Frame }";
+        let sources = [("lib.rs", lib), ("a.rs", a)].map(|(file, text)| (file.into(), text.into()));
+        reexports::missing(&Package::new("planted", "", sources.into()))
+    };
+    let lib = "mod a;\npub use a::{E, f};\n";
+    assert_eq!(
+        planted(lib),
+        ["planted: glam", "planted: lightshed_sampling::Density"]
+    );
+    assert_eq!(
+        planted(&format!("{lib}pub use lightshed_sampling::{{Density, glam}};")),
+        [""; 0]
+    );
+    assert_eq!(
+        planted(&format!(
+            "{lib}pub use lightshed_sampling as sampling;\npub use glam;"
+        )),
+        [""; 0]
+    );
 }

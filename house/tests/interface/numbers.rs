@@ -49,11 +49,6 @@ const REASONS: &[(&str, &str, &str)] = &[
     ),
     ("caching", "a number of samples", "CellMoments::weight"),
     (
-        "caching",
-        "by direction, as its documentation says",
-        "AreaSpread::extend",
-    ),
-    (
         "guiding",
         "a statistical weight, for which any unit will do",
         "GuidingSample::weight MarkovState::weight TrainingSample::weight VmfLobe::weight VmfSample::weight",

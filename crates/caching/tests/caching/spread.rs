@@ -1,6 +1,7 @@
 //! The area spread.
 
 use lightshed_caching::AreaSpread;
+use lightshed_sampling::Density;
 use std::f32::consts::PI;
 
 /// Both sides of the test are areas: they grow with the square of a scene's size, and the test
@@ -11,8 +12,8 @@ fn the_spread_is_an_area() {
         let mut spread = AreaSpread::first(2.0 * scale, 0.5);
         assert!(!spread.exceeds(0.01), "nothing has spread at the first vertex");
         // By a cosine lobe at 60 degrees, then by a mirror.
-        spread.extend(0.3 * scale, 0.5 / PI, 0.8);
-        spread.extend(1.0 * scale, f32::INFINITY, 0.8);
+        spread.extend(0.3 * scale, Density::new(0.5 / PI), 0.8);
+        spread.extend(1.0 * scale, Density::new(f32::INFINITY), 0.8);
         spread
     };
     let one = spread(1.0);
@@ -26,10 +27,10 @@ fn the_spread_is_an_area() {
     }
     // Roots add up before the square.
     let mut twice = AreaSpread::first(1.0, 1.0);
-    (0..2).for_each(|_| twice.extend(1.0, 1.0, 1.0));
+    (0..2).for_each(|_| twice.extend(1.0, Density::new(1.0), 1.0));
     assert_eq!(twice.area(), 4.0);
     // What grazes spreads without end, and a density of zero is no number's fault.
     let mut grazing = AreaSpread::first(1.0, 0.0);
-    grazing.extend(1.0, 1.0, 0.0);
+    grazing.extend(1.0, Density::new(1.0), 0.0);
     assert!(!grazing.exceeds(1.0) || grazing.area() == f32::INFINITY);
 }

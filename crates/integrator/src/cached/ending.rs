@@ -54,9 +54,8 @@ impl PathEnding for CacheEnding<'_> {
         if vertex.depth == 1 {
             budget.spread = AreaSpread::first(vertex.distance, vertex.cos_theta);
         } else {
-            budget
-                .spread
-                .extend(vertex.distance, vertex.pdf.value(), vertex.cos_theta);
+            let spread = &mut budget.spread;
+            spread.extend(vertex.distance, vertex.pdf, vertex.cos_theta);
         }
         let name = [vertex.id.y << 16 | vertex.id.x, vertex.id.index];
         let mut rng = numbers(name, vertex.seed, vertex.depth);
