@@ -12,7 +12,7 @@
 //! | to end paths so that images have a noise that you choose | [`Termination`], [`PathBudget`] |
 //! | the area spread of a path | [`AreaSpread`] |
 //! | samples that pixels of all frames share by place, merged by GRIS | [`WorldReservoirs`], [`WorldLinks`] |
-//! | limits | [`RECORD_VERTICES`], [`MAX_UPDATE_SAMPLES`] |
+//! | limits | [`RECORD_VERTICES`], [`MAX_UPDATE_SAMPLES`], [`MAX_CELL_RESERVOIRS`], [`MAX_READS`] |
 //!
 //! A path that ends in a cache estimates another integral than one that does not. Everything here
 //! is **biased**, on purpose, and estimates its bias as far as possible.
@@ -45,6 +45,7 @@ pub use cache::RadianceCache;
 pub use cell::CellMoments;
 pub use error::CachingError;
 pub use glam;
+pub use lightshed_resampling as resampling;
 pub use lightshed_sampling as sampling;
 pub use lightshed_spatial as spatial;
 pub use moments::VertexMoments;

@@ -73,7 +73,7 @@ const REASONS: &[(&str, &str, &str)] = &[
         "resampling",
         "a resampling weight, and sums of these: they have no measure",
         "Contribution::weight JumpSelection::offer JumpSelection::weight_sum Kept::weight MergeReport::weight_square_sum MergeReport::weight_sum \
-         Mis::weights Selection::offer Selection::offer_with Selection::resume Selection::weight_sum Selections::offer_with \
+         Mis::weights spread_copies Selection::offer Selection::offer_with Selection::resume Selection::weight_sum Selections::offer_with \
          Selections::weight_sum WithoutReplacement::offer WithoutReplacement::weight_sum",
     ),
     (

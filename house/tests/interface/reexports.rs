@@ -41,9 +41,10 @@ pub fn missing(package: &Package) -> Vec<String> {
     for (of, types) in ELSEWHERE {
         // `lightshed-sampling` re-exports both.
         let through = of == "rand" && has("lightshed_sampling");
+        let export = format!("::{of} as {of}");
         if !through
             && !has(of)
-            && !has_item("lightshed_sampling", of)
+            && !exports.iter().any(|line| line.ends_with(&export))
             && types.split(' ').any(|name| shown.contains(name))
         {
             missing.insert(format!("{}: {of}", package.name));

@@ -2,9 +2,9 @@
 //! (*World-Space Clustered GRIS*, 2022; merges by GRIS, Lin 2022 ch. 6).
 //!
 //! ```text
-//! visit(pixels) ──► update(fresh reservoirs) ──► links(pixels) ──► Reuse::linked: a pixel's own and some of its cell's
-//!   cells, who brings     each cell merges          which of a cell's reservoirs
-//!   and who comes         what is brought           a pixel reads
+//! visit(pixels) ──► update(fresh reservoirs) ──► links(pixels) ──► Reuse::linked
+//!   cells, who brings     each cell merges          which of a cell's  a pixel's own and
+//!   and who comes         what is brought           reservoirs it reads  some of its cell's
 //! ```
 //!
 //! **A cell is a domain.** It keeps a *site*, a whole domain of one of its users (a pixel with its

@@ -1,4 +1,5 @@
-//! Moments, trees and reservoirs in cells by enumeration, and caches in a sphere whose light is known.
+//! Moments, trees and reservoirs in cells by enumeration, and caches in a sphere whose light is
+//! known.
 
 mod moments;
 mod sphere;
