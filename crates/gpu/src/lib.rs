@@ -45,7 +45,7 @@ pub use lighting_grid::{GpuLightingGrid, LightingGridBuilder};
 pub use lightshed_film as film;
 pub use lightshed_integrator as integrator;
 pub use lightshed_lights as lights;
-pub use lightshed_scene as scene;
+pub use lightshed_scene;
 pub use methods::GpuStage;
 pub use path_tracer::GpuPathTracer;
 pub use restir_di::GpuRestirDi;
