@@ -9,6 +9,7 @@ use lightshed_lanes::LaneChoice;
 
 /// What builds the tree of a subset, and those of its clusters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Interior {
     /// [`Method::Binned`](crate::Method::Binned).

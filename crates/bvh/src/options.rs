@@ -6,6 +6,7 @@ use crate::subset::SubsetOptions;
 
 /// How a tree is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Method {
     /// Along Morton's curve, by the bits of the codes (Lauterbach et al. 2009): the fastest.
@@ -28,6 +29,7 @@ pub enum Method {
 
 /// A method, and what follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BuildOptions {
     /// How the tree is built.
     pub method: Method,

@@ -6,6 +6,7 @@ use crate::subset::SubsetOptions;
 
 /// Builds from the fastest to that of the best trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preset {
     /// Along a curve.
     Fastest,

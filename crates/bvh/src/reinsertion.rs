@@ -16,6 +16,7 @@ const CHUNK: usize = 1 << 8;
 
 /// How much work is spent on moving subtrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reinsertion {
     /// Share of the nodes, the largest ones, that are looked at in each pass, in `[0, 1]`.
     pub share: f32,

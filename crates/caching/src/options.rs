@@ -5,6 +5,7 @@ use lightshed_spatial::LevelGridOptions;
 
 /// How long a record keeps what it has learnt.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum History {
     /// The last two windows of passes count, all of their passes equally. Windows are 1, 2, 4, …
@@ -26,6 +27,7 @@ pub const MAX_UPDATE_SAMPLES: u32 = 64;
 
 /// How a [`RadianceCache`](crate::RadianceCache) is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RadianceCacheOptions {
     /// Its cells.
     pub cells: LevelGridOptions,

@@ -4,6 +4,7 @@ use super::error::{CachingError, check_option};
 
 /// The rule that ends paths in a cache.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Termination {
     /// At the end of edge number `depth`; the camera ray is number 1.

@@ -5,6 +5,7 @@ use std::fmt;
 
 /// When a rendering is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Budget {
     /// After this many samples in every pixel (at least one).
     Samples(u32),
@@ -15,6 +16,7 @@ pub enum Budget {
 
 /// Size, budget, seed and threads of a rendering.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RenderOptions {
     /// Image width in pixels.
     pub width: u32,

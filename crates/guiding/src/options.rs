@@ -4,6 +4,7 @@ use crate::error::{GuidingError, check_option};
 
 /// How adjacent regions are blended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Interpolation {
     /// Each position uses its own region.
     None,
@@ -15,6 +16,7 @@ pub enum Interpolation {
 
 /// How a field learns.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FieldOptions {
     /// Regions with more samples in an update are split.
     pub split_above: u32,

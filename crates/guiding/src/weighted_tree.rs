@@ -17,6 +17,7 @@ const MAX_DEPTH: u32 = 16;
 
 /// How quadtrees with weights learn.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WeightedTreeOptions {
     /// A square that carries more than this share of everything is divided (`ρ` of Müller 2017).
     pub split_share: f32,

@@ -23,6 +23,7 @@ use lightshed_lanes::{LaneMask, Lanes, Vec3Lanes};
 
 /// How the distance to a node enters its weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Weighting {
     /// Distance to the centre, at least half the box's diagonal (Conty Estevez and Kulla 2018,
     /// §5.2).

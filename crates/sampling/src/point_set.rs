@@ -10,6 +10,7 @@ use lightshed_lanes::Lanes;
 /// How the random numbers of a pixel's samples relate to each other. With both kinds each number
 /// alone is uniform, and numbers of different pixels or seeds are independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PointSet {
     /// Independent of each other ([`CounterRng`]): the variance of a mean of `N` samples is `1/N`
     /// that of one.

@@ -5,6 +5,7 @@ use glam::Vec3;
 
 /// An axis-aligned box, possibly flat or a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Bounds {
     /// Least coordinates.

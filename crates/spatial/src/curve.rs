@@ -9,6 +9,7 @@ use lightshed_lanes::{LANES, LaneChoice, LaneKernel, Lanes};
 
 /// A curve through the cells of a [`CurveCube`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Curve {
     /// Interleaved bits of the coordinates (Lin 2022 §4.3.1).
     Morton,

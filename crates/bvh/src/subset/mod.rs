@@ -37,6 +37,7 @@ const APART: usize = 1 << 13;
 
 /// How subsets are drawn and what becomes of the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SubsetOptions {
     /// Share of the primitives in the subset, in `(0, 1]`.
     pub fraction: f32,

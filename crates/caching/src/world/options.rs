@@ -8,6 +8,7 @@ pub const MAX_CELL_RESERVOIRS: u32 = 64;
 
 /// How [`WorldReservoirs`](crate::WorldReservoirs) are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WorldReservoirOptions {
     /// The cells.
     pub cells: LevelGridOptions,

@@ -32,6 +32,7 @@ impl LightRecord {
 
 /// Which part of a cache is worth its cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CacheUse {
     /// None: the tree is as good without its learnt factors.
     #[default]

@@ -4,6 +4,7 @@ use super::bits::MAX_QUADTREE_BITS;
 
 /// How quadtrees of a few bits learn.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct QuadtreeOptions {
     /// Bits of a tree: a multiple of 32, up to 1,024.
     pub bits: u32,

@@ -57,6 +57,7 @@ pub struct LightBvh {
 /// The set of divisions of a group of lights from which the build of a [`LightBvh`] selects the
 /// best one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum BvhBuild {
     /// Planes across each axis, at the bounds of 16 equal bins: for static lights.

@@ -6,6 +6,7 @@ use crate::Bounds;
 
 /// How many levels there are above the lights themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Levels {
     /// The number that leaves the finest level, S₁, fewer grid lights than half the lights (Lin
     /// 2022 §3.4.3); at least one.
@@ -18,6 +19,7 @@ pub enum Levels {
 
 /// How levels above the first are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Construction {
     /// Each vertex gathers from the level below (Lin 2022 §3.3.1), with trilinear shares of
     /// vertices instead of illumination centres, so that nothing is smoothed.
@@ -30,6 +32,7 @@ pub enum Construction {
 
 /// Size, fineness and accuracy of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GridOptions {
     /// α: level ℓ serves distances around `r_ℓ = α h_ℓ`, `h_ℓ` its cell size. More is
     /// more accurate and slower; 1 to 2 is usual.

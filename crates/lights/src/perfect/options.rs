@@ -5,6 +5,7 @@ use lightshed_spatial::Curve;
 
 /// How a [`PerfectTree`](crate::PerfectTree) is descended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PerfectTreeOptions {
     /// How distance enters a node's weight.
@@ -17,6 +18,7 @@ pub struct PerfectTreeOptions {
 
 /// Number of levels of a binary tree that a step descends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Stride {
     /// One of two children, as in the thesis.
     One,

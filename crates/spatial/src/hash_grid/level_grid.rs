@@ -8,6 +8,7 @@ use lightshed_sampling::Frame;
 
 /// The size of cells, and what separates them.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LevelGridOptions {
     /// Side of the finest cells.
     pub cell: f32,

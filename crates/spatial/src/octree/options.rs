@@ -5,6 +5,7 @@ use super::node::{MAX_OCTREE_DEPTH, MAX_OCTREE_NODES};
 
 /// When leaves are split and joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OctreeOptions {
     /// A leaf with more samples is split.
     pub split_above: u32,
