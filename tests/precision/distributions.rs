@@ -236,7 +236,7 @@ fn tables() -> Vec<Row> {
                         let scale = f64::from(greatest) * n / sum;
                         let x = ((i as f64 + 0.5) / n) as f32;
                         w.add(
-                            f64::from(table.pdf(x)) / scale,
+                            f64::from(table.pdf(x).value()) / scale,
                             f64::from(value) * n / sum / scale,
                         );
                         w.add(
@@ -294,12 +294,15 @@ fn tables() -> Vec<Row> {
                         ];
                         let scale = sum / greatest / values.len() as f64;
                         let truth = f64::from(value) / greatest;
-                        w.add(f64::from(map.pdf(uv.map(|x| x as f32))) * scale, truth);
-                        w.add(f64::from(map.cell_pdf(cell.map(|x| x as u32))) * scale, truth);
+                        w.add(f64::from(map.pdf(uv.map(|x| x as f32)).value()) * scale, truth);
+                        w.add(
+                            f64::from(map.cell_pdf(cell.map(|x| x as u32)).value()) * scale,
+                            truth,
+                        );
                     }
                     for _ in 0..1000 {
                         let sample = map.sample(rng.next_2d());
-                        w.exactly(sample.pdf > 0.0 && sample.pdf == map.cell_pdf(sample.cell));
+                        w.exactly(sample.pdf.is_positive() && sample.pdf == map.cell_pdf(sample.cell));
                     }
                 }
             },

@@ -244,9 +244,9 @@ fn flights() -> Vec<Row> {
                     let (low, high) = (angle(0.0), angle(f64::from(length)));
                     let reached = (angle(f64::from(sample.t)) - low) / (high - low);
                     // What rounding `t` to `f32` is worth.
-                    let worth = 1.0 + f64::from(sample.pdf) * f64::from(length);
+                    let worth = 1.0 + f64::from(sample.pdf.value()) * f64::from(length);
                     w.add(reached / worth, f64::from(u) / worth);
-                    w.exactly(sample.pdf == sampler.pdf(sample.t) && sample.pdf > 0.0);
+                    w.exactly(sample.pdf == sampler.pdf(sample.t) && sample.pdf.is_positive());
                 }
             },
         ),

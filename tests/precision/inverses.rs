@@ -339,7 +339,7 @@ fn densities() -> Vec<Row> {
                 for u in squares(322) {
                     let at = Vec2::from(u) * 2.2 - 1.1;
                     let side = |x: f32| (1.0 - f64::from(x).abs()).max(0.0);
-                    w.add(f64::from(Tent::density(at)), side(at.x) * side(at.y));
+                    w.add(f64::from(Tent::density(at).value()), side(at.x) * side(at.y));
                 }
             },
         ),
@@ -356,7 +356,8 @@ fn densities() -> Vec<Row> {
                     let exact = f64::from(rate) * f64::from(distance);
                     let found = FreeFlight::new(rate)
                         .expect("rates are positive")
-                        .density(distance);
+                        .density(distance)
+                        .value();
                     let scale = 1.0 + exact;
                     // Smaller ones are subnormal.
                     if f64::from(rate) * (-exact).exp() < 1e-36 {

@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let by_importance = |u: [f32; 2]| {
             let sample = density.sample(u);
-            integrand(sample.uv) / sample.pdf
+            integrand(sample.uv) / sample.pdf.value()
         };
         let uniform = error(&|pixel, sample| integrand(CounterRng::new(1, pixel, sample).next_2d()));
         let random = error(&|pixel, sample| by_importance(CounterRng::new(1, pixel, sample).next_2d()));

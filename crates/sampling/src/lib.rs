@@ -36,7 +36,7 @@
 //!         .map(|sample| {
 //!             let mut rng = CounterRng::new(1, pixel, sample);
 //!             let s = map.sample(rng.next_2d());
-//!             radiance[(s.cell[1] * 4 + s.cell[0]) as usize] / s.pdf
+//!             radiance[(s.cell[1] * 4 + s.cell[0]) as usize] / s.pdf.value()
 //!         })
 //!         .sum();
 //!     sum / 256.0
@@ -88,7 +88,7 @@ pub use frame::{Frame, FrameLanes};
 pub use glam;
 pub use lightshed_lanes as lanes;
 pub use measure::{
-    Area, Density, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic,
+    Area, Density, Length, Measure, PrimarySample, SolidAngle, balance_heuristic, power_heuristic,
     power_heuristic_lanes,
 };
 pub use octahedral::{

@@ -59,6 +59,11 @@ measure!(
     "1/length²"
 );
 measure!(
+    /// Length along a line, in its unit of length or of its parameter.
+    Length,
+    "1/length"
+);
+measure!(
     /// The unit hypercube of random numbers that a technique consumes.
     PrimarySample,
     "1"

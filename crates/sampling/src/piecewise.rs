@@ -14,6 +14,7 @@
 //! zero, and no positive bin is lost however small its share. Comparisons are between integers: a
 //! shader chooses the same bin.
 
+use crate::measure::{Density, PrimarySample};
 use crate::sum::CompensatedSum;
 use crate::uniform::{remap, u32_from_f32};
 use crate::weights::{WeightsError, validate};
@@ -26,7 +27,7 @@ pub struct PiecewiseSample {
     /// The point sampled, in [0, 1) and within bin `index`.
     pub x: f32,
     /// Its density with respect to length on the unit interval; positive.
-    pub pdf: f32,
+    pub pdf: Density<PrimarySample>,
     /// The bin.
     pub index: u32,
     /// Position within the bin, uniform in [0, 1), never 1. It can be reused as a random number or
@@ -196,8 +197,8 @@ pub(crate) fn point_in_bin(index: u32, fraction: f32, n: u32) -> f32 {
 /// let density = PiecewiseConstant1d::new(&[0.0, 3.0, 0.0, 1.0])?;
 /// let sample = density.sample(0.25);
 /// assert_eq!(sample.index, 1);
-/// assert!((sample.pdf - 3.0).abs() < 1e-6 && sample.pdf == density.pdf(sample.x));
-/// assert_eq!(density.pdf(0.6), 0.0);
+/// assert!((sample.pdf.value() - 3.0).abs() < 1e-6 && sample.pdf == density.pdf(sample.x));
+/// assert!(!density.pdf(0.6).is_positive());
 /// # Ok::<(), lightshed_sampling::WeightsError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -266,14 +267,14 @@ impl PiecewiseConstant1d {
     }
 
     #[inline(always)]
-    fn density(&self, width: u64) -> f32 {
-        (width as f64 * (self.starts.len() as f64 / TWO_POW_32)) as f32
+    fn density(&self, width: u64) -> Density<PrimarySample> {
+        Density::new((width as f64 * (self.starts.len() as f64 / TWO_POW_32)) as f32)
     }
 
     /// The density at `x`, with respect to length on the unit interval; outside [0, 1) that of the
     /// nearest bin.
     #[inline]
-    pub fn pdf(&self, x: f32) -> f32 {
+    pub fn pdf(&self, x: f32) -> Density<PrimarySample> {
         self.density(self.fixed_point().width(bin_of(x, self.starts.len() as u32)))
     }
 

@@ -7,6 +7,7 @@
 //!
 //! Two guided searches of contiguous words; 1¼ words of memory a cell.
 
+use crate::measure::{Density, PrimarySample};
 use crate::piecewise::{
     FixedPoint, accumulate, accumulate_with, bin_of, fill_guide, guide_buckets, point_in_bin,
 };
@@ -19,7 +20,7 @@ pub struct PiecewiseSample2d {
     /// The point sampled, in [0, 1)² and within `cell`.
     pub uv: [f32; 2],
     /// Its density with respect to area on the unit square; positive.
-    pub pdf: f32,
+    pub pdf: Density<PrimarySample>,
     /// Column and row.
     pub cell: [u32; 2],
 }
@@ -33,8 +34,8 @@ pub struct PiecewiseSample2d {
 /// // Two rows of three; the first row is v < ½.
 /// let density = PiecewiseConstant2d::new(&[0.0, 1.0, 1.0, 0.0, 0.0, 4.0], 3)?;
 /// let sample = density.sample(CounterRng::new(0, 0, 0).next_2d());
-/// assert!(sample.pdf > 0.0 && sample.pdf == density.pdf(sample.uv));
-/// assert_eq!(density.pdf([0.1, 0.1]), 0.0);
+/// assert!(sample.pdf.is_positive() && sample.pdf == density.pdf(sample.uv));
+/// assert!(!density.pdf([0.1, 0.1]).is_positive());
 /// # Ok::<(), lightshed_sampling::WeightsError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -131,10 +132,10 @@ impl PiecewiseConstant2d {
 
     /// `p = p(v) p(u|v)` from the words owned by the row and by the column.
     #[inline(always)]
-    fn density(&self, row_width: u64, column_width: u64) -> f32 {
+    fn density(&self, row_width: u64, column_width: u64) -> Density<PrimarySample> {
         const TWO_POW_MINUS_64: f64 = 1.0 / 18_446_744_073_709_551_616.0;
         let cells = f64::from(self.width) * self.marginal.len() as f64;
-        (row_width as f64 * column_width as f64 * (cells * TWO_POW_MINUS_64)) as f32
+        Density::new((row_width as f64 * column_width as f64 * (cells * TWO_POW_MINUS_64)) as f32)
     }
 
     /// Samples by a uniform point of [0, 1)²: `u[0]` chooses the column and `u[1]` the row. For
@@ -164,7 +165,7 @@ impl PiecewiseConstant2d {
     /// The density at `uv`, with respect to area on the unit square; outside [0, 1)² that of the
     /// nearest cell.
     #[inline]
-    pub fn pdf(&self, uv: [f32; 2]) -> f32 {
+    pub fn pdf(&self, uv: [f32; 2]) -> Density<PrimarySample> {
         self.cell_pdf([
             bin_of(uv[0], self.width),
             bin_of(uv[1], self.marginal.len() as u32),
@@ -174,10 +175,10 @@ impl PiecewiseConstant2d {
     /// The density on a cell (column, row), with respect to area on the unit square; 0 out of
     /// range.
     #[inline]
-    pub fn cell_pdf(&self, cell: [u32; 2]) -> f32 {
+    pub fn cell_pdf(&self, cell: [u32; 2]) -> Density<PrimarySample> {
         let [column, row] = cell;
         if column >= self.width || row as usize >= self.marginal.len() {
-            return 0.0;
+            return Density::ZERO;
         }
         self.density(self.rows().width(row), self.columns(row).width(column))
     }

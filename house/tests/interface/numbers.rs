@@ -92,12 +92,6 @@ const REASONS: &[(&str, &str, &str)] = &[
         "MicrofacetDistribution::normal_density",
     ),
     (
-        "sampling",
-        "with respect to a length, or to the unit interval or square",
-        "FreeFlight::density PiecewiseConstant1d::pdf PiecewiseConstant2d::cell_pdf PiecewiseConstant2d::pdf PiecewiseSample2d::pdf \
-         PiecewiseSample::pdf Tent::density",
-    ),
-    (
         "scene",
         "in the measure of its endpoint: an area, a solid angle, or a probability",
         "EmitterConnection::pdf_endpoint",
@@ -121,7 +115,7 @@ const REASONS: &[(&str, &str, &str)] = &[
     (
         "volume",
         "by the ray's parameter, or the probability that nothing is met",
-        "EquiAngular::pdf EquiAngularSample::pdf KnownFlight::pdf",
+        "KnownFlight::pdf",
     ),
     ("volume", "a factor of an estimate", "WeightedFlight::weight"),
 ];

@@ -3,7 +3,7 @@
 //! Distances `t ≥ 0` with density `p(t) = σ e^{−σt}` per unit length: the first collision of
 //! a photon in a medium of collision coefficient `σ`. `t = −ln(1 − u)/σ`.
 
-use crate::ONE_MINUS_EPSILON;
+use crate::{Density, Length, ONE_MINUS_EPSILON};
 
 /// Exponentially distributed distances of rate `σ > 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,11 +32,11 @@ impl FreeFlight {
 
     /// Density of [`FreeFlight::sample`], per unit length; 0 for negative distances.
     #[inline(always)]
-    pub fn density(&self, distance: f32) -> f32 {
+    pub fn density(&self, distance: f32) -> Density<Length> {
         if distance >= 0.0 {
-            self.rate * self.transmittance(distance)
+            Density::new(self.rate * self.transmittance(distance))
         } else {
-            0.0
+            Density::ZERO
         }
     }
 
@@ -69,7 +69,7 @@ mod tests {
                     format!("free flight {rate}"),
                     Chart::half_line(f64::from(rate)),
                     move |u| Vec2::new(flight.sample(u[0]), u[1]),
-                    move |p| flight.density(p.x),
+                    move |p| flight.density(p.x).value(),
                     move |p| Some([flight.invert(p.x), p.y]),
                 )
                 .tolerances(1e-5, 1e-3, 3e-7),
@@ -86,7 +86,9 @@ mod tests {
             let flight = FreeFlight::new(rate).unwrap();
             assert_eq!(flight.sample(0.0), 0.0);
             for t in [flight.sample(ONE_MINUS_EPSILON), 0.0, -1.0, f32::MAX] {
-                assert!(t.is_finite() && flight.density(t).is_finite() && flight.transmittance(t) <= 1.0);
+                assert!(
+                    t.is_finite() && flight.density(t).value().is_finite() && flight.transmittance(t) <= 1.0
+                );
                 assert!((0.0..1.0).contains(&flight.invert(t)));
             }
         }

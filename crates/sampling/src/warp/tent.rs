@@ -1,6 +1,6 @@
 //! The tent filter: `p(x) = 1 − |x|` on [−1, 1], the sum of two uniforms.
 
-use crate::ONE_MINUS_EPSILON;
+use crate::{Area, Density, ONE_MINUS_EPSILON};
 use glam::Vec2;
 
 /// Offsets with the density `(1 − |x|)(1 − |y|)` of a bilinear (tent) reconstruction filter of
@@ -17,8 +17,8 @@ impl Tent {
 
     /// Density of [`Tent::sample`] per unit area; 0 outside [−1, 1]².
     #[inline(always)]
-    pub fn density(offset: Vec2) -> f32 {
-        (1.0 - offset.x.abs()).max(0.0) * (1.0 - offset.y.abs()).max(0.0)
+    pub fn density(offset: Vec2) -> Density<Area> {
+        Density::new((1.0 - offset.x.abs()).max(0.0) * (1.0 - offset.y.abs()).max(0.0))
     }
 
     /// The `u` that [`Tent::sample`] maps to `offset`, within 2·10⁻⁷ in each coordinate;
@@ -52,14 +52,14 @@ mod tests {
             "tent",
             Chart::rectangle([-1.0, -1.0], [1.0, 1.0]),
             Tent::sample,
-            Tent::density,
+            |p| Tent::density(p).value(),
             |p| Some(Tent::invert(p)),
         ));
     }
 
     #[test]
     fn outside_the_density_is_zero() {
-        assert_eq!(Tent::density(Vec2::new(1.5, 0.0)), 0.0);
+        assert_eq!(Tent::density(Vec2::new(1.5, 0.0)), Density::ZERO);
         assert_eq!(Tent::invert(Vec2::new(-3.0, 3.0)), [0.0, ONE_MINUS_EPSILON]);
         assert_eq!(Tent::sample([0.5, 0.5]), Vec2::ZERO);
     }

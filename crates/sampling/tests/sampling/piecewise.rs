@@ -1,7 +1,7 @@
 //! Piecewise-constant densities, by exact counts of words.
 
 use lightshed_sampling::{
-    CounterRng, ONE_MINUS_EPSILON, PiecewiseConstant1d, PiecewiseConstant2d, WeightsError,
+    CounterRng, Density, ONE_MINUS_EPSILON, PiecewiseConstant1d, PiecewiseConstant2d, WeightsError,
 };
 use lightshed_testkit::{check_faults, chi_squared_test};
 use proptest::prelude::*;
@@ -59,12 +59,12 @@ fn check_1d(values: &[f32], fault: Option<Fault>) -> Result<(), String> {
                 let mut sample = density.sample_word(word as u32);
                 match fault {
                     Some(Fault::NeighboursPdf) => sample.pdf = density.pdf(sample.x + 1.0 / n as f32),
-                    Some(Fault::PmfAsPdf) => sample.pdf /= n as f32,
+                    Some(Fault::PmfAsPdf) => sample.pdf = sample.pdf * (1.0 / n as f32),
                     _ => {}
                 }
                 let exact = count as f64 * f64::from(n) / 2f64.powi(32);
                 if sample.index != i as u32
-                    || sample.pdf != exact as f32
+                    || sample.pdf.value() != exact as f32
                     || sample.pdf != density.pdf(sample.x)
                 {
                     return Err(format!("word {word} of bin {i}: {sample:?}"));
@@ -132,7 +132,7 @@ fn ends_never_sample_a_zero() {
         (2.0, 4),
     ] {
         assert_eq!(density.sample(u).index, index, "u = {u}");
-        assert!(density.sample(u).pdf > 0.0);
+        assert!(density.sample(u).pdf.is_positive());
     }
 }
 
@@ -228,7 +228,7 @@ fn two_dimensions_exactly() {
         let mut begin = 0u64;
         for (column, &count) in (0u32..).zip(&cells) {
             let value = values[(row * width + column) as usize];
-            let pdf = density.cell_pdf([column, row]);
+            let pdf = density.cell_pdf([column, row]).value();
             assert_eq!(value > 0.0, count > 0);
             assert_eq!(value > 0.0, pdf > 0.0);
             let exact = f64::from(value) / total * f64::from(width * height);
@@ -244,8 +244,8 @@ fn two_dimensions_exactly() {
                 for v in [row_begin, row_begin + row_count as u64 - 1] {
                     let sample = density.sample_words([u as u32, v as u32]);
                     assert_eq!(sample.cell, [column, row]);
-                    assert_eq!(sample.pdf, pdf);
-                    assert_eq!(density.pdf(sample.uv), pdf);
+                    assert_eq!(sample.pdf.value(), pdf);
+                    assert_eq!(density.pdf(sample.uv).value(), pdf);
                 }
             }
             begin = end;
@@ -253,7 +253,10 @@ fn two_dimensions_exactly() {
         row_begin += row_count as u64;
     }
     assert_eq!(sum, 1 << 64);
-    assert_eq!(density.cell_pdf([width, 0]) + density.cell_pdf([0, height]), 0.0);
+    assert_eq!(
+        density.cell_pdf([width, 0]) + density.cell_pdf([0, height]),
+        Density::ZERO
+    );
 }
 
 /// The histogram of samples by ordinary numbers matches the values; a transposed map does not.

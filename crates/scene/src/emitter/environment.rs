@@ -3,7 +3,7 @@
 use super::{check_rgb, luminance_f64};
 use crate::{EnvironmentMap, FlatSky, Image, Rgb};
 use glam::{Mat3, Vec3};
-use lightshed_sampling::{Density, PiecewiseConstant2d, SolidAngle, UniformSphere};
+use lightshed_sampling::{Density, PiecewiseConstant2d, PrimarySample, SolidAngle, UniformSphere};
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -136,9 +136,9 @@ impl Environment {
 
 /// The map takes `du dv` to `2π² sin θ du dv` of solid angle.
 #[inline(always)]
-fn to_solid_angle(pdf_uv: f32, sin_theta: f32) -> Density<SolidAngle> {
+fn to_solid_angle(pdf_uv: Density<PrimarySample>, sin_theta: f32) -> Density<SolidAngle> {
     if sin_theta > 0.0 {
-        Density::new(pdf_uv / (2.0 * PI * PI * sin_theta))
+        Density::new(pdf_uv.value() / (2.0 * PI * PI * sin_theta))
     } else {
         Density::ZERO
     }

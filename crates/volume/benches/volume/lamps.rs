@@ -33,7 +33,7 @@ impl Fog {
 
     fn by_angle(&self, angles: &EquiAngular, rng: &mut CounterRng) -> f64 {
         let sample = angles.sample(rng.next_f32());
-        self.integrand(f64::from(sample.t)) / f64::from(sample.pdf)
+        self.integrand(f64::from(sample.t)) / f64::from(sample.pdf.value())
     }
 }
 

@@ -9,6 +9,7 @@
 
 use crate::{FieldRay, Interval};
 use glam::Vec3;
+use lightshed_sampling::{Density, Length};
 
 /// Equi-angular sampling of one interval for one light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +29,7 @@ pub struct EquiAngularSample {
     /// Where on the ray.
     pub t: f32,
     /// The density per unit of `t`.
-    pub pdf: f32,
+    pub pdf: Density<Length>,
 }
 
 /// Lower bound of `D`, as a part of the interval's length and the light's distance along the ray.
@@ -72,12 +73,12 @@ impl EquiAngular {
 
     /// The density of [`EquiAngular::sample`] per unit of `t`; 0 outside of the interval.
     #[inline]
-    pub fn pdf(&self, t: f32) -> f32 {
+    pub fn pdf(&self, t: f32) -> Density<Length> {
         if !(t >= self.interval.t0 && t <= self.interval.t1) {
-            return 0.0;
+            return Density::ZERO;
         }
         let from_closest = self.start + (f64::from(t) - f64::from(self.interval.t0));
         let squared = self.distance * self.distance + from_closest * from_closest;
-        (self.distance / (self.angle * squared)).min(f64::from(f32::MAX)) as f32
+        Density::new((self.distance / (self.angle * squared)).min(f64::from(f32::MAX)) as f32)
     }
 }
