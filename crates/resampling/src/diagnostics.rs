@@ -135,16 +135,47 @@ pub fn neighbour_correlation(extent: Extent, values: &[f64], offset: [i64; 2]) -
     }))
 }
 
-/// The share of samples that some other sample duplicates, `1 − distinct/total`, by a key that
-/// tells samples' origins apart (a path seed, a light and its random numbers). 0 without samples.
-/// Near 1 the grid is impoverished: many pixels show one sample. Sorts `keys`.
-pub fn duplicate_rate<K: Ord>(keys: &mut [K]) -> f64 {
-    if keys.is_empty() {
-        return 0.0;
+/// How many different samples there are among those that a frame's pixels hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DistinctSamples {
+    /// Samples, duplicates among them.
+    pub samples: usize,
+    /// Different ones.
+    pub distinct: usize,
+    /// `n² / Σ_x n_x²` where sample `x` is held `n_x` times and `n = Σ n_x`: as many different
+    /// samples, each held equally often, would meet as often when two holders are compared.
+    pub effective: f64,
+}
+
+impl DistinctSamples {
+    /// Counts samples by a key that tells their origins apart (a path seed, a light and its random
+    /// numbers). Sorts `keys`.
+    pub fn count<K: Ord>(keys: &mut [K]) -> Self {
+        keys.sort_unstable();
+        let mut counted = Self {
+            samples: keys.len(),
+            ..Self::default()
+        };
+        let mut squares = 0.0;
+        for same in keys.chunk_by(|a, b| a == b) {
+            counted.distinct += 1;
+            squares += (same.len() as f64).powi(2);
+        }
+        if counted.distinct > 0 {
+            counted.effective = (keys.len() as f64).powi(2) / squares;
+        }
+        counted
     }
-    keys.sort_unstable();
-    let distinct = 1 + keys.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    1.0 - distinct as f64 / keys.len() as f64
+}
+
+/// The share of samples that some other sample duplicates, `1 − distinct/total`, by a key as in
+/// [`DistinctSamples::count`]. 0 without samples. Near 1 the grid is impoverished: many pixels show
+/// one sample. Sorts `keys`.
+pub fn duplicate_rate<K: Ord>(keys: &mut [K]) -> f64 {
+    match DistinctSamples::count(keys) {
+        DistinctSamples { samples: 0, .. } => 0.0,
+        counted => 1.0 - counted.distinct as f64 / counted.samples as f64,
+    }
 }
 
 #[cfg(test)]
@@ -189,5 +220,11 @@ mod tests {
         assert_eq!(duplicate_rate(&mut [4, 1, 4, 4]), 0.5);
         assert_eq!(duplicate_rate(&mut [4, 1, 3, 2]), 0.0);
         assert_eq!(duplicate_rate::<u32>(&mut []), 0.0);
+        let counted = DistinctSamples::count(&mut [7, 3, 7, 7]);
+        assert_eq!(
+            (counted.samples, counted.distinct, counted.effective),
+            (4, 2, 1.6)
+        );
+        assert_eq!(DistinctSamples::count::<u32>(&mut []), DistinctSamples::default());
     }
 }

@@ -39,7 +39,9 @@ mod weight;
 
 pub use choose::Choose;
 pub use conditional::{Conditional, ConditionalShift};
-pub use diagnostics::{Moments, correlation, duplicate_rate, neighbour_correlation, series_autocorrelation};
+pub use diagnostics::{
+    DistinctSamples, Moments, correlation, duplicate_rate, neighbour_correlation, series_autocorrelation,
+};
 pub use domain::{
     BrokenLaw, Domain, IdentityShift, Jacobian, Pulled, ShiftMapping, Shifted, Undefined, round_trip,
 };

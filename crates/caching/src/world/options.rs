@@ -27,7 +27,7 @@ pub struct WorldReservoirOptions {
 }
 
 impl WorldReservoirOptions {
-    /// 2¹⁶ cells of 8 reservoirs; 16 contributors; sites stay for 8 frames, cells for 64.
+    /// 2¹⁶ cells of 8 reservoirs; 16 contributors; sites stay for 32 frames, cells for 64.
     pub fn new(cells: LevelGridOptions) -> Self {
         Self {
             cells,
@@ -35,7 +35,7 @@ impl WorldReservoirOptions {
             reservoirs: 8,
             contributors: 16,
             max_age: 64,
-            renewal: 8,
+            renewal: 32,
         }
     }
 
