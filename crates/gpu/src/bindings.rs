@@ -1,9 +1,9 @@
-//! Where programs find their buffers: every binding has one number, one name and one meaning.
+//! Bindings of programs: every binding has one number, one name and one meaning.
 //!
-//! Programs over a scene have the scene in group 0, what lies in it besides — a medium, a light
-//! tree or a lighting grid, each in numbers of its own — in group 1, and what a method keeps in
-//! group 2. Programs without a scene have all in group 0. A test holds these tables to the linked
-//! shaders, names and all.
+//! Programs over a scene have the scene in group 0, its medium, light tree or lighting grid (each
+//! with its own numbers) in group 1, and the buffers of a method in group 2. Programs without a
+//! scene have everything in group 0. A test compares these tables with the linked shaders, names
+//! included.
 
 use crate::buffer::{Access, Buffer};
 

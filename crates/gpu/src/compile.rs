@@ -62,7 +62,7 @@ impl Gpu {
                 .map(|(name, value)| (name, value.to_bits()))
                 .collect(),
         };
-        // A program whose making panicked was not put in.
+        // A program whose construction panicked was not stored.
         let mut programs = self
             .kernels()
             .programs
@@ -136,7 +136,7 @@ impl Gpu {
             })
     }
 
-    /// Binds buffers, all of one group, for any kernel whose tables of that group are theirs.
+    /// Binds buffers, all of one group, for any kernel with the same tables for that group.
     pub(crate) fn bind(&self, of: &[&dyn Bindings]) -> BoundGroup {
         let tables: Vec<Table> = of.iter().map(|bindings| bindings.table()).collect();
         let group = tables.first().map_or(0, |table| table.group);

@@ -6,7 +6,7 @@ use crate::kernel::KernelCache;
 use bytemuck::Pod;
 use wgpu::util::DeviceExt;
 
-/// A GPU, or a processor that stands in for one.
+/// A GPU, or a processor that emulates one.
 pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -68,9 +68,9 @@ impl Gpu {
         )
     }
 
-    /// Whether its `f32` arithmetic is that of IEEE 754, uncontracted, so that chains of it have
-    /// the bits that they have on the host. It is known of lavapipe (llvmpipe); of other devices
-    /// nothing is claimed.
+    /// Whether its `f32` arithmetic is that of IEEE 754, uncontracted, so that chains of operations
+    /// have the same bits as on the host. This is known of lavapipe (llvmpipe); nothing is claimed
+    /// of other devices.
     pub fn is_exact(&self) -> bool {
         self.info.driver == "llvmpipe"
     }
@@ -101,8 +101,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// A buffer with these values; for none one of zeros, as large as one value and at least
-    /// sixteen bytes.
+    /// A buffer with these values; without values, a buffer of zeros, as large as one value and at
+    /// least sixteen bytes.
     ///
     /// # Errors
     ///
@@ -131,7 +131,7 @@ impl Gpu {
         })
     }
 
-    /// A buffer of so many zero bytes.
+    /// A buffer with this number of zero bytes.
     ///
     /// # Errors
     ///
@@ -149,13 +149,14 @@ impl Gpu {
         })
     }
 
-    /// Overwrites the start of a buffer; what does not fit is a bug of the caller's and panics.
+    /// Overwrites the start of a buffer. Panics if the values do not fit, which is a bug of the
+    /// caller.
     pub fn write<T: Pod>(&self, buffer: &Buffer, values: &[T]) {
         self.queue
             .write_buffer(&buffer.buffer, 0, bytemuck::cast_slice(values));
     }
 
-    /// The first `count` values of a buffer, after all that was submitted.
+    /// The first `count` values of a buffer, after all submitted work.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! Direct light with emitters chosen by a light tree, on the device.
+//! Direct light with emitters selected by a light tree, on the device.
 
 use crate::bindings::{BoundGroup, ImageBindings, LightTreeBindings, SceneBindings, Table};
 use crate::emitter_tree::{EmitterTree, TreeShape};
@@ -11,12 +11,13 @@ use bytemuck::{Pod, Zeroable};
 use lightshed_film::RayCounts;
 use lightshed_integrator::MAX_DIRECT_SAMPLES;
 
-/// Emission and light that is scattered once, with emitters chosen by a perfect light tree that the
-/// device builds: the estimator of `lightshed_integrator::DirectLight` with `LightChoosing::Tree`.
+/// Emission and light that is scattered once, with emitters selected by a perfect light tree that
+/// the device builds: the estimator of `lightshed_integrator::DirectLight` with
+/// `LightChoosing::Tree`.
 ///
-/// Random numbers and choices are the host's, so a pixel's sample is the host's to rounding; but
-/// near triangles, which the host samples by solid angle, are sampled by area here: those pixels
-/// agree in expectation.
+/// Random numbers and selections are the host's, so a pixel's sample equals the host's to rounding.
+/// An exception are near triangles, which the host samples by solid angle and the device by area:
+/// those pixels agree in expectation.
 pub struct GpuDirectLight<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -58,8 +59,8 @@ impl<'a> GpuDirectLight<'a> {
     /// Bytes on the device for each pixel: the image.
     pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
 
-    /// `n` samples of the emitters and, where the surface is not diffuse, `m` of the BSDF, at the
-    /// point that a camera ray meets. Builds the light tree.
+    /// `n` samples of the emitters and, if the surface is not diffuse, `m` of the BSDF, at the
+    /// point that a camera ray hits. Builds the light tree.
     ///
     /// # Errors
     ///
@@ -120,7 +121,7 @@ impl<'a> GpuDirectLight<'a> {
         })
     }
 
-    /// Bytes on the device, the scene's and the tree's apart.
+    /// Bytes on the device, without those of the scene and the tree.
     pub fn bytes(&self) -> u64 {
         self.image.bytes()
     }

@@ -1,4 +1,4 @@
-//! A scene's emitters in a light tree, for the methods that choose by it.
+//! A scene's emitters in a light tree, for the methods that select by it.
 
 use crate::bindings::LightTreeBindings;
 use crate::{Buffer, Gpu, GpuError, GpuLightTree, GpuScene, LightTreeBuilder, PassTime, Work};
@@ -26,7 +26,7 @@ const MIN_MAX: u32 = 1;
 /// The emitting triangles of a scene in a perfect light tree that the device builds.
 pub(crate) struct EmitterTree {
     pub tree: GpuLightTree,
-    /// Whether any of them shines; else there is no tree worth the name.
+    /// Whether any of them shines; otherwise the tree is useless.
     pub shines: bool,
     /// How long each dispatch of the building ran.
     pub build_times: Vec<PassTime>,
@@ -52,7 +52,7 @@ impl EmitterTree {
         Ok(built)
     }
 
-    /// Memory in the place of a tree that nobody asks.
+    /// Memory in place of a tree that is not used.
     pub fn unused(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             tree: GpuLightTree::new(gpu, 1, Curve::Hilbert)?,

@@ -1,4 +1,4 @@
-//! What can go wrong on the way to a GPU.
+//! Errors of GPU work.
 
 use lightshed_scene::FlatError;
 use std::borrow::Cow;
@@ -28,20 +28,20 @@ pub enum GpuError {
         /// The most that the device allows.
         limit: u64,
     },
-    /// The scene has something that the device's methods do not know.
+    /// The scene has something that the device's methods do not support.
     Scene(FlatError),
-    /// The scene has something that this method does not know, though others do.
+    /// The scene has something that this method does not support, though others do.
     Unknown {
         /// The method.
         method: &'static str,
         /// What it does not know.
         what: &'static str,
     },
-    /// The scene's medium is none that the device's methods know, or it has none or several.
+    /// The scene's medium is not supported by the device's methods, or it has none or several.
     Medium(&'static str),
-    /// The tree over the scene's triangles has so many levels, more than the traversal's stack.
+    /// The tree over the scene's triangles has this many levels, more than the traversal's stack.
     TooDeep(usize),
-    /// Settings that the method does not know, or that are out of range.
+    /// Settings that the method does not support, or that are out of range.
     Settings(Cow<'static, str>),
     /// The device stopped answering.
     Lost(String),

@@ -1,4 +1,4 @@
-//! Methods on the device in the render loop of the others.
+//! Adapts methods on the device to the common render loop.
 
 use crate::{Buffer, Gpu, GpuError, PassTime};
 use lightshed_film::{FrameMethod, RayCounts};
@@ -11,15 +11,15 @@ pub trait GpuMethod {
     /// Width and height of the frames.
     fn size(&self) -> [u32; 2];
 
-    /// Estimates frame number `frame`, row by row, and says what rays it traced; called with 0, 1,
-    /// 2, … in order.
+    /// Estimates frame number `frame`, row by row, and returns its ray counts; called with 0, 1, 2,
+    /// … in order.
     ///
     /// # Errors
     ///
     /// [`GpuError::Lost`].
     fn frame(&mut self, frame: u32, seed: u64) -> Result<(Vec<[f32; 3]>, RayCounts), GpuError>;
 
-    /// How long each dispatch of the last frame ran; nothing where the device has no clock.
+    /// Run time of each dispatch of the last frame; empty if the device has no clock.
     fn times(&self) -> &[PassTime];
 }
 
@@ -37,8 +37,8 @@ impl<M: GpuMethod + ?Sized> GpuMethod for Box<M> {
     }
 }
 
-/// What a frame has left in `image`, for methods that trace a camera ray for each pixel and count
-/// no others.
+/// The contents of `image` after a frame, for methods that trace a camera ray for each pixel and
+/// count no others.
 pub(crate) fn finished_frame(
     gpu: &Gpu,
     image: &Buffer,
@@ -52,7 +52,8 @@ pub(crate) fn finished_frame(
     Ok((values.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), rays))
 }
 
-/// A [`GpuMethod`] as a [`FrameMethod`], which keeps what cannot be handed on: failures and times.
+/// A [`GpuMethod`] as a [`FrameMethod`]. It stores failures and times, which that trait cannot
+/// return.
 pub struct GpuFrames<M> {
     method: M,
     failure: Option<GpuError>,
@@ -69,14 +70,14 @@ impl<M: GpuMethod> GpuFrames<M> {
         }
     }
 
-    /// What went wrong: then the last frame was not rendered, and rendering ended as if it had been
-    /// cancelled.
+    /// The error, if any: then the last frame was not rendered, and rendering ended as if it had
+    /// been cancelled.
     pub fn failure(&self) -> Option<&GpuError> {
         self.failure.as_ref()
     }
 
-    /// Seconds by the device's clock that the kernels of each name ran, over all frames; empty
-    /// where it has none.
+    /// Seconds by the device's clock that the kernels of each name ran, over all frames; empty if
+    /// there is no clock.
     pub fn pass_seconds(&self) -> &BTreeMap<String, f64> {
         &self.seconds
     }

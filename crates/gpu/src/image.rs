@@ -1,4 +1,4 @@
-//! What comes back from the device.
+//! Results from the device.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -59,8 +59,8 @@ impl GpuImage {
         &self.mean
     }
 
-    /// Variance of one sample of each pixel, estimated from as many as there are; sums of squares
-    /// are `f32`, so it has some four digits.
+    /// Variance of one sample of each pixel, estimated from all of its samples; sums of squares are
+    /// `f32`, so it has about four digits.
     pub fn variance(&self) -> &[[f32; 3]] {
         &self.variance
     }

@@ -24,7 +24,7 @@ pub(crate) struct Program {
     pub kernels: HashMap<KernelKey, Kernel>,
 }
 
-/// What tells the kernels of a program apart.
+/// The key of a program's kernels.
 #[derive(PartialEq, Eq, Hash)]
 pub(crate) struct KernelKey {
     pub entry: String,

@@ -15,7 +15,7 @@ pub(crate) const TABLES: [Table; 1] = [TreeBuildBindings::TABLE];
 
 /// Lights of a workgroup.
 const GROUP: u32 = 256;
-/// Boxes that the second reduction has to look at.
+/// Number of boxes for the second reduction.
 const MAX_BOXES: u32 = 1024;
 /// Levels that a dispatch builds.
 const LEVELS_AT_ONCE: u32 = 9;
@@ -29,8 +29,9 @@ const MAX_LEVELS: usize = 32;
 /// [`PerfectTree`](lightshed_lights::PerfectTree), node for node and bit for bit on a device of
 /// IEEE arithmetic.
 ///
-/// Lights are sorted by their places along a curve by a stable radix sort, so that ties have their
-/// order by index; levels are built nine at a dispatch. Nothing depends on the device's subgroups.
+/// Lights are sorted by their positions along a curve by a stable radix sort, so ties are in the
+/// order of their index; levels are built nine at a dispatch. Nothing depends on the device's
+/// subgroups.
 pub struct LightTreeBuilder {
     bounds: Kernel,
     cube: Kernel,
@@ -57,7 +58,7 @@ pub struct GpuLightTree {
     boxes: Buffer,
     cube: Buffer,
     sort: SortBuffers,
-    /// What each dispatch of levels starts from.
+    /// Start of each dispatch of levels.
     starts: Vec<(Buffer, u32)>,
     box_count: u32,
 }
@@ -72,12 +73,12 @@ struct Settings {
     levels: [u32; MAX_LEVELS],
 }
 
-// As in the shader; held to it by a test.
+// As in the shader; a test compares them.
 const _: () = assert!(size_of::<Settings>() == 144);
 
 impl GpuLightTree {
-    /// Memory for a tree of so many lights, sorted along `curve`, from 1 to [`MAX_LIGHTS`]; what is
-    /// beyond is taken for that.
+    /// Memory for a tree of this number of lights, sorted along `curve`, clamped to 1 to
+    /// [`MAX_LIGHTS`].
     ///
     /// # Errors
     ///
@@ -145,7 +146,7 @@ impl GpuLightTree {
             .sum()
     }
 
-    /// Bytes on the device that only building needs.
+    /// Bytes on the device that only the build needs.
     pub fn scratch_bytes(&self) -> u64 {
         let small = [&self.settings, &self.boxes, &self.cube];
         let starts = self.starts.iter().map(|(start, _)| start);
@@ -159,7 +160,7 @@ impl LightTreeBuilder {
     ///
     /// # Errors
     ///
-    /// [`GpuError::Refused`] if the device does not take them.
+    /// [`GpuError::Refused`] if the device does not accept them.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let kernel = |entry: &str| {
             let label = format!("light tree: {entry}");
@@ -175,8 +176,8 @@ impl LightTreeBuilder {
         })
     }
 
-    /// Records the building of `tree` from the [`LightRecord`](lightshed_lights::LightRecord)s in
-    /// `lights`, as many as it has room for. The same lights give the same tree, whatever it was
+    /// Records the build of `tree` from the [`LightRecord`](lightshed_lights::LightRecord)s in
+    /// `lights`, as many as it has room for. The same lights give the same tree, whatever it held
     /// before.
     pub fn build(&self, work: &mut Work, lights: &Buffer, tree: &GpuLightTree) {
         let all = groups(tree.lights.next_multiple_of(WIDTH).div_ceil(GROUP));

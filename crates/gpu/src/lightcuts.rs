@@ -17,9 +17,9 @@ use lightshed_integrator::{
 /// share (Lin 2022 §4.3.3): the estimator of `lightshed_integrator::Lightcuts` with
 /// [`CutTree::Perfect`].
 ///
-/// Random numbers, cuts and choices are the host's, so a pixel's value is the host's to rounding;
-/// but near triangles, which the host samples by solid angle, are sampled by area here: those
-/// pixels agree in expectation.
+/// Random numbers, cuts and selections are the host's, so a pixel's value equals the host's to
+/// rounding. An exception are near triangles, which the host samples by solid angle and the device
+/// by area: those pixels agree in expectation.
 pub struct GpuLightcuts<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -59,10 +59,10 @@ struct Asked {
     blocks: u32,
 }
 
-// As in the shader; held to it by a test.
+// As in the shader; a test compares them.
 const _: () = assert!(size_of::<Asked>() == 48);
 
-/// Bytes of a pixel of the image, and of what a camera ray met.
+/// Bytes of a pixel of the image, and of a camera ray's hit.
 const IMAGE_BYTES: u64 = 16;
 const HIT_BYTES: u64 = 16;
 /// Bytes of a subtree of a cut, and of a cut's length.

@@ -19,19 +19,18 @@ const GROUP: u32 = 256;
 const MAX_BOXES: u32 = 1024;
 /// Words of the maps that a group counts.
 const TILE: u32 = 1024;
-/// Most levels: a vertex is named by ten bits an axis.
+/// Greatest number of levels: a vertex has ten bits an axis.
 const MAX_LEVELS: u32 = 10;
 /// Places in the table of first words.
 const TABLE: usize = 12;
 
-/// Bytes of what shaders see, as `GridFrame`, `GridLight` and `GridPoint` of the shader module
-/// `lighting_grid` have them.
+/// Bytes of `GridFrame`, `GridLight` and `GridPoint` of the shader module `lighting_grid`.
 const FRAME_BYTES: u64 = 96;
 const GRID_LIGHT_BYTES: u64 = 80;
 const POINT_BYTES: u64 = 48;
-/// Bytes of what a vertex sums up, as `Moments` of `grid_moments` has them.
+/// Bytes of a vertex's sums, `Moments` of `grid_moments`.
 const MOMENTS_BYTES: u64 = 80;
-/// Bytes of 32 places of a map: which are occupied, and how many before them.
+/// Bytes of 32 places of a map: which are occupied, and the number before them.
 const WORD_BYTES: u64 = 8;
 
 /// Builds lighting grid hierarchies (Lin 2022 ch. 3) from
@@ -55,8 +54,8 @@ pub struct LightingGridBuilder {
     sort: RadixSort,
 }
 
-/// A lighting grid hierarchy on the device: what the shader module `lighting_grid` asks its host
-/// for.
+/// A lighting grid hierarchy on the device: the data that the shader module `lighting_grid` needs
+/// from its host.
 pub struct GpuLightingGrid {
     /// `GridFrame`, one.
     pub frame: Buffer,
@@ -98,7 +97,7 @@ struct Settings {
     first_word: [u32; TABLE],
 }
 
-// As in the shader; held to it by a test.
+// As in the shader; a test compares them.
 const _: () = assert!(size_of::<Settings>() == 96);
 
 /// Places along an axis of level ℓ of so many.
@@ -118,9 +117,9 @@ fn most_vertices(levels: u32, level: u32, lights: u32) -> u64 {
 }
 
 impl GpuLightingGrid {
-    /// Memory for the hierarchy of so many lights, from 1 to [`MAX_LIGHTS`]; what is beyond is
-    /// taken for that. There are as many levels as `options` say, at most 10: what [`Levels::Auto`]
-    /// asks for depends on the lights, which only the device knows.
+    /// Memory for the hierarchy of this number of lights, clamped to 1 to [`MAX_LIGHTS`]. `options`
+    /// give the number of levels, at most 10; [`Levels::Auto`] is refused, because its result
+    /// depends on the lights, which only the device knows.
     ///
     /// # Errors
     ///

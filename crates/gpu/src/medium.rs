@@ -11,10 +11,10 @@ use std::f32::consts::PI;
 /// A scene's medium.
 pub(crate) struct SceneMedium {
     buffers: [Buffer; MediumBindings::TABLE.bindings.len()],
-    /// The chance that a path reused through the medium takes a direction towards the surroundings
-    /// from the phase function rather than from the surroundings.
+    /// The probability that a path reused through the medium takes its direction towards the
+    /// environment from the phase function instead of the environment.
     pub phase_share: f32,
-    /// Whether a boundary lies on a surface that light does not pass.
+    /// Whether a boundary lies on an opaque surface.
     pub touches: bool,
 }
 
@@ -39,7 +39,7 @@ struct MediumRow {
     filtering: u32,
 }
 
-/// What the host of our programs knows of a medium.
+/// A medium as the host module of our programs reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 struct MediumSettings {
@@ -56,7 +56,7 @@ struct MediumSettings {
     padding1: u32,
 }
 
-// As in the shaders; held to it by a test.
+// As in the shaders; a test compares them.
 const _: () = assert!(size_of::<MajorantRow>() == 48 && size_of::<MediumRow>() == 64);
 const _: () = assert!(size_of::<MediumSettings>() == 144);
 
@@ -66,8 +66,8 @@ const BELOW: u32 = 2;
 const BOUNDARY: u32 = 4;
 
 impl SceneMedium {
-    /// The scene's medium, and how far apart a boundary and a surface that it lies on may be found,
-    /// by triangle or nothing.
+    /// The scene's medium, and by triangle the greatest distance between a boundary and a surface
+    /// that it lies on, or nothing.
     pub fn new(gpu: &Gpu, scene: &Scene, touching: &[f32]) -> Result<Self, GpuError> {
         let [medium] = scene.media() else {
             return Err(GpuError::Medium("there has to be one, and only one"));

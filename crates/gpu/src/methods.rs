@@ -22,7 +22,7 @@ pub struct GpuStage<'a> {
 type Started<'b> = Result<Box<dyn GpuMethod + Send + 'b>, GpuError>;
 type StartOnDevice = for<'a, 'b> fn(&'b GpuStage<'a>, by_tree: bool) -> Started<'b>;
 
-/// What the registry says the device has.
+/// The registry's list of methods on the device.
 const ON_DEVICE: [(&str, StartOnDevice); 8] = [
     ("path", |stage, _| {
         Ok(Box::new(GpuPathTracer::new(stage.gpu, &stage.on_device)?))
@@ -80,7 +80,7 @@ const ON_DEVICE: [(&str, StartOnDevice); 8] = [
     }),
 ];
 
-/// The way to start a method, or which there are instead.
+/// The constructor of the method, or the available methods.
 fn on_device(name: &str) -> Result<StartOnDevice, GpuError> {
     match ON_DEVICE.iter().find(|(other, _)| *other == name) {
         Some(&(_, start)) => Ok(start),
@@ -103,7 +103,7 @@ impl<'a> GpuStage<'a> {
     /// # Errors
     ///
     /// [`GpuError::Settings`] for a method or options that the device does not have, Sobol points
-    /// among them; others for scenes that it cannot render.
+    /// among them; other errors for scenes that it cannot render.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, method: &Method) -> Result<Self, GpuError> {
         let start = on_device(method.name())?;
         if !method.capabilities().device {

@@ -10,7 +10,7 @@ use lightshed_film::RayCounts;
 
 /// Unidirectional path tracing with emitter sampling, by wavefronts: the estimator of
 /// `lightshed_integrator::PathTracer`, with the same random numbers for each path, so that images
-/// differ by rounding alone.
+/// differ by rounding only.
 pub struct GpuPathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -18,7 +18,7 @@ pub struct GpuPathTracer<'a> {
     kernels: Kernels,
     max_depth: u32,
     roulette_depth: u32,
-    /// Samples of each pixel that are on their way at once.
+    /// Samples of each pixel that are active at once.
     samples: u32,
     memory: Memory,
     times: Vec<PassTime>,
@@ -42,7 +42,7 @@ struct Memory {
     film: Buffer,
 }
 
-/// What changes from dispatch to dispatch.
+/// Data that changes from dispatch to dispatch.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct Step {
@@ -55,13 +55,13 @@ struct Step {
 /// What the program binds.
 pub(crate) const TABLES: [Table; 2] = [SceneBindings::TABLE, WavefrontBindings::TABLE];
 
-/// Bytes of a path on its way: itself, its hit, its shadow ray, and its places in two queues.
+/// Bytes of an active path: itself, its hit, its shadow ray, and its places in two queues.
 const PATH_BYTES: u64 = 80 + 16 + 48 + 2 * 4;
 /// Bytes of a pixel's sums.
 const PIXEL_BYTES: u64 = size_of::<PixelSums>() as u64;
-/// Paths on their way at once, unless an image has more pixels.
+/// Active paths at once, unless an image has more pixels.
 const PATHS: u32 = 1 << 18;
-/// Edges after which the host looks whether any path is left.
+/// Number of edges after which the host checks whether any path is active.
 const LOOK_EVERY: u32 = 16;
 /// Longest path of any: places for counts.
 const MOST_EDGES: u32 = 1 << 16;
@@ -73,7 +73,7 @@ impl<'a> GpuPathTracer<'a> {
     /// and the pixel's sums.
     pub const BYTES_PER_PIXEL: u64 = PATH_BYTES + PIXEL_BYTES;
 
-    /// A path tracer with the lengths that the scene's settings ask for.
+    /// A path tracer with the lengths of the scene's settings.
     ///
     /// # Errors
     ///
@@ -198,7 +198,7 @@ impl<'a> GpuPathTracer<'a> {
         width * height
     }
 
-    /// Says what is to be rendered, and forgets what was.
+    /// Sets what is rendered, and clears the sums.
     fn prepare(&self, seed: u64) {
         let settings = self
             .scene
@@ -285,7 +285,7 @@ impl GpuMethod for GpuPathTracer<'_> {
     }
 }
 
-/// Workgroups for so many threads, in rows, since no side may have more than 65,535.
+/// Workgroups for this number of threads, in rows, because no side may have more than 65,535.
 pub(crate) fn groups_of(threads: u32) -> [u32; 3] {
     const ROW: u32 = 1 << 15;
     let groups = threads.div_ceil(GROUP);

@@ -13,7 +13,7 @@ use lightshed_integrator::RestirDiSettings;
 /// `lightshed_integrator::RestirDi`, unbiased, with one round of spatial reuse and a camera at
 /// rest.
 ///
-/// Random numbers are its own, and merges are in `f32`: images agree with the host's in
+/// It has its own random numbers, and merges are in `f32`: images agree with the host's in
 /// expectation.
 pub struct GpuRestirDi<'a> {
     frames: RestirFrames<'a>,
@@ -73,7 +73,7 @@ impl<'a> GpuRestirDi<'a> {
         Self::of_program(gpu, scene, settings, false, RESTIR_DI)
     }
 
-    /// With candidates that are chosen for the point by a light tree, as those of
+    /// With candidates that a light tree selects for the point, as those of
     /// `lightshed_integrator::RestirDi::with_sampler` by `LightSelection` with
     /// `LightChoosing::Tree`; the device builds the tree.
     ///
@@ -125,7 +125,7 @@ impl<'a> GpuRestirDi<'a> {
     }
 }
 
-/// What of the host's settings the device knows.
+/// The part of the host's settings that the device supports.
 fn check(settings: &RestirDiSettings) -> Result<(), GpuError> {
     let refused = |why: &'static str| Err(GpuError::Settings(why.into()));
     if let Err(error) = settings.check() {

@@ -1,4 +1,4 @@
-//! Frames of the methods that reuse among pixels and frames.
+//! Frames of the methods with reuse among pixels and frames.
 
 use crate::bindings::{Bindings, BoundGroup, ReuseBindings, Table};
 use crate::frames::finished_frame;
@@ -15,12 +15,12 @@ const PRIMARY_BYTES: u64 = 32;
 /// Bytes of a pixel of the image.
 const IMAGE_BYTES: u64 = 16;
 
-/// Frames of spatiotemporal reuse: what pixels see, candidates of their own, a merge with the frame
-/// before, and rounds of merges with neighbours, the last of which shades.
+/// Frames of spatiotemporal reuse: what pixels see, their own candidates, a merge with the previous
+/// frame, and rounds of merges with neighbours, the last of which shades.
 ///
-/// Reservoirs lie in two buffers. Candidates are made in one and merged there with what the last
-/// frame left in the other; then each round reads one and makes the other. What pixels see lies in
-/// two as well, those of even and of odd frames, so that the past is asked about its own.
+/// Reservoirs are in two buffers. Candidates are made in one and merged there with the last frame's
+/// in the other. Then each round reads one and writes the other. What pixels see is in two buffers
+/// as well, for even and odd frames, so that the previous frame is evaluated with its own.
 pub(crate) struct RestirFrames<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -28,7 +28,7 @@ pub(crate) struct RestirFrames<'a> {
     /// The scene, and what lies in it besides.
     scene_groups: Vec<BoundGroup>,
     memory: Memory,
-    /// Which of the two buffers of reservoirs holds what the last frame left.
+    /// Which of the two buffers of reservoirs holds those of the last frame.
     latest: usize,
     times: Vec<PassTime>,
 }
@@ -45,7 +45,7 @@ pub(crate) struct ReuseProgram<'p> {
     pub reservoir_bytes: u64,
     /// What it binds.
     pub tables: &'p [Table],
-    /// What lies in the scene besides: a medium, or a light tree.
+    /// The scene's medium or light tree.
     pub besides: Option<&'p dyn Bindings>,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct ReuseFrame {
     pub seed: u64,
     /// Longest path, and the first edge at which roulette may end one.
     pub depths: [u32; 2],
-    /// Whether the frame before is reused, where there is one.
+    /// Whether the previous frame is reused, if there is one.
     pub temporal: bool,
     /// Rounds of spatial reuse, at least 1: the last one shades.
     pub rounds: u32,
@@ -77,8 +77,8 @@ struct Memory {
     image: Buffer,
 }
 
-/// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the one
-/// before, and the image.
+/// Bytes on the device for each pixel: two reservoirs, what is seen in this frame and in the
+/// previous one, and the image.
 pub(crate) const fn bytes_per_pixel(reservoir_bytes: u64) -> u64 {
     2 * (reservoir_bytes + PRIMARY_BYTES) + IMAGE_BYTES
 }

@@ -12,9 +12,9 @@ use lightshed_shift::Connectability;
 /// ReSTIR path tracing: the estimator of `lightshed_integrator::RestirPt` for a camera at rest,
 /// with the same walks, shifts and MIS weights.
 ///
-/// Random numbers are its own, and merges are in `f32`: images agree with the host's in
+/// It has its own random numbers, and merges are in `f32`: images agree with the host's in
 /// expectation. Paths have at most 126 edges, confidences are whole numbers up to 127, and the
-/// direction behind a reconnection vertex is one of 2³²: then a path with its weight and its
+/// direction behind a reconnection vertex is one of 2³², so that a path with its weight and its
 /// confidence takes 64 bytes.
 pub struct GpuRestirPt<'a> {
     frames: RestirFrames<'a>,
@@ -242,11 +242,11 @@ mod tests {
         ]
     }
 
-    /// Where all frames see the same, a shift is the identity, and merging with history is
-    /// averaging: after frame `f` of a pixel alone, `W p̂ = (Y_f + c W' p̂') / (1 + c)`, `Y_f` of
-    /// the frame's own candidates, `c = min(f, cap)` the history's confidence and `W' p̂'` what it
-    /// brought. Pixel for pixel, whatever was selected; confidences that are wrong show at once,
-    /// which no mean over images tells.
+    /// If all frames see the same, a shift is the identity, and merging with history is averaging:
+    /// after frame `f` of a single pixel, `W p̂ = (Y_f + c W' p̂') / (1 + c)`, with `Y_f` of the
+    /// frame's own candidates, `c = min(f, cap)` the history's confidence and `W' p̂'` its
+    /// contribution. This holds for every pixel, whatever was selected. Wrong confidences show at
+    /// once, which no mean over images detects.
     #[test]
     fn merging_with_what_is_seen_again_is_averaging() {
         let Some(gpu) = gpu() else { return };
@@ -310,8 +310,8 @@ mod tests {
 
     /// Means of images by z-tests at 1e-4 each. Programs with a fault in a merge are noticed.
     ///
-    /// A mean over an image cannot tell a Jacobian that is wrong for everyone alike, since what a
-    /// pixel loses another gains: Jacobians are held to the library's bit for bit.
+    /// A mean over an image cannot detect a Jacobian that is wrong for all pixels alike, because
+    /// some pixels lose what others gain: Jacobians are compared with the library's bit for bit.
     #[test]
     fn images_have_the_expectation_of_paths() {
         let Some(gpu) = gpu() else { return };

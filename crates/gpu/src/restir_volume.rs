@@ -12,7 +12,7 @@ use lightshed_integrator::{RestirVolumeError, RestirVolumeOptions};
 /// estimator of `lightshed_integrator::RestirVolume` with one scattering vertex, for a camera at
 /// rest.
 ///
-/// Targets are those of the host with neighbours, by the full resolution of the density; candidates
+/// Targets are those of the host with neighbours, by the full resolution of the density. Candidates
 /// mix emitter samples with directions of the phase function, random numbers are the device's own,
 /// and merges are in `f32`: images agree with the host's in expectation.
 pub struct GpuRestirVolume<'a> {
@@ -100,7 +100,7 @@ impl<'a> GpuRestirVolume<'a> {
     }
 }
 
-/// What of the host's options the device knows.
+/// The part of the host's options that the device supports.
 fn check(options: &RestirVolumeOptions) -> Result<(), GpuError> {
     let refused = |why: &'static str| Err(GpuError::Settings(why.into()));
     if let Err(error) = options.check() {

@@ -28,7 +28,7 @@ pub struct GpuScene {
     medium: Option<SceneMedium>,
 }
 
-/// What kernels read of a scene and of what is asked of them: `settings`.
+/// The data of a scene and of the current request for kernels: `settings`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Settings {
@@ -153,7 +153,7 @@ impl GpuScene {
         self.flat.camera.size
     }
 
-    /// What the description asked of the renderer.
+    /// The settings that the description requests.
     pub fn settings(&self) -> &RenderSettings {
         &self.render
     }
@@ -163,7 +163,7 @@ impl GpuScene {
         self.medium.as_ref()
     }
 
-    /// For methods that know no media.
+    /// For methods without media.
     pub(crate) fn refuse_media(&self) -> Result<(), GpuError> {
         match self.medium {
             Some(_) => Err(GpuError::Scene(FlatError::Media)),
@@ -171,7 +171,7 @@ impl GpuScene {
         }
     }
 
-    /// The emitting triangles as light trees see them.
+    /// The emitting triangles as light trees use them.
     pub(crate) fn lights(&self) -> &[LightRecord] {
         &self.lights
     }
@@ -198,7 +198,7 @@ impl GpuScene {
         self.flat.materials.ranges.iter().any(|&[_, rows]| rows > 0)
     }
 
-    /// The first material with a lobe that no emitter sample finds light by.
+    /// The first material with a lobe for which no emitter sample finds light.
     pub(crate) fn sharp_material(&self) -> Option<u32> {
         let is_sharp = |row: &ComponentRow| row.is_delta() || row.kind == ComponentRow::PLASTIC;
         let place = self.flat.materials.ranges.iter().position(|&[first, rows]| {
@@ -247,8 +247,8 @@ impl GpuScene {
         Err(GpuError::Unknown { method, what })
     }
 
-    /// The tree's nodes, what its slots hold, and the triangles: what the shader module `cwbvh`
-    /// asks for.
+    /// The tree's nodes, the contents of its slots, and the triangles: the data that the shader
+    /// module `cwbvh` needs.
     pub fn tree_buffers(&self) -> [&Buffer; 3] {
         let [nodes, slots, triangles, ..] = &self.buffers;
         [nodes, slots, triangles]
@@ -285,8 +285,8 @@ impl GpuScene {
         self.buffers.iter().map(Buffer::bytes).sum::<u64>() + medium
     }
 
-    /// What a program is told at its making of what the scene lacks, and of what a method says
-    /// besides: its overridable constants.
+    /// The overridable constants of a program: what the scene lacks, and additional ones of a
+    /// method.
     pub(crate) fn constants(&self, program: &str, besides: &[(&str, bool)]) -> Vec<(String, f64)> {
         let of_scene = [
             ("HAS_DELTA_EMITTERS", !self.flat.deltas.is_empty()),

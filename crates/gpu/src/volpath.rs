@@ -10,7 +10,7 @@ use lightshed_film::RayCounts;
 
 /// Path tracing through surfaces and a medium by delta and ratio tracking: the estimator of
 /// `lightshed_integrator::VolumePathTracer`, with the same random numbers for each path, so that
-/// images differ by rounding alone.
+/// images differ by rounding only.
 pub struct GpuVolumePathTracer<'a> {
     gpu: &'a Gpu,
     scene: &'a GpuScene,
@@ -33,8 +33,7 @@ impl<'a> GpuVolumePathTracer<'a> {
     /// Bytes on the device for each pixel: the image.
     pub const BYTES_PER_PIXEL: u64 = IMAGE_BYTES;
 
-    /// With paths as long as the scene's settings ask for, in a scene made by
-    /// [`GpuScene::with_medium`].
+    /// With the lengths of the scene's settings, in a scene made by [`GpuScene::with_medium`].
     ///
     /// # Errors
     ///
@@ -43,7 +42,7 @@ impl<'a> GpuVolumePathTracer<'a> {
         Self::with_max_depth(gpu, scene, scene.settings().max_depth)
     }
 
-    /// With paths of at most so many edges (`None` is unbounded): 2 is single scattering.
+    /// With paths of at most this number of edges (`None` is unbounded): 2 is single scattering.
     ///
     /// # Errors
     ///
