@@ -3,15 +3,21 @@
 //! area heuristic (a node costs 1, a triangle 1; single triangles in leaves).
 //!
 //! `cargo bench -p lightshed-bvh --bench builders -- [scene …]`: `hairball:N`, `city:N`
-//! (thousands of triangles), or a PLY file. `ONLY=part` of a name builds in that way alone.
+//! (thousands of triangles), or a PLY file. `ONLY=part` of a name builds in that way alone;
+//! `SUBSETS=0.1/2/8/0,…` adds subsets of that fraction, clusters, window (0: planes) and sweep.
 
+mod cpu;
 mod scenes;
 
+use cpu::cpu_seconds;
 use lightshed_bvh::glam::{Vec3, Vec3A};
 use lightshed_bvh::obvhs::aabb::Aabb;
 use lightshed_bvh::obvhs::bvh2::builder::build_bvh2;
 use lightshed_bvh::obvhs::{Boundable, BvhBuildParams};
-use lightshed_bvh::{BuildOptions, Builder, Bvh, Method, Preset, SubsetOptions};
+use lightshed_bvh::{
+    Bounds, BuildOptions, Builder, Bvh, Insertion, Method, Preset, Primitive, SubsetOptions,
+};
+use lightshed_spatial::{Curve, CurveOrder};
 use std::time::{Duration, Instant};
 
 struct Triangle([Vec3; 3]);
@@ -20,12 +26,6 @@ impl Boundable for Triangle {
     fn aabb(&self) -> Aabb {
         Aabb::from_points(&self.0.map(Vec3A::from))
     }
-}
-
-/// CPU time of this process so far, in seconds.
-fn cpu_seconds() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
 /// CPU seconds of the fastest of several runs.
@@ -67,7 +67,8 @@ fn main() {
         let triangles = scenes::load(scene);
         let million = triangles.len() as f64 / 1e6;
         println!("{scene}: {} triangles", triangles.len());
-        for threads in [1, 2] {
+        limits(&triangles);
+        for threads in threads() {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
@@ -82,7 +83,7 @@ fn main() {
                 let (time_again, ()) =
                     pool.install(|| seconds(|| builder.rebuild(&triangles, &mut again).unwrap()));
                 println!(
-                    "  {threads} {name:12} {:6.2} Mtri/s {:7.1} ms, again {:6.2} {:6.1}, cost {:.2} depth {} {}",
+                    "  {threads} {name:18} {:6.2} Mtri/s {:7.1} ms, again {:6.2} {:6.1}, cost {:.2} depth {} {}",
                     million / time,
                     time * 1e3,
                     million / time_again,
@@ -119,18 +120,60 @@ fn main() {
     }
 }
 
+/// What no build can do without: the copy of all boxes, and the sort of their codes.
+fn limits(triangles: &[[Vec3; 3]]) {
+    let million = triangles.len() as f64 / 1e6;
+    let boxes: Vec<Bounds> = triangles.iter().map(Primitive::bounds).collect();
+    let mut copy = boxes.clone();
+    let (time, ()) = seconds(|| copy.copy_from_slice(&boxes));
+    println!(
+        "    copy of 24 bytes {:9.2} Mtri/s {:7.1} ms",
+        million / time,
+        time * 1e3
+    );
+    let mut order = CurveOrder::default();
+    let (time, _) = seconds(|| {
+        order.encode(&boxes, |&bounds| bounds, Curve::Morton);
+        order.sort().iter().count()
+    });
+    println!(
+        "    codes, and their sort {:.2} Mtri/s {:7.1} ms",
+        million / time,
+        time * 1e3
+    );
+}
+
+/// `THREADS=1` measures on one thread alone.
+fn threads() -> Vec<usize> {
+    let given = std::env::var("THREADS").ok().and_then(|n| n.parse().ok());
+    given.map_or(vec![1, 2], |n| vec![n])
+}
+
 /// Every preset, and what they are made of.
 fn builds() -> Vec<(String, BuildOptions)> {
     let mut all: Vec<(String, BuildOptions)> = Preset::ALL
         .map(|preset| (format!("{preset:?}"), preset.options()))
         .into();
     all.push(("PLOC 8".to_owned(), Method::Ploc { radius: 8 }.into()));
-    for fraction in [0.05, 0.2] {
+    let subsets = std::env::var("SUBSETS").unwrap_or_default();
+    for text in subsets.split(',').filter(|text| !text.is_empty()) {
+        let numbers: Vec<f32> = text.split('/').map(|n| n.parse().expect("a number")).collect();
+        let [fraction, cluster, window, sweep] = numbers[..] else {
+            panic!("{text}: fraction/cluster/window/sweep");
+        };
         let subset = SubsetOptions {
             fraction,
+            cluster: cluster as u32,
+            window: (window as u32).max(1),
+            insertion: if window > 0.0 {
+                Insertion::Window
+            } else {
+                Insertion::Planes
+            },
+            sweep: sweep as u32,
             ..SubsetOptions::default()
         };
-        all.push((format!("subset {fraction}"), Method::Subset(subset).into()));
+        all.push((format!("subset {text}"), Method::Subset(subset).into()));
     }
     all
 }

@@ -72,8 +72,12 @@ impl Builder {
             tree.reinsert(reinsertion);
         }
         // Bottom-up trees and moved subtrees may be too deep to be traversed; the others are not.
-        let top_down = matches!(self.options.method, Method::Binned | Method::Curve);
-        if (!top_down || self.options.reinsertion.is_some()) && tree.depth() > MAX_DEPTH {
+        let is_bounded = match self.options.method {
+            Method::Binned | Method::Curve => true,
+            Method::Subset(subset) => subset::is_shallow(count, &subset),
+            _ => false,
+        };
+        if (!is_bounded || self.options.reinsertion.is_some()) && tree.depth() > MAX_DEPTH {
             self.build(&source, Method::Binned, tree);
         }
         if source.is_scaled() {
@@ -117,6 +121,7 @@ impl Builder {
                     order,
                     first: 0,
                     depth: 0,
+                    sweep: 0,
                 };
                 let interior = match method {
                     Method::Agglomerative => Interior::Agglomerative,
@@ -164,6 +169,7 @@ impl Bvh {
                 order: &mut tree.order,
                 first: 0,
                 depth: HALVE_FROM,
+                sweep: 0,
             };
             group.build(LaneChoice::best());
         }

@@ -299,7 +299,7 @@ mod tests {
             let faults: &[()] = if count > 100 { &[()] } else { &[] };
             check_faults(faults, |fault| {
                 let mut items = items.clone();
-                let clusters: Clusters<AreaExtent> = Clusters::new(&mut items, &SubsetOptions::default());
+                let clusters: Clusters<AreaExtent> = Clusters::new(&mut items, &SubsetOptions::windowed());
                 if fault.is_some() {
                     items.rotate_left(count as usize / 3);
                 }

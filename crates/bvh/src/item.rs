@@ -3,6 +3,7 @@
 use crate::node::Node;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4, Vec4Swizzles};
+use lightshed_lanes::Lanes;
 use lightshed_spatial::Bounds;
 
 /// Added to an index where it is stored as the bits of a float: indices below 2²⁹ become finite
@@ -125,4 +126,21 @@ impl BoxItem {
             count,
         }
     }
+}
+
+/// Half areas of eight boxes, from `rows[at]` on.
+#[inline(always)]
+pub fn half_areas<L: Lanes>(rows: &[[f32; 8]], at: usize) -> L {
+    let [x, y, z, _, u, v, w, _] = L::load_transposed([
+        &rows[at],
+        &rows[at + 1],
+        &rows[at + 2],
+        &rows[at + 3],
+        &rows[at + 4],
+        &rows[at + 5],
+        &rows[at + 6],
+        &rows[at + 7],
+    ]);
+    let (x, y, z) = (x + u, y + v, z + w);
+    x * y + y * z + z * x
 }

@@ -70,6 +70,7 @@ mod reinsertion;
 mod source;
 mod split;
 mod subset;
+mod sweep;
 mod traverse;
 mod tree;
 mod treelet;
@@ -93,7 +94,7 @@ pub use split::{
     AlongCurve, AreaExtent, AreaItem, Binned, Extent, MergedTree, Merges, Pyramid, SplitGroup, SplitGroups,
     SplitItem, SplitSource, split_tree,
 };
-pub use subset::{Sampling, SubsetOptions, WeightHistogram, sample, stratum_beside_uniform};
+pub use subset::{Insertion, Sampling, SubsetOptions, WeightHistogram, sample, stratum_beside_uniform};
 pub use traverse::{MAX_DEPTH, Ray};
 pub use tree::{Bvh, TreeFault};
 

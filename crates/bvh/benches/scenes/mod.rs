@@ -3,13 +3,20 @@
 use lightshed_bvh::glam::Vec3;
 use lightshed_sampling::{CounterRng, UniformSphere};
 
-/// `hairball:N`, `city:N` with about `N` thousand triangles, or a PLY file.
+/// `hairball:N`, `city:N` with about `N` thousand triangles, a PLY file, or a folder of these.
 pub fn load(name: &str) -> Vec<[Vec3; 3]> {
     let thousands = |n: &str| n.parse::<usize>().expect("a number of thousands") * 1000;
     match name.split_once(':') {
         Some(("hairball", n)) => hairball(thousands(n)),
         Some(("city", n)) => city(thousands(n)),
-        _ => ply(name),
+        _ if std::path::Path::new(name).is_dir() => {
+            let entries = std::fs::read_dir(name).expect("a folder");
+            let mut paths: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
+            paths.retain(|path| path.extension().is_some_and(|e| e == "ply"));
+            paths.sort();
+            paths.iter().flat_map(|path| ply(path)).collect()
+        }
+        _ => ply(std::path::Path::new(name)),
     }
 }
 
@@ -82,8 +89,8 @@ fn city(count: usize) -> Vec<[Vec3; 3]> {
 }
 
 /// Binary little-endian PLY: `x y z` first in a vertex, a list of indices first in a face.
-fn ply(path: &str) -> Vec<[Vec3; 3]> {
-    let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{path}: {e}"));
+fn ply(path: &std::path::Path) -> Vec<[Vec3; 3]> {
+    let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let end = bytes
         .windows(11)
         .position(|w| w == b"end_header\n")

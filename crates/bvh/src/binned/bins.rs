@@ -1,9 +1,9 @@
 //! Bins along three axes, and the plane between bins at which a division costs least.
 
 use super::BINS;
-use crate::item::BoxItem;
+use crate::item::{BoxItem, half_areas};
 use glam::Vec4;
-use lightshed_lanes::{LaneMask, Lanes};
+use lightshed_lanes::{LANES, LaneMask, Lanes};
 
 /// `1.5 · 2²³`: added to a small number, leaves its nearest integer in the low bits of the sum.
 const ROUND: f32 = 12_582_912.0;
@@ -107,22 +107,15 @@ impl Bins {
         counts: [[0; BINS]; 3],
     };
 
-    /// The first `COUNT` bins of each axis are empty.
+    /// Empties the first `COUNT` bins of each axis.
     #[inline(always)]
-    pub fn empty<const COUNT: usize>() -> Self {
-        if COUNT == BINS {
-            return Self::EMPTY;
-        }
-        let mut bins = Self {
-            rows: [[[0.0; 8]; BINS]; 3],
-            counts: [[0; BINS]; 3],
-        };
+    pub fn clear<const COUNT: usize>(&mut self) {
         for axis in 0..3 {
             for bin in 0..COUNT {
-                bins.rows[axis][bin] = [f32::INFINITY; 8];
+                self.rows[axis][bin] = [f32::INFINITY; 8];
+                self.counts[axis][bin] = 0;
             }
         }
-        bins
     }
 
     /// Adds items to the first `COUNT` bins of each axis.
@@ -161,7 +154,12 @@ impl Bins {
     /// The plane of least cost `A(low) · |low| + A(high) · |high|`; `None` where no axis has
     /// extent.
     #[inline(always)]
-    pub fn best_plane<L: Lanes, const COUNT: usize>(&self, binning: &Binning) -> Option<Plane> {
+    pub fn best_plane<L: Lanes, const COUNT: usize>(
+        &self,
+        binning: &Binning,
+        sides: &mut Sides,
+    ) -> Option<Plane> {
+        let Sides { low, high, counts } = sides;
         let mut best = None;
         let mut least = f32::INFINITY;
         for axis in 0..3 {
@@ -169,38 +167,35 @@ impl Bins {
                 continue;
             }
             let rows = &self.rows[axis];
-            let (mut low, mut high) = ([[0.0; 8]; BINS], [[0.0; 8]; BINS]);
-            let (mut counts_low, mut counts_high) = ([0.0; BINS], [0.0; BINS]);
             let mut all = L::splat(f32::INFINITY);
             let mut count = 0;
             for bin in 0..COUNT - 1 {
                 all = all.min(L::load(&rows[bin]));
                 low[bin] = all.store();
                 count += self.counts[axis][bin];
-                counts_low[bin] = count as f32;
+                counts[bin] = count as f32;
             }
-            let total = count + self.counts[axis][COUNT - 1];
+            let total = L::splat((count + self.counts[axis][COUNT - 1]) as f32);
             let mut all = L::splat(f32::INFINITY);
-            let mut count = total;
             for bin in 1..COUNT {
                 let bin = COUNT - bin;
                 all = all.min(L::load(&rows[bin]));
                 high[bin - 1] = all.store();
             }
-            for bin in 0..COUNT - 1 {
-                count -= self.counts[axis][bin];
-                counts_high[bin] = count as f32;
-            }
-            for block in 0..COUNT / 8 {
-                let cost = areas::<L>(&low, block) * values::<L>(&counts_low, block)
-                    + areas::<L>(&high, block) * values::<L>(&counts_high, block);
+            for block in 0..COUNT / LANES {
+                let at = block * LANES;
+                let before = match counts[at..].first_chunk() {
+                    Some(eight) => L::load(eight),
+                    None => break,
+                };
+                let cost = half_areas::<L>(low, at) * before + half_areas::<L>(high, at) * (total - before);
                 // There is no plane behind the last bin.
-                let planes = if block + 1 == COUNT / 8 { 0x7f } else { 0xff };
+                let planes = if block + 1 == COUNT / LANES { 0x7f } else { 0xff };
                 let value = cost.least_of(planes);
                 if value.first() < least {
                     least = value.first();
                     let lane = (cost.equal(value).bits() & planes).trailing_zeros();
-                    best = Some((axis, block as u32 * 8 + lane));
+                    best = Some((axis, at as u32 + lane));
                 }
             }
         }
@@ -215,31 +210,22 @@ impl Bins {
     }
 }
 
-/// Half areas of eight boxes.
-#[inline(always)]
-fn areas<L: Lanes>(rows: &[[f32; 8]; BINS], block: usize) -> L {
-    let at = block * 8;
-    let [x, y, z, _, u, v, w, _] = L::load_transposed([
-        &rows[at],
-        &rows[at + 1],
-        &rows[at + 2],
-        &rows[at + 3],
-        &rows[at + 4],
-        &rows[at + 5],
-        &rows[at + 6],
-        &rows[at + 7],
-    ]);
-    let (x, y, z) = (x + u, y + v, z + w);
-    x * y + y * z + z * x
+/// What lies before and behind the planes across one axis, while the best plane is looked for.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub struct Sides {
+    low: [[f32; 8]; BINS],
+    high: [[f32; 8]; BINS],
+    /// Items before each plane.
+    counts: [f32; BINS],
 }
 
-#[inline(always)]
-fn values<L: Lanes>(values: &[f32; BINS], block: usize) -> L {
-    let mut eight = [0.0; 8];
-    for i in 0..8 {
-        eight[i] = values[block * 8 + i];
-    }
-    L::load(&eight)
+impl Sides {
+    pub const NONE: Self = Self {
+        low: [[0.0; 8]; BINS],
+        high: [[0.0; 8]; BINS],
+        counts: [0.0; BINS],
+    };
 }
 
 /// A plane between two bins.

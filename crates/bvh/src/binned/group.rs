@@ -1,11 +1,11 @@
 //! A group of items and where its nodes go.
 
 use super::BINS;
-use super::bins::{Binning, Bins, Plane, Summary};
+use super::bins::{Binning, Bins, Plane, Sides, Summary};
 use super::partition::{halve, partition};
 use super::together::divide_together;
 use crate::item::BoxItem;
-use crate::treelet;
+use crate::{sweep, treelet};
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::parallel::join;
 
@@ -34,6 +34,9 @@ pub struct Group<'a> {
     pub first: u32,
     /// Levels above it.
     pub depth: u32,
+    /// Groups of up to so many items are divided along the curve on which all of them lie, in
+    /// either direction; 0 if they lie on none.
+    pub sweep: usize,
 }
 
 impl Group<'_> {
@@ -50,6 +53,7 @@ impl Group<'_> {
             order,
             first,
             depth,
+            sweep,
         } = self;
         let by_half = depth >= HALVE_FROM;
         let (summary, low) = if in_cells {
@@ -74,6 +78,7 @@ impl Group<'_> {
             order: low_order,
             first,
             depth,
+            sweep,
         };
         let high = Group {
             items: high_items,
@@ -82,6 +87,7 @@ impl Group<'_> {
             first: first + low.items.len() as u32,
             order: high_order,
             depth,
+            sweep,
         };
         join(|| low.build(lanes), || high.build(lanes));
     }
@@ -102,6 +108,7 @@ impl LaneKernel for Alone<'_> {
             order,
             first,
             depth,
+            sweep,
         } = self.0;
         let task = Task {
             start: 0,
@@ -110,7 +117,8 @@ impl LaneKernel for Alone<'_> {
             depth,
             in_cells,
         };
-        build_alone::<L>(items, cells, order, first, task, &mut [Task::default(); WAITING]);
+        let mut room = Room::new(sweep);
+        build_alone::<L>(items, cells, order, first, task, &mut room);
     }
 }
 
@@ -126,6 +134,28 @@ pub struct Task {
     pub in_cells: bool,
 }
 
+/// Room for groups while they are built on one thread.
+pub struct Room {
+    waiting: [Task; WAITING],
+    bins: Bins,
+    sides: Sides,
+    /// Most items of a group that is divided along a curve, and room for it.
+    sweep: Option<(usize, sweep::Room)>,
+}
+
+impl Room {
+    /// Groups of up to `sweep` items are divided along a curve.
+    #[inline(always)]
+    pub fn new(sweep: usize) -> Self {
+        Self {
+            waiting: [Task::default(); WAITING],
+            bins: Bins::EMPTY,
+            sides: Sides::NONE,
+            sweep: (sweep > 0).then(|| (sweep.min(sweep::MOST), sweep::Room::EMPTY)),
+        }
+    }
+}
+
 /// Builds `task` on this thread; the slices are those of all of the [`Group`] that it is part of.
 #[inline(always)]
 pub fn build_alone<L: Lanes>(
@@ -134,8 +164,14 @@ pub fn build_alone<L: Lanes>(
     order: &mut [u32],
     first: u32,
     task: Task,
-    waiting: &mut [Task; WAITING],
+    room: &mut Room,
 ) {
+    let Room {
+        waiting,
+        bins,
+        sides,
+        sweep,
+    } = room;
     waiting[0] = task;
     let mut left = 1;
     while left > 0 {
@@ -162,11 +198,19 @@ pub fn build_alone<L: Lanes>(
             continue;
         }
         let from = if in_cells { &cells[..count] } else { &*items };
+        if let Some((most, sweep)) = sweep
+            && count <= *most
+            && depth < HALVE_FROM
+        {
+            sweep.take(from);
+            sweep.build::<L>(count, cells, &mut order[range], place);
+            continue;
+        }
         let summary = Summary::of::<L>(from);
         let divided = match count {
             _ if depth >= HALVE_FROM => None,
-            0..FEW => plane::<L, BINS_OF_FEW>(&summary, from),
-            _ => plane::<L, BINS>(&summary, from),
+            0..FEW => plane::<L, BINS_OF_FEW>(&summary, from, bins, sides),
+            _ => plane::<L, BINS>(&summary, from, bins, sides),
         };
         let low = match divided {
             Some((plane, low)) => {
@@ -201,11 +245,16 @@ pub fn build_alone<L: Lanes>(
 
 /// The best plane, and how many items lie before it; `None` where all would lie on one side.
 #[inline(always)]
-fn plane<L: Lanes, const COUNT: usize>(summary: &Summary, items: &[BoxItem]) -> Option<(Plane, usize)> {
+fn plane<L: Lanes, const COUNT: usize>(
+    summary: &Summary,
+    items: &[BoxItem],
+    bins: &mut Bins,
+    sides: &mut Sides,
+) -> Option<(Plane, usize)> {
     let binning = Binning::new(summary, COUNT);
-    let mut bins = Bins::empty::<COUNT>();
+    bins.clear::<COUNT>();
     bins.add::<L, COUNT>(&binning, items);
-    let plane = bins.best_plane::<L, COUNT>(&binning)?;
+    let plane = bins.best_plane::<L, COUNT>(&binning, sides)?;
     let low = bins.count_before(&plane);
     if low == 0 || low == items.len() {
         return None;
@@ -257,6 +306,7 @@ mod tests {
                 order: &mut order,
                 first: 0,
                 depth: 0,
+                sweep: 0,
             });
             let cells: Vec<[u32; 8]> = cells.into_iter().map(bytemuck::cast).collect();
             (cells, order)

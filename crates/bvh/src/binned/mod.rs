@@ -12,7 +12,7 @@ mod group;
 mod partition;
 mod together;
 
-pub use group::{Group, HALVE_FROM, Task, WAITING, build_alone};
+pub use group::{Group, HALVE_FROM, Room, Task, WAITING, build_alone};
 
 /// Bins along each axis.
 const BINS: usize = 16;

@@ -1,7 +1,7 @@
 //! Dividing a large group by all threads.
 
 use super::BINS;
-use super::bins::{Binning, Bins, Plane, Summary};
+use super::bins::{Binning, Bins, Plane, Sides, Summary};
 use super::partition::{halve, partition_chunks};
 use crate::item::BoxItem;
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
@@ -36,7 +36,7 @@ impl LaneKernel for Best<'_> {
     type Output = Option<Plane>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Option<Plane> {
-        self.0.best_plane::<L, BINS>(self.1)
+        self.0.best_plane::<L, BINS>(self.1, &mut { Sides::NONE })
     }
 }
 

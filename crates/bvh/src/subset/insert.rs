@@ -232,7 +232,7 @@ mod tests {
             morton.gather(&source, &mut sorted);
             let options = SubsetOptions {
                 cluster,
-                ..SubsetOptions::default()
+                ..SubsetOptions::windowed()
             };
             let sampling = Sampling {
                 fraction: 0.2,

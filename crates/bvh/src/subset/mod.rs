@@ -5,30 +5,34 @@
 //! 1. primitives are sorted along Morton's curve;
 //! 2. a subset is drawn by clamped diagonals, stratified along the curve;
 //! 3. the interior builder builds the tree of the subset, whose lowest groups are the clusters;
-//! 4. every other primitive goes into one of the clusters around it on the curve, where the tree's
-//!    cost grows least;
+//! 4. every other primitive goes into a cluster: to where the planes that divide the subset lead it
+//!    ([`planes`]), or as published into one of the clusters around it on the curve, where the
+//!    tree's cost grows least ([`insert`]);
 //! 5. the interior builder builds the tree of each cluster.
 
 mod clamp;
 mod insert;
+mod planes;
 mod sample;
 
 pub use clamp::{WeightHistogram, stratum_beside_uniform};
 pub use sample::{Sampling, sample};
 
-use crate::binned::{Group, Task, WAITING, build_alone};
+use crate::binned::{Group, HALVE_FROM, Room, Task, WAITING, build_alone};
 use crate::curve::joined;
 use crate::error::BuildError;
 use crate::interior::Interior;
 use crate::item::BoxItem;
 use crate::linked::count_below;
 use crate::node::Node;
+use crate::traverse::MAX_DEPTH;
 use crate::tree::children;
-use crate::treelet;
+use crate::{sweep, treelet};
 use insert::Clusters;
 use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 use lightshed_sampling::CounterRng;
 use lightshed_sampling::parallel::{for_each_chunk, join};
+use planes::Plane;
 
 /// Primitives that a thread inserts at once.
 const CHUNK: usize = 1 << 12;
@@ -52,22 +56,55 @@ pub struct SubsetOptions {
     pub seed: u64,
     /// What builds the tree of the subset and those of the clusters.
     pub interior: Interior,
+    /// How the other primitives go into clusters.
+    pub insertion: Insertion,
+    /// Most primitives of a group that [`Interior::Binned`] divides along the curve, and not by
+    /// bins; at most 64, and 0 for none. Faster, for somewhat worse trees.
+    pub sweep: u32,
+}
+
+/// How primitives that are not in the subset go into its clusters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Insertion {
+    /// By the planes between the parts into which the builder has divided the subset. A node whose
+    /// parts no plane divides is a cluster, so that this suits top-down builders.
+    #[default]
+    Planes,
+    /// To the cluster around it on the curve where the tree's cost grows least (Dittebrandt 2025,
+    /// Algorithm 7).
+    Window,
 }
 
 impl Default for SubsetOptions {
     fn default() -> Self {
         Self {
-            fraction: 0.1,
+            fraction: 0.05,
             uniform: 0.1,
             window: 4,
-            cluster: 4,
+            cluster: 8,
             seed: 0,
             interior: Interior::Binned,
+            insertion: Insertion::default(),
+            sweep: 16,
         }
     }
 }
 
 impl SubsetOptions {
+    /// As published: Algorithm 7 among four primitives of the subset to both sides, which suits any
+    /// interior builder. The subset is a tenth, and its clusters are of four.
+    pub fn windowed() -> Self {
+        Self {
+            fraction: 0.1,
+            cluster: 4,
+            insertion: Insertion::Window,
+            sweep: 0,
+            ..Self::default()
+        }
+    }
+
     /// Checks that all options lie in their ranges.
     ///
     /// # Errors
@@ -83,6 +120,9 @@ impl SubsetOptions {
         if self.window == 0 || self.cluster == 0 {
             return wrong("the window and the clusters of a subset must be at least 1");
         }
+        if self.sweep as usize > sweep::MOST {
+            return wrong("groups of at most 64 primitives are divided along the curve");
+        }
         if matches!(self.interior, Interior::Ploc(0)) {
             return wrong("the radius of PLOC must be at least 1");
         }
@@ -90,10 +130,21 @@ impl SubsetOptions {
     }
 }
 
+/// Whether no tree over so many primitives is deeper than [`MAX_DEPTH`](crate::MAX_DEPTH), so that
+/// its depth need not be found: from [`HALVE_FROM`] on groups are halved, those of the subset first
+/// and then those of a cluster.
+pub fn is_shallow(count: usize, options: &SubsetOptions) -> bool {
+    let halvings = count.max(1).ilog2() + 1;
+    // Trees of up to eight items are not halved.
+    let most = HALVE_FROM + 2 * (halvings + treelet::MOST as u32);
+    options.interior == Interior::Binned && most <= MAX_DEPTH as u32
+}
+
 /// Memory that is kept from one build to the next.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    choices: Vec<u32>,
+    /// Squared weights, and then the choices.
+    words: Vec<u32>,
 }
 
 /// Builds the tree over items that are sorted along a curve, not none: `2n − 1` cells and `n`
@@ -112,24 +163,37 @@ pub fn build(
         offset: f64::from(CounterRng::new(options.seed, 0, 0).next_f32()),
     };
     let items = &*sorted;
-    let places = sample(count, |i| items[i].diagonal_squared(), &sampling);
+    let Scratch { words } = scratch;
+    words.resize(count, 0);
+    for_each_chunk(words, CHUNK, |start, words| {
+        for (word, item) in words.iter_mut().zip(&items[start..]) {
+            *word = item.diagonal_squared().to_bits();
+        }
+    });
+    let places = sample(count, |i| f32::from_bits(words[i]), &sampling);
     let lanes = LaneChoice::best();
     let subset = Subset::build(lanes, sorted, &places, options);
-    let clusters = Clusters::new(&subset.nodes, &subset.cluster_of, &subset.counts);
-    let Scratch { choices } = scratch;
-    choices.resize(count, 0);
+    let clusters = match options.insertion {
+        Insertion::Planes => None,
+        Insertion::Window => Some(Clusters::new(&subset.nodes, &subset.cluster_of, &subset.counts)),
+    };
+    let choices = words;
     for_each_chunk(choices, CHUNK, |start, choices| {
+        let items = &items[start..start + choices.len()];
+        let Some(clusters) = &clusters else {
+            return planes::lead(&subset.planes, items, choices);
+        };
         lanes.run(Insert {
-            items: &items[start..start + choices.len()],
+            items,
             start,
             places: &places,
-            clusters: &clusters,
+            clusters,
             cluster_of: &subset.cluster_of,
             window: options.window as usize,
             choices,
         });
     });
-    let upper = Upper::new(subset.nodes, choices, subset.counts.len(), options.interior);
+    let upper = Upper::new(subset.nodes, choices, subset.counts.len(), options);
     upper.scatter(sorted, choices, cells);
     upper.build(lanes, 0, (sorted, cells, order), 0);
 }
@@ -142,6 +206,8 @@ struct Subset {
     cluster_of: Vec<u32>,
     /// How many primitives of the subset each cluster has.
     counts: Vec<u32>,
+    /// For [`Insertion::Planes`] where the items below each node are divided.
+    planes: Vec<planes::Plane>,
 }
 
 impl Subset {
@@ -162,16 +228,28 @@ impl Subset {
             order: &mut order,
             first: 0,
             depth: 0,
+            sweep: 0,
         };
         options.interior.build(group, lanes);
         let mut nodes: Vec<Node> = Vec::new();
         let mut cluster_of = vec![0; count];
         let mut counts = Vec::new();
+        let by_planes = options.insertion == Insertion::Planes;
+        let separating = if by_planes {
+            planes::separating(bytemuck::cast_slice(&cells))
+        } else {
+            Vec::new()
+        };
+        let mut planes = Vec::new();
         let mut index = 0;
         while index < cells.len() {
             let node: Node = bytemuck::cast(cells[index]);
             let number = counts.len() as u32;
-            let is_cluster = node.count <= options.cluster;
+            let plane = separating.get(index).copied().flatten();
+            let is_cluster = node.count <= options.cluster || by_planes && plane.is_none();
+            if by_planes {
+                planes.push(plane.filter(|_| !is_cluster).unwrap_or(Plane::cluster(number)));
+            }
             nodes.push(Node {
                 first: number,
                 count: u32::from(is_cluster),
@@ -188,10 +266,16 @@ impl Subset {
             }
         }
         count_below(&mut nodes);
+        for (index, plane) in planes.iter_mut().enumerate() {
+            if let Some([first, second]) = children(&nodes, index) {
+                *plane = plane.between(first as u32, second as u32);
+            }
+        }
         Self {
             nodes,
             cluster_of,
             counts,
+            planes,
         }
     }
 }
@@ -235,10 +319,11 @@ struct Upper {
     /// First cell of each cluster.
     cells: Vec<u32>,
     interior: Interior,
+    sweep: usize,
 }
 
 impl Upper {
-    fn new(nodes: Vec<Node>, choices: &[u32], clusters: usize, interior: Interior) -> Self {
+    fn new(nodes: Vec<Node>, choices: &[u32], clusters: usize, options: &SubsetOptions) -> Self {
         let mut starts = vec![0u32; clusters + 1];
         for &cluster in choices {
             starts[cluster as usize + 1] += 1;
@@ -250,7 +335,8 @@ impl Upper {
             nodes,
             starts,
             cells: vec![0; clusters],
-            interior,
+            interior: options.interior,
+            sweep: options.sweep as usize,
         };
         let mut waiting = vec![(0, 0)];
         while let Some((index, cell)) = waiting.pop() {
@@ -322,6 +408,7 @@ impl Upper {
                 order,
                 first,
                 depth,
+                sweep: self.sweep,
             };
             return self.interior.build(group, lanes);
         };
@@ -379,7 +466,7 @@ impl LaneKernel for Below<'_> {
             depth,
         } = self;
         let first = upper.start(root) as u32;
-        let mut waiting = [Task::default(); WAITING];
+        let mut room = Room::new(upper.sweep);
         // Nodes of the upper tree, their cells and depths; a node whose parts are done is `DONE`
         // more.
         const DONE: u32 = 1 << 31;
@@ -443,7 +530,7 @@ impl LaneKernel for Below<'_> {
                         depth,
                         in_cells: true,
                     };
-                    build_alone::<L>(items, cells, order, first, task, &mut waiting);
+                    build_alone::<L>(items, cells, order, first, task, &mut room);
                 }
             }
         }

@@ -60,9 +60,9 @@ pub fn sample(count: usize, squared_weight: impl Fn(usize) -> f32 + Sync, sampli
     for sum in &mut sums {
         before += core::mem::replace(sum, before);
     }
-    // How many points lie before the place that all weights before an item come to.
-    let points_before =
-        |i: usize, sum: f64| (i as f64 * uniform + sum * by_weight - sampling.offset).ceil() as i64;
+    // The place that all weights before an item come to, and how many points lie before it.
+    let place = |i: usize, sum: f64| i as f64 * uniform + sum * by_weight - sampling.offset;
+    let points_before = |i: usize, sum: f64| place(i, sum).ceil() as i64;
     let mut chosen: Vec<Vec<u32>> = vec![Vec::new(); chunks];
     for_each_chunk(&mut chosen, 1, |chunk, chosen| {
         let range = range(chunk);
@@ -75,7 +75,12 @@ pub fn sample(count: usize, squared_weight: impl Fn(usize) -> f32 + Sync, sampli
         };
         for i in range.clone() {
             sum += clamped(i);
-            let next = if i + 1 == range.end {
+            let is_last = i + 1 == range.end;
+            // Points are whole, so that few places have to be rounded up.
+            if !is_last && place(i + 1, sum) <= points as f64 {
+                continue;
+            }
+            let next = if is_last {
                 last_points
             } else {
                 points_before(i + 1, sum)

@@ -17,7 +17,14 @@ pub fn builds() -> Vec<(String, BuildOptions)> {
         Method::Subset(SubsetOptions {
             interior,
             cluster,
+            fraction: 0.1,
             ..SubsetOptions::default()
+        })
+    };
+    let window = |sweep| {
+        Method::Subset(SubsetOptions {
+            sweep,
+            ..SubsetOptions::windowed()
         })
     };
     let methods = [
@@ -29,6 +36,8 @@ pub fn builds() -> Vec<(String, BuildOptions)> {
         subset(Interior::Binned, 4),
         subset(Interior::Ploc(4), 4),
         subset(Interior::Agglomerative, 2),
+        window(0),
+        window(64),
     ];
     let mut all: Vec<(String, BuildOptions)> = methods
         .into_iter()

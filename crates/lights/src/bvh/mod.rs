@@ -142,7 +142,7 @@ impl LightBvh {
             BvhBuild::Stochastic => {
                 order.encode(lights, |light| light.bounds, Curve::Morton);
                 collect_items(lights, Some(order.sort()), items);
-                let clusters = Clusters::<LightExtent>::new(items, &SubsetOptions::default());
+                let clusters = Clusters::<LightExtent>::new(items, &SubsetOptions::windowed());
                 let count = items.len();
                 let source = Clustered {
                     items,
