@@ -76,6 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         record: &contested.record,
         reference: &reference,
         images: &contested.images,
+        checkpoints: &contested.checkpoints,
         chains: &[],
     };
     let page = std::env::temp_dir().join("lightshed-user.html");

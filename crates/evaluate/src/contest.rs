@@ -85,6 +85,15 @@ pub struct ContestProgress {
     pub total: f64,
 }
 
+/// The mean of a method's frames at a time of a run.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    /// Processor seconds spent so far.
+    pub seconds: f64,
+    /// Mean of all frames so far.
+    pub image: RgbImage,
+}
+
 /// The results of a contest: its record, and the images of the last repeat.
 #[derive(Clone, Debug)]
 pub struct Contested {
@@ -93,6 +102,8 @@ pub struct Contested {
     /// For every name the mean of its frames in one repeat, if a repeat was run: the last complete
     /// one, or the interrupted first one.
     pub images: Vec<RgbImage>,
+    /// For every name the images of that repeat at the points of its curve.
+    pub checkpoints: Vec<Vec<Checkpoint>>,
 }
 
 /// Takes part in one repeat.
@@ -102,6 +113,7 @@ struct Runner<'a> {
     frames: u32,
     seconds: f64,
     curve: Vec<CurvePoint>,
+    checkpoints: Vec<Checkpoint>,
 }
 
 /// Processor seconds, or those of the clock.
@@ -139,11 +151,15 @@ impl Runner<'_> {
     }
 
     fn note(&mut self, reference: &Reference) -> Result<(), EvaluateError> {
-        let errors = reference.errors(&self.mean(reference.size())?)?;
+        let image = self.mean(reference.size())?;
         self.curve.push(CurvePoint {
             seconds: self.seconds,
             frames: self.frames,
-            errors,
+            errors: reference.errors(&image)?,
+        });
+        self.checkpoints.push(Checkpoint {
+            seconds: self.seconds,
+            image,
         });
         Ok(())
     }
@@ -172,10 +188,46 @@ pub fn run(
     observer: &dyn Fn(ContestProgress),
     cancel: &AtomicBool,
 ) -> Result<Contested, EvaluateError> {
+    let nobody: Watch<'_> = &mut |_, _| Ok(());
+    run_watched(
+        scene,
+        contestants,
+        reference,
+        options,
+        record,
+        observer,
+        nobody,
+        cancel,
+    )
+}
+
+/// Called with the progress of a contest, and a function that makes its results so far.
+type Watch<'a> = &'a mut dyn FnMut(
+    ContestProgress,
+    &dyn Fn() -> Result<Contested, EvaluateError>,
+) -> Result<(), EvaluateError>;
+
+/// [`run`] that calls `watch` after each frame, with a function that makes the results so far: the
+/// complete repeats, and the current one as far as it is. Its time is not counted.
+///
+/// # Errors
+/// Those of [`run`], and the first that `watch` returns.
+#[expect(clippy::too_many_arguments, reason = "those of `run`, and who watches")]
+pub fn run_watched(
+    scene: &str,
+    contestants: &[Contestant<'_>],
+    reference: &Reference,
+    options: ContestOptions,
+    record: Option<Record>,
+    observer: &dyn Fn(ContestProgress),
+    watch: Watch<'_>,
+    cancel: &AtomicBool,
+) -> Result<Contested, EvaluateError> {
     let mut record = begin(scene, contestants, reference, options, record)?;
     let size = reference.size();
     let mut image = vec![Rgb::ZERO; size[0] as usize * size[1] as usize];
     let mut images = Vec::new();
+    let mut checkpoints = Vec::new();
     let run_seconds = options.seconds * contestants.len() as f64;
     let total = run_seconds * f64::from(options.repeats);
     while record.repeats.len() < options.repeats as usize {
@@ -196,6 +248,7 @@ pub fn run(
                 frames: 0,
                 seconds: 0.0,
                 curve: Vec::new(),
+                checkpoints: Vec::new(),
             });
         }
         let mut interrupted = false;
@@ -219,16 +272,19 @@ pub fn run(
                 .iter()
                 .map(|runner| runner.seconds.min(options.seconds))
                 .sum();
-            observer(ContestProgress {
+            let progress = ContestProgress {
                 seconds: repeat as f64 * run_seconds + spent,
                 total,
-            });
+            };
+            observer(progress);
+            watch(progress, &|| so_far(&record, &runners, size))?;
         }
         if !interrupted || images.is_empty() {
             images = runners
                 .iter()
                 .map(|runner| runner.mean(size))
                 .collect::<Result<_, _>>()?;
+            checkpoints = checkpoints_of(&runners);
         }
         if interrupted {
             break;
@@ -236,7 +292,32 @@ pub fn run(
         let runs = runners.into_iter().map(|runner| Run { curve: runner.curve });
         record.repeats.push(runs.collect());
     }
-    Ok(Contested { record, images })
+    Ok(Contested {
+        record,
+        images,
+        checkpoints,
+    })
+}
+
+fn checkpoints_of(runners: &[Runner<'_>]) -> Vec<Vec<Checkpoint>> {
+    runners.iter().map(|runner| runner.checkpoints.clone()).collect()
+}
+
+/// The results so far. The current repeat is part of the record once every method has a point.
+fn so_far(record: &Record, runners: &[Runner<'_>], size: [u32; 2]) -> Result<Contested, EvaluateError> {
+    let mut record = record.clone();
+    if runners.iter().all(|runner| !runner.curve.is_empty()) {
+        let runs = runners.iter().map(|runner| Run {
+            curve: runner.curve.clone(),
+        });
+        record.repeats.push(runs.collect());
+    }
+    let images = runners.iter().map(|runner| runner.mean(size));
+    Ok(Contested {
+        record,
+        images: images.collect::<Result<_, _>>()?,
+        checkpoints: checkpoints_of(runners),
+    })
 }
 
 impl Record {

@@ -28,6 +28,8 @@ pub enum EvaluateError {
     Render(RenderError),
     /// A stored record does not belong to the contest, or is no record.
     Record(String),
+    /// An image viewer cannot be reached.
+    Viewer(String),
 }
 
 impl fmt::Display for EvaluateError {
@@ -45,6 +47,7 @@ impl fmt::Display for EvaluateError {
             Self::Image(error) => error.fmt(f),
             Self::Render(error) => error.fmt(f),
             Self::Record(reason) => write!(f, "the kept record: {reason}"),
+            Self::Viewer(reason) => write!(f, "the image viewer: {reason}"),
         }
     }
 }

@@ -58,11 +58,15 @@ mod single;
 mod summary;
 mod svgf;
 mod temporal;
+mod tev;
 
 pub use agreement::{
     AGREEMENT_CHANNELS, Agreement, MeanDifference, RelativeInterval, ShardMeans, TileDifference, Verdict,
 };
-pub use contest::{ContestOptions, ContestProgress, Contestant, Contested, CurvePoint, Record, Run, run};
+pub use contest::{
+    Checkpoint, ContestOptions, ContestProgress, Contestant, Contested, CurvePoint, Record, Run, run,
+    run_watched,
+};
 pub use errors::{Errors, Metric};
 pub use failure::EvaluateError;
 pub use interval::Interval;
@@ -71,11 +75,12 @@ pub use lightshed_sampling as sampling;
 pub use lightshed_sampling::glam;
 pub use plot::Plot;
 pub use reference::Reference;
-pub use report::{ReportChain, ReportScene, html_report};
+pub use report::{ReportChain, ReportScene, html_report, html_report_so_far};
 pub use single::SingleFrames;
 pub use summary::{MetricStanding, Standing};
 pub use svgf::{PixelGuide, Svgf, SvgfOptions};
 pub use temporal::{Autocorrelation, Autocovariance, TemporalStudy};
+pub use tev::TevViewer;
 
 /// The guide's code is a test.
 #[cfg(doctest)]

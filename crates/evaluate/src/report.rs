@@ -4,12 +4,16 @@
 mod browser;
 mod page;
 mod picture;
+mod pixels;
 
 use crate::brightness::exposure_of;
-use crate::{Autocorrelation, EvaluateError, Interval, Metric, Record, Reference, SingleFrames, Standing};
+use crate::{
+    Autocorrelation, Checkpoint, EvaluateError, Interval, Metric, Record, Reference, SingleFrames, Standing,
+};
 use lightshed_film::RgbImage;
-use page::{escape, figure};
+use page::{escape, figure, view};
 use picture::{error_colours, png_data};
+use pixels::pixel_plot;
 use std::fmt::Write;
 
 /// What the page shows of one scene.
@@ -25,6 +29,8 @@ pub struct ReportScene<'a> {
     pub reference: &'a Reference,
     /// An image for every name of the record.
     pub images: &'a [RgbImage],
+    /// Images over time for every name, for curves of single pixels; none for a page without.
+    pub checkpoints: &'a [Vec<Checkpoint>],
     /// Methods whose frames depend on those before.
     pub chains: &'a [ReportChain],
 }
@@ -53,11 +59,36 @@ pub fn html_report(
     command: &str,
     scenes: &[ReportScene<'_>],
 ) -> Result<String, EvaluateError> {
+    report(title, machine, command, None, scenes)
+}
+
+/// The page of a comparison that still runs, of which the share `done` is complete. It loads itself
+/// again every few seconds, and keeps the visitor's zoom and pixel.
+///
+/// # Errors
+/// Those of [`html_report`].
+pub fn html_report_so_far(
+    title: &str,
+    machine: &str,
+    command: &str,
+    done: f64,
+    scenes: &[ReportScene<'_>],
+) -> Result<String, EvaluateError> {
+    report(title, machine, command, Some(done), scenes)
+}
+
+fn report(
+    title: &str,
+    machine: &str,
+    command: &str,
+    done: Option<f64>,
+    scenes: &[ReportScene<'_>],
+) -> Result<String, EvaluateError> {
     let mut body = String::new();
     for (number, scene) in scenes.iter().enumerate() {
         section(&mut body, number, scene)?;
     }
-    Ok(page::page(title, machine, command, &body))
+    Ok(page::page(title, machine, command, done, &body))
 }
 
 fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<(), EvaluateError> {
@@ -86,6 +117,7 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
     let exposure = exposure_of(scene.reference.image());
     let truth = png_data(scene.reference.image(), exposure)?;
     let base = png_data(&scene.images[0], exposure)?;
+    body.push_str(page::TOOLS);
     body.push_str("<div class=\"grid\">\n");
     for (place, (name, image)) in record.names.iter().zip(scene.images).enumerate() {
         let own = png_data(image, exposure)?;
@@ -107,12 +139,14 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
         let colours = error_colours(scene.reference.size(), &errors)?;
         #[cfg(feature = "flip")]
         let name = &format!("{name}: ꟻLIP {:.3}", scene.reference.flip(image)?);
-        body.push_str(&figure(&png_data(&colours, 0.0)?, name));
+        body.push_str(&view(&png_data(&colours, 0.0)?, name));
     }
-    body.push_str(&figure(&truth, "reference"));
-    body.push_str("</div>\n<h3>Error over time</h3>\n<div class=\"plots\">\n");
+    body.push_str(&view(&truth, "reference"));
+    body.push_str("</div>\n");
+    body.push_str(&pixel_plot(scene.reference, &record.names, scene.checkpoints)?);
+    body.push_str("<h3>Error over time</h3>\n<div class=\"plots\">\n");
     for metric in Metric::ALL {
-        body.push_str(&record.plot(metric).svg());
+        let _ = write!(body, "<div class=\"plot\">{}</div>", record.plot(metric).svg());
     }
     body.push_str("</div>\n");
     if !scene.chains.is_empty() {
@@ -124,7 +158,7 @@ fn section(body: &mut String, number: usize, scene: &ReportScene<'_>) -> Result<
 
 fn chains(body: &mut String, scene: &ReportScene<'_>) -> Result<(), EvaluateError> {
     body.push_str(
-        "<h3>Frames of chains</h3>\n<table><thead><tr><th>a frame after twenty others</th><th>seconds</th><th>MAPE</th><th>baseline, \
+        "<h3>Frames of chains</h3>\n<div class=\"scroll\"><table><thead><tr><th>a frame after twenty others</th><th>seconds</th><th>MAPE</th><th>baseline, \
          samples in that time</th><th>its MAPE</th></tr></thead><tbody>\n",
     );
     for chain in scene.chains {
@@ -141,7 +175,7 @@ fn chains(body: &mut String, scene: &ReportScene<'_>) -> Result<(), EvaluateErro
         );
     }
     body.push_str(
-        "</tbody></table>\n<p>One row of pixels, a frame a line: what lives on from frame to frame shows as \
+        "</tbody></table></div>\n<p>One row of pixels, a frame a line: what frames share shows as \
          stripes.</p>\n<div class=\"grid\">\n",
     );
     let exposure = exposure_of(scene.reference.image());
@@ -164,43 +198,62 @@ fn chains(body: &mut String, scene: &ReportScene<'_>) -> Result<(), EvaluateErro
     Ok(())
 }
 
+/// The methods, the fastest by the first metric first; headings sort by their column.
 fn table(body: &mut String, record: &Record, standings: &[Standing]) {
+    let heading = |name: &str, sign: i32| format!("<th><button data-sign=\"{sign}\">{name}</button></th>");
     let _ = write!(
         body,
-        "<table><thead><tr><th>method</th><th>frames</th>{}</tr></thead>\n<tbody>\n",
+        "<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>method</th>{}{}</tr></thead>\n<tbody>\n",
+        heading("frames", -1),
         Metric::ALL
-            .map(|m| format!("<th>{}</th><th>as fast</th>", m.name()))
+            .map(|m| heading(m.name(), 1) + &heading("as fast", -1))
             .concat()
     );
-    for standing in standings {
+    let cell = |value: Option<f64>, text: &str| {
+        let value = value.map_or(String::new(), |value| format!("{value:e}"));
+        format!("<td data-value=\"{value}\">{text}</td>")
+    };
+    for standing in fastest_first(standings) {
         let _ = write!(
             body,
-            "<tr><td>{}</td><td>{:.0}</td>",
+            "<tr><td>{}</td>{}",
             escape(&standing.name),
-            standing.frames
+            cell(Some(standing.frames), &format!("{:.0}", standing.frames))
         );
         for by_metric in &standing.by_metric {
             let mark = if by_metric.is_extrapolated { "*" } else { "" };
-            let _ = write!(
-                body,
-                "<td>{}</td><td>{}{mark}</td>",
-                by_metric.error.map_or("–".into(), |e| format!("{:.3e}", e.mid)),
-                by_metric.speedup.map_or("–".into(), |s| interval_text(&s)),
-            );
+            let error = by_metric.error.map(|e| e.mid);
+            let speedup = by_metric.speedup.map(|s| s.mid);
+            body.push_str(&cell(error, &error.map_or("–".into(), |e| format!("{e:.3e}"))));
+            let text = by_metric.speedup.map_or("–".into(), |s| interval_text(&s));
+            body.push_str(&cell(speedup, &(text + mark)));
         }
         body.push_str("</tr>\n");
     }
     let _ = write!(
         body,
-        "</tbody></table>\n<p class=\"small\">After {} processor seconds for each method, {} × {} pixels, {} repeats. “As \
-         fast”: how many times the baseline ({}) would need that time for the same error, with 95 % intervals; * where the \
-         baseline's curve had to be continued.</p>\n",
+        "</tbody></table></div>\n<p class=\"small\">After {} processor seconds for each method, {} × {} pixels, {} repeats. \
+         “As fast”: how many times the baseline ({}) would need that time for the same error, with 95 % intervals; * where \
+         the baseline's curve had to be continued.</p>\n",
         record.options.seconds,
         record.size[0],
         record.size[1],
         record.repeats.len(),
         escape(&record.names[0]),
     );
+}
+
+/// By the speed-up of the first metric; methods without one come last.
+fn fastest_first(standings: &[Standing]) -> Vec<&Standing> {
+    let speedup = |standing: &Standing| {
+        let first = standing.by_metric.first();
+        first
+            .and_then(|by_metric| by_metric.speedup)
+            .map_or(0.0, |s| s.mid)
+    };
+    let mut sorted: Vec<&Standing> = standings.iter().collect();
+    sorted.sort_by(|a, b| speedup(b).total_cmp(&speedup(a)));
+    sorted
 }
 
 /// `mid× (low – high)`.
@@ -244,6 +297,13 @@ mod tests {
         let image = RgbImage::new(4, 4, vec![[0.5, 0.4, 0.3]; 16]).unwrap();
         let (record, reference) = (record(), Reference::stored(image.clone()).unwrap());
         let images = [image.clone(), image.clone()];
+        let checkpoints = [0.5, 0.9].map(|scale| {
+            let at = |seconds: f64| Checkpoint {
+                seconds,
+                image: RgbImage::from_fn(4, 4, |x, _| [scale * 0.1 * x as f32; 3]).unwrap(),
+            };
+            vec![at(1.0), at(2.0)]
+        });
         let errors = Errors {
             mse: 1.0,
             rel_mse: 1.0,
@@ -269,6 +329,7 @@ mod tests {
             record: &record,
             reference: &reference,
             images: &images,
+            checkpoints: &checkpoints,
             chains: &chains,
         })
     }
@@ -285,7 +346,19 @@ mod tests {
         let html = example_page();
         assert!(html.contains("-50 %"), "half the baseline's error");
         assert!(html.contains("a &lt;scene&gt;") && html.contains("two &amp; two"));
-        assert_eq!(html.matches("<svg").count(), 3);
+        assert_eq!(
+            html.matches("<svg").count(),
+            4,
+            "one for each metric, one for pixels"
+        );
+        let row = |name: &str| html.find(&format!("<tr><td>{name}<")).expect("it has a row");
+        assert!(row("other") < row("path"), "the faster one first");
+        assert!(
+            !html.contains("data-watch=\""),
+            "a page that is complete stays as it is"
+        );
+        let running = with_scene(|scene| html_report_so_far("Title", "", "", 0.25, &[scene]).unwrap());
+        assert!(running.contains("data-watch=\"5\"") && running.contains("25 % done"));
         assert_eq!(html.matches("type=\"range\"").count(), 2);
         assert!(
             html.contains("3.66") || html.contains("3.6"),

@@ -3,6 +3,7 @@
 use clap::Parser;
 use lightshed::film::ShardPart;
 use lightshed::integrator::{Method, MethodError};
+use lightshed_evaluate::TevViewer;
 use std::path::PathBuf;
 
 #[derive(Parser, Debug)]
@@ -49,6 +50,18 @@ pub struct Arguments {
     /// Measures nothing, but joins what all parts have left in the output folder.
     #[arg(long, conflicts_with = "resume")]
     pub join: bool,
+    /// Write the page every few seconds while it runs; an open page loads itself again.
+    #[arg(long, conflicts_with_all = ["shard", "join"])]
+    pub watch: bool,
+    /// Show the images in a running tev viewer.
+    #[arg(
+        long,
+        value_name = "HOST:PORT",
+        num_args = 0..=1,
+        default_missing_value = TevViewer::DEFAULT_ADDRESS,
+        conflicts_with = "shard"
+    )]
+    pub tev: Option<String>,
     /// Output folder.
     #[arg(long, default_value = "target/compare")]
     pub out: PathBuf,

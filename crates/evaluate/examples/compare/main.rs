@@ -7,13 +7,15 @@
 //! takes a few minutes on two cores and writes `target/compare/report.html`. With `--scene`,
 //! `--methods`, `--seconds` and `--reference` it compares what you like; the first method is the
 //! baseline. Ctrl-C keeps what is complete, and the same command goes on from there with
-//! `--resume`. `--shard 2/8` measures an eighth of the repeats, on any machine, and `--join` puts
+//! `--resume`. `--watch` writes the page every few seconds while it runs, `--tev` shows the images
+//! in that viewer. `--shard 2/8` measures an eighth of the repeats, on any machine, and `--join` puts
 //! what all parts have left in the output folder together.
 
 mod arguments;
 mod parts;
 mod scenes;
 mod show;
+mod watch;
 
 use arguments::Arguments;
 use clap::Parser;
@@ -24,7 +26,7 @@ use lightshed::sampling::PointSet;
 use lightshed::scene::Scene;
 use lightshed_evaluate::{
     ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Record, Reference, ReportChain,
-    ReportScene, SingleFrames, TemporalStudy, html_report, run,
+    ReportScene, SingleFrames, TemporalStudy, run_watched,
 };
 use scenes::Subject;
 use std::error::Error;
@@ -33,6 +35,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use watch::Watcher;
 
 fn main() -> ExitCode {
     match compare(&Arguments::parse()) {
@@ -54,6 +57,30 @@ struct Compared {
     chains: Vec<ReportChain>,
 }
 
+impl Compared {
+    fn section(&self) -> ReportScene<'_> {
+        section(&self.subject, &self.reference, &self.contested, &self.chains)
+    }
+}
+
+/// What the page shows of a scene.
+fn section<'b>(
+    subject: &Subject,
+    reference: &'b Reference,
+    contested: &'b Contested,
+    chains: &'b [ReportChain],
+) -> ReportScene<'b> {
+    ReportScene {
+        title: subject.name.clone(),
+        description: subject.about.clone(),
+        record: &contested.record,
+        reference,
+        images: &contested.images,
+        checkpoints: &contested.checkpoints,
+        chains,
+    }
+}
+
 /// Whether it was interrupted.
 fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let subjects = scenes::subjects(arguments)?;
@@ -65,8 +92,9 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         return parts::measure(arguments, part, subjects, &cancel);
     }
     let mut compared = Vec::new();
+    let mut watcher = Watcher::new(arguments, subjects.len())?;
     for subject in subjects {
-        match one(arguments, subject, &cancel) {
+        match one(arguments, subject, &compared, &mut watcher, &cancel) {
             Ok(done) => compared.push(done),
             Err(error) if cancel.load(Ordering::Relaxed) => {
                 eprintln!("{error}");
@@ -78,45 +106,32 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
             break;
         }
     }
-    let machine = show::machine();
-    let command: Vec<String> = std::env::args().skip(1).collect();
-    let command = format!("cargo run --release --example compare -- {}", command.join(" "));
-    let sections: Vec<ReportScene<'_>> = compared
-        .iter()
-        .map(|done| ReportScene {
-            title: done.subject.name.clone(),
-            description: done.subject.about.clone(),
-            record: &done.contested.record,
-            reference: &done.reference,
-            images: &done.contested.images,
-            chains: &done.chains,
-        })
-        .collect();
-    let html = html_report(
-        "Light transport at equal time",
-        &machine,
-        command.trim_end_matches(" -- "),
-        &sections,
-    )?;
-    let page = arguments.out.join("report.html");
-    fs::write(&page, html)?;
+    let sections: Vec<ReportScene<'_>> = compared.iter().map(Compared::section).collect();
+    watcher.write(&sections, None)?;
     if arguments.json {
-        println!("{}", show::json(&machine, &sections));
+        println!("{}", show::json(&show::machine(), &sections));
     } else {
         for section in &sections {
             print!("{}{}", show::table(section.record), show::frames(section.chains));
         }
-        println!("report: {}", page.display());
+        println!("report: {}", watcher.page().display());
     }
     Ok(cancel.load(Ordering::Relaxed))
 }
 
-fn one(arguments: &Arguments, subject: Subject, cancel: &AtomicBool) -> Result<Compared, Box<dyn Error>> {
+fn one(
+    arguments: &Arguments,
+    subject: Subject,
+    before: &[Compared],
+    watcher: &mut Watcher,
+    cancel: &AtomicBool,
+) -> Result<Compared, Box<dyn Error>> {
     let scene = Scene::new(&subject.description)?;
     let stage = &Stage::new(&scene);
     let folder = arguments.out.join(&subject.name);
     fs::create_dir_all(&folder)?;
     let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
+    watcher.show(&format!("{}/reference", subject.name), reference.image())?;
     let contestants = contestants(&subject, stage);
     let options = ContestOptions {
         seconds: arguments.seconds,
@@ -133,18 +148,23 @@ fn one(arguments: &Arguments, subject: Subject, cancel: &AtomicBool) -> Result<C
         bar.set_length((progress.total * 1e3) as u64);
         bar.set_position((progress.seconds * 1e3) as u64);
     };
-    let mut contested = run(
+    let mut on_frame = |progress: ContestProgress, so_far: &dyn Fn() -> Result<Contested, EvaluateError>| {
+        watcher.frame(before, &subject, &reference, progress, so_far)
+    };
+    let mut contested = run_watched(
         &subject.name,
         &contestants,
         &reference,
         options,
         kept,
         &observer,
+        &mut on_frame,
         cancel,
     )?;
     bar.finish_and_clear();
     fs::write(&file, serde_json::to_string_pretty(&contested.record)?)?;
     keep_images(&subject.methods, &folder, &mut contested)?;
+    watcher.show_all(&subject, &contested)?;
     let chains = if cancel.load(Ordering::Relaxed) {
         Vec::new()
     } else {

@@ -16,12 +16,25 @@ const VISIT: &str = "<script>window.addEventListener('load',function(){\
     var pair=document.querySelector('.pair'),over=pair.querySelector('.over'),slide=pair.querySelector('input');\
     var clip=function(){return getComputedStyle(over).clipPath;};var before=clip();\
     slide.value=80;slide.dispatchEvent(new Event('input'));var after=clip();\
+    var section=document.querySelector('section'),views=Array.from(section.querySelectorAll('.view img'));\
+    var placed=function(){return views.map(function(i){return getComputedStyle(i).transform;});};\
+    document.querySelector('.tools button').click();var zoomed=placed();\
+    document.querySelector('.tools button[data-factor=\"0\"]').click();var whole=placed();\
+    var body=document.querySelector('table.sortable tbody'),first=function(){return body.rows[0].cells[0].textContent;};\
+    var fastest=first();document.querySelectorAll('table.sortable th button')[1].click();\
+    document.querySelectorAll('table.sortable th button')[1].click();var least=first();\
+    var box=section.querySelector('.pixel'),view=section.querySelector('.view');var hidden=box.hidden;\
+    var r=view.getBoundingClientRect();['pointerdown','pointerup'].forEach(function(kind){\
+        view.dispatchEvent(new PointerEvent(kind,{pointerId:1,clientX:r.left+0.9*r.width,clientY:r.top+0.1*r.height}));});\
+    var pixel=[hidden,box.hidden,box.querySelectorAll('polyline').length,box.querySelector('.where').textContent];\
     var images=Array.from(document.images);\
     var plots=Array.from(document.querySelectorAll('svg')).filter(function(svg){\
         return svg.getBoundingClientRect().width>100&&svg.querySelectorAll('path,polyline').length>0;});\
     var asked=performance.getEntriesByType('resource').map(function(e){return e.name;})\
         .filter(function(name){return !name.startsWith('data:');});\
-    document.title=JSON.stringify({before:before,after:after,images:images.length,\
+    var wide=document.documentElement.scrollWidth-document.documentElement.clientWidth;\
+    document.title=JSON.stringify({zoomed:zoomed,whole:whole,fastest:fastest,least:least,pixel:pixel,wide:wide,\
+        before:before,after:after,images:images.length,\
         shown:images.filter(function(i){return i.complete&&i.naturalWidth>0;}).length,plots:plots.length,asked:asked});\
     });</script></body>";
 
@@ -45,7 +58,7 @@ fn browser() -> Option<PathBuf> {
 }
 
 /// Opens the page and says what the visitor saw.
-fn visit(browser: &Path, folder: &Path, page: &str) -> Value {
+fn visit(browser: &Path, folder: &Path, page: &str, width: u32) -> Value {
     let file = folder.join("page.html");
     std::fs::write(&file, page.replace("</body>", VISIT)).expect("the folder can be written to");
     let output = Command::new(browser)
@@ -59,9 +72,9 @@ fn visit(browser: &Path, folder: &Path, page: &str) -> Value {
             "--disable-component-update",
             "--disable-sync",
             "--virtual-time-budget=5000",
-            "--window-size=1280,900",
             "--dump-dom",
         ])
+        .arg(format!("--window-size={width},900"))
         .arg(format!("--user-data-dir={}", folder.join("profile").display()))
         .arg(format!("file://{}", file.display()))
         .output()
@@ -81,10 +94,39 @@ fn the_page_works_in_a_browser() {
     let folder = std::env::temp_dir().join(format!("lightshed-browser-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("there is room for temporary files");
     let page = example_page();
-    let seen = visit(&browser, &folder, &page);
+    let seen = visit(&browser, &folder, &page, 1280);
     assert_eq!(seen["before"], "inset(0px 50% 0px 0px)", "{seen}");
     assert_eq!(seen["after"], "inset(0px 20% 0px 0px)", "{seen}");
-    assert_eq!(seen["plots"], 3, "{seen}");
+    assert_eq!(seen["plots"], 4, "{seen}");
+    // All views of the scene zoom, and back.
+    for (state, transform) in [
+        ("zoomed", "matrix(2, 0, 0, 2, "),
+        ("whole", "matrix(1, 0, 0, 1, 0, 0)"),
+    ] {
+        let views = seen[state].as_array().expect("a list");
+        assert!(views.len() > 4, "{seen}");
+        assert!(
+            views
+                .iter()
+                .all(|view| view.as_str().is_some_and(|view| view.starts_with(transform))),
+            "{seen}"
+        );
+        assert!(views.iter().all(|view| *view == views[0]), "{seen}");
+    }
+    assert_eq!(
+        (&seen["fastest"], &seen["least"]),
+        (&"other".into(), &"path".into()),
+        "{seen}"
+    );
+    assert_eq!(
+        seen["pixel"],
+        serde_json::json!([true, false, 2, "pixel (3, 0)"]),
+        "{seen}"
+    );
+    // Nothing is wider than the window, on a phone neither.
+    assert_eq!(seen["wide"], 0, "{seen}");
+    let phone = visit(&browser, &folder, &page, 500);
+    assert_eq!(phone["wide"], 0, "{phone}");
     assert!(
         seen["images"].as_u64() > Some(4) && seen["images"] == seen["shown"],
         "{seen}"
@@ -96,10 +138,11 @@ fn the_page_works_in_a_browser() {
         &browser,
         &folder,
         &page.replace("addEventListener('input'", "addEventListener('never'"),
+        1280,
     );
     assert_eq!(still["before"], still["after"]);
     let elsewhere = page.replacen("<img src=\"data:", "<img src=\"http://127.0.0.1:9/", 1);
-    let broken = visit(&browser, &folder, &elsewhere);
+    let broken = visit(&browser, &folder, &elsewhere, 1280);
     assert_ne!(broken["images"], broken["shown"]);
     assert_ne!(broken["asked"], Value::Array(Vec::new()));
     std::fs::remove_dir_all(&folder).ok();
