@@ -204,30 +204,26 @@ fn table(body: &mut String, record: &Record, standings: &[Standing]) {
     let _ = write!(
         body,
         "<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>method</th>{}{}</tr></thead>\n<tbody>\n",
-        heading("frames", -1),
         Metric::ALL
-            .map(|m| heading(m.name(), 1) + &heading("as fast", -1))
-            .concat()
+            .map(|m| heading(&format!("as fast, {}", m.name()), -1) + &heading(m.name(), 1))
+            .concat(),
+        heading("frames", -1),
     );
-    let cell = |value: Option<f64>, text: &str| {
+    let cell = |value: Option<f64>, text: Option<&str>| {
         let value = value.map_or(String::new(), |value| format!("{value:e}"));
-        format!("<td data-value=\"{value}\">{text}</td>")
+        format!("<td data-value=\"{value}\">{}</td>", text.unwrap_or("–"))
     };
     for standing in fastest_first(standings) {
-        let _ = write!(
-            body,
-            "<tr><td>{}</td>{}",
-            escape(&standing.name),
-            cell(Some(standing.frames), &format!("{:.0}", standing.frames))
-        );
+        let _ = write!(body, "<tr><td>{}</td>", escape(&standing.name));
         for by_metric in &standing.by_metric {
             let mark = if by_metric.is_extrapolated { "*" } else { "" };
+            let text = by_metric.speedup.map(|s| interval_text(&s) + mark);
+            body.push_str(&cell(by_metric.speedup.map(|s| s.mid), text.as_deref()));
             let error = by_metric.error.map(|e| e.mid);
-            let speedup = by_metric.speedup.map(|s| s.mid);
-            body.push_str(&cell(error, &error.map_or("–".into(), |e| format!("{e:.3e}"))));
-            let text = by_metric.speedup.map_or("–".into(), |s| interval_text(&s));
-            body.push_str(&cell(speedup, &(text + mark)));
+            body.push_str(&cell(error, error.map(|e| format!("{e:.3e}")).as_deref()));
         }
+        let frames = format!("{:.0}", standing.frames);
+        body.push_str(&cell(Some(standing.frames), Some(&frames)));
         body.push_str("</tr>\n");
     }
     let _ = write!(
