@@ -8,8 +8,8 @@
 //! `--methods`, `--seconds` and `--reference` it compares what you like; the first method is the
 //! baseline. Ctrl-C keeps what is complete, and the same command goes on from there with
 //! `--resume`. `--watch` writes the page every few seconds while it runs, `--tev` shows the images
-//! in that viewer. `--shard 2/8` measures an eighth of the repeats, on any machine, and `--join` puts
-//! what all parts have left in the output folder together.
+//! in that viewer. `--shard 2/8` measures an eighth of the repeats, on any machine. `--join` puts
+//! together what all parts have left in the output folder.
 
 mod arguments;
 mod parts;
