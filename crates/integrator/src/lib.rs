@@ -23,6 +23,7 @@
 //! [`FrameMethod`](film::FrameMethod). Methods use public items only, so another renderer can build
 //! the same.
 
+mod any_emitters;
 mod cached;
 mod camera_motion;
 mod camera_ray;

@@ -83,6 +83,11 @@ impl LightChoosing {
             Self::Vlc => "vlc",
         }
     }
+
+    /// Whether it asks for the point that is lit.
+    pub fn knows_the_point(self) -> bool {
+        !matches!(self, Self::Uniform | Self::Power)
+    }
 }
 
 /// A name that none of [`LightChoosing::ALL`] has.

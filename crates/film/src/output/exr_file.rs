@@ -52,6 +52,11 @@ impl std::error::Error for ExrError {
 ///
 /// A file that cannot be read, has no such channels, or holds a NaN or infinity.
 pub fn read_exr(path: impl AsRef<Path>) -> Result<RgbImage, ExrError> {
+    read(path.as_ref())
+}
+
+/// [`read_exr`], compiled once and not in every crate that calls it.
+fn read(path: &Path) -> Result<RgbImage, ExrError> {
     let file = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -119,7 +124,17 @@ fn find_rgb(layer: &Layer<AnyChannels<FlatSamples>>) -> Option<[usize; 3]> {
 /// # Errors
 ///
 /// Those of `writer`.
-pub fn write_exr(image: &RgbImage, writer: impl Write + Seek) -> Result<(), exr::error::Error> {
+pub fn write_exr(image: &RgbImage, mut writer: impl Write + Seek) -> Result<(), exr::error::Error> {
+    write(image, &mut writer)
+}
+
+/// What a file is.
+trait WriteSeek: Write + Seek {}
+
+impl<W: Write + Seek> WriteSeek for W {}
+
+/// [`write_exr`], compiled once and not for every writer.
+fn write(image: &RgbImage, writer: &mut dyn WriteSeek) -> Result<(), exr::error::Error> {
     let (width, pixels) = (image.width() as usize, image.pixels());
     let channels = SpecificChannels::rgb(|at: exr::prelude::Vec2<usize>| {
         let [r, g, b] = pixels[at.y() * width + at.x()];

@@ -29,7 +29,12 @@ pub(crate) fn srgb_bytes(image: &RgbImage, exposure: f32) -> Vec<u8> {
 /// # Errors
 ///
 /// Those of `writer`.
-pub fn write_png(image: &RgbImage, exposure: f32, writer: impl Write) -> io::Result<()> {
+pub fn write_png(image: &RgbImage, exposure: f32, mut writer: impl Write) -> io::Result<()> {
+    write(image, exposure, &mut writer)
+}
+
+/// [`write_png`], compiled once and not for every writer.
+fn write(image: &RgbImage, exposure: f32, writer: &mut dyn Write) -> io::Result<()> {
     let mut encoder = png::Encoder::new(writer, image.width(), image.height());
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);

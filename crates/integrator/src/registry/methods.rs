@@ -7,11 +7,12 @@ use super::entry::MethodEntry;
 use super::option::MethodValues;
 use super::options;
 use super::stage::{Motion, Stage, Started};
+use crate::any_emitters::AnyEmitters;
 use crate::{
-    CachedPaths, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, Lightcuts, Mixture, PathReuse,
-    PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions, RestirSuffix,
-    RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking, VplBrute,
-    VplGrid,
+    CachedPaths, DirectLight, DirectLightOptions, EmitterSampler, GuidedPaths, LightChoosing, Lightcuts,
+    Mixture, PathReuse, PathTracer, RestirDi, RestirDiSettings, RestirGi, RestirPt, RestirPtOptions,
+    RestirSuffix, RestirSuffixOptions, RestirVolume, RestirVolumeOptions, VolumePathTracer, VolumeTracking,
+    VplBrute, VplGrid,
 };
 use lightshed_film::{FrameMethod, PixelEstimator};
 use std::fmt::Display;
@@ -34,8 +35,16 @@ macro_rules! by_emitters {
     };
 }
 
-/// All methods.
-pub const METHODS: &[MethodEntry] = &[
+/// The sampler of emitters that is asked for, for methods that are compiled once.
+fn any_emitters<'b>(stage: &'b Stage<'_>, values: &MethodValues) -> Result<AnyEmitters<'b>, String> {
+    Ok(match values.light_choosing() {
+        None => AnyEmitters::Power(stage.scene().emitters_by_power()),
+        Some(choosing) => AnyEmitters::Selection(stage.selection(choosing).map_err(reason)?),
+    })
+}
+
+/// All methods. Not a constant: each crate that names one compiles the functions in it again.
+pub static METHODS: &[MethodEntry] = &[
     MethodEntry {
         name: "path",
         help: "Path tracing with next-event estimation and multiple importance sampling",
@@ -207,11 +216,17 @@ pub const METHODS: &[MethodEntry] = &[
         },
         options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
         start: |stage, values, motion| {
-            let settings = RestirDiSettings {
+            let knows_the_point = values
+                .light_choosing()
+                .is_some_and(LightChoosing::knows_the_point);
+            let mut settings = RestirDiSettings {
                 points: values.points(),
                 visible_emission: values.visible_emission(),
                 ..RestirDiSettings::UNBIASED
             };
+            if knows_the_point {
+                settings.emitter_candidates = CHOSEN_CANDIDATES;
+            }
             by_emitters!(stage, values, sampler => {
                 let method = RestirGi::new(stage.scene(), sampler, settings);
                 frames(method.map(|method| method.with_motion(motion.camera)))
@@ -309,7 +324,7 @@ pub const METHODS: &[MethodEntry] = &[
         ],
         start: |stage, values, _| {
             let options = values.vpl_grid_options(stage.scene());
-            by_emitters!(stage, values, sampler => frames(VplGrid::new(stage.scene(), sampler, options)))
+            frames(VplGrid::new(stage.scene(), any_emitters(stage, values)?, options))
         },
     },
     MethodEntry {
@@ -323,7 +338,7 @@ pub const METHODS: &[MethodEntry] = &[
             options::VPL_SUBSET,
             options::LIGHTS,
         ],
-        start: |stage, values, _| by_emitters!(stage, values, sampler => vpl_brute(stage, values, sampler)),
+        start: vpl_brute,
     },
 ];
 
@@ -334,6 +349,10 @@ const VPL: MethodCapabilities = MethodCapabilities {
     depth: PathDepth::Bounded { least: 3, default: 5 },
     ..MethodCapabilities::FRAMES
 };
+
+/// Candidates of direct light beside reuse of indirect light, where each is chosen for the point that
+/// it lights: such a choice costs more than one by power and leaves less to resample.
+const CHOSEN_CANDIDATES: u32 = 8;
 
 /// Rounds of reuse in pairs: as many partners as neighbours in a disk.
 const PAIRED_ROUNDS: u32 = 3;
@@ -357,10 +376,8 @@ fn restir_di<'b>(
 
 fn mixture<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion<'b>) -> Start<'b> {
     let options = values.mixture_options();
-    by_emitters!(stage, values, sampler => {
-        let method = Mixture::new(stage.scene(), sampler, options);
-        frames(method.map(|method| method.with_motion(motion.camera)))
-    })
+    let method = Mixture::new(stage.scene(), any_emitters(stage, values)?, options);
+    frames(method.map(|method| method.with_motion(motion.camera)))
 }
 
 /// A path tracer with the random numbers and the visible emission of the options; with the longest
@@ -401,13 +418,17 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
 }
 
 fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
-    let (guided, cached) = (values.guided_paths(), values.cached_paths(stage.scene()));
-    by_emitters!(stage, values, sampler => match (guided, cached) {
-        (Some(_), Some(_)) => Err("paths with a guide do not end in a cache: give --guide or --cache".to_owned()),
-        (Some(options), None) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
-        (None, Some(options)) => frames(CachedPaths::new(stage.scene(), sampler, options)),
-        (None, None) => samples(path_tracer(stage, values, sampler, None)),
-    })
+    let scene = stage.scene();
+    match (values.guided_paths(), values.cached_paths(scene)) {
+        (Some(_), Some(_)) => {
+            Err("paths with a guide do not end in a cache: give --guide or --cache".to_owned())
+        }
+        (Some(options), None) => frames(GuidedPaths::new(scene, any_emitters(stage, values)?, options)),
+        (None, Some(options)) => frames(CachedPaths::new(scene, any_emitters(stage, values)?, options)),
+        (None, None) => {
+            by_emitters!(stage, values, sampler => samples(path_tracer(stage, values, sampler, None)))
+        }
+    }
 }
 
 fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTracking) -> Start<'b> {
@@ -473,13 +494,10 @@ fn restir_volume<'b>(stage: &'b Stage<'_>, values: &MethodValues, motion: Motion
     }
 }
 
-fn vpl_brute<'b, S: EmitterSampler + Send + 'b>(
-    stage: &'b Stage<'_>,
-    values: &MethodValues,
-    sampler: S,
-) -> Start<'b> {
+fn vpl_brute<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
     let (scene, distance) = (stage.scene(), values.vpl_min_distance(stage.scene()));
-    let method = VplBrute::new(scene, sampler, values.vpl_options(scene), distance);
+    let emitters = any_emitters(stage, values)?;
+    let method = VplBrute::new(scene, emitters, values.vpl_options(scene), distance);
     let mut method = method.map_err(reason)?;
     if let Some(lights) = values.get(&options::VPL_SUBSET) {
         method = method.with_lights_per_point(lights);

@@ -36,7 +36,7 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
         |(element, what): mend::Note| ImportError::unsupported(Location::file(path).element(element), what);
     let notes = mend::mend(&mut value).map_err(malformed)?;
     let (compressed, fallbacks) = mend::compressed(&mut value);
-    let root: json::Root = json::deserialize::from_value(value).map_err(broken)?;
+    let root = document(&value).map_err(|what| ImportError::malformed(Location::file(path), what))?;
     let version = &root.asset.version;
     if !version.starts_with("2.") {
         let message = format!("glTF version {version} is not supported, only 2");
@@ -71,6 +71,19 @@ pub(super) struct Opened {
     pub(super) compressed: Vec<mend::CompressedView>,
     /// By buffer, whether nothing of it is read: its views are decompressed from another.
     pub(super) fallbacks: Vec<bool>,
+}
+
+/// The document of a mended tree, or what is wrong with it. By way of text: reading that is compiled
+/// once, in the `gltf` crate, while reading from a tree would be compiled here a second time, a
+/// quarter of this crate.
+fn document(value: &json::Value) -> Result<json::Root, String> {
+    json::Root::from_slice(value.to_string().as_bytes()).map_err(|error| {
+        // The place is one in the text made here, which nobody has.
+        let what = error.to_string();
+        what.rsplit_once(" at line ")
+            .map_or(what.as_str(), |(what, _)| what)
+            .to_owned()
+    })
 }
 
 /// Number of objects in a JSON text: each takes hundreds of bytes once it is read, and two here.

@@ -11,8 +11,8 @@ use std::path::Path;
 /// The first layer of an OpenEXR file with channels R, G, B, or with Y alone.
 pub(super) fn decode(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Image, ImportError> {
     let broken = |source: exr::error::Error| broken(path, source);
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
-    for header in &meta.headers {
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(broken)?;
+    for header in reader.headers() {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
         check_size(width, height, bytes, path)?;
         // Every channel is decoded, then three floats are kept.
@@ -29,7 +29,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Ima
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_buffered(Cursor::new(bytes))
+        .from_chunks(reader)
         .map_err(broken)?;
     let layer = &file.layer_data;
     let find = |name: &str| {

@@ -1,0 +1,183 @@
+//! Both ways to choose emitters in one type.
+
+use crate::emitter_sampler::EmitterSampler;
+use crate::light_selection::LightSelection;
+use lightshed_lanes::{LANES, Lanes, Vec3Lanes};
+use lightshed_lights::ShadingPoint;
+use lightshed_sampling::{Density, SolidAngle};
+use lightshed_scene::glam::Vec3;
+use lightshed_scene::{
+    EmitterConnection, EmitterEndpoint, EmitterLanes, EmitterSample, EmittersByPower, SurfacePoint,
+};
+
+/// The emitter sampler that options ask for, known when the program runs; each function is that of
+/// the sampler, bit for bit.
+///
+/// For methods in which choosing emitters is a small part of the work: the table of methods
+/// compiles them once. Plain paths and reuse of direct light are compiled for each sampler instead.
+#[derive(Clone, Copy)]
+pub(crate) enum AnyEmitters<'a> {
+    /// By power, whatever the point.
+    Power(EmittersByPower<'a>),
+    /// For the point that is lit.
+    Selection(&'a LightSelection<'a>),
+}
+
+/// Each arm is compiled for its sampler, with its site.
+macro_rules! with_emitters {
+    ($emitters:expr, $site:expr, ($found:ident, $at:ident) => $do:expr) => {
+        match $emitters {
+            AnyEmitters::Power($found) => {
+                let $at = &();
+                $do
+            }
+            AnyEmitters::Selection($found) => {
+                let $at = $site;
+                $do
+            }
+        }
+    };
+}
+
+impl EmitterSampler for AnyEmitters<'_> {
+    type Site = ShadingPoint;
+
+    #[inline]
+    fn site(&self, at: impl FnOnce() -> ShadingPoint) -> ShadingPoint {
+        match self {
+            Self::Power(_) => ShadingPoint::default(),
+            Self::Selection(selection) => EmitterSampler::site(*selection, at),
+        }
+    }
+
+    #[inline]
+    fn sample(&self, from: Vec3, site: &ShadingPoint, u_select: u64, u: [f32; 2]) -> Option<EmitterSample> {
+        with_emitters!(self, site, (emitters, at) => EmitterSampler::sample(emitters, from, at, u_select, u))
+    }
+
+    #[inline]
+    fn pdf(&self, from: Vec3, site: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
+        with_emitters!(self, site, (emitters, at) => EmitterSampler::pdf(emitters, from, at, point))
+    }
+
+    #[inline]
+    fn pdf_environment(&self, from: Vec3, site: &ShadingPoint, direction: Vec3) -> Density<SolidAngle> {
+        with_emitters!(self, site, (emitters, at) => {
+            EmitterSampler::pdf_environment(emitters, from, at, direction)
+        })
+    }
+
+    #[inline]
+    fn sample_endpoint(
+        &self,
+        from: Vec3,
+        site: &ShadingPoint,
+        u_select: u64,
+        u: [f32; 2],
+    ) -> Option<(EmitterEndpoint, f32)> {
+        with_emitters!(self, site, (emitters, at) => {
+            EmitterSampler::sample_endpoint(emitters, from, at, u_select, u)
+        })
+    }
+
+    #[inline]
+    fn endpoint_pdf(&self, from: Vec3, site: &ShadingPoint, point: &SurfacePoint) -> Density<SolidAngle> {
+        with_emitters!(self, site, (emitters, at) => EmitterSampler::endpoint_pdf(emitters, from, at, point))
+    }
+
+    #[inline]
+    fn endpoint_probability(&self, from: Vec3, site: &ShadingPoint, endpoint: &EmitterEndpoint) -> f32 {
+        with_emitters!(self, site, (emitters, at) => {
+            EmitterSampler::endpoint_probability(emitters, from, at, endpoint)
+        })
+    }
+
+    #[inline]
+    fn connect_chosen(
+        &self,
+        from: Vec3,
+        endpoint: &EmitterEndpoint,
+        probability: f32,
+    ) -> Option<EmitterConnection> {
+        match self {
+            Self::Power(emitters) => emitters.connect_chosen(from, endpoint, probability),
+            Self::Selection(emitters) => emitters.connect_chosen(from, endpoint, probability),
+        }
+    }
+
+    #[inline]
+    fn connect(
+        &self,
+        from: Vec3,
+        site: &ShadingPoint,
+        endpoint: &EmitterEndpoint,
+    ) -> Option<EmitterConnection> {
+        with_emitters!(self, site, (emitters, at) => EmitterSampler::connect(emitters, from, at, endpoint))
+    }
+
+    #[inline]
+    fn sample_many(
+        &self,
+        from: Vec3,
+        site: &ShadingPoint,
+        u_select: &[u64],
+        u: impl FnMut() -> [f32; 2],
+        take: impl FnMut(EmitterSample),
+    ) {
+        with_emitters!(self, site, (emitters, at) => {
+            EmitterSampler::sample_many(emitters, from, at, u_select, u, take);
+        });
+    }
+
+    #[inline(always)]
+    fn sample_lanes<L: Lanes>(
+        &self,
+        from: Vec3Lanes<L>,
+        sites: &[ShadingPoint; LANES],
+        u_select: [L::Words; 2],
+        u: [L; 2],
+        wanted: u32,
+    ) -> EmitterLanes<L> {
+        match self {
+            Self::Power(emitters) => {
+                EmitterSampler::sample_lanes(emitters, from, &[(); LANES], u_select, u, wanted)
+            }
+            Self::Selection(emitters) => {
+                EmitterSampler::sample_lanes(*emitters, from, sites, u_select, u, wanted)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{LightChoosing, PathTracer};
+    use lightshed_film::{PixelEstimator, SampleId};
+    use lightshed_scene::{Rgb, Scene, builtin};
+
+    /// Samples of the first pixels of a row, in a batch and each alone.
+    fn samples<S: EmitterSampler + Send>(scene: &Scene, sampler: S) -> Vec<Rgb> {
+        let tracer = PathTracer::new(scene, sampler);
+        let ids: [SampleId; 64] = std::array::from_fn(|i| SampleId {
+            x: i as u32,
+            y: 40,
+            index: 1,
+        });
+        let mut values = vec![Rgb::ZERO; ids.len()];
+        tracer.sample_many(&ids, 7, &mut values);
+        values.extend(ids.iter().map(|id| tracer.sample(id.x, id.y, id.index, 7)));
+        values
+    }
+
+    #[test]
+    fn each_way_to_choose_gives_its_own_bits() {
+        let scene = Scene::new(&builtin::many_lights()).unwrap();
+        let power = scene.emitters_by_power();
+        let tree = LightSelection::new(&scene, LightChoosing::Bvh).unwrap();
+        let (by_power, by_tree) = (samples(&scene, power), samples(&scene, &tree));
+        assert_ne!(by_power, by_tree);
+        assert_eq!(samples(&scene, AnyEmitters::Power(power)), by_power);
+        assert_eq!(samples(&scene, AnyEmitters::Selection(&tree)), by_tree);
+    }
+}
