@@ -4,4 +4,6 @@ mod directions;
 mod field;
 mod light_cache;
 mod markov;
+#[cfg(feature = "serde")]
+mod stored;
 mod vmf;
