@@ -102,7 +102,8 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             self.arrive(place + met.trailing_zeros() as usize);
             met &= met - 1;
         }
-        // The constant says again what the bits do: without it `diffuse` would be compiled for nothing.
+        // The constant says again what the bits do: without it `diffuse` would be compiled for
+        // nothing.
         if Self::IN_LANES && point.diffuse != 0 {
             self.diffuse(place, &point, &numbers);
         }

@@ -350,8 +350,8 @@ const VPL: MethodCapabilities = MethodCapabilities {
     ..MethodCapabilities::FRAMES
 };
 
-/// Candidates of direct light beside reuse of indirect light, where each is chosen for the point that
-/// it lights: such a choice costs more than one by power and leaves less to resample.
+/// Candidates of direct light beside reuse of indirect light, where each is chosen for the point
+/// that it lights: such a choice costs more than one by power and leaves less to resample.
 const CHOSEN_CANDIDATES: u32 = 8;
 
 /// Rounds of reuse in pairs: as many partners as neighbours in a disk.

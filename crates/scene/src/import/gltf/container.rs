@@ -73,9 +73,9 @@ pub(super) struct Opened {
     pub(super) fallbacks: Vec<bool>,
 }
 
-/// The document of a mended tree, or what is wrong with it. By way of text: reading that is compiled
-/// once, in the `gltf` crate, while reading from a tree would be compiled here a second time, a
-/// quarter of this crate.
+/// The document of a mended tree, or what is wrong with it. By way of text: reading that is
+/// compiled once, in the `gltf` crate, while reading from a tree would be compiled here a second
+/// time, a quarter of this crate.
 fn document(value: &json::Value) -> Result<json::Root, String> {
     json::Root::from_slice(value.to_string().as_bytes()).map_err(|error| {
         // The place is one in the text made here, which nobody has.
