@@ -41,9 +41,10 @@ pub struct Arguments {
 
     /// Renders the I-th of N parts of the samples, counted from 0, into a file of statistics beside
     /// the image's place (image.shard-I-of-N.exr), which the program `merge` makes the image of. A
-    /// file that is there and whole is kept.
-    #[arg(long, value_name = "I/N", value_parser = part, conflicts_with_all = ["seconds", "sequence", "shards"])]
-    pub shard: Option<ShardPart>,
+    /// file that is there and whole is kept. A..B/N are parts A to B - 1, one after the other, with
+    /// the scene read once.
+    #[arg(long, value_name = "I/N", value_parser = parts, conflicts_with_all = ["seconds", "sequence", "shards"])]
+    pub shard: Option<Parts>,
 
     /// Renders N shards one after the other and merges them: the same bits as from N processes and
     /// `merge`.
@@ -58,6 +59,10 @@ pub struct Arguments {
     /// each of --frames.
     #[arg(long, value_enum, value_name = "SYSTEM")]
     pub submit: Option<Scheduler>,
+
+    /// Shards that a task of --submit renders one after the other, with the scene read once.
+    #[arg(long, value_name = "K", requires = "submit", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub per_task: u32,
 
     /// The folder that --submit writes [default: beside the image, its name with .job]
     #[arg(long, value_name = "FOLDER", requires = "submit")]
@@ -149,6 +154,24 @@ pub enum Frames {
     Count(u32),
     /// These of a sequence.
     Range(Range<u32>),
+}
+
+/// What --shard asks for: neighbouring parts, at least one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parts {
+    numbers: Range<u32>,
+    count: u32,
+}
+
+impl Parts {
+    /// Each of them.
+    pub fn iter(&self) -> impl Iterator<Item = ShardPart> {
+        let count = self.count;
+        // The numbers have been checked.
+        self.numbers
+            .clone()
+            .filter_map(move |number| ShardPart::new(number, count).ok())
+    }
 }
 
 /// For whom --submit writes.
@@ -304,8 +327,20 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Arguments,
         })
 }
 
-fn part(text: &str) -> Result<ShardPart, ShardPartError> {
-    text.parse()
+fn parts(text: &str) -> Result<Parts, ShardPartError> {
+    let of = |numbers: Range<u32>, part: ShardPart| Parts {
+        numbers,
+        count: part.count(),
+    };
+    let Some((first, rest)) = text.split_once("..") else {
+        let part: ShardPart = text.parse()?;
+        return Ok(of(part.index()..part.index() + 1, part));
+    };
+    let (end, count) = rest.split_once('/').ok_or(ShardPartError::Form)?;
+    match (first.parse(), end.parse::<u32>(), count.parse()) {
+        (Ok(first), Ok(end), Ok(count)) if first < end => Ok(of(first..end, ShardPart::new(end - 1, count)?)),
+        _ => Err(ShardPartError::Form),
+    }
 }
 
 fn frames(text: &str) -> Result<Frames, String> {

@@ -1,6 +1,6 @@
 //! What a rendering gave, as text or as one JSON object.
 
-use lightshed::film::{ImageComparison, RenderOutcome, ShardHeader};
+use lightshed::film::{FilmTotals, ImageComparison, RenderOutcome, ShardHeader};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// Film, samples and times.
     pub outcome: RenderOutcome,
-    /// Mean of the image.
-    pub mean: [f64; 3],
+    /// Samples and mean of the film.
+    pub totals: FilmTotals,
     /// Where the image is; `None` if there was nothing to write.
     pub output: Option<PathBuf>,
     /// The reference and how far from it the image is.
@@ -40,8 +40,7 @@ pub struct Report {
 impl Report {
     /// Paths traced.
     fn paths(&self) -> f64 {
-        let film = &self.outcome.film;
-        (film.samples() + film.non_finite()) as f64
+        (self.totals.samples + self.totals.non_finite) as f64
     }
 
     /// Rays by kind for each sample of a pixel; `null` where the method does not count them.
@@ -89,8 +88,8 @@ impl Report {
             "paths_per_cpu_second": outcome.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
             "rays_per_sample": self.rays_per_sample(),
             "figures": self.figures.iter().map(|&(name, value)| (name.to_owned(), json!(value))).collect::<Value>(),
-            "mean_rgb": self.mean,
-            "non_finite_samples": outcome.film.non_finite(),
+            "mean_rgb": self.totals.mean,
+            "non_finite_samples": self.totals.non_finite,
             "interrupted": outcome.interrupted,
             "warnings": self.warnings,
             "shard": self.shard.as_ref().map(shard_json),
@@ -118,7 +117,7 @@ impl Report {
         if let Some(rate) = rate(self.paths(), outcome.seconds) {
             text += &format!(", {:.3} million paths a second", rate * 1e-6);
         }
-        let [r, g, b] = self.mean;
+        let [r, g, b] = self.totals.mean;
         text += &format!("\nmean {r:.5} {g:.5} {b:.5}");
         if let Some((path, comparison)) = &self.comparison {
             text += &format!("\nagainst {}:", path.display());

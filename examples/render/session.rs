@@ -24,7 +24,6 @@ use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage,
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::import::ImportError;
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,9 +58,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     // The cheap checks come before a large scene is read.
     check_parts(arguments)?;
+    let parts: Vec<Option<ShardPart>> = match &arguments.shard {
+        Some(parts) => parts.iter().map(Some).collect(),
+        None => vec![None],
+    };
+    // What holds for one part's file does for the others.
     let target = arguments.out.as_deref();
     let target = target
-        .map(|out| OutputTarget::prepare(file_of(out, frame, arguments.shard)))
+        .map(|out| OutputTarget::prepare(file_of(out, frame, parts[0])))
         .transpose()?;
     let is_exr = |target: &OutputTarget| target.format() == ImageFormat::Exr;
     if arguments.exposure != 0.0 && target.as_ref().is_some_and(is_exr) {
@@ -118,6 +122,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         first: frame.filter(|_| capabilities.frames).unwrap_or(0),
         seed,
         threads,
+        whole: arguments.shard.is_some(),
         ..RenderOptions::new(width, height, budget)
     };
     options.check()?;
@@ -160,30 +165,34 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         }
         _ => Vec::new(),
     };
-    let header = arguments
-        .shard
-        .map(|part| header_of(image_key(arguments, &description, frame, samples), part));
-    let header = header.transpose()?;
-    let parts = ShardPart::all(arguments.shards.unwrap_or(0)).map(|part| {
+    let key = image_key(arguments, &description, frame, samples);
+    let runs = ShardPart::all(arguments.shards.unwrap_or(0)).map(|part| {
         let header = header_of(plain_key(&options, samples), part)?;
         Ok(options_of(&header, capabilities, options))
     });
-    let parts: Vec<RenderOptions> = parts.collect::<Result<_, Failure>>()?;
+    let runs: Vec<RenderOptions> = runs.collect::<Result<_, Failure>>()?;
     drop(description);
     match scene.dropped_triangle_count() {
         0 => (),
         count => warnings.push(format!("{count} triangles of no area were left out")),
     }
-    let target = match target {
-        Some(target) => target,
-        None => default_target(arguments, frame)?,
+    // What is to be done: a file, and which part of the image it is for.
+    let mut files = Vec::new();
+    for (place, &part) in parts.iter().enumerate() {
+        let target = match (&target, &arguments.out) {
+            (Some(target), _) if place == 0 => target.clone(),
+            (_, Some(out)) => OutputTarget::prepare(file_of(out, frame, part))?,
+            (_, None) => default_target(arguments, frame, part)?,
+        };
+        let header = part.map(|part| header_of(key.clone(), part)).transpose()?;
+        match header {
+            Some(header) if !arguments.again && is_done(&header, &target) => {
+                say(done_already(&header, &target, arguments.json))?;
+            }
+            header => files.push((target.with_exposure(arguments.exposure), header)),
+        }
     }
-    .with_exposure(arguments.exposure);
-    if let Some(header) = header
-        .as_ref()
-        .filter(|header| !arguments.again && is_done(header, &target))
-    {
-        say(done_already(header, &target, arguments.json))?;
+    if files.is_empty() {
         return Ok(ExitCode::SUCCESS);
     }
     let before = |_: u32, place: Vec3| media.map_or(place, |media| media.before(place));
@@ -196,66 +205,86 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     };
     warnings.extend(empty(&scene).map(str::to_owned));
     let stage = Stage::new(&scene);
-    if arguments.device == Device::Cpu {
-        arguments.method.start(&stage, moves)?;
-    }
-    let setup_seconds = setup.elapsed().as_secs_f64();
+    let mut started = match arguments.device {
+        Device::Cpu => Some(arguments.method.start(&stage, moves)?),
+        Device::Gpu => None,
+    };
+    let mut setup_seconds = setup.elapsed().as_secs_f64();
     for warning in &warnings {
         complain(format_args!("warning: {}", one_line(warning)));
     }
 
-    let interruption = Interruption::catch()?;
-    let bar = Bar::new(budget);
-    let (observer, cancel) = (|progress: &_| bar.show(progress), &interruption.cancel);
-    let sequence = arguments.sequence.then_some(Numbered {
-        image: &target,
-        exposure: arguments.exposure,
-    });
-    let figures = RefCell::new(Vec::new());
-    let render_some = |options: &RenderOptions| -> Result<RenderOutcome, Failure> {
-        Ok(match arguments.method.start(&stage, moves)? {
-            Started::Samples(estimator) => render(&estimator, options, &observer, cancel)?,
-            Started::Frames(mut method) => {
-                let outcome = render_sequence(&mut method, sequence, options, &observer, cancel)?;
-                *figures.borrow_mut() = method.figures();
-                outcome
+    for (target, header) in files {
+        let interruption = Interruption::catch()?;
+        let bar = Bar::new(budget);
+        let (observer, cancel) = (|progress: &_| bar.show(progress), &interruption.cancel);
+        let sequence = arguments.sequence.then_some(Numbered {
+            image: &target,
+            exposure: arguments.exposure,
+        });
+        let mut figures = Vec::new();
+        let mut render_some = |options: &RenderOptions| -> Result<RenderOutcome, Failure> {
+            let method = match started.take() {
+                Some(method) => method,
+                None => arguments.method.start(&stage, moves)?,
+            };
+            Ok(match method {
+                Started::Samples(estimator) => {
+                    let outcome = render(&estimator, options, &observer, cancel)?;
+                    // Frames may follow from each other, samples do not.
+                    started = Some(Started::Samples(estimator));
+                    outcome
+                }
+                Started::Frames(mut method) => {
+                    let outcome = render_sequence(&mut method, sequence, options, &observer, cancel)?;
+                    figures = method.figures();
+                    outcome
+                }
+            })
+        };
+        let (outcome, device) = match (arguments.device, &header, runs.as_slice()) {
+            (Device::Gpu, ..) => on_gpu(arguments, &scene, &options, &observer, cancel)
+                .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
+            (Device::Cpu, Some(header), _) => {
+                (render_some(&options_of(header, capabilities, options))?, None)
             }
-        })
-    };
-    let (outcome, device) = match (arguments.device, &header, parts.as_slice()) {
-        (Device::Gpu, ..) => on_gpu(arguments, &scene, &options, &observer, cancel)
-            .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
-        (Device::Cpu, Some(header), _) => (render_some(&options_of(header, capabilities, options))?, None),
-        (Device::Cpu, None, []) => (render_some(&options)?, None),
-        (Device::Cpu, None, parts) => (one_after_the_other(parts, render_some)?, None),
-    };
-    bar.finish();
-    interruption.writing.store(true, Ordering::SeqCst);
+            (Device::Cpu, None, []) => (render_some(&options)?, None),
+            (Device::Cpu, None, runs) => (one_after_the_other(runs, render_some)?, None),
+        };
+        bar.finish();
+        interruption.writing.store(true, Ordering::SeqCst);
 
-    let mean = outcome.film.mean_image().mean();
-    if outcome.samples_per_pixel > 0
-        && let Some(warning) = black(&scene, mean)
-    {
-        complain(format_args!("warning: {warning}"));
-        warnings.push(warning);
+        let totals = outcome.film.totals();
+        let mut warnings = warnings.clone();
+        if outcome.samples_per_pixel > 0
+            && let Some(warning) = black(&scene, totals.mean)
+        {
+            complain(format_args!("warning: {warning}"));
+            warnings.push(warning);
+        }
+        let report = Report {
+            scene: arguments.scene.clone(),
+            method: arguments.method.name(),
+            max_depth,
+            seed,
+            threads,
+            device,
+            // Those of the first alone.
+            setup_seconds: std::mem::take(&mut setup_seconds),
+            warnings,
+            totals,
+            outcome,
+            output: None,
+            comparison: None,
+            shard: header,
+            figures,
+        };
+        let exit = finish(report, &target, reference.as_ref(), arguments.json)?;
+        if exit != ExitCode::SUCCESS {
+            return Ok(exit);
+        }
     }
-    let report = Report {
-        scene: arguments.scene.clone(),
-        method: arguments.method.name(),
-        max_depth,
-        seed,
-        threads,
-        device,
-        setup_seconds,
-        warnings,
-        mean,
-        outcome,
-        output: None,
-        comparison: None,
-        shard: header,
-        figures: figures.take(),
-    };
-    finish(report, &target, reference, arguments.json)
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The motion of media that the command line asks for, and whether frames can be written.
@@ -330,7 +359,7 @@ fn camera_motion(
 fn finish(
     mut report: Report,
     target: &OutputTarget,
-    reference: Option<(PathBuf, RgbImage)>,
+    reference: Option<&(PathBuf, RgbImage)>,
     json: bool,
 ) -> Result<ExitCode, Failure> {
     // A shard is whole or not there.
@@ -350,12 +379,12 @@ fn finish(
         report.comparison = match reference {
             Some((path, reference)) => {
                 let image = report.outcome.film.mean_image();
-                Some((path, ImageComparison::new(&image, &reference)?))
+                Some((path.clone(), ImageComparison::new(&image, reference)?))
             }
             None => None,
         };
     }
-    let non_finite = report.outcome.film.non_finite();
+    let non_finite = report.totals.non_finite;
     if non_finite > 0 {
         complain(format_args!(
             "warning: {non_finite} samples were not finite and were left out"
@@ -446,11 +475,15 @@ fn read_reference(path: &Path) -> Result<(PathBuf, RgbImage), Failure> {
 }
 
 /// `out/<scene>.png`, or a file numbered after it, in a folder made if need be.
-fn default_target(arguments: &Arguments, frame: Option<u32>) -> Result<OutputTarget, Failure> {
+fn default_target(
+    arguments: &Arguments,
+    frame: Option<u32>,
+    part: Option<ShardPart>,
+) -> Result<OutputTarget, Failure> {
     let path = default_out(arguments);
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| Failure::because("cannot make the folder out", &e))?;
-    Ok(OutputTarget::prepare(file_of(&path, frame, arguments.shard))?)
+    Ok(OutputTarget::prepare(file_of(&path, frame, part))?)
 }
 
 /// Whether the program was started so that it outlives its terminal (`nohup`), which a handler

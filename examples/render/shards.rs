@@ -44,7 +44,7 @@ pub fn check_frames(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Refuses shards where an image is no mean of independent samples or frames.
 pub fn check_parts(arguments: &Arguments) -> Result<(), Failure> {
-    let option = match (arguments.shard, arguments.shards) {
+    let option = match (&arguments.shard, arguments.shards) {
         (Some(_), _) => "--shard",
         (None, Some(_)) => "--shards",
         (None, None) => return Ok(()),
@@ -211,7 +211,7 @@ pub fn done_already(header: &ShardHeader, target: &OutputTarget, json: bool) -> 
 /// Renders parts in their order and merges them in it, as `merge` does.
 pub fn one_after_the_other(
     parts: &[RenderOptions],
-    render: impl Fn(&RenderOptions) -> Result<RenderOutcome, Failure>,
+    mut render: impl FnMut(&RenderOptions) -> Result<RenderOutcome, Failure>,
 ) -> Result<RenderOutcome, Failure> {
     let mut whole: Option<RenderOutcome> = None;
     for part in parts {

@@ -24,6 +24,39 @@ impl Folder {
     }
 }
 
+/// One process that renders several shards writes the bytes of one for each.
+#[test]
+fn shards_of_one_process_are_those_of_several() {
+    let folder = Folder::new("several");
+    for method in ["path", "path-reuse", "restir-di"] {
+        let common = [&SCENE[..], &["--method", method]].concat();
+        let run = |out: &str, part: &str| {
+            let output = folder.run(&[&common[..], &["--json", "--out", out, "--shard", part]].concat());
+            assert!(output.status.success());
+            String::from_utf8(output.stdout).unwrap()
+        };
+        run("alone.exr", "1/4");
+        run("alone.exr", "3/4");
+        run("all.exr", "2/4");
+        let said = run("all.exr", "1..4/4");
+        let reports: Vec<Value> = said
+            .lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect();
+        let skipped: Vec<bool> = reports.iter().map(|report| report["skipped"] == true).collect();
+        assert_eq!(skipped, [true, false, false], "{said}");
+        for part in [1, 3] {
+            let [alone, all] = ["alone", "all"].map(|name| format!("{name}.shard-{part}-of-4.exr"));
+            assert!(folder.bytes(&alone) == folder.bytes(&all), "{method} {part}");
+        }
+        assert!(!folder.file("all.shard-0-of-4.exr").exists());
+    }
+    for part in ["2..2/4", "1..5/4", "1../4", "1..2"] {
+        let (code, _, error) = folder.words("render", &["--shard", part]);
+        assert!(code == Some(2) && error.contains("--shard"), "{part}: {error}");
+    }
+}
+
 /// Samples, independent frames, and frames that follow from each other.
 #[test]
 fn merged_shards_are_the_image_of_one_process_by_shards() {
@@ -290,6 +323,36 @@ fn what_schedulers_run_renders_every_task() {
     ];
     folder.json(&[&whole[..], &["--out", "whole.exr"]].concat());
     assert!(folder.bytes("it's.exr") == folder.bytes("whole.exr"));
+    // Several shards a task: the last has what is left.
+    let few = [
+        "cornell",
+        "--size",
+        "4x4",
+        "--spp",
+        "5",
+        "--out",
+        "few.exr",
+        "--shards",
+        "5",
+        "--per-task",
+        "2",
+    ];
+    let output = folder.run(&[&few[..], &["--submit", "openjd"]].concat());
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.starts_with("3 tasks: 5 shards of 5 samples, 2 in a task"),
+        "{said}"
+    );
+    for (task, there) in [("2", 1), ("0", 3)] {
+        let output = std::process::Command::new(folder.file("few.job/task.sh"))
+            .arg(task)
+            .output()
+            .unwrap();
+        assert!(output.status.success());
+        let names = folder.names();
+        let shards = names.iter().filter(|name| name.contains("few.shard-")).count();
+        assert_eq!(shards, there, "{names:?}");
+    }
     // Frames times shards.
     let moving = [
         "cloud",

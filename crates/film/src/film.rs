@@ -37,6 +37,17 @@ pub struct FilmTile<'a> {
     pixels: &'a mut [PixelStatistics],
 }
 
+/// Figures of all pixels of a [`Film`] together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilmTotals {
+    /// Finite samples: [`Film::samples`].
+    pub samples: u64,
+    /// Samples left out: [`Film::non_finite`].
+    pub non_finite: u64,
+    /// Mean of the image: that of [`Film::mean_image`].
+    pub mean: [f64; 3],
+}
+
 /// Two films of different size cannot be merged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilmSizeError {
@@ -114,6 +125,24 @@ impl Film {
         tile_y as usize * width + index_in_band(width, rows, x as usize, (y - tile_y) as usize)
     }
 
+    /// Forgets all samples.
+    pub(crate) fn clear(&mut self) {
+        self.pixels.fill(PixelStatistics::default());
+    }
+
+    /// The pixels of row `y` of the film, tile by tile from the left.
+    pub(crate) fn row(&self, y: u32) -> impl Iterator<Item = &[PixelStatistics]> {
+        let (side, width) = (TILE_SIZE as usize, self.width as usize);
+        let top = y - y % TILE_SIZE;
+        let rows = TILE_SIZE.min(self.height - top) as usize;
+        let band = &self.pixels[top as usize * width..][..rows * width];
+        let y = (y - top) as usize;
+        band.chunks(side * rows).map(move |tile| {
+            let columns = tile.len() / rows;
+            &tile[y * columns..][..columns]
+        })
+    }
+
     /// The pixels of every band of [`TILE_SIZE`] rows, from the top; [`index_in_band`] gives the
     /// index of a pixel within a band.
     pub(crate) fn bands_mut(&mut self) -> impl Iterator<Item = &mut [PixelStatistics]> {
@@ -122,11 +151,13 @@ impl Film {
 
     /// Column, row and number of samples, finite or not, of a pixel that has not had `samples`.
     pub(crate) fn first_pixel_without(&self, samples: u64) -> Option<(u32, u32, u64)> {
+        let of = |pixel: &PixelStatistics| pixel.count() + pixel.non_finite();
+        // In the order of memory, and in that of rows only if there is one.
+        if self.pixels.iter().all(|pixel| of(pixel) == samples) {
+            return None;
+        }
         let places = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
-        let mut counts = places.map(|(x, y)| {
-            let pixel = &self.pixels[self.index(x, y)];
-            (x, y, pixel.count() + pixel.non_finite())
-        });
+        let mut counts = places.map(|(x, y)| (x, y, of(&self.pixels[self.index(x, y)])));
         counts.find(|&(_, _, count)| count != samples)
     }
 
@@ -181,6 +212,21 @@ impl Film {
         self.pixels.iter().map(PixelStatistics::count).sum()
     }
 
+    /// Number of samples and mean of the image, by one walk over the pixels and without the image.
+    pub fn totals(&self) -> FilmTotals {
+        let mut totals = FilmTotals::default();
+        let rows = (0..self.height).flat_map(|y| self.row(y));
+        for pixel in rows.flatten() {
+            totals.samples += pixel.count();
+            totals.non_finite += pixel.non_finite();
+            let mean = narrowed(pixel.mean());
+            (0..3).for_each(|channel| totals.mean[channel] += f64::from(mean[channel]));
+        }
+        let count = self.pixels.len() as f64;
+        totals.mean = totals.mean.map(|sum| sum / count);
+        totals
+    }
+
     /// The estimate of the image: each pixel's mean, black where it has no sample.
     pub fn mean_image(&self) -> RgbImage {
         self.image(|statistics| statistics.mean())
@@ -197,12 +243,17 @@ impl Film {
 
     /// An image of a finite value of each pixel, kept within the range of `f32`.
     fn image(&self, value: impl Fn(&PixelStatistics) -> [f64; 3]) -> RgbImage {
-        let narrow = |v: f64| (v as f32).clamp(f32::MIN, f32::MAX);
         RgbImage::from_fn(self.width, self.height, |x, y| {
-            value(&self.pixels[self.index(x, y)]).map(narrow)
+            narrowed(value(&self.pixels[self.index(x, y)]))
         })
         .expect("a film's size is valid and its statistics are finite")
     }
+}
+
+/// Finite values, kept within the range of `f32`.
+#[inline]
+pub(crate) fn narrowed(values: [f64; 3]) -> [f32; 3] {
+    values.map(|value| (value as f32).clamp(f32::MIN, f32::MAX))
 }
 
 /// Index of the pixel in column `x` of a band's row `y` within the band of `rows` rows of a film of
@@ -287,7 +338,18 @@ mod tests {
                     assert_eq!(film.get(x, y).unwrap().mean(), [f64::from(x), f64::from(y), 1.0]);
                 }
             }
+            for y in 0..height {
+                let row: Vec<&PixelStatistics> = film.row(y).flatten().collect();
+                let expected: Vec<_> = (0..width).filter_map(|x| film.get(x, y)).collect();
+                assert_eq!(row, expected);
+            }
             let image = film.mean_image();
+            let totals = FilmTotals {
+                samples: seen,
+                non_finite: 0,
+                mean: image.mean(),
+            };
+            assert_eq!(film.totals(), totals);
             assert_eq!(
                 image.get(width - 1, height - 1),
                 Some([(width - 1) as f32, (height - 1) as f32, 1.0])
@@ -346,6 +408,7 @@ mod tests {
         let variance = film.variance_of_mean().unwrap();
         assert_eq!(variance.pixels(), [[1.0; 3], [f32::MAX; 3]]);
         assert_eq!((film.samples(), film.non_finite()), (4, 1));
+        assert_eq!((film.totals().samples, film.totals().non_finite), (4, 1));
     }
 
     #[test]

@@ -37,7 +37,7 @@ mod statistics;
 
 pub use cpu_time::process_cpu_seconds;
 pub use estimator::{MAX_BATCH, PixelEstimator, SampleId};
-pub use film::{Film, FilmSizeError, FilmTile, TILE_SIZE};
+pub use film::{Film, FilmSizeError, FilmTile, FilmTotals, TILE_SIZE};
 pub use frames::{FrameMethod, render_frames};
 pub use image::{ImageError, MAX_PIXELS, RgbImage};
 pub use lightshed_sampling::Rgb;

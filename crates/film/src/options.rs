@@ -31,6 +31,10 @@ pub struct RenderOptions {
     pub seed: u64,
     /// Number of threads; 0 is one for every processor. It does not change the image.
     pub threads: usize,
+    /// Whether a part of the samples is of no use: an interrupted rendering may give none. It need
+    /// not keep what it had before a pass then, which costs memory for a second film and the time
+    /// to copy it.
+    pub whole: bool,
 }
 
 impl RenderOptions {
@@ -44,6 +48,7 @@ impl RenderOptions {
             first,
             seed,
             threads,
+            whole: false,
         }
     }
 

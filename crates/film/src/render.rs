@@ -22,7 +22,8 @@ const PASS_SECONDS: f64 = 0.25;
 /// the rest of the budget. Samples are numbered from [`RenderOptions::first`] on. A pass counts as
 /// a whole or not at all: samples of an interrupted one are discarded, so all pixels have the same
 /// number. A pixel's samples are added in their order, so the film is the same, bit for bit, for
-/// any number of threads and any lengths of passes.
+/// any number of threads and any lengths of passes. If only [all samples](RenderOptions::whole) are
+/// of use, an interrupted pass discards those before it, too.
 ///
 /// `observer` is called for every finished tile, from the thread that finished it.
 ///
@@ -68,7 +69,10 @@ fn render_dyn(
 ) -> Result<RenderOutcome, RenderError> {
     options.check()?;
     let mut film = Film::new(options.width, options.height).map_err(RenderError::Size)?;
-    let mut next = Film::new(options.width, options.height).map_err(RenderError::Size)?;
+    let mut next = match options.whole {
+        true => None,
+        false => Some(Film::new(options.width, options.height).map_err(RenderError::Size)?),
+    };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads)
         .build()
@@ -91,25 +95,34 @@ fn render_dyn(
         let pass_start = Instant::now();
         let last = samples_per_pixel + batch;
         let numbers = options.first + samples_per_pixel..options.first + last;
-        let whole = pool.install(|| {
-            let tiles = film
-                .tiles_mut()
-                .into_par_iter()
-                .zip(next.tiles_mut())
-                .with_max_len(1);
-            tiles.all(|(before, mut tile)| {
-                tile.copy_from(&before);
-                let whole = sample_tile(estimator, &mut tile, numbers.clone(), options.seed, cancel);
-                if whole {
-                    report.tile_done(u64::from(tile.width() * tile.height()) * u64::from(batch));
-                }
-                whole
-            })
+        let sampled = |tile: &mut FilmTile<'_>| {
+            let whole = sample_tile(estimator, tile, numbers.clone(), options.seed, cancel);
+            if whole {
+                report.tile_done(u64::from(tile.width() * tile.height()) * u64::from(batch));
+            }
+            whole
+        };
+        let tiles = film.tiles_mut().into_par_iter();
+        let whole = pool.install(|| match &mut next {
+            Some(next) => {
+                let tiles = tiles.zip(next.tiles_mut()).with_max_len(1);
+                tiles.all(|(before, mut tile)| {
+                    tile.copy_from(&before);
+                    sampled(&mut tile)
+                })
+            }
+            None => tiles.with_max_len(1).all(|mut tile| sampled(&mut tile)),
         });
         if !whole {
+            if next.is_none() {
+                film.clear();
+                samples_per_pixel = 0;
+            }
             break;
         }
-        std::mem::swap(&mut film, &mut next);
+        if let Some(next) = &mut next {
+            std::mem::swap(&mut film, next);
+        }
         samples_per_pixel = last;
         seconds_per_sample = pass_start.elapsed().as_secs_f64() / f64::from(batch);
         if cancel.load(Ordering::Relaxed) {
@@ -352,6 +365,35 @@ mod tests {
             ..options
         };
         assert_eq!(outcome.film, run(&Slow, &options).film);
+    }
+
+    /// With one film or with two; of one, nothing is left of an interruption.
+    #[test]
+    fn all_samples_or_none_are_those_of_a_plain_rendering() {
+        let options = RenderOptions {
+            threads: 2,
+            ..RenderOptions::new(37, 21, Budget::Samples(30))
+        };
+        let whole = RenderOptions {
+            whole: true,
+            ..options
+        };
+        let (plain, found) = (run(&Noise, &options), run(&Noise, &whole));
+        assert_eq!((found.samples_per_pixel, found.interrupted), (30, false));
+        assert_eq!(found.film, plain.film);
+        let cancel = AtomicBool::new(false);
+        let observer = |progress: &Progress| {
+            if progress.samples_done > 37 * 21 {
+                cancel.store(true, Ordering::Relaxed);
+            }
+        };
+        let slow = RenderOptions {
+            budget: Budget::Samples(1_000),
+            ..whole
+        };
+        let outcome = render(&Slow, &slow, &observer, &cancel).unwrap();
+        assert!(outcome.interrupted && outcome.samples_per_pixel == 0);
+        assert_eq!(outcome.film, Film::new(37, 21).unwrap());
     }
 
     #[test]

@@ -8,9 +8,10 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Options that choose tasks, with whether they have a value: each task has its own.
-const OF_THE_JOB: [(&str, bool); 8] = [
+const OF_THE_JOB: [(&str, bool); 9] = [
     ("--submit", true),
     ("--job", true),
+    ("--per-task", true),
     ("--shards", true),
     ("--shard", true),
     ("--frames", true),
@@ -19,7 +20,8 @@ const OF_THE_JOB: [(&str, bool); 8] = [
     ("--again", false),
 ];
 
-/// Tasks, numbered from 0: shard `t mod shards` of frame `first + ⌊t / shards⌋`.
+/// Tasks, numbered from 0, `n = ⌈shards / per_task⌉` of each frame: the shards from `per_task · (t
+/// mod n)` on of frame `first + ⌊t / n⌋`.
 pub struct Job {
     /// Where everything about it is.
     pub folder: PathBuf,
@@ -31,6 +33,8 @@ pub struct Job {
     pub threads: u32,
     /// Shards of a frame.
     shards: u32,
+    /// Shards of a task; the last of a frame may have fewer.
+    per_task: u32,
     frames: Option<Range<u32>>,
     /// The program and its arguments, as a shell reads them.
     command: String,
@@ -82,10 +86,13 @@ impl Job {
         if count as u64 * u64::from(shards) > u64::from(u32::MAX) {
             return Err(Failure::new("there are more tasks than numbers"));
         }
-        let what = match &frames {
+        let mut what = match &frames {
             Some(frames) => format!("frames {}..{}, {shards} shards each", frames.start, frames.end),
             None => format!("{shards} shards of {samples} samples"),
         };
+        if arguments.per_task > 1 {
+            what += &format!(", {} in a task", arguments.per_task);
+        }
         Ok(Self {
             name: Path::new(&arguments.scene)
                 .file_stem()
@@ -100,6 +107,7 @@ impl Job {
             what,
             threads,
             shards,
+            per_task: arguments.per_task,
             frames,
             program,
             out,
@@ -108,7 +116,11 @@ impl Job {
 
     /// Number of tasks.
     pub fn tasks(&self) -> u32 {
-        self.frames.as_ref().map_or(1, |frames| frames.end - frames.start) * self.shards
+        self.frames.as_ref().map_or(1, |frames| frames.end - frames.start) * self.tasks_of_frame()
+    }
+
+    fn tasks_of_frame(&self) -> u32 {
+        self.shards.div_ceil(self.per_task)
     }
 
     /// The folder, as a shell reads it.
@@ -118,18 +130,26 @@ impl Job {
 
     /// Renders one task.
     pub fn task_script(&self) -> String {
-        let shards = self.shards;
+        let (shards, tasks, per_task) = (self.shards, self.tasks_of_frame(), self.per_task);
         let frame = match &self.frames {
             Some(frames) => format!(
-                " --frames \"$(({first} + $1 / {shards}))..$(({first} + $1 / {shards} + 1))\"",
+                " --frames \"$(({first} + $1 / {tasks}))..$(({first} + $1 / {tasks} + 1))\"",
                 first = frames.start
             ),
             None => String::new(),
         };
+        let numbers = match per_task {
+            1 => format!("$(($1 % {shards}))"),
+            _ => {
+                let first = format!("$1 % {tasks} * {per_task}");
+                let end = format!("{first} + {per_task}");
+                format!("$(({first}))..$(({end} < {shards} ? {end} : {shards}))")
+            }
+        };
         let last = self.tasks() - 1;
         format!(
             "#!/usr/bin/env bash\n# Renders task $1 of 0 to {last}. A task that is done ends at once.\nset -euo pipefail\ncd {}\n\
-             exec {}{frame} --shard \"$(($1 % {shards}))/{shards}\"\n",
+             exec {}{frame} --shard \"{numbers}/{shards}\"\n",
             self.directory, self.command
         )
     }

@@ -32,10 +32,8 @@ impl Shard {
             writer.write_all(bytes)?;
         }
         let mut row = vec![0; layout.row_bytes()];
-        let columns = self.header().image().size[0];
         for y in 0..layout.height() {
-            let pixels = (0..columns).filter_map(|x| self.film().get(x, y as u32));
-            layout.write_row(y, pixels, &mut row);
+            layout.write_row(y, self.film().row(y as u32), &mut row);
             checksum.update(&row);
             writer.write_all(&row)?;
         }

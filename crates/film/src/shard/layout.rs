@@ -13,6 +13,7 @@ use super::checksum::{Checksum, DIGITS, digits};
 use super::header::{ImageKey, ShardHeader};
 use super::part::ShardPart;
 use crate::PixelStatistics;
+use crate::film::narrowed;
 use crate::image::pixel_count;
 use std::ops::Range;
 
@@ -175,26 +176,41 @@ impl Layout {
         self.height
     }
 
-    /// Writes row `y` into `row`, which has [`Layout::row_bytes`].
-    pub fn write_row<'a>(&self, y: usize, pixels: impl Iterator<Item = &'a PixelStatistics>, row: &mut [u8]) {
+    /// Writes row `y`, whose pixels are given some at a time from the left, into `row`, which has
+    /// [`Layout::row_bytes`].
+    pub fn write_row<'a>(
+        &self,
+        y: usize,
+        pixels: impl Iterator<Item = &'a [PixelStatistics]>,
+        row: &mut [u8],
+    ) {
         let (head, values) = row.split_at_mut(8);
         head[..4].copy_from_slice(&(y as u32).to_le_bytes());
         head[4..].copy_from_slice(&(values.len() as u32).to_le_bytes());
-        let values = values.as_chunks_mut::<4>().0;
-        for (x, pixel) in pixels.take(self.width).enumerate() {
-            let mut put = |channel: usize, word: u32| values[channel * self.width + x] = word.to_le_bytes();
-            put(COUNT, pixel.count() as u32);
-            put(NON_FINITE, pixel.non_finite() as u32);
-            let (mean, deviations) = (pixel.mean(), pixel.squared_deviations());
+        // What is left of each channel's columns.
+        let mut columns = values.as_chunks_mut::<4>().0.chunks_exact_mut(self.width);
+        let mut columns: [&mut [[u8; 4]]; CHANNEL_COUNT] =
+            std::array::from_fn(|_| columns.next().unwrap_or_default());
+        for pixels in pixels {
+            put_words(&mut columns[COUNT], pixels, |pixel| pixel.count() as u32);
+            put_words(&mut columns[NON_FINITE], pixels, |pixel| {
+                pixel.non_finite() as u32
+            });
             // Blue, green, red.
             for (place, channel) in [2, 1, 0].into_iter().enumerate() {
-                let shown = (mean[channel] as f32).clamp(f32::MIN, f32::MAX);
-                put(place, shown.to_bits());
-                for (first, value) in [(DEVIATIONS, deviations[channel]), (MEAN, mean[channel])] {
-                    let bits = value.to_bits();
-                    put(first + 2 * place, (bits >> 32) as u32);
-                    put(first + 2 * place + 1, bits as u32);
-                }
+                put_words(&mut columns[place], pixels, |pixel| {
+                    narrowed(pixel.mean())[channel].to_bits()
+                });
+                let deviations = |pixel: &PixelStatistics| pixel.squared_deviations()[channel].to_bits();
+                let mean = |pixel: &PixelStatistics| pixel.mean()[channel].to_bits();
+                let [high, low] = [DEVIATIONS, DEVIATIONS + 1].map(|first| first + 2 * place);
+                put_words(&mut columns[high], pixels, |pixel| {
+                    (deviations(pixel) >> 32) as u32
+                });
+                put_words(&mut columns[low], pixels, |pixel| deviations(pixel) as u32);
+                let [high, low] = [MEAN, MEAN + 1].map(|first| first + 2 * place);
+                put_words(&mut columns[high], pixels, |pixel| (mean(pixel) >> 32) as u32);
+                put_words(&mut columns[low], pixels, |pixel| mean(pixel) as u32);
             }
         }
     }
@@ -205,6 +221,20 @@ impl Layout {
         Row(std::array::from_fn(|channel| {
             &values[channel * self.width..][..self.width]
         }))
+    }
+}
+
+/// Writes a word of each of some pixels to where a column begins, which begins behind them then.
+#[inline]
+fn put_words(
+    column: &mut &mut [[u8; 4]],
+    pixels: &[PixelStatistics],
+    word: impl Fn(&PixelStatistics) -> u32,
+) {
+    // A row has as many pixels as columns.
+    let words = column.split_off_mut(..pixels.len()).unwrap_or_default();
+    for (bytes, pixel) in words.iter_mut().zip(pixels) {
+        *bytes = word(pixel).to_le_bytes();
     }
 }
 
