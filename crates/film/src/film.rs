@@ -215,12 +215,13 @@ impl Film {
     /// Number of samples and mean of the image, by one walk over the pixels and without the image.
     pub fn totals(&self) -> FilmTotals {
         let mut totals = FilmTotals::default();
-        let rows = (0..self.height).flat_map(|y| self.row(y));
-        for pixel in rows.flatten() {
-            totals.samples += pixel.count();
-            totals.non_finite += pixel.non_finite();
-            let mean = narrowed(pixel.mean());
-            (0..3).for_each(|channel| totals.mean[channel] += f64::from(mean[channel]));
+        for pixels in (0..self.height).flat_map(|y| self.row(y)) {
+            for pixel in pixels {
+                totals.samples += pixel.count();
+                totals.non_finite += pixel.non_finite();
+                let mean = narrowed(pixel.mean());
+                (0..3).for_each(|channel| totals.mean[channel] += f64::from(mean[channel]));
+            }
         }
         let count = self.pixels.len() as f64;
         totals.mean = totals.mean.map(|sum| sum / count);

@@ -12,9 +12,9 @@
 use super::checksum::{Checksum, DIGITS, digits};
 use super::header::{ImageKey, ShardHeader};
 use super::part::ShardPart;
-use crate::PixelStatistics;
 use crate::film::narrowed;
 use crate::image::pixel_count;
+use crate::{PixelStatistics, TILE_SIZE};
 use std::ops::Range;
 
 const MAGIC: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
@@ -191,26 +191,17 @@ impl Layout {
         let mut columns = values.as_chunks_mut::<4>().0.chunks_exact_mut(self.width);
         let mut columns: [&mut [[u8; 4]]; CHANNEL_COUNT] =
             std::array::from_fn(|_| columns.next().unwrap_or_default());
-        for pixels in pixels {
-            put_words(&mut columns[COUNT], pixels, |pixel| pixel.count() as u32);
-            put_words(&mut columns[NON_FINITE], pixels, |pixel| {
-                pixel.non_finite() as u32
-            });
-            // Blue, green, red.
-            for (place, channel) in [2, 1, 0].into_iter().enumerate() {
-                put_words(&mut columns[place], pixels, |pixel| {
-                    narrowed(pixel.mean())[channel].to_bits()
-                });
-                let deviations = |pixel: &PixelStatistics| pixel.squared_deviations()[channel].to_bits();
-                let mean = |pixel: &PixelStatistics| pixel.mean()[channel].to_bits();
-                let [high, low] = [DEVIATIONS, DEVIATIONS + 1].map(|first| first + 2 * place);
-                put_words(&mut columns[high], pixels, |pixel| {
-                    (deviations(pixel) >> 32) as u32
-                });
-                put_words(&mut columns[low], pixels, |pixel| deviations(pixel) as u32);
-                let [high, low] = [MEAN, MEAN + 1].map(|first| first + 2 * place);
-                put_words(&mut columns[high], pixels, |pixel| (mean(pixel) >> 32) as u32);
-                put_words(&mut columns[low], pixels, |pixel| mean(pixel) as u32);
+        for pixels in pixels.flat_map(|pixels| pixels.chunks(GROUP)) {
+            let mut words = [[[0; 4]; GROUP]; CHANNEL_COUNT];
+            for (place, pixel) in pixels.iter().enumerate() {
+                for (words, word) in words.iter_mut().zip(words_of(pixel)) {
+                    words[place] = word.to_le_bytes();
+                }
+            }
+            for (column, words) in columns.iter_mut().zip(&words) {
+                // A row has as many pixels as columns.
+                let to = column.split_off_mut(..pixels.len()).unwrap_or_default();
+                to.copy_from_slice(&words[..to.len()]);
             }
         }
     }
@@ -224,18 +215,27 @@ impl Layout {
     }
 }
 
-/// Writes a word of each of some pixels to where a column begins, which begins behind them then.
+/// Pixels that are written together: as many as a tile has in a row.
+const GROUP: usize = TILE_SIZE as usize;
+
+/// A pixel's words in the order of [`CHANNELS`].
 #[inline]
-fn put_words(
-    column: &mut &mut [[u8; 4]],
-    pixels: &[PixelStatistics],
-    word: impl Fn(&PixelStatistics) -> u32,
-) {
-    // A row has as many pixels as columns.
-    let words = column.split_off_mut(..pixels.len()).unwrap_or_default();
-    for (bytes, pixel) in words.iter_mut().zip(pixels) {
-        *bytes = word(pixel).to_le_bytes();
+fn words_of(pixel: &PixelStatistics) -> [u32; CHANNEL_COUNT] {
+    let (mean, deviations) = (pixel.mean(), pixel.squared_deviations());
+    let shown = narrowed(mean);
+    let mut words = [0; CHANNEL_COUNT];
+    words[COUNT] = pixel.count() as u32;
+    words[NON_FINITE] = pixel.non_finite() as u32;
+    // Blue, green, red.
+    for (place, channel) in [2, 1, 0].into_iter().enumerate() {
+        words[place] = shown[channel].to_bits();
+        for (first, value) in [(DEVIATIONS, deviations[channel]), (MEAN, mean[channel])] {
+            let bits = value.to_bits();
+            words[first + 2 * place] = (bits >> 32) as u32;
+            words[first + 2 * place + 1] = bits as u32;
+        }
     }
+    words
 }
 
 /// The values of a row, channel by channel.
