@@ -252,7 +252,7 @@ impl Lanes for ArrayLanes {
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn running_sums(self) -> Self {
-        // Each step adds to all lanes, zero to some: that matters to −0 alone.
+        // Each step adds to all lanes, and adds zero to some: that matters only for −0.
         let v = self.0;
         let pairs: [f32; LANES] = core::array::from_fn(|i| v[i] + if i % 2 == 1 { v[i - 1] } else { 0.0 });
         let fours: [f32; LANES] =

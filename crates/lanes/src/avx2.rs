@@ -1,7 +1,8 @@
 //! Lanes in AVX2 registers.
 //!
-//! Soundness: the intrinsics may run only where the CPU has AVX2. The types here are private to
-//! this module and used in one place alone, behind [`Avx2`], whose values prove that it has.
+//! Soundness: the intrinsics may run only if the CPU has AVX2. The types here are private to this
+//! module and used in one place only, behind [`Avx2`]. A value of that type proves that the CPU has
+//! it.
 
 use crate::{LANES, LaneKernel, LaneMask, LaneWords, Lanes};
 use core::arch::x86_64::*;
@@ -23,7 +24,7 @@ struct Avx2Words(__m256i);
 pub struct Avx2(());
 
 impl Avx2 {
-    /// The proof, if it can be had.
+    /// The proof, if the CPU has both.
     pub fn detect() -> Option<Self> {
         (std::arch::is_x86_feature_detected!("avx2")
             && std::arch::is_x86_feature_detected!("bmi1")
@@ -176,7 +177,8 @@ impl Lanes for Avx2Lanes {
     #[inline(always)]
     fn load_pairs(pairs: [&[f32; 2]; LANES]) -> [Self; 2] {
         let [p0, p1, p2, p3, p4, p5, p6, p7] = pairs;
-        // Pairs 0, 1, 4, 5 and 2, 3, 6, 7: what a shuffle takes of both halves is in order.
+        // Pairs 0, 1, 4, 5 and 2, 3, 6, 7: a shuffle that takes from both halves then gives them in
+        // order.
         let (low, high) = (four_pairs(p0, p1, p4, p5), four_pairs(p2, p3, p6, p7));
         unsafe {
             [

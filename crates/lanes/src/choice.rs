@@ -17,7 +17,7 @@ enum Choice {
 }
 
 impl LaneChoice {
-    /// Plain arrays: the specification, for tests to hold the others to.
+    /// Plain arrays: the specification, which tests compare the others with.
     pub const ARRAY: Self = Self(Choice::Array);
 
     /// The fastest lanes of this CPU.
@@ -40,8 +40,8 @@ impl LaneChoice {
     }
 }
 
-/// A kernel on plain arrays is much code: it is compiled once, beside the one of AVX2, and not into
-/// every caller.
+/// A kernel on plain arrays is much code: it is compiled once, next to the AVX2 kernel, and not
+/// into every caller.
 #[inline(never)]
 fn run_array<K: LaneKernel>(kernel: K) -> K::Output {
     kernel.run::<ArrayLanes>()

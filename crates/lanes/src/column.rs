@@ -2,15 +2,15 @@
 
 use crate::{LANES, LaneWords, Lanes};
 
-/// One attribute of up to [`Column::CAPACITY`] things, for kernels that take eight at a time:
-/// groups of eight are loaded and stored whole, or what is wanted of them is written one behind the
-/// other. A column holds words; values are stored as their bits.
+/// One attribute of up to [`Column::CAPACITY`] things, for kernels that take eight at a time.
+/// Groups of eight are loaded and stored whole, or selected lanes are written one behind the other.
+/// A column holds words; values are stored as their bits.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub struct Column([u32; Column::CAPACITY + LANES]);
 
 impl Column {
-    /// Things that a column has room for.
+    /// Number of things that a column has room for.
     pub const CAPACITY: usize = 64;
 
     /// The same value everywhere.

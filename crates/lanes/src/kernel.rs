@@ -6,7 +6,7 @@ use crate::Lanes;
 pub trait LaneKernel {
     /// What it returns.
     type Output;
-    /// Runs on lanes of kind `L`. Must be `#[inline(always)]`, as must all that it calls on lanes,
-    /// for the instructions to be those of the lanes.
+    /// Runs on lanes of kind `L`. It must be `#[inline(always)]`, and so must every function that
+    /// it calls on lanes; otherwise the compiler does not use the instructions of the lanes.
     fn run<L: Lanes>(self) -> Self::Output;
 }

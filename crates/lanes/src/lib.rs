@@ -1,9 +1,10 @@
-//! Eight `f32` lanes for code that does the same to eight rays, boxes, triangles or paths at once.
+//! Eight `f32` lanes for code that treats eight rays, boxes, triangles or paths at once in the same
+//! way.
 //!
 //! [`Lanes`] has two implementations: plain arrays ([`ArrayLanes`]), which are the specification
 //! and run on any machine, and AVX2, chosen at run time. Both give the same bits: no operation is
-//! contracted, approximate or reordered, so code in lanes can be held to scalar code bit for bit.
-//! [`flip_mask`] reorders the bits of a mask as [`Lanes::compress`] reorders lanes.
+//! contracted, approximate or reordered, so tests can compare code in lanes with scalar code bit
+//! for bit. [`flip_mask`] reorders the bits of a mask as [`Lanes::compress`] reorders lanes.
 //!
 //! ```
 //! use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
@@ -24,13 +25,13 @@
 //!
 //! Everything a kernel calls on lanes must be `#[inline(always)]`: code that is not inlined into
 //! the function that runs the kernel is compiled without its instructions. That rules out closures
-//! and iterator adaptors, which are functions of their own that the compiler does not inline across
-//! such a boundary; loops over lanes are plain `for` loops.
+//! and iterator adaptors, because they are separate functions, and the compiler does not inline
+//! them across such a boundary. Loops over lanes are plain `for` loops.
 //!
 //! # `unsafe`
 //!
-//! The module with the AVX2 lanes is this crate's only one with `unsafe` code, without which there
-//! are no intrinsics chosen at run time. What it gains stands in `docs/performance-rays.md`.
+//! Only the module with the AVX2 lanes has `unsafe` code: intrinsics chosen at run time need it.
+//! `docs/performance-rays.md` says how much it gains.
 
 mod array;
 #[cfg(target_arch = "x86_64")]
@@ -85,14 +86,14 @@ pub trait LaneWords:
 
 /// Eight `f32` values on which arithmetic is done lane by lane.
 ///
-/// `min` and `max` return their *second* argument where the first is NaN, which slab tests rely on:
-/// `0 · ∞` of a ray that lies in a slab's plane must leave the interval as it was. (Where the
-/// second is NaN, the second is returned as well.)
+/// `min` and `max` return their *second* argument if the first is NaN. Slab tests rely on it:
+/// `0 · ∞`, from a ray that lies in a slab's plane, must not change the interval. (If the second
+/// is NaN, they return the second as well.)
 pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// Whether all lanes lie in one register and an operation is one or a few instructions. Where
-    /// it is not, it is eight times the code of one lane: a kernel may put a large part into a
+    /// Whether all lanes lie in one register and an operation is one or a few instructions. If not,
+    /// an operation is eight times the code of one lane, and a kernel may put a large part into a
     /// function of its own.
     const IN_REGISTERS: bool;
 
@@ -129,9 +130,10 @@ pub trait Lanes:
     fn to_bits(self) -> Self::Words;
     /// The values with these bits.
     fn from_bits(bits: Self::Words) -> Self;
-    /// The words as integers below 2²⁴, converted exactly; unspecified for others.
+    /// The words as integers below 2²⁴, converted exactly; unspecified for larger ones.
     fn from_integers(words: Self::Words) -> Self;
-    /// Values from 0 up to, but not including, 2³¹, rounded toward zero; unspecified for others.
+    /// Values from 0 up to, but not including, 2³¹, rounded toward zero; unspecified for other
+    /// values.
     fn to_integers(self) -> Self::Words;
     /// The lanes of the set bits of `mask`, moved to the front in the order of the bits; bit `i`
     /// stands for lane `i ^ flip`, `flip < 8`. What follows them is unspecified.
@@ -149,9 +151,9 @@ pub trait Lanes:
     fn evens_and_odds(self, next: Self) -> [Self; 2];
     /// The sum of all lanes in each of them: `((0 + 1) + (2 + 3)) + ((4 + 5) + (6 + 7))`.
     fn total(self) -> Self;
-    /// Lane `i` is the sum of lanes `0 ..= i`, of halves of halves (Sklansky 1960). Where no lane
-    /// is negative or NaN, no sum is less than the one before it, and it is equal where the lane is
-    /// zero.
+    /// Lane `i` is the sum of lanes `0 ..= i`, added as halves of halves (Sklansky 1960). If no
+    /// lane is negative or NaN, no sum is less than the one before it, and the two are equal if the
+    /// lane is zero.
     fn running_sums(self) -> Self;
     /// Where `self` equals `other` (false for NaN).
     fn equal(self, other: Self) -> Self::Mask;

@@ -22,7 +22,7 @@ const HOSTILE: [f32; 16] = [
     1.5e-20,
 ];
 
-/// All NaNs are one: which operand's payload survives is no lane's promise.
+/// All NaNs count as equal: no kind of lanes promises which operand's payload survives.
 fn bits(value: f32) -> u32 {
     if value.is_nan() { u32::MAX } else { value.to_bits() }
 }

@@ -5,13 +5,13 @@ use rand::Rng;
 
 /// Makes weighted yes/no decisions: the only randomness that selection and merging consume.
 ///
-/// Any [`rand::Rng`] is one, by one 53-bit uniform `u` a decision and the comparison
+/// Any [`rand::Rng`] is one: a decision takes one 53-bit uniform `u` and the comparison
 /// `u · total < part`. Because the decision is a trait, an enumerator that walks *all* outcomes
-/// with their probabilities can stand where a generator stands: the proofs of this crate run the
-/// shipped code.
+/// with their probabilities can replace the generator: the proofs of this crate run the shipped
+/// code.
 ///
-/// Selection needs the 53 bits: with 24 or 32 an item whose share is below 2⁻³² is still taken
-/// whenever all bits are zero, which over 10⁸ such items is a visible excess.
+/// Selection needs the 53 bits. With 24 or 32, an item with a share below 2⁻³² is still taken
+/// whenever all bits are zero; over 10⁸ such items that is a visible excess.
 pub trait Choose {
     /// True with probability `part / total`, for `0 < part ≤ total`, both finite.
     fn accept(&mut self, part: f64, total: f64) -> bool;

@@ -7,9 +7,9 @@ use std::sync::Arc;
 /// An integration domain `Ω` with its target function `p̂`: a pixel of this or the previous
 /// frame, a cell of a world-space grid, the suffix space behind a prefix.
 ///
-/// A domain holds what its target needs: its *own* surface, view direction, lights and visibility
-/// (for a temporal neighbour, those of the previous frame). Two domains of one type may disagree in
-/// all of it.
+/// A domain has everything that its target needs: its *own* surface, view direction, lights and
+/// visibility (for a temporal neighbour, those of the previous frame). Two domains of one type may
+/// differ in all of it.
 pub trait Domain {
     /// A point `x` of `Ω`.
     type Sample: Clone;
@@ -35,14 +35,14 @@ pub trait Domain {
     }
 }
 
-/// What stands for the density of a domain's samples in MIS weights: its density where known, else
-/// its target.
+/// The density of a domain's samples as MIS weights use it: the density if it is known, otherwise
+/// the target.
 #[inline]
 pub(crate) fn proxy<D: Domain + ?Sized>(domain: &D, x: &D::Sample) -> f64 {
     sanitised(domain.tractable_density(x).unwrap_or_else(|| domain.target(x)))
 }
 
-/// The same, for a sample whose target is at hand.
+/// The same, for a sample with a target that is already known.
 #[inline]
 pub(crate) fn proxy_with_target<D: Domain + ?Sized>(domain: &D, x: &D::Sample, target: f64) -> f64 {
     sanitised(domain.tractable_density(x).unwrap_or(target))
@@ -61,8 +61,8 @@ pub enum Undefined {
     NotInvertible = 2,
     /// The Jacobian is beyond the reciprocal gate, `max(J, 1/J) > τ`.
     JacobianGate = 3,
-    /// Something stands between the two ends, and the shift treats that as undefined rather than as
-    /// a zero target.
+    /// Something blocks the way between the two ends, and the shift treats that as undefined rather
+    /// than as a zero target.
     Occluded = 4,
     /// The Jacobian is zero, infinite or NaN: the map degenerates here.
     Degenerate = 5,
@@ -170,7 +170,7 @@ pub struct Shifted<X> {
     pub target: f64,
 }
 
-/// What a MIS weight needs of a shift: no sample, so no copy of one.
+/// What a MIS weight needs from a shift: no sample, so nothing is copied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulled {
     /// `|∂x/∂y|`, of the way back.

@@ -19,8 +19,8 @@ use crate::weight::{ConditionallyIndependent, ContributionWeight, Tractable};
 /// `K` canonical suffixes of the `N` and multiplies them by `N/K`, and the mean over prefixes
 /// divides by `N`. So with one of them the canonical term is *not* divided at all.
 ///
-/// What a prefix contributes is told to a visitor with its share of a **joint** weight, in another
-/// type than the conditional weights that went in.
+/// A visitor receives the contribution of each prefix with its share of a **joint** weight, in
+/// another type than the conditional weights that went in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FinalGather {
     prefixes: u32,
@@ -76,7 +76,7 @@ impl FinalGather {
         self.canonical
     }
 
-    /// The part of one integration prefix, behind which lie the suffixes `to`.
+    /// The part of one integration prefix; the suffixes `to` follow it.
     ///
     /// `inputs` are the canonical reservoir of `to` and the reservoirs of the supporting prefixes.
     /// The canonical reservoirs of exactly `K` of the `N` prefixes hold a suffix drawn behind

@@ -3,7 +3,7 @@
 //! Sixteen bytes each, four 32-bit words, little more than the memory a shader reads in one load.
 //! Emptiness is an integer tag, never a NaN or ∞ in a float: those do not survive fast math or
 //! packing. The sample is a `u32` handle (a light, a path seed's slot); a renderer with larger
-//! samples stores them beside.
+//! samples stores them elsewhere.
 
 use crate::reservoir::Reservoir;
 use crate::selection::Selection;

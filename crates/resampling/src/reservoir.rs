@@ -119,10 +119,11 @@ impl<X, S: Space, R: Storage> Reservoir<X, S, R> {
             .map_or(0.0, |x| integrand(x) * self.weight.value().to_f64())
     }
 
-    /// Keeps the sample only where `support` holds, else the null sample; confidence stays. This is
-    /// RIS with `M = 1` and a target that vanishes outside the support, such as `p̂ V` after a
-    /// visibility test: `W` then is the same. The domain it goes on in must have that target, or
-    /// MIS weights trust the technique with what it no longer produces.
+    /// Keeps the sample only if `support` is true, otherwise the null sample; confidence stays.
+    /// This is RIS with `M = 1` and a target that vanishes outside the support, such as `p̂ V`
+    /// after a visibility test: `W` is then unchanged. The domain that the reservoir is used in
+    /// must have that target. Otherwise MIS weights count on samples that the technique no longer
+    /// produces.
     #[inline]
     #[must_use]
     pub fn within(self, support: impl FnOnce(&X) -> bool) -> Self {

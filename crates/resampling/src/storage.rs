@@ -17,8 +17,8 @@ pub trait Storage:
 {
     /// Widens without loss.
     fn to_f64(self) -> f64;
-    /// Rounds to the nearest number of this type; what is too large becomes the largest finite one,
-    /// NaN becomes 0.
+    /// Rounds to the nearest number of this type; a number that is too large becomes the largest
+    /// finite one, NaN becomes 0.
     fn from_f64(value: f64) -> Self;
 }
 
@@ -52,7 +52,7 @@ impl Storage for f64 {
     }
 }
 
-/// A non-negative finite number: what is negative or NaN becomes 0, what is too large becomes
+/// A non-negative finite number: a negative number or NaN becomes 0, one that is too large becomes
 /// `f64::MAX`. The neutral reading of a bad target in the hot path.
 #[inline(always)]
 pub(crate) fn sanitised(value: f64) -> f64 {

@@ -93,8 +93,8 @@ fn reciprocal(density: f64) -> Result<f64, WeightError> {
     }
 }
 
-/// An unbiased contribution weight `W ≥ 0` in the space `S`, finite, stored as `R`. In units of
-/// the measure of `S` (steradians for `SolidAngle`): it stands where `1/p` would.
+/// An unbiased contribution weight `W ≥ 0` in the space `S`, finite, stored as `R`. Its unit is
+/// that of the measure of `S` (steradians for `SolidAngle`): it takes the place of `1/p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct ContributionWeight<S: Space, R: Storage = f32> {
@@ -166,12 +166,12 @@ impl<S: Space, R: Storage> ContributionWeight<S, R> {
 /// The premise of Kettunen 2023 Theorem 4.1, given as a word of honour: *`X` and `W_{X|Z}` are
 /// conditionally independent of `W_Z`, given `Z`*.
 ///
-/// It holds where the suffix was made from random numbers of its own after `Z` was fixed. It fails
-/// where the suffix looks at something that `W_Z` depends on besides `Z`, such as the candidates
-/// that `Z` was chosen over.
+/// It holds if the suffix was made from random numbers of its own after `Z` was fixed. It fails if
+/// the suffix depends on something besides `Z` that `W_Z` also depends on, such as the candidates
+/// that `Z` was chosen from.
 ///
-/// Apart from it, `W_{X|Z}` must be a conditional weight to begin with: a suffix whose supporting
-/// prefix was resampled by a target that saw the suffix no longer is distributed, given that
+/// Besides, `W_{X|Z}` must be a conditional weight in the first place. If a supporting prefix was
+/// resampled by a target that saw the suffix, the suffix is no longer distributed, given that
 /// prefix, as its weight says. Keep the prefix target free of the suffix (Kettunen 2023 eq. 19).
 #[derive(Clone, Copy, Debug)]
 pub struct ConditionallyIndependent {

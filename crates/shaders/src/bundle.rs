@@ -1,8 +1,8 @@
 //! Several modules as one text of plain WGSL, without a linker.
 //!
-//! Each linked module keeps the names of its own declarations and has those of others with their
-//! path in front, so that two texts cannot simply be joined: both bring what both need. Here every
-//! declaration is known by its module and its name, and stands in the bundle once.
+//! Each linked module keeps the names of its own declarations and has the names of others with
+//! their path in front. Two texts therefore cannot simply be joined: both contain what both need.
+//! Here every declaration is known by its module and its name, and is in the bundle once.
 
 use crate::{Module, module};
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,11 +17,11 @@ const PREFIX: &str = "package_lightshed_";
 pub enum BundleError {
     /// There is no module of this name.
     Unknown(String),
-    /// The module needs functions of the program, and so a linker.
+    /// The module needs functions of the program, and therefore a linker.
     NeedsHost {
         /// The module.
         module: &'static str,
-        /// What it asks of the program.
+        /// What it needs from the program.
         host: &'static [&'static str],
     },
     /// Two of the modules have different declarations of one name.
@@ -59,9 +59,9 @@ impl std::error::Error for BundleError {}
 
 /// The modules of these names as one text of WGSL that any device takes, each declaration once.
 ///
-/// Declarations of these modules have their own names. What they need of other modules has the
-/// name of its module in front. Put your own code behind the text; it binds nothing and has no
-/// entry point.
+/// Declarations of these modules have their own names. Declarations that they need from other
+/// modules have the name of their module in front. Put your own code behind the text; it binds
+/// nothing and has no entry point.
 ///
 /// ```
 /// let library = lightshed_shaders::bundle(&["warp", "mis"])?;
@@ -73,8 +73,8 @@ impl std::error::Error for BundleError {}
 /// ```
 ///
 /// # Errors
-/// A name that is none of a module, a module that needs a host (see [`Module::host`]), or two
-/// modules that declare one name differently.
+/// A name that no module has, a module that needs a host (see [`Module::host`]), or two modules
+/// that declare one name differently.
 pub fn bundle(names: &[&str]) -> Result<String, BundleError> {
     let mut asked: BTreeMap<&'static str, &'static str> = BTreeMap::new();
     for &name in names {
@@ -87,7 +87,7 @@ pub fn bundle(names: &[&str]) -> Result<String, BundleError> {
         "// Modules of lightshed: {}.\n",
         asked.keys().copied().collect::<Vec<_>>().join(", ")
     );
-    // By name, the module that a declaration came with, and its text.
+    // By name, the module of a declaration, and its text.
     let mut own: BTreeMap<String, (&str, String)> = BTreeMap::new();
     let mut others = BTreeSet::new();
     for (&module, wgsl) in &asked {
@@ -118,8 +118,8 @@ pub fn bundle(names: &[&str]) -> Result<String, BundleError> {
     Ok(text)
 }
 
-/// The declarations of a linked text, comments between them left out: a blank line ends each, and
-/// none has a blank line within.
+/// The declarations of a linked text without the comments between them: a blank line ends each, and
+/// no declaration contains a blank line.
 fn declarations(wgsl: &str) -> impl Iterator<Item = &str> {
     let parts = wgsl.split("\n\n").map(str::trim);
     parts.filter(|part| !part.is_empty() && !part.starts_with("//"))
@@ -138,7 +138,7 @@ fn name_of(declaration: &str) -> &str {
     &rest[..end]
 }
 
-/// The text with names of the modules that were asked for as these have them.
+/// The text, with the names of the requested modules as these modules have them.
 fn renamed(text: &str, asked: &BTreeMap<&'static str, &'static str>) -> String {
     let mut result = String::with_capacity(text.len());
     let mut rest = text;
@@ -156,8 +156,8 @@ fn renamed(text: &str, asked: &BTreeMap<&'static str, &'static str>) -> String {
     result + rest
 }
 
-/// Module and name of a linked name. The linker writes how many underscores a part has in front of
-/// it, if it has any: `package_lightshed_turn__2sin_cos_turns`.
+/// Module and name of a linked name. If a part contains underscores, the linker writes their number
+/// in front of it: `package_lightshed_turn__2sin_cos_turns`.
 fn parts(word: &str) -> Option<(&str, &str)> {
     let (underscores, rest) = counted(word.strip_prefix(PREFIX)?);
     let (end, _) = rest.match_indices('_').nth(underscores)?;

@@ -9,8 +9,8 @@ use wesl::{CompileOptions, EscapeMangler, Feature, Features, ModulePath, Virtual
 
 /// Puts [`MODULES`] and a program's own modules together.
 ///
-/// The modules of this crate stand in `package::lightshed`, the program's where it says;
-/// `package::host` has the functions that they ask for.
+/// The modules of this crate are in `package::lightshed`, the program's where it says;
+/// `package::host` has the functions that they call.
 ///
 /// ```
 /// use lightshed_shaders::Linker;
@@ -37,7 +37,7 @@ pub struct Linker<'a> {
     keep: bool,
 }
 
-/// Why modules could not be linked, as the linker says it.
+/// Why modules could not be linked, in the linker's words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkError {
     message: String,
@@ -59,8 +59,8 @@ impl LinkError {
     }
 }
 
-/// The text without a terminal's escape sequences (`ESC [ … m`), which the linker colours it
-/// with.
+/// The text without the escape sequences (`ESC [ … m`) that the linker uses to colour it in a
+/// terminal.
 fn without_escapes(text: &str) -> String {
     let mut parts = text.split('\u{1b}');
     let mut plain = parts.next().unwrap_or_default().to_owned();
@@ -94,7 +94,8 @@ impl<'a> Linker<'a> {
         self
     }
 
-    /// With a feature on or off: what stands behind `@if(name)`. Those that are not named are off.
+    /// Switches a feature on or off: the code behind `@if(name)`. Features that are not named are
+    /// off.
     #[must_use]
     pub fn feature(mut self, name: &str, on: bool) -> Self {
         self.features.insert(name.to_owned(), on);
@@ -108,8 +109,8 @@ impl<'a> Linker<'a> {
         self
     }
 
-    /// Plain WGSL of the module at `root` and of what it needs. Its own declarations keep their
-    /// names, others get the path of their module in front.
+    /// Plain WGSL of the module at `root` and of everything it needs. Its own declarations keep
+    /// their names, others get the path of their module in front.
     ///
     /// # Errors
     ///
@@ -139,14 +140,15 @@ impl<'a> Linker<'a> {
         };
         let mut linked =
             compile(&parsed(root)?, &resolver, &EscapeMangler, &options).map_err(LinkError::new)?;
-        // Modules come in an order that changes from run to run; what a text means does not depend
-        // on it.
+        // Modules come in an order that changes from run to run; the meaning of a text does not
+        // depend on it.
         linked
             .syntax
             .global_declarations
             .sort_by_cached_key(|declaration| {
                 let name = name_of(declaration);
-                // The root's own, whose names have no path, stay first and in their order.
+                // The root's own declarations have no path in their names; they stay first and in
+                // their order.
                 if name.starts_with("package_") {
                     name
                 } else {

@@ -8,7 +8,7 @@ pub struct Module {
     pub name: &'static str,
     /// The source, with imports.
     pub wesl: &'static str,
-    /// Linked with what it imports, for programs without a linker; `None` for a module that needs a
+    /// Linked with its imports, for programs without a linker; `None` for a module that needs a
     /// host.
     pub wgsl: Option<&'static str>,
     /// What it imports from `package::host`, itself or through others: functions and types that the

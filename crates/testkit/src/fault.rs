@@ -1,8 +1,8 @@
 //! Planted faults: a test that has never been seen to fail says nothing.
 //!
-//! A property is written over `Option<F>` where `F` enumerates the faults that can be planted in
-//! the thing under test (drop the Jacobian, divide by M twice, …). [`check_faults`] demands that
-//! the property holds with `None` and fails with every `Some`.
+//! A property is written over `Option<F>`; `F` enumerates the faults that can be planted in the
+//! code under test (drop the Jacobian, divide by M twice, …). [`check_faults`] demands that the
+//! property holds with `None` and fails with every `Some`.
 
 use core::any::Any;
 use core::fmt;

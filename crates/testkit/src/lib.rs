@@ -1,7 +1,7 @@
 //! Statistics, quadrature, exact enumeration and planted faults for tests of estimators.
 //!
-//! An estimator is held to something it did not compute itself. This crate supplies the things to
-//! hold it to:
+//! A test compares an estimator with something that the estimator did not compute itself. This
+//! crate supplies such things:
 //!
 //! | question | tool |
 //! |---|---|
@@ -20,8 +20,8 @@
 //! | can this test fail at all? | [`check_faults`] |
 //!
 //! Every statistical test takes a `significance`: the probability that it rejects a *correct*
-//! implementation. With the fixed seeds of [`rng`] a test that passes once passes always; the
-//! significance says how (un)lucky a seed can be, and so how much a failure means.
+//! implementation. With the fixed seeds of [`rng`] a test that passes once always passes. The
+//! significance says how unlucky a seed can be, and therefore how much a failure means.
 #![forbid(unsafe_code)]
 
 mod chi2;

@@ -20,7 +20,7 @@ pub struct MeanTest {
 pub struct MeanReport {
     /// The measured mean.
     pub mean: f64,
-    /// Standard error of what was compared.
+    /// Standard error of the difference.
     pub standard_error: f64,
     /// Deviation in standard errors.
     pub z: f64,

@@ -8,8 +8,8 @@ use core::fmt;
 pub enum StatisticsError {
     /// The input cannot be tested (lengths differ, a count is missing, a value is not finite, …).
     Malformed(&'static str),
-    /// The hypothesis was rejected: were it true, a statistic this extreme has probability
-    /// `p_value`.
+    /// The hypothesis was rejected: if it were true, a statistic this extreme would have
+    /// probability `p_value`.
     Rejected {
         /// Name of the test.
         test: &'static str,

@@ -1,9 +1,9 @@
-//! Tests of what not every machine has.
+//! Tests that need something which not every machine has.
 
 use std::fmt::Display;
 
-/// What was found. Without it a word that the test is skipped, and `None`; a failure if the
-/// environment variable `required` is 1.
+/// What was found. If nothing was found, prints that the test is skipped and returns `None`; fails
+/// if the environment variable `required` is 1.
 ///
 /// # Panics
 /// Where it is required and not found.

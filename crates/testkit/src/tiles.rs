@@ -52,8 +52,8 @@ pub struct TileOptions {
     pub tile_size: usize,
     /// False-positive rate of the verdict.
     pub significance: f64,
-    /// Differences of a tile's mean up to this share of it are forgiven (rounding in files, say); 0
-    /// forgives none.
+    /// Differences of a tile's mean up to this share of it are ignored (rounding in files, say); 0
+    /// ignores none.
     pub relative_tolerance: f64,
 }
 
@@ -106,8 +106,8 @@ pub struct TileReport {
     pub outliers: usize,
     /// How many would by chance.
     pub expected_outliers: f64,
-    /// Smallest p-value of the three tests, each corrected for its multiplicity and for there being
-    /// three.
+    /// Smallest p-value of the three tests, each corrected for its multiplicity and for the number
+    /// of tests, three.
     pub p_value: f64,
     /// The false-positive rate that was asked for.
     pub significance: f64,
@@ -330,7 +330,8 @@ fn binomial_tail(n: usize, p: f64, k: usize) -> f64 {
     if k == 0 {
         return 1.0;
     }
-    // Terms by their ratio, from the k-th on: small, positive, and falling fast once k exceeds n p.
+    // Terms by their ratio, from the k-th on: small, positive, and decreasing fast once k exceeds n
+    // p.
     let n = n as f64;
     let mut log_term = n * (-p).ln_1p();
     for i in 0..k {

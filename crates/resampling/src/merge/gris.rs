@@ -103,7 +103,7 @@ pub(super) struct Term<'a, X> {
     arrived: Arrived<'a, X>,
     /// `p̂(Y_i) > 0`.
     target: f64,
-    /// `p̂_{←i}(Y_i)`, where the family has asked for it.
+    /// `p̂_{←i}(Y_i)`, if the family has asked for it.
     density: Option<f64>,
     /// `w_i = m_i p̂ W |∂T|`.
     pub(super) weight: f64,
@@ -135,7 +135,7 @@ pub(super) struct Merge<'a, D: Domain, T, R: Storage> {
     mis: Mis,
     pub(super) confidence: f64,
     pairwise: Option<PairwiseConstants>,
-    /// Its density stands for the canonical ones in pairwise weights.
+    /// Its density is used for the canonical techniques in pairwise weights.
     first_canonical: Option<&'a D>,
 }
 
@@ -315,7 +315,7 @@ impl<'a, D: Domain, T: ShiftMapping<D>, R: Storage> Merge<'a, D, T, R> {
         }
     }
 
-    /// The density that stands for the canonical techniques in pairwise weights: that of the first.
+    /// The density used for the canonical techniques: that of the first.
     #[inline]
     fn canonical_density(&self, term: &Term<'_, D::Sample>) -> f64 {
         self.first_canonical

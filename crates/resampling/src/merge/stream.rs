@@ -10,7 +10,7 @@ use crate::selection::Selection;
 use crate::storage::{Storage, product, sanitised};
 use crate::weight::ContributionWeight;
 
-/// A pairwise merge around one canonical input that sees its neighbours one by one and keeps none
+/// A pairwise merge around one canonical input. It sees its neighbours one by one and stores none
 /// of them.
 ///
 /// Its outcome is distributed as that of [`merge`](super::merge) over the same inputs. Only the sum
@@ -101,8 +101,8 @@ impl<'a, D: Domain, R: Storage> PairwiseStream<'a, D, R> {
         self.add(domain, reservoir, incoming, outgoing, choose)
     }
 
-    /// Adds a neighbour whose shifts are at hand: `incoming`, its sample carried into this domain,
-    /// and `outgoing`, the canonical sample carried into the neighbour's.
+    /// Adds a neighbour with its two shifts already made: `incoming`, its sample carried into this
+    /// domain, and `outgoing`, the canonical sample carried into the neighbour's.
     ///
     /// # Errors
     /// As [`PairwiseStream::neighbour`].

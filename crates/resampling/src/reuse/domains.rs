@@ -6,9 +6,9 @@ use std::sync::Arc;
 /// The domains that a pass reuses among, by index: pixels of a frame, cells, prefixes with their
 /// suffix spaces.
 ///
-/// Some may be *absent*: a background pixel has nothing to integrate, an empty cell nobody to
-/// serve. An absent domain takes no part. Its reservoir becomes the empty one of confidence 0, and
-/// no other domain asks for it.
+/// Some may be *absent*: a background pixel has nothing to integrate, an empty cell serves no
+/// pixel. An absent domain is left out. Its reservoir becomes the empty one of confidence 0, and no
+/// other domain reads it.
 ///
 /// Slices, arrays and vectors of `D` or of `Option<D>` are domains, and so are references and
 /// [`Arc`]s of domains. A renderer that keeps more about a pixel implements the trait for its own

@@ -3,7 +3,7 @@
 use super::error::ReuseError;
 use lightshed_sampling::parallel;
 
-/// Domains that one thread takes at a time, with the same scratch.
+/// Number of domains that one thread takes at a time, with the same scratch.
 const IN_GROUP: usize = 64;
 
 /// [`each_pair`] for one slice.

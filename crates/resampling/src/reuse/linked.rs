@@ -18,9 +18,9 @@ where
     T: ShiftMapping<Ds::Domain> + Sync,
 {
     /// Reuse from domains of another row, several at a time: merges each domain's own reservoir
-    /// (canonical) with those of `others` to which `links` leads. Cells in space that serve pixels
-    /// as reservoirs, say, or several places of the frame before; [`Reuse::temporal`] is the case
-    /// of one.
+    /// (canonical) with those of `others` that `links` leads to. Examples are cells in space that
+    /// serve pixels as reservoirs, or several places of the frame before. [`Reuse::temporal`] is
+    /// the case of one link.
     ///
     /// The neighbours that `links` visits for a domain are indices of `others`; there is no
     /// "itself" among them. Those that are out of range or absent are passed over. A domain without

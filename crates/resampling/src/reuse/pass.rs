@@ -14,7 +14,7 @@ use crate::mis::{Mis, Pairwise};
 use crate::reservoir::Reservoir;
 use crate::storage::Storage;
 
-/// What the previous frame left behind, or what is kept elsewhere: domains and their reservoirs.
+/// Domains and their reservoirs from the previous frame, or from another place.
 ///
 /// The reservoirs' samples live in the domains of *their* frame, with its surfaces, lights and
 /// visibility. To give this frame's domains instead saves keeping the old ones, and is **biased**
@@ -37,8 +37,8 @@ impl<'a, Ds: Domains + ?Sized, R: Storage> History<'a, Ds, R> {
     }
 }
 
-/// Where a round that integrates adds up: an element for each domain, and what is done with each
-/// [`Contribution`] to it.
+/// Where a round that integrates adds up: an element for each domain, and a function that takes
+/// each [`Contribution`] to it.
 pub struct Sums<'a, A, V> {
     pub(super) sums: &'a mut [A],
     pub(super) visit: V,
@@ -105,9 +105,9 @@ impl<'a, A, V> Sums<'a, A, V> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// A domain that is absent (see [`Domains`]), or whose own reservoir has no confidence, takes no
-/// part: others give it no weight. The reservoir of the former becomes empty, that of the latter
-/// passes through.
+/// A domain that is absent (see [`Domains`]), or has an own reservoir without confidence, is left
+/// out: others give it no weight. The reservoir of an absent domain becomes empty; a reservoir
+/// without confidence passes through.
 ///
 /// Each pass makes the source of each domain's decisions by a `choose` of the domain's index.
 pub struct Reuse<'a, Ds, T> {
@@ -292,8 +292,8 @@ where
     /// One round of reuse in pairs: `N` shifts serve `N` domains, where [`Reuse::spatial`] with one
     /// neighbour takes `2N`.
     ///
-    /// `pairs` is a topology of which the first neighbour of each domain counts, its partner, where
-    /// that one's partner is the domain. Domains without a partner keep their reservoir.
+    /// `pairs` is a topology. Only the first neighbour of each domain counts: it is its partner, if
+    /// that neighbour's partner is the domain. Domains without a partner keep their reservoir.
     ///
     /// # Errors
     /// As [`Reuse::temporal`], and [`ReuseError::NotPairwise`].
@@ -402,7 +402,7 @@ where
     }
 }
 
-/// The merge of one side of a pair, itself first.
+/// The merge of one side of a pair; the domain itself is the first input.
 fn pair<D: Domain, R: Storage>(
     pairwise: Pairwise,
     [own, other]: [&D; 2],

@@ -52,7 +52,8 @@ impl<X, S: Space> Ris<X, S> {
     }
 
     /// A candidate that the sampler did not produce, such as a light sampler's `None`: it counts in
-    /// `M` as a sample of value zero. Left out, `W_Y` is too large by the share of such samples.
+    /// `M` as a sample of value zero. If it is left out, `W_Y` is too large by the share of such
+    /// samples.
     #[inline(always)]
     pub fn null_candidate(&mut self) {
         self.candidates += 1;
@@ -119,8 +120,9 @@ impl<X, S: Space> Ris<X, S> {
     }
 }
 
-/// `M` candidates of one technique to `N` samples, each as [`Ris`] would give it, independent given
-/// the candidates (Kettunen 2023 eq. 1). One sample may be selected more than once.
+/// `M` candidates of one technique to `N` samples. Each is as [`Ris`] would give it, and they are
+/// independent given the candidates (Kettunen 2023 eq. 1). One sample may be selected more than
+/// once.
 #[derive(Clone, Debug)]
 pub struct RisMany<X, S: Space, const N: usize> {
     selections: Selections<(X, f64), N>,

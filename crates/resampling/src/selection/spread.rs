@@ -46,7 +46,7 @@ pub fn spread_copies(weights: &[f64], count: u32, copies: &mut [u32], choose: &m
                 let stays = choose.accept(before, before + chance);
                 Some((if stays { other } else { item }, before + chance))
             }
-            // One of them is in, the other goes on with what is left.
+            // One of them is selected, the other goes on with the remaining chance.
             Some((other, before)) => {
                 let rest = (before + chance - 1.0).max(0.0);
                 let other_is_in = choose.accept(1.0 - chance, 1.0 - rest);
@@ -56,7 +56,7 @@ pub fn spread_copies(weights: &[f64], count: u32, copies: &mut [u32], choose: &m
             }
         };
     }
-    // Chances sum to a whole number: what is left is 0 or 1 but for rounding.
+    // Chances sum to a whole number: the remaining chance is 0 or 1 except for rounding.
     if let Some((item, chance)) = open
         && chance > 0.5
     {

@@ -88,8 +88,8 @@ impl<X> WithoutReplacement<X> {
         true
     }
 
-    /// Appends another stream's sample, as if its items had been offered here: keys are kept, so no
-    /// randomness is spent but on the next jump. Capacities should agree; the smaller one limits
+    /// Appends another stream's sample, as if its items had been offered here. Keys are kept, so
+    /// only the next jump needs a random number. Capacities should agree; the smaller one limits
     /// what is exact.
     pub fn merge<R: Rng + ?Sized>(&mut self, other: Self, rng: &mut R) {
         self.weight_sum = (self.weight_sum + other.weight_sum).min(f64::MAX);

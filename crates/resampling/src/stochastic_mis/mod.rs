@@ -1,8 +1,8 @@
 //! Stochastic multiple importance sampling over chains that learn from their own samples.
 //!
-//! A technique `p(x|t)` depends on parameters `t` that are themselves random, with a distribution
-//! that nobody knows: the state of a Markov chain, say. With `n` techniques `t_1 … t_n` and one
-//! sample `x_i ∼ p(·|t_i)` of each,
+//! A technique `p(x|t)` depends on parameters `t` that are themselves random, with an unknown
+//! distribution: the state of a Markov chain, say. With `n` techniques `t_1 … t_n` and one sample
+//! `x_i ∼ p(·|t_i)` of each,
 //!
 //! > `⟨I⟩ = Σ_i f(x_i) / Σ_j p(x_i|t_j)`
 //!
@@ -21,8 +21,8 @@
 //! [`Exchange::Kept`] leaves the exchange out; it is **biased**, and here to show that.
 //!
 //! Further techniques, such as emitter sampling, are merged by the balance heuristic over all
-//! techniques of the set: with `m` samples of density `q` beside the set, each sample, wherever it
-//! is from, counts `f(x) / (Σ_j p(x|t_j) + m q(x))` ([`ChainTile::other_density`]).
+//! techniques of the set. With `m` samples of density `q` besides the set, each sample, from any
+//! technique, counts `f(x) / (Σ_j p(x|t_j) + m q(x))` ([`ChainTile::other_density`]).
 
 mod scratch;
 mod spatial;

@@ -39,8 +39,8 @@ pub fn spatial_smis<T: ChainTile>(
     }
 }
 
-/// Permutes `items`, each order with the same probability (Fisher and Yates), by `below(n)`, which
-/// returns a uniform index below `n`; one that is not below stands for the last.
+/// Permutes `items`, each order with the same probability (Fisher and Yates). `below(n)` returns a
+/// uniform index below `n`; an index that is not below `n` counts as the last.
 pub fn permute<T>(items: &mut [T], mut below: impl FnMut(usize) -> usize) {
     for rest in (2..=items.len()).rev() {
         items.swap(rest - 1, below(rest).min(rest - 1));

@@ -6,8 +6,8 @@ use super::tile::{ChainTile, Exchange, SetWeight};
 /// Adds to each place an estimate by `steps` steps, `Σ_i f(x_i) / Σ_j p(x_i|t_j)` over the steps
 /// of a set. After each step all states move on by one place, the last one to the first.
 ///
-/// A set has at most as many steps as there are places: after so many a state comes back to where
-/// it was. More steps make several sets, whose estimates count by their numbers of steps.
+/// A set has at most one step for each place: after that, a state comes back to where it was. More
+/// steps make several sets, and their estimates are weighted by their numbers of steps.
 pub fn temporal_smis<T: ChainTile>(
     tile: &mut T,
     states: &mut [T::State],

@@ -81,7 +81,7 @@ pub struct SetWeight {
 }
 
 impl SetWeight {
-    /// The balance heuristic over all techniques; zero where none has the sample.
+    /// The balance heuristic over all techniques; zero if no technique can produce the sample.
     #[inline]
     pub fn merged(&self) -> f64 {
         self.share * reciprocal(self.set + self.other)
