@@ -54,8 +54,7 @@ impl Builder {
     /// Builds a tree in the memory of `tree`. The same primitives give the same tree on any number
     /// of threads.
     ///
-    /// Equal boxes and boxes without extent are primitives like others. Trees have at most
-    /// [`MAX_DEPTH`] levels.
+    /// Equal boxes and boxes without extent are allowed. Trees have at most [`MAX_DEPTH`] levels.
     ///
     /// # Errors
     /// [`BuildError::Bounds`] and [`BuildError::TooMany`]; `tree` is as it was then.
@@ -147,8 +146,8 @@ impl Bvh {
         Ok(tree)
     }
 
-    /// A tree of least depth: groups are halved by number, along the axis along which their centres
-    /// lie farthest apart. For where no other tree is shallow enough.
+    /// A tree of least depth: groups are halved by number, along the axis with the largest distance
+    /// between centres. It is used if no other tree is shallow enough.
     ///
     /// # Errors
     /// See [`BuildError`].

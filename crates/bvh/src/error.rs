@@ -11,7 +11,7 @@ pub enum BuildError {
     /// More than [`MAX_PRIMITIVES`](crate::MAX_PRIMITIVES).
     #[error("{0} primitives are more than a tree can hold")]
     TooMany(usize),
-    /// Boxes for a refit are not as many as the tree has primitives.
+    /// A refit needs one box for each primitive of the tree, and got another number.
     #[error("a tree over {primitives} primitives cannot take {boxes} boxes")]
     Count {
         /// Primitives of the tree.
@@ -19,7 +19,7 @@ pub enum BuildError {
         /// Boxes given.
         boxes: usize,
     },
-    /// An instance names an object that there is not.
+    /// An instance names an object that does not exist.
     #[error("instance {instance} names object {object}, which there is not")]
     Object {
         /// Index of the instance.

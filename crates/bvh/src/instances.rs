@@ -9,11 +9,11 @@ use glam::{Affine3A, Vec3};
 use lightshed_sampling::parallel::for_each_chunk;
 use lightshed_spatial::Bounds;
 
-/// Instances whose boxes a thread finds at once.
+/// Number of instances for one thread to find boxes for at once.
 const CHUNK: usize = 1 << 9;
 
-/// Boxes of an object of which the box of an instance is made: those of its tree's upper nodes,
-/// since a turned box is larger than what it holds.
+/// Boxes of an object that the box of an instance is made from: those of the upper nodes of its
+/// tree, since a rotated box is larger than its contents.
 const PARTS: usize = 16;
 
 /// A copy of an object, placed in the world.
@@ -25,14 +25,14 @@ pub struct Instance {
     pub to_world: Affine3A,
 }
 
-/// A tree over instances. The objects' trees are the caller's: they stay as they are however the
-/// instances move.
+/// A tree over instances. The caller owns the objects' trees: they do not change when the instances
+/// move.
 #[derive(Clone, Debug, Default)]
 pub struct InstanceTree {
     top: Bvh,
     builder: Builder,
     boxes: Vec<Bounds>,
-    /// From the world to each instance's object.
+    /// Transformation from the world to each instance's object.
     to_object: Vec<Affine3A>,
     objects: Vec<u32>,
     /// Upper boxes of each object, and where they begin.
@@ -62,8 +62,8 @@ impl InstanceTree {
     ///
     /// # Errors
     /// [`BuildError::Object`] for an instance without object, [`BuildError::Bounds`] with the index
-    /// of an instance whose placed box is not finite or whose object is empty. The tree is as it
-    /// was then, but for memory.
+    /// of an instance if its placed box is not finite or its object is empty. The tree then is as
+    /// before, except for its memory.
     pub fn rebuild(&mut self, objects: &[Bvh], instances: &[Instance]) -> Result<(), BuildError> {
         let missing = |instance: &Instance| instance.object as usize >= objects.len();
         if let Some(instance) = instances.iter().position(missing) {
@@ -127,9 +127,9 @@ impl InstanceTree {
 
     /// The first hit of a ray: instance, primitive of its object, and place along the ray.
     ///
-    /// `objects` are those that the tree was built for. `test(object, primitive, ray)` returns
+    /// `objects` must be those that the tree was built for. `test(object, primitive, ray)` returns
     /// where a ray in the object's space hits a primitive before its `t_max`; directions are not
-    /// normalised, so that places are the same in all spaces.
+    /// normalised, so that places along the ray are the same in all spaces.
     pub fn nearest(
         &self,
         objects: &[Bvh],
@@ -155,8 +155,8 @@ impl InstanceTree {
     }
 }
 
-/// Appends boxes that together hold all of a tree: of the largest nodes that are not below each
-/// other.
+/// Appends boxes that together contain a whole tree: those of its largest nodes, none of them below
+/// another.
 fn upper_boxes(tree: &Bvh, boxes: &mut Vec<Bounds>) {
     let mut chosen = Vec::new();
     if !tree.is_empty() {

@@ -13,7 +13,7 @@ const TAG: u32 = 1 << 30;
 /// A box and the index of its primitive.
 ///
 /// The greatest corner is stored negated: the union of two boxes is then one minimum of all lanes,
-/// and the doubled centre one difference.
+/// and the doubled centre is one difference.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct BoxItem {
@@ -110,7 +110,7 @@ impl BoxItem {
         Vec3::ZERO - self.high.xyz()
     }
 
-    /// The node around it, in the bits of an item: nodes are written where items were.
+    /// The node around it, in the bits of an item: nodes are written over items.
     #[inline(always)]
     pub fn cell(&self, first: u32, count: u32) -> Self {
         bytemuck::cast(self.node(first, count))

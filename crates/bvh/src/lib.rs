@@ -1,8 +1,8 @@
 //! Bounding volume hierarchies, built fast.
 //!
-//! Knows boxes, and nothing of what is in them: triangles, instances and lights are built over by
-//! the same code. A tree is binary, has one primitive in each leaf, and lies in depth-first order
-//! ([`Node`]); wide trees are made of it by whoever traverses them.
+//! The crate knows boxes, and nothing of their contents: the same code builds trees over triangles,
+//! instances and lights. A tree is binary, has one primitive in each leaf, and is stored in
+//! depth-first order ([`Node`]); a program that traverses wide trees makes them from it.
 //!
 //! | you want | take |
 //! |---|---|
@@ -34,13 +34,13 @@
 //!
 //! # What is not a box
 //!
-//! A primitive whose box is not finite, or has its corners exchanged, is an error that names it.
-//! Equal boxes, boxes without extent, and coordinates of any size are primitives like others; trees
-//! have at most [`MAX_DEPTH`] levels.
+//! A primitive with a box that is not finite, or with its corners exchanged, is an error that names
+//! it. Equal boxes, boxes without extent, and coordinates of any size are allowed; trees have at
+//! most [`MAX_DEPTH`] levels.
 //!
 //! # Features
 //!
-//! - `parallel`: builds over a rayon pool. Same tree, bit for bit.
+//! - `parallel`: builds on a rayon pool. The tree is the same, bit for bit.
 //! - `obvhs`: trees of that crate.
 #![forbid(unsafe_code)]
 // Kernels loop over axes and lanes by index: iterator adaptors are not inlined into them (see the

@@ -1,8 +1,8 @@
 //! Items in the order of Morton's curve.
 //!
 //! The sort moves one word for each item: the upper bits of its code, as many as the index leaves
-//! room for, and the index, by which ties are broken. So the order is total, and the same however
-//! it is found.
+//! room for, and the index, which breaks ties. The order is therefore total, and does not depend on
+//! the sorting method.
 
 use crate::item::BoxItem;
 use crate::primitive::Primitive;
@@ -60,8 +60,8 @@ impl Morton {
         });
     }
 
-    /// Where the places from `start` to `end` are to be divided: before the first word that has a
-    /// one in the highest bit in which they differ. Words of equal codes differ in their indices.
+    /// Where the places from `start` to `end` are to be divided: before the first word with a one
+    /// in the highest bit in which they differ. Words of equal codes differ in their indices.
     pub fn split(&self, start: usize, end: usize) -> usize {
         let words = &self.words[start..end];
         let (Some(first), Some(last)) = (words.first(), words.last()) else {

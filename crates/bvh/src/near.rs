@@ -8,8 +8,7 @@ use glam::Vec3;
 const NEARER: f32 = 1.0 - 8.0 * f32::EPSILON;
 
 impl Bvh {
-    /// Visits the primitives whose boxes are near `point`, the nearer boxes first in about every
-    /// case.
+    /// Visits the primitives with boxes near `point`, in nearly all cases the nearer boxes first.
     ///
     /// `visit(primitive)` returns the squared distance within which further primitives are wanted;
     /// at first it is `within_squared`. Primitives beyond it may be visited, too. A distance that

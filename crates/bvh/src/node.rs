@@ -8,7 +8,7 @@ use lightshed_spatial::Bounds;
 ///
 /// Nodes lie in depth-first order, and a tree over `n` primitives has `2n − 1` of them, so
 /// children need no references: the first child of node `i` is node `i + 1`, and the second is node
-/// `i + 2 c`, where `c` is the first child's count.
+/// `i + 2 c`, with `c` the first child's count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct Node {

@@ -19,9 +19,9 @@ pub enum Method {
     /// Top-down among the planes between 16 bins along each of three axes (Wald 2007).
     #[default]
     Binned,
-    /// From the bottom up among all: the two groups that are each other's cheapest partners become
-    /// one (Walter et al. 2008). On one thread, and tens of times slower: what others are compared
-    /// with.
+    /// From the bottom up among all: two groups that are each other's cheapest partners become one
+    /// (Walter et al. 2008). It runs on one thread and is tens of times slower; it serves as the
+    /// reference for the other methods.
     Agglomerative,
     /// Upper levels from a stochastic subset (Dittebrandt 2025 ch. 8).
     Subset(SubsetOptions),

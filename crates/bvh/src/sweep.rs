@@ -1,9 +1,9 @@
-//! Trees over small groups whose items lie along a curve.
+//! Trees over small groups of items that lie along a curve.
 //!
-//! Such a group needs neither bins nor axes: it is divided along the curve, at the place at which
-//! the surface area heuristic costs least among all there are. Unions from both ends are two
-//! minima an item, items stay where they are, and so a level costs a fifth of what bins do. Groups
-//! of up to eight are left to [`treelet`].
+//! Such a group needs neither bins nor axes: it is divided along the curve, at the place where the
+//! surface area heuristic costs least among all places. Unions from both ends are two minima an
+//! item, and items stay where they are; a level therefore costs a fifth of a level with bins.
+//! Groups of up to eight are left to [`treelet`].
 
 use crate::item::{BoxItem, half_areas};
 use crate::treelet;

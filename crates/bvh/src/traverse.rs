@@ -43,7 +43,7 @@ impl Slabs {
         for axis in 0..3 {
             let a = (bounds.min[axis] - self.origin[axis]) * self.inverse[axis];
             let b = (bounds.max[axis] - self.origin[axis]) * self.inverse[axis];
-            // A ray within the plane of a side, `0 · ∞`, leaves the interval as it was.
+            // A ray within the plane of a side gives `0 · ∞` and leaves the interval unchanged.
             let (low, high) = if self.inverse[axis] < 0.0 { (b, a) } else { (a, b) };
             near = if low > near { low } else { near };
             far = if high < far { high } else { far };
@@ -56,8 +56,8 @@ impl Bvh {
     /// The primitive that a ray hits first, and where.
     ///
     /// `test(primitive, t_max)` returns where the ray hits the primitive before `t_max`, if it
-    /// does. Boxes that the ray enters are visited in about the order in which it does. Trees of up
-    /// to [`MAX_DEPTH`] levels are searched without allocating.
+    /// does. Boxes are visited in about the order in which the ray enters them. Trees of up to
+    /// [`MAX_DEPTH`] levels are searched without allocating.
     pub fn nearest(&self, ray: &Ray, mut test: impl FnMut(u32, f32) -> Option<f32>) -> Option<(u32, f32)> {
         let slabs = Slabs::new(ray);
         let mut found = None;

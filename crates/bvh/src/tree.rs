@@ -4,10 +4,10 @@ use crate::node::Node;
 use crate::primitive::Primitive;
 use lightshed_spatial::Bounds;
 
-/// A binary tree whose leaves hold one primitive each.
+/// A binary tree with one primitive in each leaf.
 ///
-/// How many primitives a leaf of a traversed tree should have depends on how they are tested;
-/// whoever lays out such a tree joins leaves by their own costs.
+/// How many primitives a leaf of a traversed tree should have depends on how they are tested; a
+/// program that lays out such a tree joins leaves by its own costs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bvh {
     /// In depth-first order; see [`Node`].
@@ -63,9 +63,10 @@ impl Bvh {
         self.nodes.first().map_or(Bounds::EMPTY, Node::bounds)
     }
 
-    /// The cost by the surface area heuristic, `Σ A(N) / A(root)` over inner nodes times
-    /// `traversal`, and over leaves times `intersection`. In expectation, over lines that hit the
-    /// root's box, so many nodes' children and so many primitives are tested.
+    /// The cost by the surface area heuristic: `Σ A(N) / A(root)` over inner nodes times
+    /// `traversal`, and over leaves times `intersection`. It is the expected cost of a line that
+    /// hits the root's box, if testing a node's children costs `traversal` and a primitive
+    /// `intersection`.
     pub fn sah_cost(&self, traversal: f64, intersection: f64) -> f64 {
         let area = |node: &Node| {
             let d = (node.max - node.min).as_dvec3();

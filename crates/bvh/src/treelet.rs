@@ -1,8 +1,7 @@
 //! Trees over up to eight primitives, in lanes.
 //!
-//! The two groups whose union has the least area become one, until one is left: every pair is
-//! looked at, eight at a time. For so few that costs less than going through bins, and the trees
-//! are better.
+//! The two groups with the union of least area become one, until one is left. Every pair is tested,
+//! eight at a time. For so few primitives that costs less than bins, and the trees are better.
 
 use crate::item::BoxItem;
 use lightshed_lanes::{LANES, LaneMask, Lanes};
@@ -78,7 +77,7 @@ pub fn build<L: Lanes>(
     let mut boxes = Boxes([x, y, z, u, v, w]);
     let infinity = L::splat(f32::INFINITY);
     let mut active = (1u32 << count) - 1;
-    // Cost of every pair; infinite with oneself and with what is not there.
+    // Cost of every pair; infinite for a group with itself and for groups that do not exist.
     let mut costs = [infinity; MOST];
     for i in 0..count {
         let others = L::Mask::from_bits(active & !(1 << i));
@@ -95,7 +94,7 @@ pub fn build<L: Lanes>(
         }
         let value = least.least_of(active);
         let found = least.equal(value).bits() & active;
-        // Nothing is found where costs have overflowed: the first two are joined.
+        // Nothing is found if costs have overflowed: the first two are joined.
         let low = if found == 0 { active } else { found }.trailing_zeros() as usize & 7;
         let others = active & !(1 << low);
         let found = costs[low].equal(value).bits() & others;

@@ -17,10 +17,10 @@ const FEW: usize = 64;
 pub const HALVE_FROM: u32 = 64;
 /// Groups waiting at once: one at each depth.
 pub const WAITING: usize = HALVE_FROM as usize + 32;
-/// Groups of fewer items are built on one thread.
+/// Groups with fewer items are built on one thread.
 const APART: usize = 1 << 13;
 
-/// A subtree that is to be built: `n` items, not none.
+/// A subtree that is to be built, with `n` items, at least one.
 pub struct Group<'a> {
     /// Its items, or room for them.
     pub items: &'a mut [BoxItem],
@@ -243,7 +243,7 @@ pub fn build_alone<L: Lanes>(
     }
 }
 
-/// The best plane, and how many items lie before it; `None` where all would lie on one side.
+/// The best plane, and how many items lie before it; `None` if all would lie on one side.
 #[inline(always)]
 fn plane<L: Lanes, const COUNT: usize>(
     summary: &Summary,
@@ -283,7 +283,7 @@ mod tests {
     use lightshed_sampling::CounterRng;
     use lightshed_spatial::Bounds;
 
-    /// A group divided by all threads and one divided on one have the same tree, and so on any
+    /// A group gives the same tree if all threads divide it or only one, and therefore on any
     /// lanes.
     #[test]
     fn large_groups_are_divided_like_small_ones() {

@@ -8,8 +8,8 @@ use lightshed_sampling::parallel::join;
 const BLOCK: usize = 256;
 
 /// Moves items before the plane to `to` from `low` on, in their order, and the others to the places
-/// before `high`, in the opposite order. Without a branch on where an item lies, which is as good
-/// as random.
+/// before `high`, in the opposite order. There is no branch on the side of an item, because that is
+/// as good as random.
 #[inline(always)]
 pub fn partition(plane: &Plane, from: &[BoxItem], to: &mut [BoxItem], low: usize, high: usize) {
     let (mut low, mut high) = (low, high);
@@ -57,7 +57,7 @@ pub fn partition_chunks(
     }
 }
 
-/// Where no plane is better than another: half of the items to each side, by their centres along
+/// Used if no plane is better than another: half of the items to each side, by their centres along
 /// the longest axis, ties by index. Returns how many are in front.
 pub fn halve(summary: &Summary, items: &mut [BoxItem]) -> usize {
     let axis = summary.longest_axis();

@@ -11,8 +11,7 @@ pub trait SplitItem: Copy + Send + Sync {
     fn index(&self) -> u32;
 }
 
-/// A group of items, and the split cost: what a builder makes least, summed over both parts of a
-/// division.
+/// A group of items, and the split cost: a builder minimises its sum over both parts of a division.
 pub trait Extent: Copy + Send + Sync {
     /// What groups are of.
     type Item: SplitItem;
@@ -20,8 +19,8 @@ pub trait Extent: Copy + Send + Sync {
     /// Of no items.
     const EMPTY: Self;
 
-    /// Whether a division across a short axis is taken for costlier than its cost, by the ratio of
-    /// the longest axis to it.
+    /// Whether the cost of a division across a short axis is multiplied by the ratio of the longest
+    /// axis to it.
     const PENALISES_SHORT_AXES: bool;
 
     /// Adds an item.
@@ -36,13 +35,13 @@ pub trait Extent: Copy + Send + Sync {
     /// Greatest corner of the box around the group.
     fn max(&self) -> Vec3A;
 
-    /// What the cost is in proportion to: the number of items, or their power. Not negative.
+    /// The cost is proportional to this: the number of items, or their power. Not negative.
     fn weight(&self) -> f64;
 
     /// The cost of the group if it had this weight and diagonal; grows with both.
     fn cost_of(&self, weight: f64, diagonal: Vec3A) -> f64;
 
-    /// By what a stochastic subset is drawn ([`Clusters`](crate::Clusters)): how much an item
+    /// The weight for drawing a stochastic subset ([`Clusters`](crate::Clusters)): how much an item
     /// matters for the upper levels.
     fn sampling_weight(item: &Self::Item) -> f32;
 

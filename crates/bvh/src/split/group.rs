@@ -1,4 +1,4 @@
-//! Groups of items, what divides them, and the groups that become the children of a wide node.
+//! Groups of items, how they are divided, and the groups that become the children of a wide node.
 
 use super::extent::Extent;
 
@@ -7,7 +7,7 @@ pub trait SplitSource<E: Extent>: Sized + Send {
     /// The item at a place.
     fn item(&self, place: usize) -> &E::Item;
 
-    /// Divides a group of at least two into two that have some each; `by_half` into equal numbers.
+    /// Divides a group of at least two into two that are not empty; `by_half` into equal numbers.
     fn divide(&mut self, group: &SplitGroup<E>, by_half: bool) -> [SplitGroup<E>; 2];
 
     /// Splits into the items before `place`, and the rest.
@@ -25,14 +25,14 @@ pub struct SplitGroup<E> {
     pub extent: E,
     /// The extent's cost, not less than the least positive number.
     pub cost: f64,
-    /// What the source calls it, if it knows its groups beforehand.
+    /// The source's own number for it, if it knows its groups beforehand.
     pub node: u32,
 }
 
 impl<E: Extent> SplitGroup<E> {
     /// A group that no source has a name for.
     pub fn new(start: usize, end: usize, extent: E) -> Self {
-        // Equal items at one place have no extent, but are to be divided too.
+        // Equal items at one place have no extent, but must be divided too.
         let cost = extent.cost().max(f64::MIN_POSITIVE);
         Self {
             start,
@@ -62,7 +62,7 @@ pub struct SplitGroups<E, const WIDTH: usize> {
 }
 
 impl<E: Extent, const WIDTH: usize> SplitGroups<E, WIDTH> {
-    /// The children of a wide node: the costliest group is divided again and again. Groups of up to
+    /// The children of a wide node: the costliest group is divided repeatedly. Groups of up to
     /// `WIDTH` are not divided, since they can be children of one node.
     pub fn divide(source: &mut impl SplitSource<E>, group: &SplitGroup<E>, by_half: bool) -> Self {
         let mut groups = [*group; WIDTH];

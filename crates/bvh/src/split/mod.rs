@@ -1,8 +1,8 @@
 //! Builders over any split cost.
 //!
-//! A [`SplitSource`] divides a group of items in two; what is built of that, a binary tree
-//! ([`split_tree`]) or the children of wide nodes ([`SplitGroups`]), is up to the caller. Costs are
-//! an [`Extent`]: the surface area here, the surface area and orientation heuristic in light trees.
+//! A [`SplitSource`] divides a group of items in two. The caller decides what to build from that: a
+//! binary tree ([`split_tree`]) or the children of wide nodes ([`SplitGroups`]). Costs are an
+//! [`Extent`]: the surface area here, the surface area and orientation heuristic in light trees.
 
 mod agglomerative;
 mod along_curve;

@@ -1,13 +1,13 @@
-//! Stochastic subsets: upper levels from a few primitives that stand for all.
+//! Stochastic subsets: upper levels from a few primitives that represent all.
 //!
 //! Dittebrandt 2025 ch. 8 (Tessari et al. 2023, *Stochastic Subsets for BVH Construction*):
 //!
 //! 1. primitives are sorted along Morton's curve;
 //! 2. a subset is drawn by clamped diagonals, stratified along the curve;
-//! 3. the interior builder builds the tree of the subset, whose lowest groups are the clusters;
-//! 4. every other primitive goes into a cluster: to where the planes that divide the subset lead it
-//!    ([`planes`]), or as published into one of the clusters around it on the curve, where the
-//!    tree's cost grows least ([`insert`]);
+//! 3. the interior builder builds the tree of the subset; its lowest groups are the clusters;
+//! 4. every other primitive goes into a cluster: either along the planes that divide the subset
+//!    ([`planes`]), or, as published, into the one of the clusters around it on the curve that
+//!    increases the tree's cost least ([`insert`]);
 //! 5. the interior builder builds the tree of each cluster.
 
 mod clamp;
@@ -39,7 +39,7 @@ const CHUNK: usize = 1 << 12;
 /// Groups of fewer items are built on one thread.
 const APART: usize = 1 << 13;
 
-/// How subsets are drawn and what becomes of the others.
+/// How subsets are drawn, and how the other primitives are inserted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SubsetOptions {
@@ -47,14 +47,14 @@ pub struct SubsetOptions {
     pub fraction: f32,
     /// Share of uniform weights, in `[0, 1)`: keeps dense regions represented.
     pub uniform: f32,
-    /// Primitives of the subset before and after a primitive on the curve whose clusters are its
-    /// candidates; at least 1.
+    /// Number of primitives of the subset before and after a primitive on the curve: their clusters
+    /// are its candidates; at least 1.
     pub window: u32,
     /// Most primitives of the subset in a cluster; at least 1.
     pub cluster: u32,
     /// Seed of the strata's offset.
     pub seed: u64,
-    /// What builds the tree of the subset and those of the clusters.
+    /// Builder for the tree of the subset and those of the clusters.
     pub interior: Interior,
     /// How the other primitives go into clusters.
     pub insertion: Insertion,
@@ -68,12 +68,12 @@ pub struct SubsetOptions {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Insertion {
-    /// By the planes between the parts into which the builder has divided the subset. A node whose
-    /// parts no plane divides is a cluster, so that this suits top-down builders.
+    /// By the planes between the parts into which the builder has divided the subset. A node
+    /// becomes a cluster if no plane divides its parts; this therefore suits top-down builders.
     #[default]
     Planes,
-    /// To the cluster around it on the curve where the tree's cost grows least (Dittebrandt 2025,
-    /// Algorithm 7).
+    /// To the cluster around it on the curve that increases the tree's cost least (Dittebrandt
+    /// 2025, Algorithm 7).
     Window,
 }
 
@@ -147,7 +147,7 @@ pub struct Scratch {
     words: Vec<u32>,
 }
 
-/// Builds the tree over items that are sorted along a curve, not none: `2n − 1` cells and `n`
+/// Builds the tree over items that are sorted along a curve, at least one: `2n − 1` cells and `n`
 /// indices.
 pub fn build(
     sorted: &mut [BoxItem],

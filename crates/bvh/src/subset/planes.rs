@@ -1,10 +1,10 @@
-//! Into which cluster an item goes, by planes.
+//! Finds the cluster of an item by planes.
 //!
-//! Where the centres below both children of a node of the subset's tree lie on either side of an
-//! axis-aligned plane, the plane in the middle between them divides all other items too, as it
-//! would if the builder had seen them. An item is led from the root to a cluster. Items that follow
-//! each other along the curve take nearly the same way, so that a block of them is led as far as
-//! all its centres lie on one side, and what is left of it from there.
+//! If an axis-aligned plane separates the centres below both children of a node of the subset's
+//! tree, the plane in the middle between them divides all other items too, as if the builder had
+//! seen them. An item is led from the root to a cluster. Items that follow each other along the
+//! curve take nearly the same way. A block of them is therefore led as far as all its centres lie
+//! on one side; then its parts are led on from there.
 
 use crate::item::BoxItem;
 use crate::node::Node;
