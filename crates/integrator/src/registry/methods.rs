@@ -418,17 +418,13 @@ fn direct<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Sta
 }
 
 fn path<'b>(stage: &'b Stage<'_>, values: &MethodValues, _: Motion<'b>) -> Start<'b> {
-    let scene = stage.scene();
-    match (values.guided_paths(), values.cached_paths(scene)) {
-        (Some(_), Some(_)) => {
-            Err("paths with a guide do not end in a cache: give --guide or --cache".to_owned())
-        }
-        (Some(options), None) => frames(GuidedPaths::new(scene, any_emitters(stage, values)?, options)),
-        (None, Some(options)) => frames(CachedPaths::new(scene, any_emitters(stage, values)?, options)),
-        (None, None) => {
-            by_emitters!(stage, values, sampler => samples(path_tracer(stage, values, sampler, None)))
-        }
-    }
+    let (guided, cached) = (values.guided_paths(), values.cached_paths(stage.scene()));
+    by_emitters!(stage, values, sampler => match (guided, cached) {
+        (Some(_), Some(_)) => Err("paths with a guide do not end in a cache: give --guide or --cache".to_owned()),
+        (Some(options), None) => frames(GuidedPaths::new(stage.scene(), sampler, options)),
+        (None, Some(options)) => frames(CachedPaths::new(stage.scene(), sampler, options)),
+        (None, None) => samples(path_tracer(stage, values, sampler, None)),
+    })
 }
 
 fn volpath<'b>(stage: &'b Stage<'_>, values: &MethodValues, tracking: VolumeTracking) -> Start<'b> {
