@@ -75,7 +75,7 @@ impl SceneMedium {
         let MediumDensity::Grid(field) = medium.density() else {
             return Err(GpuError::Medium("its density has to be a grid"));
         };
-        if !medium.is_grey() || medium.emission().is_some() {
+        if !medium.is_grey() || medium.emission().is_some() || medium.has_varying_albedo() {
             return Err(GpuError::Medium("it has to be grey and must not emit"));
         }
         let asymmetry = match medium.phase() {

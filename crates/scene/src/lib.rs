@@ -45,12 +45,14 @@ pub use lightshed_sampling::{Rgb, luminance};
 pub use lightshed_volume as volume;
 pub use material::{
     Bsdf, BsdfSample, BsdfValue, ComponentRow, ConductorIor, FlatMaterials, FlatTexture, LobeSample,
-    Material, MaterialError, Microfacet, Roughness,
+    Material, MaterialError, Microfacet, Relief, Roughness,
 };
 pub use medium::{GridField, Medium, MediumDensity, MediumEmission, MediumPhase, MediumSides, PhaseLobe};
 pub use scene::{BuildOptions, Scene};
 pub use surface::{DiffuseLanes, SurfacePoint};
-pub use texture::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Wrap};
+pub use texture::{
+    AxisWrap, Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Place, Wrap,
+};
 
 /// The guide's code is a test.
 #[cfg(doctest)]

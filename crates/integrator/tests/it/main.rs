@@ -3,6 +3,7 @@
 mod cached;
 #[path = "../../../film/tests/common/mod.rs"]
 mod common;
+mod foreign;
 mod frame_methods;
 mod furnace;
 mod guided;

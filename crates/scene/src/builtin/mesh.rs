@@ -12,6 +12,7 @@ pub fn quad(corners: [Vec3; 4]) -> TriangleMesh {
         normals: Vec::new(),
         uvs: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
         indices: vec![[0, 1, 2], [0, 2, 3]],
+        ..TriangleMesh::default()
     }
 }
 

@@ -46,6 +46,7 @@ pub fn cloud() -> SceneDescription {
         density: DensityDescription::Grid(grid),
         extinction: Rgb::splat(20.0),
         albedo: Rgb::ONE,
+        albedo_grids: Vec::new(),
         phase: PhaseDescription::Isotropic,
         emission: None,
     };
@@ -80,6 +81,7 @@ pub fn smoke_in_cornell() -> SceneDescription {
         density: DensityDescription::Grid(grid),
         extinction: Rgb::splat(6.0),
         albedo: Rgb::new(0.82, 0.86, 0.9),
+        albedo_grids: Vec::new(),
         phase: PhaseDescription::HenyeyGreenstein { g: 0.4 },
         emission: None,
     };
@@ -140,6 +142,7 @@ pub fn fire() -> SceneDescription {
         density: DensityDescription::Grid(density),
         extinction: Rgb::new(4.0, 4.8, 6.0),
         albedo: Rgb::splat(0.5),
+        albedo_grids: Vec::new(),
         phase: PhaseDescription::HenyeyGreenstein { g: 0.3 },
         emission: Some(EmissionDescription {
             radiance: Rgb::new(40.0, 13.0, 2.5),

@@ -67,11 +67,17 @@ fn add_shape(sum: &mut Fingerprint, shape: &ShapeDescription) {
                 normals,
                 uvs,
                 indices,
+                colors,
+                glow,
             } = mesh;
             sum.reals(positions.iter().map(|position| position.to_array()));
             sum.reals(normals.iter().map(|normal| normal.to_array()));
             sum.reals(uvs.iter().map(|uv| uv.to_array()));
             sum.words(indices.as_flattened().iter().copied());
+            if !(colors.is_empty() && glow.is_empty()) {
+                sum.reals(colors.iter().map(|color| color.to_array()));
+                sum.reals(glow.iter().map(|share| share.to_array()));
+            }
         }
     }
 }
@@ -93,10 +99,12 @@ fn add_medium(sum: &mut Fingerprint, medium: &MediumDescription) {
         density,
         extinction,
         albedo,
+        albedo_grids,
         phase,
         emission,
     } = medium;
     sum.shown(&(extinction, albedo, phase));
+    albedo_grids.iter().for_each(|grid| add_grid(sum, grid));
     match density {
         DensityDescription::Homogeneous => sum.shown(&"homogeneous"),
         DensityDescription::Grid(grid) => add_grid(sum, grid),

@@ -18,6 +18,9 @@ pub struct MediumDescription {
     pub extinction: Rgb,
     /// Share of the extinction that scatters, in [0, 1].
     pub albedo: Rgb,
+    /// Multiply the albedo, with values in [0, 1]: none, one for all channels, or one a channel
+    /// with the same place in the world. Beyond a grid its edge goes on.
+    pub albedo_grids: Vec<GridDescription>,
     /// Where it scatters to.
     pub phase: PhaseDescription,
     /// What it emits.

@@ -70,6 +70,14 @@ pub struct TriangleMesh {
     pub uvs: Vec<Vec2>,
     /// Three indices a triangle.
     pub indices: Vec<[u32; 3]>,
+    /// Per-vertex colours, finite and not negative, which [`ColorTexture::Vertex`] shows; or empty
+    /// for white.
+    ///
+    /// [`ColorTexture::Vertex`]: crate::ColorTexture::Vertex
+    pub colors: Vec<Rgb>,
+    /// Per triangle what its emission is multiplied by, finite and not negative; or empty for ones.
+    /// The emission of a texture, in steps.
+    pub glow: Vec<Rgb>,
 }
 
 /// A sphere in world space.

@@ -49,6 +49,30 @@ pub(super) fn camera(scene: &mut SceneDescription) {
     }
 }
 
+/// What is said of a camera without perspective.
+#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
+pub(super) const ORTHOGRAPHIC: &str = "an orthographic camera is one of perspective from afar: \
+     sizes differ by a thousandth over the width of the image in depth";
+
+/// A camera without perspective, of half the image's width `half_width` and planes that clip at
+/// the distances `clip`, as one far behind.
+#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
+pub(super) fn orthographic(
+    to_world: &glam::DAffine3,
+    half_width: f64,
+    [near, far]: [f64; 2],
+) -> CameraDescription {
+    let distance = 2_000.0 * half_width;
+    let behind = to_world.translation - to_world.matrix3.z_axis * distance;
+    CameraDescription {
+        to_world: glam::DAffine3::from_mat3_translation(to_world.matrix3, behind).as_affine3a(),
+        fov_x: (2.0 * (half_width / distance).atan()) as f32,
+        projection: Projection::Pinhole,
+        near_clip: (near + distance) as f32,
+        far_clip: (far + distance) as f32,
+    }
+}
+
 /// Adds constant radiance 1 from everywhere if nothing else emits. Says whether it did.
 pub(super) fn light(scene: &mut SceneDescription) -> bool {
     let dark = scene.emitters.is_empty() && scene.shapes.iter().all(|shape| shape.emission.is_none());

@@ -14,11 +14,13 @@ use crate::{ColorTexture, Geometry, Material, Rgb, SceneDescription, ShapeDescri
 use std::path::Path;
 
 /// Extensions that [`load`] knows.
-const EXTENSIONS: &str = match (cfg!(feature = "mitsuba"), cfg!(feature = "gltf")) {
-    (true, true) => "xml, gltf, glb, ply, obj",
-    (true, false) => "xml, ply, obj (gltf, glb with the feature `gltf`)",
-    (false, true) => "gltf, glb, ply, obj (xml with the feature `mitsuba`)",
-    (false, false) => "ply, obj (xml with the feature `mitsuba`, gltf, glb with the feature `gltf`)",
+const EXTENSIONS: &str = match (
+    cfg!(feature = "mitsuba"),
+    cfg!(feature = "gltf"),
+    cfg!(feature = "pbrt"),
+) {
+    (true, true, true) => "xml, gltf, glb, pbrt, ply, obj",
+    _ => "ply, obj, and with the features `mitsuba` xml, `gltf` gltf and glb, `pbrt` pbrt",
 };
 
 /// Imports a scene by its file name's extension, within the default [`LoadLimits`]: as
@@ -32,7 +34,8 @@ pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportE
 }
 
 /// Imports a scene by its file name's extension: `xml` (Mitsuba 3; with the feature `mitsuba`),
-/// `gltf` or `glb` (with the feature `gltf`), or a lone mesh, `ply` or `obj`.
+/// `gltf` or `glb` (with the feature `gltf`), `pbrt` (pbrt-v4; with the feature `pbrt`), or a lone
+/// mesh, `ply` or `obj`.
 ///
 /// A lone mesh becomes a Lambertian surface of albedo one half, seen from both sides, with the
 /// file's normals or smooth ones, under constant radiance 1, with a camera that sees all of it.
@@ -59,6 +62,8 @@ pub fn load_with(
     match extension.as_str() {
         #[cfg(feature = "mitsuba")]
         "xml" => mitsuba::load(path, defines, &loading),
+        #[cfg(feature = "pbrt")]
+        "pbrt" => super::pbrt::load(path, &loading),
         #[cfg(feature = "gltf")]
         "gltf" | "glb" => gltf::load(path, &loading),
         "ply" => {

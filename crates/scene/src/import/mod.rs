@@ -2,15 +2,19 @@
 //!
 //! PLY, OBJ and Mitsuba's volume grids are always read. The rest are features, off by default,
 //! since their decoders take longer to compile than all other code here: `mitsuba` (Mitsuba 3 XML),
-//! `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR, OpenEXR; both need it), and
-//! `importers` for all three.
+//! `pbrt` (pbrt-v4), `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR, OpenEXR; both need
+//! it), and `importers` for all.
 
 mod error;
 mod fit;
+#[cfg(any(feature = "gltf", feature = "mitsuba"))]
+mod glow;
 #[cfg(feature = "gltf")]
 mod gltf;
 #[cfg(feature = "images")]
 mod image;
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+mod ior;
 mod limits;
 mod load;
 mod loaded;
@@ -19,8 +23,14 @@ mod loading;
 mod mitsuba;
 mod normals;
 mod obj;
+#[cfg(feature = "pbrt")]
+mod pbrt;
 mod ply;
 mod polygon;
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+mod primitives;
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+mod spectrum;
 mod transform;
 mod vol;
 #[cfg(feature = "mitsuba")]
@@ -30,6 +40,8 @@ mod xml;
 pub use self::gltf::{parse_gltf, parse_gltf_with};
 #[cfg(feature = "images")]
 pub use self::image::{Encoding, parse_image, read_image};
+#[cfg(feature = "pbrt")]
+pub use self::pbrt::parse_pbrt;
 pub use error::{ImportError, Location, Position};
 pub use limits::{LoadLimits, LoadResource};
 pub use load::{load, load_with};

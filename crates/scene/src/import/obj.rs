@@ -214,6 +214,7 @@ impl Parser {
             uvs: uvs.unwrap_or_default(),
             normals: normals.unwrap_or_default(),
             indices: self.indices,
+            ..TriangleMesh::default()
         };
         mend_normals(&mut mesh);
         Some(mesh)

@@ -35,6 +35,10 @@ pub enum MaterialError {
     /// A transmissive material inside [`Material::TwoSided`](crate::Material::TwoSided): it has two
     /// sides already.
     TransmissiveTwoSided,
+    /// A [`Material::Relief`](crate::Material::Relief) within another material.
+    NestedRelief,
+    /// A number of a relief is not finite.
+    Relief,
     /// Blends and sides nest deeper than [`Material::MAX_DEPTH`](crate::Material::MAX_DEPTH).
     TooDeep,
     /// Blends and sides hold more than [`Material::MAX_LEAVES`](crate::Material::MAX_LEAVES)
@@ -54,6 +58,8 @@ impl fmt::Display for MaterialError {
             ),
             Self::Transform { parameter } => write!(f, "the texture transform of {parameter} is not finite"),
             Self::TransmissiveTwoSided => write!(f, "a transmissive material cannot be made two-sided"),
+            Self::NestedRelief => write!(f, "a relief can only be around all of a material"),
+            Self::Relief => write!(f, "the scale of a relief is not finite"),
             Self::TooDeep => write!(f, "materials nest too deeply"),
             Self::TooManyLeaves => write!(f, "a blended or two-sided material has too many parts"),
         }

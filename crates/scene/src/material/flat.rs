@@ -84,6 +84,8 @@ impl FlatMaterials {
             ColorTexture::Image(texture) => self.image(texture),
             ColorTexture::Checkerboard(board) => self.two_colors(board.color0, board.color1, &board.to_uv),
             ColorTexture::Constant(color) => self.two_colors(*color, *color, &Affine2::IDENTITY),
+            // Has no rows, so that nothing asks for it.
+            ColorTexture::Vertex(other) => return self.texture(other),
         };
         self.textures.push(flat);
         self.textures.len() as u32 - 1
@@ -124,7 +126,7 @@ impl FlatMaterials {
             wrap: match texture.wrap {
                 Wrap::Repeat => 0,
                 Wrap::Mirror => 1,
-                Wrap::Clamp => 2,
+                Wrap::Clamp | Wrap::Mixed(_) => 2,
             },
             table,
             ..FlatTexture::new(&texture.to_uv, filter)

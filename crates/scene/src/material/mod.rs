@@ -7,6 +7,7 @@ mod error;
 mod flat;
 mod fresnel;
 mod microfacet;
+mod relief;
 mod resolve;
 mod rough_coat;
 mod rows;
@@ -16,6 +17,8 @@ pub use bsdf::{Bsdf, BsdfSample, BsdfValue, LobeSample};
 pub use component_row::ComponentRow;
 pub use error::MaterialError;
 pub use flat::{FlatMaterials, FlatTexture};
+pub(crate) use relief::Along;
+pub use relief::Relief;
 
 use crate::{ColorTexture, FloatTexture, Rgb};
 
@@ -136,6 +139,14 @@ pub enum Material {
         front: Box<Material>,
         /// Seen from the other side; `None` for the same material.
         back: Option<Box<Material>>,
+    },
+    /// A material whose shading normals are turned by a map of normals or heights. Around all
+    /// others, never within one.
+    Relief {
+        /// What turns the normals.
+        relief: Box<Relief>,
+        /// What scatters light.
+        base: Box<Material>,
     },
 }
 

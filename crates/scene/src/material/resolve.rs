@@ -7,25 +7,25 @@ use super::component::{
 };
 use super::microfacet::Distribution;
 use super::{Material, Roughness, fresnel, rough_coat};
-use crate::{ColorTexture, Rgb};
-use glam::Vec2;
+use crate::{ColorTexture, Place, Rgb};
 use lightshed_sampling::Ggx;
 
 impl Material {
-    /// The scattering function at mesh coordinates `uv`: looks up textures, and flattens blends and
-    /// sides. Neither allocates nor fails; a material that [`Material::validate`] refuses gives a
-    /// finite result.
+    /// The scattering function at a place of a mesh, or at its coordinates alone: looks up
+    /// textures, and flattens blends and sides. Neither allocates nor fails; a material that
+    /// [`Material::validate`] refuses gives a finite result.
     ///
     /// A rough dielectric whose index matches the outside's is a smooth one: it lets all light pass
     /// unbent.
     #[inline]
-    pub fn at(&self, uv: Vec2) -> Bsdf {
+    pub fn at(&self, place: impl Into<Place>) -> Bsdf {
+        let place = place.into();
         match self.as_diffuse() {
             Some((reflectance, two_sided)) => Bsdf::diffuse(
-                reflectance.at(uv),
+                reflectance.at(place),
                 if two_sided { Side::Both } else { Side::Front },
             ),
-            None => self.resolve(uv),
+            None => self.resolve(place),
         }
     }
 
@@ -39,50 +39,52 @@ impl Material {
                 Self::Diffuse { reflectance } => Some((reflectance, true)),
                 _ => None,
             },
+            Self::Relief { base, .. } => base.as_diffuse(),
             _ => None,
         }
     }
 
     #[inline(never)]
-    fn resolve(&self, uv: Vec2) -> Bsdf {
+    fn resolve(&self, place: Place) -> Bsdf {
         let (inner, side) = match self {
             Self::TwoSided { front, back: None } => (&**front, Some(Side::Both)),
+            Self::Relief { base, .. } => return base.resolve(place),
             _ => (self, None),
         };
-        if let Some((component, natural_side)) = inner.leaf(uv) {
+        if let Some((component, natural_side)) = inner.leaf(place) {
             return Bsdf::single(component, side.unwrap_or(natural_side));
         }
         let mut leaves = Leaves {
             entries: [BLACK; MAX_COMPONENTS],
             count: 0,
         };
-        self.collect(uv, 1.0, None, &mut leaves);
+        self.collect(place, 1.0, None, &mut leaves);
         Bsdf::from_entries(&leaves.entries[..leaves.count])
     }
 
     /// Adds the leaves of this material. `side` is the side set by an enclosing
     /// [`Material::TwoSided`].
-    fn collect(&self, uv: Vec2, weight: f32, side: Option<Side>, leaves: &mut Leaves) {
+    fn collect(&self, place: Place, weight: f32, side: Option<Side>, leaves: &mut Leaves) {
         match self {
             Self::Blend {
                 weight: second_share,
                 first,
                 second,
             } => {
-                let share = second_share.at(uv).clamp(0.0, 1.0);
-                first.collect(uv, weight * (1.0 - share), side, leaves);
-                second.collect(uv, weight * share, side, leaves);
+                let share = second_share.at(place).clamp(0.0, 1.0);
+                first.collect(place, weight * (1.0 - share), side, leaves);
+                second.collect(place, weight * share, side, leaves);
             }
             Self::TwoSided { front, back } => match (back, side) {
-                (None, _) => front.collect(uv, weight, side.or(Some(Side::Both)), leaves),
-                (Some(_), Some(settled)) => front.collect(uv, weight, Some(settled), leaves),
+                (None, _) => front.collect(place, weight, side.or(Some(Side::Both)), leaves),
+                (Some(_), Some(settled)) => front.collect(place, weight, Some(settled), leaves),
                 (Some(back), None) => {
-                    front.collect(uv, weight, Some(Side::Front), leaves);
-                    back.collect(uv, weight, Some(Side::Back), leaves);
+                    front.collect(place, weight, Some(Side::Front), leaves);
+                    back.collect(place, weight, Some(Side::Back), leaves);
                 }
             },
             _ => {
-                if let Some((component, natural_side)) = self.leaf(uv) {
+                if let Some((component, natural_side)) = self.leaf(place) {
                     leaves.push(component, weight, side.unwrap_or(natural_side));
                 }
             }
@@ -92,9 +94,9 @@ impl Material {
     /// The component of a material that is no blend and has no sides of its own, and the side it is
     /// seen from.
     #[inline]
-    fn leaf(&self, uv: Vec2) -> Option<(Component, Side)> {
+    fn leaf(&self, place: Place) -> Option<(Component, Side)> {
         Some(match self {
-            Self::Blend { .. } | Self::TwoSided { .. } => return None,
+            Self::Blend { .. } | Self::TwoSided { .. } | Self::Relief { .. } => return None,
             // An index of 1 lets all light pass.
             Self::Null => (
                 Component::SmoothDielectric(SmoothDielectric {
@@ -106,13 +108,13 @@ impl Material {
             ),
             Self::Diffuse { reflectance } => (
                 Component::Diffuse(Diffuse {
-                    reflectance: reflectance.at(uv),
+                    reflectance: reflectance.at(place),
                 }),
                 Side::Front,
             ),
             Self::Mirror { reflectance } => (
                 Component::Mirror(Mirror {
-                    reflectance: reflectance.at(uv),
+                    reflectance: reflectance.at(place),
                 }),
                 Side::Front,
             ),
@@ -124,13 +126,13 @@ impl Material {
                 let smooth = SmoothConductor {
                     eta: ior.eta,
                     k: ior.k,
-                    tint: specular_reflectance.at(uv),
+                    tint: specular_reflectance.at(place),
                 };
                 let component = match roughness {
                     None => Component::SmoothConductor(smooth),
                     Some(roughness) => Component::RoughConductor(RoughConductor {
                         smooth,
-                        distribution: roughness.at(uv),
+                        distribution: roughness.at(place),
                     }),
                 };
                 (component, Side::Front)
@@ -143,13 +145,13 @@ impl Material {
             } => {
                 let smooth = SmoothDielectric {
                     eta: *eta,
-                    reflection_tint: specular_reflectance.at(uv),
-                    transmission_tint: specular_transmittance.at(uv),
+                    reflection_tint: specular_reflectance.at(place),
+                    transmission_tint: specular_transmittance.at(place),
                 };
                 let component = match roughness {
                     Some(roughness) if *eta != 1.0 => Component::RoughDielectric(RoughDielectric {
                         smooth,
-                        distribution: roughness.at(uv),
+                        distribution: roughness.at(place),
                     }),
                     _ => Component::SmoothDielectric(smooth),
                 };
@@ -162,8 +164,8 @@ impl Material {
             } => (
                 Component::ThinDielectric(ThinDielectric {
                     eta: *eta,
-                    reflection_tint: specular_reflectance.at(uv),
-                    transmission_tint: specular_transmittance.at(uv),
+                    reflection_tint: specular_reflectance.at(place),
+                    transmission_tint: specular_transmittance.at(place),
                 }),
                 Side::Both,
             ),
@@ -174,8 +176,8 @@ impl Material {
                 nonlinear,
                 roughness,
             } => {
-                let albedo = diffuse_reflectance.at(uv);
-                let reflection_tint = specular_reflectance.at(uv);
+                let albedo = diffuse_reflectance.at(place);
+                let reflection_tint = specular_reflectance.at(place);
                 let component = match roughness {
                     None => Component::Plastic(Plastic {
                         eta: *eta,
@@ -188,7 +190,7 @@ impl Material {
                         reflection_tint,
                     }),
                     Some(roughness) => {
-                        let distribution = roughness.at(uv);
+                        let distribution = roughness.at(place);
                         let inner = rough_coat::internal_reflectance(&distribution, *eta);
                         Component::RoughPlastic(RoughPlastic {
                             eta: *eta,
@@ -208,13 +210,13 @@ impl Material {
                 ior,
             } => {
                 let root = (ior - 1.0) / (ior + 1.0);
-                let perceptual = roughness.at(uv).min(1.0);
+                let perceptual = roughness.at(place).min(1.0);
                 let alpha = perceptual * perceptual;
-                let transmission = transmission.at(uv).clamp(0.0, 1.0);
+                let transmission = transmission.at(place).clamp(0.0, 1.0);
                 let component = Component::MetallicRoughness(MetallicRoughness {
                     // Schlick's interpolation to white needs colours up to white.
-                    base_color: base_color.at(uv).min(Rgb::ONE),
-                    metallic: metallic.at(uv).clamp(0.0, 1.0),
+                    base_color: base_color.at(place).min(Rgb::ONE),
+                    metallic: metallic.at(place).clamp(0.0, 1.0),
                     transmission,
                     f0: root * root,
                     distribution: Ggx::new(alpha, alpha),
@@ -234,8 +236,8 @@ impl Material {
 }
 
 impl Roughness {
-    fn at(&self, uv: Vec2) -> Distribution {
-        Distribution::new(self.distribution, self.alpha_u.at(uv), self.alpha_v.at(uv))
+    fn at(&self, place: Place) -> Distribution {
+        Distribution::new(self.distribution, self.alpha_u.at(place), self.alpha_v.at(place))
     }
 }
 

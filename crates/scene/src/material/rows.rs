@@ -6,7 +6,7 @@ use super::component_row::ComponentRow;
 use super::flat::FlatMaterials;
 use super::microfacet::Distribution;
 use super::{Material, rough_coat};
-use crate::{ColorTexture, FloatTexture, Rgb};
+use crate::{ColorTexture, FloatTexture, Rgb, Wrap};
 use glam::Vec2;
 
 impl ComponentRow {
@@ -134,6 +134,9 @@ impl Material {
     /// them, with the textures of what multiplies their reflection added to `flat`; `None` for one
     /// with other textures, and for one with components for which there is no row.
     pub(crate) fn rows(&self, flat: &mut FlatMaterials) -> Option<Vec<ComponentRow>> {
+        if matches!(self, Self::Relief { .. }) {
+            return None;
+        }
         let mut textures = Vec::new();
         self.leaf_textures(1.0, &mut textures)?;
         let (entries, count) = self.at(Vec2::ZERO).leaves();
@@ -181,6 +184,12 @@ impl Material {
                     } if roughness.as_ref().is_none_or(super::Roughness::is_constant) => specular_reflectance,
                     _ => &ColorTexture::Constant(Rgb::ONE),
                 };
+                // Shaders have images and checkerboards, wrapped alike along both axes.
+                if texture.has_vertices()
+                    || matches!(texture, ColorTexture::Image(image) if matches!(image.wrap, Wrap::Mixed(_)))
+                {
+                    return None;
+                }
                 let varies = texture.as_constant().is_none();
                 // Leaves without a share are left out.
                 if weight > 0.0 {
@@ -235,6 +244,7 @@ impl Material {
                 second,
             } => float(weight) && first.is_constant() && second.is_constant(),
             Self::Null => true,
+            Self::Relief { .. } => false,
             Self::TwoSided { front, back } => {
                 front.is_constant() && back.as_ref().is_none_or(|back| back.is_constant())
             }

@@ -1,7 +1,7 @@
 //! The assumptions of [`Material::at`].
 
 use super::bsdf::MAX_COMPONENTS;
-use super::{ConductorIor, Material, MaterialError, Roughness, rough_coat};
+use super::{ConductorIor, Material, MaterialError, Relief, Roughness, rough_coat};
 use crate::{ColorTexture, FloatTexture, ImageTexture, Rgb};
 use glam::Affine2;
 
@@ -24,7 +24,14 @@ impl Material {
     /// # Errors
     /// The first [`MaterialError`] found.
     pub fn validate(&self) -> Check {
-        let leaves = self.check(Self::MAX_DEPTH, false)?;
+        let within = match self {
+            Self::Relief { relief, base } => {
+                check_relief(relief)?;
+                base
+            }
+            _ => self,
+        };
+        let leaves = within.check(Self::MAX_DEPTH, false)?;
         if leaves > Self::MAX_LEAVES {
             return Err(MaterialError::TooManyLeaves);
         }
@@ -109,6 +116,7 @@ impl Material {
                     index("ior", *ior)?;
                 }
             }
+            Self::Relief { .. } => return Err(MaterialError::NestedRelief),
             Self::Blend {
                 weight,
                 first,
@@ -126,6 +134,21 @@ impl Material {
             }
         }
         Ok(1)
+    }
+}
+
+fn check_relief(relief: &Relief) -> Check {
+    let (scale, sound) = match relief {
+        Relief::Normals { texture, scale, .. } => {
+            color("normals", texture)?;
+            (scale, true)
+        }
+        Relief::Heights { texture, scale } => (scale, float("heights", texture, f32::is_finite)?),
+    };
+    if scale.is_finite() && sound {
+        Ok(())
+    } else {
+        Err(MaterialError::Relief)
     }
 }
 
@@ -170,6 +193,7 @@ fn color(parameter: &'static str, texture: &ColorTexture) -> Check {
             transform(parameter, &image.to_uv)?;
             texels(image, sound)
         }
+        ColorTexture::Vertex(other) => return color(parameter, other),
     };
     if all_sound {
         Ok(())
@@ -195,7 +219,9 @@ fn alpha(roughness: &Option<Roughness>) -> Check {
         // A black texel means a smooth spot; it gets the least roughness.
         let sound = match texture {
             FloatTexture::Constant(alpha) => *alpha > 0.0 && alpha.is_finite(),
-            FloatTexture::Image(..) => float(parameter, texture, |alpha| alpha >= 0.0 && alpha.is_finite())?,
+            FloatTexture::Image(..) | FloatTexture::Vertex(_) => {
+                float(parameter, texture, |alpha| alpha >= 0.0 && alpha.is_finite())?
+            }
         };
         if !sound {
             return Err(MaterialError::Roughness { parameter });
@@ -215,5 +241,7 @@ fn float(
             transform(parameter, &image.to_uv)?;
             texels(image, |texel| sound(channel.of(texel)))
         }
+        // Colours of vertices are looked at where the mesh is.
+        FloatTexture::Vertex(_) => true,
     })
 }

@@ -1,6 +1,6 @@
 //! From descriptions to media: everything is validated here.
 
-use super::density::super_voxel;
+use super::density::{AlbedoGrid, super_voxel};
 use super::sides::{Boundaries, MediumSides};
 use super::{GridField, Medium, MediumDensity, MediumEmission, MediumPhase};
 use crate::{
@@ -83,6 +83,7 @@ fn checked(description: &MediumDescription) -> Result<Medium, String> {
         density,
         extinction,
         albedo,
+        albedo_grids,
         phase,
         emission,
     } = description;
@@ -93,6 +94,7 @@ fn checked(description: &MediumDescription) -> Result<Medium, String> {
     if !(sound(albedo) && albedo.max_element() <= 1.0) {
         return Err("its albedo must be in [0, 1]".to_owned());
     }
+    let albedo_grid = albedo_grid(albedo_grids)?;
     let density = match density {
         DensityDescription::Homogeneous => MediumDensity::Homogeneous,
         DensityDescription::Grid(grid) => {
@@ -131,10 +133,40 @@ fn checked(description: &MediumDescription) -> Result<Medium, String> {
         density,
         extinction: *extinction,
         albedo: *albedo,
-        phase: MediumPhase::new(phase)?,
         // Nothing emits where nothing absorbs.
-        emission: emission.filter(|_| *albedo != Rgb::ONE),
+        emission: emission.filter(|_| *albedo != Rgb::ONE || albedo_grid.is_some()),
+        albedo_grid: albedo_grid.map(Box::new),
+        phase: MediumPhase::new(phase)?,
     })
+}
+
+/// What the albedo is multiplied by, if anything.
+fn albedo_grid(descriptions: &[GridDescription]) -> Result<Option<AlbedoGrid>, String> {
+    let Some(first) = descriptions.first() else {
+        return Ok(None);
+    };
+    if !matches!(descriptions.len(), 1 | 3) {
+        return Err("its albedo needs one grid or three".to_owned());
+    }
+    if descriptions.iter().any(|grid| grid.to_world != first.to_world) {
+        return Err("the grids of its albedo must lie at one place".to_owned());
+    }
+    if descriptions
+        .iter()
+        .any(|grid| grid.resolution != first.resolution)
+    {
+        return Err("the grids of its albedo must have one size".to_owned());
+    }
+    let (mut grids, mut to_field) = (Vec::new(), Affine3A::IDENTITY);
+    for description in descriptions {
+        let (grid, place) = placed(description)?;
+        if grid.value_range().max > 1.0 {
+            return Err("its albedo must be in [0, 1]".to_owned());
+        }
+        grids.push(grid);
+        to_field = place;
+    }
+    Ok(Some(AlbedoGrid { grids, to_field }))
 }
 
 /// The grid, and the map from the world into its space, which counts voxels.

@@ -99,6 +99,30 @@ impl GridField {
     }
 }
 
+/// What the albedo of a medium is multiplied by.
+pub(super) struct AlbedoGrid {
+    /// One for all channels, or one each.
+    pub grids: Vec<DenseGrid>,
+    pub to_field: Affine3A,
+}
+
+impl AlbedoGrid {
+    /// The factor at a world position, at most one; beyond the grid that of its edge.
+    pub fn at(&self, position: Vec3) -> Rgb {
+        let place = self.to_field.transform_point3(position);
+        let value = |grid: &DenseGrid| {
+            let bounds = grid.bounds();
+            grid.density(place.clamp(bounds.min(), bounds.max()))
+                .clamp(0.0, 1.0)
+        };
+        match &self.grids[..] {
+            [red, green, blue] => Rgb::new(value(red), value(green), value(blue)),
+            [one, ..] => Rgb::splat(value(one)),
+            [] => Rgb::ONE,
+        }
+    }
+}
+
 /// What a medium emits.
 pub struct MediumEmission {
     pub(super) radiance: Rgb,

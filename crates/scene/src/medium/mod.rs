@@ -9,6 +9,7 @@ mod sides;
 mod tests;
 
 pub(crate) use build::build_media;
+use density::AlbedoGrid;
 pub use density::{GridField, MediumDensity, MediumEmission};
 pub use phase::{MediumPhase, PhaseLobe};
 pub(crate) use sides::Boundaries;
@@ -28,6 +29,8 @@ pub struct Medium {
     density: MediumDensity,
     extinction: Rgb,
     albedo: Rgb,
+    /// Multiplies the albedo.
+    albedo_grid: Option<Box<AlbedoGrid>>,
     phase: MediumPhase,
     emission: Option<MediumEmission>,
 }
@@ -50,10 +53,24 @@ impl Medium {
         self.extinction
     }
 
-    /// The albedo `α = σ_s / σ_t`, in [0, 1].
+    /// The greatest albedo `α = σ_s / σ_t`, in [0, 1]: the medium's everywhere, unless it varies.
     #[inline(always)]
     pub fn albedo(&self) -> Rgb {
         self.albedo
+    }
+
+    /// The albedo at a world position.
+    #[inline(always)]
+    pub fn albedo_at(&self, position: Vec3) -> Rgb {
+        match &self.albedo_grid {
+            None => self.albedo,
+            Some(grid) => self.albedo * grid.at(position),
+        }
+    }
+
+    /// Whether the albedo varies.
+    pub fn has_varying_albedo(&self) -> bool {
+        self.albedo_grid.is_some()
     }
 
     /// The phase function, of directions of travel.
@@ -83,7 +100,7 @@ impl Medium {
     #[inline]
     pub fn emission_per_collision(&self, position: Vec3) -> Rgb {
         match self.emission() {
-            Some(emission) => (Rgb::ONE - self.albedo) * emission.radiance(position),
+            Some(emission) => (Rgb::ONE - self.albedo_at(position)) * emission.radiance(position),
             None => Rgb::ZERO,
         }
     }

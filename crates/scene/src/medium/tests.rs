@@ -1,6 +1,6 @@
 //! Media of scenes: what is refused, and where they are.
 
-use crate::builtin::icosphere;
+use crate::builtin::{self, icosphere};
 use crate::{
     DensityDescription, EmissionDescription, Geometry, GridDescription, GridFilter, Material, MediumBoundary,
     MediumDescription, PhaseDescription, Ray, Rgb, Scene, SceneDescription, ShapeDescription, SphereGeometry,
@@ -13,6 +13,7 @@ fn medium(name: &str) -> MediumDescription {
         density: DensityDescription::Homogeneous,
         extinction: Rgb::ONE,
         albedo: Rgb::splat(0.5),
+        albedo_grids: Vec::new(),
         phase: PhaseDescription::Isotropic,
         emission: None,
     }
@@ -296,4 +297,40 @@ fn a_grid_is_clear_if_no_surface_reaches_into_it() {
         None,
         1
     )));
+}
+
+/// An albedo that varies: one grid for all channels or one each, and the edge beyond them.
+#[test]
+fn an_albedo_varies_with_its_grids() {
+    let grid = |values: [f32; 2]| GridDescription {
+        resolution: [2, 1, 1],
+        values: values.into(),
+        filter: GridFilter::Nearest,
+        to_world: Affine3A::from_scale(Vec3::new(4.0, 1.0, 1.0)),
+    };
+    let of = |grids: Vec<GridDescription>| {
+        let mut description = builtin::by_name("cloud").unwrap();
+        description.media[0].albedo = Rgb::new(1.0, 0.5, 1.0);
+        description.media[0].albedo_grids = grids;
+        Scene::new(&description)
+    };
+    let at = |scene: &Scene, x: f32| scene.media()[0].albedo_at(Vec3::new(x, 0.5, 0.5));
+    let one = of(vec![grid([0.2, 0.8])]).unwrap();
+    assert_eq!(at(&one, 1.0), Rgb::new(0.2, 0.1, 0.2));
+    assert_eq!(
+        (at(&one, 3.0), at(&one, 9.0)),
+        (Rgb::new(0.8, 0.4, 0.8), Rgb::new(0.8, 0.4, 0.8))
+    );
+    let three = of(vec![grid([0.2, 0.8]), grid([1.0, 0.0]), grid([0.5, 0.25])]).unwrap();
+    assert_eq!(
+        (at(&three, 1.0), at(&three, 3.0)),
+        (Rgb::new(0.2, 0.5, 0.5), Rgb::new(0.8, 0.0, 0.25))
+    );
+    assert!(
+        three.media()[0].has_varying_albedo() && !of(Vec::new()).unwrap().media()[0].has_varying_albedo()
+    );
+    for wrong in [vec![grid([0.2, 0.8]); 2], vec![grid([0.2, 1.5])]] {
+        let error = of(wrong).err().expect("it is refused");
+        assert!(error.to_string().contains("albedo"), "{error}");
+    }
 }

@@ -10,8 +10,8 @@ use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, PowerTable};
 use crate::medium::build_media;
 use crate::{
-    AcceleratorKind, Camera, EmitterDescription, Emitters, Geometry, Rgb, SceneDescription, ShapeDescription,
-    Sphere, SphereGeometry, TriangleMesh,
+    AcceleratorKind, Camera, EmitterDescription, Emitters, Geometry, Material, Rgb, SceneDescription,
+    ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
 };
 use glam::Vec3;
 use lightshed_bvh::Preset;
@@ -48,6 +48,8 @@ struct Flattened {
     triangles: Vec<TriangleRecord>,
     normals: Vec<[Vec3; 3]>,
     uvs: Vec<[glam::Vec2; 3]>,
+    /// Colours at the corners of the first triangles that have texture coordinates.
+    colors: Vec<[Rgb; 3]>,
     spheres: Vec<SphereRecord>,
     emitters: Vec<AreaEmitter>,
     dropped: usize,
@@ -138,6 +140,8 @@ impl Scene {
             triangles: flat.triangles,
             normals: flat.normals,
             uvs: flat.uvs,
+            colors: flat.colors,
+            turned: turned(materials),
             spheres: flat.spheres,
             diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
             materials: materials.clone(),
@@ -168,6 +172,16 @@ impl Scene {
             ));
         }
         Ok(scene)
+    }
+}
+
+/// By material, whether its shading frames are more than normals; empty where none is.
+fn turned(materials: &[Material]) -> Vec<bool> {
+    let turned: Vec<bool> = materials.iter().map(Material::needs_tangents).collect();
+    if turned.contains(&true) {
+        turned
+    } else {
+        Vec::new()
     }
 }
 
@@ -283,7 +297,11 @@ impl Flattened {
         validate_mesh(mesh, name)?;
         let before = self.triangles.len();
         self.triangles.reserve(mesh.indices.len());
-        for indices in &mesh.indices {
+        // Colours lie at the places of texture coordinates.
+        if !mesh.colors.is_empty() {
+            self.colors.resize(self.uvs.len(), [Rgb::ONE; 3]);
+        }
+        for (triangle, indices) in mesh.indices.iter().enumerate() {
             let pick = indices.map(|i| i as usize);
             let corners = pick.map(|i| mesh.positions[i]);
             let Some(normal) = unit_normal(&corners) else {
@@ -296,12 +314,21 @@ impl Flattened {
                 self.normals.push(pick.map(|i| mesh.normals[i]));
                 self.normals.len() as u32 - 1
             };
-            let uvs = if mesh.uvs.is_empty() {
+            let uvs = if mesh.uvs.is_empty() && mesh.colors.is_empty() {
                 NONE
             } else {
-                self.uvs.push(pick.map(|i| mesh.uvs[i]));
+                // Those of a triangle without are its weights.
+                let own = [glam::Vec2::ZERO, glam::Vec2::X, glam::Vec2::Y];
+                let uvs = [0, 1, 2].map(|corner| mesh.uvs.get(pick[corner]).copied().unwrap_or(own[corner]));
+                self.uvs.push(uvs);
                 self.uvs.len() as u32 - 1
             };
+            if !mesh.colors.is_empty() {
+                self.colors.push(pick.map(|i| mesh.colors[i]));
+            }
+            let share = mesh.glow.get(triangle).copied().unwrap_or(Rgb::ONE);
+            let emission = emission.map(|radiance| radiance * share);
+            let emission = emission.filter(|radiance| *radiance != Rgb::ZERO);
             let emitter = self.emit(emission, |radiance| {
                 AreaEmitter::triangle(corners, normal, radiance)
             });
@@ -349,6 +376,18 @@ fn validate_mesh(mesh: &TriangleMesh, name: &str) -> Result<(), SceneError> {
     };
     counted("normal", mesh.normals.len())?;
     counted("texture coordinate", mesh.uvs.len())?;
+    counted("colour", mesh.colors.len())?;
+    if !(mesh.glow.is_empty() || mesh.glow.len() == mesh.indices.len()) {
+        return Err(SceneError::AttributeCount {
+            shape: shape(),
+            attribute: "glow of its triangles",
+            found: mesh.glow.len(),
+            vertices: mesh.indices.len(),
+        });
+    }
+    let unsound = |color: &Rgb| !(color.is_finite() && color.min_element() >= 0.0);
+    non_finite("colour", mesh.colors.iter().position(unsound))?;
+    non_finite("glow", mesh.glow.iter().position(unsound))?;
     non_finite("position", mesh.positions.iter().position(|v| !v.is_finite()))?;
     non_finite("normal", mesh.normals.iter().position(|v| !v.is_finite()))?;
     non_finite("texture coordinate", mesh.uvs.iter().position(|v| !v.is_finite()))?;

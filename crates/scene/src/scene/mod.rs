@@ -3,6 +3,7 @@
 mod build;
 mod lanes;
 mod primitive;
+mod shading;
 mod touching;
 
 pub use build::BuildOptions;
@@ -10,7 +11,9 @@ pub use build::BuildOptions;
 use crate::accel::Accelerator;
 use crate::emitter::{EmittedRay, EmittersByPower, PowerTable, Surroundings};
 use crate::medium::{Boundaries, Medium, MediumSides};
-use crate::{Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, SurfacePoint};
+use crate::{
+    Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, Rgb, SurfacePoint,
+};
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
@@ -35,6 +38,11 @@ pub struct Scene {
     normals: Vec<[Vec3; 3]>,
     /// Texture coordinates at the corners of the triangles that have them.
     uvs: Vec<[Vec2; 3]>,
+    /// Colours at the corners of the first triangles that have texture coordinates; empty where no
+    /// mesh has colours.
+    colors: Vec<[Rgb; 3]>,
+    /// By material, whether its shading frames are more than normals; empty where none is.
+    turned: Vec<bool>,
     spheres: Vec<SphereRecord>,
     materials: Vec<Material>,
     /// The materials as lanes read them.
@@ -82,13 +90,13 @@ impl Scene {
     /// The surface point of a hit that [`Scene::accelerator`] returned for `ray`.
     #[inline(always)]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        match self.triangle(hit.primitive) {
+        self.turned(match self.triangle(hit.primitive) {
             Some(triangle) => triangle.surface(hit, &self.normals, &self.uvs),
             None => {
                 let sphere = &self.spheres[hit.primitive as usize - self.triangles.len()];
                 sphere.surface(sphere.outward(ray, hit), hit.primitive)
             }
-        }
+        })
     }
 
     /// Two numbers that identify the place of a hit on its primitive, see [`Scene::locate`]: on
@@ -110,7 +118,7 @@ impl Scene {
     /// If the scene has no such primitive.
     #[inline]
     pub fn locate(&self, primitive: u32, coordinates: [f32; 2]) -> SurfacePoint {
-        match self.triangle(primitive) {
+        self.turned(match self.triangle(primitive) {
             Some(triangle) => {
                 let hit = Hit {
                     t: 0.0,
@@ -123,7 +131,7 @@ impl Scene {
                 let outward = octahedral_decode(coordinates.into());
                 self.spheres[primitive as usize - self.triangles.len()].surface(outward, primitive)
             }
-        }
+        })
     }
 
     /// The nearest *emitting* surface along each ray, ignoring everything in between: for rays for
@@ -202,7 +210,12 @@ impl Scene {
     /// The BSDF at a surface point, in its shading frame.
     #[inline]
     pub fn bsdf(&self, point: &SurfacePoint) -> Bsdf {
-        self.materials[point.material as usize].at(point.uv)
+        let material = &self.materials[point.material as usize];
+        if self.colors.is_empty() {
+            material.at(point.uv)
+        } else {
+            material.at(self.place(point))
+        }
     }
 
     /// The acceleration structure.

@@ -1,5 +1,6 @@
 //! Triangles and spheres as shading reads them: one record, one cache line.
 
+use crate::material::Along;
 use crate::{Hit, Ray, Sphere, SurfacePoint};
 use glam::{Vec2, Vec3};
 use lightshed_sampling::Frame;
@@ -53,6 +54,42 @@ impl TriangleRecord {
         }
     }
 
+    /// Derivatives of the position by texture coordinates; `None` without, or where all lie on a
+    /// line.
+    pub(crate) fn along(&self, uvs: &[[Vec2; 3]]) -> Option<Along> {
+        let uvs = uvs.get(self.uvs as usize)?;
+        let [du, dv] = [uvs[1] - uvs[0], uvs[2] - uvs[0]];
+        let [first, second] = [
+            self.corners[1] - self.corners[0],
+            self.corners[2] - self.corners[0],
+        ];
+        let inverse = 1.0 / du.perp_dot(dv);
+        let along = Along {
+            u: (first * dv.y - second * du.y) * inverse,
+            v: (second * du.x - first * dv.x) * inverse,
+        };
+        (along.u.is_finite() && along.v.is_finite()).then_some(along)
+    }
+
+    /// Weights of the second and third vertex at a position on the triangle, at least 0 and at most
+    /// 1 in all.
+    pub(crate) fn weights(&self, position: Vec3) -> [f32; 2] {
+        let [a, b, c] = self.corners;
+        let (first, second, to) = (b - a, c - a, position - a);
+        let (aa, ab, bb) = (first.dot(first), first.dot(second), second.dot(second));
+        let (pa, pb) = (to.dot(first), to.dot(second));
+        let inverse = 1.0 / (aa * bb - ab * ab);
+        let v = ((bb * pa - ab * pb) * inverse).clamp(0.0, 1.0);
+        let w = ((aa * pb - ab * pa) * inverse).clamp(0.0, 1.0);
+        // Of a sliver too thin to be told from a line, the first vertex.
+        let sum = (v + w).max(1.0);
+        if sum.is_finite() {
+            [v / sum, w / sum]
+        } else {
+            [0.0; 2]
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn surface(&self, hit: &Hit, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> SurfacePoint {
         let [v, w] = hit.barycentric;
@@ -96,6 +133,19 @@ impl SphereRecord {
         (along_ray - self.sphere.center).normalize_or(Vec3::Z)
     }
 
+    /// Derivatives of the position in the unit direction `outward` by texture coordinates.
+    pub fn along(&self, outward: Vec3) -> Along {
+        let radius = self.sphere.radius;
+        let rim = outward.truncate();
+        let around = rim.length();
+        let Vec2 { x, y } = rim / around.max(f32::MIN_POSITIVE);
+        Along {
+            u: Vec3::new(-rim.y, rim.x, 0.0) * (radius * std::f32::consts::TAU),
+            // `v` grows towards the pole +z.
+            v: Vec3::new(-outward.z * x, -outward.z * y, around) * (radius * std::f32::consts::PI),
+        }
+    }
+
     /// The surface point in the unit direction `outward` from the centre. A hit is projected onto
     /// the sphere that way, which is more precise than the point along the ray.
     #[inline]
@@ -114,7 +164,8 @@ impl SphereRecord {
             offset: SurfacePoint::offset_for(normal, center.abs() + Vec3::splat(radius), radius),
             geometric_normal: normal,
             shading: Frame::from_normal(normal),
-            uv: Vec2::new(phi / std::f32::consts::TAU, theta / std::f32::consts::PI),
+            // Mitsuba's, of which `v` points downwards.
+            uv: Vec2::new(phi / std::f32::consts::TAU, 1.0 - theta / std::f32::consts::PI),
             primitive,
             material: self.material,
             emitter: self.emitter,

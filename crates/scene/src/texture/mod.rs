@@ -9,8 +9,10 @@
 //! **Texels.** Texel `i` of `W` covers `s ∈ [i/W, (i+1)/W)`; its centre is `(i + ½)/W`.
 
 mod image;
+mod place;
 
 pub use image::Image;
+pub use place::Place;
 
 use crate::{Rgb, luminance};
 use glam::{Affine2, Vec2};
@@ -29,6 +31,20 @@ pub enum Filter {
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
+    /// The image repeats.
+    #[default]
+    Repeat,
+    /// The image repeats mirrored.
+    Mirror,
+    /// The edge goes on.
+    Clamp,
+    /// Differently along `s` and `t`.
+    Mixed([AxisWrap; 2]),
+}
+
+/// What lies outside the unit interval along one axis, as [`Wrap`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AxisWrap {
     /// The image repeats.
     #[default]
     Repeat,
@@ -88,6 +104,9 @@ pub enum ColorTexture {
     Image(ImageTexture),
     /// A checkerboard.
     Checkerboard(Checkerboard),
+    /// The colour of the mesh's vertices ([`TriangleMesh::colors`](crate::TriangleMesh::colors)),
+    /// interpolated, times another texture.
+    Vertex(Box<ColorTexture>),
 }
 
 /// A number that may vary over texture coordinates.
@@ -97,6 +116,8 @@ pub enum FloatTexture {
     Constant(f32),
     /// One channel of an image.
     Image(ImageTexture, Channel),
+    /// One channel of the colour of the mesh's vertices, interpolated.
+    Vertex(Channel),
 }
 
 /// Texture space `to_uv · (u, 1 − v)`; the origin where that overflows.
@@ -107,16 +128,39 @@ fn texture_space(to_uv: &Affine2, uv: Vec2) -> Vec2 {
 }
 
 impl Wrap {
+    /// The rules along `s` and `t`.
+    #[inline(always)]
+    pub fn axes(self) -> [AxisWrap; 2] {
+        match self {
+            Self::Repeat => [AxisWrap::Repeat; 2],
+            Self::Mirror => [AxisWrap::Mirror; 2],
+            Self::Clamp => [AxisWrap::Clamp; 2],
+            Self::Mixed(axes) => axes,
+        }
+    }
+
+    /// Of the rules along `s` and `t`.
+    pub fn of_axes(axes: [AxisWrap; 2]) -> Self {
+        match axes {
+            [AxisWrap::Repeat, AxisWrap::Repeat] => Self::Repeat,
+            [AxisWrap::Mirror, AxisWrap::Mirror] => Self::Mirror,
+            [AxisWrap::Clamp, AxisWrap::Clamp] => Self::Clamp,
+            _ => Self::Mixed(axes),
+        }
+    }
+}
+
+impl AxisWrap {
     /// A finite coordinate folded into `[0, 1]`.
     #[inline]
     fn fold(self, s: f32) -> f32 {
         match self {
-            Wrap::Repeat => s - s.floor(),
-            Wrap::Mirror => {
+            Self::Repeat => s - s.floor(),
+            Self::Mirror => {
                 let period = s - 2.0 * (0.5 * s).floor();
                 if period > 1.0 { 2.0 - period } else { period }
             }
-            Wrap::Clamp => s.clamp(0.0, 1.0),
+            Self::Clamp => s.clamp(0.0, 1.0),
         }
     }
 
@@ -131,8 +175,8 @@ impl Wrap {
         let below = below as i64;
         // A mirrored image meets its own edge texel at the edge, so clamping is right there too.
         let wrap = |index: i64| match self {
-            Wrap::Repeat if index < 0 => last,
-            Wrap::Repeat if index > last => 0,
+            Self::Repeat if index < 0 => last,
+            Self::Repeat if index > last => 0,
             _ => index.clamp(0, last),
         };
         (wrap(below) as u32, wrap(below + 1) as u32, share)
@@ -143,15 +187,16 @@ impl ImageTexture {
     /// Filtered linear RGB at mesh coordinates `uv`, times the scale.
     pub fn at(&self, uv: Vec2) -> Rgb {
         let st = texture_space(&self.to_uv, uv);
-        let (s, t) = (self.wrap.fold(st.x), self.wrap.fold(st.y));
+        let [along_s, along_t] = self.wrap.axes();
+        let (s, t) = (along_s.fold(st.x), along_t.fold(st.y));
         let image = &*self.image;
         let (width, height) = (image.width(), image.height());
         let texel = match self.filter {
             // `texel` clamps, which is what `s = 1` needs.
             Filter::Nearest => image.texel((s * width as f32) as u32, (t * height as f32) as u32),
             Filter::Bilinear => {
-                let (x0, x1, share_x) = self.wrap.neighbours(s, width);
-                let (y0, y1, share_y) = self.wrap.neighbours(t, height);
+                let (x0, x1, share_x) = along_s.neighbours(s, width);
+                let (y0, y1, share_y) = along_t.neighbours(t, height);
                 let upper = image.texel(x0, y0).lerp(image.texel(x1, y0), share_x);
                 let lower = image.texel(x0, y1).lerp(image.texel(x1, y1), share_x);
                 upper.lerp(lower, share_y)
@@ -184,22 +229,35 @@ impl ColorTexture {
         }
     }
 
-    /// Linear RGB at mesh coordinates `uv`.
+    /// Linear RGB at a place of a mesh, or at its coordinates alone.
     #[inline(always)]
-    pub fn at(&self, uv: Vec2) -> Rgb {
+    pub fn at(&self, place: impl Into<Place>) -> Rgb {
+        let place = place.into();
         match self {
             Self::Constant(rgb) => *rgb,
-            Self::Image(image) => image.at(uv),
-            Self::Checkerboard(board) => board.at(uv),
+            Self::Image(image) => image.at(place.uv),
+            Self::Checkerboard(board) => board.at(place.uv),
+            Self::Vertex(other) => other.of_vertices(place),
         }
     }
 
-    /// Mean linear RGB over the unit square of texture space.
+    #[inline(never)]
+    fn of_vertices(&self, place: Place) -> Rgb {
+        self.at(place) * place.color
+    }
+
+    /// Whether it depends on the colour of vertices.
+    pub(crate) fn has_vertices(&self) -> bool {
+        matches!(self, Self::Vertex(_))
+    }
+
+    /// Mean linear RGB over the unit square of texture space, of white vertices.
     pub fn mean(&self) -> Rgb {
         match self {
             Self::Constant(rgb) => *rgb,
             Self::Image(texture) => texture.image.mean() * texture.scale,
             Self::Checkerboard(board) => 0.5 * (board.color0 + board.color1),
+            Self::Vertex(other) => other.mean(),
         }
     }
 }
@@ -218,20 +276,23 @@ impl Channel {
 }
 
 impl FloatTexture {
-    /// The value at mesh coordinates `uv`.
+    /// The value at a place of a mesh, or at its coordinates alone.
     #[inline(always)]
-    pub fn at(&self, uv: Vec2) -> f32 {
+    pub fn at(&self, place: impl Into<Place>) -> f32 {
+        let place = place.into();
         match self {
             Self::Constant(value) => *value,
-            Self::Image(image, channel) => channel.of(image.at(uv)),
+            Self::Image(image, channel) => channel.of(image.at(place.uv)),
+            Self::Vertex(channel) => channel.of(place.color),
         }
     }
 
-    /// Mean value over the unit square of texture space.
+    /// Mean value over the unit square of texture space, of white vertices.
     pub fn mean(&self) -> f32 {
         match self {
             Self::Constant(value) => *value,
             Self::Image(texture, channel) => channel.of(texture.image.mean() * texture.scale),
+            Self::Vertex(_) => 1.0,
         }
     }
 }

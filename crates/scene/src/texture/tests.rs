@@ -50,9 +50,9 @@ fn bilinear_mixes_and_wraps() {
 #[test]
 fn wraps_follow_a_naive_oracle() {
     // Index by index: what a texel outside the image stands for.
-    let oracle = |wrap: Wrap, index: i64, count: i64| match wrap {
-        Wrap::Repeat => index.rem_euclid(count),
-        Wrap::Mirror => {
+    let oracle = |wrap: AxisWrap, index: i64, count: i64| match wrap {
+        AxisWrap::Repeat => index.rem_euclid(count),
+        AxisWrap::Mirror => {
             let folded = index.rem_euclid(2 * count);
             if folded < count {
                 folded
@@ -60,13 +60,15 @@ fn wraps_follow_a_naive_oracle() {
                 2 * count - 1 - folded
             }
         }
-        Wrap::Clamp => index.clamp(0, count - 1),
+        AxisWrap::Clamp => index.clamp(0, count - 1),
     };
     let pixels: Vec<[f32; 3]> = (0..5).map(|i| [i as f32, 0.0, 0.0]).collect();
-    for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+    let mixed = [AxisWrap::Repeat, AxisWrap::Mirror, AxisWrap::Clamp]
+        .map(|along| Wrap::Mixed([along, AxisWrap::Clamp]));
+    for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].into_iter().chain(mixed) {
         let mut texture = quad(Filter::Nearest, wrap);
         texture.image = Arc::new(Image::from_linear(5, 1, pixels.clone()).unwrap());
-        let texel = |index: i64| oracle(wrap, index, 5) as f32;
+        let texel = |index: i64| oracle(wrap.axes()[0], index, 5) as f32;
         for step in -120..120 {
             let position = step as f32 / 8.0 + 0.0625;
             let uv = Vec2::new(position / 5.0, 0.5);

@@ -58,7 +58,10 @@ fn lone_meshes_get_light_and_a_view() {
 fn unknown_and_missing_files_are_named() {
     let folder = folder("unknown_files");
     let said = |name: &str| load(folder.join(name), &[]).unwrap_err().chain();
-    assert!(said("scene.blend").contains("unknown file extension, expected one of xml, gltf, glb, ply, obj"));
+    assert!(
+        said("scene.blend")
+            .contains("unknown file extension, expected one of xml, gltf, glb, pbrt, ply, obj")
+    );
     assert!(said("scene").contains("unknown file extension"));
     for name in ["no.xml", "no.gltf", "no.glb", "no.ply", "no.obj"] {
         let message = said(name);
@@ -215,7 +218,7 @@ fn images_are_decoded_to_linear() {
         .unwrap_err()
         .to_string();
     assert!(
-        unknown.contains("expected one of png, jpg, jpeg, hdr, exr"),
+        unknown.contains("expected one of png, jpg, jpeg, bmp, hdr, exr"),
         "{unknown}"
     );
 }

@@ -166,7 +166,7 @@ fn extinction(medium: &Medium, position: Vec3) -> DVec3 {
 
 /// `σ_s(x)`.
 fn scattering(medium: &Medium, position: Vec3) -> DVec3 {
-    extinction(medium, position) * medium.albedo().as_dvec3()
+    extinction(medium, position) * medium.albedo_at(position).as_dvec3()
 }
 
 /// `σ_a(x) L_e(x)`.

@@ -41,7 +41,8 @@ use lightshed_scene::{EmittersByPower, Hit, Material, Medium, Ray, Rgb, Scene, S
 ///   each path; the channels' densities are weighted by the balance heuristic over the whole path
 ///   (spectral MIS: Wilkie et al. 2014, Miller et al. 2019).
 /// - Light passes shapes of [`Material::Null`] unchanged; they are no vertices, and do not count as
-///   edges.
+///   edges. Light that goes straight on through a [`Material::ThinDielectric`], or through the
+///   share of a blend that is `Null`, does not count as an edge either (as in Mitsuba's `volpath`).
 ///
 /// Unbiased for paths of up to `max_depth` edges: 1 shows emitters, 2 adds light that is scattered
 /// once. Longer paths than `roulette_depth` edges survive with probability
@@ -57,10 +58,16 @@ pub struct VolumePathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObse
     tracking: VolumeTracking,
     /// Whether there is nothing to pass through.
     is_opaque: bool,
+    /// By material, whether some of its light goes straight on.
+    lets_pass: Vec<bool>,
 }
 
 /// Surfaces that a path may cross without scattering, in all: more than any scene has, but an end.
 pub(crate) const MOST_CROSSINGS: u32 = 1 << 16;
+
+/// Cosine above which a direction goes straight on: rounding of a change of frames, and no mirror
+/// but at grazing angles of a thousandth.
+const STRAIGHT: f32 = 1.0 - 2e-6;
 
 /// Whether light passes a primitive, and nothing but that is to be known of it.
 #[inline(always)]
@@ -69,6 +76,16 @@ fn is_passed(scene: &Scene, primitive: u32) -> bool {
         scene.materials()[scene.primitive_material(primitive) as usize],
         Material::Null
     ) && scene.primitive_emitter(primitive) == SurfacePoint::NO_EMITTER
+}
+
+/// Whether some light goes straight on through a material.
+fn lets_pass(material: &Material) -> bool {
+    match material {
+        Material::Null | Material::ThinDielectric { .. } => true,
+        Material::Blend { first, second, .. } => lets_pass(first) || lets_pass(second),
+        Material::Relief { base, .. } => lets_pass(base),
+        _ => false,
+    }
 }
 
 /// A path on its way.
@@ -103,6 +120,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             spectral: !scene.media().iter().all(Medium::is_grey),
             tracking: VolumeTracking::Delta,
             is_opaque: scene.media().is_empty() && !scene.materials().iter().any(is_null),
+            lets_pass: scene.materials().iter().map(lets_pass).collect(),
             tracer,
         }
     }
@@ -231,7 +249,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
         if state.depth >= self.transport().max_depth {
             return None;
         }
-        state.path.throughput *= medium.albedo();
+        state.path.throughput *= medium.albedo_at(position);
         if state.path.throughput == Rgb::ZERO {
             return None;
         }
@@ -249,7 +267,10 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
 
     /// A surface that scatters: an emitter sample and the next direction. `None` ends the path.
     fn bounce(&self, state: &mut State<S::Site>, point: &SurfacePoint, rng: &mut CounterRng) -> Option<()> {
-        if state.depth >= self.transport().max_depth {
+        // The last edge may go on through a surface, straight.
+        let is_last = state.depth >= self.transport().max_depth;
+        let lets_pass = self.lets_pass[point.material as usize];
+        if is_last && !lets_pass {
             return None;
         }
         let scene = self.transport().scene;
@@ -260,7 +281,14 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
             None => same,
         };
         let before = state.path.throughput;
+        let incoming = state.ray.direction;
         let direction = self.scatter(state, &vertex, before, medium_towards, rng)?;
+        let is_delta = state.path.bounce.as_ref().is_some_and(|bounce| bounce.is_delta);
+        if lets_pass && is_delta && direction.dot(incoming) > STRAIGHT * incoming.length() {
+            state.depth -= 1;
+        } else if is_last {
+            return None;
+        }
         state.ray = point.spawn(direction);
         state.medium = medium_towards(direction);
         Some(())
@@ -279,7 +307,11 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer
     ) -> Option<Vec3> {
         let (transport, depth) = (self.transport(), state.depth);
         let (at, site) = (transport.scattering(vertex), transport.site(vertex));
-        let light = transport.emitter_light(&at, &site, rng.emitter());
+        let light = if depth < transport.max_depth {
+            transport.emitter_light(&at, &site, rng.emitter())
+        } else {
+            None
+        };
         if let Some(light) = &light {
             let medium = medium_towards(light.ray.direction);
             let transmittance = self.transmittance(light.ray, medium, rng);

@@ -34,6 +34,7 @@ fn ball(extinction: Rgb, albedo: Rgb) -> SceneDescription {
             density: DensityDescription::Homogeneous,
             extinction,
             albedo,
+            albedo_grids: Vec::new(),
             phase: PhaseDescription::HenyeyGreenstein { g: 0.6 },
             emission: None,
         }],

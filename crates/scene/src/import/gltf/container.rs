@@ -3,6 +3,7 @@
 //! The container and a few members are checked here, before the `gltf` crate sees them: its own
 //! checks take them for granted and panic where they are wrong.
 
+use super::extras::MaterialExtras;
 use super::mend;
 use crate::import::error::{ImportError, Location};
 use crate::import::limits::LoadResource;
@@ -36,6 +37,7 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
         |(element, what): mend::Note| ImportError::unsupported(Location::file(path).element(element), what);
     let notes = mend::mend(&mut value).map_err(malformed)?;
     let (compressed, fallbacks) = mend::compressed(&mut value);
+    let extras = super::extras::of_materials(&value);
     let root = document(&value).map_err(|what| ImportError::malformed(Location::file(path), what))?;
     let version = &root.asset.version;
     if !version.starts_with("2.") {
@@ -57,6 +59,7 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
         notes,
         compressed,
         fallbacks,
+        extras,
     })
 }
 
@@ -71,6 +74,8 @@ pub(super) struct Opened {
     pub(super) compressed: Vec<mend::CompressedView>,
     /// By buffer, whether nothing of it is read: its views are decompressed from another.
     pub(super) fallbacks: Vec<bool>,
+    /// What the crate does not know of the materials.
+    pub(super) extras: Vec<MaterialExtras>,
 }
 
 /// The document of a mended tree, or what is wrong with it. By way of text: reading that is

@@ -1,40 +1,45 @@
-//! glTF materials and textures.
+//! glTF materials.
 
+use super::texture::Placed;
 use super::{Importer, Known};
-use crate::import::error::{ImportError, Location};
-use crate::import::image::{Encoding, decode_guessed};
-use crate::import::limits::LoadResource;
-use crate::{Channel, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Material, Rgb, Wrap};
-use glam::{Affine2, Mat2, Vec2};
+use crate::import::error::ImportError;
+use crate::import::image::Encoding;
+use crate::{Channel, ColorTexture, FloatTexture, ImageTexture, Material, Relief, Rgb};
 use gltf::material::AlphaMode;
-use gltf::texture::{MagFilter, WrappingMode};
-use std::sync::Arc;
 
-/// A texture that emits less than this in the mean is taken for a display or a sign, not for a
-/// light.
-const GLIMMER: f32 = 0.25;
+/// A texture that emits less than this in the mean, that is no more than a lit white wall, is taken
+/// for a display or a sign, not for a light.
+const GLIMMER: f32 = 1.5;
 
 impl Importer<'_> {
     /// The material and, where it emits, its radiance.
     pub(super) fn material(&mut self, source: &gltf::Material) -> Result<Known, ImportError> {
         // The default material has no index.
         let key = source.index();
-        if let Some(&known) = self.materials.get(&key) {
-            return Ok(known);
+        if let Some(known) = self.materials.get(&key) {
+            return Ok(known.clone());
         }
         let element = match key {
             Some(index) => format!("materials[{index}]"),
             None => "default material".to_owned(),
         };
         self.texture_set = None;
+        let extras = key.and_then(|index| self.extras.get(index)).cloned();
+        let extras = extras.unwrap_or_default();
         let pbr = source.pbr_metallic_roughness();
-        let [r, g, b, _] = pbr.base_color_factor();
-        let base_color = match pbr.base_color_texture() {
+        let [r, g, b, alpha] = pbr.base_color_factor();
+        let mut base_color = match pbr.base_color_texture() {
             Some(info) => {
                 ColorTexture::Image(self.texture(&info, Encoding::Srgb, Rgb::new(r, g, b), &element)?)
             }
             None => ColorTexture::Constant(Rgb::new(r, g, b)),
         };
+        if extras.unlit {
+            return self.unlit(source, base_color, &element);
+        }
+        if self.vertex_colors.contains(&key) {
+            base_color = ColorTexture::Vertex(Box::new(base_color));
+        }
         let (metallic, roughness) = match pbr.metallic_roughness_texture() {
             Some(info) => {
                 let mut channel = |factor: f32, channel| -> Result<FloatTexture, ImportError> {
@@ -64,12 +69,22 @@ impl Importer<'_> {
                 None => FloatTexture::Constant(factor),
             };
         }
+        let mut ior = source.ior().unwrap_or(1.5);
+        if let Some(specular) = extras.specular {
+            if specular.is_textured || specular.color != [specular.color[0]; 3] {
+                self.warn(
+                    &element,
+                    "KHR_materials_specular is taken without textures, and grey",
+                );
+            }
+            ior = specular.index(ior);
+        }
         let mut material = Material::MetallicRoughness {
             base_color,
             metallic,
             roughness,
             transmission,
-            ior: source.ior().unwrap_or(1.5),
+            ior,
         };
         // What transmits has two sides already.
         if source.double_sided() && !transmits {
@@ -78,190 +93,145 @@ impl Importer<'_> {
                 back: None,
             };
         }
-        match source.alpha_mode() {
-            AlphaMode::Opaque => {}
-            AlphaMode::Mask => self.warn(&element, "alpha mode MASK is not supported: taken as opaque"),
-            AlphaMode::Blend => self.warn(&element, "alpha mode BLEND is not supported: taken as opaque"),
+        material = self.alpha(source, alpha, material, &element)?;
+        if let Some(normals) = source.normal_texture() {
+            let placed = Placed {
+                texture: normals.texture(),
+                set: normals.tex_coord(),
+                transform: extras.normal_transform,
+            };
+            let texture = self.placed(placed, Encoding::Linear, Rgb::ONE, &element)?;
+            material = Material::Relief {
+                relief: Box::new(Relief::Normals {
+                    texture: ColorTexture::Image(texture),
+                    scale: normals.scale(),
+                    follows_mirroring: true,
+                }),
+                base: Box::new(material),
+            };
         }
-        if source.normal_texture().is_some() {
-            self.warn(
-                &element,
-                "normal maps are not supported: the surface keeps its vertex normals",
-            );
+        let (emission, emission_texture) = match self.emission(source, &element)? {
+            Some((radiance, texture)) => (Some(radiance), texture),
+            None => (None, None),
+        };
+        let mean = |texture: &ImageTexture| texture.image.mean() * emission.unwrap_or(Rgb::ZERO);
+        let is_dim = emission_texture
+            .as_ref()
+            .is_some_and(|texture| mean(texture).max_element() < GLIMMER);
+        let known = self.known(key, material, emission, emission_texture);
+        if is_dim {
+            self.glimmering.insert(known.material);
         }
-        let emission = self.emission(source, &element)?;
+        Ok(known)
+    }
+
+    /// Remembers a material.
+    fn known(
+        &mut self,
+        key: Option<usize>,
+        material: Material,
+        emission: Option<Rgb>,
+        emission_texture: Option<ImageTexture>,
+    ) -> Known {
         self.description.materials.push(material);
         let known = Known {
             material: (self.description.materials.len() - 1) as u32,
             emission,
+            emission_texture,
             texture_set: self.texture_set.unwrap_or(0),
         };
-        let is_dim = |emission: Rgb| emission.max_element() < GLIMMER;
-        if emission.is_some_and(is_dim) && source.emissive_texture().is_some() {
-            self.glimmering.insert(known.material);
-        }
-        self.materials.insert(key, known);
-        Ok(known)
+        self.materials.insert(key, known.clone());
+        known
     }
 
-    fn emission(&mut self, source: &gltf::Material, element: &str) -> Result<Option<Rgb>, ImportError> {
-        let mut radiance =
-            Rgb::from_array(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0);
+    /// A material that shows its colour whatever the light is: it emits it.
+    fn unlit(
+        &mut self,
+        source: &gltf::Material,
+        color: ColorTexture,
+        element: &str,
+    ) -> Result<Known, ImportError> {
+        if source.double_sided() {
+            self.warn(element, "a double-sided emitter emits from its front only");
+        }
+        let [.., alpha] = source.pbr_metallic_roughness().base_color_factor();
+        let black = Material::Diffuse {
+            reflectance: ColorTexture::Constant(Rgb::ZERO),
+        };
+        let material = self.alpha(source, alpha, black, element)?;
+        let (emission, texture) = match color {
+            ColorTexture::Image(texture) => (
+                texture.scale,
+                Some(ImageTexture {
+                    scale: Rgb::ONE,
+                    ..texture
+                }),
+            ),
+            other => (other.mean(), None),
+        };
+        let emission = (emission != Rgb::ZERO).then_some(emission);
+        Ok(self.known(source.index(), material, emission, texture))
+    }
+
+    /// A material with holes where its alpha says so.
+    fn alpha(
+        &mut self,
+        source: &gltf::Material,
+        factor: f32,
+        material: Material,
+        element: &str,
+    ) -> Result<Material, ImportError> {
+        let cutoff = match source.alpha_mode() {
+            AlphaMode::Opaque => return Ok(material),
+            AlphaMode::Mask => Some(source.alpha_cutoff().unwrap_or(0.5)),
+            AlphaMode::Blend => None,
+        };
+        let opacity = match source.pbr_metallic_roughness().base_color_texture() {
+            Some(info) => self.opacity(&info, factor, cutoff, element)?,
+            None => {
+                let opacity = match cutoff {
+                    Some(cutoff) => f32::from(u8::from(factor >= cutoff)),
+                    None => factor,
+                };
+                (opacity < 1.0).then_some(FloatTexture::Constant(opacity))
+            }
+        };
+        Ok(match opacity {
+            Some(weight) => Material::Blend {
+                weight,
+                first: Box::new(Material::Null),
+                second: Box::new(material),
+            },
+            None => material,
+        })
+    }
+
+    /// Radiance and what it is multiplied by.
+    fn emission(
+        &mut self,
+        source: &gltf::Material,
+        element: &str,
+    ) -> Result<Option<(Rgb, Option<ImageTexture>)>, ImportError> {
+        let radiance = Rgb::from_array(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0);
         if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
             return Err(self.malformed(element, "the emission is negative or not finite"));
         }
         if radiance == Rgb::ZERO {
             return Ok(None);
         }
-        if let Some(info) = source.emissive_texture() {
-            let texture = self.texture(&info, Encoding::Srgb, Rgb::ONE, element)?;
-            radiance *= texture.image.mean();
-            self.warn(
-                element,
-                "emission does not vary over a surface here: its texture's mean is emitted everywhere",
-            );
+        let texture = match source.emissive_texture() {
+            Some(info) => Some(self.texture(&info, Encoding::Srgb, Rgb::ONE, element)?),
+            None => None,
+        };
+        if texture
+            .as_ref()
+            .is_some_and(|t| t.image.mean() * radiance == Rgb::ZERO)
+        {
+            return Ok(None);
         }
         if source.double_sided() {
             self.warn(element, "a double-sided emitter emits from its front only");
         }
-        Ok((radiance != Rgb::ZERO).then_some(radiance))
-    }
-
-    fn texture(
-        &mut self,
-        info: &gltf::texture::Info,
-        encoding: Encoding,
-        scale: Rgb,
-        element: &str,
-    ) -> Result<ImageTexture, ImportError> {
-        let transform = info.texture_transform();
-        let set = transform
-            .as_ref()
-            .and_then(|t| t.tex_coord())
-            .unwrap_or(info.tex_coord());
-        // The first texture of a material says which set its surfaces have.
-        let first = *self.texture_set.get_or_insert(set);
-        if set != first {
-            self.warn(
-                element,
-                format!("texture coordinates of set {set} beside those of set {first}: the latter are taken"),
-            );
-        }
-        let to_uv = transform.map_or(Affine2::IDENTITY, |t| {
-            // KHR_texture_transform: translation · rotation · scale, counter-clockwise with v
-            // downwards.
-            let rotation = Mat2::from_angle(-t.rotation());
-            let scale = Mat2::from_diagonal(Vec2::from_array(t.scale()));
-            Affine2::from_mat2_translation(rotation * scale, Vec2::from_array(t.offset()))
-        });
-        let texture = info.texture();
-        let sampler = texture.sampler();
-        let wrap = match (sampler.wrap_s(), sampler.wrap_t()) {
-            (WrappingMode::Repeat, WrappingMode::Repeat) => Wrap::Repeat,
-            (WrappingMode::MirroredRepeat, WrappingMode::MirroredRepeat) => Wrap::Mirror,
-            (WrappingMode::ClampToEdge, WrappingMode::ClampToEdge) => Wrap::Clamp,
-            (s, t) => {
-                self.warn(
-                    element,
-                    format!("a texture that wraps differently in s and t ({s:?}, {t:?}) is wrapped as in s"),
-                );
-                match s {
-                    WrappingMode::Repeat => Wrap::Repeat,
-                    WrappingMode::MirroredRepeat => Wrap::Mirror,
-                    WrappingMode::ClampToEdge => Wrap::Clamp,
-                }
-            }
-        };
-        let filter = match sampler.mag_filter() {
-            Some(MagFilter::Nearest) => Filter::Nearest,
-            Some(MagFilter::Linear) | None => Filter::Bilinear,
-        };
-        Ok(ImageTexture {
-            image: self.image(texture.source().index(), encoding)?,
-            to_uv,
-            filter,
-            wrap,
-            scale,
-        })
-    }
-
-    /// An image of the document, decoded once an encoding.
-    fn image(&mut self, index: usize, encoding: Encoding) -> Result<Arc<Image>, ImportError> {
-        if let Some(image) = self.images.get(&(index, encoding)) {
-            return Ok(image.clone());
-        }
-        let element = format!("images[{index}]");
-        // The JSON itself: the wrapper's accessor takes a view's type for granted.
-        let source = self.document.as_json().images.get(index);
-        let (uri, view) = source.map_or((None, None), |image| (image.uri.as_deref(), image.buffer_view));
-        let view = view.and_then(|view| self.document.views().nth(view.value()));
-        let image = match (uri, view) {
-            (Some(uri), _) => {
-                let (bytes, path) = self.resource(uri, &element)?;
-                if let Some(white) = self.undecoded(&bytes, &element) {
-                    return Ok(white);
-                }
-                decode_guessed(
-                    &bytes,
-                    encoding,
-                    path.as_deref().unwrap_or(self.path),
-                    self.loading,
-                )
-            }
-            (None, Some(view)) => {
-                let bytes = self
-                    .buffers
-                    .view(&view)
-                    .map_err(|what| self.malformed(&element, what))?;
-                let bytes = bytes.to_vec();
-                if let Some(white) = self.undecoded(&bytes, &element) {
-                    return Ok(white);
-                }
-                decode_guessed(&bytes, encoding, self.path, self.loading)
-            }
-            (None, None) => {
-                return Err(self.malformed(&element, "the image has neither a URI nor a buffer view"));
-            }
-        };
-        let image = Arc::new(image.map_err(|source| self.referenced(&element, source))?);
-        self.images.insert((index, encoding), image.clone());
-        Ok(image)
-    }
-
-    /// A white image in place of one in a format that is known, and not read.
-    fn undecoded(&mut self, bytes: &[u8], element: &str) -> Option<Arc<Image>> {
-        let name = match bytes {
-            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "WebP",
-            [0xab, b'K', b'T', b'X', ..] => "KTX",
-            _ => return None,
-        };
-        self.warn(
-            element,
-            format!("{name} images are not supported: white is taken"),
-        );
-        Image::from_linear(1, 1, vec![[1.0; 3]]).map(Arc::new)
-    }
-
-    /// Bytes behind a URI, and the file that they come from unless they stand in the URI itself.
-    fn resource(
-        &self,
-        uri: &str,
-        element: &str,
-    ) -> Result<(Vec<u8>, Option<std::path::PathBuf>), ImportError> {
-        match super::resolve_uri(uri, self.path).map_err(|what| self.malformed(element, what))? {
-            super::Resource::Data(bytes) => {
-                let location = || Location::file(self.path).element(element);
-                self.loading
-                    .spend(LoadResource::Bytes, bytes.len() as u64, location)?;
-                Ok((bytes, None))
-            }
-            super::Resource::File(path) => {
-                let bytes = self
-                    .loading
-                    .read(&path)
-                    .map_err(|source| self.referenced(element, source))?;
-                Ok((bytes, Some(path)))
-            }
-        }
+        Ok(Some((radiance, texture)))
     }
 }

@@ -47,8 +47,10 @@ pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
             .pointer("/extensions/KHR_materials_pbrSpecularGlossiness")
             .cloned()
         {
-            let message = "specular-glossiness is taken as metallic-roughness without metal";
-            notes.push((format!("materials[{index}]"), message.to_owned()));
+            if gloss.get("specularGlossinessTexture").is_some() {
+                let message = "specular-glossiness by a texture is taken as metallic-roughness without metal";
+                notes.push((format!("materials[{index}]"), message.to_owned()));
+            }
             from_glossiness(material, &gloss);
         }
     }
@@ -199,32 +201,64 @@ fn source(texture: &mut Value, index: usize, notes: &mut Vec<Note>) {
     }
 }
 
-/// The metallic-roughness material of a specular-glossiness one: its diffuse colour as base colour,
-/// no metal, and what glossiness leaves as roughness.
+/// The metallic-roughness material of a specular-glossiness one. Roughness is what glossiness
+/// leaves. Of factors alone metalness and base colour follow as the extension's appendix has it;
+/// with textures the diffuse colour is the base colour, of no metal.
 fn from_glossiness(material: &mut Value, gloss: &Value) {
     let mut pbr = Value::Object(Default::default());
-    let glossiness: f64 = gloss
-        .get("glossinessFactor")
-        .and_then(Value::as_f64)
-        .unwrap_or(1.0);
-    insert(&mut pbr, "metallicFactor", Value::from(0.0));
+    let number = |name: &str| gloss.get(name).and_then(Value::as_f64);
+    let glossiness = number("glossinessFactor").unwrap_or(1.0);
     insert(
         &mut pbr,
         "roughnessFactor",
         Value::from((1.0 - glossiness).clamp(0.0, 1.0)),
     );
-    for (from, to) in [
-        ("diffuseFactor", "baseColorFactor"),
-        ("diffuseTexture", "baseColorTexture"),
-    ] {
-        if let Some(member) = gloss.get(from) {
-            insert(&mut pbr, to, member.clone());
-        }
+    let texture = gloss.get("diffuseTexture");
+    let color = |name: &str| -> [f64; 4] {
+        let item = |index: usize| gloss.get(name)?.get(index)?.as_f64();
+        std::array::from_fn(|index| item(index).unwrap_or(1.0).clamp(0.0, 1.0))
+    };
+    let (diffuse, specular) = (color("diffuseFactor"), color("specularFactor"));
+    let (base, metallic) = match (texture, gloss.get("specularGlossinessTexture")) {
+        (None, None) => metal(diffuse, specular),
+        _ => (diffuse, 0.0),
+    };
+    insert(&mut pbr, "metallicFactor", Value::from(metallic));
+    insert(&mut pbr, "baseColorFactor", Value::from(base.to_vec()));
+    if let Some(texture) = texture {
+        insert(&mut pbr, "baseColorTexture", texture.clone());
     }
     insert(material, "pbrMetallicRoughness", pbr);
     if let Some(extensions) = material.get_mut("extensions") {
         remove(extensions, "KHR_materials_pbrSpecularGlossiness");
     }
+}
+
+/// Base colour and metalness with a diffuse and a specular colour: the metalness `m` solves
+/// `s = 0.04 (1 − m) + c m` for the brightness `c` of a base colour whose diffuse share is `d`
+/// (KHR_materials_pbrSpecularGlossiness, *Converting*).
+fn metal(diffuse: [f64; 4], specular: [f64; 4]) -> ([f64; 4], f64) {
+    const DIELECTRIC: f64 = 0.04;
+    let brightness = |[r, g, b, _]: [f64; 4]| (0.299 * r * r + 0.587 * g * g + 0.114 * b * b).sqrt();
+    let left = 1.0 - specular[..3].iter().fold(0.0, |most: f64, &s| most.max(s));
+    let (d, s) = (brightness(diffuse), brightness(specular));
+    let metallic = if s < DIELECTRIC {
+        0.0
+    } else {
+        let b = d * left / (1.0 - DIELECTRIC) + s - 2.0 * DIELECTRIC;
+        let root = (b * b - 4.0 * DIELECTRIC * (DIELECTRIC - s)).max(0.0).sqrt();
+        ((root - b) / (2.0 * DIELECTRIC)).clamp(0.0, 1.0)
+    };
+    let base = std::array::from_fn(|channel| {
+        if channel == 3 {
+            return diffuse[3];
+        }
+        let by_diffuse = diffuse[channel] * left / (1.0 - DIELECTRIC) / (1.0 - metallic).max(1e-6);
+        let by_specular = (specular[channel] - DIELECTRIC * (1.0 - metallic)) / metallic.max(1e-6);
+        let share = metallic * metallic;
+        (by_diffuse * (1.0 - share) + by_specular * share).clamp(0.0, 1.0)
+    });
+    (base, metallic)
 }
 
 /// Compressed views: number of the view, of the buffer, and what is there.

@@ -1,12 +1,18 @@
 //! glTF 2.0 scenes, `.gltf` with embedded or external buffers and `.glb`.
 //!
 //! The default scene (or the first) is read: nodes with their transforms, triangle meshes,
-//! metallic-roughness materials with factors and textures, the first perspective camera, and of the
-//! extensions `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_ior`,
-//! `KHR_materials_transmission`, `KHR_mesh_quantization`, `KHR_texture_transform` and
-//! `EXT_meshopt_compression`. Other extensions of materials, and others that change no image, may
-//! be required; any further one is an error. What is left out (normal maps, alpha, vertex colours,
-//! skins, morph targets, optional extensions) is a warning.
+//! metallic-roughness materials with factors, textures, normal maps, alpha and vertex colours, the
+//! first perspective camera, and of the extensions `KHR_lights_punctual`,
+//! `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_pbrSpecularGlossiness`,
+//! `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
+//! `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_meshopt_compression` and
+//! `EXT_texture_webp`; of `KHR_materials_variants` the material that a primitive has without a
+//! choice. Other extensions of materials, and others that change no image, may be required; any
+//! further one is an error. What is left out (skins, morph targets, optional extensions) is a
+//! warning.
+//!
+//! Textures of emission become emission that is constant over each triangle, where triangles are
+//! split until it hardly varies. An unlit material emits its colour and scatters nothing.
 //!
 //! # Units
 //!
@@ -22,10 +28,12 @@
 
 mod accessor;
 mod container;
+mod extras;
 mod material;
 mod mend;
 mod meshopt;
 mod node;
+mod texture;
 
 use super::error::{ImportError, Location};
 use super::fit;
@@ -33,25 +41,31 @@ use super::image::Encoding;
 use super::limits::{LoadLimits, LoadResource};
 use super::loaded::{Loaded, Warning};
 use super::loading::Loading;
-use crate::{EmitterDescription, Image, Rgb, SceneDescription};
+use crate::{EmitterDescription, Image, ImageTexture, Rgb, SceneDescription};
 use accessor::Buffers;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use container::Opened;
+use extras::MaterialExtras;
 use glam::DAffine3;
-use gltf::Document;
+use gltf::{Document, Semantic};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions that are understood.
-const EXTENSIONS: [&str; 7] = [
+const EXTENSIONS: [&str; 12] = [
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
@@ -92,6 +106,7 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         notes,
         compressed,
         fallbacks,
+        extras,
     } = container::open(bytes, path, loading)?;
     let mut buffers = Buffers::new(load_buffers(&document, blob, &fallbacks, path, loading)?);
     for view in compressed {
@@ -106,11 +121,13 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         path,
         loading,
         document: &document,
+        extras,
         buffers,
         description: SceneDescription::default(),
         warnings: Vec::new(),
         materials: HashMap::new(),
         texture_set: None,
+        vertex_colors: materials_with_colors(&document),
         glimmering: HashSet::new(),
         images: HashMap::new(),
         visited: vec![false; document.nodes().len()],
@@ -126,11 +143,22 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
     })
 }
 
+/// Indices of the materials of which some surface has colours at its vertices.
+fn materials_with_colors(document: &Document) -> HashSet<Option<usize>> {
+    let primitives = document.meshes().flat_map(|mesh| mesh.primitives());
+    let with_colors = primitives.filter(|primitive| primitive.get(&Semantic::Colors(0)).is_some());
+    with_colors
+        .map(|primitive| primitive.material().index())
+        .collect()
+}
+
 /// A material that was read.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Known {
     material: u32,
     emission: Option<Rgb>,
+    /// What the emission is multiplied by.
+    emission_texture: Option<ImageTexture>,
     /// The set of texture coordinates that its textures ask for.
     texture_set: u32,
 }
@@ -140,6 +168,8 @@ struct Importer<'a> {
     path: &'a Path,
     loading: &'a Loading,
     document: &'a Document,
+    /// What the crate does not know of the document's materials.
+    extras: Vec<MaterialExtras>,
     buffers: Buffers,
     description: SceneDescription,
     warnings: Vec<Warning>,
@@ -147,6 +177,8 @@ struct Importer<'a> {
     materials: HashMap<Option<usize>, Known>,
     /// The set of texture coordinates of the material that is being read.
     texture_set: Option<u32>,
+    /// Materials of surfaces with colours at their vertices.
+    vertex_colors: HashSet<Option<usize>>,
     /// Materials that emit by a texture.
     glimmering: HashSet<u32>,
     images: HashMap<(usize, Encoding), Arc<Image>>,
@@ -248,20 +280,7 @@ fn load_buffers(
             None => blob
                 .take()
                 .ok_or_else(|| ImportError::malformed(location(), "the buffer has no data"))?,
-            Some(uri) => {
-                match resolve_uri(uri, path).map_err(|what| ImportError::malformed(location(), what))? {
-                    Resource::Data(bytes) => {
-                        loading.spend(LoadResource::Bytes, bytes.len() as u64, location)?;
-                        bytes
-                    }
-                    Resource::File(file) => {
-                        loading.read(&file).map_err(|source| ImportError::Referenced {
-                            location: location(),
-                            source: Box::new(source),
-                        })?
-                    }
-                }
-            }
+            Some(uri) => read_uri(uri, path, loading, location)?.0,
         };
         if (data.len() as u64) < buffer.byte_length.0 {
             let message = format!(
@@ -274,6 +293,28 @@ fn load_buffers(
         buffers.push(data);
     }
     Ok(buffers)
+}
+
+/// Bytes behind a URI, and the file that they come from unless they stand in the URI itself.
+fn read_uri(
+    uri: &str,
+    document: &Path,
+    loading: &Loading,
+    location: impl Fn() -> Location,
+) -> Result<(Vec<u8>, Option<PathBuf>), ImportError> {
+    match resolve_uri(uri, document).map_err(|what| ImportError::malformed(location(), what))? {
+        Resource::Data(bytes) => {
+            loading.spend(LoadResource::Bytes, bytes.len() as u64, location)?;
+            Ok((bytes, None))
+        }
+        Resource::File(file) => {
+            let bytes = loading.read(&file).map_err(|source| ImportError::Referenced {
+                location: location(),
+                source: Box::new(source),
+            })?;
+            Ok((bytes, Some(file)))
+        }
+    }
 }
 
 /// What a URI leads to.

@@ -5,10 +5,12 @@ use crate::builtin::turn;
 use crate::import::error::ImportError;
 use crate::import::normals::mend_normals;
 use crate::import::transform::{move_mesh, orthonormal};
+use crate::import::{fit, glow};
 use crate::{
     CameraDescription, EmitterDescription, FovAxis, Geometry, Projection, Rgb, ShapeDescription, TriangleMesh,
 };
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3};
+use gltf::accessor::Dimensions;
 use gltf::camera;
 use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
@@ -74,9 +76,6 @@ impl Importer<'_> {
                     "morph targets are not supported: the mesh is in its rest shape",
                 );
             }
-            if primitive.get(&gltf::Semantic::Colors(0)).is_some() {
-                self.warn(&element, "vertex colours are not supported: left out");
-            }
             // Each node that has the mesh has it placed anew.
             let vertices = primitive.get(&gltf::Semantic::Positions).map_or(0, |a| a.count());
             let triangles = match (
@@ -91,6 +90,7 @@ impl Importer<'_> {
             let Known {
                 material,
                 emission,
+                emission_texture,
                 texture_set,
             } = self.material(&primitive.material())?;
             let mut geometry = self
@@ -111,6 +111,12 @@ impl Importer<'_> {
                 // A mirrored mesh is wound the other way round (glTF 2.0, §3.7.4), so that its
                 // front stays its front.
                 turn(&mut geometry);
+            }
+            if let Some(texture) = &emission_texture {
+                let before = geometry.positions.len() + geometry.indices.len();
+                glow::spread(&mut geometry, texture);
+                let added = geometry.positions.len() + geometry.indices.len() - before;
+                self.loading.spend_mesh(added, 0, || self.location(&element))?;
             }
             let mesh_name: String = name
                 .or(mesh.name())
@@ -192,14 +198,41 @@ impl Importer<'_> {
                 .collect(),
             _ => corners.as_chunks::<3>().0.to_vec(),
         };
+        let colors = match primitive.get(&gltf::Semantic::Colors(0)) {
+            Some(accessor) => {
+                same_count("COLOR_0", &accessor)?;
+                self.colors(&accessor)?
+            }
+            None => Vec::new(),
+        };
         let mut mesh = TriangleMesh {
             positions,
             normals,
             uvs,
             indices,
+            colors,
+            glow: Vec::new(),
         };
         mend_normals(&mut mesh);
         Ok(mesh)
+    }
+
+    /// Linear colours of vertices, without their alpha.
+    fn colors(&self, accessor: &gltf::Accessor) -> Result<Vec<Rgb>, String> {
+        let colors: Vec<Rgb> = match accessor.dimensions() {
+            Dimensions::Vec4 => {
+                let values = self.buffers.vectors::<4>(self.document, accessor)?;
+                values.into_iter().map(|[r, g, b, _]| Rgb::new(r, g, b)).collect()
+            }
+            _ => {
+                let values = self.buffers.vectors::<3>(self.document, accessor)?;
+                values.into_iter().map(Rgb::from_array).collect()
+            }
+        };
+        if !colors.iter().all(|color| color.is_finite()) {
+            return Err("a colour is not finite".to_owned());
+        }
+        Ok(colors.into_iter().map(|color| color.max(Rgb::ZERO)).collect())
     }
 
     fn camera(
@@ -212,12 +245,28 @@ impl Importer<'_> {
             self.warn(element, "only the first camera is used");
             return Ok(());
         }
-        let camera::Projection::Perspective(perspective) = source.projection() else {
-            self.warn(element, "orthographic cameras are not supported: left out");
-            return Ok(());
-        };
         let rotation = orthonormal(&to_world.matrix3)
             .ok_or_else(|| self.malformed(element, "the camera's transform is singular"))?;
+        // glTF's cameras look along −Z with +X to the right, these along +Z with +X to the left.
+        let turned = rotation * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
+        let placed = DAffine3::from_mat3_translation(turned, to_world.translation);
+        let perspective = match source.projection() {
+            camera::Projection::Perspective(perspective) => perspective,
+            camera::Projection::Orthographic(view) => {
+                let [x, y, near, far] =
+                    [view.xmag(), view.ymag(), view.znear(), view.zfar()].map(|value| f64::from(value).abs());
+                if !(x > 0.0 && y > 0.0 && near < far && (x / y).is_finite()) {
+                    return Err(self.malformed(element, "the orthographic camera is out of range"));
+                }
+                let settings = &mut self.description.settings;
+                settings.height = HEIGHT;
+                settings.width = (f64::from(HEIGHT) * x / y).round().clamp(1.0, 65_536.0) as u32;
+                self.description.camera = fit::orthographic(&placed, x, [near, far]);
+                self.has_camera = true;
+                self.warn(element, fit::ORTHOGRAPHIC);
+                return Ok(());
+            }
+        };
         let settings = &mut self.description.settings;
         let aspect = perspective.aspect_ratio().map_or(1.0, f64::from);
         settings.height = HEIGHT;
@@ -232,10 +281,8 @@ impl Importer<'_> {
                 "the camera's field of view or clipping planes are out of range",
             ));
         }
-        // glTF's cameras look along −Z with +X to the right, these along +Z with +X to the left.
-        let turned = rotation * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
         self.description.camera = CameraDescription {
-            to_world: DAffine3::from_mat3_translation(turned, to_world.translation).as_affine3a(),
+            to_world: placed.as_affine3a(),
             fov_x: FovAxis::Y.to_horizontal(angle, aspect) as f32,
             projection: Projection::Pinhole,
             near_clip,

@@ -1,9 +1,12 @@
-//! Images from files: PNG, JPEG, Radiance HDR and OpenEXR.
+//! Images from files: PNG, JPEG, BMP, Radiance HDR and OpenEXR.
 
+mod bmp;
 mod jpeg;
 mod openexr;
 mod png;
 mod radiance;
+#[cfg(feature = "gltf")]
+mod webp;
 
 use super::error::{ImportError, Location, extension};
 use super::loading::Loading;
@@ -18,13 +21,16 @@ pub enum Encoding {
     Srgb,
     /// Proportional to the value: roughness, metalness, masks, Mitsuba's `raw`.
     Linear,
+    /// The alpha channel alone, as grey; white where there is none.
+    Alpha,
 }
 
 /// Extensions that [`read_image`] knows.
-const EXTENSIONS: &str = "png, jpg, jpeg, hdr, exr";
+const EXTENSIONS: &str = "png, jpg, jpeg, bmp, hdr, exr";
 
-/// Reads an image by its file name's extension: `png`, `jpg`, `jpeg`, `hdr` or `exr`. Alpha is
-/// dropped without multiplying; grey becomes RGB. Eight bits a channel stay eight bits in memory.
+/// Reads an image by its file name's extension: `png`, `jpg`, `jpeg`, `bmp`, `hdr` or `exr`. Alpha
+/// is dropped without multiplying; grey becomes RGB. Eight bits a channel stay eight bits in
+/// memory.
 ///
 /// # Errors
 ///
@@ -56,6 +62,7 @@ pub fn parse_image(bytes: &[u8], path: impl AsRef<Path>, encoding: Encoding) -> 
 enum Format {
     Png,
     Jpeg,
+    Bmp,
     Radiance,
     OpenExr,
 }
@@ -65,6 +72,7 @@ fn format_of(path: &Path) -> Result<Format, ImportError> {
         "exr" => Ok(Format::OpenExr),
         "png" => Ok(Format::Png),
         "jpg" | "jpeg" => Ok(Format::Jpeg),
+        "bmp" => Ok(Format::Bmp),
         "hdr" => Ok(Format::Radiance),
         _ => Err(ImportError::UnknownFormat {
             path: path.to_path_buf(),
@@ -73,7 +81,7 @@ fn format_of(path: &Path) -> Result<Format, ImportError> {
     }
 }
 
-/// Decodes PNG or JPEG bytes, whichever they are.
+/// Decodes PNG, JPEG or WebP bytes, whichever they are.
 #[cfg(feature = "gltf")]
 pub(crate) fn decode_guessed(
     bytes: &[u8],
@@ -85,10 +93,12 @@ pub(crate) fn decode_guessed(
         Format::Png
     } else if bytes.starts_with(&[0xff, 0xd8, 0xff]) {
         Format::Jpeg
+    } else if webp::is_one(bytes) {
+        return webp::decode(bytes, encoding, path, loading);
     } else {
         return Err(ImportError::malformed(
             Location::file(path),
-            "the image is neither PNG nor JPEG",
+            "the image is neither PNG nor JPEG nor WebP",
         ));
     };
     decode(bytes, format, encoding, path, loading)
@@ -104,6 +114,7 @@ fn decode(
     match format {
         Format::Png => png::decode(bytes, encoding, path, loading),
         Format::Jpeg => jpeg::decode(bytes, encoding, path, loading),
+        Format::Bmp => bmp::decode(bytes, encoding, path, loading),
         Format::Radiance => radiance::decode(bytes, path, loading),
         Format::OpenExr => openexr::decode(bytes, path, loading),
     }
@@ -118,6 +129,13 @@ fn from_codes(
     encoding: Encoding,
 ) -> Option<Image> {
     let rgb = |pixel: &[u8]| match *pixel {
+        [.., alpha] if encoding == Encoding::Alpha => {
+            [if channels.is_multiple_of(2) {
+                alpha
+            } else {
+                u8::MAX
+            }; 3]
+        }
         [r, g, b, ..] => [r, g, b],
         [grey, ..] => [grey; 3],
         [] => [0; 3],
@@ -125,7 +143,7 @@ fn from_codes(
     let codes = codes.chunks_exact(channels.max(1)).map(rgb).collect();
     match encoding {
         Encoding::Srgb => Image::from_srgb8(width, height, codes),
-        Encoding::Linear => Image::from_linear8(width, height, codes),
+        Encoding::Linear | Encoding::Alpha => Image::from_linear8(width, height, codes),
     }
 }
 

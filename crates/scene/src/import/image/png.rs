@@ -48,7 +48,7 @@ fn from_words(
     let linear = |code: u16| {
         let value = f32::from(code) / 65535.0;
         match encoding {
-            Encoding::Linear => value,
+            Encoding::Linear | Encoding::Alpha => value,
             Encoding::Srgb if value <= 0.04045 => value / 12.92,
             Encoding::Srgb => ((value + 0.055) / 1.055).powf(2.4),
         }
@@ -58,7 +58,13 @@ fn from_words(
             let word = pixel.get(2 * channel..).and_then(|rest| rest.first_chunk());
             linear(word.map_or(0, |&word| u16::from_be_bytes(word)))
         };
-        if channels < 3 {
+        if encoding == Encoding::Alpha {
+            [if channels.is_multiple_of(2) {
+                word(channels - 1)
+            } else {
+                1.0
+            }; 3]
+        } else if channels < 3 {
             [word(0); 3]
         } else {
             [word(0), word(1), word(2)]

@@ -1,10 +1,11 @@
 //! BSDFs to [`Material`]s.
 
+use super::Importer;
 use super::properties::Properties;
-use super::{Importer, ior};
 use crate::import::error::ImportError;
+use crate::import::ior;
 use crate::import::xml::Node;
-use crate::{ColorTexture, ConductorIor, FloatTexture, Material, Microfacet, Rgb, Roughness};
+use crate::{ColorTexture, ConductorIor, FloatTexture, Material, Microfacet, Relief, Rgb, Roughness};
 
 impl Importer<'_> {
     /// Index of the material that a `bsdf` element describes; the same element always gives the
@@ -14,8 +15,12 @@ impl Importer<'_> {
         if let Some(&index) = self.materials.get(&key) {
             return Ok(index);
         }
+        self.attribute = None;
         let material = self.bsdf(node)?;
         let index = self.push_material(material);
+        if let Some(attribute) = self.attribute.take() {
+            self.attributes.insert(index, attribute);
+        }
         self.materials.insert(key, index);
         Ok(index)
     }
@@ -32,7 +37,18 @@ impl Importer<'_> {
             "conductor" | "roughconductor" => {
                 let roughness = self.roughness(&properties, kind == "roughconductor")?;
                 let specular_reflectance = self.color_texture(&properties, "specular_reflectance", 1.0)?;
-                let ior = conductor_ior(&properties)?;
+                let ior = match properties.string("material")?.map(ior::roughly) {
+                    Some(Some(ior)) if !has_figures(&properties)? => {
+                        if conductor_ior(&properties).is_err() {
+                            self.warn(
+                                node,
+                                "a metal without RGB figures has those of its reflectance alone",
+                            );
+                        }
+                        conductor_ior(&properties).unwrap_or(ior)
+                    }
+                    _ => conductor_ior(&properties)?,
+                };
                 if roughness.is_none() && Some(ior) == ior::conductor("none") {
                     Material::Mirror {
                         reflectance: specular_reflectance,
@@ -56,6 +72,16 @@ impl Importer<'_> {
                 specular_reflectance: self.color_texture(&properties, "specular_reflectance", 1.0)?,
                 specular_transmittance: self.color_texture(&properties, "specular_transmittance", 1.0)?,
             },
+            "pplastic" => {
+                let eta = relative_ior(&properties, "polypropylene")?;
+                Material::Plastic {
+                    eta,
+                    diffuse_reflectance: self.color_texture(&properties, "diffuse_reflectance", 0.5)?,
+                    specular_reflectance: self.color_texture(&properties, "specular_reflectance", 1.0)?,
+                    nonlinear: true,
+                    roughness: self.roughness(&properties, true)?,
+                }
+            }
             "plastic" | "roughplastic" => Material::Plastic {
                 eta: relative_ior(&properties, "polypropylene")?,
                 diffuse_reflectance: self.color_texture(&properties, "diffuse_reflectance", 0.5)?,
@@ -72,11 +98,16 @@ impl Importer<'_> {
                 let [first, second] = self.nested(&properties)?.try_into().map_err(|found: Vec<_>| {
                     node.malformed(format!("`blendbsdf` needs two BSDFs, found {}", found.len()))
                 })?;
-                Material::Blend {
-                    weight,
-                    first: Box::new(first),
-                    second: Box::new(second),
-                }
+                let (first, second) = (Layers::of(first), Layers::of(second));
+                let relief = self.one_relief(node, [first.relief, second.relief]);
+                with_relief(
+                    relief,
+                    Material::Blend {
+                        weight,
+                        first: first.base,
+                        second: second.base,
+                    },
+                )
             }
             "twosided" => {
                 let mut nested = self.nested(&properties)?.into_iter();
@@ -87,41 +118,102 @@ impl Importer<'_> {
                 if [Some(&front), back.as_ref()].into_iter().flatten().any(transmits) {
                     return Err(node.malformed("`twosided` can hold only BSDFs that do not transmit"));
                 }
-                Material::TwoSided {
-                    front: Box::new(front),
-                    back: back.map(Box::new),
-                }
+                let (front, back) = (Layers::of(front), back.map(Layers::of));
+                let (behind, back) = back.map_or((None, None), |back| (back.relief, Some(back.base)));
+                let relief = self.one_relief(node, [front.relief, behind]);
+                with_relief(
+                    relief,
+                    Material::TwoSided {
+                        front: front.base,
+                        back,
+                    },
+                )
             }
             "null" => Material::Null,
             "mask" => {
                 let opacity = self.float_texture(&properties, "opacity")?;
                 let opacity = opacity.unwrap_or(FloatTexture::Constant(0.5));
-                Material::Blend {
-                    weight: opacity,
-                    first: Box::new(Material::Null),
-                    second: Box::new(self.only_nested(&properties)?),
-                }
+                let within = Layers::of(self.only_nested(&properties)?);
+                with_relief(
+                    within.relief,
+                    Material::Blend {
+                        weight: opacity,
+                        first: Box::new(Material::Null),
+                        second: within.base,
+                    },
+                )
             }
             "normalmap" | "bumpmap" => {
-                properties.ignore(&[
-                    "normalmap",
-                    "scale",
-                    "flip_invalid_normals",
-                    "use_shadowing_function",
-                ]);
-                // The texture of a bump map has any name.
-                properties.all(|child| child.tag == "texture");
-                self.warn(
-                    node,
-                    format!("`{kind}` is not supported: the surface keeps its normals"),
-                );
-                self.only_nested(&properties)?
+                // How to treat directions that the turned normal cannot explain.
+                properties.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
+                let relief = match kind {
+                    "normalmap" => Relief::Normals {
+                        texture: self.color_texture(&properties, "normalmap", 0.5)?,
+                        scale: 1.0,
+                        follows_mirroring: false,
+                    },
+                    _ => self.heights(&properties)?,
+                };
+                let within = Layers::of(self.only_nested(&properties)?);
+                let relief = self.one_relief(node, [Some(Box::new(relief)), within.relief]);
+                with_relief(relief, *within.base)
             }
             "principled" => self.principled(&properties)?,
+            "polarizer" | "retarder" | "circular" => {
+                properties.ignore(&[
+                    "theta",
+                    "transmittance",
+                    "delta",
+                    "left_handed",
+                    "polarizing",
+                    "in_polarize_dir",
+                ]);
+                self.warn(
+                    node,
+                    format!("`{kind}` lets all light pass: there is no polarization"),
+                );
+                Material::Null
+            }
             _ => return Err(node.unsupported(format!("the BSDF `{kind}` is not supported"))),
         };
         properties.finish()?;
         Ok(material)
+    }
+
+    /// The heights of a bump map, whose texture has any name.
+    fn heights(&mut self, properties: &Properties) -> Result<Relief, ImportError> {
+        let node = properties.node;
+        let scale = properties.float("scale")?.unwrap_or(1.0);
+        let is_texture = |child: &Node| match child.tag.as_str() {
+            "texture" => true,
+            "ref" => self.any_target(child).is_ok_and(|target| target.tag == "texture"),
+            _ => false,
+        };
+        let textures = properties.all(is_texture);
+        let [texture] = textures[..] else {
+            let found = textures.len();
+            return Err(node.malformed(format!("a bump map needs one texture, found {found}")));
+        };
+        let texture = match texture.tag.as_str() {
+            "ref" => self.target(texture, "texture")?,
+            _ => texture,
+        };
+        let texture = self.texture(texture)?;
+        Ok(Relief::Heights {
+            texture: Self::luminance(node, texture)?,
+            scale,
+        })
+    }
+
+    /// The first of the reliefs in a material, which can have one.
+    fn one_relief(&mut self, node: &Node, [first, second]: [Option<Box<Relief>>; 2]) -> Option<Box<Relief>> {
+        if first.is_some() && second.is_some() {
+            self.warn(
+                node,
+                "a surface has one normal or bump map at most: the second is left out",
+            );
+        }
+        first.or(second)
     }
 
     /// The one BSDF within another.
@@ -267,10 +359,42 @@ impl Importer<'_> {
     }
 }
 
+/// A material and the relief around it.
+struct Layers {
+    relief: Option<Box<Relief>>,
+    base: Box<Material>,
+}
+
+impl Layers {
+    fn of(material: Material) -> Self {
+        match material {
+            Material::Relief { relief, base } => Self {
+                relief: Some(relief),
+                base,
+            },
+            base => Self {
+                relief: None,
+                base: Box::new(base),
+            },
+        }
+    }
+}
+
+fn with_relief(relief: Option<Box<Relief>>, base: Material) -> Material {
+    match relief {
+        Some(relief) => Material::Relief {
+            relief,
+            base: Box::new(base),
+        },
+        None => base,
+    }
+}
+
 fn transmits(material: &Material) -> bool {
     match material {
         Material::Dielectric { .. } | Material::ThinDielectric { .. } | Material::Null => true,
         Material::Blend { first, second, .. } => transmits(first) || transmits(second),
+        Material::Relief { base, .. } => transmits(base),
         _ => false,
     }
 }
@@ -292,6 +416,11 @@ fn relative_ior(properties: &Properties, interior: &str) -> Result<f32, ImportEr
         }
     };
     Ok(side("int_ior", interior)? / side("ext_ior", "air")?)
+}
+
+/// Whether a conductor has its own indices.
+fn has_figures(properties: &Properties) -> Result<bool, ImportError> {
+    Ok(properties.color("eta")?.is_some() || properties.color("k")?.is_some())
 }
 
 /// Mitsuba's rule: `eta` and `k` if given, else the named material, else `none`.

@@ -5,7 +5,7 @@ use super::properties::Properties;
 use crate::import::error::ImportError;
 use crate::import::image::Encoding;
 use crate::import::xml::Node;
-use crate::{EmitterDescription, EnvironmentMap, Rgb};
+use crate::{ColorTexture, EmitterDescription, EnvironmentMap, ImageTexture, Rgb};
 use glam::{DAffine3, DVec3, Vec3};
 
 impl Importer<'_> {
@@ -89,15 +89,23 @@ impl Importer<'_> {
         }))
     }
 
-    /// Radiance of an area emitter inside a shape.
-    pub(super) fn area_radiance(&self, node: &Node) -> Result<Rgb, ImportError> {
+    /// Radiance of an area emitter inside a shape, and what it is multiplied by.
+    pub(super) fn area_radiance(&mut self, node: &Node) -> Result<(Rgb, Option<ImageTexture>), ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
         if kind != "area" {
             return Err(node.malformed(format!("a shape can hold an area emitter, not `{kind}`")));
         }
         properties.ignore(&["sampling_weight"]);
-        let radiance = properties.color("radiance")?.unwrap_or(Rgb::ONE);
+        let is_texture = |child: &Node| matches!(child.tag.as_str(), "texture" | "ref");
+        let radiance = if properties.get("radiance").is_some_and(is_texture) {
+            match self.color_texture(&properties, "radiance", 1.0)? {
+                ColorTexture::Image(texture) => (Rgb::ONE, Some(texture)),
+                other => (other.mean(), None),
+            }
+        } else {
+            (properties.color("radiance")?.unwrap_or(Rgb::ONE), None)
+        };
         properties.finish()?;
         Ok(radiance)
     }

@@ -2,9 +2,9 @@
 
 use super::Importer;
 use super::properties::Properties;
-use super::spectrum::SpectrumOf;
 use super::values;
 use crate::import::error::ImportError;
+use crate::import::spectrum::SpectrumOf;
 use crate::import::vol::parse_vol;
 use crate::import::xml::Node;
 use crate::{DensityDescription, GridDescription, GridFilter, MediumDescription, PhaseDescription, Rgb};
@@ -14,8 +14,8 @@ use glam::{DAffine3, DVec3};
 enum Volume {
     Constant(Rgb),
     Grid(GridDescription),
-    /// A grid of colours, by its mean.
-    Varying(Rgb),
+    /// Grids, one a channel.
+    Varying(Vec<GridDescription>),
 }
 
 impl Importer<'_> {
@@ -71,16 +71,12 @@ impl Importer<'_> {
         if !extinction.is_finite() {
             return Err(node.malformed("`sigma_t` times `scale` is out of range"));
         }
-        let albedo = match self.volume(&properties, "albedo")? {
-            None => Rgb::splat(0.75),
-            Some(Volume::Constant(albedo)) if albedo.max_element() <= 1.0 => albedo,
-            Some(Volume::Varying(mean)) if mean.max_element() <= 1.0 => {
-                self.warn(
-                    node,
-                    "an `albedo` that varies is not supported: its mean is taken",
-                );
-                mean
-            }
+        let is_share = |grid: &GridDescription| grid.values.iter().all(|&value| value <= 1.0);
+        let (albedo, albedo_grids) = match self.volume(&properties, "albedo")? {
+            None => (Rgb::splat(0.75), Vec::new()),
+            Some(Volume::Constant(albedo)) if albedo.max_element() <= 1.0 => (albedo, Vec::new()),
+            Some(Volume::Grid(grid)) if is_share(&grid) => (Rgb::ONE, vec![grid]),
+            Some(Volume::Varying(grids)) if grids.iter().all(is_share) => (Rgb::ONE, grids),
             Some(_) => return Err(node.malformed("`albedo` must be in [0, 1]")),
         };
         let phase = properties.all(|child| {
@@ -101,6 +97,7 @@ impl Importer<'_> {
             density,
             extinction,
             albedo,
+            albedo_grids,
             phase,
             emission: None,
         })
@@ -175,9 +172,8 @@ impl Importer<'_> {
         Ok(Some(volume))
     }
 
-    /// The grid of a volume in a file.
-    /// Of colours, the mean.
-    fn grid(&self, properties: &Properties, mean: bool) -> Result<Volume, ImportError> {
+    /// The grid of a volume in a file, or where colours may be those of their channels.
+    fn grid(&self, properties: &Properties, may_be_colors: bool) -> Result<Volume, ImportError> {
         let node = properties.node;
         // Colours are not converted where there is one channel.
         properties.ignore(&["raw", "accel"]);
@@ -200,18 +196,8 @@ impl Importer<'_> {
         let volume = bytes
             .and_then(|bytes| parse_vol(&bytes, &path))
             .map_err(|source| Self::referenced(node, source))?;
-        if mean && matches!(volume.channels, 1 | 3) {
-            let voxels = volume.values.chunks_exact(volume.channels as usize);
-            let count = voxels.len() as f64;
-            let colors = voxels.map(|voxel| {
-                DVec3::new(0.0, 1.0, 2.0).map(|c| f64::from(voxel[(c as usize).min(voxel.len() - 1)]))
-            });
-            let mean = (colors.sum::<DVec3>() / count).as_vec3();
-            if mean.is_finite() && mean.min_element() >= 0.0 {
-                return Ok(Volume::Varying(mean));
-            }
-        }
-        if volume.channels != 1 {
+        let channels = volume.channels as usize;
+        if channels != 1 && !(may_be_colors && channels == 3) {
             return Err(node.unsupported(format!(
                 "a grid of {} channels is not supported, only of one",
                 volume.channels
@@ -233,11 +219,21 @@ impl Importer<'_> {
         if !(sound(&to_world) && inverse.is_finite() && inverse.matrix3.mul_vec3(DVec3::ONE).is_finite()) {
             return Err(node.malformed("`to_world` is singular"));
         }
-        Ok(Volume::Grid(GridDescription {
+        let grid = |channel: usize| GridDescription {
             resolution: volume.resolution,
-            values: volume.values.into(),
+            values: volume
+                .values
+                .iter()
+                .skip(channel)
+                .step_by(channels)
+                .copied()
+                .collect(),
             filter,
             to_world: to_world.as_affine3a(),
-        }))
+        };
+        Ok(match channels {
+            1 => Volume::Grid(grid(0)),
+            _ => Volume::Varying((0..channels).map(grid).collect()),
+        })
     }
 }

@@ -2,19 +2,20 @@
 //!
 //! | element | types |
 //! |---|---|
-//! | `shape` | `ply`, `obj`, `serialized`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `cylinder` (128 sides), `sphere`, `shapegroup` and `instance` (a copy each) |
-//! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `blendbsdf`, `mask`, `twosided`, `null`; `principled` by base colour, roughness, metalness and transmission; `normalmap` and `bumpmap` by what they hold |
-//! | `texture` | `bitmap`, `checkerboard`, `rawconstant`; `mesh_attribute` as one half |
-//! | `emitter` | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
-//! | `sensor` | `perspective`, `thinlens`, with a `hdrfilm` and any sampler |
-//! | `medium` | `homogeneous`, `heterogeneous`, with constant `albedo` and a `sigma_t` that is constant or a grid of one channel |
+//! | `shape` | `ply`, `obj`, `serialized`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `cylinder` (128 sides), `sphere` (a mesh where it is an ellipsoid, or textured and turned), `linearcurve` and `bsplinecurve` (tubes), `shapegroup` and `instance` (a copy each), `merge` |
+//! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `pplastic`, `blendbsdf`, `mask`, `twosided`, `null`, `normalmap`, `bumpmap`; `principled` by base colour, roughness, metalness and transmission; `polarizer`, `retarder`, `circular` as nothing |
+//! | `texture` | `bitmap`, `checkerboard`, `rawconstant`, `mesh_attribute` of a PLY file (one a surface) |
+//! | `emitter` | `area`, also with a texture, `point`, `spot`, `directional`, `constant`, `envmap` |
+//! | `sensor` | `perspective`, `thinlens`, `orthographic` (from afar), with a `hdrfilm` and any sampler |
+//! | `medium` | `homogeneous`, `heterogeneous`, with a `sigma_t` that is constant or a grid of one channel, an `albedo` that is constant or a grid of one or three |
 //! | `volume` | `constvolume`, `gridvolume` (`.vol` files) |
 //! | `phase` | `isotropic`, `hg`, `rayleigh`, `blendphase` of two others with a constant weight |
-//! | `integrator` | `path`, `direct`, `volpath` and what samples the same image (`volpathmis`, `prb`, `prbvolpath`), alone or within `moment`, `aov` or `stokes` |
+//! | `integrator` | `path`, `direct`, `volpath` and what samples the same image (`ptracer`, `volpathmis`, `prb` and the like), alone or within `moment`, `aov` or `stokes` |
 //!
-//! `default`, `$name`, `include`, `path`, ids and references work as in Mitsuba; spectra by
-//! wavelength become RGB. Whatever is not known is an error that names the file, the line and the
-//! element: nothing is left out in silence.
+//! `default`, `$name`, `include`, `path`, ids and references work as in Mitsuba; spectra (by
+//! wavelength, `uniform`, `d65`, `regular`, `irregular`, `blackbody`, `srgb`) become RGB. Whatever
+//! is not known is an error that names the file, the line and the element: nothing is left out in
+//! silence.
 //!
 //! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in
 //! the order in which they stand; a mesh's geometric normal follows from its winding in world
@@ -24,15 +25,13 @@
 //! `fov_axis` says otherwise.
 
 mod bsdf;
+mod curves;
 mod emitter;
-mod ior;
 mod medium;
-mod primitives;
 mod properties;
 mod sensor;
 mod serialized;
 mod shape;
-mod spectrum;
 mod texture;
 mod values;
 
@@ -102,6 +101,10 @@ struct Importer<'a> {
     /// Media by the element that describes them.
     media: HashMap<*const Node, u32>,
     images: HashMap<(PathBuf, Encoding), Arc<Image>>,
+    /// The attribute of meshes that the BSDF being read asks for.
+    attribute: Option<String>,
+    /// The attribute of meshes that a material asks for.
+    attributes: HashMap<u32, String>,
     default_material: Option<u32>,
     /// Nesting of BSDFs.
     depth: u32,
@@ -135,6 +138,8 @@ fn import(root: &Node, loading: &Loading) -> Result<Loaded, ImportError> {
         materials: HashMap::new(),
         media: HashMap::new(),
         images: HashMap::new(),
+        attribute: None,
+        attributes: HashMap::new(),
         default_material: None,
         depth: 0,
     };

@@ -1,10 +1,10 @@
 //! An element's children as named properties. Whatever is never asked for is an error in the end,
 //! not a guess.
 
-use super::spectrum::SpectrumOf;
 use super::values;
 use crate::Rgb;
 use crate::import::error::ImportError;
+use crate::import::spectrum::{self, SpectrumOf};
 use crate::import::xml::Node;
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
@@ -193,14 +193,41 @@ impl<'a> Properties<'a> {
         match self.get(name) {
             None => Ok(None),
             Some(child) if matches!(child.tag.as_str(), "rgb" | "spectrum" | "float") => {
-                if child.tag == "spectrum" && child.attribute("type").is_some() {
-                    return Err(child.unsupported("spectrum plugins are not supported"));
+                if let Some(kind) = child.attribute("type").filter(|_| child.tag == "spectrum") {
+                    return self.plugin(child, kind).map(Some);
                 }
                 values::color(child, self.spectrum_of()).map(Some)
             }
             Some(child) => {
                 Err(child.unsupported(format!("`{name}` must be a constant colour here, no texture")))
             }
+        }
+    }
+
+    /// The colour of a spectrum that has a type and parameters of its own.
+    fn plugin(&self, node: &Node, kind: &str) -> Result<Rgb, ImportError> {
+        let own = Properties::new(node)?;
+        let color = match kind {
+            "uniform" => Rgb::splat(own.float("value")?.unwrap_or(1.0)),
+            "d65" => match own.color("color")? {
+                Some(color) => color * own.float("scale")?.unwrap_or(1.0),
+                None => Rgb::splat(own.float("scale")?.or(own.float("value")?).unwrap_or(1.0)),
+            },
+            "srgb" | "rgb" => own.color("color")?.or(own.color("value")?).unwrap_or(Rgb::ONE),
+            "irregular" | "regular" => sampled(&own, kind, self.spectrum_of())?,
+            "blackbody" => {
+                let temperature = own.positive("temperature")?;
+                let temperature = temperature.ok_or_else(|| node.malformed("`temperature` is missing"))?;
+                own.ignore(&["wavelength_min", "wavelength_max"]);
+                spectrum::blackbody(f64::from(temperature)) * own.float("scale")?.unwrap_or(1.0)
+            }
+            _ => return Err(node.unsupported(format!("the spectrum `{kind}` is not supported"))),
+        };
+        own.finish()?;
+        if color.is_finite() && color.min_element() >= 0.0 {
+            Ok(color)
+        } else {
+            Err(node.malformed("a spectrum has a negative value or one out of range"))
         }
     }
 
@@ -223,4 +250,38 @@ impl<'a> Properties<'a> {
             .map(|child| values::vector(child, 0.0))
             .transpose()
     }
+}
+
+/// The colour of a spectrum given by lists of numbers, at wavelengths of its own or evenly.
+fn sampled(properties: &Properties, kind: &str, of: SpectrumOf) -> Result<Rgb, ImportError> {
+    let node = properties.node;
+    let list = |name: &str| -> Result<Vec<f64>, ImportError> {
+        let text = properties.string(name)?;
+        values::numbers(
+            node,
+            text.ok_or_else(|| node.malformed(format!("`{name}` is missing")))?,
+        )
+    };
+    let found = list("values")?;
+    let wavelengths = if kind == "irregular" {
+        list("wavelengths")?
+    } else {
+        let (least, greatest) = (
+            properties.float("wavelength_min")?.unwrap_or(360.0),
+            properties.float("wavelength_max")?.unwrap_or(830.0),
+        );
+        let steps = (found.len().max(2) - 1) as f64;
+        let step = f64::from(greatest - least) / steps;
+        (0..found.len())
+            .map(|i| f64::from(least) + step * i as f64)
+            .collect()
+    };
+    if wavelengths.len() != found.len() {
+        return Err(node.malformed(format!(
+            "{} wavelengths for {} values",
+            wavelengths.len(),
+            found.len()
+        )));
+    }
+    values::from_points(node, wavelengths.into_iter().zip(found).collect(), of)
 }

@@ -4,16 +4,17 @@ use super::Importer;
 use super::properties::Properties;
 use super::values;
 use crate::import::error::ImportError;
+use crate::import::fit;
 use crate::import::transform::orthonormal;
 use crate::import::xml::Node;
 use crate::{CameraDescription, FovAxis, Projection};
-use glam::{DAffine3, DMat3};
+use glam::{DAffine3, DMat3, DVec3};
 
 impl Importer<'_> {
     pub(super) fn sensor(&mut self, node: &Node) -> Result<(), ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
-        if !matches!(kind, "perspective" | "thinlens") {
+        if !matches!(kind, "perspective" | "thinlens" | "orthographic") {
             return Err(node.unsupported(format!("the sensor `{kind}` is not supported")));
         }
         // Nothing moves, so the shutter changes nothing.
@@ -56,6 +57,20 @@ impl Importer<'_> {
         }
         let settings = &self.description.settings;
         let aspect = f64::from(settings.width) / f64::from(settings.height);
+        if kind == "orthographic" {
+            let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+            let half_width = to_world.matrix3.x_axis.length();
+            let scaled = to_world.matrix3 * DMat3::from_diagonal(DVec3::splat(1.0 / half_width));
+            let turned = orthonormal(&to_world.matrix3).filter(|_| scaled.is_finite());
+            let turned = turned.ok_or_else(|| node.malformed("`to_world` is singular"))?;
+            let to_world = DAffine3::from_mat3_translation(turned, to_world.translation);
+            // Distances are those of the sensor's own space, which the transform scales.
+            let along = to_world.matrix3.z_axis.length();
+            let clip = [near_clip, far_clip].map(|distance| f64::from(distance) * along);
+            self.description.camera = fit::orthographic(&to_world, half_width, clip);
+            self.warn(node, fit::ORTHOGRAPHIC);
+            return properties.finish();
+        }
         let fov_x = field_of_view(&properties, aspect)?;
         let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
         let to_world = rigid(&to_world).ok_or_else(|| {
@@ -92,6 +107,10 @@ impl Importer<'_> {
             "sample_border",
             "banner",
         ]);
+        let crop = ["crop_width", "crop_height", "crop_offset_x", "crop_offset_y"];
+        if crop.iter().any(|name| properties.get(name).is_some()) {
+            self.warn(node, "the whole image is rendered, not its crop");
+        }
         if let Some(width) = properties.count("width")? {
             self.description.settings.width = width;
         }
@@ -149,15 +168,36 @@ impl Importer<'_> {
         let kind = properties.kind()?;
         if !matches!(
             kind,
-            "path" | "direct" | "volpath" | "volpathmis" | "prb" | "prbvolpath"
+            "path"
+                | "direct"
+                | "volpath"
+                | "volpathmis"
+                | "prb"
+                | "prb_basic"
+                | "prb_projective"
+                | "prbvolpath"
+                | "direct_projective"
+                | "ptracer"
         ) {
             return Err(node.unsupported(format!("the integrator `{kind}` is not supported")));
         }
         if properties.boolean("hide_emitters")? == Some(true) {
-            return Err(node.unsupported("`hide_emitters` is not supported"));
+            self.warn(node, "`hide_emitters` is not supported: emitters are seen");
         }
         let settings = &mut self.description.settings;
-        if kind == "direct" {
+        // How to sample.
+        properties.ignore(&[
+            "samples_per_pass",
+            "sppc",
+            "sppp",
+            "sppi",
+            "guiding",
+            "guiding_proj",
+            "guiding_rounds",
+            "block_size",
+            "timeout",
+        ]);
+        if kind.starts_with("direct") {
             properties.ignore(&["shading_samples", "emitter_samples", "bsdf_samples"]);
             settings.max_depth = Some(2);
         } else {

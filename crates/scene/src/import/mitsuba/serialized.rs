@@ -147,6 +147,7 @@ fn read(reader: &mut Reader, version: u16) -> Option<TriangleMesh> {
         normals: normals.into_iter().map(Vec3::from_array).collect(),
         uvs: uvs.into_iter().map(Vec2::from_array).collect(),
         indices: (0..triangles).map(|_| triangle()).collect::<Option<_>>()?,
+        ..TriangleMesh::default()
     })
 }
 

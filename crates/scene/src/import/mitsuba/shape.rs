@@ -2,15 +2,22 @@
 
 use super::Importer;
 use super::properties::Properties;
-use super::{primitives, serialized};
+use super::serialized;
 use crate::builtin::turn;
 use crate::import::error::ImportError;
+use crate::import::glow;
 use crate::import::normals::angle_weighted_normals;
+use crate::import::primitives;
 use crate::import::transform::{face_towards, move_mesh, normal_map};
 use crate::import::xml::Node;
 use crate::import::{obj, ply};
-use crate::{Geometry, Material, MediumBoundary, ShapeDescription, SphereGeometry, TriangleMesh};
+use crate::{
+    Geometry, ImageTexture, Material, MediumBoundary, Rgb, ShapeDescription, SphereGeometry, TriangleMesh,
+};
 use glam::{DAffine3, DVec3};
+
+/// Radiance and what it is multiplied by.
+type Emission = (Rgb, Option<ImageTexture>);
 
 impl<'a> Importer<'a> {
     /// A shape, moved by `outer` behind its own transform.
@@ -21,6 +28,12 @@ impl<'a> Importer<'a> {
             // Read where it is placed.
             "shapegroup" => return Ok(()),
             "instance" => return self.instance(&properties, outer),
+            // Shapes that Mitsuba makes one mesh of.
+            "merge" => {
+                let shapes = properties.all(|child| child.tag == "shape");
+                properties.finish()?;
+                return shapes.into_iter().try_for_each(|shape| self.shape(shape, outer));
+            }
             _ => self.spend_node(node)?,
         }
         let mut sides = [None; 2];
@@ -31,15 +44,18 @@ impl<'a> Importer<'a> {
                 .transpose()?;
         }
         let (material, emission) = self.surface(&properties)?;
+        let (emission, emission_texture) = emission.unzip();
+        let emission_texture = emission_texture.flatten();
         let to_world = match properties.transform("to_world")? {
             Some(own) if *outer == DAffine3::IDENTITY => own,
             Some(own) => *outer * own,
             None => *outer,
         };
         let flip = properties.boolean("flip_normals")?.unwrap_or(false);
-        let geometry = match kind {
+        let mut geometry = match kind {
             "ply" | "obj" | "serialized" => {
-                Geometry::Mesh(self.mesh_file(&properties, kind, &to_world, flip)?)
+                let attribute = self.attributes.get(&material).cloned();
+                Geometry::Mesh(self.mesh_file(&properties, attribute.as_deref(), &to_world, flip)?)
             }
             "cube" => {
                 let mut mesh = primitives::cube();
@@ -77,10 +93,31 @@ impl<'a> Importer<'a> {
                 }
                 Geometry::Mesh(mesh)
             }
-            "sphere" => Geometry::Sphere(self.sphere(&properties, &to_world, flip, material)?),
+            "sphere" => self.sphere(&properties, &to_world, flip, material)?,
+            "linearcurve" | "bsplinecurve" => {
+                let mut mesh = self.curves(&properties, kind == "bsplinecurve", &to_world)?;
+                if flip {
+                    turn(&mut mesh);
+                }
+                Geometry::Mesh(mesh)
+            }
             _ => return Err(node.unsupported(format!("the shape `{kind}` is not supported"))),
         };
         properties.finish()?;
+        let mut emission = emission;
+        match (&mut geometry, &emission_texture) {
+            (_, None) => {}
+            (Geometry::Mesh(mesh), Some(texture)) => {
+                let before = mesh.positions.len() + mesh.indices.len();
+                glow::spread(mesh, texture);
+                let added = mesh.positions.len() + mesh.indices.len() - before;
+                self.loading.spend_mesh(added, 0, || node.location())?;
+            }
+            (Geometry::Sphere(_), Some(texture)) => {
+                emission = emission.map(|radiance| radiance * texture.image.mean());
+                self.warn(node, "a sphere emits the mean of its texture");
+            }
+        }
         let name = match node.attribute("id") {
             Some(id) => id.to_owned(),
             None => format!("{kind} {}", self.description.shapes.len()),
@@ -132,7 +169,7 @@ impl<'a> Importer<'a> {
     }
 
     /// Material and emission of a shape, nested or referred to.
-    fn surface(&mut self, properties: &Properties) -> Result<(u32, Option<crate::Rgb>), ImportError> {
+    fn surface(&mut self, properties: &Properties) -> Result<(u32, Option<Emission>), ImportError> {
         let (mut material, mut emission) = (None, None);
         let is_surface = |child: &Node| {
             matches!(child.tag.as_str(), "bsdf" | "emitter" | "ref")
@@ -166,11 +203,11 @@ impl<'a> Importer<'a> {
     fn mesh_file(
         &mut self,
         properties: &Properties,
-        kind: &str,
+        attribute: Option<&str>,
         to_world: &DAffine3,
         flip: bool,
     ) -> Result<TriangleMesh, ImportError> {
-        let node = properties.node;
+        let (node, kind) = (properties.node, properties.kind()?);
         let file = properties
             .string("filename")?
             .ok_or_else(|| node.malformed("`filename` is missing"))?;
@@ -180,12 +217,22 @@ impl<'a> Importer<'a> {
             _ => 0,
         };
         let bytes = self.loading.read(&path);
+        let plain = |mesh| (mesh, Vec::new());
         let read = bytes.and_then(|bytes| match kind {
-            "obj" => obj::parse_within(&bytes, &path, self.loading),
-            "serialized" => serialized::parse(&bytes, shape_index, &path, self.loading),
-            _ => ply::parse_within(&bytes, &path, self.loading),
+            "obj" => obj::parse_within(&bytes, &path, self.loading).map(plain),
+            "serialized" => serialized::parse(&bytes, shape_index, &path, self.loading).map(plain),
+            _ => ply::parse_with(&bytes, &path, self.loading, attribute),
         });
-        let mut mesh = read.map_err(|source| Self::referenced(node, source))?;
+        let (mut mesh, face_colors) = read.map_err(|source| Self::referenced(node, source))?;
+        if let Some(attribute) = attribute
+            && mesh.colors.is_empty()
+            && face_colors.is_empty()
+        {
+            self.warn(
+                node,
+                format!("the mesh has no attribute `{attribute}`: ones are taken"),
+            );
+        }
         // Mitsuba turns OBJ's `v` over on reading unless told not to, PLY's only if told to. Here
         // `v` points upwards, which is Mitsuba's turned over.
         let flipped = properties.boolean("flip_tex_coords")?.unwrap_or(kind == "obj");
@@ -213,6 +260,11 @@ impl<'a> Importer<'a> {
         if flip {
             turn(&mut mesh);
         }
+        if !face_colors.is_empty() {
+            let location = || node.location();
+            self.loading.spend_mesh(3 * mesh.indices.len(), 0, location)?;
+            mesh = of_faces(&mesh, &face_colors);
+        }
         Ok(mesh)
     }
 
@@ -222,7 +274,7 @@ impl<'a> Importer<'a> {
         to_world: &DAffine3,
         flip: bool,
         material: u32,
-    ) -> Result<SphereGeometry, ImportError> {
+    ) -> Result<Geometry, ImportError> {
         let node = properties.node;
         let center = properties.vector("center")?.unwrap_or(DVec3::ZERO);
         let radius = f64::from(properties.positive("radius")?.unwrap_or(1.0));
@@ -230,14 +282,19 @@ impl<'a> Importer<'a> {
         let scale = m.x_axis.length();
         // Columns of equal length at right angles: a similarity.
         let gram = m.transpose() * m * (1.0 / (scale * scale)) - glam::DMat3::IDENTITY;
-        if gram.to_cols_array().iter().any(|e| !(e.abs() <= 1e-4)) {
-            return Err(
-                node.unsupported("a sphere's `to_world` must scale alike along all axes and not shear")
-            );
-        }
+        let sheared = gram.to_cols_array().iter().any(|e| !(e.abs() <= 1e-4));
         let turned = m != glam::DMat3::from_diagonal(DVec3::splat(m.x_axis.x));
-        if turned && textured(&self.description.materials[material as usize]) {
-            return Err(node.unsupported("a textured sphere cannot be rotated"));
+        if sheared || (turned && textured(&self.description.materials[material as usize])) {
+            // Ellipsoids, and texture coordinates of a turned sphere, are those of a mesh.
+            let own = DAffine3::from_translation(center) * DAffine3::from_scale(DVec3::splat(radius));
+            let mut mesh = primitives::sphere();
+            let count = (mesh.positions.len(), mesh.indices.len());
+            self.loading.spend_mesh(count.0, count.1, || node.location())?;
+            place(node, &mut mesh, &(*to_world * own))?;
+            if flip {
+                turn(&mut mesh);
+            }
+            return Ok(Geometry::Mesh(mesh));
         }
         let sphere = SphereGeometry {
             center: to_world.transform_point3(center).as_vec3(),
@@ -246,16 +303,34 @@ impl<'a> Importer<'a> {
             flip_normals: flip != (m.determinant() < 0.0),
         };
         if sphere.center.is_finite() && sphere.radius.is_finite() && sphere.radius > 0.0 {
-            Ok(sphere)
+            Ok(Geometry::Sphere(sphere))
         } else {
             Err(node.malformed("the sphere is out of range"))
         }
     }
 }
 
-fn place(node: &Node, mesh: &mut TriangleMesh, to_world: &DAffine3) -> Result<(), ImportError> {
+pub(super) fn place(node: &Node, mesh: &mut TriangleMesh, to_world: &DAffine3) -> Result<(), ImportError> {
     move_mesh(mesh, to_world)
         .ok_or_else(|| node.malformed("`to_world` is singular, or puts a vertex out of range"))
+}
+
+/// The mesh with corners of their own for each triangle, of the colours of the triangles.
+fn of_faces(mesh: &TriangleMesh, colors: &[Rgb]) -> TriangleMesh {
+    let corners = || mesh.indices.as_flattened().iter().map(|&index| index as usize);
+    fn own<T: Copy>(values: &[T], corners: impl Iterator<Item = usize>) -> Vec<T> {
+        corners.filter_map(|corner| values.get(corner).copied()).collect()
+    }
+    TriangleMesh {
+        positions: own(&mesh.positions, corners()),
+        normals: own(&mesh.normals, corners()),
+        uvs: own(&mesh.uvs, corners()),
+        indices: (0..mesh.indices.len() as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect(),
+        colors: colors.iter().flat_map(|&color| [color; 3]).collect(),
+        glow: Vec::new(),
+    }
 }
 
 /// Whether a material varies with texture coordinates.
@@ -301,6 +376,7 @@ fn textured(material: &Material) -> bool {
             second,
         } => float(weight) || textured(first) || textured(second),
         Material::Null => false,
+        Material::Relief { .. } => true,
         Material::TwoSided { front, back } => textured(front) || back.as_deref().is_some_and(textured),
     }
 }

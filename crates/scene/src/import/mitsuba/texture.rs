@@ -2,10 +2,10 @@
 
 use super::Importer;
 use super::properties::Properties;
-use super::spectrum::SpectrumOf;
 use super::values;
 use crate::import::error::ImportError;
 use crate::import::image::{Encoding, read_within};
+use crate::import::spectrum::SpectrumOf;
 use crate::import::xml::Node;
 use crate::{Channel, Checkerboard, ColorTexture, Filter, FloatTexture, Image, ImageTexture, Rgb, Wrap};
 use glam::{Affine2, DAffine3, Vec2};
@@ -74,16 +74,33 @@ impl Importer<'_> {
             }
             tag => return Err(node.malformed(format!("`{name}` is <{tag}>, expected a number or a texture"))),
         };
+        Self::luminance(node, texture).map(Some)
+    }
+
+    /// The luminance of a texture.
+    pub(super) fn luminance(node: &Node, texture: ColorTexture) -> Result<FloatTexture, ImportError> {
         match texture {
-            ColorTexture::Image(image) => Ok(Some(FloatTexture::Image(image, Channel::Luminance))),
-            ColorTexture::Constant(color) => Ok(Some(FloatTexture::Constant(crate::luminance(color)))),
-            ColorTexture::Checkerboard(_) => {
-                Err(node.unsupported(format!("`{name}` can be a number or a `bitmap` texture only")))
+            ColorTexture::Image(image) => Ok(FloatTexture::Image(image, Channel::Luminance)),
+            ColorTexture::Constant(color) => Ok(FloatTexture::Constant(crate::luminance(color))),
+            ColorTexture::Vertex(_) => Ok(FloatTexture::Vertex(Channel::Luminance)),
+            // Two by two texels without filtering; above one half is the second.
+            ColorTexture::Checkerboard(board) => {
+                let [a, b] = [board.color0, board.color1].map(|color| color.to_array());
+                let image = Image::from_linear(2, 2, vec![a, b, b, a]);
+                let image = image.ok_or_else(|| node.malformed("a colour is not finite"))?;
+                let texture = ImageTexture {
+                    image: Arc::new(image),
+                    to_uv: board.to_uv,
+                    filter: Filter::Nearest,
+                    wrap: Wrap::Repeat,
+                    scale: Rgb::ONE,
+                };
+                Ok(FloatTexture::Image(texture, Channel::Luminance))
             }
         }
     }
 
-    fn texture(&mut self, node: &Node) -> Result<ColorTexture, ImportError> {
+    pub(super) fn texture(&mut self, node: &Node) -> Result<ColorTexture, ImportError> {
         let properties = Properties::new(node)?;
         let texture = match properties.kind()? {
             "bitmap" => {
@@ -129,9 +146,26 @@ impl Importer<'_> {
                 })
             }
             "mesh_attribute" => {
-                properties.ignore(&["name", "scale"]);
-                self.warn(node, "attributes of meshes are not supported: one half is taken");
-                ColorTexture::Constant(Rgb::splat(0.5))
+                let name = properties.string("name")?;
+                let name = name.ok_or_else(|| node.malformed("`name` is missing"))?;
+                if !(name.starts_with("vertex_") || name.starts_with("face_")) {
+                    return Err(node.malformed(format!(
+                        "the attribute `{name}` is neither of vertices (`vertex_…`) nor of faces (`face_…`)"
+                    )));
+                }
+                let scale = properties.float("scale")?.unwrap_or(1.0);
+                if scale < 0.0 {
+                    return Err(node.malformed(format!("`scale` is negative: {scale}")));
+                }
+                if self.attribute.as_deref().is_some_and(|other| other != name) {
+                    self.warn(
+                        node,
+                        format!("a surface has one attribute of its mesh at most: `{name}` is left out"),
+                    );
+                } else {
+                    self.attribute = Some(name.to_owned());
+                }
+                ColorTexture::Vertex(Box::new(ColorTexture::Constant(Rgb::splat(scale))))
             }
             kind => return Err(node.unsupported(format!("the texture `{kind}` is not supported"))),
         };

@@ -1,8 +1,8 @@
 //! Attribute values: numbers, vectors, colours, booleans and transforms.
 
-use super::spectrum::{self, SpectrumOf};
 use crate::Rgb;
 use crate::import::error::ImportError;
+use crate::import::spectrum::{self, SpectrumOf};
 use crate::import::transform::look_at;
 use crate::import::xml::Node;
 use glam::{DAffine3, DMat4, DVec3};
@@ -100,7 +100,8 @@ fn spectrum(node: &Node, text: &str, of: SpectrumOf) -> Result<Rgb, ImportError>
     from_points(node, points, of)
 }
 
-fn from_points(node: &Node, points: Vec<(f64, f64)>, of: SpectrumOf) -> Result<Rgb, ImportError> {
+/// The colour of a spectrum between its points.
+pub(super) fn from_points(node: &Node, points: Vec<(f64, f64)>, of: SpectrumOf) -> Result<Rgb, ImportError> {
     if points.is_empty() || !points.is_sorted_by(|a, b| a.0 < b.0) {
         return Err(node.malformed("the wavelengths of a spectrum must ascend"));
     }

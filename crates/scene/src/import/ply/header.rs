@@ -87,6 +87,35 @@ pub(super) struct Element {
 }
 
 impl Element {
+    /// By property the channel of an attribute that it is, and what it is divided by; `None` if
+    /// the attribute is not there with one or three channels. Names are Mitsuba's (`color_0` …,
+    /// `color_r` …, `r g b` for the attribute `color`) and the usual `red green blue`.
+    pub(super) fn channels(&self, attribute: &str) -> Option<Vec<Option<(usize, f32)>>> {
+        let channel = |property: &Property| {
+            let Property::Scalar { name, of } = property else {
+                return None;
+            };
+            let postfix = match name.strip_prefix(attribute) {
+                Some("") => "0",
+                Some(rest) => rest.strip_prefix('_')?,
+                None if attribute == "color" => name,
+                None => return None,
+            };
+            let channel = match postfix {
+                "0" | "r" | "x" | "red" => 0,
+                "1" | "g" | "y" | "green" => 1,
+                "2" | "b" | "z" | "blue" => 2,
+                _ => return None,
+            };
+            let unit = if *of == Scalar::U8 { 255.0 } else { 1.0 };
+            // Positions are no colours.
+            (name.len() > 1 || !"xyz".contains(name.as_str())).then_some((channel, unit))
+        };
+        let channels: Vec<_> = self.properties.iter().map(channel).collect();
+        let has = |wanted: usize| channels.iter().flatten().any(|&(channel, _)| channel == wanted);
+        (has(0) && has(1) == has(2)).then_some(channels)
+    }
+
     /// Records that `bytes` of body can hold at most: an honest capacity however large the header's
     /// count is.
     pub(super) fn capacity(&self, encoding: Encoding, bytes: usize) -> usize {

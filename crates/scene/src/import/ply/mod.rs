@@ -2,18 +2,18 @@
 //!
 //! Read are the element `vertex` with `x y z`, optionally `nx ny nz` and one of `u v`, `s t`,
 //! `texture_u texture_v` (in any order, of any number type), and the element `face` with a list
-//! `vertex_indices` or `vertex_index` of any integer type. Polygons become fans around their first
-//! vertex, those of very many vertices are halved; both are right for convex ones. Other elements
-//! and properties are skipped.
+//! `vertex_indices` or `vertex_index` of any integer type; an attribute of vertices or faces if it
+//! is asked for by name. Polygons become fans around their first vertex, those of very many
+//! vertices are halved; both are right for convex ones. Other elements and properties are skipped.
 
 mod body;
 mod header;
 
-use crate::TriangleMesh;
 use crate::import::error::{ImportError, Location};
 use crate::import::loading::Loading;
 use crate::import::normals::mend_normals;
 use crate::import::polygon::triangulate;
+use crate::{Rgb, TriangleMesh};
 use body::{Ascii, Binary, Numbers};
 use glam::{Vec2, Vec3};
 use header::{Element, Encoding, Header, Property};
@@ -46,54 +46,118 @@ pub(super) fn parse_within(
     path: &Path,
     loading: &Loading,
 ) -> Result<TriangleMesh, ImportError> {
-    let header = Header::parse(bytes, path)?;
-    let (body, line) = (header.body, header.body_line);
-    let mesh = match header.encoding {
-        Encoding::Ascii => parse_body(&header, Ascii::new(bytes, body, line), path, loading),
-        Encoding::LittleEndian => parse_body(&header, Binary::<false>::new(bytes, body), path, loading),
-        Encoding::BigEndian => parse_body(&header, Binary::<true>::new(bytes, body), path, loading),
-    }?;
-    loading.spend_mesh(mesh.positions.len(), mesh.indices.len(), || Location::file(path))?;
-    Ok(mesh)
+    Ok(parse_with(bytes, path, loading, None)?.0)
 }
 
-fn parse_body<N: Numbers>(
-    header: &Header,
-    mut numbers: N,
+/// A mesh, and for an attribute of faces its value by triangle.
+pub(super) type WithColors = (TriangleMesh, Vec<Rgb>);
+
+/// As [`parse_within`], with an attribute as colours: `vertex_NAME` becomes those of the mesh,
+/// `face_NAME` is returned by triangle. None of either if the file lacks it.
+pub(super) fn parse_with(
+    bytes: &[u8],
     path: &Path,
     loading: &Loading,
-) -> Result<TriangleMesh, ImportError> {
-    // Vertices and triangles that there may be; reading ends at the first one too many.
-    let most = usize::try_from(loading.vertices_left()).unwrap_or(usize::MAX);
-    let mut mesh = TriangleMesh::default();
-    let mut seen_vertices = false;
-    let mut seen_faces = false;
-    for element in &header.elements {
-        let outcome = match element.name.as_str() {
-            "vertex" if !seen_vertices => {
-                seen_vertices = true;
-                read_vertices(element, header.encoding, most, &mut numbers, &mut mesh)
+    attribute: Option<&str>,
+) -> Result<WithColors, ImportError> {
+    let header = Header::parse(bytes, path)?;
+    let (body, line) = (header.body, header.body_line);
+    let read = Reading {
+        header: &header,
+        attribute,
+        path,
+        loading,
+    };
+    let (mesh, faces) = match header.encoding {
+        Encoding::Ascii => read.body(Ascii::new(bytes, body, line)),
+        Encoding::LittleEndian => read.body(Binary::<false>::new(bytes, body)),
+        Encoding::BigEndian => read.body(Binary::<true>::new(bytes, body)),
+    }?;
+    loading.spend_mesh(mesh.positions.len(), mesh.indices.len(), || Location::file(path))?;
+    Ok((mesh, faces))
+}
+
+/// What is read, and how.
+struct Reading<'a> {
+    header: &'a Header,
+    attribute: Option<&'a str>,
+    path: &'a Path,
+    loading: &'a Loading,
+}
+
+impl Reading<'_> {
+    fn body<N: Numbers>(&self, mut numbers: N) -> Result<WithColors, ImportError> {
+        let (path, loading) = (self.path, self.loading);
+        // Vertices and triangles that there may be; reading ends at the first one too many.
+        let most = usize::try_from(loading.vertices_left()).unwrap_or(usize::MAX);
+        let mut mesh = TriangleMesh::default();
+        let mut faces = Vec::new();
+        let mut seen_vertices = false;
+        let mut seen_faces = false;
+        for element in &self.header.elements {
+            let channels = |of: &str| element.channels(self.attribute?.strip_prefix(of)?);
+            let read = |most| Part {
+                element,
+                encoding: self.header.encoding,
+                most,
+                channels: channels(&format!("{}_", element.name)),
+            };
+            let outcome = match element.name.as_str() {
+                "vertex" if !seen_vertices => {
+                    seen_vertices = true;
+                    read_vertices(&read(most), &mut numbers, &mut mesh)
+                }
+                "face" if seen_vertices && !seen_faces => {
+                    seen_faces = true;
+                    read_faces(&read(most), &mut numbers, &mut mesh, &mut faces)
+                }
+                "vertex" | "face" => Err("expected one element `vertex`, then one element `face`".to_owned()),
+                _ => skip_element(element, &mut numbers),
+            };
+            outcome.map_err(|message| ImportError::malformed(numbers.location(path), message))?;
+            if mesh.positions.len() + mesh.indices.len() > most {
+                return Err(loading.too_many_vertices(numbers.location(path)));
             }
-            "face" if seen_vertices && !seen_faces => {
-                seen_faces = true;
-                read_faces(element, header.encoding, most, &mut numbers, &mut mesh)
-            }
-            "vertex" | "face" => Err("expected one element `vertex`, then one element `face`".to_owned()),
-            _ => skip_element(element, &mut numbers),
-        };
-        outcome.map_err(|message| ImportError::malformed(numbers.location(path), message))?;
-        if mesh.positions.len() + mesh.indices.len() > most {
-            return Err(loading.too_many_vertices(numbers.location(path)));
+        }
+        if mesh.indices.is_empty() {
+            return Err(ImportError::malformed(
+                numbers.location(path),
+                "the mesh has no triangle",
+            ));
+        }
+        mend_normals(&mut mesh);
+        Ok((mesh, faces))
+    }
+}
+
+/// An element that is read.
+struct Part<'a> {
+    element: &'a Element,
+    encoding: Encoding,
+    /// Vertices or triangles that there may be.
+    most: usize,
+    /// By property the channel of the attribute.
+    channels: Option<Vec<Option<(usize, f32)>>>,
+}
+
+impl Part<'_> {
+    /// The channel that a property is, and its unit.
+    fn channel(&self, property: usize) -> Option<(usize, f32)> {
+        *self.channels.as_ref()?.get(property)?
+    }
+
+    /// The colour of channels of which one or three were read; black for numbers that are no
+    /// colours.
+    fn color(&self, channels: [Option<f32>; 3]) -> Rgb {
+        let [first, second, third] = channels;
+        let first = first.unwrap_or(0.0);
+        let color = Rgb::new(first, second.unwrap_or(first), third.unwrap_or(first));
+        if color.is_finite() {
+            color.max(Rgb::ZERO)
+        } else {
+            Rgb::ZERO
         }
     }
-    if mesh.indices.is_empty() {
-        return Err(ImportError::malformed(
-            numbers.location(path),
-            "the mesh has no triangle",
-        ));
-    }
-    mend_normals(&mut mesh);
-    Ok(mesh)
 }
 
 /// Where a vertex property goes: slots 0–2 position, 3–5 normal, 6–7 texture coordinate, 8 nowhere.
@@ -111,13 +175,13 @@ fn vertex_slot(name: &str) -> usize {
     }
 }
 
-fn read_vertices(
-    element: &Element,
-    encoding: Encoding,
-    most: usize,
-    numbers: &mut impl Numbers,
-    mesh: &mut TriangleMesh,
-) -> Result<(), String> {
+fn read_vertices(part: &Part, numbers: &mut impl Numbers, mesh: &mut TriangleMesh) -> Result<(), String> {
+    let Part {
+        element,
+        encoding,
+        most,
+        ..
+    } = *part;
     let slots: Vec<usize> = element.properties.iter().map(|p| vertex_slot(p.name())).collect();
     let has = |wanted: &[usize]| wanted.iter().all(|slot| slots.contains(slot));
     if !has(&[0, 1, 2]) {
@@ -131,9 +195,15 @@ fn read_vertices(
     for vertex in 0..element.count.min(most.saturating_add(1)) {
         let at_vertex = |what: &str| format!("{what} (vertex {vertex})");
         let mut values = [0.0_f32; 9];
-        for (property, &slot) in element.properties.iter().zip(&slots) {
+        let mut channels = [None; 3];
+        for (index, (property, &slot)) in element.properties.iter().zip(&slots).enumerate() {
             match *property {
-                Property::Scalar { of, .. } => values[slot] = numbers.next(of).map_err(at_vertex)? as f32,
+                Property::Scalar { of, .. } => {
+                    values[slot] = numbers.next(of).map_err(at_vertex)? as f32;
+                    if let Some((channel, unit)) = part.channel(index) {
+                        channels[channel] = Some(values[slot] / unit);
+                    }
+                }
                 Property::List { count, of, .. } => {
                     skip_list(numbers, count, of).map_err(|e| at_vertex(&e))?
                 }
@@ -145,6 +215,9 @@ fn read_vertices(
             ));
         }
         mesh.positions.push(Vec3::new(values[0], values[1], values[2]));
+        if part.channels.is_some() {
+            mesh.colors.push(part.color(channels));
+        }
         if with_normals {
             mesh.normals.push(Vec3::new(values[3], values[4], values[5]));
         }
@@ -156,12 +229,17 @@ fn read_vertices(
 }
 
 fn read_faces(
-    element: &Element,
-    encoding: Encoding,
-    most: usize,
+    part: &Part,
     numbers: &mut impl Numbers,
     mesh: &mut TriangleMesh,
+    colors: &mut Vec<Rgb>,
 ) -> Result<(), String> {
+    let Part {
+        element,
+        encoding,
+        most,
+        ..
+    } = *part;
     let wanted = |p: &Property| matches!(p.name(), "vertex_indices" | "vertex_index");
     match element.properties.iter().find(|p| wanted(p)) {
         Some(Property::List { of, .. }) if of.is_integer() => {}
@@ -177,7 +255,8 @@ fn read_faces(
             break;
         }
         let at_face = |what: &str| format!("{what} (face {face})");
-        for property in &element.properties {
+        let mut channels = [None; 3];
+        for (index, property) in element.properties.iter().enumerate() {
             match *property {
                 Property::List { count, of, .. } if wanted(property) => {
                     let corners = list_length(numbers, count).map_err(|e| at_face(&e))?;
@@ -200,9 +279,15 @@ fn read_faces(
                 }
                 Property::List { count, of, .. } => skip_list(numbers, count, of).map_err(|e| at_face(&e))?,
                 Property::Scalar { of, .. } => {
-                    numbers.next(of).map_err(at_face)?;
+                    let value = numbers.next(of).map_err(at_face)?;
+                    if let Some((channel, unit)) = part.channel(index) {
+                        channels[channel] = Some(value as f32 / unit);
+                    }
                 }
             }
+        }
+        if part.channels.is_some() {
+            colors.resize(mesh.indices.len(), part.color(channels));
         }
     }
     Ok(())

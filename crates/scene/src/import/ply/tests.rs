@@ -183,3 +183,35 @@ proptest! {
         }
     }
 }
+
+/// Attributes by Mitsuba's names, of vertices and of faces; a face of four corners is two triangles
+/// of its colour.
+#[test]
+fn attributes_are_read_by_name() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property float color_0\nproperty float color_1\nproperty float color_2\nproperty uchar heat_0\n\
+        element face 2\nproperty list uchar int vertex_indices\nproperty float weight_0\nend_header\n\
+        0 0 0 0.1 0.2 0.3 0\n1 0 0 0.4 0.5 0.6 51\n1 1 0 0.7 0.8 0.9 255\n0 1 0 1 1 1 0\n\
+        4 0 1 2 3 0.25\n3 0 1 2 0.75\n";
+    let read = |attribute: Option<&str>| {
+        let read = parse_with(
+            text.as_bytes(),
+            Path::new("a.ply"),
+            &Loading::of_file(),
+            attribute,
+        );
+        read.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let (mesh, faces) = read(Some("vertex_color"));
+    assert_eq!(mesh.colors[1], Rgb::new(0.4, 0.5, 0.6));
+    assert!(mesh.colors.len() == 4 && faces.is_empty());
+    let (mesh, _) = read(Some("vertex_heat"));
+    assert_eq!(mesh.colors, [0.0, 0.2, 1.0, 0.0].map(Rgb::splat));
+    let (mesh, faces) = read(Some("face_weight"));
+    assert!(mesh.colors.is_empty());
+    assert_eq!(faces, [0.25, 0.25, 0.75].map(Rgb::splat));
+    for absent in [None, Some("face_color"), Some("vertex_x"), Some("vertex_")] {
+        let (mesh, faces) = read(absent);
+        assert!(mesh.colors.is_empty() && faces.is_empty(), "{absent:?}");
+    }
+}

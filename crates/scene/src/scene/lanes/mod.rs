@@ -29,7 +29,8 @@ const TEXTURED: f32 = 2.0;
 impl DiffuseRow {
     pub fn new(material: &Material) -> Self {
         let mut row = [0.0; LANES];
-        if let Some((reflectance, two_sided)) = material.as_diffuse() {
+        let is_plain = !material.needs_tangents() && !material.has_vertex_colors();
+        if let Some((reflectance, two_sided)) = material.as_diffuse().filter(|_| is_plain) {
             row[FRONT] = 1.0;
             row[BACK] = f32::from(u8::from(two_sided));
             row[KIND] = TEXTURED;

@@ -4,7 +4,7 @@ use crate::{ConductorIor, Rgb};
 
 /// Index of refraction of a dielectric at room conditions, by the names that Mitsuba's
 /// documentation lists.
-pub(super) fn dielectric(name: &str) -> Option<f32> {
+pub(crate) fn dielectric(name: &str) -> Option<f32> {
     Some(match name {
         "vacuum" => 1.0,
         "helium" => 1.000_036,
@@ -35,7 +35,7 @@ pub(super) fn dielectric(name: &str) -> Option<f32> {
 /// Complex index of refraction of a metal, measured spectra (the SOPRA collection) weighted to Rec.
 /// 709 RGB, as tabulated with the scenes of Bitterli's Rendering Resources (2016). `none` reflects
 /// everything at every angle.
-pub(super) fn conductor(name: &str) -> Option<ConductorIor> {
+pub(crate) fn conductor(name: &str) -> Option<ConductorIor> {
     let ior = |eta, k| ConductorIor {
         eta: Rgb::from_array(eta),
         k: Rgb::from_array(k),
@@ -48,6 +48,31 @@ pub(super) fn conductor(name: &str) -> Option<ConductorIor> {
         "Cu" => ior([0.200_438, 0.924_033, 1.102_21], [3.912_95, 2.452_85, 2.142_19]),
         _ => return None,
     })
+}
+
+/// Reflectances at normal incidence, in linear RGB, of metals of which there are no RGB figures:
+/// the index `1 + i k` with this reflectance stands for them.
+pub(crate) fn roughly(name: &str) -> Option<ConductorIor> {
+    let reflectance = match name.split('_').next().unwrap_or(name) {
+        "Cr" => [0.549, 0.556, 0.554],
+        "W" => [0.504, 0.498, 0.478],
+        "Ni" => [0.660, 0.609, 0.526],
+        "Fe" => [0.562, 0.565, 0.578],
+        "Pt" => [0.673, 0.637, 0.585],
+        "Ti" => [0.542, 0.497, 0.449],
+        "Co" => [0.662, 0.655, 0.634],
+        "Hg" => [0.780, 0.775, 0.775],
+        "Ir" => [0.72, 0.71, 0.70],
+        "Rh" => [0.76, 0.74, 0.73],
+        "Mo" => [0.58, 0.57, 0.57],
+        "TiN" => [0.72, 0.55, 0.30],
+        "V" | "Ta" | "Nb" | "Be" => [0.53, 0.51, 0.49],
+        "K" | "Li" | "Na" => [0.92, 0.91, 0.90],
+        "Ag" | "Al" | "Au" | "Cu" => return conductor(name.split('_').next()?),
+        _ => return None,
+    };
+    let k = Rgb::from_array(reflectance).map(|r| 2.0 * (r / (1.0 - r)).sqrt());
+    Some(ConductorIor { eta: Rgb::ONE, k })
 }
 
 #[cfg(test)]
@@ -76,6 +101,10 @@ mod tests {
                 below / above
             );
         }
-        assert!(conductor("unobtainium").is_none());
+        assert!(conductor("unobtainium").is_none() && roughly("unobtainium").is_none());
+        let ConductorIor { eta, k } = roughly("Cr").unwrap();
+        let below = (eta - 1.0) * (eta - 1.0) + k * k;
+        let found = below / ((eta + 1.0) * (eta + 1.0) + k * k);
+        assert!(found.abs_diff_eq(Rgb::new(0.549, 0.556, 0.554), 1e-5), "{found}");
     }
 }

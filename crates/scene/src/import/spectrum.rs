@@ -44,7 +44,7 @@ const TO_RGB: [[f64; 3]; 3] = [
 
 /// What a spectrum is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SpectrumOf {
+pub(crate) enum SpectrumOf {
     /// Shares of light: 1 is white.
     Reflectance,
     /// Light: the same at all wavelengths is that much luminance.
@@ -53,7 +53,7 @@ pub(super) enum SpectrumOf {
 
 /// The colour of a spectrum that is linear between its points `(λ in nm, value)`, and zero outside
 /// of them. Components below 0, which Rec. 709 cannot show, become 0.
-pub(super) fn color(points: &[(f64, f64)], of: SpectrumOf) -> Rgb {
+pub(crate) fn color(points: &[(f64, f64)], of: SpectrumOf) -> Rgb {
     let value = |wavelength: f64| {
         let after = points.partition_point(|&(at, _)| at < wavelength);
         match (after.checked_sub(1).map(|i| points[i]), points.get(after)) {
@@ -86,6 +86,24 @@ pub(super) fn color(points: &[(f64, f64)], of: SpectrumOf) -> Rgb {
         SpectrumOf::Emission => rgb,
     }
     .as_vec3()
+}
+
+/// The colour of the radiance of a black body of `temperature` kelvin per nanometre (Planck's law,
+/// in W/(m² sr nm)).
+pub(crate) fn blackbody(temperature: f64) -> Rgb {
+    const H: f64 = 6.626_070_15e-34;
+    const C: f64 = 2.997_924_58e8;
+    const K: f64 = 1.380_649e-23;
+    let radiance = |nanometres: f64| {
+        let l = nanometres * 1e-9;
+        let exponent = H * C / (l * K * temperature);
+        2.0 * H * C * C / l.powi(5) / exponent.exp_m1() * 1e-9
+    };
+    let points: Vec<(f64, f64)> = (0..=80)
+        .map(|step| 380.0 + 5.0 * f64::from(step))
+        .map(|wavelength| (wavelength, radiance(wavelength)))
+        .collect();
+    color(&points, SpectrumOf::Emission)
 }
 
 #[cfg(test)]

@@ -1,0 +1,167 @@
+//! glTF textures and images.
+
+use super::extras::TextureTransform;
+use super::{Importer, read_uri};
+use crate::import::error::ImportError;
+use crate::import::image::{Encoding, decode_guessed};
+use crate::{AxisWrap, Channel, Filter, FloatTexture, Image, ImageTexture, Rgb, Wrap};
+use glam::{Affine2, Mat2, Vec2};
+use gltf::texture::{MagFilter, WrappingMode};
+use std::path::Path;
+use std::sync::Arc;
+
+impl Importer<'_> {
+    /// A texture of a material.
+    pub(super) fn texture(
+        &mut self,
+        info: &gltf::texture::Info,
+        encoding: Encoding,
+        scale: Rgb,
+        element: &str,
+    ) -> Result<ImageTexture, ImportError> {
+        let transform = info.texture_transform().map(|t| TextureTransform {
+            offset: t.offset(),
+            rotation: t.rotation(),
+            scale: t.scale(),
+            set: t.tex_coord(),
+        });
+        let placed = Placed {
+            texture: info.texture(),
+            set: info.tex_coord(),
+            transform,
+        };
+        self.placed(placed, encoding, scale, element)
+    }
+
+    /// A texture with its place on the surface.
+    pub(super) fn placed(
+        &mut self,
+        Placed {
+            texture,
+            set,
+            transform,
+        }: Placed,
+        encoding: Encoding,
+        scale: Rgb,
+        element: &str,
+    ) -> Result<ImageTexture, ImportError> {
+        let set = transform.and_then(|t| t.set).unwrap_or(set);
+        // The first texture of a material says which set its surfaces have.
+        let first = *self.texture_set.get_or_insert(set);
+        if set != first {
+            self.warn(
+                element,
+                format!("texture coordinates of set {set} beside those of set {first}: the latter are taken"),
+            );
+        }
+        let to_uv = transform.map_or(Affine2::IDENTITY, |t| {
+            // KHR_texture_transform: translation · rotation · scale, counter-clockwise with v
+            // downwards.
+            let rotation = Mat2::from_angle(-t.rotation);
+            let scale = Mat2::from_diagonal(Vec2::from_array(t.scale));
+            Affine2::from_mat2_translation(rotation * scale, Vec2::from_array(t.offset))
+        });
+        let sampler = texture.sampler();
+        let wrap = Wrap::of_axes([sampler.wrap_s(), sampler.wrap_t()].map(|mode| match mode {
+            WrappingMode::Repeat => AxisWrap::Repeat,
+            WrappingMode::MirroredRepeat => AxisWrap::Mirror,
+            WrappingMode::ClampToEdge => AxisWrap::Clamp,
+        }));
+        let filter = match sampler.mag_filter() {
+            Some(MagFilter::Nearest) => Filter::Nearest,
+            Some(MagFilter::Linear) | None => Filter::Bilinear,
+        };
+        Ok(ImageTexture {
+            image: self.image(texture.source().index(), encoding)?,
+            to_uv,
+            filter,
+            wrap,
+            scale,
+        })
+    }
+
+    /// An image of the document, decoded once an encoding.
+    fn image(&mut self, index: usize, encoding: Encoding) -> Result<Arc<Image>, ImportError> {
+        if let Some(image) = self.images.get(&(index, encoding)) {
+            return Ok(image.clone());
+        }
+        let element = format!("images[{index}]");
+        // The JSON itself: the wrapper's accessor takes a view's type for granted.
+        let source = self.document.as_json().images.get(index);
+        let (uri, view) = source.map_or((None, None), |image| (image.uri.as_deref(), image.buffer_view));
+        let view = view.and_then(|view| self.document.views().nth(view.value()));
+        let image = match (uri, view) {
+            (Some(uri), _) => {
+                let (bytes, path) = read_uri(uri, self.path, self.loading, || self.location(&element))?;
+                self.decoded(&bytes, encoding, path.as_deref(), &element)
+            }
+            (None, Some(view)) => {
+                let bytes = self
+                    .buffers
+                    .view(&view)
+                    .map_err(|what| self.malformed(&element, what))?;
+                let bytes = bytes.to_vec();
+                self.decoded(&bytes, encoding, None, &element)
+            }
+            (None, None) => {
+                return Err(self.malformed(&element, "the image has neither a URI nor a buffer view"));
+            }
+        };
+        let image = Arc::new(image.map_err(|source| self.referenced(&element, source))?);
+        self.images.insert((index, encoding), image.clone());
+        Ok(image)
+    }
+
+    /// Decodes an image; one of a format that is known, and not read, is white.
+    fn decoded(
+        &mut self,
+        bytes: &[u8],
+        encoding: Encoding,
+        path: Option<&Path>,
+        element: &str,
+    ) -> Result<Image, ImportError> {
+        if let [0xab, b'K', b'T', b'X', ..] = bytes
+            && let Some(white) = Image::from_linear(1, 1, vec![[1.0; 3]])
+        {
+            self.warn(element, "KTX images are not supported: white is taken");
+            return Ok(white);
+        }
+        decode_guessed(bytes, encoding, path.unwrap_or(self.path), self.loading)
+    }
+
+    /// The opacity in the alpha channel of a texture, with all above `cutoff` opaque and the rest
+    /// clear if there is one; `None` if it is opaque all over.
+    pub(super) fn opacity(
+        &mut self,
+        info: &gltf::texture::Info,
+        factor: f32,
+        cutoff: Option<f32>,
+        element: &str,
+    ) -> Result<Option<FloatTexture>, ImportError> {
+        let mut texture = self.texture(info, Encoding::Alpha, Rgb::splat(factor), element)?;
+        let alpha = |texel: Rgb| texel.x * factor;
+        if let Some(cutoff) = cutoff {
+            let image = &texture.image;
+            let size = [image.width() as usize, image.height() as usize];
+            self.loading.spend_image(size, 0, 3, self.path)?;
+            let code = |texel: Rgb| [if alpha(texel) >= cutoff { u8::MAX } else { 0 }; 3];
+            let codes = image.texels().map(code).collect();
+            let image = Image::from_linear8(image.width(), image.height(), codes);
+            let image = image.ok_or_else(|| self.malformed(element, "an empty image"))?;
+            texture.image = Arc::new(image);
+            texture.scale = Rgb::ONE;
+        }
+        let is_opaque = texture
+            .image
+            .texels()
+            .all(|texel| texel.x * texture.scale.x >= 1.0);
+        Ok((!is_opaque).then_some(FloatTexture::Image(texture, Channel::Red)))
+    }
+}
+
+/// A texture, the set of coordinates that it lies at, and how it is moved there.
+pub(super) struct Placed<'a> {
+    pub texture: gltf::Texture<'a>,
+    pub set: u32,
+    pub transform: Option<TextureTransform>,
+}
