@@ -4,8 +4,8 @@ use crate::worst::{Kind, Row, Worst, direction, log_uniform, rng};
 use lightshed::sampling::CounterRng;
 use lightshed::scene::glam::{Affine2, Affine3A, DVec3, Quat, Vec2, Vec3};
 use lightshed::scene::{
-    Bsdf, Camera, CameraDescription, ColorTexture, ConductorIor, Filter, FloatTexture, FovAxis, Image,
-    ImageTexture, Material, Microfacet, Projection, Rgb, Roughness, Wrap, luminance,
+    AxisWrap, Bsdf, Camera, CameraDescription, ColorTexture, ConductorIor, Filter, FloatTexture, FovAxis,
+    Image, ImageTexture, Material, Microfacet, Projection, Rgb, Roughness, Wrap, luminance,
 };
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -488,21 +488,25 @@ fn textures() -> Vec<Row> {
 }
 
 fn bilinear(image: &Image, wrap: Wrap, s: f64, t: f64) -> f64 {
-    let fold = |i: f64, n: f64| match wrap {
-        Wrap::Repeat => i.rem_euclid(n),
-        Wrap::Mirror => {
+    let fold = |wrap: AxisWrap, i: f64, n: f64| match wrap {
+        AxisWrap::Repeat => i.rem_euclid(n),
+        AxisWrap::Mirror => {
             let j = i.rem_euclid(2.0 * n);
             if j < n { j } else { 2.0 * n - 1.0 - j }
         }
-        Wrap::Clamp => i.clamp(0.0, n - 1.0),
+        AxisWrap::Clamp => i.clamp(0.0, n - 1.0),
     };
+    let [along_s, along_t] = wrap.axes();
     let [nx, ny] = [f64::from(image.width()), f64::from(image.height())];
     let (x, y) = (s * nx - 0.5, t * ny - 0.5);
     let (fx, fy) = (x - x.floor(), y - y.floor());
     let texel = |dx: f64, dy: f64| {
         f64::from(
             image
-                .texel(fold(x.floor() + dx, nx) as u32, fold(y.floor() + dy, ny) as u32)
+                .texel(
+                    fold(along_s, x.floor() + dx, nx) as u32,
+                    fold(along_t, y.floor() + dy, ny) as u32,
+                )
                 .x,
         )
     };
