@@ -6,7 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory, FromArgMatches, Parser, ValueEnum};
 use lightshed::film::{MAX_THREADS, ShardPart, ShardPartError};
-use lightshed::integrator::{METHODS, Method, MethodOption};
+use lightshed::integrator::{Auto, METHODS, Method, MethodOption, MethodRequest};
 use lightshed::scene::import::LoadLimits;
 use std::ffi::OsString;
 use std::ops::Range;
@@ -22,7 +22,11 @@ pub struct Arguments {
     pub scene: String,
 
     /// How light is found. Of methods that make whole frames, samples are frames.
-    #[arg(long, value_parser = method_names(), default_value = METHODS[0].name)]
+    #[arg(long = "method", value_parser = method_names(), default_value = Auto::NAME)]
+    pub request: MethodRequest,
+
+    /// The method itself: of `auto` the plainest one until the scene is known.
+    #[arg(skip = Method::default())]
     pub method: Method,
 
     /// Where to render; a GPU needs the feature `gpu`.
@@ -71,6 +75,11 @@ pub struct Arguments {
     /// Wall time to render for instead of a number of samples.
     #[arg(long, value_name = "S", value_parser = positive_seconds)]
     pub seconds: Option<f64>,
+
+    /// Lets --method auto take the time of its pilot for the cost of methods, in place of counts: the
+    /// choice then depends on the machine.
+    #[arg(long, requires = "seconds")]
+    pub adaptive: bool,
 
     /// Image size instead of the scene's own; the horizontal field of view stays.
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -235,11 +244,14 @@ pub enum Motion {
 }
 
 /// All methods, with what they do.
-fn method_names() -> impl TypedValueParser<Value = Method> {
+fn method_names() -> impl TypedValueParser<Value = MethodRequest> {
+    let auto = PossibleValue::new(Auto::NAME).help(
+        "Whichever has least error for its cost, by a look at the scene and a short pilot; path or volpath where frames move and on devices",
+    );
     let names = METHODS
         .iter()
         .map(|entry| PossibleValue::new(entry.name).help(entry.help));
-    PossibleValuesParser::new(names).try_map(|name| Method::named(&name))
+    PossibleValuesParser::new([auto].into_iter().chain(names)).try_map(|name| name.parse::<MethodRequest>())
 }
 
 /// Options that some methods take, each once.
@@ -291,12 +303,19 @@ fn from_matches(matches: &ArgMatches) -> Result<Arguments, clap::Error> {
             Some(_) => matches.get_one::<String>(option.name).map(String::as_str),
         };
         let Some(value) = given else { continue };
-        let name = arguments.method.name();
-        if arguments.method.set(option.name, value).is_err() {
+        let name = arguments.request.name();
+        if arguments.request.set(option.name, value).is_err() {
             let message = format!("--{} has no meaning with --method {name}\n", option.name);
             return Err(clap::Error::raw(ErrorKind::ArgumentConflict, message));
         }
     }
+    arguments.method = match &arguments.request {
+        MethodRequest::Method(method) => method.clone(),
+        MethodRequest::Auto(auto) => {
+            let method = auto.plainest(false).or_else(|_| auto.plainest(true));
+            method.map_err(|error| clap::Error::raw(ErrorKind::ArgumentConflict, format!("{error}\n")))?
+        }
+    };
     Ok(arguments)
 }
 

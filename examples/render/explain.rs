@@ -2,7 +2,8 @@
 //! need of it.
 
 use crate::arguments::Arguments;
-use lightshed::integrator::{PathDepth, PathMapping, guide_need};
+use crate::chosen::{choice_json, choice_text};
+use lightshed::integrator::{Choice, PathDepth, PathMapping, guide_need};
 use lightshed::scene::{Scene, SceneFeatures};
 use serde_json::{Value, json};
 
@@ -166,7 +167,13 @@ fn passes(arguments: &Arguments, guided: &Scene, max_depth: Option<u32>, roulett
 }
 
 /// As text, or as JSON.
-pub fn explain(arguments: &Arguments, scene: &Scene, max_depth: Option<u32>, roulette_depth: u32) -> String {
+pub fn explain(
+    arguments: &Arguments,
+    choice: Option<&Choice>,
+    scene: &Scene,
+    max_depth: Option<u32>,
+    roulette_depth: u32,
+) -> String {
     let all = passes(arguments, scene, max_depth, roulette_depth);
     let method = arguments.method.name();
     if arguments.json {
@@ -180,9 +187,12 @@ pub fn explain(arguments: &Arguments, scene: &Scene, max_depth: Option<u32>, rou
                 json!({"pass": pass.name, "runs": runs, "why": why})
             })
             .collect();
-        return json!({"scene": arguments.scene, "method": method, "passes": passes}).to_string();
+        let choice = choice.map(choice_json);
+        return json!({"scene": arguments.scene, "method": method, "choice": choice, "passes": passes})
+            .to_string();
     }
     let mut text = format!("{} by {method}", arguments.scene);
+    text += &choice.map(choice_text).unwrap_or_default();
     for pass in &all {
         text += &match &pass.runs {
             Ok(what) => format!("\n  runs     {:<30} {what}", pass.name),

@@ -15,6 +15,7 @@
 //! widen.
 
 mod arguments;
+mod chosen;
 mod emptiness;
 #[path = "../common/error_chain.rs"]
 mod error_chain;

@@ -1,6 +1,8 @@
 //! What a rendering gave, as text or as one JSON object.
 
+use crate::chosen::choice_json;
 use lightshed::film::{FilmTotals, ImageComparison, RenderOutcome, ShardHeader};
+use lightshed::integrator::Choice;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -35,6 +37,8 @@ pub struct Report {
     pub shard: Option<ShardHeader>,
     /// Figures that are the method's own, by name.
     pub figures: Vec<(&'static str, f64)>,
+    /// How the method was chosen, if it was not given.
+    pub choice: Option<Choice>,
 }
 
 impl Report {
@@ -73,6 +77,7 @@ impl Report {
         json!({
             "scene": self.scene,
             "method": self.method,
+            "choice": self.choice.as_ref().map(choice_json),
             "width": outcome.film.width(),
             "height": outcome.film.height(),
             "spp": outcome.samples_per_pixel,
@@ -107,6 +112,9 @@ impl Report {
             "{}: {width}x{height} pixels, {spp} samples each, {}",
             self.scene, self.method
         );
+        if let Some(choice) = &self.choice {
+            text += &format!(" ({}: {})", choice.method, choice.why);
+        }
         text += &format!("\n{:.2} s", outcome.seconds);
         if let Some((name, _)) = &self.device {
             text += &format!(" on {name}");

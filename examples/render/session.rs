@@ -2,6 +2,7 @@
 //! the figures.
 
 use crate::arguments::{Arguments, Device, Motion};
+use crate::chosen::{Chosen, choose};
 use crate::emptiness::{black, empty};
 use crate::error_chain::chain;
 use crate::explain::explain;
@@ -20,7 +21,7 @@ use lightshed::film::{
     Budget, ImageComparison, ImageFormat, OutputTarget, RenderOptions, RenderOutcome, RgbImage, Shard,
     ShardPart, read_exr, render,
 };
-use lightshed::integrator::{self, CameraMotion, MethodError, MovingMedia, Stage, Started};
+use lightshed::integrator::{self, CameraMotion, MethodError, MethodRequest, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
 use lightshed::scene::import::ImportError;
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
@@ -81,6 +82,11 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
 
     let setup = Instant::now();
     let (mut description, mut warnings) = describe(arguments)?;
+    // What the method is, is settled on the way.
+    let arguments = &mut arguments.clone();
+    if let MethodRequest::Auto(auto) = &arguments.request {
+        arguments.method = auto.plainest(!description.media.is_empty())?;
+    }
     let settings = &mut description.settings;
     [settings.width, settings.height] = arguments.size.unwrap_or([settings.width, settings.height]);
     let capabilities = arguments.method.capabilities();
@@ -96,7 +102,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         (None, None) => settings.samples_per_pixel,
     };
     if !description.media.is_empty() && !capabilities.media {
-        return Err(MethodError::Media(arguments.method.name()).into());
+        return Err(MethodError::Media(arguments.request.name()).into());
     }
     let RenderSettings {
         width,
@@ -118,7 +124,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         threads => threads as usize,
     };
     let seed = arguments.seed;
-    let options = RenderOptions {
+    let mut options = RenderOptions {
         first: frame.filter(|_| capabilities.frames).unwrap_or(0),
         seed,
         threads,
@@ -139,15 +145,24 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     if let (Some(media), Some(frame)) = (&media, moment) {
         description = media.at(&description, frame);
     }
-    let scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
+    let mut scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
+    let chosen = choose(arguments, &mut scene, &options, frame)?;
+    if let Some(Chosen { choice, seconds, .. }) = &chosen {
+        arguments.method = choice.method.clone();
+        if let Budget::Seconds(budget) = &mut options.budget {
+            *budget = (*budget - seconds).max(f64::MIN_POSITIVE);
+        }
+    }
+    let (arguments, capabilities) = (&*arguments, arguments.method.capabilities());
     if arguments.explain {
         let roulette_depth = scene.settings().roulette_depth;
-        say(explain(arguments, &scene, max_depth, roulette_depth))?;
+        let choice = chosen.as_ref().map(|chosen| &chosen.choice);
+        say(explain(arguments, choice, &scene, max_depth, roulette_depth))?;
         return Ok(ExitCode::SUCCESS);
     }
     let motion = match arguments.motion {
         Some(_) if !capabilities.camera_motion => {
-            let method = arguments.method.name();
+            let method = arguments.request.name();
             return Err(Failure::new(format_args!(
                 "--motion has no meaning with --method {method}"
             )));
@@ -209,7 +224,9 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         Device::Cpu => Some(arguments.method.start(&stage, moves)?),
         Device::Gpu => None,
     };
-    let mut setup_seconds = setup.elapsed().as_secs_f64();
+    let mut pilot = chosen.as_ref();
+    let pilot_seconds = chosen.as_ref().map_or(0.0, |chosen| chosen.seconds);
+    let mut setup_seconds = setup.elapsed().as_secs_f64() - pilot_seconds;
     for warning in &warnings {
         complain(format_args!("warning: {}", one_line(warning)));
     }
@@ -242,7 +259,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
                 }
             })
         };
-        let (outcome, device) = match (arguments.device, &header, runs.as_slice()) {
+        let (mut outcome, device) = match (arguments.device, &header, runs.as_slice()) {
             (Device::Gpu, ..) => on_gpu(arguments, &scene, &options, &observer, cancel)
                 .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
             (Device::Cpu, Some(header), _) => {
@@ -254,6 +271,10 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         bar.finish();
         interruption.writing.store(true, Ordering::SeqCst);
 
+        // The pilot is a part of the first.
+        if let Some(chosen) = pilot.take() {
+            chosen.count(&mut outcome);
+        }
         let totals = outcome.film.totals();
         let mut warnings = warnings.clone();
         if outcome.samples_per_pixel > 0
@@ -278,6 +299,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
             comparison: None,
             shard: header,
             figures,
+            choice: chosen.as_ref().map(|chosen| chosen.choice.clone()),
         };
         let exit = finish(report, &target, reference.as_ref(), arguments.json)?;
         if exit != ExitCode::SUCCESS {
@@ -293,8 +315,7 @@ fn media_motion(
     moment: Option<u32>,
     description: &SceneDescription,
 ) -> Result<Option<MediaMotion>, Failure> {
-    let method = &arguments.method;
-    let capabilities = method.capabilities();
+    let (method, capabilities) = (&arguments.request, arguments.method.capabilities());
     let meaningless = |option: &str| {
         let method = method.name();
         Failure::new(format_args!("{option} has no meaning with --method {method}"))

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// Refuses `--frames A..B` where there is nothing to see of it.
 pub fn check_frames(arguments: &Arguments) -> Result<(), Failure> {
-    let (method, capabilities) = (arguments.method.name(), arguments.method.capabilities());
+    let (method, capabilities) = (arguments.request.name(), arguments.method.capabilities());
     if capabilities.chain {
         return Err(Failure::new(format_args!(
             "--frames A..B has no meaning with --method {method}, whose frames follow from each other"

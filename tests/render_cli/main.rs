@@ -443,10 +443,10 @@ fn bad_input_is_one_line_before_rendering_and_leaves_nothing() {
     refused(&["--define", "key"], 2, &["key=value"]);
     refused(&["--frobnicate"], 2, &["--frobnicate"]);
     // Motion and sequences.
-    refused(&["--sequence"], 1, &["--sequence", "path"]);
+    refused(&["--sequence"], 1, &["--sequence", "auto"]);
     let moving = ["--media-motion", "orbit:5"];
     let with = |more: &[&'static str]| [&moving[..], more].concat();
-    refused(&with(&[]), 1, &["--media-motion", "path"]);
+    refused(&with(&[]), 1, &["--media-motion", "auto"]);
     refused(
         &with(&["cloud", "--method", "volpath"]),
         1,

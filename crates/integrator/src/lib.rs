@@ -11,6 +11,7 @@
 //! | paths through participating media | [`VolumePathTracer`] |
 //! | direct light by cuts through a light tree that pixels share | [`Lightcuts`] |
 //! | all methods by name, with what they can do and their options | [`METHODS`], [`Method`], [`Stage`] |
+//! | whichever method is best for a scene | [`Auto`], [`MethodRequest`] |
 //! | a camera that moves from frame to frame | [`CameraMotion`] |
 //! | path tracing by tiles that share what is behind their first vertices | [`PathReuse`] |
 //! | direct light by reuse among pixels and frames | [`RestirDi`] |
@@ -24,6 +25,7 @@
 //! the same.
 
 mod any_emitters;
+mod auto;
 mod cached;
 mod camera_motion;
 mod camera_ray;
@@ -42,6 +44,9 @@ mod visible_emission;
 mod volume;
 mod vpl;
 
+pub use auto::{
+    Auto, AutoFrames, AutoTask, Choice, FrameCost, LeftOut, MethodRequest, PilotRun, TailBound, Trial,
+};
 pub use cached::{
     CacheEnding, CacheRule, CachedPaths, CachedPathsError, CachedPathsOptions, MAX_CACHE_PASSES,
     SceneVertices,

@@ -102,6 +102,23 @@ impl Camera {
         })
     }
 
+    /// The same view for images of another size: the image's edges stay where they are, so that
+    /// pixels are square no more where the sides' ratio changes.
+    ///
+    /// # Errors
+    /// [`CameraError::Size`].
+    pub fn resized(&self, from: [u32; 2], to: [u32; 2]) -> Result<Self, CameraError> {
+        let sides = 1..=MAX_IMAGE_SIDE;
+        if !from.iter().chain(&to).all(|side| sides.contains(side)) {
+            return Err(CameraError::Size);
+        }
+        let side = |size: [u32; 2]| Vec2::new(size[0] as f32, size[1] as f32);
+        Ok(Self {
+            pixel: self.pixel * side(from) / side(to),
+            ..self.clone()
+        })
+    }
+
     /// This camera moved in world space by `x ↦ rotation · x + translation`.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 use crate::arguments::Arguments;
 use crate::failure::Failure;
 use crate::shards::default_out;
+use lightshed::integrator::MethodRequest;
 use std::env;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,9 @@ const OF_THE_JOB: [(&str, bool); 9] = [
     ("--threads", true),
     ("--again", false),
 ];
+
+/// Options that say how a method is to be chosen, in the same way.
+const CHOSEN: [(&str, bool); 2] = [("--method", true), ("--adaptive", false)];
 
 /// Tasks, numbered from 0, `n = ⌈shards / per_task⌉` of each frame: the shards from `per_task · (t
 /// mod n)` on of frame `first + ⌊t / n⌋`.
@@ -171,18 +175,37 @@ impl Job {
     }
 }
 
-/// The arguments as they were given, without those that choose tasks.
+/// The arguments as they were given, without those that choose tasks; in place of `auto` what was
+/// chosen, so that tasks need not choose again.
 fn own_words(arguments: &Arguments) -> Result<Vec<String>, Failure> {
     let mut words = Vec::new();
+    let auto = match &arguments.request {
+        MethodRequest::Auto(auto) => Some(auto),
+        MethodRequest::Method(_) => None,
+    };
     let mut given = arguments.words.iter();
     while let Some(word) = given.next() {
         let word = text(word)?;
         let name = word.split('=').next().unwrap_or_default();
-        match OF_THE_JOB.iter().find(|(option, _)| *option == name) {
+        let chosen = CHOSEN.iter().filter(|_| auto.is_some());
+        match OF_THE_JOB
+            .iter()
+            .chain(chosen)
+            .find(|(option, _)| *option == name)
+        {
             // A value of its own, unless it came with the option.
             Some((_, true)) if word == name => drop(given.next()),
             Some(_) => (),
             None => words.push(word),
+        }
+    }
+    if let Some(auto) = auto {
+        words.extend(["--method".to_owned(), arguments.method.name().to_owned()]);
+        for (option, value) in arguments.method.options() {
+            // Others stand among the words.
+            if auto.given().iter().all(|(given, _)| given != option.name) {
+                words.extend([format!("--{}", option.name), value.to_owned()]);
+            }
         }
     }
     Ok(words)

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use lightshed::film::ShardPart;
-use lightshed::integrator::{Method, MethodError};
+use lightshed::integrator::{MethodError, MethodRequest};
 use lightshed_evaluate::TevViewer;
 use std::path::PathBuf;
 
@@ -13,9 +13,9 @@ pub struct Arguments {
     #[arg(long)]
     pub scene: Option<String>,
     /// Methods, the baseline first, such as
-    /// path,path-reuse,restir-pt-offline:reconnection,direct:bvh.
+    /// path,auto,path-reuse,restir-pt-offline:reconnection,direct:bvh.
     #[arg(long, value_delimiter = ',', value_parser = method, requires = "scene")]
-    pub methods: Vec<Method>,
+    pub methods: Vec<MethodRequest>,
     /// Processor seconds for each method in each repeat.
     #[arg(long, default_value_t = 4.0)]
     pub seconds: f64,
@@ -72,6 +72,6 @@ fn part(text: &str) -> Result<ShardPart, String> {
         .map_err(|error: lightshed::film::ShardPartError| error.to_string())
 }
 
-fn method(text: &str) -> Result<Method, String> {
+fn method(text: &str) -> Result<MethodRequest, String> {
     text.parse().map_err(|error: MethodError| error.to_string())
 }

@@ -13,6 +13,7 @@
 
 mod arguments;
 mod parts;
+mod pilot;
 mod scenes;
 mod show;
 mod watch;
@@ -21,13 +22,14 @@ use arguments::Arguments;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use lightshed::film::{FrameMethod, read_exr, write_exr};
-use lightshed::integrator::{Method, Motion, PathTracer, Stage, VolumePathTracer};
+use lightshed::integrator::{Method, MethodRequest, Motion, PathTracer, Stage, VolumePathTracer};
 use lightshed::sampling::PointSet;
 use lightshed::scene::Scene;
 use lightshed_evaluate::{
     ContestOptions, ContestProgress, Contestant, Contested, EvaluateError, Record, Reference, ReportChain,
     ReportScene, SingleFrames, TemporalStudy, run_watched,
 };
+use pilot::{Pilot, PilotStage};
 use scenes::Subject;
 use std::error::Error;
 use std::fs;
@@ -55,6 +57,8 @@ struct Compared {
     reference: Reference,
     contested: Contested,
     chains: Vec<ReportChain>,
+    /// What `auto` has chosen.
+    choice: Option<String>,
 }
 
 impl Compared {
@@ -111,8 +115,13 @@ fn compare(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.json {
         println!("{}", show::json(&show::machine(), &sections));
     } else {
-        for section in &sections {
-            print!("{}{}", show::table(section.record), show::frames(section.chains));
+        for (section, done) in sections.iter().zip(&compared) {
+            let choice = done.choice.as_deref().unwrap_or_default();
+            print!(
+                "{}{choice}{}",
+                show::table(section.record),
+                show::frames(section.chains)
+            );
         }
         println!("report: {}", watcher.page().display());
     }
@@ -132,7 +141,9 @@ fn one(
     fs::create_dir_all(&folder)?;
     let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
     watcher.show(&format!("{}/reference", subject.name), reference.image())?;
-    let contestants = contestants(&subject, stage);
+    let pilot = Pilot::new(arguments, &subject)?;
+    let pilot = pilot.stage();
+    let contestants = contestants(&subject, stage, &pilot);
     let options = ContestOptions {
         seconds: arguments.seconds,
         repeats: arguments.repeats,
@@ -168,23 +179,35 @@ fn one(
     let chains = if cancel.load(Ordering::Relaxed) {
         Vec::new()
     } else {
-        chains(stage, &subject.methods, &reference, cancel)?
+        let methods: Vec<Method> = subject.given().cloned().collect();
+        chains(stage, &methods, &reference, cancel)?
     };
+    drop(contestants);
+    let choice = pilot.choice();
     Ok(Compared {
         subject,
         reference,
         contested,
         chains,
+        choice,
     })
 }
 
 /// Those who take part.
-fn contestants<'b>(subject: &Subject, stage: &'b Stage<'_>) -> Vec<Contestant<'b>> {
+fn contestants<'b, 'a: 'b>(
+    subject: &Subject,
+    stage: &'b Stage<'a>,
+    pilot: &'b PilotStage<'b>,
+) -> Vec<Contestant<'b>> {
     let methods = subject.methods.iter();
     methods
-        .map(|method| {
-            let started = method.clone();
-            Contestant::new(method.to_string(), move || start(stage, &started, SAMPLES))
+        .map(|method| match method.clone() {
+            MethodRequest::Method(given) => {
+                Contestant::new(method.to_string(), move || start(stage, &given, SAMPLES))
+            }
+            MethodRequest::Auto(auto) => {
+                Contestant::new(method.to_string(), move || Ok(pilot.start(&auto, stage, SAMPLES)))
+            }
         })
         .collect()
 }
@@ -234,8 +257,12 @@ fn kept_record(arguments: &Arguments, file: &Path) -> Result<Option<Record>, Box
 }
 
 /// Writes the images, or reads those of a record that was complete already.
-fn keep_images(methods: &[Method], folder: &Path, contested: &mut Contested) -> Result<(), Box<dyn Error>> {
-    let file = |method: &Method| folder.join(format!("{}.exr", method.to_string().replace(':', "-")));
+fn keep_images(
+    methods: &[MethodRequest],
+    folder: &Path,
+    contested: &mut Contested,
+) -> Result<(), Box<dyn Error>> {
+    let file = |method: &MethodRequest| folder.join(format!("{}.exr", method.to_string().replace(':', "-")));
     if contested.images.is_empty() {
         let images = methods.iter().map(|method| read_exr(file(method)));
         contested.images = images.collect::<Result<_, _>>()?;

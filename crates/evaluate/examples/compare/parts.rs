@@ -1,6 +1,7 @@
 //! Parts of a comparison: some repeats of some scenes, measured anywhere and joined.
 
 use crate::arguments::Arguments;
+use crate::pilot::Pilot;
 use crate::scenes::Subject;
 use crate::{contestants, keep_images, reference};
 use lightshed::film::ShardPart;
@@ -34,7 +35,8 @@ pub fn measure(
         let scene = Scene::new(&subject.description)?;
         let stage = &Stage::new(&scene);
         let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
-        let contestants = contestants(&subject, stage);
+        let pilot = Pilot::new(arguments, &subject)?;
+        let contestants = contestants(&subject, stage, &pilot.stage());
         let options = ContestOptions {
             seconds: arguments.seconds,
             repeats: own.end - own.start,

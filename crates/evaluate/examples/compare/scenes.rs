@@ -1,7 +1,7 @@
 //! What is compared if nothing else is asked for.
 
 use crate::arguments::Arguments;
-use lightshed::integrator::{Method, PathDepth};
+use lightshed::integrator::{Method, MethodRequest, PathDepth};
 use lightshed::scene::{SceneDescription, builtin, import};
 use std::error::Error;
 use std::path::Path;
@@ -11,7 +11,21 @@ pub struct Subject {
     pub name: String,
     pub about: String,
     pub description: SceneDescription,
-    pub methods: Vec<Method>,
+    pub methods: Vec<MethodRequest>,
+}
+
+impl Subject {
+    /// The methods that are given, each as it is.
+    pub fn given(&self) -> impl Iterator<Item = &Method> {
+        self.methods.iter().filter_map(given)
+    }
+}
+
+fn given(request: &MethodRequest) -> Option<&Method> {
+    match request {
+        MethodRequest::Method(method) => Some(method),
+        MethodRequest::Auto(_) => None,
+    }
 }
 
 /// Built-in scenes, what they show, methods of which the first is the baseline, and the longest
@@ -20,19 +34,19 @@ const DEFAULT: [(&str, &str, &[&str], Option<u32>); 3] = [
     (
         "doorway",
         "A room lit through a door: path tracing against paths that pixels share.",
-        &["path", "path-reuse", "restir-pt-offline", "restir-pt"],
+        &["path", "auto", "path-reuse", "restir-pt-offline", "restir-pt"],
         None,
     ),
     (
         "many-lights",
         "Direct light of many lamps: choosing them by power against choosing them for the point, and against reuse among frames.",
-        &["direct", "direct:bvh", "lightcuts", "restir-di"],
+        &["direct", "auto", "direct:bvh", "lightcuts", "restir-di"],
         Some(2),
     ),
     (
         "cloud",
         "A cloud under a sky: path tracing through media against paths that frames share, which serve single frames.",
-        &["volpath", "volpath-decomposition", "restir-volume"],
+        &["volpath", "auto", "volpath-decomposition", "restir-volume"],
         Some(4),
     ),
 ];
@@ -74,18 +88,24 @@ fn asked_for(scene: &str, arguments: &Arguments) -> Result<Subject, Box<dyn Erro
         }
     };
     let methods = if arguments.methods.is_empty() {
-        ["path", "path-reuse", "restir-pt-offline"]
+        ["path", "auto", "path-reuse", "restir-pt-offline"]
             .map(str::parse)
             .into_iter()
             .collect::<Result<_, _>>()?
     } else {
         arguments.methods.clone()
     };
+    let methods: Vec<MethodRequest> = methods;
+    if methods.first().and_then(given).is_none() {
+        return Err("the baseline is a method, not auto".into());
+    }
+    let is_direct = |method: &Method| method.capabilities().depth == PathDepth::Direct;
     let direct = methods
         .iter()
-        .filter(|method: &&Method| method.capabilities().depth == PathDepth::Direct)
+        .filter_map(given)
+        .filter(|method| is_direct(method))
         .count();
-    if direct != 0 && direct != methods.len() {
+    if direct != 0 && direct != methods.iter().filter_map(given).count() {
         return Err("methods of direct light can only be compared with each other".into());
     }
     if direct != 0 {
@@ -99,10 +119,10 @@ fn asked_for(scene: &str, arguments: &Arguments) -> Result<Subject, Box<dyn Erro
     })
 }
 
-fn list(methods: &[Method]) -> String {
+fn list(methods: &[MethodRequest]) -> String {
     methods
         .iter()
-        .map(Method::to_string)
+        .map(MethodRequest::to_string)
         .collect::<Vec<_>>()
         .join(", ")
 }

@@ -101,6 +101,11 @@ impl Method {
         own
     }
 
+    /// The options that were given, with their values.
+    pub fn options(&self) -> impl Iterator<Item = (&'static MethodOption, &str)> {
+        self.values.given()
+    }
+
     /// MethodValues of its options.
     pub fn values(&self) -> &MethodValues {
         &self.values
@@ -148,6 +153,14 @@ impl Method {
     fn taker(&self, value: &str) -> Option<&'static MethodOption> {
         let mut options = self.entry.options.iter();
         options.find(|option| option.value.is_some() && (option.check)(value).is_ok())
+    }
+}
+
+impl Default for Method {
+    /// The plainest: the first of the registry.
+    fn default() -> Self {
+        let (entry, values) = (&METHODS[0], MethodValues::default());
+        Self { entry, values }
     }
 }
 

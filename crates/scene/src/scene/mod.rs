@@ -12,7 +12,7 @@ use crate::accel::Accelerator;
 use crate::emitter::{EmittedRay, EmittersByPower, PowerTable, Surroundings};
 use crate::medium::{Boundaries, Medium, MediumSides};
 use crate::{
-    Bsdf, Camera, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, Rgb, SurfacePoint,
+    Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, Rgb, SurfacePoint,
 };
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
@@ -343,6 +343,22 @@ impl Scene {
             }
             ray = point.spawn(direction);
         }
+    }
+
+    /// Calls `work` with the same view at another size of the image: what a look at the scene
+    /// beforehand takes. Afterwards the scene is what it was, bit for bit.
+    ///
+    /// # Errors
+    /// [`CameraError::Size`]; `work` was not called then.
+    pub fn at_size<T>(&mut self, size: [u32; 2], work: impl FnOnce(&Self) -> T) -> Result<T, CameraError> {
+        let RenderSettings { width, height, .. } = self.settings;
+        let resized = self.camera.resized([width, height], size)?;
+        let camera = std::mem::replace(&mut self.camera, resized);
+        [self.settings.width, self.settings.height] = size;
+        let value = work(self);
+        [self.settings.width, self.settings.height] = [width, height];
+        self.camera = camera;
+        Ok(value)
     }
 
     /// The settings that the description requests.

@@ -1,0 +1,105 @@
+//! The methods that may be chosen.
+
+use super::choice::LeftOut;
+use crate::registry::Method;
+use lightshed_scene::SceneFeatures;
+
+/// A way of finding light, with one or two ways of choosing emitters.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Family {
+    /// The same method with emitters chosen by power and by a tree, or the one of them that is
+    /// allowed.
+    pub methods: Vec<Method>,
+}
+
+/// Unbiased methods for stills that have been found to win somewhere, the plainest first, with
+/// whether they know media.
+const FAMILIES: [(&str, bool); 4] = [
+    ("path", false),
+    ("path-reuse", false),
+    ("restir-pt-offline", false),
+    ("volpath", true),
+];
+
+/// Emitters from which on a tree over them may pay.
+pub(super) const TREE_EMITTERS: usize = 8;
+
+/// The family of a method with the options that were given; `None` if it does not take them.
+fn family(name: &str, given: &[(String, String)]) -> Option<Family> {
+    let mut methods = Vec::new();
+    for text in [name.to_owned(), format!("{name}:bvh")] {
+        let mut method: Method = text.parse().ok()?;
+        for (name, value) in given {
+            method.set(name, value).ok()?;
+        }
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    Some(Family { methods })
+}
+
+/// All families that take what was given.
+pub(super) fn restricted(given: &[(String, String)]) -> Vec<Family> {
+    let families = FAMILIES.iter();
+    families.filter_map(|(name, _)| family(name, given)).collect()
+}
+
+/// The plainest method that takes what was given.
+pub(super) fn plainest(given: &[(String, String)], media: bool) -> Option<Method> {
+    let mut names = FAMILIES.iter().filter(|(_, knows)| *knows == media);
+    let family = names.find_map(|(name, _)| family(name, given))?;
+    family.methods.into_iter().next()
+}
+
+/// Why a method has nothing to do in a scene of paths of so many edges.
+fn idle(name: &str, features: &SceneFeatures, max_depth: Option<u32>) -> Option<&'static str> {
+    let longest = max_depth.unwrap_or(u32::MAX);
+    match name {
+        "path-reuse" | "restir-pt-offline" if longest < 3 => Some("there is no indirect light to share"),
+        "path-reuse" | "restir-pt-offline" if !features.has_light() => Some("nothing emits"),
+        _ => None,
+    }
+}
+
+/// The families for a scene whose paths have at most `max_depth` edges, and what is left out.
+pub(super) fn candidates(
+    given: &[(String, String)],
+    features: &SceneFeatures,
+    max_depth: Option<u32>,
+) -> (Vec<Family>, Vec<LeftOut>) {
+    let finite = features.area_emitters + features.delta_emitters;
+    let lights_given = given.iter().any(|(name, _)| name == "lights");
+    let (mut families, mut left_out) = (Vec::new(), Vec::new());
+    for &(name, media) in &FAMILIES {
+        let mut leave_out = |method: &str, why: &str| {
+            left_out.push(LeftOut {
+                method: method.to_owned(),
+                why: why.to_owned(),
+            });
+        };
+        if media != (features.media > 0) {
+            let why = match media {
+                true => "the scene has no media",
+                false => "it knows nothing of media",
+            };
+            leave_out(name, why);
+            continue;
+        }
+        let Some(mut family) = family(name, given) else {
+            leave_out(name, "it does not take the options that were given");
+            continue;
+        };
+        if let Some(why) = idle(name, features, max_depth) {
+            leave_out(name, why);
+            continue;
+        }
+        if finite < TREE_EMITTERS && !lights_given {
+            for method in family.methods.drain(1..) {
+                leave_out(&method.to_string(), "so few emitters need no tree");
+            }
+        }
+        families.push(family);
+    }
+    (families, left_out)
+}

@@ -1,0 +1,128 @@
+//! What `--method auto` has chosen, and why.
+
+use crate::arguments::{Arguments, Device};
+use crate::failure::Failure;
+use lightshed::film::{Budget, RenderOptions, RenderOutcome};
+use lightshed::integrator::{AutoTask, Choice, MethodRequest, TailBound, Trial};
+use lightshed::scene::Scene;
+use serde_json::{Value, json};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// A choice, and seconds that its pilot took.
+pub struct Chosen {
+    pub choice: Choice,
+    pub seconds: f64,
+}
+
+impl Chosen {
+    /// Adds the time to that of the rendering.
+    pub fn count(&self, outcome: &mut RenderOutcome) {
+        outcome.seconds += self.seconds;
+        let pilot = self.choice.pilot.map_or(0.0, |pilot| pilot.seconds);
+        outcome.cpu_seconds = outcome.cpu_seconds.map(|seconds| seconds + pilot);
+    }
+}
+
+/// The choice of a method, if none was given. It is the same for all shards of an image, whatever
+/// their threads and seeds. Where frames move nothing is tried.
+pub fn choose(
+    arguments: &Arguments,
+    scene: &mut Scene,
+    options: &RenderOptions,
+    frame: Option<u32>,
+) -> Result<Option<Chosen>, Failure> {
+    let MethodRequest::Auto(auto) = &arguments.request else {
+        return Ok(None);
+    };
+    if arguments.device == Device::Gpu {
+        return Ok(None);
+    }
+    let start = Instant::now();
+    let moves = arguments.motion.is_some() || arguments.media_motion.is_some() || arguments.sequence;
+    let choice = if moves || frame.is_some() || arguments.frame.is_some() {
+        auto.by_features(scene)?
+    } else {
+        let samples = match options.budget {
+            Budget::Samples(samples) => samples,
+            // What the seconds are taken for.
+            Budget::Seconds(_) => scene.settings().samples_per_pixel,
+        };
+        let task = AutoTask {
+            threads: options.threads,
+            by_clock: arguments.adaptive,
+            ..AutoTask::new([options.width, options.height], samples)
+        };
+        auto.choose(scene, &task, &AtomicBool::new(false))?
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(Some(Chosen { choice, seconds }))
+}
+
+fn bound_json(error: &TailBound) -> Value {
+    json!({"mean": error.mean, "bound": error.bound, "shape": error.shape})
+}
+
+/// All there is to know of a choice.
+pub fn choice_json(choice: &Choice) -> Value {
+    let trial = |trial: &Trial| {
+        json!({
+            "method": trial.method.to_string(),
+            "frames": trial.frames,
+            "cost": trial.cost,
+            "mse": bound_json(&trial.error),
+            "relative_mse": bound_json(&trial.relative),
+            "merit": trial.merit(),
+        })
+    };
+    let left_out = choice.left_out.iter();
+    json!({
+        "method": choice.method.to_string(),
+        "why": choice.why,
+        "pilot": choice.pilot.map(|pilot| json!({"size": pilot.size, "seconds": pilot.seconds})),
+        "trials": choice.trials.iter().map(trial).collect::<Value>(),
+        "left_out": left_out.map(|left| json!({"method": left.method, "why": left.why})).collect::<Value>(),
+    })
+}
+
+/// The same for a reader, a line each.
+pub fn choice_text(choice: &Choice) -> String {
+    let features = &choice.features;
+    let mut text = format!(
+        "\n  chosen   {:<30} {}\n  scene    {:<30} {} finite emitters, {}, {} media, {} glossy and {} smooth materials of lobes",
+        choice.method.to_string(),
+        choice.why,
+        "",
+        features.area_emitters + features.delta_emitters,
+        if features.surroundings {
+            "light from all around"
+        } else {
+            "none from all around"
+        },
+        features.media,
+        features.glossy_materials,
+        features.delta_materials,
+    );
+    if let Some(pilot) = &choice.pilot {
+        let ([width, height], seconds) = (pilot.size, pilot.seconds);
+        text += &format!(
+            "\n  pilot    {:<30} {width}x{height} pixels, {seconds:.2} CPU-seconds",
+            ""
+        );
+    }
+    for trial in &choice.trials {
+        text += &format!(
+            "\n  tried    {:<30} {} frames of cost {:.3}, squared error {:.3e} (bound {:.3e}), merit {:.3e}",
+            trial.method.to_string(),
+            trial.frames,
+            trial.cost,
+            trial.error.mean,
+            trial.error.bound,
+            trial.merit()
+        );
+    }
+    for left in &choice.left_out {
+        text += &format!("\n  not tried {:<29} {}", left.method, left.why);
+    }
+    text
+}
