@@ -632,6 +632,48 @@ fn a_gpu_renders_the_same_image() {
     }
 }
 
+/// Without a method one is chosen, and said; with options it is one that takes them; in parts it is
+/// the same, and tasks need not choose again.
+#[test]
+fn a_method_is_chosen_and_told() {
+    let folder = Folder::new("auto");
+    let tiny = ["--size", "40x30", "--out", "a.exr"];
+    let report = folder.json(&[&["doorway", "--spp", "1400"][..], &tiny].concat());
+    assert_eq!(report["method"], "path-reuse");
+    let choice = &report["choice"];
+    assert!(choice["trials"].as_array().unwrap().len() >= 3, "{choice}");
+    assert!(choice["pilot"]["seconds"].as_f64().unwrap() > 0.0);
+    // The same without rendering, on another number of threads and for another seed.
+    let other = ["--spp", "1400", "--threads", "3", "--seed", "7", "--explain"];
+    let told = folder.json(&[&["doorway"][..], &other, &tiny].concat());
+    assert_eq!(
+        (&told["choice"]["trials"], &told["choice"]["why"]),
+        (&choice["trials"], &choice["why"])
+    );
+    let little = folder.json(&[&["many-lights", "--spp", "1", "--lights", "tree"][..], &tiny].concat());
+    assert_eq!(little["choice"]["method"], "path:tree");
+    let media = folder.json(&[&["cloud", "--spp", "1"][..], &tiny].concat());
+    assert_eq!(media["method"], "volpath");
+    let given = folder.json(&[&["cornell", "--spp", "1", "--method", "path"][..], &tiny].concat());
+    assert_eq!(given["choice"], Value::Null);
+    let job = [
+        "many-lights",
+        "--spp",
+        "4",
+        "--shards",
+        "2",
+        "--submit",
+        "slurm",
+        "--job",
+        "job",
+    ];
+    assert!(folder.run(&[&job[..], &tiny].concat()).status.success());
+    let task = std::fs::read_to_string(folder.file("job/task.sh")).unwrap();
+    assert!(task.contains("--method path --lights bvh"), "{task}");
+    let output = folder.run(&["cornell", "--method", "auto", "--light-samples", "2"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
 /// What is said to run or to be left out is what the counted rays say.
 #[test]
 fn explanations_are_true() {

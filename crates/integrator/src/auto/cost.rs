@@ -14,11 +14,11 @@ use lightshed_scene::SceneFeatures;
 /// among emitters by a tree costs beyond one by power. The constants are measured, see
 /// `docs/integrator.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameCost {
+pub(super) struct FrameCost {
     /// `c`.
-    pub ray: f64,
+    ray: f64,
     /// `t`; zero without a tree.
-    pub choice: f64,
+    choice: f64,
 }
 
 /// What a frame costs at first sight, in paths, and a ray of it, by the method's name.
@@ -45,7 +45,7 @@ pub(super) const USUAL_PIXELS: f64 = 4.0;
 
 impl FrameCost {
     /// Of a method of the registry in a scene with these emitters.
-    pub fn of(method: &Method, features: &SceneFeatures) -> Self {
+    pub(super) fn of(method: &Method, features: &SceneFeatures) -> Self {
         let finite = features.area_emitters + features.delta_emitters;
         let known = RAYS.iter().find(|(name, ..)| *name == method.name());
         Self {
@@ -58,14 +58,14 @@ impl FrameCost {
     }
 
     /// What a frame is taken to cost before its rays are counted, in paths with emitters by power.
-    pub fn at_first_sight(method: &Method) -> f64 {
+    pub(super) fn at_first_sight(method: &Method) -> f64 {
         let known = RAYS.iter().find(|(name, ..)| *name == method.name());
         let tree = method.values().light_choosing().is_some();
         known.map_or(1.0, |&(_, paths, _)| paths) * if tree { 1.4 } else { 1.0 }
     }
 
     /// `C` of a frame's rays.
-    pub fn count(&self, rays: &RayCounts) -> f64 {
+    pub(super) fn count(&self, rays: &RayCounts) -> f64 {
         let all: u64 = rays.by_name().iter().map(|(_, count)| count).sum();
         self.ray * all as f64 + self.choice * rays.path as f64
     }

@@ -6,7 +6,7 @@
 //! the error `C_k E_k / C`. `E_k` is half the mean squared difference of two independent images,
 //! which is the squared error of an unbiased method whatever the image is; a bound of it, which
 //! takes unseen outliers into account ([`TailBound`]), stands in its place. `C_k` is counted in rays
-//! ([`FrameCost`]), so that the choice is a function of the scene and of what is asked, the same for
+//! (`cost.rs`), so that the choice is a function of the scene and of what is asked, the same for
 //! any number of threads, on any machine, and for each of an image's shards.
 
 mod candidates;
@@ -21,7 +21,6 @@ mod tail;
 mod tests;
 
 pub use choice::{Choice, LeftOut, PilotRun, Trial};
-pub use cost::FrameCost;
 pub use frames::AutoFrames;
 pub use plan::AutoTask;
 pub use request::{Auto, MethodRequest};

@@ -399,6 +399,32 @@ mod tests {
     use crate::{Rgb, builtin};
     use lightshed_sampling::{CounterRng, UniformSphere};
 
+    /// At another size the image's edges are where they were, and afterwards everything is.
+    #[test]
+    fn another_size_shows_the_same_view() {
+        let mut scene = Scene::new(&builtin::cornell()).unwrap();
+        let before = format!("{:?}{:?}", scene.camera(), scene.settings());
+        let size = [scene.settings().width, scene.settings().height].map(|side| side as f32);
+        let edges = |scene: &Scene, size: [f32; 2]| {
+            [[0.0, 0.0], [0.25, 0.5], [1.0, 0.3]].map(|[x, y]| {
+                scene
+                    .camera()
+                    .ray(Vec2::new(x * size[0], y * size[1]), [0.5; 2])
+                    .direction
+            })
+        };
+        let whole = edges(&scene, size);
+        let small = scene.at_size([20, 50], |scene| {
+            assert_eq!((scene.settings().width, scene.settings().height), (20, 50));
+            edges(scene, [20.0, 50.0])
+        });
+        for (a, b) in whole.iter().zip(small.unwrap()) {
+            assert!(a.distance(b) < 1e-6, "{a} {b}");
+        }
+        assert_eq!(format!("{:?}{:?}", scene.camera(), scene.settings()), before);
+        assert!(scene.at_size([0, 5], |_| ()).is_err());
+    }
+
     /// Surface points by their coordinates are those of the hit: bit for bit on triangles, to
     /// rounding on spheres.
     #[test]
