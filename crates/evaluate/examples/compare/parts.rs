@@ -36,7 +36,8 @@ pub fn measure(
         let stage = &Stage::new(&scene);
         let reference = reference(arguments, &subject, &scene, &folder, cancel)?;
         let pilot = Pilot::new(arguments, &subject)?;
-        let contestants = contestants(&subject, stage, &pilot.stage());
+        let pilot = pilot.stage();
+        let contestants = contestants(&subject, stage, &pilot);
         let options = ContestOptions {
             seconds: arguments.seconds,
             repeats: own.end - own.start,
