@@ -33,8 +33,8 @@ pub struct TailBound {
     pub shape: f64,
 }
 
-/// The largest shape that a bound is worked out for: ten times the threshold.
-const MAX_SHAPE: f64 = 0.9;
+/// The largest shape that a bound is worked out for: twenty times the threshold.
+const MAX_SHAPE: f64 = 0.95;
 
 impl TailBound {
     /// Of non-negative values, which are put in another order; zeros of none.
