@@ -639,7 +639,7 @@ fn a_method_is_chosen_and_told() {
     let folder = Folder::new("auto");
     let tiny = ["--size", "40x30", "--out", "a.exr"];
     let told = |more: &[&str]| {
-        let work = ["doorway", "--spp", "1400", "--explain"];
+        let work = ["corridor", "--spp", "1400", "--explain"];
         folder.json(&[&work[..], &tiny, more].concat())
     };
     let (one, other) = (

@@ -42,12 +42,12 @@ const ENOUGH: u32 = 1200;
 /// Every figure of the trials is the same for any number of threads; a pilot is worth its name.
 #[test]
 fn the_choice_does_not_depend_on_threads() {
-    let one = choose("auto", "doorway", ENOUGH, 1);
-    let three = choose("auto", "doorway", ENOUGH, 3);
+    let one = choose("auto", "corridor", ENOUGH, 1);
+    let three = choose("auto", "corridor", ENOUGH, 3);
     assert!(one.trials.len() >= 3, "{:?}", one.trials);
     assert_eq!(one.trials, three.trials);
     assert_eq!((&one.method, &one.why), (&three.method, &three.why));
-    // Light through a door is what tiles are for.
+    // Light around corners is what tiles are for.
     assert_eq!(one.method.name(), "path-reuse", "{:?}", one.trials);
     let pilot = one.pilot.unwrap();
     assert!(
@@ -105,7 +105,7 @@ fn options_that_are_given_hold() {
 }
 
 /// Errors of a candidate with rare outliers, none of which the pilot has met yet, and of one with
-/// a greater typical error: the means mislead in two of three pilots, the bounds in one of thirty.
+/// a greater typical error: the means mislead in two of three pilots, the bounds seldom.
 #[test]
 fn heavy_tails_are_not_chosen() {
     // Pareto values of shape 1.05 have no mean at all.
