@@ -81,7 +81,7 @@ fn options_that_are_given_hold() {
     assert!(
         free.trials
             .iter()
-            .all(|trial| trial.method.to_string().ends_with("visible=paths"))
+            .all(|trial| trial.method.to_string().ends_with(":paths"))
     );
     assert!(free.left_out.iter().any(|left| left.method == "path-reuse"));
     // One family takes it.
@@ -124,5 +124,5 @@ fn heavy_tails_are_not_chosen() {
         chosen += u32::from(heavy.bound < plain.bound);
         assert!(plain.bound < 1.35 * plain.mean, "{plain:?}");
     }
-    assert!(misled >= 20 && chosen <= 8, "{misled} {chosen}");
+    assert!(misled >= 15 && chosen <= 8, "{misled} {chosen}");
 }
