@@ -78,14 +78,7 @@ mod tests {
 
     #[test]
     fn pilots_are_a_small_share_or_none() {
-        for size in [
-            [16, 12],
-            [96, 96],
-            [256, 256],
-            [1280, 720],
-            [4000, 30],
-            [30_000, 1],
-        ] {
+        for size in [[16, 12], [96, 96], [256, 256], [1280, 720], [4000, 30]] {
             for samples in [1, 4, 64, 1024, 1 << 20] {
                 let task = AutoTask::new(size, samples);
                 let work = f64::from(size[0]) * f64::from(size[1]) * f64::from(samples);
