@@ -62,9 +62,11 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Cost times bound of the squared error: what is to be least.
+    /// Cost times bound of the squared error, what is to be least; twice that of a candidate with
+    /// too few frames to tell.
     pub fn merit(&self) -> f64 {
-        self.cost * f64::from(self.frames) * self.error.bound
+        let doubt = if self.frames < FEW_FRAMES { 2.0 } else { 1.0 };
+        doubt * self.cost * f64::from(self.frames) * self.error.bound
     }
 
     /// The same of relative errors.
@@ -72,6 +74,9 @@ impl Trial {
         self.cost * f64::from(self.frames) * self.relative.bound
     }
 }
+
+/// Frames from which on an image tells what a candidate is worth.
+const FEW_FRAMES: u32 = 4;
 
 /// Candidates whose merits are this near to the best are told apart by relative errors: squared
 /// errors are those of the brightest pixels, which the method may not touch at all.
