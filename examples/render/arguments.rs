@@ -76,8 +76,8 @@ pub struct Arguments {
     #[arg(long, value_name = "S", value_parser = positive_seconds)]
     pub seconds: Option<f64>,
 
-    /// Lets --method auto take the time of its pilot for the cost of methods, in place of counts: the
-    /// choice then depends on the machine.
+    /// Lets --method auto take the time of its pilot for the cost of methods, in place of counts:
+    /// the choice then depends on the machine.
     #[arg(long, requires = "seconds")]
     pub adaptive: bool,
 
