@@ -12,7 +12,8 @@ use crate::accel::Accelerator;
 use crate::emitter::{EmittedRay, EmittersByPower, PowerTable, Surroundings};
 use crate::medium::{Boundaries, Medium, MediumSides};
 use crate::{
-    Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, Rgb, SurfacePoint,
+    Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, Rgb,
+    SurfacePoint,
 };
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
