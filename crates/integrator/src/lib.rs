@@ -91,7 +91,7 @@ pub use restir::pt::{
     MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPt, RestirPtError, RestirPtOptions,
 };
 pub use restir::suffix::{MAX_BORROWED, MAX_PREFIXES, RestirSuffix, RestirSuffixError, RestirSuffixOptions};
-pub use restir::{RestirDi, RestirDiError, RestirDiSettings, RestirGi};
+pub use restir::{RestirDi, RestirDiError, RestirDiSettings, RestirGi, WorldReuse};
 pub use scene_world::{PixelSensor, SceneVertex, SceneWorld};
 pub use volume::restir::{MAX_SCATTERINGS, RestirVolume, RestirVolumeError, RestirVolumeOptions};
 pub use volume::volpath::{VolumePathTracer, VolumeTracking};

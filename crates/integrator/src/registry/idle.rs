@@ -3,7 +3,8 @@
 use super::option::{MethodOption, MethodValues};
 use super::options::{
     CACHE_ALWAYS, CACHE_BORDERS, CACHE_CELLS, CACHE_PASSES, CACHE_SURVIVAL, GUIDE, GUIDE_ALWAYS, GUIDE_BITS,
-    GUIDE_BORDERS, GUIDE_TRAINING, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE,
+    GUIDE_BORDERS, GUIDE_TRAINING, PAIRS, SHADOW_FILTER, SHADOW_SAMPLES, SHADOW_SPREAD, VISIBLE, WORLD_CELLS,
+    WORLD_READS,
 };
 
 /// The reason why a given option would change nothing beside the others.
@@ -11,8 +12,9 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
     let guided = values.guided_paths().is_some();
     let cached = values.cache_rule().is_some();
     let quadtrees = values.get::<String>(&GUIDE).is_some_and(|guide| guide == "cdq");
+    let world = values.world_reuse();
     let shadows = values.get(&SHADOW_SAMPLES) != Some(0u32);
-    let rules: [(&[&MethodOption], bool, &str); 6] = [
+    let rules: [(&[&MethodOption], bool, &str); 8] = [
         (
             &[&GUIDE_TRAINING, &GUIDE_ALWAYS, &GUIDE_BORDERS],
             guided,
@@ -29,6 +31,16 @@ pub(super) fn idle_option(values: &MethodValues) -> Option<String> {
             ],
             cached,
             "without --cache",
+        ),
+        (
+            &[&WORLD_CELLS, &WORLD_READS],
+            world.is_some(),
+            "without --reservoirs world or both",
+        ),
+        (
+            &[&PAIRS],
+            world.is_none_or(|(_, both)| both),
+            "with --reservoirs world",
         ),
         (&[&VISIBLE], !guided, "with --guide"),
         (

@@ -184,6 +184,9 @@ pub static METHODS: &[MethodEntry] = &[
             options::VISIBLE,
             options::PAIRS,
             options::MUTATIONS,
+            options::RESERVOIRS,
+            options::WORLD_CELLS,
+            options::WORLD_READS,
         ],
         start: |stage, values, motion| {
             let mut settings = RestirDiSettings {
@@ -204,8 +207,20 @@ pub static METHODS: &[MethodEntry] = &[
             biased: true,
             ..MethodCapabilities::CHAIN
         },
-        options: &[options::LIGHTS, options::POINTS, options::VISIBLE],
-        start: |stage, values, motion| restir_di(stage, values, motion, RestirDiSettings::BIASED),
+        options: &[
+            options::LIGHTS,
+            options::POINTS,
+            options::VISIBLE,
+            options::RESERVOIRS,
+            options::WORLD_CELLS,
+            options::WORLD_READS,
+        ],
+        start: |stage, values, motion| {
+            if values.world_reuse().is_some_and(|(_, both)| both) {
+                return Err("biased reservoirs are on the screen or in the world, not both".to_owned());
+            }
+            restir_di(stage, values, motion, RestirDiSettings::BIASED)
+        },
     },
     MethodEntry {
         name: "restir-gi",
@@ -363,11 +378,17 @@ fn restir_di<'b>(
     motion: Motion<'b>,
     settings: RestirDiSettings,
 ) -> Start<'b> {
-    let settings = RestirDiSettings {
+    let mut settings = RestirDiSettings {
         points: values.points(),
         visible_emission: values.visible_emission(),
         ..settings
     };
+    if let Some((world, both)) = values.world_reuse() {
+        settings.world = Some(world);
+        if !both {
+            (settings.temporal_reuse, settings.spatial_rounds) = (false, 0);
+        }
+    }
     by_emitters!(stage, values, sampler => {
         let method = RestirDi::new(stage.scene(), sampler, settings);
         frames(method.map(|method| method.with_motion(motion.camera)))

@@ -4,7 +4,7 @@ use super::option::{MethodOption, MethodValues, any, one_of, within};
 use crate::{
     CacheRule, CachedPathsOptions, CutTree, GuideKind, GuidedPathsOptions, LightChoosing, LightcutOptions,
     MAX_CACHE_PASSES, MAX_DIRECT_SAMPLES, MAX_MIXTURE_STEPS, MixtureOptions, MixtureSets, PathMapping,
-    RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions,
+    RestirSuffixOptions, ShadowTargets, TILE_SIZES, VplGridOptions, VplOptions, WorldReuse,
 };
 use lightshed_guiding::Interpolation;
 use lightshed_lights::{GridOptions, Levels};
@@ -217,6 +217,35 @@ pub const MUTATIONS: MethodOption = MethodOption::new(
     "0",
     |text| within(text, 0..=64),
     "Steps of a Markov chain on each pixel's emitter after reuse from the frame before",
+);
+
+/// Where reservoirs are.
+pub const RESERVOIRS: MethodOption = MethodOption::new(
+    "reservoirs",
+    "WHERE",
+    "screen",
+    |text| one_of(text, &["screen", "world", "both"]),
+    "Where reservoirs are that pixels reuse from: screen (neighbours and the frame before), world (cells of space, which \
+     stay when the camera moves) or both",
+);
+
+/// Size of cells.
+pub const WORLD_CELLS: MethodOption = MethodOption::new(
+    "world-cells",
+    "PIXELS",
+    "16",
+    any::<f32>,
+    "Side of the cells of --reservoirs world, in pixels of the middle of the image, rounded down to a power of two times \
+     the finest",
+);
+
+/// Reservoirs that a pixel reads.
+pub const WORLD_READS: MethodOption = MethodOption::new(
+    "world-reads",
+    "N",
+    "2",
+    |text| within(text, 1..=lightshed_caching::MAX_READS),
+    "Reservoirs of cells that a pixel reads in a frame",
 );
 
 /// Integration prefixes.
@@ -452,6 +481,20 @@ impl MethodValues {
             Some("reconnection") => PathMapping::Reconnection,
             _ => PathMapping::Hybrid,
         }
+    }
+
+    /// Reservoirs in cells of space, if there are any, and whether reuse among pixels goes on
+    /// beside them.
+    pub fn world_reuse(&self) -> Option<(WorldReuse, bool)> {
+        let both = match self.get::<String>(&RESERVOIRS).as_deref() {
+            Some("world") => false,
+            Some("both") => true,
+            _ => return None,
+        };
+        let mut reuse = WorldReuse::default();
+        reuse.cell_pixels = self.get(&WORLD_CELLS).unwrap_or(reuse.cell_pixels);
+        reuse.reads = self.get(&WORLD_READS).unwrap_or(reuse.reads);
+        Some((reuse, both))
     }
 
     /// Whether reuse is in pairs, or followed by steps of Markov chains.

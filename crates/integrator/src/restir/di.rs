@@ -6,16 +6,19 @@ use super::light::{DirectReservoir, LightSample, SeenFrom, lit_by};
 use super::mutation::mutated;
 use super::passes::{MAX_ROUNDS, PASSES, Pass};
 use super::primary::{Primary, trace_primaries};
+use super::world::{WorldCells, WorldReuse};
 use crate::CameraMotion;
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::transport::met_emission;
 use crate::ray_batch::NOWHERE;
 use crate::visible_emission::{MOST_EDGES, VisibleFrames};
+use lightshed_caching::{CachingError, MAX_READS, WorldVisits};
 use lightshed_film::{FrameMethod, MAX_BATCH, RayCounts};
 use lightshed_film::{RayKind, RayTally};
 use lightshed_resampling::{
-    Contribution, Extent, MergeRule, Mis, PairedPattern, Pattern, PatternError, Reuse, ReuseError, Topology,
+    Contribution, DistinctSamples, Extent, MergeRule, Mis, PairedPattern, Pattern, PatternError, Reuse,
+    ReuseError, Topology,
 };
 use lightshed_sampling::{PointSet, parallel};
 use lightshed_scene::glam::Vec2;
@@ -57,6 +60,11 @@ pub struct RestirDiSettings {
     /// many pixels, a power of two; `None` for neighbours in a disk. They shade by the single
     /// remaining sample, not by the sum over all.
     pub pairs: Option<u32>,
+    /// Reservoirs in cells of space, which pixels read after reuse from the frame before and before
+    /// spatial reuse; without rounds of the latter they shade by the sum over what they read.
+    /// **Biased settings** shade by what they read and by nothing else: the cells' sites alone
+    /// decide which light there is, and a pixel that brings nothing to a cell draws no candidates.
+    pub world: Option<WorldReuse>,
 }
 
 impl RestirDiSettings {
@@ -74,6 +82,7 @@ impl RestirDiSettings {
         visible_emission: false,
         mutations: 0,
         pairs: None,
+        world: None,
     };
     /// Biased: as before, with two rounds of 5 neighbours, which trace no rays.
     pub const BIASED: Self = Self {
@@ -98,6 +107,9 @@ impl RestirDiSettings {
         if !(self.confidence_cap > 0.0) {
             return Err(RestirDiError::ConfidenceCap);
         }
+        if let Some(world) = &self.world {
+            world.check().map_err(RestirDiError::World)?;
+        }
         if let Some(block) = self.pairs {
             PairedPattern::new(block).map_err(RestirDiError::Pattern)?;
         }
@@ -121,7 +133,7 @@ impl Default for RestirDiSettings {
 }
 
 /// Why settings are refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RestirDiError {
     /// No candidates, or more than 65,536.
@@ -132,6 +144,8 @@ pub enum RestirDiError {
     Pattern(PatternError),
     /// The confidence cap is not positive, or NaN.
     ConfidenceCap,
+    /// Cells of space are refused.
+    World(CachingError),
 }
 
 impl fmt::Display for RestirDiError {
@@ -140,6 +154,7 @@ impl fmt::Display for RestirDiError {
             Self::Candidates => f.write_str("candidates must number between 1 and 65536"),
             Self::Rounds => f.write_str("at most 64 rounds of spatial reuse are possible"),
             Self::Pattern(error) => error.fmt(f),
+            Self::World(error) => error.fmt(f),
             Self::ConfidenceCap => f.write_str("the confidence cap must be positive"),
         }
     }
@@ -149,6 +164,7 @@ impl std::error::Error for RestirDiError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Pattern(error) => Some(error),
+            Self::World(error) => Some(error),
             _ => None,
         }
     }
@@ -198,6 +214,8 @@ pub struct RestirDi<'a, S = EmittersByPower<'a>> {
     pixels: TwoFrames<Vec<Option<Primary>>>,
     /// What they hold.
     reservoirs: Reservoirs<Primary>,
+    /// What cells of space hold.
+    world: Option<WorldCells<Primary>>,
     visible: VisibleFrames,
 }
 
@@ -208,7 +226,9 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
     /// See [`RestirDiError`].
     pub fn new(scene: &'a Scene, sampler: S, settings: RestirDiSettings) -> Result<Self, RestirDiError> {
         let pattern = settings.check()?;
+        let world = settings.world.map(|world| WorldCells::new(scene, &world));
         Ok(Self {
+            world: world.transpose().map_err(RestirDiError::World)?,
             scene,
             sampler,
             settings,
@@ -236,10 +256,12 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         extent_of(self.scene)
     }
 
-    /// Fresh reservoirs of all pixels, and light by delta lobes into the image. False if cancelled.
+    /// Fresh reservoirs of all pixels, or of those that `wanted` names, and light by delta lobes
+    /// into the image. False if cancelled.
     fn resample_fresh(
         &self,
         view: FrameView<'_>,
+        wanted: Option<&[bool]>,
         reservoirs: &mut [DirectReservoir],
         image: &mut [Rgb],
         cancel: &AtomicBool,
@@ -248,8 +270,9 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         let batches = self.pixels(view.number).chunks(MAX_BATCH).zip(results);
         in_batches(batches, cancel, |first, (pixels, (reservoirs, image))| {
             let mut by_bsdf = [None; MAX_BATCH];
-            self.meet_emitters(view, first, pixels, &mut by_bsdf, image);
-            self.resample_chunk(view, first, pixels, &by_bsdf, reservoirs);
+            let wanted = wanted.map(|wanted| &wanted[first..first + pixels.len()]);
+            self.meet_emitters(view, (first, wanted), pixels, &mut by_bsdf, image);
+            self.resample_chunk(view, (first, wanted), pixels, &by_bsdf, reservoirs);
         })
     }
 
@@ -258,7 +281,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
     fn meet_emitters(
         &self,
         view: FrameView<'_>,
-        first: usize,
+        (first, wanted): (usize, Option<&[bool]>),
         pixels: &[Option<Primary>],
         by_bsdf: &mut [Option<EmitterEndpoint>; MAX_BATCH],
         image: &mut [Rgb],
@@ -269,6 +292,10 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         }
         let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [(0, None); MAX_BATCH], 0);
         for (place, primary) in surfaces(pixels) {
+            // Delta lobes are shaded by this ray, whoever else wants it.
+            if wanted.is_some_and(|wanted| !wanted[place]) && primary.bsdf.is_diffuse() {
+                continue;
+            }
             let mut rng = view.numbers.pass(Pass::Bsdf).pixel(first + place);
             let u_lobe = rng.next_f32();
             let u = Vec2::from(rng.next_2d());
@@ -327,7 +354,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
     fn resample_chunk(
         &self,
         view: FrameView<'_>,
-        first: usize,
+        (first, wanted): (usize, Option<&[bool]>),
         pixels: &[Option<Primary>],
         by_bsdf: &[Option<EmitterEndpoint>; MAX_BATCH],
         reservoirs: &mut [DirectReservoir],
@@ -336,7 +363,8 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         reservoirs.fill(DirectReservoir::empty(0.0));
         let rng = |place, pass: Pass| view.numbers.pass(pass).pixel(first + place);
         let mut survivors = [None; MAX_BATCH];
-        for (place, primary) in surfaces(pixels).filter(|(_, primary)| primary.bsdf.has_non_delta()) {
+        let lit = surfaces(pixels).filter(|(_, primary)| primary.bsdf.has_non_delta());
+        for (place, primary) in lit.filter(|&(place, _)| wanted.is_none_or(|wanted| wanted[place])) {
             survivors[place] = Some(resample_candidates(
                 &self.sampler,
                 primary,
@@ -389,6 +417,7 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         &self,
         view: FrameView<'_>,
         reservoirs: &mut Reservoirs<Primary>,
+        world: Option<&WorldCells<Primary>>,
         image: &mut [Rgb],
         cancel: &AtomicBool,
     ) -> Result<(), ReuseError> {
@@ -426,6 +455,16 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
             self.mutate(view, &shift, &mut reservoirs.now);
         }
         let spatial = reuse(Mis::PAIRWISE_DEFENSIVE);
+        let shade = |_, part: Contribution<'_, LightSample>, sum: &mut Rgb| {
+            *sum += weighted(part.sample.value, part.weight);
+        };
+        if let Some(world) = world {
+            let (links, choose) = (world.links(view, pixels), WorldCells::<Primary>::choose(view));
+            if spatial_rounds == 0 {
+                return reservoirs.linked_shaded(&spatial, world.history(), links, image, shade, choose);
+            }
+            reservoirs.linked(&spatial, world.history(), links, choose)?;
+        }
         if let Some(pairs) = self.settings.paired() {
             let numbers = view.numbers.pass(Pass::Spatial);
             let pairs = |round| {
@@ -445,13 +484,74 @@ impl<'a, S: EmitterSampler> RestirDi<'a, S> {
         let choose = |round, pixel| numbers.round(round).pixel(pixel);
         reservoirs.in_space(&spatial, others, neighbours, choose, cancel)?;
         if shades {
-            let shade = |_, part: Contribution<'_, LightSample>, sum: &mut Rgb| {
-                *sum += weighted(part.sample.value, part.weight);
-            };
             let choose = |pixel| choose(others, pixel);
             reservoirs.in_space_shaded(&spatial, neighbours(others), image, shade, choose)?;
         }
         Ok(())
+    }
+
+    /// A frame of the cells: they merge what pixels bring, with occlusion. Returns whether that
+    /// went well.
+    fn bring(
+        &self,
+        view: FrameView<'_>,
+        (world, visits): (&mut WorldCells<Primary>, &WorldVisits),
+        fresh: &[DirectReservoir],
+    ) -> bool {
+        let shift = SeenFrom {
+            scene: self.scene,
+            tally: &self.tally,
+            visibility: true,
+        };
+        let cap = self.settings.world.map_or(0.0, |world| world.confidence_cap);
+        let rule = MergeRule::new(&shift).with_confidence_cap(cap);
+        let pixels = self.pixels(view.number);
+        // Fails for slices of other lengths only.
+        world.update(view, visits, pixels, fresh, &rule).is_ok()
+    }
+
+    /// Adds to each pixel the mean of `f(Y) W` over the reservoirs of cells that it reads, `f` with
+    /// occlusion: **biased**, as the cells' sites need not see what the pixel sees.
+    fn shade_by_cells(&self, view: FrameView<'_>, world: &WorldCells<Primary>, image: &mut [Rgb]) {
+        let pixels = self.pixels(view.number);
+        let links = world.links(view, pixels);
+        let batches = pixels.chunks(MAX_BATCH).zip(image.chunks_mut(MAX_BATCH));
+        parallel::for_each(batches, |batch, (pixels, image)| {
+            let (mut reads, mut all) = ([(0, 0, 0.0); MAX_BATCH * MAX_READS as usize], 0);
+            for (place, _) in surfaces(pixels) {
+                let first = all;
+                links.for_each(batch * MAX_BATCH + place, |held| {
+                    reads[all] = (place, held, 1.0);
+                    all += 1;
+                });
+                let share = 1.0 / (all - first).max(1) as f64;
+                reads[first..all].iter_mut().for_each(|read| read.2 = share);
+            }
+            for reads in reads[..all].chunks(MAX_BATCH) {
+                let (mut rays, mut owners, mut count) = ([NOWHERE; MAX_BATCH], [0; MAX_BATCH], 0);
+                let mut light = [(0, Rgb::ZERO); MAX_BATCH];
+                for &(place, held, share) in reads {
+                    let Some((sample, weight)) = world.held()[held].weighted_sample() else {
+                        continue;
+                    };
+                    let primary = pixels[place].as_ref();
+                    let lit = primary.and_then(|primary| lit_by(self.scene, primary, &sample.endpoint));
+                    let Some((lit, primary)) = lit.zip(primary) else {
+                        continue;
+                    };
+                    rays[count] = lit.connection.shadow_ray(&primary.point);
+                    owners[count] = count;
+                    light[count] = (place, weighted(lit.value, f64::from(weight.value()) * share));
+                    count += 1;
+                }
+                for hidden in self.hidden(&rays[..count], &owners) {
+                    light[hidden].1 = Rgb::ZERO;
+                }
+                for (place, light) in &light[..count] {
+                    image[*place] += *light;
+                }
+            }
+        });
     }
 
     /// Mutates the pixels' samples by small steps.
@@ -555,16 +655,39 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
         let rays = trace_primaries(scene, view, self.visible.get(), (pixels, image), cancel);
         self.tally.add(RayKind::Camera, rays.unwrap_or(0) as usize);
 
+        let biased = self.settings.biased;
         let mut reservoirs = std::mem::take(&mut self.reservoirs);
         reservoirs.begin(extent.len());
-        let done = rays.is_some()
-            && self.resample_fresh(view, &mut reservoirs.now, image, cancel)
-            // Fails for slices of other lengths only.
-            && self.reuse(view, &mut reservoirs, image, cancel).is_ok();
-        let is_shaded = !self.settings.biased && self.settings.spatial_rounds > 0;
-        if done && (!is_shaded || self.settings.paired().is_some()) {
-            self.shade(frame, &reservoirs.now, image);
+        let mut world = self.world.take();
+        let visits = world
+            .as_mut()
+            .filter(|_| rays.is_some())
+            .map(|world| world.visit(view, self.pixels(frame)));
+        // Who shades by cells alone wants candidates only for them.
+        let wanted = visits.as_ref().filter(|_| biased).map(|visits| {
+            let mut wanted = vec![false; extent.len()];
+            visits.contributors().for_each(|pixel| wanted[pixel] = true);
+            wanted
+        });
+        let mut done = rays.is_some()
+            && self.resample_fresh(view, wanted.as_deref(), &mut reservoirs.now, image, cancel);
+        if let (true, Some(world), Some(visits)) = (done, &mut world, &visits) {
+            done = self.bring(view, (world, visits), &reservoirs.now);
         }
+        if let (true, true, Some(world)) = (done, biased, &world) {
+            self.shade_by_cells(view, world, image);
+        } else if done {
+            // Fails for slices of other lengths only.
+            done = self
+                .reuse(view, &mut reservoirs, world.as_ref(), image, cancel)
+                .is_ok();
+            let rounds = self.settings.spatial_rounds > 0 && self.settings.paired().is_none();
+            let is_shaded = !biased && (rounds || (world.is_some() && self.settings.spatial_rounds == 0));
+            if done && !is_shaded {
+                self.shade(frame, &reservoirs.now, image);
+            }
+        }
+        self.world = world;
         reservoirs.keep();
         self.reservoirs = reservoirs;
         (done && !cancel.load(Ordering::Relaxed)).then(|| self.tally.take())
@@ -572,5 +695,19 @@ impl<S: EmitterSampler + Send> FrameMethod for RestirDi<'_, S> {
 
     fn is_still(&self) -> bool {
         self.motion.is_still()
+    }
+
+    /// How many different endpoints pixels hold after the last frame, and what cells do.
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        let held = self.reservoirs.held.iter().filter_map(|held| held.sample());
+        let mut keys: Vec<_> = held.map(LightSample::key).collect();
+        let count = DistinctSamples::count(&mut keys);
+        let mut figures = vec![
+            ("held_samples", count.samples as f64),
+            ("distinct_samples", count.distinct as f64),
+            ("effective_samples", count.effective),
+        ];
+        figures.extend(self.world.iter().flat_map(WorldCells::figures));
+        figures
     }
 }

@@ -204,6 +204,47 @@ where
         Ok(())
     }
 
+    /// Reuse from those of another row, `others`, to which `links` lead.
+    pub fn linked<Ds, H, T, C>(
+        &mut self,
+        reuse: &Reuse<'_, Ds, T>,
+        others: History<'_, H, R>,
+        links: impl Topology,
+        choose: impl Fn(usize) -> C + Sync,
+    ) -> Result<(), ReuseError>
+    where
+        Ds: Domains<Domain = D>,
+        H: Domains<Domain = D> + ?Sized,
+        T: ShiftMapping<D> + Sync,
+        C: Choose,
+    {
+        reuse.linked(&self.now, others, links, &mut self.scratch, choose)?;
+        std::mem::swap(&mut self.now, &mut self.scratch);
+        Ok(())
+    }
+
+    /// The same, where all that they bring shades `image`.
+    pub fn linked_shaded<Ds, H, T, C>(
+        &mut self,
+        reuse: &Reuse<'_, Ds, T>,
+        others: History<'_, H, R>,
+        links: impl Topology,
+        image: &mut [Rgb],
+        shade: impl Fn(usize, Contribution<'_, D::Sample>, &mut Rgb) + Sync,
+        choose: impl Fn(usize) -> C + Sync,
+    ) -> Result<(), ReuseError>
+    where
+        Ds: Domains<Domain = D>,
+        H: Domains<Domain = D> + ?Sized,
+        T: ShiftMapping<D> + Sync,
+        C: Choose,
+    {
+        let sums = Sums::new(image, shade);
+        reuse.linked_integrated(&self.now, others, links, &mut self.scratch, sums, choose)?;
+        std::mem::swap(&mut self.now, &mut self.scratch);
+        Ok(())
+    }
+
     /// A last round, in which all inputs shade `image`.
     pub fn in_space_shaded<Ds, T, C>(
         &mut self,

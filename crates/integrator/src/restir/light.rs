@@ -32,6 +32,21 @@ impl LightSample {
     pub fn target(&self) -> f64 {
         f64::from(luminance(self.value))
     }
+
+    /// Tells endpoints apart.
+    pub fn key(&self) -> [u32; 4] {
+        let bits = f32::to_bits;
+        match self.endpoint {
+            EmitterEndpoint::Surface {
+                emitter,
+                coordinates: [u, v],
+            } => [0, emitter, bits(u), bits(v)],
+            EmitterEndpoint::Environment { direction } => {
+                [1, bits(direction.x), bits(direction.y), bits(direction.z)]
+            }
+            EmitterEndpoint::Delta { emitter } => [2, emitter, 0, 0],
+        }
+    }
 }
 
 /// A pixel of one frame that sees a surface, as direct light sees it.

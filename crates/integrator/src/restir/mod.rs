@@ -11,6 +11,8 @@ mod passes;
 pub(crate) mod primary;
 pub(crate) mod pt;
 pub(crate) mod suffix;
+mod world;
 
 pub use di::{RestirDi, RestirDiError, RestirDiSettings};
 pub use gi::RestirGi;
+pub use world::WorldReuse;

@@ -26,7 +26,7 @@ impl From<Pass> for u32 {
 /// Most rounds of spatial reuse.
 pub(super) const MAX_ROUNDS: u32 = 64;
 
-pub(super) const PASSES: FramePasses = match FramePasses::new(Pass::Spatial as u32 + 1, MAX_ROUNDS, 2) {
+pub(super) const PASSES: FramePasses = match FramePasses::new(Pass::Spatial as u32 + 1, MAX_ROUNDS, 3) {
     Ok(passes) => passes,
     Err(_) => panic!("few passes"),
 };

@@ -13,7 +13,7 @@ use lightshed_scene::{EmitterConnection, EmitterEndpoint, EmitterSample, Scene, 
 use lightshed_testkit::check_faults;
 
 /// Cheap enough for a test, with every kind of reuse.
-fn settings() -> RestirDiSettings {
+pub fn settings() -> RestirDiSettings {
     let mut settings = RestirDiSettings::UNBIASED;
     settings.emitter_candidates = 3;
     settings.radius_pixels = 6.0;
@@ -21,7 +21,7 @@ fn settings() -> RestirDiSettings {
     settings
 }
 
-fn truth(scene: &Scene, images: u32) -> Ensemble {
+pub fn truth(scene: &Scene, images: u32) -> Ensemble {
     let size = [scene.settings().width, scene.settings().height];
     Ensemble::of_estimator(
         &DirectLight::new(scene, scene.emitters_by_power(), DirectLightOptions::default()).unwrap(),

@@ -12,3 +12,4 @@ mod restir_pt;
 mod restir_volume;
 mod scenes;
 mod volume_motion;
+mod world;
