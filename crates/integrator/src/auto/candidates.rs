@@ -1,8 +1,16 @@
 //! The methods that may be chosen.
 
-use super::choice::LeftOut;
 use crate::registry::Method;
 use lightshed_scene::SceneFeatures;
+
+/// A method that was not tried.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Its text.
+    pub method: String,
+    /// Why.
+    pub why: String,
+}
 
 /// A way of finding light, with one or two ways of choosing emitters.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! The choice, and why it was made.
 
-use super::candidates::{Family, TREE_EMITTERS, candidates, plainest};
+use super::candidates::{Family, LeftOut, TREE_EMITTERS, candidates, plainest};
 use super::cost::{FrameCost, USUAL_PATH, USUAL_PIXELS};
 use super::pilot::{Images, images};
 use super::plan::{AutoTask, PilotPlan};
@@ -26,15 +26,6 @@ pub struct Choice {
     pub left_out: Vec<LeftOut>,
     /// The pilot, if there was one.
     pub pilot: Option<PilotRun>,
-}
-
-/// A method that was not tried.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LeftOut {
-    /// Its text.
-    pub method: String,
-    /// Why.
-    pub why: String,
 }
 
 /// What the pilot was.

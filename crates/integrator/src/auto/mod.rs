@@ -20,7 +20,8 @@ mod tail;
 #[cfg(test)]
 mod tests;
 
-pub use choice::{Choice, LeftOut, PilotRun, Trial};
+pub use candidates::LeftOut;
+pub use choice::{Choice, PilotRun, Trial};
 pub use frames::AutoFrames;
 pub use plan::AutoTask;
 pub use request::{Auto, MethodRequest};
