@@ -157,12 +157,14 @@ mod tests {
     use lightshed_film::{PixelEstimator, SampleId};
     use lightshed_scene::{Rgb, Scene, builtin};
 
-    /// Samples of the first pixels of a row, in a batch and each alone.
+    /// Samples of pixels of a row, in a batch and each alone.
     fn samples<S: EmitterSampler + Send>(scene: &Scene, sampler: S) -> Vec<Rgb> {
         let tracer = PathTracer::new(scene, sampler);
+        // In the lower half of the image, where the floor is.
+        let settings = scene.settings();
         let ids: [SampleId; 64] = std::array::from_fn(|i| SampleId {
-            x: i as u32,
-            y: 40,
+            x: i as u32 % settings.width,
+            y: settings.height * 3 / 4,
             index: 1,
         });
         let mut values = vec![Rgb::ZERO; ids.len()];
