@@ -35,7 +35,7 @@ fn every_method_is_found_by_its_name_and_renders() {
         "restir-di:bvh",
         "restir-di:16:1",
         "restir-di:world:world-cells=8",
-        "restir-di:both:bvh",
+        "restir-di:bvh:both",
         "restir-di-biased:world:world-reads=1",
         "restir-pt:16",
         "restir-di-biased:uniform",
