@@ -407,3 +407,23 @@ fn a_test_that_excludes_edges_leaks() {
     }
     assert!(leaks > 100, "{leaks} leaks");
 }
+
+/// Boxes so large that their areas overflow: no cost tells what a leaf is, and leaves still hold
+/// eight triangles at most.
+#[test]
+fn areas_that_overflow_make_a_tree_all_the_same() {
+    let mut rng = Pcg64Mcg::seed_from_u64(31);
+    for size in [1e18, 1e20, 1e30] {
+        let mut triangles = soup(&mut rng, 60, 1.0);
+        triangles.iter_mut().flatten().for_each(|corner| *corner *= size);
+        let spheres = [Sphere {
+            center: Vec3::ZERO,
+            radius: 1.0,
+        }];
+        for quality in [Preset::Fastest, Preset::Best] {
+            let accelerator = with_tree(&triangles, &spheres, quality);
+            // Crossing it ends.
+            accelerator.intersect(&Ray::new(Vec3::Z * 2.0 * size, Vec3::NEG_Z));
+        }
+    }
+}

@@ -61,7 +61,8 @@ fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
     for i in (0..plans.len()).rev() {
         let node = &tree.nodes()[i];
         let area = node.bounds().half_area();
-        let leaf = if can_be_leaf(tree, node, primitives) {
+        let can_be_leaf = can_be_leaf(tree, node, primitives);
+        let leaf = if can_be_leaf {
             area * COST_LEAF
         } else {
             f32::INFINITY
@@ -87,8 +88,10 @@ fn plan(tree: &Bvh, primitives: &Primitives) -> Vec<Shares> {
         let (mut costs, mut shares) = (Costs::default(), Shares::default());
         let (inner, share) = split(8);
         let inner = inner + area * COST_NODE;
-        costs[0] = if leaf <= inner { leaf } else { inner };
-        shares.set(1, if leaf <= inner { 0 } else { share });
+        // Areas of boxes beyond 10¹⁹ overflow, so that costs tell nothing.
+        let becomes_leaf = can_be_leaf && leaf <= inner;
+        costs[0] = if becomes_leaf { leaf } else { inner };
+        shares.set(1, if becomes_leaf { 0 } else { share });
         for children in 2..=7 {
             let (cost, share) = split(children);
             let fewer = costs[children - 2];
