@@ -8,9 +8,9 @@
 //!
 //! > `x̄ = Σ n_k x_k / N`, `s² = Σ n_k (x_k − x̄)² / ((K − 1) N)`, `N = Σ n_k`
 //!
-//! estimate the mean and the variance of that estimate from `K` shards. Two methods differ by `x̄_b
-//! − x̄_a`; its interval is Student's with the degrees of freedom of Welch (1947) and Satterthwaite
-//! (1946).
+//! estimate the mean and the variance of that estimate from `K` shards. Two methods differ by
+//! `x̄_b − x̄_a`; its interval is Student's with the degrees of freedom of Welch (1947) and
+//! Satterthwaite (1946).
 
 use crate::EvaluateError;
 use lightshed_film::Film;

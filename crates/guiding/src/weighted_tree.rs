@@ -61,7 +61,8 @@ pub struct WeightedTreeModel {
     options: WeightedTreeOptions,
 }
 
-/// A weighted quadtree as a distribution of directions: `p(ω) = E_leaf / (E A_leaf) · ‖q‖₂³/4`.
+/// A weighted quadtree as a distribution of directions:
+/// `p(ω) = E_leaf / (E A_leaf) · ‖q‖₂³/4`.
 #[derive(Clone, Copy, Debug)]
 pub struct WeightedDirections<'a> {
     nodes: &'a [WeightedNode],

@@ -5,7 +5,8 @@ use lightshed_resampling::{Moments, Ris, Tractable};
 use lightshed_sampling::{Area, CounterRng, f64_from_u64};
 use std::error::Error;
 
-/// Light that a point below the end of a strip [0, 1] gets from the place `x`: cheap to evaluate, …
+/// Light that a point below the end of a strip [0, 1] gets from the place `x`: cheap to evaluate,
+/// …
 fn target(x: f64) -> f64 {
     let distance_squared = x * x + 0.01;
     1.0 / (distance_squared * distance_squared)

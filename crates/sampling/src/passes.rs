@@ -62,7 +62,8 @@ impl FramePasses {
     /// `rounds` rounds.
     ///
     /// # Errors
-    /// [`TooManyPasses`] unless `1 ≤ reservoirs · (passes − 1 + rounds) ≤ 256` and no factor is 0.
+    /// [`TooManyPasses`] unless `1 ≤ reservoirs · (passes − 1 + rounds) ≤ 256` and no factor
+    /// is 0.
     pub const fn new(passes: u32, rounds: u32, reservoirs: u32) -> Result<Self, TooManyPasses> {
         if passes == 0 || rounds == 0 || reservoirs == 0 || passes > PARTS || rounds > PARTS {
             return Err(TooManyPasses);

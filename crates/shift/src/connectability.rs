@@ -75,8 +75,8 @@ impl Connectability {
     }
 
     /// The hybrid shift: random replay up to the first connectable pair. `min_roughness` is in
-    /// units of GGX's `α` (the thesis uses 0.2), `min_distance` in units of the scene (1–5 % of its
-    /// size).
+    /// units of GGX's `α` (the thesis uses 0.2), `min_distance` in units of the scene (1–5 % of
+    /// its size).
     ///
     /// # Errors
     /// [`ConnectabilityError`] for invalid thresholds.

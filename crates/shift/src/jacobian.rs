@@ -76,9 +76,9 @@ fn ratio<M: Measure>(over: Density<M>, under: Density<M>) -> Result<Jacobian, Un
     Jacobian::new(f64::from(over.value()) / f64::from(under.value()))
 }
 
-/// Solid-angle Jacobian of a reconnection, `|cos θ_y / cos θ_x| · ‖z − x‖² / ‖z − y‖²` (Lin 2022
-/// eq. 6.52): the base path sees the vertex `z` with unit geometric normal `normal` from `x`, the
-/// offset path from `y`.
+/// Solid-angle Jacobian of a reconnection,
+/// `|cos θ_y / cos θ_x| · ‖z − x‖² / ‖z − y‖²` (Lin 2022 eq. 6.52): the base path
+/// sees the vertex `z` with unit geometric normal `normal` from `x`, the offset path from `y`.
 ///
 /// # Errors
 /// [`Undefined::Degenerate`] if one of them sees `z` edge-on or coincides with it.

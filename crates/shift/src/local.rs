@@ -31,7 +31,8 @@ pub struct LocalVertex {
 
 /// Maps a direction at a vertex of the base path to one at a vertex of the offset path.
 pub trait LocalShift {
-    /// `ω_i'` at `to` for `ω_i = wi` at `from`, unit vectors in world space, and `|∂ω_i'/∂ω_i|`.
+    /// `ω_i'` at `to` for `ω_i = wi` at `from`, unit vectors in world space, and
+    /// `|∂ω_i'/∂ω_i|`.
     ///
     /// # Errors
     /// Why there is none.
@@ -88,7 +89,8 @@ impl LocalShift for DirectionCopy {
 ///
 /// > reflection: `ω_i' = 2 (ω_o'·h) h − ω_o'`, `|∂ω_i'/∂ω_i| = |ω_o'·h| / |ω_o·h|`
 /// >
-/// > refraction: `ω_i'` by Snell's law about `h`, `|∂ω_i'/∂ω_i| = g(ω_o', ω_i') / g(ω_o, ω_i)` with
+/// > refraction: `ω_i'` by Snell's law about `h`,
+/// > `|∂ω_i'/∂ω_i| = g(ω_o', ω_i') / g(ω_o, ω_i)` with
 /// > `g = (η_o ω_o·h + η_i ω_i·h)² / (η_i² |ω_i·h|)`
 ///
 /// (`g` is `|∂ω_i/∂h|`: Walter et al. 2007, eq. 17.)

@@ -8,7 +8,8 @@ pub fn rng(seed: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed)
 }
 
-/// A uniform in [0, 1) with 24 random bits: `k · 2⁻²⁴`, so that the largest value is `1 − 2⁻²⁴`.
+/// A uniform in [0, 1) with 24 random bits: `k · 2⁻²⁴`, so that the largest value is
+/// `1 − 2⁻²⁴`.
 pub fn uniform_f32(rng: &mut impl Rng) -> f32 {
     (rng.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
 }

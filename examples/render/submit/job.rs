@@ -24,8 +24,8 @@ const OF_THE_JOB: [(&str, bool); 9] = [
 /// Options that say how a method is to be chosen, in the same way.
 const CHOSEN: [(&str, bool); 2] = [("--method", true), ("--adaptive", false)];
 
-/// Tasks, numbered from 0, `n = ⌈shards / per_task⌉` of each frame: the shards from `per_task · (t
-/// mod n)` on of frame `first + ⌊t / n⌋`.
+/// Tasks, numbered from 0, `n = ⌈shards / per_task⌉` of each frame: the shards from
+/// `per_task · (t mod n)` on of frame `first + ⌊t / n⌋`.
 pub struct Job {
     /// Where everything about it is.
     pub folder: PathBuf,

@@ -64,7 +64,8 @@ fn gaussian() -> [f64; TAPS] {
     weights.map(|weight| weight / sum)
 }
 
-/// Weighted means over all windows inside a `width × height` plane: along rows, then along columns.
+/// Weighted means over all windows inside a `width × height` plane: along rows, then along
+/// columns.
 fn blur(plane: &[[f64; 5]], width: usize, height: usize) -> Vec<[f64; 5]> {
     let weights = gaussian();
     let weigh = |first: usize, stride: usize, values: &[[f64; 5]]| {

@@ -6,8 +6,8 @@
 //!
 //! **What is asked** is what Mitsuba asks of its integrators. With `n` samples in a pixel, each
 //! channel has `z = |mean − reference| √(n/v)`, where `v` is the variance of a sample, at least
-//! 10⁻⁴. Two-sided probabilities of `z` are above `α = 1 − 0.99^(1/pixels)` in 99.75 % of all
-//! values. `v` is the greater of Mitsuba's and what the samples here show, since a right image
+//! 10⁻⁴. Two-sided probabilities of `z` are above `α = 1 − 0.99^(1/pixels)` in 99.75 % of
+//! all values. `v` is the greater of Mitsuba's and what the samples here show, since a right image
 //! may have more noise. Beyond that, the mean of each channel is off by no more than 5 standard
 //! errors and half a percent.
 //!

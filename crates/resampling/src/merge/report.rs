@@ -75,7 +75,8 @@ pub struct MergeReport {
 }
 
 impl MergeReport {
-    /// Kish's effective number of inputs `(Σw)² / Σw²`, between 1 and M; 0 if all weights vanished.
+    /// Kish's effective number of inputs `(Σw)² / Σw²`, between 1 and M; 0 if all weights
+    /// vanished.
     pub fn effective_count(&self) -> f64 {
         // By the ratio: the squares of tiny weights underflow.
         if self.weight_square_sum > 0.0 {

@@ -23,12 +23,12 @@ struct Pooled<X> {
 /// Resamples `output.len()` of the inputs' samples into the domain `to`, as different ones as their
 /// weights allow: a cluster that keeps several samples for its users.
 ///
-/// Inputs whose samples are the same in `to` are pooled: `w_x = Σ_{i: Y_i = x} w_i`. Of `K` outputs
-/// `x` gets `K w_x / Σ w` in the mean, and at most one more or less than that
-/// ([`spread_copies`]), each with `W_x = Σ_j w_j / p̂(x)`. So an input's sample is
-/// held twice only where it has more than `1/K` of all weight. Pooling changes no expectation: it
-/// adds what would have been offered one by one, with all their confidence. To leave duplicates out
-/// instead, or to fill their places, would be selection by what samples are: biased.
+/// Inputs whose samples are the same in `to` are pooled: `w_x = Σ_{i: Y_i = x} w_i`. Of `K`
+/// outputs `x` gets `K w_x / Σ w` in the mean, and at most one more or less than that
+/// ([`spread_copies`]), each with `W_x = Σ_j w_j / p̂(x)`. So an input's sample is held twice
+/// only where it has more than `1/K` of all weight. Pooling changes no expectation: it adds what
+/// would have been offered one by one, with all their confidence. To leave duplicates out instead,
+/// or to fill their places, would be selection by what samples are: biased.
 ///
 /// **Each output is a reservoir of its own**, `E[f(Y_k) W_k] = ∫ f` over `supp p̂` (a random
 /// rotation decides which output is which), of confidence `Σ c_i`. Who reads several of them reads
@@ -78,7 +78,8 @@ pub fn merge_several<D: Domain, T: ShiftMapping<D>, R: Storage>(
         _ => uniform(output.len(), choose),
     };
     for (held, copies) in pool.iter().zip(copies) {
-        // W = (Σ c W |∂T|) / (w / Σ w): for all families but the debiased one that is Σ w / p̂.
+        // W = (Σ c W |∂T|) / (w / Σ w): for all families but the debiased one that is Σ w /
+        // p̂.
         let ratio = report.weight_sum / held.weight;
         let weight = ContributionWeight::stored(product([held.contribution, ratio]));
         for _ in 0..copies {

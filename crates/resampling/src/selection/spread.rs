@@ -2,9 +2,9 @@
 
 use crate::choose::Choose;
 
-/// Draws `count` items in proportion to `weights`, spread out: item `i` appears
-/// `⌊e_i⌋` or `⌈e_i⌉` times, where `e_i = count · w_i / Σ_j w_j`, and `e_i` times in the mean. So
-/// an item appears twice only if it has more than a share of `1/count`, where independent draws
+/// Draws `count` items in proportion to `weights`, spread out: item `i` appears `⌊e_i⌋` or
+/// `⌈e_i⌉` times, where `e_i = count · w_i / Σ_j w_j`, and `e_i` times in the mean. So an
+/// item appears twice only if it has more than a share of `1/count`, where independent draws
 /// ([`Selections`](crate::Selections)) repeat any item.
 ///
 /// `copies` becomes how often each item appears; they sum to `count`, or to 0 if no weight is
@@ -73,7 +73,8 @@ mod tests {
     use lightshed_sampling::CounterRng;
 
     /// Sizes, bounds and means over many draws, with weights of any size. The mean of 4,000 draws
-    /// of a chance lies within 5 deviations (5 · 0.5/√4000): at most 6e-7 of false alarms an item.
+    /// of a chance lies within 5 deviations (5 · 0.5/√4000): at most 6e-7 of false alarms an
+    /// item.
     #[test]
     fn items_appear_as_often_as_they_should() {
         let cases: [&[f64]; 5] = [

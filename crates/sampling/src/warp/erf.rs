@@ -2,9 +2,9 @@
 
 use core::f64::consts::LN_2;
 
-/// `e^{x²} erfc(x)` with `erfc(x) = 2/√π ∫_x^∞ e^{−t²} dt`, for `x` in [0, 8], as `t Q(t)` with
-/// `t = 1/(1 + x/2)`. `Q` interpolates at Chebyshev nodes of `t` in [1/5, 1]; relative error below
-/// 2·10⁻¹¹.
+/// `e^{x²} erfc(x)` with `erfc(x) = 2/√π ∫_x^∞ e^{−t²} dt`, for `x` in [0, 8], as
+/// `t Q(t)` with `t = 1/(1 + x/2)`. `Q` interpolates at Chebyshev nodes of `t` in [1/5, 1];
+/// relative error below 2·10⁻¹¹.
 #[inline]
 pub(crate) fn scaled_erfc(x: f64) -> f64 {
     const Q: [f64; 14] = [
@@ -33,7 +33,8 @@ pub(crate) fn scaled_erfc(x: f64) -> f64 {
     t * (even + v * odd)
 }
 
-/// `erfc(x)` for `x ≥ 0`; relative error below 10⁻¹⁰ up to `x = 8`, where the value is 10⁻²⁹.
+/// `erfc(x)` for `x ≥ 0`; relative error below 10⁻¹⁰ up to `x = 8`, where the value is
+/// 10⁻²⁹.
 fn erfc_positive(x: f64) -> f64 {
     scaled_erfc(x) * (-x * x).exp()
 }
@@ -49,7 +50,8 @@ pub(crate) fn erfc(x: f64) -> f64 {
     if x < 0.0 { 2.0 - tail } else { tail }
 }
 
-/// The ends of [0, 1) stand for cells of width 2⁻²⁴, and are taken as 2⁻²⁶ and 1 − 2⁻²⁶.
+/// The ends of [0, 1) stand for cells of width 2⁻²⁴, and are taken as 2⁻²⁶ and 1 −
+/// 2⁻²⁶.
 pub(crate) const EDGE: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// The `x` with `erf(x) = 2u − 1`, for `u` in [0, 1]: a start by polynomials and one step of

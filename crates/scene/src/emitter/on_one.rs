@@ -28,7 +28,8 @@ pub struct EmitterExtent {
 pub enum EmitterOrientation {
     /// All alike.
     All,
-    /// `cos θ` of the greatest intensity at an angle θ < π/2 from this unit normal, nothing beyond.
+    /// `cos θ` of the greatest intensity at an angle θ < π/2 from this unit normal, nothing
+    /// beyond.
     Cosine(Vec3),
     /// At most the greatest intensity up to `angle` from this unit axis, nothing beyond.
     Cone {

@@ -101,8 +101,8 @@ pub(crate) fn cylinder() -> TriangleMesh {
 /// Steps of [`sphere`] from pole to pole; twice as many around.
 const SPHERE_STEPS: u32 = 64;
 
-/// The unit sphere with smooth normals and Mitsuba's texture coordinates `(φ/2π, θ/π)`, the second
-/// turned over. Its vertices are on the sphere.
+/// The unit sphere with smooth normals and Mitsuba's texture coordinates `(φ/2π, θ/π)`, the
+/// second turned over. Its vertices are on the sphere.
 pub(crate) fn sphere() -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let around = 2 * SPHERE_STEPS;

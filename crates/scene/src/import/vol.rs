@@ -19,7 +19,8 @@ pub struct VolumeGrid {
     /// Least and greatest corner of the box that the file names: finite, of positive extent along
     /// each axis, or else the unit cube.
     pub bounds: [Vec3; 2],
-    /// Finite values: channel `c` of voxel `(x, y, z)` at `((z · ny + y) · nx + x) · channels + c`.
+    /// Finite values: channel `c` of voxel `(x, y, z)` at
+    /// `((z · ny + y) · nx + x) · channels + c`.
     pub values: Vec<f32>,
 }
 

@@ -8,9 +8,10 @@ use lightshed_sampling::Frame;
 ///
 /// With `n` the interpolated normal, `s` the direction of growing `u` made orthogonal to it and
 /// `t = n × s`, a map of normals with colour `c` gives `n′ ∝ m_x s + m_y t + m_z n`,
-/// `m = 2c − 1`. A map of heights `h` moves the surface by `h n`: `n′ ∝ ∂p′/∂u × ∂p′/∂v`,
-/// `∂p′/∂u = ∂p/∂u + n (∂h/∂u − n · ∂p/∂u)` and likewise for `v` (Blinn 1978, *Simulation of
-/// Wrinkled Surfaces*).
+/// `m = 2c − 1`. A map of heights `h` moves the surface by `h n`:
+/// `n′ ∝ ∂p′/∂u × ∂p′/∂v`,
+/// `∂p′/∂u = ∂p/∂u + n (∂h/∂u − n · ∂p/∂u)` and likewise for `v` (Blinn 1978,
+/// *Simulation of Wrinkled Surfaces*).
 #[derive(Clone, Debug)]
 pub enum Relief {
     /// Normals in the tangent space of the surface, as colours.

@@ -53,7 +53,8 @@ impl Medium {
         self.extinction
     }
 
-    /// The greatest albedo `α = σ_s / σ_t`, in [0, 1]: the medium's everywhere, unless it varies.
+    /// The greatest albedo `α = σ_s / σ_t`, in [0, 1]: the medium's everywhere, unless it
+    /// varies.
     #[inline(always)]
     pub fn albedo(&self) -> Rgb {
         self.albedo

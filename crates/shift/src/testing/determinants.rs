@@ -30,9 +30,9 @@ struct Case {
     density_before: f64,
     /// `p(ω_r | ω_y)/p(ω_r | ω_x)` of the lobe at it; 1 where it drops out.
     density_behind: f64,
-    /// How much a displacement of a vertex turns the directions, and those the cosines: `max|x_i| /
-    /// (d · cos θ)`, the worst of all ends; and how much turning changes densities, `1/α²` of the
-    /// narrowest lobe.
+    /// How much a displacement of a vertex turns the directions, and those the cosines:
+    /// `max|x_i| / (d · cos θ)`, the worst of all ends; and how much turning changes densities,
+    /// `1/α²` of the narrowest lobe.
     condition: f64,
 }
 

@@ -28,8 +28,8 @@ fn truth<W: World>(world: &W, domain: &PathDomain<'_, W>, samples: u32) -> MeanT
 }
 
 /// Trees find, in the mean over the film, what naive path tracing does: at given first vertices
-/// with roulette, and from sensors with what these see directly. False-positive rate 10⁻⁵ for each
-/// mapping.
+/// with roulette, and from sensors with what these see directly. False-positive rate 10⁻⁵ for
+/// each mapping.
 #[test]
 fn trees_find_the_light_of_path_tracing() {
     let world = Alcove::new();

@@ -8,13 +8,14 @@
 //! *connected* instead: the place `x_{i+1}` behind it stays (*vertex reuse*), and with it
 //! everything after it. See [`VolumePathShift`](crate::VolumePathShift).
 //!
-//! In the measure `dz₁ dω₁ dz₂ … de` the integrand of a path with `k` scattering vertices is
+//! In the measure `dz₁ dω₁ dz₂ … de` the integrand of a path with `k` scattering vertices
+//! is
 //!
 //! > `F = Π_{i=1}^{k} T(x_{i−1} ↔ x_i) s_i · T(x_k ↔ e) L_e |dω/de|`,
 //!
-//! `s_i = σ_s(x_i) ρ(ω_{i−1} → ω_i)` in media, `f |cos θ|` on surfaces (eqs. 5.10, 5.11 with G =
-//! 1); of a path that ends in a medium that emits, `F = Π_{i=1}^{k} T s_i · T(x_k ↔ x_{k+1})
-//! σ_a(x_{k+1}) L_e(x_{k+1})`.
+//! `s_i = σ_s(x_i) ρ(ω_{i−1} → ω_i)` in media, `f |cos θ|` on surfaces (eqs. 5.10, 5.11
+//! with G = 1); of a path that ends in a medium that emits,
+//! `F = Π_{i=1}^{k} T s_i · T(x_k ↔ x_{k+1}) σ_a(x_{k+1}) L_e(x_{k+1})`.
 //!
 //! Mirrors and smooth dielectrics have no choice of a direction. Such a vertex has the number of a
 //! lobe instead of `dω`; its measure is counting. `s_i` is the share of radiance that this lobe

@@ -1,4 +1,5 @@
-//! Conditional and joint contribution weights: suffix spaces behind prefixes (Kettunen 2023 §§4–7).
+//! Conditional and joint contribution weights: suffix spaces behind prefixes (Kettunen 2023
+//! §§4–7).
 
 use super::finite::Enumerate;
 use lightshed_resampling::{

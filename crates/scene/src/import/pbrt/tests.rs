@@ -30,8 +30,8 @@ fn mesh(shape: &ShapeDescription) -> &TriangleMesh {
 
 const TRIANGLE: &str = r#"Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0] "integer indices" [0 1 2]"#;
 
-/// A camera at (0, 0, −5) that looks at a lamp to the upper right: pbrt's +X is to the right of the
-/// image where it looks along +Z.
+/// A camera at (0, 0, −5) that looks at a lamp to the upper right: pbrt's +X is to the right of
+/// the image where it looks along +Z.
 #[test]
 fn what_is_right_is_right() {
     let text = r#"LookAt 0 0 -5  0 0 0  0 1 0

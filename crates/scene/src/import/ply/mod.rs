@@ -160,7 +160,8 @@ impl Part<'_> {
     }
 }
 
-/// Where a vertex property goes: slots 0–2 position, 3–5 normal, 6–7 texture coordinate, 8 nowhere.
+/// Where a vertex property goes: slots 0–2 position, 3–5 normal, 6–7 texture coordinate, 8
+/// nowhere.
 fn vertex_slot(name: &str) -> usize {
     match name {
         "x" => 0,

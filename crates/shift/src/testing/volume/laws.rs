@@ -161,8 +161,8 @@ fn paths_come_back_from_other_pixels() {
     }
 }
 
-/// `|∂(ω′, z′)/∂(ω, z)|` of connected edges, by finite differences in `f64` of where they lead:
-/// 10⁻⁴.
+/// `|∂(ω′, z′)/∂(ω, z)|` of connected edges, by finite differences in `f64` of where they
+/// lead: 10⁻⁴.
 #[test]
 fn connections_have_their_jacobian() {
     #[derive(Clone, Copy, Debug)]
