@@ -186,9 +186,8 @@ fn load<L: Lanes>(values: &[f32], start: usize) -> L {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::morton::Morton;
-    use crate::source::Source;
-    use crate::subset::{Sampling, Subset, SubsetOptions, sample};
+    use crate::subset::SubsetOptions;
+    use crate::subset::fixture::subset_of;
     use glam::Vec3;
     use lightshed_lanes::{LaneChoice, LaneKernel};
     use lightshed_sampling::CounterRng;
@@ -226,21 +225,11 @@ mod tests {
     fn pruning_changes_no_choice() {
         for (size, cluster) in [(0.2, 1), (0.01, 4), (0.0, 2), (1.0, 8)] {
             let boxes = boxes(1500, size);
-            let source = Source::new(&boxes).unwrap();
-            let (mut morton, mut sorted) = (Morton::default(), Vec::new());
-            morton.sort(&source);
-            morton.gather(&source, &mut sorted);
             let options = SubsetOptions {
                 cluster,
                 ..SubsetOptions::windowed()
             };
-            let sampling = Sampling {
-                fraction: 0.2,
-                uniform: 0.1,
-                offset: 0.3,
-            };
-            let places = sample(sorted.len(), |i| sorted[i].diagonal_squared(), &sampling);
-            let subset = Subset::build(LaneChoice::best(), &sorted, &places, &options);
+            let (sorted, places, subset) = subset_of(&boxes, &options);
             let clusters = Clusters::new(&subset.nodes, &subset.cluster_of, &subset.counts);
             for lanes in [LaneChoice::best(), LaneChoice::ARRAY] {
                 check_faults(&[1], |fault: Option<usize>| {

@@ -11,6 +11,8 @@
 //! 5. the interior builder builds the tree of each cluster.
 
 mod clamp;
+#[cfg(test)]
+mod fixture;
 mod insert;
 mod planes;
 mod sample;

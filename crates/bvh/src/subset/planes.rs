@@ -155,11 +155,9 @@ fn lead_one(planes: &[Plane], mut node: u32, item: &BoxItem) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::morton::Morton;
-    use crate::source::Source;
-    use crate::subset::{Sampling, Subset, SubsetOptions, sample};
+    use crate::subset::SubsetOptions;
+    use crate::subset::fixture::subset_of;
     use glam::Vec3;
-    use lightshed_lanes::LaneChoice;
     use lightshed_sampling::CounterRng;
     use lightshed_spatial::Bounds;
     use lightshed_testkit::check_faults;
@@ -186,21 +184,11 @@ mod tests {
                     Bounds::new(at, at + if is_even { 0.0 } else { rng.next_f32() * size })
                 })
                 .collect();
-            let source = Source::new(&boxes).unwrap();
-            let (mut morton, mut sorted) = (Morton::default(), Vec::new());
-            morton.sort(&source);
-            morton.gather(&source, &mut sorted);
             let options = SubsetOptions {
                 cluster,
                 ..SubsetOptions::default()
             };
-            let sampling = Sampling {
-                fraction: 0.2,
-                uniform: 0.1,
-                offset: 0.3,
-            };
-            let places = sample(sorted.len(), |i| sorted[i].diagonal_squared(), &sampling);
-            let subset = Subset::build(LaneChoice::best(), &sorted, &places, &options);
+            let (sorted, places, subset) = subset_of(&boxes, &options);
             assert!(subset.counts.len() > 3000 / 200);
             check_faults(&[Fault::First, Fault::Moved], |fault| {
                 let mut planes = subset.planes.clone();

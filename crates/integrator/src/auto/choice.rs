@@ -155,9 +155,7 @@ impl Auto {
             pilot: None,
         })
     }
-}
 
-impl Auto {
     /// The plainest method that takes what was given, in a scene with or without media: where no
     /// other is to be chosen, as on devices.
     ///

@@ -43,13 +43,19 @@ pub(super) const USUAL_PATH: RayCounts = RayCounts {
 /// Pixels that [`USUAL_PATH`] is of.
 pub(super) const USUAL_PIXELS: f64 = 4.0;
 
+/// What a frame costs at first sight, and what a ray of it costs; 1 for methods that have no row.
+fn measured(method: &Method) -> (f64, f64) {
+    let known = RAYS.iter().find(|(name, ..)| *name == method.name());
+    known.map_or((1.0, 1.0), |&(_, paths, ray)| (paths, ray))
+}
+
 impl FrameCost {
     /// Of a method of the registry in a scene with these emitters.
     pub(super) fn of(method: &Method, features: &SceneFeatures) -> Self {
         let finite = features.area_emitters + features.delta_emitters;
-        let known = RAYS.iter().find(|(name, ..)| *name == method.name());
+        let (_, ray) = measured(method);
         Self {
-            ray: known.map_or(1.0, |&(_, _, ray)| ray),
+            ray,
             choice: match method.values().light_choosing() {
                 Some(_) => TREE_CHOICE[0] + TREE_CHOICE[1] * (finite.max(1) as f64).log2(),
                 None => 0.0,
@@ -59,9 +65,9 @@ impl FrameCost {
 
     /// What a frame is taken to cost before its rays are counted, in paths with emitters by power.
     pub(super) fn at_first_sight(method: &Method) -> f64 {
-        let known = RAYS.iter().find(|(name, ..)| *name == method.name());
+        let (paths, _) = measured(method);
         let tree = method.values().light_choosing().is_some();
-        known.map_or(1.0, |&(_, paths, _)| paths) * if tree { 1.4 } else { 1.0 }
+        paths * if tree { 1.4 } else { 1.0 }
     }
 
     /// `C` of a frame's rays.

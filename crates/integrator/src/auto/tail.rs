@@ -19,7 +19,8 @@
 /// let even = TailBound::of(&mut even);
 /// assert!(even.bound < 1.1 * even.mean);
 /// // Quantiles of a distribution whose mean is infinite: any mean of a sample is too small.
-/// let mut heavy: Vec<f64> = (0..1000).map(|i| (1000.0 / (f64::from(i) + 0.5)).powf(1.1)).collect();
+/// let quantile = |i: i32| (1000.0 / (f64::from(i) + 0.5)).powf(1.1);
+/// let mut heavy: Vec<f64> = (0..1000).map(quantile).collect();
 /// let heavy = TailBound::of(&mut heavy);
 /// assert!(heavy.bound > 1.5 * heavy.mean && heavy.shape > 0.9);
 /// ```

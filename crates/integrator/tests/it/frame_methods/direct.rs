@@ -163,6 +163,11 @@ fn candidates_of_light_samplers_agree_with_direct_light() {
 /// The last frame of a moving camera shows what a still camera there shows.
 #[test]
 fn frames_of_a_moving_camera_agree_with_direct_light() {
+    agree_under_motion(settings());
+}
+
+/// Holds frames of a moving camera to direct light as a still camera sees it where the motion ends.
+pub fn agree_under_motion(settings: RestirDiSettings) {
     let per_frame = Vec3::new(0.12, 0.03, 0.05);
     let mut there = cornell_without_light(builtin::cornell_glossy(), 24);
     let scene = Scene::new(&there).unwrap();
@@ -170,7 +175,7 @@ fn frames_of_a_moving_camera_agree_with_direct_light() {
     let there = Scene::new(&there).unwrap();
     let motion = CameraMotion::translation(per_frame).unwrap();
     let make = || {
-        RestirDi::new(&scene, scene.emitters_by_power(), settings())
+        RestirDi::new(&scene, scene.emitters_by_power(), settings)
             .unwrap()
             .with_motion(motion)
     };

@@ -1,12 +1,11 @@
 //! Reservoirs in cells of space against direct light.
 
-use super::direct::{settings, truth};
+use super::direct::{agree_under_motion, settings, truth};
 use super::ensemble::Ensemble;
-use super::scenes::{cornell_without_light, every_emitter};
+use super::scenes::every_emitter;
 use lightshed_film::FrameMethod;
-use lightshed_integrator::{CameraMotion, RestirDi, RestirDiError, RestirDiSettings, WorldReuse};
-use lightshed_scene::glam::{Affine3A, Vec3};
-use lightshed_scene::{Rgb, Scene, builtin};
+use lightshed_integrator::{RestirDi, RestirDiError, RestirDiSettings, WorldReuse};
+use lightshed_scene::Rgb;
 use lightshed_testkit::check_faults;
 use std::sync::atomic::AtomicBool;
 
@@ -46,22 +45,9 @@ fn frames_with_cells_agree_with_direct_light() {
 /// Cells persist while the camera moves; on the screen as well as in space.
 #[test]
 fn frames_with_cells_of_a_moving_camera_agree_with_direct_light() {
-    let per_frame = Vec3::new(0.12, 0.03, 0.05);
-    let mut there = cornell_without_light(builtin::cornell_glossy(), 24);
-    let scene = Scene::new(&there).unwrap();
-    there.camera.to_world = Affine3A::from_translation(per_frame * 3.0) * there.camera.to_world;
-    let there = Scene::new(&there).unwrap();
-    let motion = CameraMotion::translation(per_frame).unwrap();
     let mut settings = in_cells();
     (settings.temporal_reuse, settings.spatial_rounds) = (true, 1);
-    let make = || {
-        RestirDi::new(&scene, scene.emitters_by_power(), settings)
-            .unwrap()
-            .with_motion(motion)
-    };
-    let agreement = Ensemble::of_chains(make, 3..4, 150, 1).compare(&truth(&there, 100));
-    println!("{agreement:?}");
-    agreement.verdict().unwrap();
+    agree_under_motion(settings);
 }
 
 /// A frame's bits do not depend on the number of threads, and figures count what cells hold.

@@ -1,0 +1,24 @@
+//! A subset of boxes, for tests.
+
+use super::{Sampling, Subset, SubsetOptions, sample};
+use crate::item::BoxItem;
+use crate::morton::Morton;
+use crate::source::Source;
+use lightshed_lanes::LaneChoice;
+use lightshed_spatial::Bounds;
+
+/// The boxes along the curve, the places of a fifth of them, and the tree over these.
+pub fn subset_of(boxes: &[Bounds], options: &SubsetOptions) -> (Vec<BoxItem>, Vec<u32>, Subset) {
+    let source = Source::new(boxes).unwrap();
+    let (mut morton, mut sorted) = (Morton::default(), Vec::new());
+    morton.sort(&source);
+    morton.gather(&source, &mut sorted);
+    let sampling = Sampling {
+        fraction: 0.2,
+        uniform: 0.1,
+        offset: 0.3,
+    };
+    let places = sample(sorted.len(), |i| sorted[i].diagonal_squared(), &sampling);
+    let subset = Subset::build(LaneChoice::best(), &sorted, &places, options);
+    (sorted, places, subset)
+}
