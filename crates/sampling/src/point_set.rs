@@ -5,7 +5,7 @@ use crate::sobol::SobolSampler;
 use crate::uniform::f32_from_u32;
 use core::fmt;
 use core::str::FromStr;
-use lightshed_lanes::Lanes;
+use lightshed_lanes::{LANES, LaneWords, Lanes};
 
 /// How the random numbers of a pixel's samples relate to each other. With both kinds each number
 /// alone is uniform, and numbers of different pixels or seeds are independent.
@@ -60,10 +60,33 @@ impl PointSet {
         sample: L::Words,
         block: u32,
     ) -> [L::Words; 4] {
+        if !L::IN_REGISTERS {
+            let words = self.blocks(seed, pixel.store(), sample.store(), block);
+            return [
+                L::Words::load(&words[0]),
+                L::Words::load(&words[1]),
+                L::Words::load(&words[2]),
+                L::Words::load(&words[3]),
+            ];
+        }
         match self {
             Self::Independent => CounterRng::block_lanes::<L>(seed, pixel, sample, block),
             Self::Sobol => SobolSampler::block_lanes::<L>(seed, pixel, sample, block),
         }
+    }
+
+    /// [`block`](Self::block) of eight samples, one after the other: far less code in each kernel
+    /// on arrays.
+    #[inline(never)]
+    fn blocks(self, seed: u64, pixel: [u32; LANES], sample: [u32; LANES], block: u32) -> [[u32; LANES]; 4] {
+        let mut words = [[0; LANES]; 4];
+        for lane in 0..LANES {
+            let own = self.block(seed, pixel[lane], sample[lane], block);
+            for (row, word) in words.iter_mut().zip(own) {
+                row[lane] = word;
+            }
+        }
+        words
     }
 }
 

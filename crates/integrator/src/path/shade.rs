@@ -73,6 +73,12 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
     /// Whether diffuse surfaces are shaded in lanes. Guides and caches handle one vertex at a time.
     const IN_LANES: bool = !(P::OBSERVES || P::ENDS || (G::IS_ACTIVE && !cfg!(lightshed_without = "guide")));
 
+    /// Whether these lanes shade diffuse surfaces. On arrays one vertex after another gives the same
+    /// bits by a tenth of the code.
+    const fn pays<L: Lanes>() -> bool {
+        Self::IN_LANES && L::IN_REGISTERS
+    }
+
     /// Paths `place` to `place + 7`.
     #[inline(always)]
     fn eight<L: Lanes>(&mut self, place: usize) {
@@ -83,10 +89,10 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         }
         missed &= wanted;
         let scene = self.transport.scene;
-        let mut point = scene.diffuse_lanes::<L>(self.hits, place, wanted & !missed);
-        if !Self::IN_LANES {
-            (point.diffuse, point.emitting) = (0, 0);
-        }
+        let point = match const { Self::pays::<L>() } {
+            true => Some(scene.diffuse_lanes::<L>(self.hits, place, wanted & !missed)),
+            false => None,
+        };
         let [name, further] = &self.paths.name;
         let names = [name.load_words::<L>(place), further.load_words::<L>(place)];
         let block = VertexLanes::<L>::first_block(self.depth);
@@ -94,7 +100,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             self.purpose.words::<L>(names, block),
             self.purpose.words::<L>(names, block + 1),
         ]);
-        let mut met = point.emitting;
+        let mut met = point.as_ref().map_or(0, |point| point.emitting);
         if scene.emitters().environment().is_some() {
             met |= missed;
         }
@@ -102,12 +108,13 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             self.arrive(place + met.trailing_zeros() as usize);
             met &= met - 1;
         }
-        // The constant says again what the bits do: without it `diffuse` would be compiled for
-        // nothing.
-        if Self::IN_LANES && point.diffuse != 0 {
+        let mut others = wanted & !missed;
+        if let Some(point) = point
+            && point.diffuse != 0
+        {
             self.diffuse(place, &point, &numbers);
+            others &= !point.diffuse;
         }
-        let mut others = wanted & !missed & !point.diffuse;
         if others != 0 {
             let numbers = numbers.store();
             while others != 0 {
