@@ -3,14 +3,15 @@
 use super::ending::{numbers, site};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::batch::follow;
+use crate::path::ending::EndingVertex;
 use crate::path::guide::DirectionGuide;
 use crate::path::numbers::PathWords;
 use crate::path::paths::Paths;
-use crate::path::purpose::{Purpose, ending_vertex};
+use crate::path::purpose::{Purpose, ending_surface};
 use crate::path::scattering::SurfaceVertex;
 use crate::path::transport::{PathState, Transport};
 use lightshed_caching::{CacheSample, CacheView, MAX_UPDATE_SAMPLES, VertexSampler, VertexVisit};
-use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
+use lightshed_film::{MAX_BATCH, RayKind, RayTally};
 use lightshed_lanes::Lanes;
 use lightshed_sampling::PointSet;
 use lightshed_scene::glam::Vec3;
@@ -65,7 +66,7 @@ impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
         let point = scene.intersect(ray)?;
         let vertex = SurfaceVertex::new(scene, ray, point);
         let start: PathState<()> = PathState::START;
-        let vertex = ending_vertex((SampleId::default(), SEED), 1, &start, ray, &vertex);
+        let vertex = ending_surface(1, &start, ray, &vertex);
         vertex.has_non_delta.then(|| (site(&vertex, self.eye), *ray))
     }
 }
@@ -126,28 +127,22 @@ impl<R: EmitterSampler> Purpose for Found<'_, R> {
         }
     }
 
-    fn goes_on<K>(
-        &mut self,
-        place: usize,
-        depth: u32,
-        path: &mut PathState<K>,
-        ray: &Ray,
-        vertex: &SurfaceVertex,
-    ) -> bool {
+    #[inline]
+    fn goes_on(&mut self, place: usize, vertex: &EndingVertex, ray: &Ray) -> Option<Rgb> {
+        let (mut throughput, depth) = (vertex.throughput, vertex.depth);
         if depth == 1 {
-            return true;
+            return Some(throughput);
         }
         let mut rng = numbers(self.names[place], SEED, depth);
         let survival = self.vertices.survival;
         if survival < 1.0 {
             if rng.next_f32() >= survival {
-                return false;
+                return None;
             }
-            path.throughput /= survival;
+            throughput /= survival;
         }
-        let vertex = ending_vertex((SampleId::default(), SEED), depth, path, ray, vertex);
         if vertex.has_non_delta {
-            let site = site(&vertex, self.vertices.eye);
+            let site = site(vertex, self.vertices.eye);
             let sample = &mut self.samples[place];
             sample.next.get_or_insert((site, *ray));
             let cached = match self.vertices.jitter {
@@ -155,13 +150,13 @@ impl<R: EmitterSampler> Purpose for Found<'_, R> {
                 false => self.cache.query(&site),
             };
             if let Some(cached) = cached {
-                sample.radiance += path.throughput * cached.radiance;
-                let bias = path.throughput * cached.bias;
+                sample.radiance += throughput * cached.radiance;
+                let bias = throughput * cached.bias;
                 sample.deferred_bias_squared = bias * bias;
-                return false;
+                return None;
             }
         }
-        depth < LONGEST
+        (depth < LONGEST).then_some(throughput)
     }
 
     fn connect(&mut self, place: usize, _length: u32, radiance: Rgb) {

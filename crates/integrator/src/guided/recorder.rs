@@ -2,6 +2,7 @@
 
 use super::field::SceneField;
 use crate::path::observer::{ObservedPath, PathObserver};
+use lightshed_film::SampleId;
 use lightshed_guiding::GuidingSample;
 use lightshed_sampling::{CounterRng, Density, luminance};
 use lightshed_scene::Rgb;
@@ -35,15 +36,14 @@ impl<'f> FieldRecorder<'f> {
 }
 
 impl PathObserver for FieldRecorder<'_> {
+    fn wants(&self, id: SampleId, seed: u64) -> bool {
+        let pixel = id.y << 16 | id.x;
+        self.threshold == u32::MAX || CounterRng::at(seed, pixel, id.index, KEEP_WORD) <= self.threshold
+    }
+
     fn observe(&self, path: &ObservedPath<'_>) {
         // Nothing is learnt from what found nothing.
         if path.contributions.is_empty() {
-            return;
-        }
-        let pixel = path.id.y << 16 | path.id.x;
-        if self.threshold < u32::MAX
-            && CounterRng::at(path.seed, pixel, path.id.index, KEEP_WORD) > self.threshold
-        {
             return;
         }
         let mut samples = [NOTHING; TOGETHER];

@@ -41,6 +41,12 @@ pub trait DirectionGuide: Sync {
 /// Largest share of directions that a guide gets: light that it does not know must be found, too.
 pub const MAX_GUIDE_SHARE: f32 = 0.99;
 
+/// The share that counts: at most [`MAX_GUIDE_SHARE`]; `None` for zero and for what is no number.
+#[inline(always)]
+pub(super) fn usable_share(share: f32) -> Option<f32> {
+    (share > 0.0).then(|| share.min(MAX_GUIDE_SHARE))
+}
+
 /// No guide.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoGuide;

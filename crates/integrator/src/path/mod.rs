@@ -2,6 +2,7 @@
 
 pub(crate) mod batch;
 pub(crate) mod ending;
+mod guidance;
 pub(crate) mod guide;
 pub(crate) mod numbers;
 pub(crate) mod observer;
@@ -13,6 +14,7 @@ mod shade;
 mod start;
 mod suffix;
 pub(crate) mod transport;
+mod vertex_rows;
 
 use crate::camera_ray::PixelRay;
 use crate::emitter_sampler::EmitterSampler;
@@ -27,7 +29,7 @@ use lightshed_scene::{EmittersByPower, Ray, Rgb, Scene, SurfacePoint};
 use numbers::{PathWords, VertexNumbers};
 use observer::{NoObserver, PathObserver};
 use paths::Paths;
-use purpose::{Pixels, Purpose};
+use purpose::{Pixels, Purpose, ending_surface};
 use scattering::SurfaceVertex;
 use start::Start;
 use transport::{PathState, Transport};
@@ -232,11 +234,15 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
                 break;
             };
             let vertex = SurfaceVertex::new(scene, &ray, point);
-            if P::ENDS && !purpose.goes_on(0, depth, &mut path, &ray, &vertex) {
-                break;
+            if P::ENDS {
+                match purpose.goes_on(0, &ending_surface(depth, &path, &ray, &vertex), &ray) {
+                    Some(throughput) => path.throughput = throughput,
+                    None => break,
+                }
             }
             let mut numbers = &numbers(depth);
-            let seen = |vertex| purpose.scatter(0, vertex);
+            let watched = P::OBSERVES && purpose.watches(0);
+            let seen = watched.then_some(|vertex| purpose.scatter(0, vertex));
             let next = self
                 .transport
                 .advance_at(&mut path, &vertex, depth, &mut numbers, seen);

@@ -127,6 +127,11 @@ impl<L: Lanes> VertexLanes<L> {
     }
 
     #[inline(always)]
+    pub fn u_lobe(&self) -> L {
+        f32_from_u32_lanes::<L>(self.words[1][0])
+    }
+
+    #[inline(always)]
     pub fn u_direction(&self) -> [L; 2] {
         [
             f32_from_u32_lanes::<L>(self.words[1][1]),

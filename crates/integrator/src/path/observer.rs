@@ -5,15 +5,23 @@ use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, SolidAngle};
 use lightshed_scene::Rgb;
 use lightshed_scene::glam::Vec3;
+use std::cell::RefCell;
 
 /// Observes the paths of a tracer; guides and caches are trained by it.
 pub trait PathObserver: Sync {
     /// Whether it watches at all: false compiles to nothing.
     const IS_ACTIVE: bool = true;
 
-    /// A path is complete. Called once for each sample, from any thread and in any order. To get
-    /// the same result for any number of threads, sum in the order of [`ObservedPath::id`] or in
-    /// integers.
+    /// Whether the path of this sample is to be observed; asked before it is traced, so that
+    /// nothing is kept of paths that are not. A pure function.
+    #[inline(always)]
+    fn wants(&self, _id: SampleId, _seed: u64) -> bool {
+        true
+    }
+
+    /// A path is complete. Called once for each sample that it [`wants`](Self::wants), from any
+    /// thread and in any order. To get the same result for any number of threads, sum in the order
+    /// of [`ObservedPath::id`] or in integers.
     fn observe(&self, path: &ObservedPath<'_>);
 }
 
@@ -133,6 +141,11 @@ impl<O: PathObserver> PathObserver for &O {
     const IS_ACTIVE: bool = O::IS_ACTIVE;
 
     #[inline(always)]
+    fn wants(&self, id: SampleId, seed: u64) -> bool {
+        O::wants(self, id, seed)
+    }
+
+    #[inline(always)]
     fn observe(&self, path: &ObservedPath<'_>) {
         O::observe(self, path);
     }
@@ -145,7 +158,28 @@ pub(crate) struct Trail {
     contributions: Vec<PathContribution>,
 }
 
+thread_local! {
+    /// Memory of earlier batches.
+    static UNUSED: RefCell<Vec<Trail>> = const { RefCell::new(Vec::new()) };
+}
+
 impl Trail {
+    /// So many empty ones, in memory that an earlier batch gave [back](Self::give_back).
+    pub fn take(count: usize) -> Vec<Self> {
+        let mut trails = UNUSED.take();
+        for trail in &mut trails {
+            trail.vertices.clear();
+            trail.contributions.clear();
+        }
+        trails.resize_with(count, Self::default);
+        trails
+    }
+
+    /// Keeps memory for the next batch of this thread.
+    pub fn give_back(trails: Vec<Self>) {
+        UNUSED.set(trails);
+    }
+
     /// Light of a path; black counts for nothing.
     pub fn contribute(&mut self, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
         if radiance != Rgb::ZERO {

@@ -11,15 +11,16 @@ use crate::path::guide::DirectionGuide;
 use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_lanes::Lanes;
 use lightshed_sampling::Density;
+use lightshed_scene::glam::Vec3;
 use lightshed_scene::{HitBatch, Ray, Rgb, Scene, SurfacePoint};
 
 /// The receiver of a batch's results. A path is identified by its place among those with which the
 /// batch started.
 pub(crate) trait Purpose {
-    /// Whether vertices are reported: then none is shaded in lanes.
+    /// Whether vertices are reported.
     const OBSERVES: bool = false;
 
-    /// Whether paths may end before their vertices: then none is shaded in lanes.
+    /// Whether paths may end before their vertices.
     const ENDS: bool = false;
 
     /// Four random words of eight paths with these names.
@@ -48,22 +49,22 @@ pub(crate) trait Purpose {
         point: Option<&SurfacePoint>,
     );
 
-    /// A path has reached a surface by its edge number `depth`, and nothing is sampled there yet.
-    /// Returns whether it continues, possibly with less throughput. Called only if
-    /// [`ENDS`](Self::ENDS).
+    /// A path has reached a surface by `ray`, and nothing is sampled there yet. Returns the
+    /// throughput with which it continues, or `None` if it ends. The vertex names no sample. Called
+    /// only if [`ENDS`](Self::ENDS).
     #[inline(always)]
-    fn goes_on<K>(
-        &mut self,
-        _place: usize,
-        _depth: u32,
-        _path: &mut PathState<K>,
-        _ray: &Ray,
-        _vertex: &SurfaceVertex,
-    ) -> bool {
-        true
+    fn goes_on(&mut self, _place: usize, vertex: &EndingVertex, _ray: &Ray) -> Option<Rgb> {
+        Some(vertex.throughput)
     }
 
-    /// A path has reached a vertex that scatters.
+    /// Whether [`scatter`](Self::scatter) is of use for this path. Called only if
+    /// [`OBSERVES`](Self::OBSERVES).
+    #[inline(always)]
+    fn watches(&self, _place: usize) -> bool {
+        false
+    }
+
+    /// A path has reached a vertex that scatters. Called only if it is [watched](Self::watches).
     #[inline(always)]
     fn scatter(&mut self, _place: usize, _vertex: PathVertex) {}
 
@@ -75,21 +76,21 @@ pub(crate) trait Purpose {
     fn count(&mut self, _path: usize, _emitter: usize) {}
 }
 
-/// A vertex for who ends paths.
+/// A vertex for who ends paths, of a surface with this position and unit geometric normal. It names
+/// no sample.
 #[inline(always)]
 pub(crate) fn ending_vertex<K>(
-    (id, seed): (SampleId, u64),
     depth: u32,
     path: &PathState<K>,
     ray: &Ray,
-    vertex: &SurfaceVertex,
+    [position, normal]: [Vec3; 2],
+    has_non_delta: bool,
 ) -> EndingVertex {
-    let (position, normal) = (vertex.point.position, vertex.point.geometric_normal);
     let cosine = -normal.dot(ray.direction);
     let bounce = path.bounce.as_ref();
     EndingVertex {
-        id,
-        seed,
+        id: SampleId::default(),
+        seed: 0,
         depth,
         position,
         normal: if cosine < 0.0 { -normal } else { normal },
@@ -100,8 +101,20 @@ pub(crate) fn ending_vertex<K>(
             _ => Density::new(f32::INFINITY),
         },
         throughput: path.throughput,
-        has_non_delta: vertex.has_non_delta(),
+        has_non_delta,
     }
+}
+
+/// The same of a vertex that is known.
+#[inline(always)]
+pub(crate) fn ending_surface<K>(
+    depth: u32,
+    path: &PathState<K>,
+    ray: &Ray,
+    vertex: &SurfaceVertex,
+) -> EndingVertex {
+    let place = [vertex.point.position, vertex.point.geometric_normal];
+    ending_vertex(depth, path, ray, place, vertex.has_non_delta())
 }
 
 /// Radiance that arrives at a camera.
@@ -113,7 +126,8 @@ pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
     /// The samples of the paths, and the ending's state of each.
     ids: &'o [SampleId],
     endings: [E::Path; MAX_BATCH],
-    /// Of each path that is watched.
+    /// Paths that are watched, as bits, and of each path a record, if any is watched.
+    watched: u64,
     trails: Vec<Trail>,
     /// Paths, as bits, whose radiances leave out surface emission at the end of the first edge.
     without_visible: u64,
@@ -123,7 +137,15 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
     /// For the paths of some samples.
     #[inline(always)]
     pub fn new(words: PathWords, observer: &'o O, ending: &'o E, ids: &'o [SampleId]) -> Self {
-        let watched = if Self::OBSERVES { ids.len() } else { 0 };
+        let (mut watched, mut trails) = (0, Vec::new());
+        if Self::OBSERVES {
+            for (place, id) in ids.iter().enumerate().take(MAX_BATCH) {
+                watched |= u64::from(observer.wants(*id, words.seed)) << place;
+            }
+            if watched != 0 {
+                trails = Trail::take(ids.len());
+            }
+        }
         Self {
             words,
             radiances: [Rgb::ZERO; MAX_BATCH],
@@ -131,7 +153,8 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
             ending,
             ids,
             endings: [E::Path::default(); MAX_BATCH],
-            trails: vec![Trail::default(); watched],
+            watched,
+            trails,
             without_visible: 0,
         }
     }
@@ -146,7 +169,7 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
 
     #[inline(always)]
     fn add(&mut self, place: usize, edges: u32, is_sampled_emitter: bool, radiance: Rgb) {
-        if Self::OBSERVES {
+        if Self::OBSERVES && self.watches(place) {
             self.trails[place].contribute(edges, is_sampled_emitter, radiance);
         }
         self.radiances[place % MAX_BATCH] += radiance;
@@ -155,8 +178,13 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
     /// The samples' values.
     #[inline(always)]
     pub fn finish(self) -> [Rgb; MAX_BATCH] {
-        for ((trail, id), radiance) in self.trails.iter().zip(self.ids).zip(self.radiances) {
-            trail.tell(self.observer, *id, self.words.seed, radiance);
+        if Self::OBSERVES && self.watched != 0 {
+            for (place, (trail, id)) in self.trails.iter().zip(self.ids).enumerate() {
+                if self.watches(place) {
+                    trail.tell(self.observer, *id, self.words.seed, self.radiances[place]);
+                }
+            }
+            Trail::give_back(self.trails);
         }
         self.radiances
     }
@@ -184,7 +212,7 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
         let met = path.met(transport.scene, &transport.sampler, ray, point);
         let radiance = path.throughput * met;
         if depth == 1 && point.is_some() && self.without_visible >> (place % MAX_BATCH) & 1 == 1 {
-            if Self::OBSERVES {
+            if Self::OBSERVES && self.watches(place) {
                 self.trails[place].contribute(depth, false, radiance);
             }
             return;
@@ -193,23 +221,23 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     }
 
     #[inline(always)]
-    fn goes_on<K>(
-        &mut self,
-        place: usize,
-        depth: u32,
-        path: &mut PathState<K>,
-        ray: &Ray,
-        vertex: &SurfaceVertex,
-    ) -> bool {
+    fn goes_on(&mut self, place: usize, vertex: &EndingVertex, _ray: &Ray) -> Option<Rgb> {
         let place = place % MAX_BATCH;
-        let id = self.ids.get(place).copied().unwrap_or_default();
-        let vertex = ending_vertex((id, self.words.seed), depth, path, ray, vertex);
+        let vertex = EndingVertex {
+            id: self.ids.get(place).copied().unwrap_or_default(),
+            seed: self.words.seed,
+            ..*vertex
+        };
         let ending = self.ending.at(&mut self.endings[place], &vertex);
         if ending.radiance != Rgb::ZERO {
-            self.add(place, depth, false, ending.radiance);
+            self.add(place, vertex.depth, false, ending.radiance);
         }
-        path.throughput *= ending.goes_on;
-        ending.goes_on > 0.0
+        (ending.goes_on > 0.0).then(|| vertex.throughput * ending.goes_on)
+    }
+
+    #[inline(always)]
+    fn watches(&self, place: usize) -> bool {
+        self.watched >> (place % MAX_BATCH) & 1 == 1
     }
 
     #[inline(always)]
@@ -221,9 +249,7 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
 
     #[inline(always)]
     fn scatter(&mut self, place: usize, vertex: PathVertex) {
-        if Self::OBSERVES {
-            self.trails[place].vertices.push(vertex);
-        }
+        self.trails[place].vertices.push(vertex);
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Scattering at a vertex of a path: at a surface or in a medium, alone or in a mixture with a
 //! guide.
 
-use super::guide::{DirectionGuide, GuidedVertex, MAX_GUIDE_SHARE};
+use super::guide::{DirectionGuide, GuidedVertex, usable_share};
 use crate::light_selection::shading_point;
 use lightshed_lights::ShadingPoint;
 use lightshed_sampling::{Density, DirectionDistribution, SolidAngle};
@@ -235,11 +235,9 @@ impl<'v, V: Vertex, D: DirectionDistribution> Scattering<'v, V, D> {
             return Self { vertex, guide: None };
         }
         let guide = guide.guide(&vertex.guided());
-        // Neither zero nor not a number.
-        let guide = guide.filter(|(_, share)| *share > 0.0);
         Self {
             vertex,
-            guide: guide.map(|(directions, share)| (directions, share.min(MAX_GUIDE_SHARE))),
+            guide: guide.and_then(|(directions, share)| Some((directions, usable_share(share)?))),
         }
     }
 

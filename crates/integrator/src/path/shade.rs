@@ -3,12 +3,14 @@
 //! A vertex takes the same operations in the same order in lanes and alone, so a path has the same
 //! value, bit for bit, in any batch.
 
+use super::guidance::{GuideQuestions, VectorRows, set_vector, vector};
 use super::guide::DirectionGuide;
 use super::numbers::{VertexLanes, VertexNumbers};
 use super::paths::{Paths, Shadows, lanes_within};
-use super::purpose::Purpose;
+use super::purpose::{Purpose, ending_surface, ending_vertex};
 use super::scattering::SurfaceVertex;
 use super::transport::{SURVIVAL_CAP, Transport};
+use super::vertex_rows::VertexRows;
 use crate::emitter_sampler::EmitterSampler;
 use crate::light_selection::diffuse_shading_point;
 use lightshed_film::MAX_BATCH;
@@ -70,14 +72,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> LaneKernel for Shade<'_, 
 }
 
 impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
-    /// Whether diffuse surfaces are shaded in lanes. Guides and caches handle one vertex at a time.
-    const IN_LANES: bool = !(P::OBSERVES || P::ENDS || (G::IS_ACTIVE && !cfg!(lightshed_without = "guide")));
-
-    /// Whether these lanes shade diffuse surfaces. On arrays one vertex after another gives the same
-    /// bits by a tenth of the code.
-    const fn pays<L: Lanes>() -> bool {
-        Self::IN_LANES && L::IN_REGISTERS
-    }
+    const GUIDED: bool = G::IS_ACTIVE && !cfg!(lightshed_without = "guide");
 
     /// Paths `place` to `place + 7`.
     #[inline(always)]
@@ -89,7 +84,8 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         }
         missed &= wanted;
         let scene = self.transport.scene;
-        let point = match const { Self::pays::<L>() } {
+        // On arrays one vertex after another gives the same bits by a tenth of the code.
+        let point = match L::IN_REGISTERS {
             true => Some(scene.diffuse_lanes::<L>(self.hits, place, wanted & !missed)),
             false => None,
         };
@@ -150,10 +146,15 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         self.purpose
             .arrive(self.transport, place, depth, &state, &ray, Some(&point));
         let vertex = SurfaceVertex::new(scene, &ray, point);
-        if P::ENDS && !self.purpose.goes_on(place, depth, &mut state, &ray, &vertex) {
-            return;
+        if P::ENDS {
+            let ending = ending_surface(depth, &state, &ray, &vertex);
+            match self.purpose.goes_on(place, &ending, &ray) {
+                Some(throughput) => state.throughput = throughput,
+                None => return,
+            }
         }
-        let seen = |vertex| self.purpose.scatter(place, vertex);
+        let watched = P::OBSERVES && self.purpose.watches(place);
+        let seen = watched.then_some(|vertex| self.purpose.scatter(place, vertex));
         let next = self
             .transport
             .advance_at(&mut state, &vertex, depth, &mut numbers, seen);
@@ -171,16 +172,58 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         }
     }
 
+    /// Lets diffuse vertices of the lanes `lanes` end: the lanes that go on, and their throughputs.
+    /// `place` is that of the first lane.
+    #[inline(never)]
+    fn end(&mut self, place: usize, points: [&VectorRows; 2], lanes: u32) -> (u32, VectorRows) {
+        let (mut left, mut throughput) = (0, [[0.0; LANES]; 3]);
+        for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
+            let index = place + lane;
+            let (state, ray) = (self.paths.get(index, self.depth), self.paths.rays.get(index));
+            let point = points.map(|rows| vector(rows, lane));
+            let vertex = ending_vertex(self.depth, &state, &ray, point, true);
+            let owner = self.paths.owner.get_word(index) as usize;
+            if let Some(onward) = self.purpose.goes_on(owner, &vertex, &ray) {
+                left |= 1 << lane;
+                set_vector(&mut throughput, lane, onward);
+            }
+        }
+        (left, throughput)
+    }
+
+    /// Reports the diffuse vertices of those of the lanes `lanes` that are watched.
+    #[inline(never)]
+    fn report(&mut self, place: usize, vertices: &VertexRows, lanes: u32) {
+        for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
+            let owner = self.paths.owner.get_word(place + lane) as usize;
+            if self.purpose.watches(owner) {
+                let incoming = self.paths.rays.get(place + lane).direction;
+                self.purpose
+                    .scatter(owner, vertices.get(lane, self.depth, incoming));
+            }
+        }
+    }
+
     /// [`Transport::advance`] of the paths on diffuse surfaces, without emission.
     #[inline(always)]
     fn diffuse<L: Lanes>(&mut self, place: usize, point: &DiffuseLanes<L>, numbers: &VertexLanes<L>) {
         let paths = self.paths;
-        let zero = L::splat(0.0);
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let mut before = load_vectors::<L>(&paths.throughput, place);
+        let mut lanes = point.diffuse;
+        if P::ENDS {
+            let points = [point.position.store(), point.geometric_normal.store()];
+            let (left, throughput) = self.end(place, [&points[0], &points[1]], lanes);
+            if left == 0 {
+                return;
+            }
+            lanes = left;
+            before = load_rows::<L>(&throughput);
+        }
         let [_, ray_direction] = paths.rays.load::<L>(place);
         let normal = point.shading.normal;
         let (seen, mirror) = point.seen_from(normal.dot(-ray_direction));
-        let seen = seen & L::Mask::from_bits(point.diffuse);
-        let throughput = load_vectors::<L>(&paths.throughput, place);
+        let seen = seen & L::Mask::from_bits(lanes);
         let owner = paths.owner.load_words::<L>(place);
 
         let sites = self.sites(point, mirror);
@@ -194,25 +237,72 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         let pdf = (normal.dot(light.direction) * mirror).max(zero) * L::splat(FRAC_1_PI);
         let value = point.reflectance * pdf;
         let black = value.x.equal(zero) & value.y.equal(zero) & value.z.equal(zero);
-        let weight = power_heuristic_lanes(light.pdf_solid_angle, pdf);
-        let weight = L::splat(1.0).select(light.is_delta, weight);
-        let radiance = throughput * (value * light.weight * weight);
-        let shadow = (seen & light.found & !black).bits();
-        let (origin, direction, t_max) = light.shadow_rays(point);
+        let lit = seen & light.found & !black;
+
+        let local = CosineHemisphere::sample_lanes(numbers.u_direction());
+        let mut scatters = seen & zero.less(local.z);
+        let mut direction = point
+            .shading
+            .to_world(Vec3Lanes::new(local.x, local.y, local.z * mirror));
+        // Densities by the BSDF and of the mixture with the guide, if there is one.
+        let mut scattering_pdf = local.z * L::splat(FRAC_1_PI);
+        let (mut direction_pdf, mut light_pdf) = (scattering_pdf, pdf);
+        let mut weight = point.reflectance;
+        if Self::GUIDED {
+            let [u0, u1] = numbers.u_direction();
+            let questions = GuideQuestions {
+                position: point.position.store(),
+                normal: normal.store(),
+                outgoing: (-ray_direction).store(),
+                light: light.direction.store(),
+                lit: lit.bits(),
+                own: direction.store(),
+                scatters: scatters.bits(),
+                u_lobe: numbers.u_lobe().store(),
+                u: [u0.store(), u1.store()],
+            };
+            let answers = questions.ask(&self.transport.guide, seen.bits());
+            let share = L::load(&answers.share);
+            let (own, has) = (one - share, zero.less(share));
+            light_pdf = pdf * own + L::load(&answers.light_pdf) * share;
+            let picked = L::Mask::from_bits(answers.picked);
+            let guided = load_rows::<L>(&answers.direction);
+            let guided_pdf = (normal.dot(guided) * mirror).max(zero) * L::splat(FRAC_1_PI);
+            direction = guided.select(picked, direction);
+            scattering_pdf = guided_pdf.select(picked, scattering_pdf);
+            direction_pdf = scattering_pdf * own + L::load(&answers.pdf) * share;
+            let value = point.reflectance * guided_pdf;
+            let by_guide = Vec3Lanes::new(
+                value.x / direction_pdf,
+                value.y / direction_pdf,
+                value.z / direction_pdf,
+            );
+            let by_bsdf = point.reflectance * (scattering_pdf / direction_pdf);
+            weight = by_guide.select(picked, by_bsdf.select(has, point.reflectance));
+            let infinity = L::splat(f32::INFINITY);
+            let finite = by_guide.x.less(infinity) & by_guide.y.less(infinity) & by_guide.z.less(infinity);
+            let sound = zero.less(direction_pdf) & finite & !L::Mask::from_bits(answers.failed);
+            scatters = (scatters & !picked) | (seen & picked & sound);
+        }
+
+        let mis = power_heuristic_lanes(light.pdf_solid_angle, light_pdf);
+        let mis = one.select(light.is_delta, mis);
+        let radiance = before * (value * light.weight * mis);
+        let shadow = lit.bits();
+        let (origin, shadow_direction, t_max) = light.shadow_rays(point);
         let shadows = &mut *self.shadows;
         shadows
             .rays
-            .store_compressed(shadows.count, origin, direction, t_max, shadow);
+            .store_compressed(shadows.count, origin, shadow_direction, t_max, shadow);
         store_vectors(&mut shadows.radiance, shadows.count, radiance, shadow);
         shadows
             .owner
             .store_words_compressed::<L>(shadows.count, owner, shadow);
         shadows.count += shadow.count_ones() as usize;
 
-        let local = CosineHemisphere::sample_lanes(numbers.u_direction());
-        let mut throughput = throughput * point.reflectance;
+        let mut throughput = before * weight;
         let black = throughput.x.equal(zero) & throughput.y.equal(zero) & throughput.z.equal(zero);
-        let mut survives = seen & zero.less(local.z) & !black;
+        let mut survives = scatters & !black;
         let eta_squared = paths.eta_squared.load::<L>(place);
         if self.depth >= self.transport.roulette_depth {
             let survival = (throughput.max_element() * eta_squared).min(L::splat(SURVIVAL_CAP));
@@ -223,9 +313,6 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
                 throughput.z / survival,
             );
         }
-        let direction = point
-            .shading
-            .to_world(Vec3Lanes::new(local.x, local.y, local.z * mirror));
         let survives = survives.bits();
         let (to, next) = (self.survivors, &mut *self.next);
         next.rays.store_compressed(
@@ -238,8 +325,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         store_vectors(&mut next.throughput, to, throughput, survives);
         next.eta_squared.store_compressed(to, eta_squared, survives);
         store_vectors(&mut next.from, to, point.position, survives);
-        next.pdf
-            .store_compressed(to, local.z * L::splat(FRAC_1_PI), survives);
+        next.pdf.store_compressed(to, direction_pdf, survives);
         for (next, name) in next.name.iter_mut().zip(&paths.name) {
             next.store_words_compressed::<L>(to, name.load_words::<L>(place), survives);
         }
@@ -251,6 +337,24 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             }
         }
         self.survivors += survives.count_ones() as usize;
+        if P::OBSERVES {
+            let vertices = VertexRows {
+                position: point.position.store(),
+                normal: normal.store(),
+                facing: facing(point, mirror).store(),
+                reflectance: point.reflectance.store(),
+                throughput: [before.store(), throughput.store()],
+                lit: shadow,
+                emitter: light.emitter,
+                light: light.direction.store(),
+                light_pdf: light.pdf_solid_angle.store(),
+                onward: survives,
+                direction: direction.store(),
+                pdf: direction_pdf.store(),
+                scattering_pdf: scattering_pdf.store(),
+            };
+            self.report(place, &vertices, lanes);
+        }
     }
 
     /// What the choice among emitters knows of points on diffuse surfaces.
@@ -259,8 +363,7 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
         if size_of::<S::Site>() == 0 {
             return [S::Site::default(); LANES];
         }
-        let zero = L::splat(0.0);
-        let normal = point.shading.to_world(Vec3Lanes::new(zero, zero, mirror));
+        let normal = facing(point, mirror);
         let rows = [point.position, normal, point.reflectance].map(Vec3Lanes::store);
         std::array::from_fn(|lane| {
             let [position, normal, reflectance] = rows.map(|rows| rows.map(|row| row[lane]).into());
@@ -268,6 +371,18 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
             self.transport.sampler.site(at)
         })
     }
+}
+
+/// Shading normals on the side that `mirror` says.
+#[inline(always)]
+fn facing<L: Lanes>(point: &DiffuseLanes<L>, mirror: L) -> Vec3Lanes<L> {
+    let zero = L::splat(0.0);
+    point.shading.to_world(Vec3Lanes::new(zero, zero, mirror))
+}
+
+#[inline(always)]
+fn load_rows<L: Lanes>(rows: &VectorRows) -> Vec3Lanes<L> {
+    Vec3Lanes::new(L::load(&rows[0]), L::load(&rows[1]), L::load(&rows[2]))
 }
 
 #[inline(always)]

@@ -222,7 +222,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
     }
 
     /// At the end of a path's ray, its edge number `depth`, on a surface: samples an emitter and
-    /// the next direction. `seen` gets the vertex.
+    /// the next direction. `seen`, if it is there, gets the vertex.
     #[inline(always)]
     pub fn advance(
         &self,
@@ -231,7 +231,7 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         point: &SurfacePoint,
         depth: u32,
         numbers: &mut impl VertexStream,
-        seen: impl FnOnce(PathVertex),
+        seen: Option<impl FnOnce(PathVertex)>,
     ) -> Next {
         let vertex = SurfaceVertex::new(self.scene, ray, *point);
         self.advance_at(path, &vertex, depth, numbers, seen)
@@ -245,21 +245,23 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         vertex: &SurfaceVertex,
         depth: u32,
         numbers: &mut impl VertexStream,
-        seen: impl FnOnce(PathVertex),
+        seen: Option<impl FnOnce(PathVertex)>,
     ) -> Next {
         let (at, site) = (self.scattering(vertex), self.site(vertex));
         let before = path.throughput;
         let light = self.emitter_light(&at, &site, numbers.emitter());
         let u_lobe = numbers.lobe();
         let direction = self.scatter(path, &at, site, depth, u_lobe, numbers);
-        seen(path_vertex(
-            path,
-            before,
-            vertex,
-            depth,
-            light.as_ref(),
-            direction,
-        ));
+        if let Some(seen) = seen {
+            seen(path_vertex(
+                path,
+                before,
+                vertex,
+                depth,
+                light.as_ref(),
+                direction,
+            ));
+        }
         Next {
             shadow: light.map(|light| Shadow {
                 ray: light.ray,
@@ -269,6 +271,9 @@ impl<S: EmitterSampler, G: DirectionGuide> Transport<'_, S, G> {
         }
     }
 }
+
+/// Nobody who sees a vertex.
+pub(crate) const UNSEEN: Option<fn(PathVertex)> = None;
 
 /// What follows from a vertex.
 pub(crate) struct Next {

@@ -170,15 +170,16 @@ impl<'a> EmittersByPower<'a> {
         }
     }
 
-    /// The emitting surface that `u_select` chooses, if it chooses one.
+    /// The emitting surface that `u_select` chooses, if it chooses one, with its index.
     #[inline(always)]
-    pub(super) fn select_area(&self, u_select: u64) -> Option<&'a AreaEmitter> {
+    pub(super) fn select_area(&self, u_select: u64) -> Option<(u32, &'a AreaEmitter)> {
         let table = self.table.finite.as_ref()?;
         let routed = u128::from(u_select) * u128::from(self.table.groups);
         if routed >> 64 != 0 {
             return None;
         }
-        self.area(table.sample_index(routed as u64))
+        let index = table.sample_index(routed as u64);
+        Some((index, self.area(index)?))
     }
 
     /// An emitting surface with its probability.

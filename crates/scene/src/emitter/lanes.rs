@@ -10,6 +10,8 @@ use lightshed_sampling::UniformTriangle;
 /// Eight samples of emitters.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterLanes<L: Lanes> {
+    /// [`EmitterSample::emitter`].
+    pub emitter: [u32; LANES],
     /// [`EmitterSample::direction`].
     pub direction: Vec3Lanes<L>,
     /// [`EmitterSample::weight`].
@@ -50,6 +52,7 @@ impl<L: Lanes> EmitterLanes<L> {
 
 /// Samples, lane by lane.
 struct Others {
+    emitter: [u32; LANES],
     direction: [[f32; LANES]; 3],
     weight: [[f32; LANES]; 3],
     pdf: [f32; LANES],
@@ -61,6 +64,7 @@ struct Others {
 
 impl Others {
     const NONE: Self = Self {
+        emitter: [0; LANES],
         direction: [[0.0; LANES]; 3],
         weight: [[0.0; LANES]; 3],
         pdf: [0.0; LANES],
@@ -78,6 +82,7 @@ impl Others {
             self.weight[axis][lane] = sample.weight[axis];
             self.target[axis][lane] = target[axis];
         }
+        self.emitter[lane] = sample.emitter;
         self.pdf[lane] = sample.pdf.value();
         self.found |= 1 << lane;
         self.is_delta |= u32::from(sample.is_delta) << lane;
@@ -87,6 +92,7 @@ impl Others {
     #[inline(always)]
     fn load<L: Lanes>(&self) -> EmitterLanes<L> {
         EmitterLanes {
+            emitter: self.emitter,
             direction: load_vectors(&self.direction),
             weight: load_vectors(&self.weight),
             pdf_solid_angle: L::load(&self.pdf),
@@ -115,7 +121,7 @@ impl EmittersByPower<'_> {
         wanted: u32,
     ) -> EmitterLanes<L> {
         const NO_TRIANGLE: &TriangleEmitter = &TriangleEmitter::NONE;
-        let mut records = [NO_TRIANGLE; LANES];
+        let (mut records, mut emitter) = ([NO_TRIANGLE; LANES], [0; LANES]);
         let (mut triangles, mut others) = (0, 0);
         let (low, high) = (u_select[0].store(), u_select[1].store());
         for lane in 0..LANES {
@@ -123,14 +129,15 @@ impl EmittersByPower<'_> {
                 continue;
             }
             match self.select_area(u64::from(high[lane]) << 32 | u64::from(low[lane])) {
-                Some(AreaEmitter::Triangle(record)) => {
-                    records[lane] = record;
+                Some((index, AreaEmitter::Triangle(record))) => {
+                    (records[lane], emitter[lane]) = (record, index);
                     triangles |= 1 << lane;
                 }
                 _ => others |= 1 << lane,
             }
         }
-        let sampled = sample_triangles::<L>(records, from, u, L::Mask::from_bits(triangles));
+        let wanted = L::Mask::from_bits(triangles);
+        let sampled = sample_triangles::<L>(records, emitter, from, u, wanted);
         if others == 0 {
             return sampled;
         }
@@ -141,7 +148,13 @@ impl EmittersByPower<'_> {
             self.sample(from, u_select, [u0[lane], u1[lane]])
         });
         let mask = L::Mask::from_bits(others);
+        for lane in 0..LANES {
+            if others >> lane & 1 == 1 {
+                emitter[lane] = rest.emitter[lane];
+            }
+        }
         EmitterLanes {
+            emitter,
             direction: rest.direction.select(mask, sampled.direction),
             weight: rest.weight.select(mask, sampled.weight),
             pdf_solid_angle: rest.pdf_solid_angle.select(mask, sampled.pdf_solid_angle),
@@ -157,6 +170,7 @@ impl EmittersByPower<'_> {
 #[inline(always)]
 fn sample_triangles<L: Lanes>(
     records: [&TriangleEmitter; LANES],
+    emitter: [u32; LANES],
     from: Vec3Lanes<L>,
     u: [L; 2],
     wanted: L::Mask,
@@ -185,6 +199,7 @@ fn sample_triangles<L: Lanes>(
     let extent = edges[0].abs().max(edges[1].abs()).max_element();
     let offset = offset_for_lanes(normal, magnitude, extent);
     EmitterLanes {
+        emitter,
         direction: Vec3Lanes::new(d.x / distance, d.y / distance, d.z / distance),
         weight: Vec3Lanes::new(red / pdf, green / pdf, blue / pdf),
         pdf_solid_angle: pdf,

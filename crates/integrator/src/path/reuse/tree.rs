@@ -8,7 +8,7 @@ use crate::path::numbers::{PathWords, VertexNumbers};
 use crate::path::paths::Paths;
 use crate::path::purpose::Purpose;
 use crate::path::scattering::{SurfaceVertex, Vertex};
-use crate::path::transport::{Bounce, PathState, Transport, met_emission};
+use crate::path::transport::{Bounce, PathState, Transport, UNSEEN, met_emission};
 use crate::ray_batch::{NOWHERE, add_unhidden, see_emitters};
 use crate::visible_emission::VisibleEmission;
 use lightshed_film::{MAX_BATCH, RayKind, RayTally};
@@ -229,7 +229,7 @@ impl<S: EmitterSampler> Ground<'_, S> {
             if start.path.bounce.as_ref().is_some_and(|bounce| bounce.is_delta) {
                 // No other pixel can reach this point: an ordinary path.
                 let mut path = start.path.clone();
-                let next = transport.advance(&mut path, &start.ray, &point, 2, &mut &numbers, |_| ());
+                let next = transport.advance(&mut path, &start.ray, &point, 2, &mut &numbers, UNSEEN);
                 brought.extend(next.shadow.map(|shadow| (tree, shadow.ray, shadow.radiance)));
                 onward.extend(next.ray.map(|ray| Onward { tree, ray, path }));
                 continue;

@@ -1,0 +1,102 @@
+//! Guides at eight diffuse vertices: asked one after the other, between steps that are taken in
+//! lanes.
+
+use super::guide::{DirectionGuide, GuidedVertex, usable_share};
+use lightshed_lanes::LANES;
+use lightshed_sampling::DirectionDistribution;
+use lightshed_scene::glam::Vec3;
+
+/// Eight vectors in memory, coordinate by coordinate.
+pub(super) type VectorRows = [[f32; LANES]; 3];
+
+/// A vector of one lane.
+#[inline(always)]
+pub(super) fn vector(rows: &VectorRows, lane: usize) -> Vec3 {
+    Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
+}
+
+/// Sets the vector of one lane.
+#[inline(always)]
+pub(super) fn set_vector(rows: &mut VectorRows, lane: usize, vector: Vec3) {
+    (rows[0][lane], rows[1][lane], rows[2][lane]) = (vector.x, vector.y, vector.z);
+}
+
+/// Eight vertices with their questions to a guide; sets of lanes are bits.
+pub(super) struct GuideQuestions {
+    pub position: VectorRows,
+    pub normal: VectorRows,
+    /// Towards the previous vertices.
+    pub outgoing: VectorRows,
+    /// Towards the sampled emitters, in the lanes `lit`.
+    pub light: VectorRows,
+    pub lit: u32,
+    /// Directions sampled by the BSDF, in the lanes `scatters`.
+    pub own: VectorRows,
+    pub scatters: u32,
+    /// The numbers that choose between BSDF and guide, and those of a direction.
+    pub u_lobe: [f32; LANES],
+    pub u: [[f32; LANES]; 2],
+}
+
+/// The answers.
+pub(super) struct GuideAnswers {
+    /// `α`; zero without a guide.
+    pub share: [f32; LANES],
+    /// `p_g` of the direction towards the emitter.
+    pub light_pdf: [f32; LANES],
+    /// Lanes whose direction is to be the guide's …
+    pub picked: u32,
+    /// … of which these got none.
+    pub failed: u32,
+    /// Directions of the guide, in the picked lanes.
+    pub direction: VectorRows,
+    /// `p_g` of the direction, the guide's or the BSDF's.
+    pub pdf: [f32; LANES],
+}
+
+impl GuideQuestions {
+    /// Asks `guide` in the lanes `wanted`.
+    #[inline(never)]
+    pub fn ask<G: DirectionGuide>(&self, guide: &G, wanted: u32) -> GuideAnswers {
+        let mut answers = GuideAnswers {
+            share: [0.0; LANES],
+            light_pdf: [0.0; LANES],
+            picked: 0,
+            failed: 0,
+            direction: [[0.0; LANES]; 3],
+            pdf: [0.0; LANES],
+        };
+        for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
+            let vertex = GuidedVertex {
+                position: vector(&self.position, lane),
+                normal: Some(vector(&self.normal, lane)),
+                outgoing: vector(&self.outgoing, lane),
+            };
+            // Distributions may be large: they are not moved.
+            let guidance = guide.guide(&vertex);
+            let Some((directions, share)) = &guidance else {
+                continue;
+            };
+            let Some(share) = usable_share(*share) else {
+                continue;
+            };
+            answers.share[lane] = share;
+            if self.lit >> lane & 1 == 1 {
+                answers.light_pdf[lane] = directions.pdf(vector(&self.light, lane)).value();
+            }
+            if self.u_lobe[lane] < share {
+                answers.picked |= 1 << lane;
+                match directions.sample([self.u[0][lane], self.u[1][lane]]) {
+                    Some((direction, pdf)) => {
+                        set_vector(&mut answers.direction, lane, direction);
+                        answers.pdf[lane] = pdf.value();
+                    }
+                    None => answers.failed |= 1 << lane,
+                }
+            } else if self.scatters >> lane & 1 == 1 {
+                answers.pdf[lane] = directions.pdf(vector(&self.own, lane)).value();
+            }
+        }
+        answers
+    }
+}
