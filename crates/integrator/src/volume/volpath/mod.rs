@@ -369,9 +369,8 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver> VolumePathTracer<'_,
         known: Option<Option<Hit>>,
         rng: &mut CounterRng,
     ) -> Rgb {
-        let watched = O::IS_ACTIVE
-            && !cfg!(lightshed_without = "observer")
-            && self.tracer.observer.wants(id, seed);
+        let watched =
+            O::IS_ACTIVE && !cfg!(lightshed_without = "observer") && self.tracer.observer.wants(id, seed);
         let trail = watched.then(Trail::default);
         let state = self.walk(ray, self.camera_medium, known, rng, trail);
         if let Some(trail) = &state.trail {
