@@ -148,9 +148,9 @@ impl EmittersByPower<'_> {
             self.sample(from, u_select, [u0[lane], u1[lane]])
         });
         let mask = L::Mask::from_bits(others);
-        for lane in 0..LANES {
+        for (lane, emitter) in emitter.iter_mut().enumerate() {
             if others >> lane & 1 == 1 {
-                emitter[lane] = rest.emitter[lane];
+                *emitter = rest.emitter[lane];
             }
         }
         EmitterLanes {
