@@ -39,6 +39,9 @@ pub enum MaterialError {
     NestedRelief,
     /// A number of a relief is not finite.
     Relief,
+    /// A [`Material::Layered`](crate::Material::Layered) over what is no opaque
+    /// [`Material::MetallicRoughness`](crate::Material::MetallicRoughness).
+    Layers,
     /// Blends and sides nest deeper than [`Material::MAX_DEPTH`](crate::Material::MAX_DEPTH).
     TooDeep,
     /// Blends and sides hold more than [`Material::MAX_LEAVES`](crate::Material::MAX_LEAVES)
@@ -60,6 +63,7 @@ impl fmt::Display for MaterialError {
             Self::TransmissiveTwoSided => write!(f, "a transmissive material cannot be made two-sided"),
             Self::NestedRelief => write!(f, "a relief can only be around all of a material"),
             Self::Relief => write!(f, "the scale of a relief is not finite"),
+            Self::Layers => write!(f, "layers can only be on an opaque metallic-roughness material"),
             Self::TooDeep => write!(f, "materials nest too deeply"),
             Self::TooManyLeaves => write!(f, "a blended or two-sided material has too many parts"),
         }

@@ -52,6 +52,19 @@ pub struct ConductorIor {
     pub k: Rgb,
 }
 
+/// Layers of [`Material::Layered`].
+#[derive(Clone, Debug)]
+pub struct Layers {
+    /// Share of a clear coat of index 1.5.
+    pub coat: FloatTexture,
+    /// Its perceptual roughness (`α` is the square).
+    pub coat_roughness: FloatTexture,
+    /// Colour of a sheen below the coat; black for none.
+    pub sheen: ColorTexture,
+    /// Its perceptual roughness.
+    pub sheen_roughness: FloatTexture,
+}
+
 /// A material as data. All but [`Material::Dielectric`], [`Material::ThinDielectric`],
 /// [`Material::Null`] and transmissive [`Material::MetallicRoughness`] are one-sided (black from
 /// behind) unless wrapped in [`Material::TwoSided`].
@@ -122,6 +135,14 @@ pub enum Material {
         /// Index of refraction of the dielectric.
         ior: f32,
     },
+    /// A sheen and a clear coat over another material, which must be an opaque
+    /// [`Material::MetallicRoughness`] (`KHR_materials_sheen`, `KHR_materials_clearcoat`).
+    Layered {
+        /// What lies below.
+        base: Box<Material>,
+        /// What lies on it.
+        layers: Box<Layers>,
+    },
     /// `(1 − weight) · first + weight · second`.
     Blend {
         /// Share of `second`.
@@ -137,7 +158,8 @@ pub enum Material {
     TwoSided {
         /// Seen from the side of the normal.
         front: Box<Material>,
-        /// Seen from the other side; `None` for the same material.
+        /// Seen from the other side; `None` for the same material, [`Material::Null`] where light
+        /// passes from there.
         back: Option<Box<Material>>,
     },
     /// A material whose shading normals are turned by a map of normals or heights. Around all

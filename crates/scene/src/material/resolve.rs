@@ -2,8 +2,8 @@
 
 use super::bsdf::{Bsdf, Entry, MAX_COMPONENTS, Side};
 use super::component::{
-    Component, Diffuse, MetallicRoughness, Mirror, Plastic, PlasticBase, RoughConductor, RoughDielectric,
-    RoughPlastic, SmoothConductor, SmoothDielectric, ThinDielectric,
+    Component, Diffuse, Layered, MetallicRoughness, Mirror, Plastic, PlasticBase, RoughConductor,
+    RoughDielectric, RoughPlastic, SmoothConductor, SmoothDielectric, ThinDielectric,
 };
 use super::microfacet::Distribution;
 use super::{Material, Roughness, fresnel, rough_coat};
@@ -202,6 +202,23 @@ impl Material {
                 };
                 (component, Side::Front)
             }
+            Self::Layered { base, layers } => match base.leaf(place)? {
+                (Component::MetallicRoughness(base), side) => {
+                    let alpha = |roughness: &crate::FloatTexture| {
+                        let perceptual = roughness.at(place).clamp(0.0, 1.0);
+                        perceptual * perceptual
+                    };
+                    let coat = layers.coat.at(place).clamp(0.0, 1.0);
+                    let sheen = layers.sheen.at(place).clamp(Rgb::ZERO, Rgb::ONE);
+                    let layered = Layered::new(
+                        base,
+                        (coat, alpha(&layers.coat_roughness)),
+                        (sheen, alpha(&layers.sheen_roughness)),
+                    );
+                    (Component::Layered(layered), side)
+                }
+                other => other,
+            },
             Self::MetallicRoughness {
                 base_color,
                 metallic,

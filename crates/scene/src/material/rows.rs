@@ -100,7 +100,7 @@ impl ComponentRow {
                     ..row
                 })
             }
-            Component::MetallicRoughness(_) => None,
+            Component::MetallicRoughness(_) | Component::Layered(_) => None,
         }
     }
 
@@ -238,6 +238,13 @@ impl Material {
                 transmission,
                 ..
             } => color(base_color) && float(metallic) && float(roughness) && float(transmission),
+            Self::Layered { base, layers } => {
+                base.is_constant()
+                    && float(&layers.coat)
+                    && float(&layers.coat_roughness)
+                    && color(&layers.sheen)
+                    && float(&layers.sheen_roughness)
+            }
             Self::Blend {
                 weight,
                 first,

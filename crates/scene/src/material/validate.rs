@@ -1,6 +1,7 @@
 //! The assumptions of [`Material::at`].
 
 use super::bsdf::MAX_COMPONENTS;
+use super::component;
 use super::{ConductorIor, Material, MaterialError, Relief, Roughness, rough_coat};
 use crate::{ColorTexture, FloatTexture, ImageTexture, Rgb};
 use glam::Affine2;
@@ -17,9 +18,9 @@ impl Material {
     /// surface gains energy, as its author asked), shares likewise (they are clamped to 1 when
     /// looked up), roughness and indices of refraction positive and finite, blends and sides within
     /// [`Material::MAX_DEPTH`] and [`Material::MAX_LEAVES`], no dielectric inside a
-    /// [`Material::TwoSided`], the index of a rough plastic within `[1, 3]`, where its
-    /// transmittance is tabulated (the table is computed here, not on the first hit). Reads every
-    /// texel of images.
+    /// [`Material::TwoSided`] (but [`Material::Null`] may be its back), the index of a rough
+    /// plastic within `[1, 3]`, where its transmittance is tabulated (the table is computed here,
+    /// not on the first hit). Reads every texel of images.
     ///
     /// # Errors
     /// The first [`MaterialError`] found.
@@ -116,6 +117,24 @@ impl Material {
                     index("ior", *ior)?;
                 }
             }
+            Self::Layered { base, layers } => {
+                // Light that passes the base would have to pass the layers, too.
+                if !matches!(
+                    **base,
+                    Self::MetallicRoughness {
+                        transmission: FloatTexture::Constant(0.0),
+                        ..
+                    }
+                ) {
+                    return Err(MaterialError::Layers);
+                }
+                component::prepare_sheen();
+                share("coat", &layers.coat)?;
+                share("coat_roughness", &layers.coat_roughness)?;
+                color("sheen", &layers.sheen)?;
+                share("sheen_roughness", &layers.sheen_roughness)?;
+                return base.check(depth, two_sided);
+            }
             Self::Relief { .. } => return Err(MaterialError::NestedRelief),
             Self::Blend {
                 weight,
@@ -126,7 +145,9 @@ impl Material {
                 return Ok(first.check(depth - 1, two_sided)? + second.check(depth - 1, two_sided)?);
             }
             Self::TwoSided { front, back } => {
-                let behind = match back {
+                let behind = match back.as_deref() {
+                    // Nothing at all is no boundary: what is seen from one side only.
+                    Some(Self::Null) => 1,
                     Some(back) => back.check(depth - 1, true)?,
                     None => 0,
                 };

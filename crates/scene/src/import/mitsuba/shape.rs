@@ -34,7 +34,17 @@ impl<'a> Importer<'a> {
                 properties.finish()?;
                 return shapes.into_iter().try_for_each(|shape| self.shape(shape, outer));
             }
+            "sdfgrid" | "ellipsoids" | "ellipsoidsmesh" | "blender" => {
+                self.warn(
+                    node,
+                    format!("shapes of type `{kind}` are not supported: left out"),
+                );
+                return Ok(());
+            }
             _ => self.spend_node(node)?,
+        }
+        if !properties.all(|child| child.tag == "sensor").is_empty() {
+            self.warn(node, "a sensor on a shape is not supported: left out");
         }
         let mut sides = [None; 2];
         for (side, name) in sides.iter_mut().zip(["interior", "exterior"]) {
@@ -375,6 +385,7 @@ fn textured(material: &Material) -> bool {
             first,
             second,
         } => float(weight) || textured(first) || textured(second),
+        Material::Layered { base, .. } => textured(base),
         Material::Null => false,
         Material::Relief { .. } => true,
         Material::TwoSided { front, back } => textured(front) || back.as_deref().is_some_and(textured),

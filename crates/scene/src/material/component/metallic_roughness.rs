@@ -53,14 +53,20 @@ impl MetallicRoughness {
     /// `cos θ_i S` and the density of `wi`, both for `wi` above the surface.
     #[inline]
     fn microfacets(&self, wo: Vec3, wi: Vec3, h: Vec3) -> (f32, f32) {
+        Self::microfacets_of(&self.distribution, wo, wi, h)
+    }
+
+    /// The same of any distribution.
+    #[inline]
+    pub(super) fn microfacets_of(distribution: &Ggx, wo: Vec3, wi: Vec3, h: Vec3) -> (f32, f32) {
         let facing = wo.dot(h);
         if facing <= 0.0 {
             return (0.0, 0.0);
         }
-        let pdf = self.distribution.visible_normal_density(wo, h).value() / (4.0 * facing);
-        let masking = self.distribution.masking(wo);
+        let pdf = distribution.visible_normal_density(wo, h).value() / (4.0 * facing);
+        let masking = distribution.masking(wo);
         let value = if masking > 0.0 {
-            pdf * (self.distribution.masking_shadowing(wo, wi) / masking).min(1.0)
+            pdf * (distribution.masking_shadowing(wo, wi) / masking).min(1.0)
         } else {
             0.0
         };

@@ -4,6 +4,7 @@
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod layered;
 mod metallic_roughness;
 mod mirror;
 mod plastic;
@@ -13,6 +14,7 @@ mod thin_dielectric;
 pub(super) use conductor::{RoughConductor, SmoothConductor};
 pub(super) use dielectric::{RoughDielectric, SmoothDielectric};
 pub(super) use diffuse::Diffuse;
+pub(super) use layered::{Layered, prepare as prepare_sheen};
 pub(super) use metallic_roughness::MetallicRoughness;
 pub(super) use mirror::Mirror;
 pub(super) use plastic::{Plastic, PlasticBase};
@@ -149,6 +151,7 @@ macro_rules! components {
 
 components!(
     Diffuse,
+    Layered,
     MetallicRoughness,
     Mirror,
     Plastic,

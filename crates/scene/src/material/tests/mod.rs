@@ -13,7 +13,7 @@ mod rough_coat;
 mod selection;
 mod validation;
 
-use super::{Bsdf, BsdfValue, ConductorIor, LobeSample, Material, Microfacet, Roughness};
+use super::{Bsdf, BsdfValue, ConductorIor, Layers, LobeSample, Material, Microfacet, Roughness};
 use crate::Rgb;
 use glam::{Vec2, Vec3};
 use lightshed_sampling::{Density, Ggx, MicrofacetDistribution, ONE_MINUS_EPSILON};
@@ -107,6 +107,18 @@ fn metallic_roughness(metallic: f32, roughness: f32, transmission: f32) -> Mater
     }
 }
 
+fn layered(coat: f32, sheen: Rgb) -> Material {
+    Material::Layered {
+        base: Box::new(metallic_roughness(0.3, 0.6, 0.0)),
+        layers: Box::new(Layers {
+            coat: coat.into(),
+            coat_roughness: 0.4.into(),
+            sheen: sheen.into(),
+            sheen_roughness: 0.7.into(),
+        }),
+    }
+}
+
 fn two_sided(front: Material, back: Option<Material>) -> Material {
     Material::TwoSided {
         front: Box::new(front),
@@ -157,6 +169,12 @@ fn zoo() -> Vec<(&'static str, Material)> {
         ("gltf dielectric", metallic_roughness(0.0, 0.5, 0.0)),
         ("gltf metal", metallic_roughness(1.0, 0.6, 0.0)),
         ("gltf transmission", metallic_roughness(0.2, 0.7, 0.8)),
+        ("gltf clear coat", layered(1.0, Rgb::ZERO)),
+        ("gltf sheen", layered(0.0, Rgb::new(0.3, 0.6, 0.9))),
+        (
+            "gltf sheen below a coat",
+            two_sided(layered(0.5, Rgb::new(0.9, 0.2, 0.2)), None),
+        ),
         ("two-sided diffuse", two_sided(diffuse(0.4), None)),
         (
             "two-sided with two faces",
