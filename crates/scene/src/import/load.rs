@@ -38,7 +38,8 @@ pub fn load(path: impl AsRef<Path>, defines: &Defines) -> Result<Loaded, ImportE
 /// mesh, `ply` or `obj`.
 ///
 /// A lone mesh becomes a Lambertian surface of albedo one half, seen from both sides, with the
-/// file's normals or smooth ones, under constant radiance 1, with a camera that sees all of it.
+/// file's normals or smooth ones, with a camera that sees all of it, and light from grey
+/// surroundings that are brighter behind the camera.
 ///
 /// # Errors
 ///
@@ -109,7 +110,7 @@ fn lone_mesh(mut mesh: TriangleMesh, path: &Path) -> Loaded {
     fit::light(&mut description);
     let warning = Warning {
         location: Location::file(path),
-        message: "a lone mesh: grey, under constant light, seen as a whole".to_owned(),
+        message: format!("a lone mesh: grey, seen as a whole; {}", fit::STUDIO),
     };
     Loaded {
         description,

@@ -19,6 +19,7 @@ mod limits;
 mod load;
 mod loaded;
 mod loading;
+mod look;
 #[cfg(feature = "mitsuba")]
 mod mitsuba;
 mod normals;

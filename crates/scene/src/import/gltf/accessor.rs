@@ -142,6 +142,26 @@ impl Buffers {
         Ok(values)
     }
 
+    /// An accessor of 4 × 4 matrices of floats, column by column.
+    pub(super) fn matrices(&self, accessor: &gltf::Accessor) -> Result<Vec<[f32; 16]>, String> {
+        let (Dimensions::Mat4, DataType::F32, Some(view)) =
+            (accessor.dimensions(), accessor.data_type(), accessor.view())
+        else {
+            return Err(format!("accessor {} is no list of matrices", accessor.index()));
+        };
+        let stride = view.stride().unwrap_or(accessor.size());
+        let items = self.items(
+            &view,
+            accessor.offset(),
+            accessor.count(),
+            accessor.size(),
+            stride,
+        )?;
+        let item =
+            |bytes: &[u8]| std::array::from_fn(|i| component(&bytes[4 * i..4 * i + 4], DataType::F32, false));
+        Ok(items.map(item).collect())
+    }
+
     /// An accessor of vertex indices.
     pub(super) fn indices(&self, accessor: &gltf::Accessor) -> Result<Vec<u32>, String> {
         let kind = accessor.data_type();

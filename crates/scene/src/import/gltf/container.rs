@@ -3,8 +3,9 @@
 //! The container and a few members are checked here, before the `gltf` crate sees them: its own
 //! checks take them for granted and panic where they are wrong.
 
-use super::extras::MaterialExtras;
+use super::extras::{MaterialExtras, NodeExtras, Skin};
 use super::mend;
+use super::tree::Note;
 use crate::import::error::{ImportError, Location};
 use crate::import::limits::LoadResource;
 use crate::import::loading::Loading;
@@ -27,6 +28,14 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
     } else {
         (bytes, None)
     };
+    // Marks of the byte order, and zeros where spaces should fill a chunk.
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let text = text.trim_ascii_end();
+    let end = text
+        .iter()
+        .rposition(|&byte| byte != 0)
+        .map_or(0, |last| last + 1);
+    let text = &text[..end];
     loading.spend(LoadResource::Nodes, objects(text), || Location::file(path))?;
     let broken = |source| ImportError::Decode {
         path: path.to_path_buf(),
@@ -34,7 +43,8 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
     };
     let mut value: json::Value = json::deserialize::from_slice(text).map_err(broken)?;
     let malformed =
-        |(element, what): mend::Note| ImportError::unsupported(Location::file(path).element(element), what);
+        |(element, what): Note| ImportError::unsupported(Location::file(path).element(element), what);
+    let (nodes, skins) = (super::extras::of_nodes(&value), super::extras::skins(&value));
     let notes = mend::mend(&mut value).map_err(malformed)?;
     let (compressed, fallbacks) = mend::compressed(&mut value);
     let extras = super::extras::of_materials(&value);
@@ -60,6 +70,8 @@ pub(super) fn open(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Opene
         compressed,
         fallbacks,
         extras,
+        nodes,
+        skins,
     })
 }
 
@@ -69,13 +81,17 @@ pub(super) struct Opened {
     /// The binary chunk of a GLB.
     pub(super) blob: Option<Vec<u8>>,
     /// Warnings.
-    pub(super) notes: Vec<mend::Note>,
+    pub(super) notes: Vec<Note>,
     /// Buffer views that are compressed.
     pub(super) compressed: Vec<mend::CompressedView>,
     /// By buffer, whether nothing of it is read: its views are decompressed from another.
     pub(super) fallbacks: Vec<bool>,
     /// What the crate does not know of the materials.
     pub(super) extras: Vec<MaterialExtras>,
+    /// What the crate does not know of the nodes.
+    pub(super) nodes: Vec<NodeExtras>,
+    /// Skins, which the crate is not shown.
+    pub(super) skins: Vec<Skin>,
 }
 
 /// The document of a mended tree, or what is wrong with it. By way of text: reading that is
@@ -138,12 +154,19 @@ fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
         contents.ok_or_else(|| (at, format!("a chunk of {length} bytes reaches beyond the file")))
     };
     let text = chunk(12, JSON)?;
-    let next = 20 + text.len();
-    let blob = if next < bytes.len() {
-        Some(chunk(next, BIN)?)
-    } else {
-        None
-    };
+    // Chunks of unknown types are to be passed over (glTF 2.0, §4.4.3.1), and so is what follows
+    // the length that the header announces.
+    let end = word(8)? as usize;
+    let mut next = 20 + text.len();
+    while next < end && bytes.get(next + 4..next + 8).is_some_and(|kind| kind != BIN) {
+        let length = word(next)? as usize;
+        let after = next.saturating_add(8).saturating_add(length);
+        if after > bytes.len() {
+            return Err((next, format!("a chunk of {length} bytes reaches beyond the file")));
+        }
+        next = after;
+    }
+    let blob = if next < end { Some(chunk(next, BIN)?) } else { None };
     Ok((text, blob))
 }
 

@@ -1,14 +1,14 @@
 //! Changes to a document before the `gltf` crate reads it: what is legal there and unknown to the
 //! crate is brought into a form that it knows, or left out with a warning.
 
+use super::references;
+use super::tree::{Note, insert, items, list, remove};
 use gltf::json::Value;
 
-/// Element and message of a warning or an error.
-pub(super) type Note = (String, String);
-
-/// Extensions that a file may require. Those of materials change the look, not the geometry: what
-/// is left out of them is a warning.
-const UNDERSTOOD: [&str; 10] = [
+/// Extensions that a file may require without a warning of its own. Those of materials change the
+/// look, not the geometry: what is left out of them is a warning where it stands.
+const UNDERSTOOD: [&str; 12] = [
+    "EXT_mesh_gpu_instancing",
     "EXT_mesh_features",
     "EXT_meshopt_compression",
     "EXT_structural_metadata",
@@ -16,6 +16,7 @@ const UNDERSTOOD: [&str; 10] = [
     "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_draco_mesh_compression",
@@ -24,15 +25,26 @@ const UNDERSTOOD: [&str; 10] = [
 /// Mends a document; the warnings, or what makes it unusable.
 pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
     let mut notes = Vec::new();
-    required(root)?;
+    tidy(root);
+    required(root, &mut notes);
+    references::mend(root, &mut notes);
     scenes(root, &mut notes);
     if list(root, "animations").is_some_and(|animations| !animations.is_empty()) {
-        notes.push(note("animations", "animations are not supported: left out"));
+        notes.push(note("animations", "animations are not supported: nothing moves"));
     }
+    let lights = root.pointer("/extensions/KHR_lights_punctual/lights");
+    let lights = lights.and_then(Value::as_array).map_or(0, Vec::len) as u64;
     for (index, node) in items(root, "nodes") {
-        if remove(node, "skin") {
-            let message = "skins are not supported: the mesh is in its rest pose";
-            notes.push((format!("nodes[{index}]"), message.to_owned()));
+        remove(node, "skin");
+        let light = node.pointer("/extensions/KHR_lights_punctual/light");
+        if light.is_some_and(|light| light.as_u64().is_none_or(|light| light >= lights))
+            && let Some(extensions) = node.get_mut("extensions")
+        {
+            remove(extensions, "KHR_lights_punctual");
+            notes.push((
+                format!("nodes[{index}]"),
+                "there is no such light: left out".to_owned(),
+            ));
         }
     }
     for name in ["animations", "skins"] {
@@ -43,6 +55,17 @@ pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
         source(texture, index, &mut notes);
     }
     for (index, material) in items(root, "materials") {
+        let modes = ["OPAQUE", "MASK", "BLEND"].map(Value::from);
+        if material
+            .get("alphaMode")
+            .is_some_and(|mode| !modes.contains(mode))
+        {
+            remove(material, "alphaMode");
+            notes.push((
+                format!("materials[{index}]"),
+                "an unknown alpha mode: taken as opaque".to_owned(),
+            ));
+        }
         if let Some(gloss) = material
             .pointer("/extensions/KHR_materials_pbrSpecularGlossiness")
             .cloned()
@@ -57,44 +80,39 @@ pub(super) fn mend(root: &mut Value) -> Result<Vec<Note>, Note> {
     Ok(notes)
 }
 
+/// Whole numbers with a point become integers, since the crate asks for these where the
+/// specification does, and members that are null are left out.
+fn tidy(value: &mut Value) {
+    match value {
+        Value::Number(number) => {
+            let whole = number.as_f64().filter(|v| v.fract() == 0.0 && v.abs() < 9e15);
+            if let Some(whole) = whole.filter(|_| number.is_f64()) {
+                *value = Value::from(whole as i64);
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(tidy),
+        Value::Object(members) => {
+            members.retain(|_, member| !member.is_null());
+            members.values_mut().for_each(tidy);
+        }
+        _ => {}
+    }
+}
+
 fn note(element: &str, message: &str) -> Note {
     (element.to_owned(), message.to_owned())
 }
 
-fn list<'a>(value: &'a mut Value, name: &str) -> Option<&'a mut Vec<Value>> {
-    value.get_mut(name)?.as_array_mut()
-}
-
-fn items<'a>(value: &'a mut Value, name: &str) -> impl Iterator<Item = (usize, &'a mut Value)> {
-    list(value, name).into_iter().flatten().enumerate()
-}
-
-/// Whether there was such a member.
-fn remove(value: &mut Value, name: &str) -> bool {
-    value
-        .as_object_mut()
-        .is_some_and(|object| object.remove(name).is_some())
-}
-
-fn insert(value: &mut Value, name: &str, member: Value) {
-    if let Some(object) = value.as_object_mut() {
-        object.insert(name.to_owned(), member);
-    }
-}
-
 /// Extensions that the file requires.
-fn required(root: &mut Value) -> Result<(), Note> {
+fn required(root: &mut Value, notes: &mut Vec<Note>) {
     for name in list(root, "extensionsRequired").into_iter().flatten() {
         let name = name.as_str().unwrap_or_default();
         if !UNDERSTOOD.contains(&name) && !name.starts_with("KHR_materials_") {
-            return Err((
-                "extensionsRequired".to_owned(),
-                format!("the extension {name} is not supported"),
-            ));
+            let message = format!("the file requires the extension {name}, which is not supported: left out");
+            notes.push(("extensionsRequired".to_owned(), message));
         }
     }
     remove(root, "extensionsRequired");
-    Ok(())
 }
 
 /// A scene of no nodes has an empty list of them; without scenes, all nodes that no other has as a

@@ -3,13 +3,15 @@
 //! The default scene (or the first) is read: nodes with their transforms, triangle meshes,
 //! metallic-roughness materials with factors, textures, normal maps, alpha and vertex colours, the
 //! first perspective camera, and of the extensions `KHR_lights_punctual`,
-//! `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_pbrSpecularGlossiness`,
-//! `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
-//! `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_meshopt_compression` and
-//! `EXT_texture_webp`; of `KHR_materials_variants` the material that a primitive has without a
-//! choice. Other extensions of materials, and others that change no image, may be required; any
-//! further one is an error. What is left out (skins, morph targets, optional extensions) is a
-//! warning.
+//! `KHR_materials_clearcoat`, `KHR_materials_emissive_strength`, `KHR_materials_ior`,
+//! `KHR_materials_pbrSpecularGlossiness`, `KHR_materials_sheen`, `KHR_materials_specular`,
+//! `KHR_materials_transmission`, `KHR_materials_unlit`, `KHR_materials_volume` (what transmits all
+//! light and has a thickness refracts, and absorbs at its boundaries what the thickness would),
+//! `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_mesh_gpu_instancing` (a copy for each
+//! instance), `EXT_meshopt_compression` and `EXT_texture_webp`; of `KHR_materials_variants` the
+//! material that a primitive has without a choice. Skins and morph targets have the pose and the
+//! weights that the file gives its nodes. What is left out (animations, other extensions whether
+//! required or not, images that cannot be found) is a warning.
 //!
 //! Textures of emission become emission that is constant over each triangle, where triangles are
 //! split until it hardly varies. An unlit material emits its colour and scatters nothing.
@@ -17,23 +19,33 @@
 //! # Units
 //!
 //! glTF's lights are photometric, the renderer's radiometric. The numbers are taken over as they
-//! are: candela as W/sr of each channel, lux as W/m², and emission in cd/m² as W/(m² sr). The
-//! picture is the same up to a factor (683 lm/W at 555 nm) that a display exposure takes away. A
-//! spot light's intensity falls off linearly in the angle between its cones, where glTF recommends,
-//! but does not demand, another smooth curve.
+//! are: candela as W/sr of each channel, lux as W/m², and emission in cd/m² as W/(m² sr). Lamps
+//! that would make white surfaces send more than radiance 20 are divided by 683 lm/W, and by more
+//! where that is not enough. A spot light's intensity falls off linearly in the angle between its
+//! cones, where glTF recommends, but does not demand, another smooth curve.
 //!
-//! A surface without `doubleSided` is black from behind, where glTF would cull it. A file without
-//! light, or with none but textures that glow in places, gets constant radiance 1 from everywhere,
-//! one without a perspective camera a view of the whole scene.
+//! # What files leave to viewers
+//!
+//! A surface without `doubleSided` is not there from behind, as glTF has it: light passes. A file
+//! whose lamps reach less than half of what the camera sees, shadows left aside, gets grey
+//! surroundings that are brighter behind the camera. Unlit surfaces, and those whose mean emission
+//! is below 1.5, are no lamps. A file without a camera gets a view of the whole scene, from a side
+//! from which fronts of surfaces are seen.
 
 mod accessor;
+mod backs;
 mod container;
 mod extras;
+mod lighting;
+mod marks;
 mod material;
 mod mend;
 mod meshopt;
 mod node;
+mod pose;
+mod references;
 mod texture;
+mod tree;
 
 use super::error::{ImportError, Location};
 use super::fit;
@@ -41,32 +53,49 @@ use super::image::Encoding;
 use super::limits::{LoadLimits, LoadResource};
 use super::loaded::{Loaded, Warning};
 use super::loading::Loading;
-use crate::{EmitterDescription, Image, ImageTexture, Rgb, SceneDescription};
+use crate::{EmitterDescription, Geometry, Image, ImageTexture, Rgb, SceneDescription, ShapeDescription};
 use accessor::Buffers;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use container::Opened;
-use extras::MaterialExtras;
-use glam::DAffine3;
+use extras::{MaterialExtras, NodeExtras, Skin};
+use glam::{DAffine3, Vec3};
 use gltf::{Document, Semantic};
+use lighting::lighting;
+use marks::Marks;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// Lumens of a watt at 555 nm.
+const LUMENS_PER_WATT: f64 = 683.0;
+
+/// The median irradiance of what the camera sees above which lamps have photometric figures: a
+/// white surface under it sends radiance 20, where an image ends at 1.
+const BRIGHT: f64 = 20.0 * std::f64::consts::PI;
+
+/// The share of what the camera sees that lamps must reach to be the scene's light.
+const ENOUGH: f64 = 0.5;
+
 /// Extensions that are understood.
-const EXTENSIONS: [&str; 12] = [
+const EXTENSIONS: [&str; 17] = [
+    "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_variants",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_transform",
 ];
 
@@ -107,6 +136,8 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         compressed,
         fallbacks,
         extras,
+        nodes,
+        skins,
     } = container::open(bytes, path, loading)?;
     let mut buffers = Buffers::new(load_buffers(&document, blob, &fallbacks, path, loading)?);
     for view in compressed {
@@ -122,6 +153,9 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         loading,
         document: &document,
         extras,
+        nodes,
+        skins,
+        world: pose::world(&document),
         buffers,
         description: SceneDescription::default(),
         warnings: Vec::new(),
@@ -129,9 +163,12 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         texture_set: None,
         vertex_colors: materials_with_colors(&document),
         glimmering: HashSet::new(),
+        unlit_both: HashSet::new(),
+        culled: HashMap::new(),
         images: HashMap::new(),
         visited: vec![false; document.nodes().len()],
         has_camera: false,
+        marks: Vec::new(),
     };
     for (element, message) in notes {
         importer.warn(&element, message);
@@ -170,6 +207,11 @@ struct Importer<'a> {
     document: &'a Document,
     /// What the crate does not know of the document's materials.
     extras: Vec<MaterialExtras>,
+    /// What the crate does not know of the document's nodes.
+    nodes: Vec<NodeExtras>,
+    skins: Vec<Skin>,
+    /// Where each node lies.
+    world: Vec<DAffine3>,
     buffers: Buffers,
     description: SceneDescription,
     warnings: Vec<Warning>,
@@ -179,12 +221,18 @@ struct Importer<'a> {
     texture_set: Option<u32>,
     /// Materials of surfaces with colours at their vertices.
     vertex_colors: HashSet<Option<usize>>,
-    /// Materials that emit by a texture.
+    /// Materials that glow, but are no lamps.
     glimmering: HashSet<u32>,
+    /// Unlit materials of two sides.
+    unlit_both: HashSet<u32>,
+    /// Materials that light passes from behind, by those that are black from there.
+    culled: HashMap<u32, u32>,
     images: HashMap<(usize, Encoding), Arc<Image>>,
     /// Nodes already walked.
     visited: Vec<bool>,
     has_camera: bool,
+    /// Points and lines.
+    marks: Vec<Marks>,
 }
 
 impl Importer<'_> {
@@ -203,6 +251,7 @@ impl Importer<'_> {
         for node in scene.nodes() {
             self.node(&node, &DAffine3::IDENTITY, 0)?;
         }
+        self.place_marks();
         if !self.has_camera {
             fit::camera(&mut self.description);
             self.warn(
@@ -210,34 +259,70 @@ impl Importer<'_> {
                 "no perspective camera in the scene: it is seen as a whole",
             );
         }
-        if self.has_only_glimmer() {
-            self.description
-                .emitters
-                .push(EmitterDescription::Constant { radiance: Rgb::ONE });
-            self.warn(
-                "scenes",
-                "no light but textures that glow in places: constant radiance 1 from everywhere",
-            );
-        } else if fit::light(&mut self.description) {
-            self.warn(
-                "scenes",
-                "no light in the scene: constant radiance 1 from everywhere",
-            );
-        }
+        self.face_camera();
+        self.light_scene();
         Ok(())
     }
 
-    /// Whether all emission is that of textures: displays and signs, which light no scene.
-    fn has_only_glimmer(&self) -> bool {
+    /// Turns the triangles of unlit surfaces of two sides to the camera: they emit from one.
+    fn face_camera(&mut self) {
+        let eye = Vec3::from(self.description.camera.to_world.translation);
+        for shape in &mut self.description.shapes {
+            let Geometry::Mesh(mesh) = &mut shape.geometry else {
+                continue;
+            };
+            if !self.unlit_both.contains(&shape.material) {
+                continue;
+            }
+            mesh.normals.clear();
+            for triangle in &mut mesh.indices {
+                let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+                if (b - a).cross(c - a).dot(eye - a) < 0.0 {
+                    triangle.swap(1, 2);
+                }
+            }
+        }
+    }
+
+    /// Brings lamps with photometric figures into the range of an image, and adds light where the
+    /// file's own lights little of what the camera sees. Viewers of glTF have surroundings of their
+    /// own, which files take for granted.
+    fn light_scene(&mut self) {
+        let found = lighting(&self.description);
+        if found.irradiance > BRIGHT {
+            let by_lumen = 1.0 / LUMENS_PER_WATT;
+            let factor = match found.irradiance * by_lumen {
+                still if still > BRIGHT => std::f64::consts::PI / found.irradiance,
+                _ => by_lumen,
+            } as f32;
+            for emitter in &mut self.description.emitters {
+                match emitter {
+                    EmitterDescription::Point { intensity, .. }
+                    | EmitterDescription::Spot { intensity, .. } => *intensity *= factor,
+                    EmitterDescription::Directional { irradiance, .. } => *irradiance *= factor,
+                    EmitterDescription::Constant { .. } | EmitterDescription::Environment(_) => {}
+                }
+            }
+            self.warn(
+                "extensions/KHR_lights_punctual",
+                format!("lights in photometric units: their intensities are multiplied by {factor:.3e}"),
+            );
+        }
         let mut emitting = self
             .description
             .shapes
             .iter()
             .filter(|shape| shape.emission.is_some());
-        let glimmers = |material: u32| self.glimmering.contains(&material);
-        self.description.emitters.is_empty()
-            && emitting.clone().next().is_some()
-            && emitting.all(|shape| glimmers(shape.material))
+        let is_lamp = |shape: &ShapeDescription| !self.glimmering.contains(&shape.material);
+        if emitting.any(is_lamp) || found.lit >= ENOUGH {
+            return;
+        }
+        let message = match self.description.emitters.is_empty() {
+            true => "no light in the scene",
+            false => "the lights reach less than half of what the camera sees",
+        };
+        fit::studio(&mut self.description);
+        self.warn("scenes", format!("{message}: {}", fit::STUDIO));
     }
 
     fn location(&self, element: &str) -> Location {

@@ -1,5 +1,8 @@
 //! Nodes: meshes, cameras and lights placed in the world.
 
+use super::backs::{culled, shows_back};
+use super::extras::Skin;
+use super::pose::local;
 use super::{Importer, Known};
 use crate::builtin::turn;
 use crate::import::error::ImportError;
@@ -9,7 +12,7 @@ use crate::import::{fit, glow};
 use crate::{
     CameraDescription, EmitterDescription, FovAxis, Geometry, Projection, Rgb, ShapeDescription, TriangleMesh,
 };
-use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use gltf::accessor::Dimensions;
 use gltf::camera;
 use gltf::khr_lights_punctual::Kind;
@@ -21,6 +24,20 @@ const HEIGHT: u32 = 512;
 
 /// Characters of a name that are kept, since every node of a mesh has it again.
 const LONGEST_NAME: usize = 64;
+
+/// A name that is not too long.
+fn short(name: Option<&str>) -> String {
+    name.unwrap_or("mesh").chars().take(LONGEST_NAME).collect()
+}
+
+/// A mesh's place and pose.
+struct Placed<'a> {
+    to_world: DAffine3,
+    name: Option<&'a str>,
+    skin: Option<Skin>,
+    /// Of morph targets.
+    weights: Vec<f32>,
+}
 
 impl Importer<'_> {
     pub(super) fn node(
@@ -35,13 +52,33 @@ impl Importer<'_> {
             return Err(self.malformed(&element, "the node is reached twice"));
         }
         self.loading.check_depth(depth, || self.location(&element))?;
-        let columns = node.transform().matrix().map(|column| column.map(f64::from));
-        let to_world = *parent * DAffine3::from_mat4(DMat4::from_cols_array_2d(&columns));
+        let extras = self.nodes.get(node.index()).cloned().unwrap_or_default();
+        if extras.hidden {
+            return Ok(());
+        }
+        let to_world = *parent * local(node);
         if !to_world.is_finite() {
             return Err(self.malformed(&element, "the transform is not finite"));
         }
         if let Some(mesh) = node.mesh() {
-            self.mesh(&mesh, &to_world, node.name())?;
+            let skin = extras.skin.and_then(|skin| self.skins.get(skin)).cloned();
+            let weights = node.weights().or(mesh.weights()).unwrap_or_default().to_vec();
+            let mut placed = Placed {
+                to_world,
+                name: node.name(),
+                skin,
+                weights,
+            };
+            match extras.instances {
+                None => self.mesh(&mesh, &placed)?,
+                Some(lists) => {
+                    let instances = self.instances(&lists);
+                    for instance in instances.map_err(|what| self.malformed(&element, what))? {
+                        placed.to_world = to_world * instance;
+                        self.mesh(&mesh, &placed)?;
+                    }
+                }
+            }
         }
         if let Some(camera) = node.camera() {
             self.camera(&camera, &to_world, &element)?;
@@ -55,26 +92,16 @@ impl Importer<'_> {
         Ok(())
     }
 
-    fn mesh(
-        &mut self,
-        mesh: &gltf::Mesh,
-        to_world: &DAffine3,
-        name: Option<&str>,
-    ) -> Result<(), ImportError> {
+    fn mesh(&mut self, mesh: &gltf::Mesh, placed: &Placed) -> Result<(), ImportError> {
         for primitive in mesh.primitives() {
             let element = format!("meshes[{}]/primitives[{}]", mesh.index(), primitive.index());
             if !matches!(
                 primitive.mode(),
                 Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
             ) {
-                self.warn(&element, "points and lines are not supported: left out");
+                let name = format!("{}.{}", short(placed.name.or(mesh.name())), primitive.index());
+                self.mark(&primitive, &placed.to_world, name, &element)?;
                 continue;
-            }
-            if primitive.morph_targets().len() > 0 {
-                self.warn(
-                    &element,
-                    "morph targets are not supported: the mesh is in its rest shape",
-                );
             }
             // Each node that has the mesh has it placed anew.
             let vertices = primitive.get(&gltf::Semantic::Positions).map_or(0, |a| a.count());
@@ -88,7 +115,7 @@ impl Importer<'_> {
             self.loading
                 .spend_mesh(vertices, triangles, || self.location(&element))?;
             let Known {
-                material,
+                mut material,
                 emission,
                 emission_texture,
                 texture_set,
@@ -100,17 +127,32 @@ impl Importer<'_> {
                 self.warn(&element, "no triangles: left out");
                 continue;
             }
-            if move_mesh(&mut geometry, to_world).is_none() {
-                self.warn(
-                    &element,
-                    "a node squeezes the mesh flat or puts it out of range: left out",
-                );
-                continue;
+            if let Err(what) = self.morph(&primitive, &placed.weights, &mut geometry) {
+                self.warn(&element, format!("a morph target is left out: {what}"));
             }
-            if to_world.matrix3.determinant() < 0.0 {
-                // A mirrored mesh is wound the other way round (glTF 2.0, §3.7.4), so that its
-                // front stays its front.
-                turn(&mut geometry);
+            let mut is_skinned = false;
+            if let Some(skin) = &placed.skin {
+                match self.skinned(skin, &primitive, &mut geometry) {
+                    Ok(()) => is_skinned = true,
+                    Err(what) => self.warn(&element, format!("the skin is left out: {what}")),
+                }
+            }
+            if !is_skinned {
+                if move_mesh(&mut geometry, &placed.to_world).is_none() {
+                    self.warn(
+                        &element,
+                        "a node squeezes the mesh flat or puts it out of range: left out",
+                    );
+                    continue;
+                }
+                if placed.to_world.matrix3.determinant() < 0.0 {
+                    // A mirrored mesh is wound the other way round (glTF 2.0, §3.7.4), so that its
+                    // front stays its front.
+                    turn(&mut geometry);
+                }
+            }
+            if !self.unlit_both.contains(&material) && shows_back(&geometry) {
+                material = self.culled(material);
             }
             if let Some(texture) = &emission_texture {
                 let before = geometry.positions.len() + geometry.indices.len();
@@ -118,12 +160,7 @@ impl Importer<'_> {
                 let added = geometry.positions.len() + geometry.indices.len() - before;
                 self.loading.spend_mesh(added, 0, || self.location(&element))?;
             }
-            let mesh_name: String = name
-                .or(mesh.name())
-                .unwrap_or("mesh")
-                .chars()
-                .take(LONGEST_NAME)
-                .collect();
+            let mesh_name = short(placed.name.or(mesh.name()));
             self.description.shapes.push(ShapeDescription {
                 name: format!("{mesh_name}.{}", primitive.index()),
                 geometry: Geometry::Mesh(geometry),
@@ -132,6 +169,23 @@ impl Importer<'_> {
             });
         }
         Ok(())
+    }
+
+    /// The material of a surface that shows its back, which glTF does not draw.
+    fn culled(&mut self, material: u32) -> u32 {
+        if let Some(&known) = self.culled.get(&material) {
+            return known;
+        }
+        let found = self.description.materials.get(material as usize).and_then(culled);
+        let index = found.map_or(material, |culled| {
+            self.description.materials.push(culled);
+            (self.description.materials.len() - 1) as u32
+        });
+        if self.glimmering.contains(&material) {
+            self.glimmering.insert(index);
+        }
+        self.culled.insert(material, index);
+        index
     }
 
     fn triangles(&self, primitive: &gltf::Primitive, texture_set: u32) -> Result<TriangleMesh, String> {
@@ -218,7 +272,7 @@ impl Importer<'_> {
     }
 
     /// Linear colours of vertices, without their alpha.
-    fn colors(&self, accessor: &gltf::Accessor) -> Result<Vec<Rgb>, String> {
+    pub(super) fn colors(&self, accessor: &gltf::Accessor) -> Result<Vec<Rgb>, String> {
         let colors: Vec<Rgb> = match accessor.dimensions() {
             Dimensions::Vec4 => {
                 let values = self.buffers.vectors::<4>(self.document, accessor)?;
@@ -269,6 +323,7 @@ impl Importer<'_> {
         };
         let settings = &mut self.description.settings;
         let aspect = perspective.aspect_ratio().map_or(1.0, f64::from);
+        let aspect = if aspect > 0.0 { aspect } else { 1.0 };
         settings.height = HEIGHT;
         settings.width = (f64::from(HEIGHT) * aspect).round().clamp(1.0, 65_536.0) as u32;
         let aspect = f64::from(settings.width) / f64::from(HEIGHT);
@@ -314,6 +369,7 @@ impl Importer<'_> {
             axis.map(|d| d.as_vec3())
                 .ok_or_else(|| self.malformed(element, "the light's direction has no length"))
         };
+        let mut warning = None;
         let emitter = match source.kind() {
             Kind::Point => EmitterDescription::Point {
                 position,
@@ -327,22 +383,27 @@ impl Importer<'_> {
                 inner_cone_angle,
                 outer_cone_angle,
             } => {
-                let sound = inner_cone_angle >= 0.0
-                    && inner_cone_angle < outer_cone_angle
-                    && outer_cone_angle <= std::f32::consts::FRAC_PI_2 + 1e-5;
-                if !sound {
-                    return Err(self.malformed(element, "expected 0 ≤ innerConeAngle < outerConeAngle ≤ π/2"));
+                let cutoff = outer_cone_angle.clamp(1e-3, std::f32::consts::FRAC_PI_2 + 1e-5);
+                let beam = inner_cone_angle.clamp(0.0, 0.999 * cutoff);
+                // A cone within which nothing falls off is sound.
+                let is_sound =
+                    (0.0..=outer_cone_angle).contains(&inner_cone_angle) && cutoff == outer_cone_angle;
+                if !is_sound {
+                    warning = Some("expected 0 ≤ innerConeAngle < outerConeAngle ≤ π/2: brought into it");
                 }
                 EmitterDescription::Spot {
                     position,
                     direction: direction()?,
                     intensity: strength,
-                    beam_width: inner_cone_angle,
-                    cutoff_angle: outer_cone_angle,
+                    beam_width: beam,
+                    cutoff_angle: cutoff,
                 }
             }
         };
         self.description.emitters.push(emitter);
+        if let Some(message) = warning {
+            self.warn(element, message);
+        }
         Ok(())
     }
 }

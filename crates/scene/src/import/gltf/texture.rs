@@ -1,6 +1,6 @@
 //! glTF textures and images.
 
-use super::extras::TextureTransform;
+use super::extras::{TextureInfo, TextureTransform};
 use super::{Importer, read_uri};
 use crate::import::error::ImportError;
 use crate::import::image::{Encoding, decode_guessed};
@@ -28,6 +28,30 @@ impl Importer<'_> {
         let placed = Placed {
             texture: info.texture(),
             set: info.tex_coord(),
+            transform,
+        };
+        self.placed(placed, encoding, scale, element)
+    }
+
+    /// A texture that an extension refers to.
+    pub(super) fn referred(
+        &mut self,
+        info: TextureInfo,
+        encoding: Encoding,
+        scale: Rgb,
+        element: &str,
+    ) -> Result<ImageTexture, ImportError> {
+        let TextureInfo {
+            index,
+            set,
+            transform,
+        } = info;
+        let texture = self.document.textures().nth(index);
+        let texture =
+            texture.ok_or_else(|| self.malformed(element, format!("there is no texture {index}")))?;
+        let placed = Placed {
+            texture,
+            set,
             transform,
         };
         self.placed(placed, encoding, scale, element)
@@ -91,10 +115,14 @@ impl Importer<'_> {
         let (uri, view) = source.map_or((None, None), |image| (image.uri.as_deref(), image.buffer_view));
         let view = view.and_then(|view| self.document.views().nth(view.value()));
         let image = match (uri, view) {
-            (Some(uri), _) => {
-                let (bytes, path) = read_uri(uri, self.path, self.loading, || self.location(&element))?;
-                self.decoded(&bytes, encoding, path.as_deref(), &element)
-            }
+            (Some(uri), _) => match read_uri(uri, self.path, self.loading, || self.location(&element)) {
+                Ok((bytes, path)) => self.decoded(&bytes, encoding, path.as_deref(), &element),
+                Err(error) if is_absent(&error) => self.white(
+                    &element,
+                    &format!("white is taken for an image: {}", error.chain()),
+                ),
+                Err(error) => return Err(error),
+            },
             (None, Some(view)) => {
                 let bytes = self
                     .buffers
@@ -120,13 +148,20 @@ impl Importer<'_> {
         path: Option<&Path>,
         element: &str,
     ) -> Result<Image, ImportError> {
-        if let [0xab, b'K', b'T', b'X', ..] = bytes
-            && let Some(white) = Image::from_linear(1, 1, vec![[1.0; 3]])
-        {
-            self.warn(element, "KTX images are not supported: white is taken");
-            return Ok(white);
+        let known = FORMATS.iter().find(|(start, _)| bytes.starts_with(start));
+        if let Some((_, name)) = known {
+            return self.white(
+                element,
+                &format!("{name} images are not supported: white is taken"),
+            );
         }
         decode_guessed(bytes, encoding, path.unwrap_or(self.path), self.loading)
+    }
+
+    /// One white texel in place of an image.
+    fn white(&mut self, element: &str, message: &str) -> Result<Image, ImportError> {
+        self.warn(element, message);
+        Image::from_linear(1, 1, vec![[1.0; 3]]).ok_or_else(|| self.malformed(element, "an empty image"))
     }
 
     /// The opacity in the alpha channel of a texture, with all above `cutoff` opaque and the rest
@@ -156,6 +191,24 @@ impl Importer<'_> {
             .texels()
             .all(|texel| texel.x * texture.scale.x >= 1.0);
         Ok((!is_opaque).then_some(FloatTexture::Image(texture, Channel::Red)))
+    }
+}
+
+/// First bytes of formats that files have and that are not read.
+const FORMATS: [(&[u8], &str); 5] = [
+    (b"\xabKTX", "KTX"),
+    (b"DDS ", "DDS"),
+    (b"GIF8", "GIF"),
+    (b"II*\0", "TIFF"),
+    (b"MM\0*", "TIFF"),
+];
+
+/// Whether a file that another refers to is not there, or not to be read.
+fn is_absent(error: &ImportError) -> bool {
+    match error {
+        ImportError::Referenced { source, .. } => is_absent(source),
+        ImportError::Read { .. } | ImportError::Outside { .. } | ImportError::NotAFile { .. } => true,
+        _ => false,
     }
 }
 

@@ -121,7 +121,8 @@ fn normal_maps_turn_the_surface() {
     let json = with("", &format!("{}{map}", image(&pixel([204, 153, 230, 255]))));
     check_faults(&["upside down", "without the scale"], |fault| {
         let mut loaded = read(&json);
-        let Material::Relief { relief, .. } = &mut loaded.description.materials[0] else {
+        let material = loaded.description.shapes[0].material as usize;
+        let Material::Relief { relief, .. } = &mut loaded.description.materials[material] else {
             return Err("no relief".to_owned());
         };
         let Relief::Normals { scale, .. } = relief.as_mut() else {
@@ -152,7 +153,11 @@ fn unlit_materials_emit_their_colour() {
         loaded.description.shapes[0].emission,
         Some(Rgb::new(0.5, 0.25, 1.0))
     );
-    assert!(loaded.description.emitters.is_empty());
+    // It is no lamp.
+    assert!(matches!(
+        loaded.description.emitters[..],
+        [EmitterDescription::Environment(_)]
+    ));
     assert!(matches!(
         &loaded.description.materials[0],
         Material::Diffuse {
@@ -252,4 +257,75 @@ fn orthographic_cameras_have_no_perspective() {
     assert!(left.direction.dot(right.direction) > 1.0 - 1e-6);
     assert!((left.origin.x + 2.0).abs() < 0.01 && (right.origin.x - 2.0).abs() < 0.01);
     assert!((left.origin.z - 2.5).abs() < 1e-3, "{}", left.origin);
+}
+
+/// A coat of half a share with a roughness by the texture's green, and a sheen of the texture's red
+/// with a roughness by its alpha.
+#[test]
+fn coats_and_sheens_are_layers() {
+    let more = r#","extensionsUsed":["KHR_materials_clearcoat","KHR_materials_sheen"],"materials":[{"extensions":{
+        "KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.5,"clearcoatRoughnessTexture":{"index":0}},
+        "KHR_materials_sheen":{"sheenColorFactor":[1,0.5,0],"sheenColorTexture":{"index":0},
+        "sheenRoughnessFactor":0.25,"sheenRoughnessTexture":{"index":0}}}}]"#;
+    let loaded = read(&with(
+        "",
+        &format!("{}{more}", image(&pixel([188, 102, 51, 204]))),
+    ));
+    assert!(
+        loaded
+            .warnings
+            .iter()
+            .all(|w| !w.message.contains("not supported"))
+    );
+    let Material::Layered { layers, .. } = &loaded.description.materials[0] else {
+        panic!("{:?}", loaded.description.materials[0])
+    };
+    let at = |texture: &FloatTexture| texture.at(Vec2::ZERO);
+    assert_eq!(at(&layers.coat), 0.5);
+    assert!((at(&layers.coat_roughness) - 0.2).abs() < 1e-6);
+    assert!((at(&layers.sheen_roughness) - 0.2).abs() < 1e-6);
+    let sheen = layers.sheen.at(Vec2::ZERO);
+    assert!((sheen.x - 0.502_886_5).abs() < 1e-6 && sheen.z == 0.0, "{sheen}");
+    // The coat shows in the mirror's direction.
+    let bare = read(&with(
+        "",
+        &more
+            .replace("\"clearcoatFactor\":0.5", "\"clearcoatFactor\":0")
+            .replace("{\"index\":0}", "0"),
+    ));
+    let (wo, wi) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(-0.6, 0.0, 0.8));
+    let value = |loaded: &Loaded| met(loaded).1.evaluate(wo, wi).value.x;
+    assert!(
+        value(&loaded) > 2.0 * value(&bare),
+        "{} {}",
+        value(&loaded),
+        value(&bare)
+    );
+}
+
+/// What transmits all light and has a thickness refracts; a quarter is left behind both boundaries.
+#[test]
+fn thick_glass_refracts() {
+    let more = r#","materials":[{"pbrMetallicRoughness":{"roughnessFactor":0},"extensions":{
+        "KHR_materials_transmission":{"transmissionFactor":1},"KHR_materials_ior":{"ior":1.25},
+        "KHR_materials_volume":{"thicknessFactor":2,"attenuationDistance":1,"attenuationColor":[0.5,1,1]}}}]"#;
+    match &read(&with("", more)).description.materials[0] {
+        Material::Dielectric {
+            eta,
+            roughness: None,
+            specular_transmittance: ColorTexture::Constant(tint),
+            ..
+        } => assert_eq!((*eta, *tint), (1.25, Rgb::new(0.5, 1.0, 1.0))),
+        other => panic!("{other:?}"),
+    }
+    let part = more.replace("\"transmissionFactor\":1", "\"transmissionFactor\":0.5");
+    assert!(matches!(
+        read(&with("", &part)).description.materials[0],
+        Material::Blend { .. }
+    ));
+    let thin = more.replace("\"thicknessFactor\":2", "\"thicknessFactor\":0");
+    assert!(matches!(
+        read(&with("", &thin)).description.materials[0],
+        Material::MetallicRoughness { .. }
+    ));
 }

@@ -1,6 +1,7 @@
 //! Documents built in code.
 
 mod features;
+mod viewers;
 
 use super::*;
 use crate::{
@@ -137,10 +138,7 @@ fn embedded_and_binary_documents_are_the_same() {
             other => panic!("{other:?}"),
         }
         // Neither light nor camera: both are filled in, with a warning each.
-        assert!(matches!(
-            scene.emitters[..],
-            [EmitterDescription::Constant { .. }]
-        ));
+        assert!(matches!(scene.emitters[..], [EmitterDescription::Environment(_)]));
         let forward = scene.camera.to_world.matrix3.z_axis;
         let to_middle = Vec3::new(0.5, 0.5, 0.0) - Vec3::from(scene.camera.to_world.translation);
         assert!(to_middle.normalize().dot(forward.into()) > 0.9999);
@@ -193,9 +191,21 @@ fn strips_fans_and_lists_without_indices() {
     assert_eq!(square.indices, [[1, 2, 0], [2, 3, 0]]);
     let list = with(r#""mode":4"#);
     assert_eq!(mesh(&list.description.shapes[0]).indices, [[0, 1, 2]]);
+    // Four octahedra about the corners; a closed line of four sides.
     let points = with(r#""mode":0"#);
-    assert!(points.description.shapes.is_empty());
+    let marks = mesh(&points.description.shapes[0]);
+    assert_eq!((marks.indices.len(), marks.positions.len()), (32, 24));
+    let center: Vec3 = marks.positions[6..12].iter().sum();
+    assert!((center / 6.0).abs_diff_eq(Vec3::X, 1e-6));
     assert!(points.warnings[0].message.contains("points and lines"));
+    for (mode, segments) in [(1, 2), (2, 4), (3, 3)] {
+        let lines = with(&format!(r#""mode":{mode}"#));
+        assert_eq!(
+            mesh(&lines.description.shapes[0]).indices.len(),
+            8 * segments,
+            "{mode}"
+        );
+    }
 }
 
 #[test]
@@ -353,6 +363,8 @@ fn punctual_lights() {
                 cutoff_angle,
                 ..
             },
+            // They reach nothing that the camera sees.
+            EmitterDescription::Environment(_),
         ] => {
             assert_eq!((position, intensity), (Vec3::Y * 5.0, Rgb::new(4.0, 2.0, 0.0)));
             assert!(direction.abs_diff_eq(Vec3::NEG_Y, 1e-6), "{direction}");
@@ -441,7 +453,11 @@ fn everything_wrong_is_named() {
         r#"{"mesh":0}"#,
         &format!(r#"{PLAIN},"extensionsRequired":["VENDOR_something"]"#),
     );
-    assert!(message(&required).contains("the extension VENDOR_something is not supported"));
+    assert!(
+        read(&required).warnings[0]
+            .message
+            .contains("requires the extension VENDOR_something")
+    );
     let optional = embedded(
         r#"{"mesh":0}"#,
         &format!(r#"{PLAIN},"extensionsUsed":["EXT_meshopt"]"#),
