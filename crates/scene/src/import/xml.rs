@@ -299,6 +299,8 @@ impl Builder<'_> {
             .read(&path)
             .and_then(|bytes| parse_document(&bytes, &path, self.definitions, &within, self.loading));
         match included {
+            // An object of its own, too.
+            Ok(root) if root.tag != "scene" => Ok(vec![root]),
             Ok(root) => Ok(root.children),
             Err(error @ ImportError::OverBudget { .. }) => Err(error),
             Err(source) => Err(ImportError::Referenced {

@@ -174,7 +174,10 @@ impl Importer<'_> {
                 );
                 Material::Null
             }
-            _ => return Err(node.unsupported(format!("the BSDF `{kind}` is not supported"))),
+            _ => match self.bsdf_instead(&properties)? {
+                Some(material) => material,
+                None => return Err(node.unsupported(format!("the BSDF `{kind}` is not supported"))),
+            },
         };
         properties.finish()?;
         Ok(material)

@@ -54,9 +54,20 @@ impl Importer<'_> {
             },
             "envmap" => self.environment(&properties)?,
             "area" => return Err(node.malformed("an area emitter belongs into a shape")),
-            kind => return Err(node.unsupported(format!("the emitter `{kind}` is not supported"))),
+            kind => {
+                let Some(others) = self.emitters_instead(&properties)? else {
+                    return Err(node.unsupported(format!("the emitter `{kind}` is not supported")));
+                };
+                return others
+                    .into_iter()
+                    .try_for_each(|emitter| self.add_emitter(node, emitter));
+            }
         };
         properties.finish()?;
+        self.add_emitter(node, emitter)
+    }
+
+    fn add_emitter(&mut self, node: &Node, emitter: EmitterDescription) -> Result<(), ImportError> {
         let surrounds = |e: &EmitterDescription| {
             matches!(
                 e,
@@ -93,7 +104,12 @@ impl Importer<'_> {
     pub(super) fn area_radiance(&mut self, node: &Node) -> Result<(Rgb, Option<ImageTexture>), ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
-        if kind != "area" {
+        if kind == "directionalarea" {
+            self.warn(
+                node,
+                "a `directionalarea` emits in all directions, not along its normal alone",
+            );
+        } else if kind != "area" {
             return Err(node.malformed(format!("a shape can hold an area emitter, not `{kind}`")));
         }
         properties.ignore(&["sampling_weight"]);

@@ -140,10 +140,35 @@ impl Importer<'_> {
                 }
             }
             "blendphase" => return Err(node.unsupported("a `blendphase` within another is not supported")),
+            kind @ ("sggx" | "tabphase" | "tabphase_polarized") => {
+                self.warn(node, format!("the phase function `{kind}` is isotropic"));
+                properties.all(|_| true);
+                PhaseDescription::Isotropic
+            }
             kind => return Err(node.unsupported(format!("the phase function `{kind}` is not supported"))),
         };
         properties.finish()?;
         Ok(phase)
+    }
+
+    /// The mean of a volume.
+    pub(super) fn mean_of_volume(
+        &mut self,
+        properties: &Properties,
+        name: &str,
+    ) -> Result<Option<Rgb>, ImportError> {
+        let mean = |grid: &GridDescription| {
+            let sum: f64 = grid.values.iter().map(|&value| f64::from(value)).sum();
+            (sum / grid.values.len().max(1) as f64) as f32
+        };
+        Ok(self.volume(properties, name)?.map(|volume| match volume {
+            Volume::Constant(color) => color,
+            Volume::Grid(grid) => Rgb::splat(mean(&grid)),
+            Volume::Varying(grids) => match &grids[..] {
+                [r, g, b] => Rgb::new(mean(r), mean(g), mean(b)),
+                _ => Rgb::splat(0.5),
+            },
+        }))
     }
 
     fn volume(&mut self, properties: &Properties, name: &str) -> Result<Option<Volume>, ImportError> {
@@ -165,7 +190,7 @@ impl Importer<'_> {
                 let value = value.ok_or_else(|| node.malformed("`value` is missing"))?;
                 Volume::Constant(values::color(value, SpectrumOf::Reflectance)?)
             }
-            "gridvolume" => self.grid(&properties, name == "albedo")?,
+            "gridvolume" => self.grid(&properties, matches!(name, "albedo" | "volume"))?,
             kind => return Err(node.unsupported(format!("the volume `{kind}` is not supported"))),
         };
         properties.finish()?;

@@ -12,10 +12,15 @@
 //! | `phase` | `isotropic`, `hg`, `rayleigh`, `blendphase` of two others with a constant weight |
 //! | `integrator` | `path`, `direct`, `volpath` and what samples the same image (`ptracer`, `volpathmis`, `prb` and the like), alone or within `moment`, `aov` or `stokes` |
 //!
-//! `default`, `$name`, `include`, `path`, ids and references work as in Mitsuba; spectra (by
-//! wavelength, `uniform`, `d65`, `regular`, `irregular`, `blackbody`, `srgb`) become RGB. Whatever
-//! is not known is an error that names the file, the line and the element: nothing is left out in
-//! silence.
+//! Of other plugins something like them is taken, with a warning that names both: `hair`,
+//! `measured`, `principledthin`, `projector`, `sunsky`, `directionalarea`, textures of a `volume`,
+//! `radiancemeter` and other meters, `batch`, `specfilm`, `sggx`; grids of distances and ellipsoids
+//! are left out.
+//!
+//! `default`, `$name`, `include`, `alias`, `path`, ids and references work as in Mitsuba; spectra
+//! (by wavelength, `uniform`, `d65`, `regular`, `irregular`, `blackbody`, `srgb`) become RGB.
+//! Whatever is not known is an error that names the file, the line and the element: nothing is left
+//! out in silence.
 //!
 //! Where Mitsuba's behaviour is not obvious, this is what is followed: a transform's steps apply in
 //! the order in which they stand; a mesh's geometric normal follows from its winding in world
@@ -32,6 +37,7 @@ mod properties;
 mod sensor;
 mod serialized;
 mod shape;
+mod stand_in;
 mod texture;
 mod values;
 
@@ -153,6 +159,14 @@ fn import(root: &Node, loading: &Loading) -> Result<Loaded, ImportError> {
 
 impl<'a> Importer<'a> {
     fn collect_ids(&mut self, node: &'a Node) -> Result<(), ImportError> {
+        // Of an object that stands before it.
+        if node.tag == "alias" {
+            let target = self.any_target(node)?;
+            if self.ids.insert(node.require("as")?, target).is_some() {
+                return Err(node.malformed("the new id is taken"));
+            }
+            return Ok(());
+        }
         let id = node.attribute("id").filter(|_| node.tag != "ref");
         if let Some(id) = id
             && self.ids.insert(id, node).is_some()
@@ -197,7 +211,7 @@ impl<'a> Importer<'a> {
     }
 
     fn scene(&mut self, root: &'a Node) -> Result<(), ImportError> {
-        let (mut integrators, mut sensors) = (0, 0);
+        let (mut integrators, mut sensors, mut placed) = (0, 0, false);
         for node in &root.children {
             match node.tag.as_str() {
                 "integrator" => {
@@ -212,13 +226,14 @@ impl<'a> Importer<'a> {
                     if sensors > 1 {
                         self.warn(node, "only the first sensor is used");
                     } else {
-                        self.sensor(node)?;
+                        placed = self.sensor(node)?;
                     }
                 }
                 "emitter" => self.emitter(node)?,
                 "shape" => self.shape(node, &DAffine3::IDENTITY)?,
                 // Read where they are referred to.
-                "bsdf" | "texture" | "medium" | "phase" | "volume" | "film" | "rfilter" | "sampler" => {}
+                "bsdf" | "texture" | "medium" | "phase" | "volume" | "film" | "rfilter" | "sampler"
+                | "alias" => {}
                 "ref" => match self.any_target(node)? {
                     target if target.tag == "emitter" => self.emitter(target)?,
                     target => {
@@ -228,9 +243,11 @@ impl<'a> Importer<'a> {
                 tag => return Err(node.unsupported(format!("<{tag}> is not supported in a scene"))),
             }
         }
-        if sensors == 0 {
+        if !placed {
             fit::camera(&mut self.description);
-            self.warn(root, "no sensor: the camera looks at the whole scene");
+            if sensors == 0 {
+                self.warn(root, "no sensor: the camera looks at the whole scene");
+            }
         }
         // A BSDF or medium that nothing uses must be sound all the same.
         for node in root.children.iter().filter(|node| node.tag == "medium") {

@@ -17,6 +17,7 @@ fn known_attributes(tag: &str) -> Option<&'static [&'static str]> {
         "integrator" | "sensor" | "emitter" | "shape" | "bsdf" | "texture" | "film" | "sampler"
         | "rfilter" | "medium" | "phase" | "volume" => &["type", "id", "name"],
         "ref" => &["id", "name"],
+        "alias" => &["id", "as"],
         "float" | "integer" | "boolean" | "string" | "rgb" => &["name", "value"],
         "spectrum" => &["name", "value", "filename", "type", "id"],
         "point" | "vector" => &["name", "value", "x", "y", "z"],

@@ -11,17 +11,44 @@ use crate::{CameraDescription, FovAxis, Projection};
 use glam::{DAffine3, DMat3, DVec3};
 
 impl Importer<'_> {
-    pub(super) fn sensor(&mut self, node: &Node) -> Result<(), ImportError> {
+    /// Reads a sensor. Says whether it places the camera.
+    pub(super) fn sensor(&mut self, node: &Node) -> Result<bool, ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
-        if !matches!(kind, "perspective" | "thinlens" | "orthographic") {
+        if kind == "batch" {
+            self.warn(node, "of a batch of sensors only the first is used");
+            let nested = properties.all(|child| child.tag == "sensor");
+            return match nested[..] {
+                [first, ..] => self.sensor(first),
+                [] => Err(node.malformed("a batch without sensors")),
+            };
+        }
+        if matches!(
+            kind,
+            "irradiancemeter" | "mradiancemeter" | "distant" | "distantflux"
+        ) {
+            self.warn(
+                node,
+                format!("`{kind}` is not supported: the camera looks at the whole scene"),
+            );
+            self.film(&properties)?;
+            properties.all(|_| true);
+            return Ok(false);
+        }
+        if !matches!(
+            kind,
+            "perspective" | "thinlens" | "orthographic" | "radiancemeter"
+        ) {
             return Err(node.unsupported(format!("the sensor `{kind}` is not supported")));
         }
         // Nothing moves, so the shutter changes nothing.
         properties.ignore(&["shutter_open", "shutter_close"]);
         for name in ["principal_point_offset_x", "principal_point_offset_y"] {
             if properties.float(name)?.is_some_and(|offset| offset != 0.0) {
-                return Err(node.unsupported(format!("parameter `{name}` of `{kind}` is not supported")));
+                self.warn(
+                    node,
+                    format!("`{name}` is not supported: the image is centred on the axis"),
+                );
             }
         }
         let near_clip = properties.positive("near_clip")?.unwrap_or(1e-2);
@@ -69,7 +96,23 @@ impl Importer<'_> {
             let clip = [near_clip, far_clip].map(|distance| f64::from(distance) * along);
             self.description.camera = fit::orthographic(&to_world, half_width, clip);
             self.warn(node, fit::ORTHOGRAPHIC);
-            return properties.finish();
+            properties.finish()?;
+            return Ok(true);
+        }
+        if kind == "radiancemeter" {
+            self.warn(node, "a `radiancemeter` sees a field of a fiftieth of a degree");
+            let to_world = rigid(&Self::along_ray(&properties)?);
+            let to_world =
+                to_world.ok_or_else(|| node.malformed("`to_world` must rotate and translate only"))?;
+            self.description.camera = CameraDescription {
+                to_world: to_world.as_affine3a(),
+                fov_x: 0.02_f32.to_radians(),
+                projection,
+                near_clip: 0.0,
+                far_clip: f32::INFINITY,
+            };
+            properties.finish()?;
+            return Ok(true);
         }
         let fov_x = field_of_view(&properties, aspect)?;
         let to_world = properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
@@ -83,7 +126,8 @@ impl Importer<'_> {
             near_clip,
             far_clip,
         };
-        properties.finish()
+        properties.finish()?;
+        Ok(true)
     }
 
     fn film(&mut self, sensor: &Properties) -> Result<(), ImportError> {
@@ -96,7 +140,13 @@ impl Importer<'_> {
         };
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
-        if kind != "hdrfilm" {
+        if kind == "specfilm" {
+            self.warn(
+                node,
+                "the film has red, green and blue, not the bands of a `specfilm`",
+            );
+            properties.all(|child| child.tag == "spectrum");
+        } else if kind != "hdrfilm" {
             return Err(node.unsupported(format!("the film `{kind}` is not supported")));
         }
         properties.ignore(&[
@@ -166,6 +216,16 @@ impl Importer<'_> {
     fn wrapped_integrator(&mut self, node: &Node) -> Result<(), ImportError> {
         let properties = Properties::new(node)?;
         let kind = properties.kind()?;
+        // What these show is another image, or derivatives.
+        let is_other = kind.starts_with("prb_")
+            || kind.ends_with("_reparam")
+            || kind.starts_with("volprim")
+            || matches!(kind, "depth" | "prbvolpath_projective");
+        if is_other && !matches!(kind, "prb_basic" | "prb_projective") {
+            self.warn(node, format!("`{kind}` is not supported: paths are traced"));
+            properties.all(|_| true);
+            return Ok(());
+        }
         if !matches!(
             kind,
             "path"

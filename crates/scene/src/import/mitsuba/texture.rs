@@ -167,6 +167,11 @@ impl Importer<'_> {
                 }
                 ColorTexture::Vertex(Box::new(ColorTexture::Constant(Rgb::splat(scale))))
             }
+            "volume" => {
+                self.warn(node, "a texture of a volume is its mean");
+                let mean = self.mean_of_volume(&properties, "volume")?;
+                ColorTexture::Constant(mean.ok_or_else(|| node.malformed("`volume` is missing"))?)
+            }
             kind => return Err(node.unsupported(format!("the texture `{kind}` is not supported"))),
         };
         properties.finish()?;

@@ -1,5 +1,6 @@
 //! Scenes in strings: what they become, and what is said of those that cannot.
 
+mod stand_in;
 mod zoo;
 
 use super::*;

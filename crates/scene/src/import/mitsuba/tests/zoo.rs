@@ -89,8 +89,8 @@ const ZOO: &[(&str, &str)] = &[
         "a second <bsdf>",
     ),
     (
-        "<shape type=\"cube\"><bsdf type=\"hair\"/></shape>",
-        "the BSDF `hair` is not supported",
+        "<shape type=\"cube\"><bsdf type=\"fur\"/></shape>",
+        "the BSDF `fur` is not supported",
     ),
     (
         "<shape type=\"cube\"><bsdf type=\"mask\"/></shape>",
@@ -137,8 +137,8 @@ const ZOO: &[(&str, &str)] = &[
         "parameter `material` of `homogeneous` is not supported",
     ),
     (
-        "<medium type=\"homogeneous\"><phase type=\"sggx\"/></medium>",
-        "the phase function `sggx` is not supported",
+        "<medium type=\"homogeneous\"><phase type=\"magic\"/></medium>",
+        "the phase function `magic` is not supported",
     ),
     (
         "<medium type=\"homogeneous\"><phase type=\"hg\"><float name=\"g\" value=\"1\"/></phase></medium>",
@@ -256,8 +256,8 @@ const ZOO: &[(&str, &str)] = &[
         "can hold an area emitter, not `point`",
     ),
     (
-        "<emitter type=\"sunsky\"/>",
-        "the emitter `sunsky` is not supported",
+        "<emitter type=\"torch\"/>",
+        "the emitter `torch` is not supported",
     ),
     (
         "<emitter type=\"constant\"/><emitter type=\"constant\"/>",
@@ -292,8 +292,8 @@ const ZOO: &[(&str, &str)] = &[
         "neither `true` nor `false`",
     ),
     (
-        "<sensor type=\"radiancemeter\"/>",
-        "the sensor `radiancemeter` is not supported",
+        "<sensor type=\"periscope\"/>",
+        "the sensor `periscope` is not supported",
     ),
     (
         "<bsdf type=\"diffuse\"><spectrum type=\"irregular\" name=\"reflectance\"><string name=\"wavelengths\" value=\"400 500\"/><string name=\"values\" value=\"1\"/></spectrum></bsdf>",
