@@ -87,6 +87,28 @@ impl Importer<'_> {
                     cutoff_angle: cutoff.to_radians(),
                 }
             }
+            // Without their images.
+            "goniometric" => {
+                self.warn(
+                    parameters,
+                    "a goniometric light is a point that shines in all directions alike",
+                );
+                EmitterDescription::Point {
+                    position: map.translation.as_vec3(),
+                    intensity: self.emitted(parameters, "I")?,
+                }
+            }
+            "projection" => {
+                self.warn(parameters, "a projection is a spot light without its image");
+                let cutoff = 0.5 * parameters.float("fov", 90.0)?.clamp(1e-3, 179.0).to_radians();
+                EmitterDescription::Spot {
+                    position: map.translation.as_vec3(),
+                    direction: direction(map.translation, map.transform_point3(DVec3::Z))?,
+                    intensity: self.emitted(parameters, "I")?,
+                    beam_width: 0.95 * cutoff,
+                    cutoff_angle: cutoff,
+                }
+            }
             "distant" => {
                 let (from, to) = (point("from", DVec3::ZERO)?, point("to", DVec3::Z)?);
                 EmitterDescription::Directional {

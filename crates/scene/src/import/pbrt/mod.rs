@@ -254,8 +254,24 @@ impl Importer<'_> {
                 self.file(&bytes, &path, depth + 1)?;
             }
             "Option" => {
-                let none = Parameters::none(directive.path, directive.line, directive.name);
-                rest = none.read(rest)?.1;
+                // Some have a type before their name, some a name alone and a value.
+                match rest {
+                    [
+                        Token {
+                            word: Word::Quoted(name),
+                            ..
+                        },
+                        Token {
+                            word: Word::Bare(_) | Word::Quoted(_),
+                            ..
+                        },
+                        after @ ..,
+                    ] if !name.trim().contains(char::is_whitespace) => rest = after,
+                    _ => {
+                        let none = Parameters::none(directive.path, directive.line, directive.name);
+                        rest = none.read(rest)?.1;
+                    }
+                }
             }
             "ColorSpace" => {
                 directive.text(&mut rest)?;
@@ -440,7 +456,7 @@ impl Importer<'_> {
             }
         }
         if fit::light(&mut self.description) {
-            let message = "no light in the scene: constant radiance 1 from everywhere".to_owned();
+            let message = format!("no light in the scene: {}", fit::STUDIO);
             Warning::push(&mut self.warnings, location, message);
         }
         Ok(())

@@ -343,3 +343,33 @@ proptest! {
         }
     }
 }
+
+/// Options with and without a type, and lights that stand for others.
+#[test]
+fn options_and_lights_with_images_are_read() {
+    let loaded = read(
+        r#"Option "disablepixeljitter" true
+        Option "string rendercoordsys" "world"
+        WorldBegin
+        Translate 0 0 3
+        LightSource "goniometric" "string filename" "a.png" "rgb I" [1 2 3]
+        LightSource "projection" "string filename" "a.png" "float fov" 60
+        Shape "sphere""#,
+    );
+    match loaded.description.emitters[..] {
+        [
+            EmitterDescription::Point { position, intensity },
+            EmitterDescription::Spot {
+                direction,
+                cutoff_angle,
+                ..
+            },
+        ] => {
+            assert_eq!((position, direction), (Vec3::Z * 3.0, Vec3::Z));
+            assert_eq!(intensity, Rgb::new(1.0, 2.0, 3.0));
+            assert!((cutoff_angle - 30_f32.to_radians()).abs() < 1e-6);
+        }
+        ref other => panic!("{other:?}"),
+    }
+    assert!(loaded.warnings.iter().any(|w| w.message.contains("goniometric")));
+}
