@@ -1,6 +1,7 @@
 //! The film: statistics of every pixel, handed out in disjoint tiles.
 
 use crate::image::pixel_count;
+use crate::memory::empty_pixels;
 use crate::{ImageError, PixelStatistics, RgbImage};
 use lightshed_sampling::Rgb;
 use std::fmt;
@@ -77,11 +78,7 @@ impl Film {
     /// A zero side, more than [`MAX_PIXELS`](crate::MAX_PIXELS) pixels, or more than memory holds.
     pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
         let count = pixel_count(width, height)?;
-        let mut pixels = Vec::new();
-        if pixels.try_reserve_exact(count).is_err() {
-            return Err(ImageError::TooLarge { width, height });
-        }
-        pixels.resize(count, PixelStatistics::default());
+        let pixels = empty_pixels(count).ok_or(ImageError::TooLarge { width, height })?;
         Ok(Self {
             width,
             height,
@@ -130,32 +127,21 @@ impl Film {
         self.pixels.fill(PixelStatistics::default());
     }
 
-    /// The pixels of row `y` of the film, tile by tile from the left.
-    pub(crate) fn row(&self, y: u32) -> impl Iterator<Item = &[PixelStatistics]> {
-        let (side, width) = (TILE_SIZE as usize, self.width as usize);
-        let top = y - y % TILE_SIZE;
-        let rows = TILE_SIZE.min(self.height - top) as usize;
-        let band = &self.pixels[top as usize * width..][..rows * width];
-        let y = (y - top) as usize;
-        band.chunks(side * rows).map(move |tile| {
-            let columns = tile.len() / rows;
-            &tile[y * columns..][..columns]
-        })
-    }
-
     /// The pixels of every band of [`TILE_SIZE`] rows, from the top; [`index_in_band`] gives the
     /// index of a pixel within a band.
+    pub(crate) fn bands(&self) -> impl Iterator<Item = &[PixelStatistics]> {
+        self.pixels.chunks(self.width as usize * TILE_SIZE as usize)
+    }
+
+    /// [`Film::bands`] to write to.
     pub(crate) fn bands_mut(&mut self) -> impl Iterator<Item = &mut [PixelStatistics]> {
         self.pixels.chunks_mut(self.width as usize * TILE_SIZE as usize)
     }
 
-    /// Column, row and number of samples, finite or not, of a pixel that has not had `samples`.
+    /// Column, row and number of samples, finite or not, of the first pixel that has not had
+    /// `samples`.
     pub(crate) fn first_pixel_without(&self, samples: u64) -> Option<(u32, u32, u64)> {
         let of = |pixel: &PixelStatistics| pixel.count() + pixel.non_finite();
-        // In the order of memory, and in that of rows only if there is one.
-        if self.pixels.iter().all(|pixel| of(pixel) == samples) {
-            return None;
-        }
         let places = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
         let mut counts = places.map(|(x, y)| (x, y, of(&self.pixels[self.index(x, y)])));
         counts.find(|&(_, _, count)| count != samples)
@@ -214,18 +200,31 @@ impl Film {
 
     /// Number of samples and mean of the image, by one walk over the pixels and without the image.
     pub fn totals(&self) -> FilmTotals {
+        self.totals_with_counts().0
+    }
+
+    /// The totals, and the least and the greatest number of samples, finite or not, of a pixel.
+    pub(crate) fn totals_with_counts(&self) -> (FilmTotals, [u64; 2]) {
         let mut totals = FilmTotals::default();
-        for pixels in (0..self.height).flat_map(|y| self.row(y)) {
-            for pixel in pixels {
+        let (mut least, mut most) = (u64::MAX, 0);
+        let width = self.width as usize;
+        for band in self.bands() {
+            // In the order of memory, after which the band is in the cache for the order of rows,
+            // in which the image's mean is summed.
+            for pixel in band {
+                let samples = pixel.count() + pixel.non_finite();
+                (least, most) = (least.min(samples), most.max(samples));
                 totals.samples += pixel.count();
                 totals.non_finite += pixel.non_finite();
+            }
+            for pixel in (0..band.len() / width).flat_map(|y| row_of_band(band, width, y).flatten()) {
                 let mean = narrowed(pixel.mean());
                 (0..3).for_each(|channel| totals.mean[channel] += f64::from(mean[channel]));
             }
         }
         let count = self.pixels.len() as f64;
         totals.mean = totals.mean.map(|sum| sum / count);
-        totals
+        (totals, [least, most])
     }
 
     /// The estimate of the image: each pixel's mean, black where it has no sample.
@@ -253,7 +252,7 @@ impl Film {
 
 /// Finite values, kept within the range of `f32`.
 #[inline]
-pub(crate) fn narrowed(values: [f64; 3]) -> [f32; 3] {
+pub(crate) fn narrowed<const N: usize>(values: [f64; N]) -> [f32; N] {
     values.map(|value| (value as f32).clamp(f32::MIN, f32::MAX))
 }
 
@@ -266,6 +265,19 @@ pub(crate) fn index_in_band(width: usize, rows: usize, x: usize, y: usize) -> us
     let tile_width = side.min(width - tile_x);
     // Whole tiles to the left, whole rows of the tile, pixels of the row.
     tile_x * rows + y * tile_width + (x - tile_x)
+}
+
+/// The pixels of row `y` of a band of a film of `width` columns, tile by tile from the left.
+pub(crate) fn row_of_band(
+    band: &[PixelStatistics],
+    width: usize,
+    y: usize,
+) -> impl Iterator<Item = &[PixelStatistics]> {
+    let rows = band.len() / width;
+    band.chunks(TILE_SIZE as usize * rows).map(move |tile| {
+        let columns = tile.len() / rows;
+        &tile[y * columns..][..columns]
+    })
 }
 
 impl FilmTile<'_> {
@@ -339,18 +351,23 @@ mod tests {
                     assert_eq!(film.get(x, y).unwrap().mean(), [f64::from(x), f64::from(y), 1.0]);
                 }
             }
-            for y in 0..height {
-                let row: Vec<&PixelStatistics> = film.row(y).flatten().collect();
-                let expected: Vec<_> = (0..width).filter_map(|x| film.get(x, y)).collect();
-                assert_eq!(row, expected);
-            }
+            let columns = width as usize;
+            let rows: Vec<&PixelStatistics> = film
+                .bands()
+                .flat_map(|band| (0..band.len() / columns).map(move |y| row_of_band(band, columns, y)))
+                .flatten()
+                .flatten()
+                .collect();
+            let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            let expected: Vec<_> = places.filter_map(|(x, y)| film.get(x, y)).collect();
+            assert_eq!(rows, expected);
             let image = film.mean_image();
             let totals = FilmTotals {
                 samples: seen,
                 non_finite: 0,
                 mean: image.mean(),
             };
-            assert_eq!(film.totals(), totals);
+            assert_eq!(film.totals_with_counts(), (totals, [1, 1]));
             assert_eq!(
                 image.get(width - 1, height - 1),
                 Some([(width - 1) as f32, (height - 1) as f32, 1.0])

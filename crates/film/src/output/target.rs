@@ -157,16 +157,20 @@ impl OutputTarget {
         })
     }
 
-    /// Replaces any file at the path by the OpenEXR file that `write` writes.
+    /// Replaces any file at the path by the OpenEXR file of `length` bytes that `write` writes.
     pub(crate) fn replace_exr(
         &self,
+        length: u64,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<(), OutputError> {
         if self.format != ImageFormat::Exr {
             let reason = "the name must end in .exr".to_owned();
             return Err(OutputError::Shard(self.path.clone(), reason));
         }
-        self.replace(|writer| write(writer).map_err(|error| OutputError::Io(self.path.clone(), error)))
+        self.replace(|writer| {
+            let written = reserve(writer.get_ref(), length).and_then(|()| write(writer));
+            written.map_err(|error| OutputError::Io(self.path.clone(), error))
+        })
     }
 
     /// Writes a temporary file and renames it.
@@ -192,6 +196,23 @@ fn folder_of(path: &Path) -> &Path {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     }
+}
+
+/// Reserves room for a file's content: a full disk is known before anything is written, and writing
+/// costs less. A file system that cannot do so is no error.
+#[cfg(any(target_os = "linux", target_os = "android"))]
+fn reserve(file: &File, length: u64) -> io::Result<()> {
+    use rustix::fs::{FallocateFlags, fallocate};
+    use rustix::io::Errno;
+    match fallocate(file, FallocateFlags::empty(), 0, length) {
+        Err(error @ (Errno::NOSPC | Errno::DQUOT | Errno::FBIG)) => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "android")))]
+fn reserve(_: &File, _: u64) -> io::Result<()> {
+    Ok(())
 }
 
 /// A file beside its final place that removes itself unless it is renamed.

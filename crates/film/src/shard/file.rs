@@ -5,7 +5,8 @@ use super::checksum::Checksum;
 use super::error::ShardError;
 use super::header::ShardHeader;
 use super::layout::{Layout, MOST_HEADER_BYTES, Row, stamped};
-use crate::{Film, OutputError, OutputTarget};
+use super::pages::PageWriter;
+use crate::{Film, OutputError, OutputTarget, TILE_SIZE};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -20,23 +21,21 @@ impl Shard {
     pub fn write(&self, target: &OutputTarget) -> Result<(), OutputError> {
         let layout = Layout::new(self.header())
             .map_err(|reason| OutputError::Shard(target.path().to_owned(), reason))?;
-        target.replace_exr(|writer| self.write_to(&layout, writer))
+        target.replace_exr(layout.file_bytes(), |writer| self.write_to(&layout, writer))
     }
 
     /// Writes the header with an empty checksum, the rows, and then the header again.
     fn write_to(&self, layout: &Layout, writer: &mut (impl Write + Seek)) -> io::Result<()> {
-        let offsets = layout.offsets();
-        let mut checksum = Checksum::default();
-        for bytes in [&layout.header, &offsets] {
-            checksum.update(bytes);
-            writer.write_all(bytes)?;
+        let start = [layout.header.as_slice(), &layout.offsets()].concat();
+        let mut pages = PageWriter::new(&mut *writer);
+        pages.add(start.len(), |bytes| bytes.copy_from_slice(&start))?;
+        for (band, pixels) in self.film().bands().enumerate() {
+            let rows = pixels.len() / self.film().width() as usize;
+            pages.add(rows * layout.row_bytes(), |bytes| {
+                layout.write_band(band * TILE_SIZE as usize, pixels, bytes);
+            })?;
         }
-        let mut row = vec![0; layout.row_bytes()];
-        for y in 0..layout.height() {
-            layout.write_row(y, self.film().row(y as u32), &mut row);
-            checksum.update(&row);
-            writer.write_all(&row)?;
-        }
+        let checksum = pages.finish()?;
         writer.seek(SeekFrom::Start(0))?;
         writer.write_all(&stamped(layout, checksum.value()))
     }

@@ -171,37 +171,46 @@ impl Layout {
         (self.rows_at() + self.height * self.row_bytes()) as u64
     }
 
-    /// Number of rows.
-    pub fn height(&self) -> usize {
-        self.height
-    }
-
-    /// Writes row `y`, whose pixels are given some at a time from the left, into `row`, which has
-    /// [`Layout::row_bytes`].
-    pub fn write_row<'a>(
-        &self,
-        y: usize,
-        pixels: impl Iterator<Item = &'a [PixelStatistics]>,
-        row: &mut [u8],
-    ) {
-        let (head, values) = row.split_at_mut(8);
-        head[..4].copy_from_slice(&(y as u32).to_le_bytes());
-        head[4..].copy_from_slice(&(values.len() as u32).to_le_bytes());
-        // What is left of each channel's columns.
-        let mut columns = values.as_chunks_mut::<4>().0.chunks_exact_mut(self.width);
-        let mut columns: [&mut [[u8; 4]]; CHANNEL_COUNT] =
-            std::array::from_fn(|_| columns.next().unwrap_or_default());
-        for pixels in pixels.flat_map(|pixels| pixels.chunks(GROUP)) {
-            let mut words = [[[0; 4]; GROUP]; CHANNEL_COUNT];
-            for (place, pixel) in pixels.iter().enumerate() {
-                for (words, word) in words.iter_mut().zip(words_of(pixel)) {
-                    words[place] = word.to_le_bytes();
+    /// Writes the rows from `top` on into `bytes`, [`Layout::row_bytes`] each. Their pixels are
+    /// those of a band of the film.
+    pub fn write_band(&self, top: usize, band: &[PixelStatistics], bytes: &mut [u8]) {
+        let rows = band.len() / self.width;
+        let mut bytes: Vec<&mut [u8]> = bytes.chunks_exact_mut(self.row_bytes()).collect();
+        for (y, bytes) in bytes.iter_mut().enumerate() {
+            let length = (bytes.len() - 8) as u32;
+            bytes[..4].copy_from_slice(&((top + y) as u32).to_le_bytes());
+            bytes[4..8].copy_from_slice(&length.to_le_bytes());
+        }
+        // Some tiles at a time: their pixels are read once, and the words of a channel lie side by
+        // side.
+        for (block, tiles) in band.chunks(BLOCK * rows).enumerate() {
+            for (y, bytes) in bytes.iter_mut().enumerate() {
+                let words = bytes[8..].as_chunks_mut::<4>().0;
+                let mut x = block * BLOCK;
+                for tile in tiles.chunks(GROUP * rows) {
+                    let columns = tile.len() / rows;
+                    self.write_group(x, &tile[y * columns..][..columns], words);
+                    x += columns;
                 }
             }
-            for (column, words) in columns.iter_mut().zip(&words) {
-                // A row has as many pixels as columns.
-                let to = column.split_off_mut(..pixels.len()).unwrap_or_default();
-                to.copy_from_slice(&words[..to.len()]);
+        }
+    }
+
+    /// Writes the pixels from column `x` on into a row's words.
+    #[inline]
+    fn write_group(&self, x: usize, pixels: &[PixelStatistics], words: &mut [[u8; 4]]) {
+        if let Ok(pixels) = <&[PixelStatistics; GROUP]>::try_from(pixels) {
+            let columns = columns_of(pixels);
+            for (channel, column) in columns.iter().enumerate() {
+                let at = channel * self.width + x;
+                words[at..at + GROUP].copy_from_slice(&column.map(u32::to_le_bytes));
+            }
+        } else {
+            // At the right edge.
+            for (x, pixel) in (x..).zip(pixels) {
+                for (channel, [word]) in columns_of(&[*pixel]).into_iter().enumerate() {
+                    words[channel * self.width + x] = word.to_le_bytes();
+                }
             }
         }
     }
@@ -218,21 +227,26 @@ impl Layout {
 /// Pixels that are written together: as many as a tile has in a row.
 const GROUP: usize = TILE_SIZE as usize;
 
-/// A pixel's words in the order of [`CHANNELS`].
+/// Columns of pixels that are written before the next row is.
+const BLOCK: usize = 8 * GROUP;
+
+/// Words of some pixels in the order of [`CHANNELS`].
 #[inline]
-fn words_of(pixel: &PixelStatistics) -> [u32; CHANNEL_COUNT] {
-    let (mean, deviations) = (pixel.mean(), pixel.squared_deviations());
-    let shown = narrowed(mean);
-    let mut words = [0; CHANNEL_COUNT];
-    words[COUNT] = pixel.count() as u32;
-    words[NON_FINITE] = pixel.non_finite() as u32;
+fn columns_of<const N: usize>(pixels: &[PixelStatistics; N]) -> [[u32; N]; CHANNEL_COUNT] {
+    let mut words = [[0; N]; CHANNEL_COUNT];
+    words[COUNT] = pixels.each_ref().map(|pixel| pixel.count() as u32);
+    words[NON_FINITE] = pixels.each_ref().map(|pixel| pixel.non_finite() as u32);
     // Blue, green, red.
     for (place, channel) in [2, 1, 0].into_iter().enumerate() {
-        words[place] = shown[channel].to_bits();
-        for (first, value) in [(DEVIATIONS, deviations[channel]), (MEAN, mean[channel])] {
-            let bits = value.to_bits();
-            words[first + 2 * place] = (bits >> 32) as u32;
-            words[first + 2 * place + 1] = bits as u32;
+        let mean = pixels.each_ref().map(|pixel| pixel.mean()[channel]);
+        let deviations = pixels
+            .each_ref()
+            .map(|pixel| pixel.squared_deviations()[channel]);
+        words[place] = narrowed(mean).map(f32::to_bits);
+        for (first, values) in [(DEVIATIONS, deviations), (MEAN, mean)] {
+            let bits = values.map(f64::to_bits);
+            words[first + 2 * place] = bits.map(|bits| (bits >> 32) as u32);
+            words[first + 2 * place + 1] = bits.map(|bits| bits as u32);
         }
     }
     words

@@ -22,6 +22,7 @@ mod file;
 mod header;
 mod layout;
 mod order;
+mod pages;
 mod part;
 mod set;
 
@@ -32,13 +33,14 @@ pub use order::merge_shards;
 pub use part::{ShardPart, ShardPartError};
 pub use set::ShardSet;
 
-use crate::Film;
+use crate::{Film, FilmTotals};
 
 /// Some samples of every pixel of an image, and their numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shard {
     header: ShardHeader,
     film: Film,
+    totals: FilmTotals,
 }
 
 impl Shard {
@@ -57,7 +59,10 @@ impl Shard {
             });
         }
         let samples = u64::from(header.end() - header.first());
-        if let Some((x, y, found)) = film.first_pixel_without(samples) {
+        let (totals, counts) = film.totals_with_counts();
+        if counts != [samples; 2]
+            && let Some((x, y, found)) = film.first_pixel_without(samples)
+        {
             return Err(ShardError::Counts {
                 shard: header.name(),
                 x,
@@ -66,7 +71,11 @@ impl Shard {
                 expected: samples,
             });
         }
-        Ok(Self { header, film })
+        Ok(Self {
+            header,
+            film,
+            totals,
+        })
     }
 
     /// Which samples of which image.
@@ -77,6 +86,11 @@ impl Shard {
     /// Their statistics.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// Figures of all pixels together: [`Film::totals`], without another walk over them.
+    pub fn totals(&self) -> FilmTotals {
+        self.totals
     }
 
     /// The statistics alone.
