@@ -64,9 +64,11 @@ pub struct Arguments {
     #[arg(long, value_enum, value_name = "SYSTEM")]
     pub submit: Option<Scheduler>,
 
-    /// Shards that a task of --submit renders one after the other, with the scene read once.
-    #[arg(long, value_name = "K", requires = "submit", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    pub per_task: u32,
+    /// Shards that a task of --submit renders one after the other, with the scene read once
+    /// [default: 1, or as many as keep reading the scene below 1 % of a task while the job has 64
+    /// tasks]
+    #[arg(long, value_name = "K", requires = "submit", value_parser = clap::value_parser!(u32).range(1..))]
+    pub per_task: Option<u32>,
 
     /// The folder that --submit writes [default: beside the image, its name with .job]
     #[arg(long, value_name = "FOLDER", requires = "submit")]

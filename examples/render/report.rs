@@ -1,7 +1,7 @@
 //! What a rendering gave, as text or as one JSON object.
 
 use crate::chosen::choice_json;
-use lightshed::film::{FilmTotals, ImageComparison, RenderOutcome, ShardHeader};
+use lightshed::film::{FilmTotals, ImageComparison, RayCounts, ShardHeader};
 use lightshed::integrator::Choice;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -25,8 +25,18 @@ pub struct Report {
     pub setup_seconds: f64,
     /// What the importer had to say.
     pub warnings: Vec<String>,
-    /// Film, samples and times.
-    pub outcome: RenderOutcome,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples of every pixel.
+    pub samples_per_pixel: u32,
+    /// Seconds that rendering took.
+    pub seconds: f64,
+    /// Processor seconds of all threads.
+    pub cpu_seconds: Option<f64>,
+    /// Whether it ended before its budget was spent.
+    pub interrupted: bool,
+    /// Rays by kind, where the method counts them.
+    pub rays: Option<RayCounts>,
     /// Samples and mean of the film.
     pub totals: FilmTotals,
     /// Where the image is; `None` if there was nothing to write.
@@ -49,11 +59,11 @@ impl Report {
 
     /// Rays by kind for each sample of a pixel; `null` where the method does not count them.
     fn rays_per_sample(&self) -> Value {
-        let Some(rays) = self.outcome.rays else {
+        let Some(rays) = self.rays else {
             return Value::Null;
         };
-        let [width, height] = [self.outcome.film.width(), self.outcome.film.height()].map(f64::from);
-        let samples = width * height * f64::from(self.outcome.samples_per_pixel);
+        let [width, height] = self.size.map(f64::from);
+        let samples = width * height * f64::from(self.samples_per_pixel);
         let kinds = rays.by_name().into_iter();
         kinds
             .map(|(kind, count)| (kind.to_owned(), json!(rate(count as f64, samples))))
@@ -62,7 +72,7 @@ impl Report {
 
     /// One JSON object. Figures that are not defined are `null`.
     pub fn json(&self) -> Value {
-        let outcome = &self.outcome;
+        let [width, height] = self.size;
         let comparison = self.comparison.as_ref().map(|(path, comparison)| {
             json!({
                 "path": path,
@@ -78,24 +88,24 @@ impl Report {
             "scene": self.scene,
             "method": self.method,
             "choice": self.choice.as_ref().map(choice_json),
-            "width": outcome.film.width(),
-            "height": outcome.film.height(),
-            "spp": outcome.samples_per_pixel,
+            "width": width,
+            "height": height,
+            "spp": self.samples_per_pixel,
             "max_depth": self.max_depth,
             "seed": self.seed,
             "threads": self.threads,
             "device": self.device.as_ref().map(|(name, _)| name),
             "pass_seconds": self.device.as_ref().map(|(_, passes)| passes),
             "setup_seconds": self.setup_seconds,
-            "seconds": outcome.seconds,
-            "cpu_seconds": outcome.cpu_seconds,
-            "paths_per_second": rate(self.paths(), outcome.seconds),
-            "paths_per_cpu_second": outcome.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
+            "seconds": self.seconds,
+            "cpu_seconds": self.cpu_seconds,
+            "paths_per_second": rate(self.paths(), self.seconds),
+            "paths_per_cpu_second": self.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
             "rays_per_sample": self.rays_per_sample(),
             "figures": self.figures.iter().map(|&(name, value)| (name.to_owned(), json!(value))).collect::<Value>(),
             "mean_rgb": self.totals.mean,
             "non_finite_samples": self.totals.non_finite,
-            "interrupted": outcome.interrupted,
+            "interrupted": self.interrupted,
             "warnings": self.warnings,
             "shard": self.shard.as_ref().map(shard_json),
             "output": self.output,
@@ -105,9 +115,7 @@ impl Report {
 
     /// A few lines for a reader.
     pub fn text(&self) -> String {
-        let outcome = &self.outcome;
-        let (width, height) = (outcome.film.width(), outcome.film.height());
-        let spp = outcome.samples_per_pixel;
+        let ([width, height], spp) = (self.size, self.samples_per_pixel);
         let mut text = format!(
             "{}: {width}x{height} pixels, {spp} samples each, {}",
             self.scene, self.method
@@ -115,14 +123,14 @@ impl Report {
         if let Some(choice) = &self.choice {
             text += &format!(" ({}: {})", choice.method, choice.why);
         }
-        text += &format!("\n{:.2} s", outcome.seconds);
+        text += &format!("\n{:.2} s", self.seconds);
         if let Some((name, _)) = &self.device {
             text += &format!(" on {name}");
         }
-        if let Some(cpu) = outcome.cpu_seconds {
+        if let Some(cpu) = self.cpu_seconds {
             text += &format!(" ({cpu:.2} CPU-seconds)");
         }
-        if let Some(rate) = rate(self.paths(), outcome.seconds) {
+        if let Some(rate) = rate(self.paths(), self.seconds) {
             text += &format!(", {:.3} million paths a second", rate * 1e-6);
         }
         let [r, g, b] = self.totals.mean;

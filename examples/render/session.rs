@@ -16,10 +16,10 @@ use crate::shards::{
     one_after_the_other, options_of, plain_key,
 };
 use crate::streams::{complain, say};
-use crate::submit::submit;
+use crate::submit::{Work, submit};
 use lightshed::film::{
-    Budget, ImageComparison, ImageFormat, OutputTarget, RenderOptions, RenderOutcome, RgbImage, Shard,
-    ShardPart, read_exr, render,
+    Budget, Film, FilmTotals, ImageComparison, ImageFormat, OutputTarget, RenderOptions, RenderOutcome,
+    RgbImage, Shard, ShardPart, process_cpu_seconds, read_exr, render,
 };
 use lightshed::integrator::{self, CameraMotion, MethodError, MethodRequest, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
@@ -33,7 +33,7 @@ use std::time::Instant;
 /// Exit status after an interruption, as shells report a process ended by SIGINT.
 const INTERRUPTED: u8 = 130;
 
-/// What a budget of seconds is taken for where work is planned by the number of paths.
+/// What a second is taken for where work is planned by the number of paths.
 const PATHS_PER_SECOND: f64 = 1e6;
 
 /// Does what the command line asks.
@@ -146,6 +146,8 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         description = media.at(&description, frame);
     }
     let mut scene = Scene::new(&description).map_err(|error| Failure::because(&arguments.scene, &error))?;
+    // What each task of a job spends before it renders.
+    let reading_seconds = process_cpu_seconds();
     let chosen = choose(arguments, &mut scene, &options, frame)?;
     if let Some(Chosen { choice, seconds, .. }) = &chosen {
         arguments.method = choice.method.clone();
@@ -171,7 +173,12 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         None => CameraMotion::STILL,
     };
     if let Some(scheduler) = arguments.submit {
-        submit(arguments, scheduler, samples)?;
+        let paths = pixels * f64::from(samples);
+        let work = Work {
+            reading: reading_seconds.unwrap_or_default(),
+            rendering: paths / PATHS_PER_SECOND,
+        };
+        submit(arguments, scheduler, samples, work)?;
         return Ok(ExitCode::SUCCESS);
     }
     let moving = match (&media, moment, budget) {
@@ -275,9 +282,21 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         if let Some(chosen) = pilot.take() {
             chosen.count(&mut outcome);
         }
-        let totals = outcome.film.totals();
+        let (size, samples_per_pixel) = (
+            [outcome.film.width(), outcome.film.height()],
+            outcome.samples_per_pixel,
+        );
+        // A shard is whole or not there.
+        let whole = header
+            .clone()
+            .filter(|header| samples_per_pixel == header.end() - header.first());
+        let rendered = match whole {
+            Some(header) => Rendered::Shard(Shard::new(header, outcome.film)?),
+            None => Rendered::Film(outcome.film),
+        };
+        let totals = rendered.totals();
         let mut warnings = warnings.clone();
-        if outcome.samples_per_pixel > 0
+        if samples_per_pixel > 0
             && let Some(warning) = black(&scene, totals.mean)
         {
             complain(format_args!("warning: {warning}"));
@@ -293,15 +312,20 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
             // Those of the first alone.
             setup_seconds: std::mem::take(&mut setup_seconds),
             warnings,
+            size,
+            samples_per_pixel,
+            seconds: outcome.seconds,
+            cpu_seconds: outcome.cpu_seconds,
+            interrupted: outcome.interrupted,
+            rays: outcome.rays,
             totals,
-            outcome,
             output: None,
             comparison: None,
             shard: header,
             figures,
             choice: chosen.as_ref().map(|chosen| chosen.choice.clone()),
         };
-        let exit = finish(report, &target, reference.as_ref(), arguments.json)?;
+        let exit = finish(report, &rendered, &target, reference.as_ref(), arguments.json)?;
         if exit != ExitCode::SUCCESS {
             return Ok(exit);
         }
@@ -376,34 +400,57 @@ fn camera_motion(
     })
 }
 
+/// What is written in the end.
+enum Rendered {
+    /// An image, or a part of a shard.
+    Film(Film),
+    /// A whole shard.
+    Shard(Shard),
+}
+
+impl Rendered {
+    fn film(&self) -> &Film {
+        match self {
+            Self::Film(film) => film,
+            Self::Shard(shard) => shard.film(),
+        }
+    }
+
+    fn totals(&self) -> FilmTotals {
+        match self {
+            Self::Film(film) => film.totals(),
+            Self::Shard(shard) => shard.totals(),
+        }
+    }
+}
+
 /// Writes the image, compares it and prints the figures.
 fn finish(
     mut report: Report,
+    rendered: &Rendered,
     target: &OutputTarget,
     reference: Option<&(PathBuf, RgbImage)>,
     json: bool,
 ) -> Result<ExitCode, Failure> {
-    // A shard is whole or not there.
-    let has_output = match &report.shard {
-        Some(header) => report.outcome.samples_per_pixel == header.end() - header.first(),
-        None => report.outcome.samples_per_pixel > 0,
+    let has_output = match rendered {
+        Rendered::Shard(shard) => {
+            shard.write(target)?;
+            true
+        }
+        Rendered::Film(film) => {
+            let has_output = report.shard.is_none() && report.samples_per_pixel > 0;
+            if has_output {
+                target.write(&film.mean_image())?;
+            }
+            has_output
+        }
     };
     if has_output {
-        if let Some(header) = &report.shard {
-            let shard = Shard::new(header.clone(), report.outcome.film)?;
-            shard.write(target)?;
-            report.outcome.film = shard.into_film();
-        } else {
-            target.write(&report.outcome.film.mean_image())?;
-        }
         report.output = Some(target.path().to_owned());
-        report.comparison = match reference {
-            Some((path, reference)) => {
-                let image = report.outcome.film.mean_image();
-                Some((path.clone(), ImageComparison::new(&image, reference)?))
-            }
-            None => None,
-        };
+        if let Some((path, reference)) = reference {
+            let image = rendered.film().mean_image();
+            report.comparison = Some((path.clone(), ImageComparison::new(&image, reference)?));
+        }
     }
     let non_finite = report.totals.non_finite;
     if non_finite > 0 {
@@ -416,7 +463,7 @@ fn finish(
     } else {
         say(report.text())?;
     }
-    if !report.outcome.interrupted {
+    if !report.interrupted {
         return Ok(ExitCode::SUCCESS);
     }
     match &report.output {

@@ -353,6 +353,19 @@ fn what_schedulers_run_renders_every_task() {
         let shards = names.iter().filter(|name| name.contains("few.shard-")).count();
         assert_eq!(shards, there, "{names:?}");
     }
+    // Without it: as many as make reading the scene cheap, while there are 64 tasks.
+    let many = ["cornell", "--size", "4x4", "--spp", "640", "--out", "many.exr"];
+    for (shards, said) in [
+        ("640", "64 tasks: 640 shards of 640 samples, 10 in a task"),
+        (
+            "64",
+            "64 tasks: 64 shards of 640 samples.\n\nReading the scene takes",
+        ),
+    ] {
+        let output = folder.run(&[&many[..], &["--shards", shards, "--submit", "slurm"]].concat());
+        let found = String::from_utf8(output.stdout).unwrap();
+        assert!(found.starts_with(said), "{found}");
+    }
     // Frames times shards.
     let moving = [
         "cloud",

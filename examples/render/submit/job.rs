@@ -3,6 +3,7 @@
 use crate::arguments::Arguments;
 use crate::failure::Failure;
 use crate::shards::default_out;
+use crate::submit::Work;
 use lightshed::integrator::MethodRequest;
 use std::env;
 use std::ops::Range;
@@ -33,6 +34,8 @@ pub struct Job {
     pub name: String,
     /// In words.
     pub what: String,
+    /// A paragraph about reading the scene, or nothing.
+    pub advice: String,
     /// Threads of a task.
     pub threads: u32,
     /// Shards of a frame.
@@ -48,7 +51,7 @@ pub struct Job {
 }
 
 impl Job {
-    pub fn new(arguments: &Arguments, samples: u32) -> Result<Self, Failure> {
+    pub fn new(arguments: &Arguments, samples: u32, work: Work) -> Result<Self, Failure> {
         let shards = arguments.shards.unwrap_or(1);
         if shards > samples {
             return Err(Failure::new(format_args!(
@@ -94,9 +97,20 @@ impl Job {
             Some(frames) => format!("frames {}..{}, {shards} shards each", frames.start, frames.end),
             None => format!("{shards} shards of {samples} samples"),
         };
-        if arguments.per_task > 1 {
-            what += &format!(", {} in a task", arguments.per_task);
+        let per_task = arguments
+            .per_task
+            .unwrap_or_else(|| work.per_task(shards, count as u32));
+        if per_task > 1 {
+            what += &format!(", {per_task} in a task");
         }
+        let advice = work.too_much_reading(shards, per_task).map(|share| {
+            format!(
+                "\nReading the scene takes {:.2} processor seconds of each task, about {:.0} % of it: more shards in a task (`--per-task`)\n\
+                 or longer ones (fewer `--shards`) make that less.\n",
+                work.reading,
+                100.0 * share
+            )
+        });
         Ok(Self {
             name: Path::new(&arguments.scene)
                 .file_stem()
@@ -109,9 +123,10 @@ impl Job {
             directory: quoted(&text(directory.as_os_str())?),
             folder,
             what,
+            advice: advice.unwrap_or_default(),
             threads,
             shards,
-            per_task: arguments.per_task,
+            per_task,
             frames,
             program,
             out,

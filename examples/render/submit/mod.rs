@@ -3,11 +3,15 @@
 //! Every folder has `task.sh`, which renders the task whose number it is given, `merge.sh`, which
 //! merges what is there, and a `README.md` of a few lines; and what the scheduler reads. A task
 //! whose shard is there ends at once, so that submitting again renders what is missing.
+//!
+//! Every task reads the scene. Where that would be more than a hundredth of its work, a task renders
+//! several shards, as long as there are tasks enough for many machines.
 
 mod job;
 mod openjd;
 mod ray;
 mod slurm;
+mod work;
 
 use crate::arguments::{Arguments, Scheduler};
 use crate::failure::Failure;
@@ -15,9 +19,11 @@ use job::Job;
 use std::fs;
 use std::path::Path;
 
-/// Writes the folder and says what to do with it.
-pub fn submit(arguments: &Arguments, scheduler: Scheduler, samples: u32) -> Result<(), Failure> {
-    let job = Job::new(arguments, samples)?;
+pub use work::Work;
+
+/// Writes the folder and says what to do with it. `work` is that of a frame.
+pub fn submit(arguments: &Arguments, scheduler: Scheduler, samples: u32, work: Work) -> Result<(), Failure> {
+    let job = Job::new(arguments, samples, work)?;
     fs::create_dir_all(job.folder.join("log")).map_err(|error| {
         Failure::because(
             format_args!("cannot make the folder {}", job.folder.display()),
@@ -30,10 +36,11 @@ pub fn submit(arguments: &Arguments, scheduler: Scheduler, samples: u32) -> Resu
         Scheduler::Openjd => openjd::files(&job),
     };
     let readme = format!(
-        "{} tasks: {}.\n\n- Submit, and submit again whatever has failed: `{command}`\n- See what is there: `{}/merge.sh --status`\n\
+        "{} tasks: {}.\n{}\n- Submit, and submit again whatever has failed: `{command}`\n- See what is there: `{}/merge.sh --status`\n\
          - Merge: `{}/merge.sh`\n",
         job.tasks(),
         job.what,
+        job.advice,
         job.folder.display(),
         job.folder.display()
     );

@@ -239,9 +239,7 @@ fn columns_of<const N: usize>(pixels: &[PixelStatistics; N]) -> [[u32; N]; CHANN
     // Blue, green, red.
     for (place, channel) in [2, 1, 0].into_iter().enumerate() {
         let mean = pixels.each_ref().map(|pixel| pixel.mean()[channel]);
-        let deviations = pixels
-            .each_ref()
-            .map(|pixel| pixel.squared_deviations()[channel]);
+        let deviations = pixels.each_ref().map(|pixel| pixel.squared_deviations()[channel]);
         words[place] = narrowed(mean).map(f32::to_bits);
         for (first, values) in [(DEVIATIONS, deviations), (MEAN, mean)] {
             let bits = values.map(f64::to_bits);

@@ -71,11 +71,7 @@ impl Shard {
                 expected: samples,
             });
         }
-        Ok(Self {
-            header,
-            film,
-            totals,
-        })
+        Ok(Self { header, film, totals })
     }
 
     /// Which samples of which image.
