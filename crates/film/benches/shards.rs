@@ -48,13 +48,14 @@ fn measure(count: u32, folder: &std::path::Path, rounds: u32) -> Result<(), Box<
         samples: count * SAMPLES,
         size: SIZE,
     };
-    let film = noise()?;
+    let mut film = noise()?;
     let (start, cpu) = (Instant::now(), process_cpu_seconds().unwrap_or_default());
     let mut files = Vec::new();
     for part in ShardPart::all(count) {
-        let shard = Shard::new(ShardHeader::of_part(image.clone(), part), film.clone())?;
+        let shard = Shard::new(ShardHeader::of_part(image.clone(), part), film)?;
         let path = folder.join(format!("{}.exr", part.index()));
         shard.write(&OutputTarget::prepare(&path)?)?;
+        film = shard.into_film();
         files.push(path);
     }
     let bytes = std::fs::metadata(&files[0])?.len();
@@ -67,30 +68,36 @@ fn measure(count: u32, folder: &std::path::Path, rounds: u32) -> Result<(), Box<
         cpu / f64::from(count)
     );
     println!(
-        "{:>24} {:>24} {:>8}",
-        "reading s (GB/s)", "merging s (GB/s)", "ratio"
+        "{:>32} {:>32} {:>14}",
+        "reading s (GB/s), CPU-s", "merging s (GB/s), CPU-s", "ratio, of CPU"
     );
     for _ in 0..rounds {
-        let start = Instant::now();
-        read(&files)?;
-        let reading = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        let opened: Result<Vec<_>, _> = files.iter().rev().map(ShardFile::open).collect();
-        let merged = ShardSet::new(opened?)?.merge()?;
-        let merging = start.elapsed().as_secs_f64();
+        let (reading, ()) = timed(|| Ok(read(&files)?))?;
+        let (merging, merged) = timed(|| {
+            let opened: Result<Vec<_>, _> = files.iter().rev().map(ShardFile::open).collect();
+            Ok(ShardSet::new(opened?)?.merge()?)
+        })?;
         assert_eq!(
             merged.samples(),
             u64::from(image.samples) * u64::from(SIZE[0] * SIZE[1])
         );
-        let column = |seconds: f64| format!("{seconds:.3} ({:.2})", gigabytes / seconds);
+        let column = |[wall, cpu]: [f64; 2]| format!("{wall:.3} ({:.2}), {cpu:.3}", gigabytes / wall);
         println!(
-            "{:>24} {:>24} {:>8.2}",
+            "{:>32} {:>32} {:>14}",
             column(reading),
             column(merging),
-            merging / reading
+            format!("{:.2}, {:.2}", merging[0] / reading[0], merging[1] / reading[1])
         );
     }
     Ok(())
+}
+
+/// Wall and processor seconds of some work, and its result.
+fn timed<R>(work: impl FnOnce() -> Result<R, Box<dyn Error>>) -> Result<([f64; 2], R), Box<dyn Error>> {
+    let (start, before) = (Instant::now(), process_cpu_seconds().unwrap_or_default());
+    let result = work()?;
+    let cpu = process_cpu_seconds().unwrap_or_default() - before;
+    Ok(([start.elapsed().as_secs_f64(), cpu], result))
 }
 
 /// Reads all files on all threads, a megabyte at a time.

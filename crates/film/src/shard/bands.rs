@@ -1,18 +1,20 @@
 //! Shards merged a few rows at a time: the rows of a shard are merged while they are still in the
 //! cache.
 //!
-//! Memory is that of the film and, for each thread, of eight rows of a shard, however many shards
+//! Memory is that of the film and, for each thread, of a few rows of a shard, however many shards
 //! there are.
 
 use super::Shard;
 use super::checksum::Checksum;
 use super::columns::Columns;
 use super::error::ShardError;
-use super::file::ShardFile;
+use super::file::{RowReader, ShardFile};
 use crate::film::index_in_band;
 use crate::{Film, PixelStatistics, TILE_SIZE};
 use lightshed_sampling::parallel;
-use std::io;
+
+/// Files that are kept open while they are merged; systems allow a process about a thousand.
+const MOST_OPEN: usize = 512;
 
 impl ShardFile {
     /// Reads all of it.
@@ -40,8 +42,12 @@ pub fn merge_bands(files: &[ShardFile]) -> Result<Film, ShardError> {
     let first = files.first().ok_or(ShardError::None)?;
     let mut film = first.empty_film()?;
     let width = film.width() as usize;
+    let readers = files.iter().enumerate();
+    let readers: Vec<RowReader<'_>> = readers
+        .map(|(place, file)| RowReader::new(file, place < MOST_OPEN))
+        .collect();
     let bands = parallel::map(film.bands_mut(), |band, pixels| {
-        merge_band(files, band * TILE_SIZE as usize, width, pixels)
+        merge_band(files, &readers, band * TILE_SIZE as usize, width, pixels)
     });
     let bands: Vec<Band> = bands.into_iter().collect::<Result<_, _>>()?;
     for (place, file) in files.iter().enumerate() {
@@ -68,32 +74,35 @@ pub fn merge_bands(files: &[ShardFile]) -> Result<Film, ShardError> {
 /// Merges the rows of `pixels`, from `top` on, into them.
 fn merge_band(
     files: &[ShardFile],
+    readers: &[RowReader<'_>],
     top: usize,
     width: usize,
     pixels: &mut [PixelStatistics],
 ) -> Result<Band, ShardError> {
     let rows = pixels.len() / width;
-    let mut columns = Columns::new(rows, width);
-    let mut bytes = Vec::new();
     let mut band = Band {
-        checksums: Vec::with_capacity(files.len()),
+        checksums: vec![Checksum::default(); files.len()],
         unsound: None,
     };
-    for (place, file) in files.iter().enumerate() {
-        let read: io::Result<()> = file.read_rows(top, rows, &mut bytes);
-        read.map_err(|error| file.io_error(error))?;
-        let mut checksum = Checksum::default();
-        checksum.update(&bytes);
-        band.checksums.push(checksum);
-        for (y, row) in file.rows(&bytes).enumerate() {
-            if !columns.merge(y, &row, file.samples()) {
-                band.unsound = band.unsound.or(Some(place));
+    let mut bytes = Vec::new();
+    let at_once = files.first().map_or(1, ShardFile::rows_at_once);
+    for start in (0..rows).step_by(at_once) {
+        let count = at_once.min(rows - start);
+        let mut columns = Columns::new(count, width);
+        for (place, (file, reader)) in files.iter().zip(readers).enumerate() {
+            reader.read(top + start, count, &mut bytes)?;
+            band.checksums[place].update(&bytes);
+            for (y, row) in file.rows(&bytes).enumerate() {
+                if !columns.merge(y, &row, file.samples()) {
+                    band.unsound = Some(band.unsound.map_or(place, |first| first.min(place)));
+                }
             }
         }
-    }
-    for (x, y) in (0..rows).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        // Invalid rows are skipped.
-        pixels[index_in_band(width, rows, x, y)] = columns.pixel(x, y).unwrap_or_default();
+        for (x, y) in (0..count).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            // Invalid rows are skipped.
+            let place = index_in_band(width, rows, x, start + y);
+            pixels[place] = columns.pixel(x, y).unwrap_or_default();
+        }
     }
     Ok(band)
 }

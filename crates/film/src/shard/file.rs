@@ -41,6 +41,9 @@ impl Shard {
     }
 }
 
+/// Bytes of rows that are read together.
+const CACHED_BYTES: usize = 1 << 18;
+
 /// A shard's file with a valid header and the right length. [`ShardFile::read`] and
 /// [`ShardSet::merge`](super::ShardSet::merge) read its pixels and test its checksum.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,15 +135,10 @@ impl ShardFile {
         Ok(checksum)
     }
 
-    /// Reads `count` rows from row `first` on into `bytes`.
-    pub(super) fn read_rows(&self, first: usize, count: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
-        let row_bytes = self.layout.row_bytes();
-        bytes.resize(count * row_bytes, 0);
-        let mut file = File::open(&self.path)?;
-        file.seek(SeekFrom::Start(
-            (self.layout.rows_at() + first * row_bytes) as u64,
-        ))?;
-        file.read_exact(bytes)
+    /// Rows that are read together: so many that they stay in a processor's own cache while they are
+    /// merged, at least one.
+    pub(super) fn rows_at_once(&self) -> usize {
+        (CACHED_BYTES / self.layout.row_bytes()).max(1)
     }
 
     /// The rows in `bytes`.
@@ -173,5 +171,45 @@ impl ShardFile {
     pub(super) fn empty_film(&self) -> Result<Film, ShardError> {
         let [width, height] = self.header.image().size;
         Ok(Film::new(width, height)?)
+    }
+}
+
+/// The rows of a file, for several threads.
+pub(super) struct RowReader<'a> {
+    shard: &'a ShardFile,
+    /// Kept open; without it each reading opens the file.
+    #[cfg(unix)]
+    file: Option<File>,
+}
+
+impl<'a> RowReader<'a> {
+    /// Rows of `shard`, which is kept open if it may and can be.
+    pub(super) fn new(shard: &'a ShardFile, may_stay_open: bool) -> Self {
+        #[cfg(not(unix))]
+        let _ = may_stay_open;
+        Self {
+            shard,
+            #[cfg(unix)]
+            file: may_stay_open.then(|| File::open(&shard.path).ok()).flatten(),
+        }
+    }
+
+    /// Reads `count` rows from row `first` on into `bytes`.
+    pub(super) fn read(&self, first: usize, count: usize, bytes: &mut Vec<u8>) -> Result<(), ShardError> {
+        let layout = &self.shard.layout;
+        bytes.resize(count * layout.row_bytes(), 0);
+        let start = (layout.rows_at() + first * layout.row_bytes()) as u64;
+        self.read_at(start, bytes)
+            .map_err(|error| self.shard.io_error(error))
+    }
+
+    fn read_at(&self, start: u64, bytes: &mut [u8]) -> io::Result<()> {
+        #[cfg(unix)]
+        if let Some(file) = &self.file {
+            return std::os::unix::fs::FileExt::read_exact_at(file, bytes, start);
+        }
+        let mut file = File::open(&self.shard.path)?;
+        file.seek(SeekFrom::Start(start))?;
+        file.read_exact(bytes)
     }
 }
