@@ -1,7 +1,6 @@
 //! The film: statistics of every pixel, handed out in disjoint tiles.
 
 use crate::image::pixel_count;
-use crate::memory::empty_pixels;
 use crate::{ImageError, PixelStatistics, RgbImage};
 use lightshed_sampling::Rgb;
 use std::fmt;
@@ -78,7 +77,11 @@ impl Film {
     /// A zero side, more than [`MAX_PIXELS`](crate::MAX_PIXELS) pixels, or more than memory holds.
     pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
         let count = pixel_count(width, height)?;
-        let pixels = empty_pixels(count).ok_or(ImageError::TooLarge { width, height })?;
+        let mut pixels = Vec::new();
+        if pixels.try_reserve_exact(count).is_err() {
+            return Err(ImageError::TooLarge { width, height });
+        }
+        pixels.resize(count, PixelStatistics::default());
         Ok(Self {
             width,
             height,

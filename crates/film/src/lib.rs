@@ -17,13 +17,13 @@
 //! # Features
 //!
 //! - `flip`: the image metric ꟻLIP, which compiles C++.
+#![forbid(unsafe_code)]
 
 mod cpu_time;
 mod estimator;
 mod film;
 mod frames;
 mod image;
-mod memory;
 mod metrics;
 mod options;
 mod outcome;

@@ -37,54 +37,75 @@ impl Columns {
         PixelStatistics::from_parts(count, self.non_finite[at], of(&self.mean), of(&self.m2))
     }
 
-    /// Adds row `y` of a shard of `samples` samples, with the bits of [`PixelStatistics::merge`].
-    /// False if a pixel's statistics are not those of so many samples.
-    pub fn merge(&mut self, y: usize, row: &Row<'_>, samples: u64) -> bool {
+    /// Adds rows of shards, one after the other, to row `y`, with the bits of
+    /// [`PixelStatistics::merge`]. `samples` are those of every pixel in each shard.
+    ///
+    /// Whether the values can be those of samples shows in [`Columns::pixel`] in the end: what is
+    /// not finite stays so.
+    pub fn merge<const K: usize>(&mut self, y: usize, rows: [&Row<'_>; K], samples: [u64; K]) {
+        let all = (0..K).all(|k| rows[k].has_all(samples[k]));
         match self.uniform[y] {
-            Some(before) if row.has_all(samples) => {
-                self.uniform[y] = Some(before + samples);
-                self.merge_uniform(y, row, before as f64, samples as f64)
+            Some(before) if all => {
+                self.uniform[y] = Some(before + samples.iter().sum::<u64>());
+                self.merge_uniform(y, rows, before as f64, samples.map(|samples| samples as f64));
             }
             before => {
                 if let Some(before) = before {
                     self.count[y * self.width..][..self.width].fill(before);
                     self.uniform[y] = None;
                 }
-                self.merge_each(y, row, samples)
+                (0..K).for_each(|k| self.merge_each(y, rows[k], samples[k]));
             }
         }
     }
 
-    /// All pixels have `n_a` samples before and `n_b` in the shard.
-    fn merge_uniform(&mut self, y: usize, row: &Row<'_>, n_a: f64, n_b: f64) -> bool {
-        let n = n_a + n_b;
-        let (share_a, share_b, between) = (n_a / n, n_b / n, n_a * (n_b / n));
-        let mut unsound = 0;
+    /// All pixels have `before` samples before and `samples` in each shard.
+    fn merge_uniform<const K: usize>(
+        &mut self,
+        y: usize,
+        rows: [&Row<'_>; K],
+        before: f64,
+        samples: [f64; K],
+    ) {
+        let mut n_a = before;
+        let weights = samples.map(|n_b| {
+            let n = n_a + n_b;
+            let weights = [n_a / n, n_b / n, n_a * (n_b / n)];
+            n_a = n;
+            weights
+        });
         for channel in 0..3 {
             let means = &mut self.mean[channel][y * self.width..][..self.width];
             let m2s = &mut self.m2[channel][y * self.width..][..self.width];
-            let [mean_high, mean_low] = row.mean(channel);
-            let [m2_high, m2_low] = row.deviations(channel);
-            let of_shard = mean_high.iter().zip(mean_low).zip(m2_high.iter().zip(m2_low));
-            for ((mean, m2), ((a, b), (c, d))) in means.iter_mut().zip(m2s).zip(of_shard) {
-                let [a, b, c, d] = [a, b, c, d].map(|bytes| u32::from_le_bytes(*bytes));
-                let (mean_b, m2_b) = (real(a, b), real(c, d));
-                let delta = mean_b - *mean;
-                *mean = *mean * share_a + mean_b * share_b;
-                *m2 += m2_b + delta * delta * between;
-                unsound |=
-                    u32::from(a & EXPONENT == EXPONENT) | u32::from(c & EXPONENT == EXPONENT) | c >> 31;
+            let of_shards = rows.map(|row| {
+                let ([a, b], [c, d]) = (row.mean(channel), row.deviations(channel));
+                [a, b, c, d].map(|words| &words[..self.width])
+            });
+            let mut signs = 0;
+            for x in 0..self.width {
+                let (mut mean, mut m2) = (means[x], m2s[x]);
+                for (words, [share_a, share_b, between]) in of_shards.iter().zip(&weights) {
+                    let [a, b, c, d] = words.map(|words| u32::from_le_bytes(words[x]));
+                    let (mean_b, m2_b) = (real(a, b), real(c, d));
+                    let delta = mean_b - mean;
+                    mean = mean * share_a + mean_b * share_b;
+                    m2 += m2_b + delta * delta * between;
+                    signs |= c;
+                }
+                (means[x], m2s[x]) = (mean, m2);
+            }
+            if signs >> 31 != 0 {
+                // A sum of squares is negative: no pixel of the row is one of samples.
+                m2s.fill(f64::NAN);
             }
         }
-        unsound == 0
     }
 
-    fn merge_each(&mut self, y: usize, row: &Row<'_>, samples: u64) -> bool {
-        let mut sound = true;
+    fn merge_each(&mut self, y: usize, row: &Row<'_>, samples: u64) {
         for x in 0..self.width {
             let at = y * self.width + x;
             let (Some(mut sum), Some(pixel)) = (self.pixel(x, y), row.pixel(x, samples)) else {
-                sound = false;
+                self.m2[0][at] = f64::NAN;
                 continue;
             };
             sum.merge(&pixel);
@@ -94,12 +115,8 @@ impl Columns {
                 self.m2[channel][at] = sum.squared_deviations()[channel];
             }
         }
-        sound
     }
 }
-
-/// The bits of an exponent that no finite number has, in the higher half.
-const EXPONENT: u32 = 0x7ff0_0000;
 
 #[inline(always)]
 fn real(high: u32, low: u32) -> f64 {
