@@ -2,7 +2,8 @@
 
 use crate::arguments::{Arguments, Device};
 use crate::failure::Failure;
-use lightshed::film::{Budget, RenderOptions, RenderOutcome};
+use crate::rendered::Rendered;
+use lightshed::film::{Budget, RenderOptions};
 use lightshed::integrator::{AutoTask, Choice, MethodRequest, TailBound, Trial};
 use lightshed::scene::Scene;
 use serde_json::{Value, json};
@@ -17,7 +18,7 @@ pub struct Chosen {
 
 impl Chosen {
     /// Adds the time to that of the rendering.
-    pub fn count(&self, outcome: &mut RenderOutcome) {
+    pub fn count(&self, outcome: &mut Rendered) {
         outcome.seconds += self.seconds;
         let pilot = self.choice.pilot.map_or(0.0, |pilot| pilot.seconds);
         outcome.cpu_seconds = outcome.cpu_seconds.map(|seconds| seconds + pilot);

@@ -24,6 +24,7 @@ mod failure;
 mod gpu;
 mod motion;
 mod progress;
+mod rendered;
 mod report;
 mod session;
 mod shards;

@@ -1,7 +1,8 @@
 //! What a rendering gave, as text or as one JSON object.
 
 use crate::chosen::choice_json;
-use lightshed::film::{FilmTotals, ImageComparison, RayCounts, ShardHeader};
+use crate::rendered::Rendered;
+use lightshed::film::{ImageComparison, ShardHeader};
 use lightshed::integrator::Choice;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -27,18 +28,8 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Samples of every pixel.
-    pub samples_per_pixel: u32,
-    /// Seconds that rendering took.
-    pub seconds: f64,
-    /// Processor seconds of all threads.
-    pub cpu_seconds: Option<f64>,
-    /// Whether it ended before its budget was spent.
-    pub interrupted: bool,
-    /// Rays by kind, where the method counts them.
-    pub rays: Option<RayCounts>,
-    /// Samples and mean of the film.
-    pub totals: FilmTotals,
+    /// Samples and times.
+    pub rendered: Rendered,
     /// Where the image is; `None` if there was nothing to write.
     pub output: Option<PathBuf>,
     /// The reference and how far from it the image is.
@@ -54,16 +45,16 @@ pub struct Report {
 impl Report {
     /// Paths traced.
     fn paths(&self) -> f64 {
-        (self.totals.samples + self.totals.non_finite) as f64
+        (self.rendered.totals.samples + self.rendered.totals.non_finite) as f64
     }
 
     /// Rays by kind for each sample of a pixel; `null` where the method does not count them.
     fn rays_per_sample(&self) -> Value {
-        let Some(rays) = self.rays else {
+        let Some(rays) = self.rendered.rays else {
             return Value::Null;
         };
         let [width, height] = self.size.map(f64::from);
-        let samples = width * height * f64::from(self.samples_per_pixel);
+        let samples = width * height * f64::from(self.rendered.samples_per_pixel);
         let kinds = rays.by_name().into_iter();
         kinds
             .map(|(kind, count)| (kind.to_owned(), json!(rate(count as f64, samples))))
@@ -90,22 +81,22 @@ impl Report {
             "choice": self.choice.as_ref().map(choice_json),
             "width": width,
             "height": height,
-            "spp": self.samples_per_pixel,
+            "spp": self.rendered.samples_per_pixel,
             "max_depth": self.max_depth,
             "seed": self.seed,
             "threads": self.threads,
             "device": self.device.as_ref().map(|(name, _)| name),
             "pass_seconds": self.device.as_ref().map(|(_, passes)| passes),
             "setup_seconds": self.setup_seconds,
-            "seconds": self.seconds,
-            "cpu_seconds": self.cpu_seconds,
-            "paths_per_second": rate(self.paths(), self.seconds),
-            "paths_per_cpu_second": self.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
+            "seconds": self.rendered.seconds,
+            "cpu_seconds": self.rendered.cpu_seconds,
+            "paths_per_second": rate(self.paths(), self.rendered.seconds),
+            "paths_per_cpu_second": self.rendered.cpu_seconds.and_then(|seconds| rate(self.paths(), seconds)),
             "rays_per_sample": self.rays_per_sample(),
             "figures": self.figures.iter().map(|&(name, value)| (name.to_owned(), json!(value))).collect::<Value>(),
-            "mean_rgb": self.totals.mean,
-            "non_finite_samples": self.totals.non_finite,
-            "interrupted": self.interrupted,
+            "mean_rgb": self.rendered.totals.mean,
+            "non_finite_samples": self.rendered.totals.non_finite,
+            "interrupted": self.rendered.interrupted,
             "warnings": self.warnings,
             "shard": self.shard.as_ref().map(shard_json),
             "output": self.output,
@@ -115,7 +106,7 @@ impl Report {
 
     /// A few lines for a reader.
     pub fn text(&self) -> String {
-        let ([width, height], spp) = (self.size, self.samples_per_pixel);
+        let ([width, height], spp) = (self.size, self.rendered.samples_per_pixel);
         let mut text = format!(
             "{}: {width}x{height} pixels, {spp} samples each, {}",
             self.scene, self.method
@@ -123,17 +114,17 @@ impl Report {
         if let Some(choice) = &self.choice {
             text += &format!(" ({}: {})", choice.method, choice.why);
         }
-        text += &format!("\n{:.2} s", self.seconds);
+        text += &format!("\n{:.2} s", self.rendered.seconds);
         if let Some((name, _)) = &self.device {
             text += &format!(" on {name}");
         }
-        if let Some(cpu) = self.cpu_seconds {
+        if let Some(cpu) = self.rendered.cpu_seconds {
             text += &format!(" ({cpu:.2} CPU-seconds)");
         }
-        if let Some(rate) = rate(self.paths(), self.seconds) {
+        if let Some(rate) = rate(self.paths(), self.rendered.seconds) {
             text += &format!(", {:.3} million paths a second", rate * 1e-6);
         }
-        let [r, g, b] = self.totals.mean;
+        let [r, g, b] = self.rendered.totals.mean;
         text += &format!("\nmean {r:.5} {g:.5} {b:.5}");
         if let Some((path, comparison)) = &self.comparison {
             text += &format!("\nagainst {}:", path.display());

@@ -10,6 +10,7 @@ use crate::failure::{Failure, one_line};
 use crate::gpu::on_gpu;
 use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
+use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::shards::{
     check_frames, check_parts, default_out, done_already, file_of, header_of, image_key, is_done,
@@ -18,8 +19,8 @@ use crate::shards::{
 use crate::streams::{complain, say};
 use crate::submit::{Work, submit};
 use lightshed::film::{
-    Budget, Film, FilmTotals, ImageComparison, ImageFormat, OutputTarget, RenderOptions, RenderOutcome,
-    RgbImage, Shard, ShardPart, process_cpu_seconds, read_exr, render,
+    Budget, ImageComparison, ImageFormat, OutputTarget, RenderOptions, RenderOutcome, RgbImage, ShardPart,
+    process_cpu_seconds, read_exr, render, render_shard,
 };
 use lightshed::integrator::{self, CameraMotion, MethodError, MethodRequest, MovingMedia, Stage, Started};
 use lightshed::scene::glam::{Vec2, Vec3};
@@ -242,6 +243,13 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         let interruption = Interruption::catch()?;
         let bar = Bar::new(budget);
         let (observer, cancel) = (|progress: &_| bar.show(progress), &interruption.cancel);
+        // A shard of samples needs no film, unless an image is to be compared.
+        let mut into_file = None;
+        if let (Some(Started::Samples(estimator)), Some(header), None) = (&started, &header, &reference) {
+            let options = options_of(header, capabilities, options);
+            let shard = render_shard(estimator, header, &options, &target, &observer, cancel)?;
+            into_file = Some(Rendered::by_file(shard, header));
+        }
         let sequence = arguments.sequence.then_some(Numbered {
             image: &target,
             exposure: arguments.exposure,
@@ -266,38 +274,31 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
                 }
             })
         };
-        let (mut outcome, device) = match (arguments.device, &header, runs.as_slice()) {
-            (Device::Gpu, ..) => on_gpu(arguments, &scene, &options, &observer, cancel)
-                .map(|(outcome, name, passes)| (outcome, Some((name, passes))))?,
-            (Device::Cpu, Some(header), _) => {
-                (render_some(&options_of(header, capabilities, options))?, None)
+        let (mut rendered, device) = match (into_file, arguments.device) {
+            (Some(rendered), _) => (rendered, None),
+            (None, Device::Gpu) => {
+                let (outcome, name, passes) = on_gpu(arguments, &scene, &options, &observer, cancel)?;
+                (Rendered::by_film(outcome, header.as_ref())?, Some((name, passes)))
             }
-            (Device::Cpu, None, []) => (render_some(&options)?, None),
-            (Device::Cpu, None, runs) => (one_after_the_other(runs, render_some)?, None),
+            (None, Device::Cpu) => {
+                let outcome = match (&header, runs.as_slice()) {
+                    (Some(header), _) => render_some(&options_of(header, capabilities, options))?,
+                    (None, []) => render_some(&options)?,
+                    (None, runs) => one_after_the_other(runs, render_some)?,
+                };
+                (Rendered::by_film(outcome, header.as_ref())?, None)
+            }
         };
         bar.finish();
         interruption.writing.store(true, Ordering::SeqCst);
 
         // The pilot is a part of the first.
         if let Some(chosen) = pilot.take() {
-            chosen.count(&mut outcome);
+            chosen.count(&mut rendered);
         }
-        let (size, samples_per_pixel) = (
-            [outcome.film.width(), outcome.film.height()],
-            outcome.samples_per_pixel,
-        );
-        // A shard is whole or not there.
-        let whole = header
-            .clone()
-            .filter(|header| samples_per_pixel == header.end() - header.first());
-        let rendered = match whole {
-            Some(header) => Rendered::Shard(Shard::new(header, outcome.film)?),
-            None => Rendered::Film(outcome.film),
-        };
-        let totals = rendered.totals();
         let mut warnings = warnings.clone();
-        if samples_per_pixel > 0
-            && let Some(warning) = black(&scene, totals.mean)
+        if rendered.samples_per_pixel > 0
+            && let Some(warning) = black(&scene, rendered.totals.mean)
         {
             complain(format_args!("warning: {warning}"));
             warnings.push(warning);
@@ -312,20 +313,15 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
             // Those of the first alone.
             setup_seconds: std::mem::take(&mut setup_seconds),
             warnings,
-            size,
-            samples_per_pixel,
-            seconds: outcome.seconds,
-            cpu_seconds: outcome.cpu_seconds,
-            interrupted: outcome.interrupted,
-            rays: outcome.rays,
-            totals,
+            size: [width, height],
+            rendered,
             output: None,
             comparison: None,
             shard: header,
             figures,
             choice: chosen.as_ref().map(|chosen| chosen.choice.clone()),
         };
-        let exit = finish(report, &rendered, &target, reference.as_ref(), arguments.json)?;
+        let exit = finish(report, &target, reference.as_ref(), arguments.json)?;
         if exit != ExitCode::SUCCESS {
             return Ok(exit);
         }
@@ -400,59 +396,21 @@ fn camera_motion(
     })
 }
 
-/// What is written in the end.
-enum Rendered {
-    /// An image, or a part of a shard.
-    Film(Film),
-    /// A whole shard.
-    Shard(Shard),
-}
-
-impl Rendered {
-    fn film(&self) -> &Film {
-        match self {
-            Self::Film(film) => film,
-            Self::Shard(shard) => shard.film(),
-        }
-    }
-
-    fn totals(&self) -> FilmTotals {
-        match self {
-            Self::Film(film) => film.totals(),
-            Self::Shard(shard) => shard.totals(),
-        }
-    }
-}
-
 /// Writes the image, compares it and prints the figures.
 fn finish(
     mut report: Report,
-    rendered: &Rendered,
     target: &OutputTarget,
     reference: Option<&(PathBuf, RgbImage)>,
     json: bool,
 ) -> Result<ExitCode, Failure> {
-    let has_output = match rendered {
-        Rendered::Shard(shard) => {
-            shard.write(target)?;
-            true
-        }
-        Rendered::Film(film) => {
-            let has_output = report.shard.is_none() && report.samples_per_pixel > 0;
-            if has_output {
-                target.write(&film.mean_image())?;
-            }
-            has_output
-        }
-    };
-    if has_output {
+    if report.rendered.write(target)? {
         report.output = Some(target.path().to_owned());
-        if let Some((path, reference)) = reference {
-            let image = rendered.film().mean_image();
+        if let (Some((path, reference)), Some(film)) = (reference, report.rendered.film()) {
+            let image = film.mean_image();
             report.comparison = Some((path.clone(), ImageComparison::new(&image, reference)?));
         }
     }
-    let non_finite = report.totals.non_finite;
+    let non_finite = report.rendered.totals.non_finite;
     if non_finite > 0 {
         complain(format_args!(
             "warning: {non_finite} samples were not finite and were left out"
@@ -463,7 +421,7 @@ fn finish(
     } else {
         say(report.text())?;
     }
-    if !report.interrupted {
+    if !report.rendered.interrupted {
         return Ok(ExitCode::SUCCESS);
     }
     match &report.output {

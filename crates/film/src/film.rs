@@ -48,6 +48,56 @@ pub struct FilmTotals {
     pub mean: [f64; 3],
 }
 
+/// Sums that become [`FilmTotals`], of films that are parts of one from the top.
+#[derive(Debug)]
+pub(crate) struct TotalsSum {
+    totals: FilmTotals,
+    /// Least and greatest number of samples, finite or not, of a pixel.
+    counts: [u64; 2],
+    pixels: usize,
+}
+
+impl Default for TotalsSum {
+    fn default() -> Self {
+        Self {
+            totals: FilmTotals::default(),
+            counts: [u64::MAX, 0],
+            pixels: 0,
+        }
+    }
+}
+
+impl TotalsSum {
+    /// Adds the pixels of a film.
+    pub(crate) fn add(&mut self, film: &Film) {
+        let totals = &mut self.totals;
+        let [least, most] = &mut self.counts;
+        let width = film.width as usize;
+        self.pixels += film.pixels.len();
+        for band in film.bands() {
+            // In the order of memory, after which the band is in the cache for the order of rows,
+            // in which the image's mean is summed.
+            for pixel in band {
+                let samples = pixel.count() + pixel.non_finite();
+                (*least, *most) = (samples.min(*least), samples.max(*most));
+                totals.samples += pixel.count();
+                totals.non_finite += pixel.non_finite();
+            }
+            for pixel in (0..band.len() / width).flat_map(|y| row_of_band(band, width, y).flatten()) {
+                let mean = narrowed(pixel.mean());
+                (0..3).for_each(|channel| totals.mean[channel] += f64::from(mean[channel]));
+            }
+        }
+    }
+
+    /// The totals, and the least and the greatest number of samples of a pixel.
+    pub(crate) fn finish(self) -> (FilmTotals, [u64; 2]) {
+        let count = self.pixels as f64;
+        let mean = self.totals.mean.map(|sum| sum / count);
+        (FilmTotals { mean, ..self.totals }, self.counts)
+    }
+}
+
 /// Two films of different size cannot be merged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilmSizeError {
@@ -125,6 +175,12 @@ impl Film {
         tile_y as usize * width + index_in_band(width, rows, x as usize, (y - tile_y) as usize)
     }
 
+    /// Leaves out the rows from `height` on.
+    pub(crate) fn cut(&mut self, height: u32) {
+        self.height = self.height.min(height);
+        self.pixels.truncate(self.width as usize * self.height as usize);
+    }
+
     /// Forgets all samples.
     pub(crate) fn clear(&mut self) {
         self.pixels.fill(PixelStatistics::default());
@@ -152,6 +208,12 @@ impl Film {
 
     /// All tiles, from the top left in rows. They share no pixel, so each may go to its own thread.
     pub fn tiles_mut(&mut self) -> Vec<FilmTile<'_>> {
+        self.tiles_of_rows_from(0)
+    }
+
+    /// [`Film::tiles_mut`] of a film whose first row is row `top` of the image, a multiple of
+    /// [`TILE_SIZE`].
+    pub(crate) fn tiles_of_rows_from(&mut self, top: u32) -> Vec<FilmTile<'_>> {
         let (film_width, film_height) = (self.width, self.height);
         let mut rest = self.pixels.as_mut_slice();
         let mut tiles =
@@ -164,7 +226,7 @@ impl Film {
                 rest = after;
                 tiles.push(FilmTile {
                     x,
-                    y,
+                    y: top + y,
                     width,
                     height,
                     pixels,
@@ -208,26 +270,9 @@ impl Film {
 
     /// The totals, and the least and the greatest number of samples, finite or not, of a pixel.
     pub(crate) fn totals_with_counts(&self) -> (FilmTotals, [u64; 2]) {
-        let mut totals = FilmTotals::default();
-        let (mut least, mut most) = (u64::MAX, 0);
-        let width = self.width as usize;
-        for band in self.bands() {
-            // In the order of memory, after which the band is in the cache for the order of rows,
-            // in which the image's mean is summed.
-            for pixel in band {
-                let samples = pixel.count() + pixel.non_finite();
-                (least, most) = (least.min(samples), most.max(samples));
-                totals.samples += pixel.count();
-                totals.non_finite += pixel.non_finite();
-            }
-            for pixel in (0..band.len() / width).flat_map(|y| row_of_band(band, width, y).flatten()) {
-                let mean = narrowed(pixel.mean());
-                (0..3).for_each(|channel| totals.mean[channel] += f64::from(mean[channel]));
-            }
-        }
-        let count = self.pixels.len() as f64;
-        totals.mean = totals.mean.map(|sum| sum / count);
-        (totals, [least, most])
+        let mut totals = TotalsSum::default();
+        totals.add(self);
+        totals.finish()
     }
 
     /// The estimate of the image: each pixel's mean, black where it has no sample.

@@ -12,6 +12,7 @@
 //! | mean and variance of every pixel | [`Film`], [`PixelStatistics`] |
 //! | linear images; OpenEXR and PNG files | [`RgbImage`], [`read_exr`], [`OutputTarget`] |
 //! | parts of an image's samples in files, merged to the same bits in any order | [`Shard`], [`ShardSet`], [`merge_shards`] |
+//! | samples of a part, rendered into its file | [`render_shard`] |
 //! | how far an image is from a reference | [`ImageComparison`], [`mean_squared_error`], [`structural_similarity`], … |
 //!
 //! # Features
@@ -34,6 +35,7 @@ mod render;
 mod sampled_frames;
 mod shard;
 mod statistics;
+mod strips;
 
 pub use cpu_time::process_cpu_seconds;
 pub use estimator::{MAX_BATCH, PixelEstimator, SampleId};
@@ -57,8 +59,8 @@ pub use ray_tally::{RayKind, RayTally};
 pub use render::render;
 pub use sampled_frames::SampledFrames;
 pub use shard::{
-    ImageKey, MissingSamples, Shard, ShardError, ShardFile, ShardHeader, ShardPart, ShardPartError, ShardSet,
-    merge_shards,
+    ImageKey, MissingSamples, RenderShardError, RenderedShard, Shard, ShardError, ShardFile, ShardHeader,
+    ShardPart, ShardPartError, ShardSet, merge_shards, render_shard,
 };
 pub use statistics::PixelStatistics;
 

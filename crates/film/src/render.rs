@@ -73,21 +73,9 @@ fn render_dyn(
         true => None,
         false => Some(Film::new(options.width, options.height).map_err(RenderError::Size)?),
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads)
-        .build()
-        .map_err(RenderError::ThreadPool)?;
+    let pool = thread_pool(options)?;
 
-    let pixels = u64::from(options.width) * u64::from(options.height);
-    let report = Report {
-        start: Instant::now(),
-        done: AtomicU64::new(0),
-        total: match options.budget {
-            Budget::Samples(samples) => Some(pixels * u64::from(samples)),
-            Budget::Seconds(_) => None,
-        },
-        observer,
-    };
+    let report = Report::new(options, observer);
     let cpu_before = process_cpu_seconds();
     let mut samples_per_pixel = 0;
     let mut seconds_per_sample = f64::INFINITY;
@@ -148,6 +136,14 @@ fn render_dyn(
     })
 }
 
+/// Threads for a rendering.
+pub(crate) fn thread_pool(options: &RenderOptions) -> Result<rayon::ThreadPool, RenderError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build()
+        .map_err(RenderError::ThreadPool)
+}
+
 /// Samples a pixel of the next pass, or `None` if the budget is spent. `elapsed` is the time since
 /// the start and `per_sample` that of one sample in every pixel, both in seconds.
 fn next_batch(options: &RenderOptions, done: u32, elapsed: f64, per_sample: f64) -> Option<u32> {
@@ -175,7 +171,7 @@ fn next_batch(options: &RenderOptions, done: u32, elapsed: f64, per_sample: f64)
 }
 
 /// Adds the samples of one pass to one tile; false if `cancel` was set before the end.
-fn sample_tile(
+pub(crate) fn sample_tile(
     estimator: &dyn PixelEstimator,
     tile: &mut FilmTile<'_>,
     samples: std::ops::Range<u32>,
@@ -210,19 +206,34 @@ fn sample_tile(
 }
 
 /// Counts finished samples and tells the observer.
-struct Report<'a> {
+pub(crate) struct Report<'a> {
     start: Instant,
     done: AtomicU64,
     total: Option<u64>,
     observer: &'a (dyn Fn(&Progress) + Sync),
 }
 
-impl Report<'_> {
+impl<'a> Report<'a> {
+    /// From now on.
+    pub(crate) fn new(options: &RenderOptions, observer: &'a (dyn Fn(&Progress) + Sync)) -> Self {
+        let pixels = u64::from(options.width) * u64::from(options.height);
+        Self {
+            start: Instant::now(),
+            done: AtomicU64::new(0),
+            total: match options.budget {
+                Budget::Samples(samples) => Some(pixels * u64::from(samples)),
+                Budget::Seconds(_) => None,
+            },
+            observer,
+        }
+    }
+
     fn seconds(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 
-    fn tile_done(&self, samples: u64) {
+    /// A tile has had `samples` samples more.
+    pub(crate) fn tile_done(&self, samples: u64) {
         let samples_done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
         let (samples_total, seconds) = (self.total, self.seconds());
         (self.observer)(&Progress {

@@ -3,6 +3,7 @@
 mod exr_file;
 mod png_file;
 mod target;
+mod unnamed;
 
 pub use exr_file::{ExrError, read_exr, write_exr};
 #[cfg(feature = "flip")]

@@ -1,5 +1,6 @@
 //! The target of an image: checked before rendering, replaced in one step after it.
 
+use super::unnamed::UnnamedFile;
 use super::{write_exr, write_png};
 use crate::RgbImage;
 use std::fmt;
@@ -173,14 +174,27 @@ impl OutputTarget {
         })
     }
 
+    /// A file of no name for an OpenEXR image of `length` bytes, which becomes that of the target in
+    /// the end. `None` where there are no such files.
+    pub(crate) fn unnamed_exr(&self, length: u64) -> Result<Option<UnnamedFile>, OutputError> {
+        if self.format != ImageFormat::Exr {
+            let reason = "the name must end in .exr".to_owned();
+            return Err(OutputError::Shard(self.path.clone(), reason));
+        }
+        let Some(file) = UnnamedFile::in_folder_of(&self.path) else {
+            return Ok(None);
+        };
+        reserve(file.file(), length).map_err(|error| OutputError::Io(self.path.clone(), error))?;
+        Ok(Some(file))
+    }
+
     /// Writes a temporary file and renames it.
     fn replace(
         &self,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), OutputError>,
     ) -> Result<(), OutputError> {
         let io_error = |error| OutputError::Io(self.path.clone(), error);
-        // A link is followed, so that the file it points to is replaced and not the link.
-        let path = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
+        let path = final_path(&self.path);
         let mut temporary = Temporary::create(&path).map_err(io_error)?;
         let mut writer = BufWriter::new(&mut temporary.file);
         write(&mut writer)?;
@@ -190,8 +204,22 @@ impl OutputTarget {
     }
 }
 
+/// The path of the file to replace: a link is followed, so that the file it points to is replaced and
+/// not the link.
+pub(super) fn final_path(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+}
+
+/// A name beside `path` for a file that will be renamed; another one with each call.
+pub(super) fn temporary_name(path: &Path) -> PathBuf {
+    static COUNTER: AtomicU32 = AtomicU32::new(0);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+    folder_of(path).join(format!(".{name}.{}-{number}.tmp", std::process::id()))
+}
+
 /// The folder that `path` lies in.
-fn folder_of(path: &Path) -> &Path {
+pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -223,11 +251,8 @@ struct Temporary {
 
 impl Temporary {
     fn create(beside: &Path) -> io::Result<Self> {
-        static COUNTER: AtomicU32 = AtomicU32::new(0);
-        let name = beside.file_name().unwrap_or_default().to_string_lossy();
         loop {
-            let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-            let path = folder_of(beside).join(format!(".{name}.{}-{number}.tmp", std::process::id()));
+            let path = temporary_name(beside);
             match OpenOptions::new().write(true).create_new(true).open(&path) {
                 Ok(file) => return Ok(Self { file, path }),
                 // Left by a process of the same number that was killed.

@@ -21,23 +21,46 @@ impl Shard {
     pub fn write(&self, target: &OutputTarget) -> Result<(), OutputError> {
         let layout = Layout::new(self.header())
             .map_err(|reason| OutputError::Shard(target.path().to_owned(), reason))?;
-        target.replace_exr(layout.file_bytes(), |writer| self.write_to(&layout, writer))
+        target.replace_exr(layout.file_bytes(), |writer| {
+            let mut rows = RowWriter::new(&layout, writer)?;
+            rows.add(0, self.film())?;
+            rows.finish()
+        })
+    }
+}
+
+/// Writes the content of a shard's file from the top: the header with an empty checksum, the rows,
+/// and then the header again.
+pub(super) struct RowWriter<'a, W> {
+    layout: &'a Layout,
+    pages: PageWriter<W>,
+}
+
+impl<'a, W: Write + Seek> RowWriter<'a, W> {
+    /// Writes what comes before the rows.
+    pub(super) fn new(layout: &'a Layout, writer: W) -> io::Result<Self> {
+        let start = [layout.header.as_slice(), &layout.offsets()].concat();
+        let mut pages = PageWriter::new(writer);
+        pages.add(start.len(), |bytes| bytes.copy_from_slice(&start))?;
+        Ok(Self { layout, pages })
     }
 
-    /// Writes the header with an empty checksum, the rows, and then the header again.
-    fn write_to(&self, layout: &Layout, writer: &mut (impl Write + Seek)) -> io::Result<()> {
-        let start = [layout.header.as_slice(), &layout.offsets()].concat();
-        let mut pages = PageWriter::new(&mut *writer);
-        pages.add(start.len(), |bytes| bytes.copy_from_slice(&start))?;
-        for (band, pixels) in self.film().bands().enumerate() {
-            let rows = pixels.len() / self.film().width() as usize;
-            pages.add(rows * layout.row_bytes(), |bytes| {
-                layout.write_band(band * TILE_SIZE as usize, pixels, bytes);
-            })?;
+    /// Writes the rows of a film, which are those from row `top` on of the image.
+    pub(super) fn add(&mut self, top: u32, film: &Film) -> io::Result<()> {
+        for (top, pixels) in (top as usize..).step_by(TILE_SIZE as usize).zip(film.bands()) {
+            let bytes = pixels.len() / film.width() as usize * self.layout.row_bytes();
+            let layout = self.layout;
+            self.pages
+                .add(bytes, |bytes| layout.write_band(top, pixels, bytes))?;
         }
-        let checksum = pages.finish()?;
+        Ok(())
+    }
+
+    /// Writes the header with its checksum.
+    pub(super) fn finish(self) -> io::Result<()> {
+        let (mut writer, checksum) = self.pages.finish()?;
         writer.seek(SeekFrom::Start(0))?;
-        writer.write_all(&stamped(layout, checksum.value()))
+        writer.write_all(&stamped(self.layout, checksum.value()))
     }
 }
 

@@ -17,6 +17,7 @@
 mod bands;
 mod checksum;
 mod columns;
+mod direct;
 mod error;
 mod file;
 mod header;
@@ -26,6 +27,7 @@ mod pages;
 mod part;
 mod set;
 
+pub use direct::{RenderShardError, RenderedShard, render_shard};
 pub use error::{MissingSamples, ShardError};
 pub use file::ShardFile;
 pub use header::{ImageKey, ShardHeader};

@@ -43,10 +43,10 @@ impl<W: Write> PageWriter<W> {
         Ok(())
     }
 
-    /// Writes what is left, and gives the checksum of everything.
-    pub fn finish(mut self) -> io::Result<Checksum> {
+    /// Writes what is left, and gives the writer and the checksum of everything.
+    pub fn finish(mut self) -> io::Result<(W, Checksum)> {
         self.writer.write_all(&self.buffer[..self.kept])?;
-        Ok(self.checksum)
+        Ok((self.writer, self.checksum))
     }
 }
 
@@ -83,7 +83,7 @@ mod tests {
             pages.add(count, |to| to.copy_from_slice(&bytes)).unwrap();
             expected.extend(bytes);
         }
-        let checksum = pages.finish().unwrap();
+        let (_, checksum) = pages.finish().unwrap();
         assert_eq!(pieces.bytes, expected);
         let (last, others) = pieces.lengths.split_last().unwrap();
         assert!(*last < PAGE && others.iter().all(|length| length % PAGE == 0));

@@ -155,22 +155,47 @@ fn without_its_checksum_a_changed_value_would_pass() {
         matches!(error, ShardError::Damaged { part: "content", .. }),
         "{error}"
     );
-    let mut checksum = Checksum::default();
-    checksum.update_without(&bytes, &layout.checksums);
-    let at = layout.checksums[1];
-    bytes[at..at + 8].copy_from_slice(&digits(checksum.value()));
+    restamp(&mut bytes, &layout);
     std::fs::write(&path, &bytes).unwrap();
     let passed = ShardFile::open(&path).unwrap().read().unwrap();
     assert_ne!(passed.film(), shard.film());
     assert_eq!(passed.header(), shard.header());
-    // A value that no samples have is found without it.
-    bytes[place - 4 * 11 + 3] = 0x7f;
-    bytes[place - 4 * 11 + 2] = 0xff;
-    bytes[at..at + 8].copy_from_slice(b"00000000");
+    // Values that no samples have are found without it, and their file is named: a mean that is not
+    // finite, a sum of squares that is negative.
+    let sums = [shard_of(&image, 0), shard_of(&image, 1)];
+    let paths = [folder.file("first.exr"), folder.file("second.exr")];
+    for (path, shard) in paths.iter().zip(&sums) {
+        write(path, shard);
+    }
+    let (_, layout, _) = Layout::read(&std::fs::read(&paths[1]).unwrap()).unwrap();
+    let row = layout.rows_at() + 8;
+    for (channel, high) in [(14, 0x7ff0_0000_u32), (8, 0xbff0_0000)] {
+        let mut bytes = std::fs::read(&paths[1]).unwrap();
+        let place = row + 4 * (channel * 11 + 5);
+        let sound = bytes[place..place + 4].to_vec();
+        bytes[place..place + 4].copy_from_slice(&high.to_le_bytes());
+        restamp(&mut bytes, &layout);
+        std::fs::write(&paths[1], &bytes).unwrap();
+        let error = merge(&paths).unwrap_err();
+        assert!(matches!(error, ShardError::Values { y: 0, .. }), "{error}");
+        assert!(error.to_string().contains("second.exr"), "{error}");
+        bytes[place..place + 4].copy_from_slice(&sound);
+        restamp(&mut bytes, &layout);
+        std::fs::write(&paths[1], &bytes).unwrap();
+        merge(&paths).unwrap();
+    }
+}
+
+/// One half of the image.
+fn shard_of(image: &ImageKey, half: u32) -> Shard {
+    let part = ShardPart::new(half, 2).unwrap();
+    shard(image, part, part.of(image.samples))
+}
+
+/// Gives a file the checksum of what it holds.
+fn restamp(bytes: &mut [u8], layout: &Layout) {
+    let at = layout.checksums[1];
     let mut checksum = Checksum::default();
-    checksum.update_without(&bytes, &layout.checksums);
+    checksum.update_without(bytes, &layout.checksums);
     bytes[at..at + 8].copy_from_slice(&digits(checksum.value()));
-    std::fs::write(&path, &bytes).unwrap();
-    let error = ShardFile::open(&path).unwrap().read().unwrap_err();
-    assert!(matches!(error, ShardError::Values { y: 0, .. }), "{error}");
 }

@@ -1,6 +1,7 @@
 //! Shards of made-up samples: merged in every order, written, read by somebody else, damaged.
 
 mod damages;
+mod direct;
 mod files;
 mod properties;
 
