@@ -10,7 +10,6 @@ use super::columns::Columns;
 use super::error::ShardError;
 use super::file::{RowReader, ShardFile};
 use super::layout::Row;
-use crate::film::index_in_band;
 use crate::{Film, PixelStatistics, TILE_SIZE};
 use lightshed_sampling::parallel;
 
@@ -111,10 +110,21 @@ fn merge_band(
                 }
             }
         }
-        for (x, y) in (0..count).flat_map(|y| (0..width).map(move |x| (x, y))) {
-            match columns.pixel(x, y) {
-                Some(pixel) => pixels[index_in_band(width, rows, x, start + y)] = pixel,
-                None => band.unsound = true,
+        for (tile, pixels) in pixels.chunks_mut(TILE_SIZE as usize * rows).enumerate() {
+            let in_row = pixels.len() / rows;
+            let left = tile * TILE_SIZE as usize;
+            for (y, row) in pixels
+                .chunks_exact_mut(in_row)
+                .skip(start)
+                .take(count)
+                .enumerate()
+            {
+                for (x, pixel) in (left..).zip(row) {
+                    match columns.pixel(x, y) {
+                        Some(merged) => *pixel = merged,
+                        None => band.unsound = true,
+                    }
+                }
             }
         }
     }

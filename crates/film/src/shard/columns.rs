@@ -3,6 +3,7 @@
 
 use super::layout::Row;
 use crate::PixelStatistics;
+use lightshed_lanes::{LaneChoice, LaneKernel, Lanes};
 
 /// The statistics of `rows · width` pixels, row by row.
 pub struct Columns {
@@ -13,6 +14,7 @@ pub struct Columns {
     non_finite: Vec<u64>,
     mean: [Vec<f64>; 3],
     m2: [Vec<f64>; 3],
+    lanes: LaneChoice,
 }
 
 impl Columns {
@@ -26,10 +28,12 @@ impl Columns {
             non_finite: vec![0; pixels],
             mean: std::array::from_fn(|_| vec![0.0; pixels]),
             m2: std::array::from_fn(|_| vec![0.0; pixels]),
+            lanes: LaneChoice::best(),
         }
     }
 
     /// The pixel in column `x` of row `y`; `None` if no samples can have its statistics.
+    #[inline]
     pub fn pixel(&self, x: usize, y: usize) -> Option<PixelStatistics> {
         let at = y * self.width + x;
         let of = |columns: &[Vec<f64>; 3]| std::array::from_fn(|channel| columns[channel][at]);
@@ -81,21 +85,15 @@ impl Columns {
                 let ([a, b], [c, d]) = (row.mean(channel), row.deviations(channel));
                 [a, b, c, d].map(|words| &words[..self.width])
             });
-            let mut signs = 0;
-            for x in 0..self.width {
-                let (mut mean, mut m2) = (means[x], m2s[x]);
-                for (words, [share_a, share_b, between]) in of_shards.iter().zip(&weights) {
-                    let [a, b, c, d] = words.map(|words| u32::from_le_bytes(words[x]));
-                    let (mean_b, m2_b) = (real(a, b), real(c, d));
-                    let delta = mean_b - mean;
-                    mean = mean * share_a + mean_b * share_b;
-                    m2 += m2_b + delta * delta * between;
-                    signs |= c;
-                }
-                (means[x], m2s[x]) = (mean, m2);
-            }
-            if signs >> 31 != 0 {
+            let kernel = MergeRows {
+                means,
+                m2s,
+                of_shards,
+                weights,
+            };
+            if self.lanes.run(kernel) {
                 // A sum of squares is negative: no pixel of the row is one of samples.
+                let m2s = &mut self.m2[channel][y * self.width..][..self.width];
                 m2s.fill(f64::NAN);
             }
         }
@@ -118,7 +116,50 @@ impl Columns {
     }
 }
 
+/// One channel of a row: whatever lanes there are, the compiler makes vectors of the loop.
+struct MergeRows<'a, const K: usize> {
+    means: &'a mut [f64],
+    m2s: &'a mut [f64],
+    /// Of each shard the halves of means and of sums of squares, as many as there are pixels.
+    of_shards: [[&'a [[u8; 4]]; 4]; K],
+    /// `n_a / n`, `n_b / n` and `n_a n_b / n` of each shard.
+    weights: [[f64; 3]; K],
+}
+
+impl<const K: usize> LaneKernel for MergeRows<'_, K> {
+    /// Whether a sum of squares is negative.
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let width = self.means.len();
+        let (means, m2s) = (self.means, &mut self.m2s[..width]);
+        let mut of_shards = self.of_shards;
+        for words in of_shards.as_flattened_mut() {
+            *words = &words[..width];
+        }
+        let mut signs = 0;
+        for x in 0..width {
+            let (mut mean, mut m2) = (means[x], m2s[x]);
+            for k in 0..K {
+                let [mean_high, mean_low, m2_high, m2_low] = of_shards[k];
+                let [share_a, share_b, between] = self.weights[k];
+                let m2_sign = u32::from_le_bytes(m2_high[x]);
+                let mean_b = real(mean_high[x], mean_low[x]);
+                let m2_b = real(m2_high[x], m2_low[x]);
+                let delta = mean_b - mean;
+                mean = mean * share_a + mean_b * share_b;
+                m2 += m2_b + delta * delta * between;
+                signs |= m2_sign;
+            }
+            means[x] = mean;
+            m2s[x] = m2;
+        }
+        signs >> 31 != 0
+    }
+}
+
 #[inline(always)]
-fn real(high: u32, low: u32) -> f64 {
-    f64::from_bits(u64::from(high) << 32 | u64::from(low))
+fn real(high: [u8; 4], low: [u8; 4]) -> f64 {
+    f64::from_bits(u64::from(u32::from_le_bytes(high)) << 32 | u64::from(u32::from_le_bytes(low)))
 }

@@ -65,7 +65,7 @@ impl<'a, W: Write + Seek> RowWriter<'a, W> {
 }
 
 /// Bytes of rows that are read together.
-const CACHED_BYTES: usize = 1 << 17;
+const CACHED_BYTES: usize = 1 << 18;
 
 /// A shard's file with a valid header and the right length. [`ShardFile::read`] and
 /// [`ShardSet::merge`](super::ShardSet::merge) read its pixels and test its checksum.
