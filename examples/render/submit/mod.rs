@@ -4,8 +4,8 @@
 //! merges what is there, and a `README.md` of a few lines; and what the scheduler reads. A task
 //! whose shard is there ends at once, so that submitting again renders what is missing.
 //!
-//! Every task reads the scene. Where that would be more than a hundredth of its work, a task renders
-//! several shards, as long as there are tasks enough for many machines.
+//! Every task reads the scene. Where that would be more than a hundredth of its work, a task
+//! renders several shards, as long as there are tasks enough for many machines.
 
 mod job;
 mod openjd;

@@ -1,6 +1,7 @@
 //! Image files: OpenEXR and PNG, written completely or not at all.
 
 mod exr_file;
+mod names;
 mod png_file;
 mod target;
 mod unnamed;

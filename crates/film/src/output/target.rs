@@ -1,5 +1,6 @@
 //! The target of an image: checked before rendering, replaced in one step after it.
 
+use super::names::{final_path, folder_of, temporary_name};
 use super::unnamed::UnnamedFile;
 use super::{write_exr, write_png};
 use crate::RgbImage;
@@ -7,7 +8,6 @@ use std::fmt;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Format of an image file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,8 +174,8 @@ impl OutputTarget {
         })
     }
 
-    /// A file of no name for an OpenEXR image of `length` bytes, which becomes that of the target in
-    /// the end. `None` where there are no such files.
+    /// A file of no name for an OpenEXR image of `length` bytes, which becomes that of the target
+    /// in the end. `None` where there are no such files.
     pub(crate) fn unnamed_exr(&self, length: u64) -> Result<Option<UnnamedFile>, OutputError> {
         if self.format != ImageFormat::Exr {
             let reason = "the name must end in .exr".to_owned();
@@ -201,28 +201,6 @@ impl OutputTarget {
         writer.flush().map_err(io_error)?;
         drop(writer);
         temporary.replace(&path).map_err(io_error)
-    }
-}
-
-/// The path of the file to replace: a link is followed, so that the file it points to is replaced and
-/// not the link.
-pub(super) fn final_path(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
-}
-
-/// A name beside `path` for a file that will be renamed; another one with each call.
-pub(super) fn temporary_name(path: &Path) -> PathBuf {
-    static COUNTER: AtomicU32 = AtomicU32::new(0);
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    folder_of(path).join(format!(".{name}.{}-{number}.tmp", std::process::id()))
-}
-
-/// The folder that `path` lies in.
-pub(super) fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
     }
 }
 

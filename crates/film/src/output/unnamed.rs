@@ -13,7 +13,7 @@ pub struct UnnamedFile(File);
 impl UnnamedFile {
     /// A file in the folder of `path`; `None` if its file system, or the system, has none such.
     pub fn in_folder_of(path: &Path) -> Option<Self> {
-        use super::target::{final_path, folder_of};
+        use super::names::{final_path, folder_of};
         use rustix::fs::{CWD, Mode, OFlags, openat};
         // It is by this folder that the file gets a name in the end.
         if !Path::new(DESCRIPTORS).is_dir() {
@@ -33,7 +33,7 @@ impl UnnamedFile {
     /// Replaces any file at `path`, which is that given to [`UnnamedFile::in_folder_of`], in one
     /// step.
     pub fn publish(self, path: &Path) -> io::Result<()> {
-        use super::target::{final_path, temporary_name};
+        use super::names::{final_path, temporary_name};
         use rustix::fs::{AtFlags, CWD, linkat};
         use rustix::io::Errno;
         use std::os::fd::AsRawFd;

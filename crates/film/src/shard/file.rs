@@ -158,8 +158,8 @@ impl ShardFile {
         Ok(checksum)
     }
 
-    /// Rows that are read together: so many that they stay in a processor's own cache while they are
-    /// merged, at least one.
+    /// Rows that are read together: so many that they stay in a processor's own cache while they
+    /// are merged, at least one.
     pub(super) fn rows_at_once(&self) -> usize {
         (CACHED_BYTES / self.layout.row_bytes()).max(1)
     }
