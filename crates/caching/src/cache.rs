@@ -29,6 +29,8 @@ pub struct RadianceCache<V> {
     options: RadianceCacheOptions,
     grid: HashGrid,
     records: Vec<Record<V>>,
+    /// Whether a record has a vertex: most slots are empty, and records are large.
+    in_use: Vec<bool>,
     published: Vec<CachedRadiance>,
     /// Vertices that wait for the next pass.
     offered: Vec<(SurfaceSite, V)>,
@@ -62,6 +64,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
             options,
             grid,
             records: vec![Record::new(); slots],
+            in_use: vec![false; slots],
             published: vec![CachedRadiance::default(); slots],
             offered: Vec::new(),
             pass: 0,
@@ -99,6 +102,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         self.offered.clear();
         self.grid.table.evict(0, |_| ());
         self.records.fill(Record::new());
+        self.in_use.fill(false);
         self.published.fill(CachedRadiance::default());
     }
 
@@ -132,6 +136,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
             options,
             grid,
             records,
+            in_use,
             published,
             pass,
             ..
@@ -140,10 +145,11 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         let view = CacheView { grid, published };
         parallel::map(records.chunks_mut(TOGETHER), |part, records| {
             let first = part * TOGETHER;
-            let visits: Vec<VertexVisit<V>> = (0u32..)
+            let visits: Vec<VertexVisit<V>> = (first..)
                 .zip(records.iter())
-                .filter_map(|(place, record)| {
-                    let slot = first as u32 + place;
+                .filter(|(slot, _)| in_use[*slot])
+                .filter_map(|(slot, record)| {
+                    let slot = slot as u32;
                     let &(site, vertex) = record.vertex(slot, pass)?;
                     Some(VertexVisit {
                         vertex,
@@ -179,10 +185,12 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
 
     /// Publishes the records' learnt values.
     fn publish(&mut self) {
-        let (records, least) = (&self.records, self.options.min_passes);
+        let (records, in_use, least) = (&self.records, &self.in_use, self.options.min_passes);
         parallel::for_each_chunk(&mut self.published, CLAIMS, |first, published| {
-            for (record, shown) in records[first..].iter().zip(published) {
-                *shown = record.publish(least);
+            for (slot, shown) in (first..).zip(published) {
+                if in_use[slot] {
+                    *shown = records[slot].publish(least);
+                }
             }
         });
     }
@@ -199,11 +207,13 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
         let Self {
             grid,
             records,
+            in_use,
             published,
             ..
         } = self;
         let mut begin = |slot: u32| {
             records[slot as usize] = Record::new();
+            in_use[slot as usize] = false;
             published[slot as usize] = CachedRadiance::default();
         };
         grid.table.settle(&mut begin);
@@ -212,6 +222,7 @@ impl<V: Copy + Send + Sync> RadianceCache<V> {
             if let Some(slot) = grid.locate(&vertex.0) {
                 let place = CounterRng::at(PLACE_SEED, slot, self.pass, number);
                 records[slot as usize].keep(*vertex, place);
+                in_use[slot as usize] = true;
             }
         }
     }

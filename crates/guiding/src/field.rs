@@ -161,18 +161,16 @@ impl<M: DirectionalModel, P: Partition> GuidingField<M, P> {
 
     /// The field's knowledge at a position: `None` outside the box, where nothing was learnt, and
     /// where a guide is useless. A pure function until the next update.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, position: Vec3) -> Option<Guidance<M::Distribution<'_>>> {
-        let mut slot = self.partition.slot(position)?;
-        if self.options.interpolation == Interpolation::Jitter {
-            let place = position + self.partition.extent(slot) * offset(position);
-            // On a surface, half of the surrounding regions are empty.
-            if let Some(other) = self.partition.slot(place)
-                && self.regions[other as usize].has_learnt
-            {
-                slot = other;
-            }
-        }
+        let slot = match self.options.interpolation {
+            Interpolation::None => self.partition.slot(position)?,
+            Interpolation::Jitter => match self.partition.slot_moved(position, offset(position))? {
+                // On a surface, half of the surrounding regions are empty.
+                (_, Some(other)) if self.regions[other as usize].has_learnt => other,
+                (slot, _) => slot,
+            },
+        };
         let Region { share, has_learnt } = self.regions[slot as usize];
         if !has_learnt || share < self.options.min_share {
             return None;

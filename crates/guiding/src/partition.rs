@@ -19,6 +19,14 @@ pub trait Partition: Clone + Send + Sync + Sized {
     /// The region that a position is in; `None` outside the box.
     fn slot(&self, position: Vec3) -> Option<u32>;
 
+    /// The region that a position is in, and that of the point `offset` away from it, in extents of
+    /// the first region; `None` outside the box.
+    #[inline]
+    fn slot_moved(&self, position: Vec3, offset: Vec3) -> Option<(u32, Option<u32>)> {
+        let slot = self.slot(position)?;
+        Some((slot, self.slot(position + self.extent(slot) * offset)))
+    }
+
     /// The box of a region.
     fn bounds(&self, slot: u32) -> Bounds;
 
@@ -65,6 +73,11 @@ impl Partition for AdaptiveOctree {
     #[inline(always)]
     fn slot(&self, position: Vec3) -> Option<u32> {
         self.slot(position)
+    }
+
+    #[inline(always)]
+    fn slot_moved(&self, position: Vec3, offset: Vec3) -> Option<(u32, Option<u32>)> {
+        self.slot_moved(position, offset)
     }
 
     fn bounds(&self, slot: u32) -> Bounds {

@@ -4,8 +4,8 @@ use super::bits::{MAX_QUADTREE_BITS, inner_count};
 use glam::Vec2;
 use lightshed_sampling::ONE_MINUS_EPSILON;
 
-/// Most leaves, and one.
-const LEAVES: usize = 3 * MAX_QUADTREE_BITS as usize / 4 + 2;
+/// More than the number of leaves: a power of two, so that a remainder costs nothing.
+const LEAVES: usize = (3 * MAX_QUADTREE_BITS as usize / 4 + 2).next_power_of_two();
 
 /// `1/n`.
 static RECIPROCALS: [f32; LEAVES] = {
@@ -46,8 +46,7 @@ pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen 
     for word in words.iter().rev() {
         for nibble in (0..8).rev() {
             number = number.saturating_sub(1);
-            // Ones among four bits.
-            let children = (0x4332_3221_3221_2110u64 >> (4 * (word >> (4 * nibble) & 15)) & 15) as usize;
+            let children = ones_of_four(word >> (4 * nibble) & 15);
             let start = next.saturating_sub(children);
             sum += 4 - children as u16 + behind[start % INNER] - behind[next % INNER];
             behind[number % INNER] = sum;
@@ -68,9 +67,13 @@ pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen 
             *below = if is_inner != 0 { leaves } else { 1 };
             child += is_inner as usize;
         }
-        let y = choose(below[0] + below[1], below[2] + below[3], &mut v);
-        let [low, high] = [below[2 * y], below[2 * y + 1]];
-        let x = choose(low, high, &mut u);
+        // Both halves choose, so that nothing waits for the choice between them.
+        let [a, b, c, d] = below;
+        let (lower, upper) = (choose(a, b, u), choose(c, d, u));
+        let (y, rest) = choose(a + b, c + d, v);
+        v = rest;
+        let x;
+        (x, u) = if y != 0 { upper } else { lower };
         depth += 1;
         place = [2 * place[0] + x as u32, 2 * place[1] + y as u32];
         let quarter = x + 2 * y;
@@ -82,17 +85,23 @@ pub(super) fn descend<const INNER: usize>(words: &[u32], u: [f32; 2]) -> Chosen 
             let square = (corner + Vec2::new(u, v)) * side;
             return Chosen { square, depth, code };
         }
-        inner = start + (bits & ((1 << quarter) - 1)).count_ones() as usize;
+        inner = start + ones_of_four(bits & ((1 << quarter) - 1));
     }
+}
+
+/// Ones of a number below 16.
+#[inline(always)]
+fn ones_of_four(bits: u32) -> usize {
+    (0x4332_3221_3221_2110u64 >> (4 * bits) & 15) as usize
 }
 
 /// Selects between two numbers of leaves in proportion; the rest of the number is its position
 /// within the selected part.
 #[inline(always)]
-fn choose(low: u16, high: u16, u: &mut f32) -> usize {
-    let scaled = *u * f32::from(low + high);
+fn choose(low: u16, high: u16, u: f32) -> (usize, f32) {
+    let scaled = u * f32::from(low + high);
     let is_high = scaled >= f32::from(low);
     let (start, own) = if is_high { (low, high) } else { (0, low) };
-    *u = ((scaled - f32::from(start)) * RECIPROCALS[usize::from(own) % LEAVES]).min(ONE_MINUS_EPSILON);
-    usize::from(is_high)
+    let rest = (scaled - f32::from(start)) * RECIPROCALS[usize::from(own) % LEAVES];
+    (usize::from(is_high), rest.min(ONE_MINUS_EPSILON))
 }

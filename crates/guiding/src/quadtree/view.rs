@@ -146,7 +146,7 @@ impl DirectionDistribution for CompressedQuadtree<'_> {
         Some((direction, density))
     }
 
-    #[inline]
+    #[inline(always)]
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
         let depth = self.depth_at(code_of(square_of(direction)));
         octahedral_to_solid_angle(Density::new(self.square_density(depth)), direction)

@@ -2,7 +2,7 @@
 
 use super::ending::{numbers, site};
 use crate::emitter_sampler::EmitterSampler;
-use crate::path::batch::follow;
+use crate::path::batch::follow_known;
 use crate::path::ending::EndingVertex;
 use crate::path::guide::DirectionGuide;
 use crate::path::numbers::PathWords;
@@ -15,7 +15,7 @@ use lightshed_film::{MAX_BATCH, RayKind, RayTally};
 use lightshed_lanes::Lanes;
 use lightshed_sampling::PointSet;
 use lightshed_scene::glam::Vec3;
-use lightshed_scene::{Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{HitBatch, Ray, RayBatch, Rgb, Scene, SurfacePoint};
 use lightshed_spatial::SurfaceSite;
 
 /// Seed of the paths that fill caches. No image has it unless a user sets it.
@@ -74,6 +74,14 @@ impl<'a, S: EmitterSampler> SceneVertices<'a, S> {
 impl<S: EmitterSampler> VertexSampler<Ray> for SceneVertices<'_, S> {
     fn sample(&self, cache: &CacheView<'_>, visits: &[VertexVisit<Ray>], samples: &mut [CacheSample<Ray>]) {
         let each = (samples.len() / visits.len().max(1)).max(1);
+        // The paths of a vertex begin alike.
+        let (mut rays, mut first) = (RayBatch::NOWHERE, HitBatch::NONE);
+        for (index, visit) in visits.iter().enumerate() {
+            rays.set(index, &visit.vertex);
+        }
+        let accelerator = self.transport.scene.accelerator();
+        accelerator.intersect_batch(&rays, visits.len(), &mut first);
+        let mut hits = HitBatch::NONE;
         let mut paths = Paths::new();
         let mut names = [[0; 2]; MAX_BATCH];
         for (index, name) in names.iter_mut().enumerate().take(samples.len()) {
@@ -81,6 +89,7 @@ impl<S: EmitterSampler> VertexSampler<Ray> for SceneVertices<'_, S> {
             let number = visit.pass.wrapping_mul(MAX_UPDATE_SAMPLES) + (index % each) as u32;
             *name = [visit.slot, number];
             paths.begin(index, &PathState::START, &visit.vertex, *name, index);
+            hits.set(index, first.get(index / each));
         }
         let count = samples.len().min(MAX_BATCH);
         let mut found = Found {
@@ -88,8 +97,9 @@ impl<S: EmitterSampler> VertexSampler<Ray> for SceneVertices<'_, S> {
             cache,
             names,
             samples,
+            untraced: count.saturating_sub(visits.len()),
         };
-        follow(&self.transport, &mut paths, count, 1, &mut found);
+        follow_known(&self.transport, (&mut paths, count), 1, Some(&hits), &mut found);
     }
 }
 
@@ -99,6 +109,8 @@ struct Found<'f, S> {
     cache: &'f CacheView<'f>,
     names: [[u32; 2]; MAX_BATCH],
     samples: &'f mut [CacheSample<Ray>],
+    /// Rays of the first edge that others stand for.
+    untraced: usize,
 }
 
 impl<R: EmitterSampler> Purpose for Found<'_, R> {
@@ -164,7 +176,8 @@ impl<R: EmitterSampler> Purpose for Found<'_, R> {
     }
 
     fn count(&mut self, path: usize, emitter: usize) {
-        self.vertices.rays.add(RayKind::Path, path);
+        let traced = path - std::mem::take(&mut self.untraced).min(path);
+        self.vertices.rays.add(RayKind::Path, traced);
         self.vertices.rays.add(RayKind::Emitter, emitter);
     }
 }

@@ -122,7 +122,7 @@ impl SceneField {
 }
 
 impl DirectionDistribution for FieldDirections<'_> {
-    #[inline]
+    #[inline(always)]
     fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Density<SolidAngle>)> {
         match self {
             Self::Quadtree(directions) => directions.sample(u),
@@ -131,7 +131,7 @@ impl DirectionDistribution for FieldDirections<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn pdf(&self, direction: Vec3) -> Density<SolidAngle> {
         match self {
             Self::Quadtree(directions) => directions.pdf(direction),
@@ -144,7 +144,7 @@ impl DirectionDistribution for FieldDirections<'_> {
 impl DirectionGuide for SceneField {
     type Distribution<'g> = FieldDirections<'g>;
 
-    #[inline]
+    #[inline(always)]
     fn guide(&self, vertex: &GuidedVertex) -> Option<(FieldDirections<'_>, f32)> {
         match self {
             Self::Quadtree(field) => {

@@ -13,8 +13,19 @@ use lightshed_scene::{HitBatch, RayBatch, Rgb};
 pub(crate) fn follow<S: EmitterSampler, G: DirectionGuide>(
     transport: &Transport<'_, S, G>,
     paths: &mut Paths<S::Site>,
-    mut alive: usize,
+    alive: usize,
+    depth: u32,
+    purpose: &mut impl Purpose,
+) {
+    follow_known(transport, (paths, alive), depth, None, purpose);
+}
+
+/// The same for `paths` and their number, where what their current rays hit may be `known`.
+pub(crate) fn follow_known<S: EmitterSampler, G: DirectionGuide>(
+    transport: &Transport<'_, S, G>,
+    (paths, mut alive): (&mut Paths<S::Site>, usize),
     mut depth: u32,
+    mut known: Option<&HitBatch>,
     purpose: &mut impl Purpose,
 ) {
     if depth > transport.max_depth {
@@ -30,7 +41,10 @@ pub(crate) fn follow<S: EmitterSampler, G: DirectionGuide>(
             end(transport, paths, alive, depth, purpose);
             break;
         }
-        scene.accelerator().intersect_batch(&paths.rays, alive, &mut hits);
+        match known.take() {
+            Some(known) => hits.clone_from(known),
+            None => scene.accelerator().intersect_batch(&paths.rays, alive, &mut hits),
+        }
         for index in 0..alive {
             scene.prefetch_primitive(hits.primitive.get_word(index));
         }

@@ -2,7 +2,8 @@
 //! lanes.
 
 use super::guide::{DirectionGuide, GuidedVertex, usable_share};
-use lightshed_lanes::LANES;
+use super::transport::Transport;
+use lightshed_lanes::{LANES, LaneKernel, Lanes};
 use lightshed_sampling::DirectionDistribution;
 use lightshed_scene::glam::Vec3;
 
@@ -27,7 +28,7 @@ pub(super) struct GuideQuestions {
     pub normal: VectorRows,
     /// Towards the previous vertices.
     pub outgoing: VectorRows,
-    /// Towards the sampled emitters, in the lanes `lit`.
+    /// Towards the sampled emitters, in the lanes `lit` where their density is needed.
     pub light: VectorRows,
     pub lit: u32,
     /// Directions sampled by the BSDF, in the lanes `scatters`.
@@ -55,9 +56,30 @@ pub(super) struct GuideAnswers {
 }
 
 impl GuideQuestions {
-    /// Asks `guide` in the lanes `wanted`.
+    /// Asks the guide in the lanes `wanted`. In a function of its own, with the lanes'
+    /// instructions: guides count bits.
     #[inline(never)]
-    pub fn ask<G: DirectionGuide>(&self, guide: &G, wanted: u32) -> GuideAnswers {
+    pub fn ask<S, G: DirectionGuide>(&self, transport: &Transport<'_, S, G>, wanted: u32) -> GuideAnswers {
+        transport.lanes.run(Ask {
+            questions: self,
+            guide: &transport.guide,
+            wanted,
+        })
+    }
+}
+
+struct Ask<'q, G> {
+    questions: &'q GuideQuestions,
+    guide: &'q G,
+    wanted: u32,
+}
+
+impl<G: DirectionGuide> LaneKernel for Ask<'_, G> {
+    type Output = GuideAnswers;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> GuideAnswers {
+        let questions = self.questions;
         let mut answers = GuideAnswers {
             share: [0.0; LANES],
             light_pdf: [0.0; LANES],
@@ -66,14 +88,17 @@ impl GuideQuestions {
             direction: [[0.0; LANES]; 3],
             pdf: [0.0; LANES],
         };
-        for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
+        let mut left = self.wanted;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
             let vertex = GuidedVertex {
-                position: vector(&self.position, lane),
-                normal: Some(vector(&self.normal, lane)),
-                outgoing: vector(&self.outgoing, lane),
+                position: vector(&questions.position, lane),
+                normal: Some(vector(&questions.normal, lane)),
+                outgoing: vector(&questions.outgoing, lane),
             };
             // Distributions may be large: they are not moved.
-            let guidance = guide.guide(&vertex);
+            let guidance = self.guide.guide(&vertex);
             let Some((directions, share)) = &guidance else {
                 continue;
             };
@@ -81,20 +106,20 @@ impl GuideQuestions {
                 continue;
             };
             answers.share[lane] = share;
-            if self.lit >> lane & 1 == 1 {
-                answers.light_pdf[lane] = directions.pdf(vector(&self.light, lane)).value();
+            if questions.lit >> lane & 1 == 1 {
+                answers.light_pdf[lane] = directions.pdf(vector(&questions.light, lane)).value();
             }
-            if self.u_lobe[lane] < share {
+            if questions.u_lobe[lane] < share {
                 answers.picked |= 1 << lane;
-                match directions.sample([self.u[0][lane], self.u[1][lane]]) {
+                match directions.sample([questions.u[0][lane], questions.u[1][lane]]) {
                     Some((direction, pdf)) => {
                         set_vector(&mut answers.direction, lane, direction);
                         answers.pdf[lane] = pdf.value();
                     }
                     None => answers.failed |= 1 << lane,
                 }
-            } else if self.scatters >> lane & 1 == 1 {
-                answers.pdf[lane] = directions.pdf(vector(&self.own, lane)).value();
+            } else if questions.scatters >> lane & 1 == 1 {
+                answers.pdf[lane] = directions.pdf(vector(&questions.own, lane)).value();
             }
         }
         answers

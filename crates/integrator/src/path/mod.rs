@@ -4,6 +4,8 @@ pub(crate) mod batch;
 pub(crate) mod ending;
 mod guidance;
 pub(crate) mod guide;
+#[cfg(test)]
+mod lanes_tests;
 pub(crate) mod numbers;
 pub(crate) mod observer;
 pub(crate) mod paths;

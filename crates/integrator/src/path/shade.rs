@@ -255,13 +255,14 @@ impl<S: EmitterSampler, G: DirectionGuide, P: Purpose> Shade<'_, '_, S, G, P> {
                 normal: normal.store(),
                 outgoing: (-ray_direction).store(),
                 light: light.direction.store(),
-                lit: lit.bits(),
+                // The weight of what nothing else can hit is 1.
+                lit: (lit & !light.is_delta).bits(),
                 own: direction.store(),
                 scatters: scatters.bits(),
                 u_lobe: numbers.u_lobe().store(),
                 u: [u0.store(), u1.store()],
             };
-            let answers = questions.ask(&self.transport.guide, seen.bits());
+            let answers = questions.ask(self.transport, seen.bits());
             let share = L::load(&answers.share);
             let (own, has) = (one - share, zero.less(share));
             light_pdf = pdf * own + L::load(&answers.light_pdf) * share;

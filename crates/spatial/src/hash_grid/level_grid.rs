@@ -133,8 +133,8 @@ impl SpatialIndex for LevelGrid {
             return None;
         }
         let mut level = self.level(site.eye_distance);
-        // Halving is exact.
-        let mut cell = finest * 0.5f64.powi(level as i32);
+        // Halving is exact; a power of two from its exponent.
+        let mut cell = finest * f64::from_bits(u64::from(1023 - level.min(LEVELS)) << 52);
         while cell.abs().max_element() >= REACH - 1.0 {
             level += 1;
             if level >= LEVELS {
@@ -142,7 +142,11 @@ impl SpatialIndex for LevelGrid {
             }
             cell *= 0.5;
         }
-        let cell = cell.floor().to_array().map(|c| c as i32);
+        // The floor, without an instruction that not all processors have.
+        let cell = cell.to_array().map(|c| {
+            let towards_zero = c as i32;
+            towards_zero - i32::from(c < f64::from(towards_zero))
+        });
         Some(CellKey::new(cell, level, self.face(site.normal)))
     }
 }

@@ -19,6 +19,17 @@ pub const MAX_OCTREE_DEPTH: u32 = 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct OctreeNode(u32);
 
+/// Ones of the numbers below 128.
+static ONES: [u8; 128] = {
+    let mut ones = [0; 128];
+    let mut number = 1;
+    while number < 128 {
+        ones[number] = ones[number / 2] + (number % 2) as u8;
+        number += 1;
+    }
+    ones
+};
+
 impl OctreeNode {
     /// A node of eight leaves.
     pub(super) const LEAVES: Self = Self(0xff);
@@ -51,6 +62,7 @@ impl OctreeNode {
     #[inline(always)]
     pub fn inner(self, child: u32) -> u32 {
         let before = !self.0 & 0xff & ((1 << child) - 1);
-        self.first_inner() + before.count_ones()
+        // Of at most seven bits, without an instruction that not all processors have.
+        self.first_inner() + u32::from(ONES[before as usize % ONES.len()])
     }
 }

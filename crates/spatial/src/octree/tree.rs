@@ -174,6 +174,39 @@ impl AdaptiveOctree {
         Some(self.descend(0, 0, self.units(position)?))
     }
 
+    /// The slot of `position`, and that of the point `offset` away from it, in sides of the first
+    /// slot's leaf; `None` where they are outside the cube. The nodes that both lie in are walked
+    /// once.
+    #[inline]
+    pub fn slot_moved(&self, position: Vec3, offset: Vec3) -> Option<(u32, Option<u32>)> {
+        let units = self.units(position)?;
+        // The nodes from the root down.
+        let mut nodes = [0; MAX_OCTREE_DEPTH as usize];
+        let (mut node, mut depth) = (0, 0);
+        let slot = loop {
+            let (inner, child) = (self.nodes[node as usize], Self::child(units, depth));
+            nodes[depth as usize % nodes.len()] = node;
+            if inner.is_leaf(child) {
+                break 8 * node + child;
+            }
+            node = inner.inner(child);
+            depth += 1;
+        };
+        let moved = self
+            .units(position + self.side_at(depth + 1) * offset)
+            .map(|moved| {
+                let differing = (units[0] ^ moved[0]) | (units[1] ^ moved[1]) | (units[2] ^ moved[2]);
+                let common = differing.leading_zeros() - (u32::BITS - MAX_OCTREE_DEPTH);
+                // In the same leaf or below the last node that both lie in.
+                if common > depth {
+                    slot
+                } else {
+                    self.descend(nodes[common as usize % nodes.len()], common, moved)
+                }
+            });
+        Some((slot, moved))
+    }
+
     /// Slots of two positions at once, for example of a point in this frame and in the previous
     /// frame. Their common path from the root is walked once.
     #[inline]
@@ -205,8 +238,14 @@ impl AdaptiveOctree {
     /// Side of a leaf's cube.
     #[inline(always)]
     pub fn leaf_side(&self, slot: u32) -> f32 {
+        self.side_at(self.depth(slot))
+    }
+
+    /// Side of cubes of a depth.
+    #[inline(always)]
+    fn side_at(&self, depth: u32) -> f32 {
         // A power of two from its exponent.
-        self.side * f32::from_bits((127 - self.depth(slot)) << 23)
+        self.side * f32::from_bits((127 - depth) << 23)
     }
 
     /// The cube of a leaf or inner node, found through its parents.

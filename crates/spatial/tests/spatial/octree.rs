@@ -211,7 +211,7 @@ fn traversals_agree_with_a_naive_search() {
         probes.extend([min, max, 0.5 * (min + max)]);
     }
     probes.extend([-1.0, -0.0, 2.0, f32::NAN, f32::INFINITY].map(Vec3::splat));
-    check_faults(&[0u32, 1], |fault| {
+    check_faults(&[0u32, 1, 2], |fault| {
         let slot = |position| {
             let slot = tree.slot(position);
             if fault == Some(0) {
@@ -232,6 +232,19 @@ fn traversals_agree_with_a_naive_search() {
                 }
                 if pair != [tree.slot(probe), tree.slot(before)] {
                     return Err(format!("{probe} and {before}"));
+                }
+            }
+            // Less and more than a leaf away.
+            for offset in [Vec3::new(0.4, -0.3, 0.1), Vec3::new(-5.0, 0.0, 2.5), Vec3::ZERO] {
+                let expected = tree
+                    .slot(probe)
+                    .map(|slot| (slot, tree.slot(probe + tree.leaf_side(slot) * offset)));
+                let mut moved = tree.slot_moved(probe, offset);
+                if let (Some(2), Some((slot, moved))) = (fault, &mut moved) {
+                    *moved = Some(*slot);
+                }
+                if moved != expected {
+                    return Err(format!("{probe} moved by {offset}"));
                 }
             }
         }
