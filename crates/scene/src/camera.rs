@@ -1,7 +1,7 @@
 //! Perspective cameras with a pinhole or a thin lens.
 
 use crate::{CameraDescription, FlatCamera, Projection, Ray};
-use glam::{Affine3A, Quat, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DMat3, DVec3, Quat, Vec2, Vec3, Vec3A};
 use lightshed_lanes::{Lanes, Vec3Lanes};
 use lightshed_sampling::ConcentricDisk;
 
@@ -21,6 +21,17 @@ pub struct Camera {
     focus_distance: f32,
     near_clip: f32,
     far_clip: f32,
+}
+
+/// Where points appear on the film of a [`Camera`], in exact arithmetic as far as `f64` has it.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmMap {
+    /// The centre of the lens.
+    pub eye: Vec3,
+    /// `matrix · (point − eye)` is `(X, Y, Z)`: the line from the eye to the point passes the film
+    /// at `(X / Z, Y / Z)`, in pixels from the top left corner of the image. `Z` is the depth in
+    /// the camera's own units; it is positive in front of the lens.
+    pub matrix: DMat3,
 }
 
 /// What is wrong with a camera.
@@ -192,6 +203,23 @@ impl Camera {
         (local.z > 0.0 && film.is_finite()).then_some(film)
     }
 
+    /// The map of [`Camera::film_position`] as a matrix, whose results can be clipped.
+    pub fn film_map(&self) -> FilmMap {
+        let axes = self.to_world.matrix3;
+        let axis = |axis: Vec3A| Vec3::from(axis).as_dvec3();
+        let to_local = DMat3::from_cols(axis(axes.x_axis), axis(axes.y_axis), axis(axes.z_axis)).inverse();
+        let (corner, pixel) = (self.corner.as_dvec2(), self.pixel.as_dvec2());
+        let to_film = DMat3::from_cols(
+            DVec3::new(1.0 / pixel.x, 0.0, 0.0),
+            DVec3::new(0.0, 1.0 / pixel.y, 0.0),
+            DVec3::new(-corner.x / pixel.x, -corner.y / pixel.y, 1.0),
+        );
+        FilmMap {
+            eye: Vec3::from(self.to_world.translation),
+            matrix: to_film * to_local,
+        }
+    }
+
     /// [`Camera::ray`] for eight points, bit for bit: origins, directions and ends.
     #[inline(always)]
     pub fn ray_lanes<L: Lanes>(&self, film: [L; 2], u_lens: [L; 2]) -> (Vec3Lanes<L>, Vec3Lanes<L>, L) {
@@ -275,6 +303,10 @@ mod tests {
                 let point = ray.origin + ray.direction * (0.1 + 30.0 * rng.next_f32());
                 let found = camera.film_position(point).unwrap();
                 assert!(found.distance(film) < 2e-3, "{found} for {film}");
+                let map = camera.film_map();
+                let mapped = map.matrix * (point - map.eye).as_dvec3();
+                let mapped = (mapped.truncate() / mapped.z).as_vec2();
+                assert!(mapped.distance(film) < 2e-3, "{mapped} for {film}");
                 let behind = 2.0 * description.to_world.transform_point3(Vec3::ZERO) - point;
                 assert_eq!(camera.film_position(behind), None);
                 if camera.has_lens() {

@@ -23,7 +23,7 @@ mod surface;
 mod texture;
 
 pub use accel::{Accelerator, AcceleratorKind, Hit, HitBatch, Ray, RayBatch, Sphere, intersect_triangle};
-pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE};
+pub use camera::{Camera, CameraError, FilmMap, MAX_IMAGE_SIDE};
 pub use description::{
     CameraDescription, DensityDescription, EmissionDescription, EmitterDescription, EnvironmentMap, FovAxis,
     Geometry, GridDescription, GridFilter, MediumBoundary, MediumDescription, PhaseDescription, Projection,
@@ -31,7 +31,7 @@ pub use description::{
 };
 pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,
-    EmitterSample, Emitters, EmittersByPower, Environment,
+    EmitterOutline, EmitterSample, Emitters, EmittersByPower, Environment,
 };
 pub use error::SceneError;
 pub use features::SceneFeatures;

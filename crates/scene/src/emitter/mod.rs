@@ -9,6 +9,7 @@ mod environment;
 mod infinite;
 mod lanes;
 mod on_one;
+mod outline;
 mod point;
 
 #[cfg(test)]
@@ -23,6 +24,7 @@ pub use endpoint::{EmitterConnection, EmitterEndpoint};
 pub use environment::Environment;
 pub use lanes::EmitterLanes;
 pub use on_one::{EmitterExtent, EmitterOrientation};
+pub use outline::EmitterOutline;
 
 use crate::SceneError;
 use crate::surface::offset_along;

@@ -1,0 +1,275 @@
+//! Directly visible emission, estimated by separate rays.
+
+mod allotment;
+mod film_cells;
+mod film_polygon;
+mod mask;
+
+use crate::camera_ray::PixelRay;
+use allotment::{RayBudget, allot, spreads};
+use film_cells::FilmCells;
+use lightshed_film::{MAX_BATCH, SampleId};
+use lightshed_sampling::{PointSet, f32_from_u32, parallel};
+use lightshed_scene::glam::{Vec2, Vec3};
+use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
+use mask::CellMask;
+
+/// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera
+/// rays a sample in the pixels where one ray would have much noise, and by none elsewhere.
+///
+/// A lamp is brighter by orders of magnitude than the surfaces it lights, so lamps in view hold most
+/// of the error of a mean, and a ray to a lamp is cheap compared with a path that ends there.
+/// Emitters are projected to the film. They mark the cells of an 8 × 8 grid in each pixel that they
+/// may cover; rays through other cells meet no emitter for certain. So the rays of a pixel go to
+/// the marked cells, and the estimate is
+///
+/// ```text
+/// A / n · Σ L_e(ray i)      A the marked share of the pixel, n its number of rays.
+/// ```
+///
+/// The numbers of rays reduce the sum of all pixels' variances most, for a given number in all.
+/// They depend on the scene alone: on the marks, and for a camera at rest on a few rays that look
+/// at each marked pixel once. In pixels without rays, paths meet emission themselves. So only a
+/// mark that is missing causes a bias, not a bad choice.
+pub(crate) struct VisibleEmission {
+    /// Of each pixel, the marked cells and its rays for each sample; none where methods see
+    /// emission themselves.
+    pixels: Vec<(CellMask, u16)>,
+    width: u32,
+}
+
+/// [`VisibleEmission`] of a method that makes frames, if requested: computed once for a camera at
+/// rest, and without probes for each frame of a moving one.
+#[derive(Default)]
+pub(crate) struct VisibleFrames {
+    is_prepared: bool,
+    visible: Option<VisibleEmission>,
+}
+
+impl VisibleFrames {
+    /// For a frame that `camera` sees, beside paths of up to `edges` edges.
+    pub fn prepare(&mut self, wanted: bool, scene: &Scene, camera: &Camera, is_still: bool, edges: u32) {
+        if wanted && !(self.is_prepared && is_still) {
+            self.visible = VisibleEmission::new(scene, camera, is_still, edges);
+            self.is_prepared = true;
+        }
+    }
+
+    /// Of the frame that was prepared.
+    pub fn get(&self) -> Option<&VisibleEmission> {
+        self.visible.as_ref()
+    }
+}
+
+/// Most rays of a sample in a pixel.
+const MAX_RAYS: u32 = 64;
+
+/// Most rays of a sample on average over all pixels, for each edge of the paths beside them …
+const RAYS_PER_EDGE: f32 = 0.25;
+
+/// … of which so many count. A frame of resampled direct light costs about as much.
+pub(crate) const MOST_EDGES: u32 = 8;
+
+/// The block of a sample's random numbers that its rays use; nothing else uses it.
+const BLOCK: u32 = 1;
+
+impl VisibleEmission {
+    /// For the emitters of a scene as `camera` sees them, with or without probes. `None` if no
+    /// surface emits or rays would gain nothing: beside paths of up to `edges` edges a sample has
+    /// at most `edges / 4` rays on average. None for a camera with a lens, through which an emitter
+    /// is seen in places that depend on the lens.
+    pub fn new(scene: &Scene, camera: &Camera, by_probes: bool, edges: u32) -> Option<Self> {
+        if scene.emitters().area_count() == 0 || camera.has_lens() {
+            return None;
+        }
+        let cells = FilmCells::new(scene, camera);
+        let budget = RayBudget {
+            mean: RAYS_PER_EDGE * edges.min(MOST_EDGES) as f32,
+            most: MAX_RAYS,
+        };
+        let rays = allot(&spreads(scene, camera, &cells, by_probes), budget);
+        rays.iter().any(|&rays| rays > 0).then(|| Self {
+            pixels: cells.masks.into_iter().zip(rays).collect(),
+            width: scene.settings().width,
+        })
+    }
+
+    /// Whether the emission of surfaces that the pixel of this index sees is estimated here.
+    #[inline(always)]
+    pub fn takes(&self, pixel: usize) -> bool {
+        self.pixels.get(pixel).is_some_and(|&(_, rays)| rays > 0)
+    }
+
+    /// Of which of up to [`MAX_BATCH`] samples, bit by bit.
+    #[inline(always)]
+    pub fn taken(&self, ids: &[SampleId]) -> u64 {
+        let bit = |(place, id)| u64::from(self.takes(self.pixel(id))) << place;
+        ids.iter().take(MAX_BATCH).enumerate().map(bit).sum()
+    }
+
+    #[inline(always)]
+    fn pixel(&self, id: &SampleId) -> usize {
+        id.y as usize * self.width as usize + id.x as usize
+    }
+
+    /// Adds the estimates of samples to `values`. Numbers are those of `points` under `seed`.
+    /// Returns the number of rays.
+    pub fn add(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        (points, seed): (PointSet, u64),
+        ids: &[SampleId],
+        values: &mut [Rgb],
+    ) -> u64 {
+        let mut total = 0;
+        let mut rays = [Ray::segment(Vec3::ZERO, Vec3::Z, 0.0); MAX_BATCH];
+        // Of each ray, the sample's place and the weight.
+        let (mut owners, mut count) = ([(0, 0.0); MAX_BATCH], 0);
+        for (place, id) in ids.iter().enumerate().take(values.len()) {
+            let Some(&(mask, number)) = self.pixels.get(self.pixel(id)).filter(|(_, rays)| *rays > 0) else {
+                continue;
+            };
+            let (cells, number) = (mask.cells(), u32::from(number));
+            let weight = mask.share() / number as f32;
+            let corner = Vec2::new(id.x as f32, id.y as f32);
+            for ray in 0..number {
+                let index = id.index.wrapping_mul(number).wrapping_add(ray);
+                let [u, v, ..] = points
+                    .block(seed, id.y << 16 | id.x, index, BLOCK)
+                    .map(f32_from_u32);
+                let film = cells.place([u, v]);
+                rays[count] = PixelRay::through(camera, corner, [film.x, film.y, 0.5, 0.5]).ray;
+                owners[count] = (place, weight);
+                count += 1;
+                if count == MAX_BATCH {
+                    meet(scene, &rays, &owners, values);
+                    total += count as u64;
+                    count = 0;
+                }
+            }
+        }
+        meet(scene, &rays[..count], &owners, values);
+        total + count as u64
+    }
+
+    /// [`add`](Self::add) to all pixels of a frame, the samples of this index.
+    pub fn add_frame(
+        &self,
+        (scene, camera): (&Scene, &Camera),
+        names: (PointSet, u64),
+        frame: u32,
+        image: &mut [Rgb],
+    ) -> u64 {
+        let rays = parallel::map(image.chunks_mut(MAX_BATCH), |batch, values| {
+            let ids: [SampleId; MAX_BATCH] = std::array::from_fn(|place| {
+                let pixel = (batch * MAX_BATCH + place) as u32;
+                SampleId {
+                    x: pixel % self.width,
+                    y: pixel / self.width,
+                    index: frame,
+                }
+            });
+            self.add(scene, camera, names, &ids[..values.len()], values)
+        });
+        rays.into_iter().sum()
+    }
+}
+
+/// Adds the emission that rays meet, weighted, to their samples' values.
+fn meet(scene: &Scene, rays: &[Ray], owners: &[(usize, f32); MAX_BATCH], values: &mut [Rgb]) {
+    let mut hits = [None; MAX_BATCH];
+    scene.accelerator().intersect_many(rays, &mut hits[..rays.len()]);
+    for ((ray, hit), &(owner, weight)) in rays.iter().zip(&hits).zip(owners) {
+        let Some(hit) = hit else { continue };
+        if scene.primitive_emitter(hit.primitive) != SurfacePoint::NO_EMITTER {
+            let point = scene.surface(ray, hit);
+            values[owner] += scene.emitters().radiance(&point, ray.direction) * weight;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightshed_scene::builtin;
+    use lightshed_testkit::check_faults;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Fault {
+        /// Every third pixel is left out.
+        Holes,
+        /// The rays of a sample are not averaged.
+        NotAveraged,
+        /// Marks do not contain all emission.
+        NotAll,
+    }
+
+    /// The mean of the pixels with rays is that of single rays over a regular grid of 32 × 32 places
+    /// in each, to the grid's error; pixels in which between a tenth and nine tenths of these meet
+    /// an emitter have rays.
+    #[test]
+    fn sees_what_a_grid_of_rays_sees() {
+        let results = check_faults(&[Fault::Holes, Fault::NotAveraged, Fault::NotAll], |fault| {
+            let mut description = builtin::cornell();
+            (description.settings.width, description.settings.height) = (24, 20);
+            let scene = Scene::new(&description).map_err(|error| error.to_string())?;
+            let camera = scene.camera();
+            let mut visible = VisibleEmission::new(&scene, camera, true, 8).ok_or("nothing is seen")?;
+            match fault {
+                Some(Fault::Holes) => visible.pixels.iter_mut().step_by(3).for_each(|pixel| pixel.1 = 0),
+                Some(Fault::NotAll) => {
+                    let top = CellMask::of_row(0, 0, 7);
+                    visible
+                        .pixels
+                        .iter_mut()
+                        .step_by(3)
+                        .for_each(|pixel| pixel.0 = top);
+                }
+                _ => (),
+            }
+            let scale = match fault {
+                Some(Fault::NotAveraged) => 2.0,
+                _ => 1.0,
+            };
+            let (mut sum, mut expected) = (0.0, 0.0);
+            for (pixel, (x, y)) in (0..20).flat_map(|y| (0..24).map(move |x| (x, y))).enumerate() {
+                let mut values = [Rgb::ZERO; 256];
+                let ids = std::array::from_fn::<_, 256, _>(|i| SampleId {
+                    x,
+                    y,
+                    index: i as u32,
+                });
+                visible.add(&scene, camera, (PointSet::Sobol, 3), &ids, &mut values);
+                sum += f64::from(values.iter().map(|value| value.x).sum::<f32>() * scale) / 256.0;
+                let mut lit = 0;
+                for place in 0..1024u32 {
+                    let within = Vec2::new((place % 32) as f32 + 0.5, (place / 32) as f32 + 0.5) / 32.0;
+                    let ray = camera.ray(Vec2::new(x as f32, y as f32) + within, [0.5; 2]);
+                    let seen = scene.intersect(&ray).map_or(Rgb::ZERO, |point| {
+                        scene.emitters().radiance(&point, ray.direction)
+                    });
+                    lit += u32::from(seen != Rgb::ZERO);
+                    if visible.takes(pixel) {
+                        expected += f64::from(seen.x) / 1024.0;
+                    }
+                }
+                if (102..922).contains(&lit) && !visible.takes(pixel) {
+                    return Err(format!("({x}, {y}) sees an edge"));
+                }
+            }
+            match (sum / expected - 1.0).abs() < 0.01 {
+                true => Ok(()),
+                false => Err(format!("{sum} instead of {expected}")),
+            }
+        });
+        results.unwrap();
+    }
+
+    /// Emitters all around, wherever a pixel looks, are left to the paths themselves.
+    #[test]
+    fn gives_up_where_it_cannot_gain() {
+        let furnace = Scene::new(&builtin::furnace()).unwrap();
+        assert!(VisibleEmission::new(&furnace, furnace.camera(), true, 8).is_none());
+    }
+}
