@@ -21,6 +21,8 @@ use lightshed_sampling::{PathSeed, PrimarySample};
 /// alone.
 pub struct TreeTracer<W: World> {
     roulette_from: u32,
+    /// Least edges of candidates.
+    least_length: u32,
     /// By tree.
     walks: Vec<Walk<W>>,
     /// The active trees, and the vertices that they have reached.
@@ -55,6 +57,7 @@ impl<W: World> TreeTracer<W> {
     pub fn new(roulette_from: u32) -> Self {
         Self {
             roulette_from,
+            least_length: 0,
             walks: Vec::new(),
             places: Vec::new(),
             vertices: Vec::new(),
@@ -68,6 +71,14 @@ impl<W: World> TreeTracer<W> {
             suffixes: Vec::new(),
             suffix_trees: Vec::new(),
         }
+    }
+
+    /// Without the candidates of fewer than `edges` edges (that from the camera included), which are
+    /// left to another estimator. All else stays the same, bit for bit.
+    #[must_use]
+    pub fn with_least_length(mut self, edges: u32) -> Self {
+        self.least_length = edges;
+        self
     }
 
     /// Traces a tree for each domain and seed and passes its results to `visit`, with the number of
@@ -87,6 +98,8 @@ impl<W: World> TreeTracer<W> {
             max_length: lengths.max().unwrap_or(0),
             roulette_from: self.roulette_from,
         };
+        let least_length = self.least_length;
+        let is_long = |sample: &PathSample| sample.shape().length >= least_length;
         while !self.places.is_empty() {
             self.leave(trees);
             limits.first += 1;
@@ -101,7 +114,9 @@ impl<W: World> TreeTracer<W> {
             let mut take_in = |number: usize, light: SuffixLight| {
                 let tree = self.suffix_trees[number];
                 match self.walks[tree].take_in(&light) {
-                    Some((sample, weight)) if sample.shape().length <= trees[tree].0.max_length => {
+                    Some((sample, weight))
+                        if sample.shape().length <= trees[tree].0.max_length && is_long(&sample) =>
+                    {
                         visit(tree, Finding::Path(&sample, weight));
                     }
                     _ => (),
@@ -122,7 +137,8 @@ impl<W: World> TreeTracer<W> {
                 };
                 let (walk, domain) = (&mut self.walks[tree], trees[tree].0);
                 walk.settle(domain, before, vertex.as_ref());
-                if let Some((sample, weight)) = walk.arrive(domain, before, vertex.as_ref()) {
+                let candidate = walk.arrive(domain, before, vertex.as_ref());
+                if let Some((sample, weight)) = candidate.filter(|(sample, _)| is_long(sample)) {
                     visit(tree, Finding::Path(&sample, weight));
                 }
             }
@@ -186,7 +202,9 @@ impl<W: World> TreeTracer<W> {
             let Some(vertex) = vertex.as_ref().filter(|_| walk.index() < domain.max_length) else {
                 continue;
             };
-            if let Some(Pending { candidate, ray }) = walk.sample_emitter(domain, vertex) {
+            if walk.index() + 1 >= self.least_length
+                && let Some(Pending { candidate, ray }) = walk.sample_emitter(domain, vertex)
+            {
                 self.pending.push((tree, candidate));
                 self.pending_rays.push(ray);
             }

@@ -24,16 +24,17 @@ use crate::visible_emission::VisibleEmission;
 use batch::follow;
 use ending::{NoEnding, PathEnding};
 use guide::{DirectionGuide, NoGuide};
-use lightshed_film::{MAX_BATCH, PixelEstimator, SampleId};
+use lightshed_film::{MAX_BATCH, PixelEstimator, RayKind, RayTally, SampleId};
 use lightshed_sampling::{CounterRng, PointSet, f32_from_u32};
 use lightshed_scene::glam::Vec2;
-use lightshed_scene::{EmittersByPower, Ray, Rgb, Scene, SurfacePoint};
+use lightshed_scene::{Camera, EmittersByPower, Ray, Rgb, Scene, SurfacePoint};
 use numbers::{PathWords, VertexNumbers};
 use observer::{NoObserver, PathObserver};
 use paths::Paths;
 use purpose::{Pixels, Purpose, ending_surface};
 use scattering::SurfaceVertex;
 use start::Start;
+use std::sync::Arc;
 use transport::{PathState, Transport};
 
 pub(crate) use suffix::trace_suffixes;
@@ -73,7 +74,19 @@ pub struct PathTracer<'a, S = EmittersByPower<'a>, G = NoGuide, O = NoObserver, 
     ending: E,
     points: PointSet,
     /// The estimator of directly visible emission, if that is not the paths.
-    visible: Option<VisibleEmission>,
+    visible: Option<Arc<VisibleEmission>>,
+    /// The frame that samples are part of.
+    frame: Option<FrameOfPaths>,
+}
+
+/// The frame of another method that path tracing serves.
+#[derive(Clone)]
+pub(crate) struct FrameOfPaths {
+    /// In place of the scene's.
+    pub camera: Camera,
+    pub visible: Option<Arc<VisibleEmission>>,
+    /// Where rays are counted.
+    pub tally: Arc<RayTally>,
 }
 
 impl<'a, S: EmitterSampler> PathTracer<'a, S> {
@@ -85,6 +98,7 @@ impl<'a, S: EmitterSampler> PathTracer<'a, S> {
             ending: NoEnding,
             points: PointSet::Independent,
             visible: None,
+            frame: None,
         }
     }
 }
@@ -112,8 +126,22 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
     #[must_use]
     pub fn with_visible_emission(mut self) -> Self {
         let scene = self.transport.scene;
-        self.visible = VisibleEmission::new(scene, scene.camera(), true, self.transport.max_depth);
+        let visible = VisibleEmission::new(scene, scene.camera(), true, self.transport.max_depth);
+        self.visible = visible.map(Arc::new);
         self
+    }
+
+    /// With samples that belong to a frame of another method.
+    pub(crate) fn in_frame(mut self, frame: FrameOfPaths) -> Self {
+        self.visible.clone_from(&frame.visible);
+        self.frame = Some(frame);
+        self
+    }
+
+    #[inline(always)]
+    fn camera(&self) -> &Camera {
+        let own = self.frame.as_ref().map(|frame| &frame.camera);
+        own.unwrap_or(self.transport.scene.camera())
     }
 
     /// With a guide for directions.
@@ -141,6 +169,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             ending: self.ending,
             points: self.points,
             visible: self.visible,
+            frame: self.frame,
         }
     }
 
@@ -153,6 +182,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             ending: self.ending,
             points: self.points,
             visible: self.visible,
+            frame: self.frame,
         }
     }
 
@@ -165,6 +195,7 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
             ending,
             points: self.points,
             visible: self.visible,
+            frame: self.frame,
         }
     }
 
@@ -195,8 +226,11 @@ impl<'a, S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> P
         if let Some(visible) = &self.visible
             && self.transport.max_depth > 0
         {
-            let scene = self.transport.scene;
-            visible.add(scene, scene.camera(), (words.points, words.seed), ids, values);
+            let (scene, names) = (self.transport.scene, (words.points, words.seed));
+            let rays = visible.add(scene, self.camera(), names, ids, values);
+            if let Some(frame) = &self.frame {
+                frame.tally.add(RayKind::Camera, rays as usize);
+            }
         }
     }
 
@@ -268,7 +302,7 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> Pixel
         let (words, pixel, index) = (self.words(seed), y << 16 | x, sample_index);
         let corner = Vec2::new(x as f32, y as f32);
         let camera = words.camera(pixel, index).map(f32_from_u32);
-        let ray = PixelRay::through(self.transport.scene.camera(), corner, camera).ray;
+        let ray = PixelRay::through(self.camera(), corner, camera).ray;
         let ids = [SampleId { x, y, index }];
         let pixels = Pixels::new(words, &self.observer, &self.ending, &ids);
         let mut pixels = pixels.without_visible(self.taken(&ids));
@@ -283,14 +317,15 @@ impl<S: EmitterSampler, G: DirectionGuide, O: PathObserver, E: PathEnding> Pixel
         for (ids, values) in ids.chunks(MAX_BATCH).zip(values.chunks_mut(MAX_BATCH)) {
             let mut paths = Paths::new();
             transport.lanes.run(Start {
-                camera: transport.scene.camera(),
+                camera: self.camera(),
                 ids,
                 words: self.words(seed),
                 paths: &mut paths,
             });
             let words = self.words(seed);
             let pixels = Pixels::new(words, &self.observer, &self.ending, ids);
-            let mut pixels = pixels.without_visible(self.taken(ids));
+            let tally = self.frame.as_ref().map(|frame| &*frame.tally);
+            let mut pixels = pixels.without_visible(self.taken(ids)).counted_by(tally);
             follow(transport, &mut paths, ids.len(), 1, &mut pixels);
             values.copy_from_slice(&pixels.finish()[..values.len()]);
             self.add_visible(ids, words, values);

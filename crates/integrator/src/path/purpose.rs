@@ -8,7 +8,7 @@ use super::scattering::{SurfaceVertex, Vertex};
 use super::transport::{PathState, Transport};
 use crate::emitter_sampler::EmitterSampler;
 use crate::path::guide::DirectionGuide;
-use lightshed_film::{MAX_BATCH, SampleId};
+use lightshed_film::{MAX_BATCH, RayKind, RayTally, SampleId};
 use lightshed_lanes::Lanes;
 use lightshed_sampling::Density;
 use lightshed_scene::glam::Vec3;
@@ -131,6 +131,9 @@ pub(super) struct Pixels<'o, O = NoObserver, E: PathEnding = NoEnding> {
     trails: Vec<Trail>,
     /// Paths, as bits, whose radiances leave out surface emission at the end of the first edge.
     without_visible: u64,
+    /// Where rays behind the first vertex are counted.
+    tally: Option<&'o RayTally>,
+    has_left: bool,
 }
 
 impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
@@ -156,7 +159,16 @@ impl<'o, O: PathObserver, E: PathEnding> Pixels<'o, O, E> {
             watched,
             trails,
             without_visible: 0,
+            tally: None,
+            has_left: false,
         }
+    }
+
+    /// With rays counted, those from the camera apart.
+    #[inline(always)]
+    pub fn counted_by(mut self, tally: Option<&'o RayTally>) -> Self {
+        self.tally = tally;
+        self
     }
 
     /// Without surface emission at the end of the first edge of these paths, a bit each; observers
@@ -244,6 +256,15 @@ impl<O: PathObserver, E: PathEnding> Purpose for Pixels<'_, O, E> {
     fn count(&mut self, path: usize, emitter: usize) {
         if Self::ENDS {
             self.ending.count(path, emitter);
+        }
+        if let Some(tally) = self.tally {
+            let kind = match self.has_left {
+                true => RayKind::Path,
+                false => RayKind::Camera,
+            };
+            self.has_left = true;
+            tally.add(kind, path);
+            tally.add(RayKind::Emitter, emitter);
         }
     }
 

@@ -277,10 +277,18 @@ pub static METHODS: &[MethodEntry] = &[
             camera_motion: true,
             ..MethodCapabilities::FRAMES
         },
-        options: &[options::SHIFT, options::LIGHTS, options::POINTS, options::VISIBLE],
+        options: &[
+            options::SHIFT,
+            options::LIGHTS,
+            options::DIRECT_SAMPLES,
+            options::POINTS,
+            options::VISIBLE,
+        ],
         start: |stage, values, motion| {
-            let options = RestirPtOptions::offline(values.path_mapping());
-            restir_pt(stage, values, motion, options)
+            let mut settings = RestirPtOptions::offline(values.path_mapping());
+            let samples = values.get(&options::DIRECT_SAMPLES);
+            settings.direct_samples = samples.unwrap_or(settings.direct_samples);
+            restir_pt(stage, values, motion, settings)
         },
     },
     MethodEntry {

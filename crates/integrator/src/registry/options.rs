@@ -186,6 +186,16 @@ pub const LIGHT_SAMPLES: MethodOption = MethodOption::new(
     "Samples of emitters, chosen as --lights says, at the point that a camera ray meets",
 );
 
+/// Samples of direct light beside resampled paths.
+pub const DIRECT_SAMPLES: MethodOption = MethodOption::new(
+    "direct-samples",
+    "N",
+    "4",
+    |text| within(text, 0..=MAX_DIRECT_SAMPLES),
+    "Samples of direct light a frame, each behind a camera ray of its own, beside resampled longer paths; 0 resamples direct \
+     light, too",
+);
+
 /// The shift mapping.
 pub const SHIFT: MethodOption = MethodOption::new(
     "shift",

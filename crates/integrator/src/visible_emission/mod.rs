@@ -13,6 +13,7 @@ use lightshed_sampling::{PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
 use mask::CellMask;
+use std::sync::Arc;
 
 /// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera
 /// rays a sample in the pixels where one ray would have much noise, and by none elsewhere.
@@ -43,21 +44,26 @@ pub(crate) struct VisibleEmission {
 #[derive(Default)]
 pub(crate) struct VisibleFrames {
     is_prepared: bool,
-    visible: Option<VisibleEmission>,
+    visible: Option<Arc<VisibleEmission>>,
 }
 
 impl VisibleFrames {
     /// For a frame that `camera` sees, beside paths of up to `edges` edges.
     pub fn prepare(&mut self, wanted: bool, scene: &Scene, camera: &Camera, is_still: bool, edges: u32) {
         if wanted && !(self.is_prepared && is_still) {
-            self.visible = VisibleEmission::new(scene, camera, is_still, edges);
+            self.visible = VisibleEmission::new(scene, camera, is_still, edges).map(Arc::new);
             self.is_prepared = true;
         }
     }
 
     /// Of the frame that was prepared.
     pub fn get(&self) -> Option<&VisibleEmission> {
-        self.visible.as_ref()
+        self.visible.as_deref()
+    }
+
+    /// The same for an estimator of its own.
+    pub fn shared(&self) -> Option<Arc<VisibleEmission>> {
+        self.visible.clone()
     }
 }
 

@@ -1,6 +1,7 @@
 //! ReSTIR path tracing (Lin 2022 ch. 6): paths resampled from trees, the last frame, and
 //! neighbours.
 
+mod direct;
 mod options;
 
 pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, RestirPtError, RestirPtOptions};
@@ -8,9 +9,11 @@ pub use options::{MAX_CANDIDATES, MAX_ROUNDS, Neighbourhood, PathMapping, Restir
 use super::frames::{FrameView, Reservoirs, TwoFrames, extent_of, trace_camera_rays};
 use crate::camera_motion::pixel_seeing;
 use crate::emitter_sampler::EmitterSampler;
+use crate::path::FrameOfPaths;
 use crate::visible_emission::VisibleFrames;
 use crate::{CameraMotion, PixelSensor, SceneWorld};
-use lightshed_film::{FrameMethod, RayCounts};
+use direct::{DIRECT_EDGES, add_direct};
+use lightshed_film::{FrameMethod, RayCounts, RayTally};
 use lightshed_resampling::{
     Contribution, DomainReservoir, Domains, Extent, MergeRule, Mis, MixtureRis, PairedPattern, Pattern,
     Reuse, ReuseError, ShiftMapping, Topology,
@@ -58,6 +61,8 @@ pub struct RestirPt<'a, E: EmitterSampler = EmittersByPower<'a>, S = PathShift> 
     pixels: TwoFrames<PathPixels<'a, E>>,
     reservoirs: Reservoirs<Domain<'a, E>>,
     visible: VisibleFrames,
+    /// Of direct light beside the resampled paths.
+    tally: Arc<RayTally>,
 }
 
 /// What a pixel sees.
@@ -157,6 +162,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             pixels: TwoFrames::default(),
             reservoirs: Reservoirs::default(),
             visible: VisibleFrames::default(),
+            tally: Arc::default(),
         })
     }
 
@@ -174,6 +180,7 @@ impl<'a, E: EmitterSampler> RestirPt<'a, E> {
             pixels: self.pixels,
             reservoirs: self.reservoirs,
             visible: self.visible,
+            tally: self.tally,
         }
     }
 }
@@ -196,10 +203,12 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let max_length = scene.settings().max_depth.unwrap_or(u32::MAX);
         let camera = Arc::new(view.camera.clone());
         let kept = self.kept(view.number);
-        let wanted = self.options.visible_emission && !at_sensor && max_length > 0;
+        // Direct light includes emission that is seen directly.
+        let is_apart = self.options.direct_samples > 0;
+        let wanted = self.options.visible_emission && (is_apart || !at_sensor) && max_length > 0;
         self.visible
             .prepare(wanted, scene, view.camera, self.motion.is_still(), max_length);
-        let visible = self.visible.get();
+        let visible = self.visible.get().filter(|_| !is_apart);
         let pixels = &mut self.pixels.of_mut(kept).0;
         pixels.resize_with(extent.len(), || PathPixel::NOTHING);
         let see =
@@ -218,7 +227,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     return;
                 }
                 *value = match &vertex {
-                    _ if max_length == 0 => Rgb::ZERO,
+                    _ if max_length == 0 || is_apart => Rgb::ZERO,
                     Some(_) if visible.is_some_and(|visible| visible.takes(index)) => Rgb::ZERO,
                     Some(vertex) => scene.emitters().radiance(vertex.point(), ray.direction),
                     None => world.environment(ray.direction),
@@ -249,12 +258,16 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
         let trees = self.options.candidates as usize;
         let share = 1.0 / trees as f64;
         let roulette_from = self.world.scene().settings().roulette_depth;
+        let least_length = match self.options.direct_samples {
+            0 => 0,
+            _ => DIRECT_EDGES + 1,
+        };
         // A chunk of pixels fills a batch of trees, or a pixel fills several.
         let pixels = (TREES / trees).max(1);
         let in_group = pixels * CHUNKS_IN_GROUP;
         let groups = reservoirs.chunks_mut(in_group).zip(image.chunks_mut(in_group));
         parallel::for_each(groups, |group, (reservoirs, image)| {
-            let mut tracer = TreeTracer::new(roulette_from);
+            let mut tracer = TreeTracer::new(roulette_from).with_least_length(least_length);
             let (mut streams, mut starts, mut owners) = (Vec::new(), Vec::new(), Vec::new());
             let chunks = reservoirs.chunks_mut(pixels).zip(image.chunks_mut(pixels));
             for (chunk, (reservoirs, image)) in chunks.enumerate() {
@@ -283,6 +296,7 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> Restir
                     tracer.trace(&starts, |tree, finding| {
                         let place = owners[tree];
                         match finding {
+                            Finding::Seen(_) if least_length > 0 => (),
                             Finding::Seen(radiance) => image[place] += radiance * share as f32,
                             // Paths that cannot be shifted are useless to others and would displace
                             // paths that can.
@@ -402,6 +416,20 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         };
         let cancelled = || cancel.load(Ordering::Relaxed);
         let seen = self.see(view, image, cancel);
+        if self.options.direct_samples > 0 && seen.is_some() {
+            let frame = FrameOfPaths {
+                camera: camera.clone(),
+                visible: self.visible.shared(),
+                tally: Arc::clone(&self.tally),
+            };
+            add_direct(
+                self.world,
+                view,
+                (self.options.direct_samples, frame),
+                image,
+                cancel,
+            );
+        }
         let mut reservoirs = std::mem::take(&mut self.reservoirs);
         reservoirs.begin(self.extent.len());
         self.resample_candidates(view, &mut reservoirs.now, image, cancel);
@@ -414,6 +442,10 @@ impl<'a, E: EmitterSampler, S: ShiftMapping<Domain<'a, E>> + Send + Sync> FrameM
         }
         let mut counts = self.world.take_counts();
         counts.camera += seen.unwrap_or(0);
+        // Nothing else holds the tally between frames.
+        counts += Arc::get_mut(&mut self.tally)
+            .map(RayTally::take)
+            .unwrap_or_default();
         Some(counts)
     }
 

@@ -1,5 +1,6 @@
 //! Options of ReSTIR PT.
 
+use crate::MAX_DIRECT_SAMPLES;
 use lightshed_resampling::{PairedPattern, Pattern, PatternError};
 use lightshed_sampling::PointSet;
 use lightshed_scene::{Material, Scene};
@@ -58,6 +59,10 @@ pub struct RestirPtOptions {
     /// Whether emitting surfaces that the camera may see get several separate camera rays a frame.
     /// Not for paths that start at the sensor.
     pub visible_emission: bool,
+    /// Samples of direct light for each pixel of a frame, by path tracing: one of the emitters and
+    /// one of the BSDF behind a camera ray of their own, weighed together. Only longer paths are
+    /// resampled then. 0 if direct light is resampled with the rest.
+    pub direct_samples: u32,
     /// Random numbers over the frames of the camera rays that all paths of a frame share.
     /// Stratified ones reduce the noise of edges in the mean of frames.
     pub points: PointSet,
@@ -85,10 +90,15 @@ pub enum RestirPtError {
     Roughness(f32),
     /// A least distance outside of `[0, 1]`.
     Distance(f32),
+    /// More samples of direct light than [`MAX_DIRECT_SAMPLES`].
+    DirectSamples(u32),
 }
 
 /// Most trees of candidates for each pixel of a frame.
 pub const MAX_CANDIDATES: u32 = 4096;
+
+/// Samples of direct light beside an offline frame, which costs some nine paths.
+const DIRECT_SAMPLES: u32 = 4;
 
 /// Most rounds of spatial reuse.
 pub const MAX_ROUNDS: u32 = 64;
@@ -104,6 +114,12 @@ impl fmt::Display for RestirPtError {
                 f.write_str("paths that start at the sensor cannot be reused from the frame before")
             }
             Self::Roughness(alpha) => write!(f, "a least roughness of {alpha} does not lie in (0, 1]"),
+            Self::DirectSamples(count) => {
+                write!(
+                    f,
+                    "{count} samples of direct light are more than {MAX_DIRECT_SAMPLES}"
+                )
+            }
             Self::Distance(share) => write!(f, "a least distance of {share} does not lie in [0, 1]"),
         }
     }
@@ -127,6 +143,7 @@ impl RestirPtOptions {
             mapping,
             min_roughness: 0.2,
             min_distance: 0.02,
+            direct_samples: 0,
             points: PointSet::Independent,
             visible_emission: false,
             pairs: None,
@@ -136,7 +153,7 @@ impl RestirPtOptions {
     /// Independent frames to be averaged, for the least error in equal time: 3 trees behind one
     /// camera ray, and two rounds with 4 neighbours within 2 pixels. In the same time an image has
     /// more frames than by [`offline_published`](Self::offline_published), so more camera rays,
-    /// which the edges of visible surfaces need.
+    /// which the edges of visible surfaces need. Direct light is path traced.
     pub fn offline(mapping: PathMapping) -> Self {
         Self {
             candidates: 3,
@@ -146,6 +163,7 @@ impl RestirPtOptions {
                 count: 4,
             },
             temporal_cap: None,
+            direct_samples: DIRECT_SAMPLES,
             ..Self::real_time(mapping)
         }
     }
@@ -199,6 +217,9 @@ impl RestirPtOptions {
         }
         if self.rounds > MAX_ROUNDS {
             return Err(RestirPtError::Rounds(self.rounds));
+        }
+        if self.direct_samples > MAX_DIRECT_SAMPLES {
+            return Err(RestirPtError::DirectSamples(self.direct_samples));
         }
         if let Some(cap) = self.temporal_cap
             && !(cap >= 1.0)
