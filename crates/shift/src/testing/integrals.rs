@@ -99,6 +99,43 @@ fn trees_find_the_light_of_path_tracing() {
     }
 }
 
+/// Trees without short paths find the other paths of the same trees, bit for bit, in the same
+/// order. Planted faults: one edge too few or too many is left out.
+#[test]
+fn trees_without_short_paths_find_the_others() {
+    let world = Alcove::new();
+    let find = |domain: &PathDomain<'_, Alcove>, seed, least| {
+        let mut paths = Vec::new();
+        TreeTracer::new(3)
+            .with_least_length(least)
+            .trace(&[(domain, seed)], |_, finding| {
+                if let Finding::Path(path, weight) = finding {
+                    paths.push((*path, weight));
+                }
+            });
+        paths
+    };
+    let caught = check_faults(&[-1i32, 1], |fault| {
+        for (label, rules) in mappings() {
+            for sample in 0..200 {
+                let mut rng = CounterRng::new(12, 0, sample);
+                let Some(domain) = domain(&world, film(&mut rng), rules) else {
+                    continue;
+                };
+                let seed = PathSeed::draw(&mut rng);
+                let mut expected = find(&domain, seed, 0);
+                expected.retain(|(path, _)| path.shape().length >= 3);
+                let least = 3u32.saturating_add_signed(fault.unwrap_or(0));
+                if find(&domain, seed, least) != expected {
+                    return Err(format!("{label}, {sample}"));
+                }
+            }
+        }
+        Ok(())
+    });
+    caught.unwrap();
+}
+
 /// A shift that is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {

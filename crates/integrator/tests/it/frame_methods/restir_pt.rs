@@ -2,7 +2,7 @@
 
 use super::ensemble::Ensemble;
 use super::scenes::{cornell_without_light, every_emitter, small, small_description};
-use lightshed_film::{FrameMethod, RayCounts};
+use lightshed_film::{FrameMethod, PixelEstimator, RayCounts};
 use lightshed_integrator::{
     CameraMotion, Neighbourhood, PathMapping, PathTracer, RestirPt, RestirPtError, RestirPtOptions,
     SceneWorld,
@@ -11,7 +11,7 @@ use lightshed_resampling::{
     Domain as _, DomainReservoir, Input, Jacobian, Mis, MixtureRis, Pulled, ShiftMapping, Shifted, Undefined,
     merge,
 };
-use lightshed_sampling::{CounterRng, Density, PathSeed, SolidAngle, power_heuristic};
+use lightshed_sampling::{CounterRng, Density, PathSeed, PointSet, SolidAngle, power_heuristic};
 use lightshed_scene::glam::{Affine3A, Vec3};
 use lightshed_scene::{Geometry, Ray, Rgb, Scene, ShapeDescription, builtin};
 use lightshed_shift::{
@@ -153,6 +153,58 @@ fn frames_agree_with_path_tracing() {
             }
         }
     }
+}
+
+/// Direct light beside resampled longer paths leaves the expectation alone, also for paths that
+/// start at the sensor, which see emission by themselves otherwise.
+#[test]
+fn frames_with_direct_light_apart_agree_with_path_tracing() {
+    let scene = every_emitter(32, 4);
+    let truth = truth(&scene, 75);
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
+    for path_starts_at_sensor in [false, true] {
+        let options = RestirPtOptions {
+            direct_samples: 2,
+            visible_emission: true,
+            points: PointSet::Sobol,
+            path_starts_at_sensor,
+            ..offline(PathMapping::Hybrid)
+        };
+        let make = || RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
+        let agreement = Ensemble::of_chains(make, 0..1, 60, 1).compare(&truth);
+        println!("{path_starts_at_sensor}: {agreement:?}");
+        agreement.verdict().unwrap();
+    }
+}
+
+/// Frames of short paths are those of path tracing to the last bit, as many samples as asked for,
+/// and their rays are counted.
+#[test]
+fn frames_of_direct_light_alone_are_path_traced() {
+    let mut description = builtin::many_lights();
+    (description.settings.width, description.settings.height) = (24, 16);
+    description.settings.max_depth = Some(2);
+    let scene = Scene::new(&description).unwrap();
+    let world = SceneWorld::new(&scene, scene.emitters_by_power());
+    let options = RestirPtOptions {
+        direct_samples: 3,
+        ..RestirPtOptions::offline(PathMapping::Hybrid)
+    };
+    let mut method = RestirPt::new(&world, options, CameraMotion::STILL).unwrap();
+    let mut image = vec![Rgb::ZERO; 24 * 16];
+    let counts = method
+        .render_frame(1, 8, &mut image, &AtomicBool::new(false))
+        .unwrap();
+    let tracer = PathTracer::new(&scene, scene.emitters_by_power()).with_depths(Some(2), u32::MAX);
+    let seed = 8 ^ u64::from_be_bytes(*b"direct..");
+    for (index, &value) in image.iter().enumerate() {
+        let (x, y) = (index as u32 % 24, index as u32 / 24);
+        let sum: Rgb = (3..6).map(|sample| tracer.sample(x, y, sample, seed) / 3.0).sum();
+        assert_eq!(value, sum, "{x}, {y}");
+    }
+    let camera = 4 * image.len() as u64;
+    assert_eq!(counts.camera, camera);
+    assert!((1..=2 * camera).contains(&counts.path) && (1..=camera).contains(&counts.emitter));
 }
 
 /// Reuse in pairs leaves the expectation alone.
