@@ -1,8 +1,7 @@
 //! How many rays each pixel gets.
 
 use super::film_cells::FilmCells;
-use super::mask::{CellList, CellMask};
-use crate::camera_ray::PixelRay;
+use super::region::Region;
 use lightshed_sampling::{PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::Vec2;
 use lightshed_scene::{Camera, Rgb, Scene, SurfacePoint};
@@ -21,20 +20,23 @@ pub struct RayBudget {
 pub struct Spread {
     /// Of the ray of a path, which passes the pixel anywhere.
     pub by_path: f32,
-    /// Of a ray that passes the marked cells.
+    /// Of a ray that passes its region.
     pub by_ray: f32,
 }
 
 /// Rays by which a still camera looks at a pixel with marked cells, once.
-const PROBES: usize = 16;
+const PROBES: usize = GRID * GRID;
+
+/// Rows and columns of a grid of probes.
+const GRID: usize = 4;
 
 /// Names of probes: pixels are named as in images, and seeds of images are rarely this one.
 const PROBE_SEED: u64 = 0x7072_6f62_6573_2e2e;
 
-/// The share of marked cells that emitters are taken to cover where no probe met any.
+/// The share of a region that emitters are taken to cover where no probe met any.
 const UNSEEN: f32 = 1.0 / 64.0;
 
-/// The greatest share of a pixel in which emitters are searched for that no probe met.
+/// The greatest region, as a share of the pixel, in which emitters are searched for that no probe met.
 const SMALL: f32 = 0.25;
 
 impl Spread {
@@ -44,13 +46,13 @@ impl Spread {
         by_ray: 0.0,
     };
 
-    /// Of emission of length `radiance` that a share `lit` of the marked cells shows, which are a
+    /// Of emission of length `radiance` that a share `lit` of the region shows, which is a
     /// share `marked` of the pixel.
     pub fn of_share(radiance: f32, marked: f32, lit: f32) -> Self {
         Self::of_moments(marked, radiance * radiance * lit, radiance * radiance * lit * lit)
     }
 
-    /// From the second moment of emission in the marked cells and its squared mean.
+    /// From the second moment of emission in the region and its squared mean.
     fn of_moments(marked: f32, second: f32, squared_mean: f32) -> Self {
         let squared = marked * marked;
         Self {
@@ -110,30 +112,32 @@ pub fn allot(spreads: &[Spread], budget: RayBudget) -> Vec<u16> {
 }
 
 /// Estimates of all pixels' spreads, by probes or without.
-pub fn spreads(scene: &Scene, camera: &Camera, cells: &FilmCells, by_probes: bool) -> Vec<Spread> {
+pub fn spreads(
+    scene: &Scene,
+    camera: &Camera,
+    (cells, regions): (&FilmCells, &[Option<Region>]),
+    by_probes: bool,
+) -> Vec<Spread> {
     let width = scene.settings().width as usize;
-    let mut spreads = vec![Spread::NONE; cells.masks.len()];
+    let mut spreads = vec![Spread::NONE; regions.len()];
     parallel::for_each(spreads.chunks_mut(width), |y, row| {
         for (x, spread) in row.iter_mut().enumerate() {
             let pixel = y * width + x;
-            let (mask, most) = (cells.masks[pixel], cells.most[pixel]);
-            if !mask.is_empty() {
-                *spread = match by_probes {
-                    true => probed(scene, camera, [x as u32, y as u32], mask, most),
-                    false if cells.is_inside(pixel) => Spread::NONE,
-                    false => Spread::of_share(most, mask.share(), 0.5),
-                };
-            }
+            let Some(region) = &regions[pixel] else { continue };
+            *spread = match by_probes {
+                true => probed(scene, camera, [x as u32, y as u32], region, cells.most[pixel]),
+                false if cells.is_inside(pixel) => Spread::NONE,
+                false => Spread::of_share(cells.most[pixel], region.share(), 0.5),
+            };
         }
     });
     spreads
 }
 
-/// The spread of a pixel of which `mask` is marked, by rays.
-fn probed(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], mask: CellMask, most: f32) -> Spread {
-    let list = mask.cells();
-    let seen = probe(scene, camera, [x, y], &list);
-    let (first, marked) = (seen[0], mask.share());
+/// The spread of a pixel with this region, by rays.
+fn probed(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], region: &Region, most: f32) -> Spread {
+    let seen = probe(scene, camera, [x, y], region);
+    let (first, marked) = (seen[0], region.share());
     if seen.iter().any(|&radiance| radiance != first) {
         let mean = seen.iter().sum::<Rgb>() / PROBES as f32;
         let squares = seen.iter().map(|radiance| radiance.length_squared());
@@ -145,19 +149,24 @@ fn probed(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], mask: CellMask, most
         true if marked <= SMALL => Spread::of_share(most, marked, UNSEEN),
         true => Spread::NONE,
         // In the middle of an emitter.
-        false if mask == CellMask::FULL => Spread::NONE,
+        false if marked == 1.0 => Spread::NONE,
         false => Spread::of_share(first.length(), marked, 1.0 - UNSEEN),
     }
 }
 
-/// Emission along rays through the listed cells.
-fn probe(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], list: &CellList) -> [Rgb; PROBES] {
+/// Emission along rays through the region: over a grid that includes the border of a rectangle,
+/// where the thinnest strips of an emitter lie, or through stratified places of its cells.
+fn probe(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], region: &Region) -> [Rgb; PROBES] {
+    let (places, corner) = (region.places(), Vec2::new(x as f32, y as f32));
     let rays: [_; PROBES] = std::array::from_fn(|index| {
-        let numbers = PointSet::Sobol.block(PROBE_SEED, y << 16 | x, index as u32, 0);
-        let [u, v, ..] = numbers.map(f32_from_u32);
-        let place = list.place([u, v]);
-        let corner = Vec2::new(x as f32, y as f32);
-        PixelRay::through(camera, corner, [place.x, place.y, 0.5, 0.5]).ray
+        let u = match region.is_rectangle() {
+            true => [index % GRID, index / GRID].map(|place| place as f32 / (GRID - 1) as f32),
+            false => {
+                let words = PointSet::Sobol.block(PROBE_SEED, y << 16 | x, index as u32, 0);
+                [words[0], words[1]].map(f32_from_u32)
+            }
+        };
+        camera.ray(corner + places.at(u), [0.5; 2])
     });
     let mut hits = [None; PROBES];
     scene.accelerator().intersect_many(&rays, &mut hits);

@@ -116,6 +116,7 @@ fn within(low: f64, high: f64, count: usize) -> Option<(usize, usize)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::mask::CELLS;
     use super::*;
     use crate::camera_ray::PixelRay;
     use lightshed_sampling::CounterRng;
@@ -245,7 +246,7 @@ mod tests {
                 let seen = scene.intersect(&ray);
                 let shines = |point| scene.emitters().radiance(&point, ray.direction) != Rgb::ZERO;
                 lit += f32::from(u8::from(seen.is_some_and(shines)));
-                marked += mask.share();
+                marked += mask.count() as f32 / CELLS as f32;
             }
         }
         assert!(marked < 2.0 * lit, "{marked} cover {lit}");

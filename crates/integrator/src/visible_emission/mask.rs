@@ -1,5 +1,6 @@
 //! The cells of a pixel.
 
+#[cfg(test)]
 use lightshed_scene::glam::Vec2;
 
 /// Cells in a row or column of a pixel.
@@ -36,25 +37,21 @@ impl CellMask {
         self.0 == 0
     }
 
-    /// The share of the pixel's area.
+    /// The number of cells.
     #[inline]
-    pub fn share(self) -> f32 {
-        self.0.count_ones() as f32 / CELLS as f32
+    pub fn count(self) -> u32 {
+        self.0.count_ones()
     }
 
-    /// The cells one by one.
-    pub fn cells(self) -> CellList {
-        let mut list = CellList {
-            cells: [0; CELLS],
-            count: 0,
-        };
-        let mut left = self.0;
+    /// The numbers of the cells in their order, and how many there are.
+    pub fn cells(self) -> ([u8; CELLS], usize) {
+        let (mut cells, mut count, mut left) = ([0; CELLS], 0, self.0);
         while left != 0 {
-            list.cells[list.count] = left.trailing_zeros() as u8;
-            list.count += 1;
+            cells[count] = left.trailing_zeros() as u8;
+            count += 1;
             left &= left - 1;
         }
-        list
+        (cells, count)
     }
 
     /// Whether a place in the pixel, `[0, 1)²`, lies in one of the cells.
@@ -67,51 +64,33 @@ impl CellMask {
     }
 }
 
-/// Cells in their order.
-pub struct CellList {
-    cells: [u8; CELLS],
-    count: usize,
-}
-
-impl CellList {
-    /// A place in the pixel, uniform over the cells for uniform `u`; the pixel's corner without any.
-    #[inline]
-    pub fn place(&self, u: [f32; 2]) -> Vec2 {
-        let along = u[0] * self.count as f32;
-        let index = (along as usize).min(self.count.saturating_sub(1));
-        let cell = self.cells[index];
-        let axis = |from: u8| {
-            let bit = |i: u8| (cell >> (2 * i + from) & 1) << i;
-            f32::from(bit(0) | bit(1) | bit(2))
-        };
-        Vec2::new(axis(0) + (along - index as f32), axis(1) + u[1]) / SIDE as f32
-    }
+/// Column and row of the cell of this number.
+#[inline]
+pub fn place_of(cell: u8) -> [u8; 2] {
+    [0, 1].map(|axis| {
+        let bit = |i: u8| (cell >> (2 * i + axis) & 1) << i;
+        bit(0) | bit(1) | bit(2)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Of 64 × 64 stratified places over the cells of a mask, each cell has its share, and no other
-    /// cell any.
+    /// Rows and numbers name the same cells.
     #[test]
-    fn places_are_uniform_over_the_cells() {
-        for (row, first, last) in [(0, 0, 7), (5, 2, 5), (7, 6, 6)] {
-            let mut mask = CellMask::of_row(row, first, last);
-            mask.add(CellMask::of_row(3, 1, 1));
-            let (list, mut found) = (mask.cells(), [0; CELLS]);
-            for index in 0..64 * 64 {
-                let u = [index % 64, index / 64].map(|i| (i as f32 + 0.5) / 64.0);
-                let place = list.place(u);
-                assert!(mask.contains(place), "{place} of {mask:?}");
-                let [column, row] = place.to_array().map(|x| (x * SIDE as f32) as usize);
-                found[row * SIDE + column] += 1;
+    fn cells_have_their_places() {
+        for row in 0..SIDE {
+            for (first, last) in [(0, 7), (2, 5), (6, 6)] {
+                let mask = CellMask::of_row(row, first, last);
+                let (cells, count) = mask.cells();
+                let mut columns: Vec<_> = cells[..count].iter().map(|&cell| place_of(cell)).collect();
+                columns.sort_unstable();
+                let expected: Vec<_> = (first..=last).map(|x| [x as u8, row as u8]).collect();
+                assert_eq!(columns, expected);
+                assert_eq!(mask.count() as usize, count);
             }
-            let expected = 64.0 * 64.0 / (64.0 * mask.share());
-            let all = found.iter().filter(|&&count| count > 0);
-            assert_eq!(all.clone().count() as f32, 64.0 * mask.share());
-            all.for_each(|&count| assert!((count as f32 - expected).abs() <= 64.0));
         }
-        assert_eq!(CellMask::FULL.share(), 1.0);
+        assert_eq!(CellMask::FULL.count() as usize, CELLS);
     }
 }

@@ -4,6 +4,7 @@ mod allotment;
 mod film_cells;
 mod film_polygon;
 mod mask;
+mod region;
 
 use crate::camera_ray::PixelRay;
 use allotment::{RayBudget, allot, spreads};
@@ -12,7 +13,7 @@ use lightshed_film::{MAX_BATCH, SampleId};
 use lightshed_sampling::{PointSet, f32_from_u32, parallel};
 use lightshed_scene::glam::{Vec2, Vec3};
 use lightshed_scene::{Camera, Ray, Rgb, Scene, SurfacePoint};
-use mask::CellMask;
+use region::Region;
 use std::sync::Arc;
 
 /// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera
@@ -22,10 +23,10 @@ use std::sync::Arc;
 /// of the error of a mean, and a ray to a lamp is cheap compared with a path that ends there.
 /// Emitters are projected to the film. They mark the cells of an 8 × 8 grid in each pixel that they
 /// may cover; rays through other cells meet no emitter for certain. So the rays of a pixel go to
-/// the marked cells, and the estimate is
+/// the region of its marked cells, and the estimate is
 ///
 /// ```text
-/// A / n · Σ L_e(ray i)      A the marked share of the pixel, n its number of rays.
+/// A / n · Σ L_e(ray i)      A the region's share of the pixel, n its number of rays.
 /// ```
 ///
 /// The numbers of rays reduce the sum of all pixels' variances most, for a given number in all.
@@ -33,9 +34,9 @@ use std::sync::Arc;
 /// at each marked pixel once. In pixels without rays, paths meet emission themselves. So only a
 /// mark that is missing causes a bias, not a bad choice.
 pub(crate) struct VisibleEmission {
-    /// Of each pixel, the marked cells and its rays for each sample; none where methods see
-    /// emission themselves.
-    pixels: Vec<(CellMask, u16)>,
+    /// Of each pixel, the region and its rays for each sample; none where methods see emission
+    /// themselves.
+    pixels: Vec<Option<(Region, u16)>>,
     width: u32,
 }
 
@@ -93,9 +94,13 @@ impl VisibleEmission {
             mean: RAYS_PER_EDGE * edges.min(MOST_EDGES) as f32,
             most: MAX_RAYS,
         };
-        let rays = allot(&spreads(scene, camera, &cells, by_probes), budget);
+        let regions: Vec<Option<Region>> = cells.masks.iter().map(|&mask| Region::new(mask)).collect();
+        let rays = allot(&spreads(scene, camera, (&cells, &regions), by_probes), budget);
+        let pixels = regions.into_iter().zip(&rays);
         rays.iter().any(|&rays| rays > 0).then(|| Self {
-            pixels: cells.masks.into_iter().zip(rays).collect(),
+            pixels: pixels
+                .map(|(region, &rays)| Some((region?, rays)).filter(|_| rays > 0))
+                .collect(),
             width: scene.settings().width,
         })
     }
@@ -103,7 +108,7 @@ impl VisibleEmission {
     /// Whether the emission of surfaces that the pixel of this index sees is estimated here.
     #[inline(always)]
     pub fn takes(&self, pixel: usize) -> bool {
-        self.pixels.get(pixel).is_some_and(|&(_, rays)| rays > 0)
+        self.pixels.get(pixel).is_some_and(Option::is_some)
     }
 
     /// Of which of up to [`MAX_BATCH`] samples, bit by bit.
@@ -133,18 +138,18 @@ impl VisibleEmission {
         // Of each ray, the sample's place and the weight.
         let (mut owners, mut count) = ([(0, 0.0); MAX_BATCH], 0);
         for (place, id) in ids.iter().enumerate().take(values.len()) {
-            let Some(&(mask, number)) = self.pixels.get(self.pixel(id)).filter(|(_, rays)| *rays > 0) else {
+            let Some(Some((region, number))) = self.pixels.get(self.pixel(id)) else {
                 continue;
             };
-            let (cells, number) = (mask.cells(), u32::from(number));
-            let weight = mask.share() / number as f32;
+            let (places, number) = (region.places(), u32::from(*number));
+            let weight = region.share() / number as f32;
             let corner = Vec2::new(id.x as f32, id.y as f32);
             for ray in 0..number {
                 let index = id.index.wrapping_mul(number).wrapping_add(ray);
                 let [u, v, ..] = points
                     .block(seed, id.y << 16 | id.x, index, BLOCK)
                     .map(f32_from_u32);
-                let film = cells.place([u, v]);
+                let film = places.at([u, v]);
                 rays[count] = PixelRay::through(camera, corner, [film.x, film.y, 0.5, 0.5]).ray;
                 owners[count] = (place, weight);
                 count += 1;
@@ -197,6 +202,7 @@ fn meet(scene: &Scene, rays: &[Ray], owners: &[(usize, f32); MAX_BATCH], values:
 
 #[cfg(test)]
 mod tests {
+    use super::mask::CellMask;
     use super::*;
     use lightshed_scene::builtin;
     use lightshed_testkit::check_faults;
@@ -223,14 +229,15 @@ mod tests {
             let camera = scene.camera();
             let mut visible = VisibleEmission::new(&scene, camera, true, 8).ok_or("nothing is seen")?;
             match fault {
-                Some(Fault::Holes) => visible.pixels.iter_mut().step_by(3).for_each(|pixel| pixel.1 = 0),
+                Some(Fault::Holes) => visible
+                    .pixels
+                    .iter_mut()
+                    .step_by(3)
+                    .for_each(|pixel| *pixel = None),
                 Some(Fault::NotAll) => {
-                    let top = CellMask::of_row(0, 0, 7);
-                    visible
-                        .pixels
-                        .iter_mut()
-                        .step_by(3)
-                        .for_each(|pixel| pixel.0 = top);
+                    let top = Region::new(CellMask::of_row(0, 0, 7)).unwrap();
+                    let taken = visible.pixels.iter_mut().flatten();
+                    taken.step_by(3).for_each(|pixel| pixel.0 = top);
                 }
                 _ => (),
             }
