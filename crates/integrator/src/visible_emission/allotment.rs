@@ -36,9 +36,6 @@ const PROBE_SEED: u64 = 0x7072_6f62_6573_2e2e;
 /// The share of a region that emitters are taken to cover where no probe met any.
 const UNSEEN: f32 = 1.0 / 64.0;
 
-/// The greatest region, as a share of the pixel, in which emitters are searched for that no probe met.
-const SMALL: f32 = 0.25;
-
 impl Spread {
     /// No use in rays.
     pub const NONE: Self = Self {
@@ -145,21 +142,20 @@ fn probed(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], region: &Region, mos
         return Spread::of_moments(marked, second, mean.length_squared());
     }
     match first == Rgb::ZERO {
+        // What hides a large emitter, or the middle of one.
+        _ if marked == 1.0 => Spread::NONE,
         // Hidden, or hardly visible.
-        true if marked <= SMALL => Spread::of_share(most, marked, UNSEEN),
-        true => Spread::NONE,
-        // In the middle of an emitter.
-        false if marked == 1.0 => Spread::NONE,
+        true => Spread::of_share(most, marked, UNSEEN),
         false => Spread::of_share(first.length(), marked, 1.0 - UNSEEN),
     }
 }
 
-/// Emission along rays through the region: over a grid that includes the border of a rectangle,
-/// where the thinnest strips of an emitter lie, or through stratified places of its cells.
+/// Emission along rays through the region: over a grid that includes the border of a whole pixel,
+/// where the thinnest strips beside a large emitter lie, or through stratified places.
 fn probe(scene: &Scene, camera: &Camera, [x, y]: [u32; 2], region: &Region) -> [Rgb; PROBES] {
     let (places, corner) = (region.places(), Vec2::new(x as f32, y as f32));
     let rays: [_; PROBES] = std::array::from_fn(|index| {
-        let u = match region.is_rectangle() {
+        let u = match region.share() == 1.0 {
             true => [index % GRID, index / GRID].map(|place| place as f32 / (GRID - 1) as f32),
             false => {
                 let words = PointSet::Sobol.block(PROBE_SEED, y << 16 | x, index as u32, 0);

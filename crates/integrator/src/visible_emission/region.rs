@@ -15,8 +15,8 @@ pub struct Region {
     cells: CellMask,
 }
 
-/// A rectangle is taken up to this many times the marked area.
-const ROOM: u32 = 2;
+/// A rectangle is taken up to this many quarters of the marked area.
+const ROOM: u32 = 5;
 
 impl Region {
     /// Of cells. `None` without any.
@@ -30,7 +30,7 @@ impl Region {
         Some(Self {
             corner: least,
             size,
-            cells: match area <= ROOM * mask.count() {
+            cells: match 4 * area <= ROOM * mask.count() {
                 true => CellMask::default(),
                 false => mask,
             },
@@ -94,7 +94,7 @@ mod tests {
     fn places_are_uniform_over_the_region() {
         let diagonal = (0..SIDE).map(|row| CellMask::of_row(row, row, row));
         let rectangle = (2..5).map(|row| CellMask::of_row(row, 1, 6));
-        let corners = [CellMask::of_row(0, 0, 1), CellMask::of_row(1, 0, 0)];
+        let corners = [CellMask::of_row(0, 0, 2), CellMask::of_row(1, 0, 1)];
         let union = |masks: &mut dyn Iterator<Item = CellMask>| {
             masks.fold(CellMask::default(), |mut all, mask| {
                 all.add(mask);
@@ -104,7 +104,7 @@ mod tests {
         let masks = [
             (union(&mut diagonal.into_iter()), 8, false),
             (union(&mut rectangle.into_iter()), 18, true),
-            (union(&mut corners.into_iter()), 4, true),
+            (union(&mut corners.into_iter()), 6, true),
             (CellMask::FULL, 64, true),
         ];
         for (mask, area, is_rectangle) in masks {
