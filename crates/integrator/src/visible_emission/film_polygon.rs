@@ -4,6 +4,10 @@ use lightshed_scene::glam::{DVec2, DVec3};
 use lightshed_scene::{EmitterOutline, FilmMap};
 
 /// What an outline covers on the film.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a value lives for the projection of one emitter"
+)]
 pub enum OnFilm {
     /// No part of the image.
     Nothing,
