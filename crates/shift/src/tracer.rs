@@ -73,8 +73,8 @@ impl<W: World> TreeTracer<W> {
         }
     }
 
-    /// Without the candidates of fewer than `edges` edges (that from the camera included), which are
-    /// left to another estimator. All else stays the same, bit for bit.
+    /// Without the candidates of fewer than `edges` edges (that from the camera included), which
+    /// are left to another estimator. All else stays the same, bit for bit.
     #[must_use]
     pub fn with_least_length(mut self, edges: u32) -> Self {
         self.least_length = edges;

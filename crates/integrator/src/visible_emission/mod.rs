@@ -19,8 +19,8 @@ use std::sync::Arc;
 /// Estimates `∫_pixel L_e` of emitting surfaces that the camera sees directly, by several camera
 /// rays a sample in the pixels where one ray would have much noise, and by none elsewhere.
 ///
-/// A lamp is brighter by orders of magnitude than the surfaces it lights, so lamps in view hold most
-/// of the error of a mean, and a ray to a lamp is cheap compared with a path that ends there.
+/// A lamp is brighter by orders of magnitude than the surfaces it lights, so lamps in view hold
+/// most of the error of a mean, and a ray to a lamp is cheap compared with a path that ends there.
 /// Emitters are projected to the film. They mark the cells of an 8 × 8 grid in each pixel that they
 /// may cover; rays through other cells meet no emitter for certain. So the rays of a pixel go to
 /// the region of its marked cells, and the estimate is
@@ -217,9 +217,9 @@ mod tests {
         NotAll,
     }
 
-    /// The mean of the pixels with rays is that of single rays over a regular grid of 32 × 32 places
-    /// in each, to the grid's error; pixels in which between a tenth and nine tenths of these meet
-    /// an emitter have rays.
+    /// The mean of the pixels with rays is that of single rays over a regular grid of 32 × 32
+    /// places in each, to the grid's error; pixels in which between a tenth and nine tenths of
+    /// these meet an emitter have rays.
     #[test]
     fn sees_what_a_grid_of_rays_sees() {
         let results = check_faults(&[Fault::Holes, Fault::NotAveraged, Fault::NotAll], |fault| {
