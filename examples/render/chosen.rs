@@ -2,21 +2,35 @@
 
 use crate::arguments::{Arguments, Device};
 use crate::failure::Failure;
+use crate::interruption::Interruption;
 use crate::rendered::Rendered;
 use lightshed::film::{Budget, RenderOptions};
-use lightshed::integrator::{AutoTask, Choice, MethodRequest, TailBound, Trial};
+use lightshed::integrator::{AutoTask, Choice, MethodRequest, Trial};
 use lightshed::scene::Scene;
 use serde_json::{Value, json};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// A choice, and seconds that its pilot took.
+/// A choice, seconds that its pilot took, and whether that was interrupted.
 pub struct Chosen {
     pub choice: Choice,
     pub seconds: f64,
+    pub interrupted: bool,
 }
 
 impl Chosen {
+    /// What to render of the chosen method in place of `samples` of the plainest one, at equal
+    /// cost; each part has some, if it had before.
+    pub fn samples(&self, arguments: &Arguments, samples: u32) -> u32 {
+        let part = arguments
+            .shard
+            .iter()
+            .flat_map(|parts| parts.iter())
+            .map(|part| part.count());
+        let parts = part.chain(arguments.shards).max().unwrap_or(1);
+        self.choice.frames(samples).max(parts.min(samples))
+    }
+
     /// Adds the time to that of the rendering.
     pub fn count(&self, outcome: &mut Rendered) {
         outcome.seconds += self.seconds;
@@ -41,6 +55,7 @@ pub fn choose(
     }
     let start = Instant::now();
     let moves = arguments.motion.is_some() || arguments.media_motion.is_some() || arguments.sequence;
+    let mut interrupted = false;
     let choice = if moves || frame.is_some() || arguments.frame.is_some() {
         auto.by_features(scene)?
     } else {
@@ -52,16 +67,21 @@ pub fn choose(
         let task = AutoTask {
             threads: options.threads,
             by_clock: arguments.adaptive,
+            // A part that follows from no other would learn for itself.
+            chains: arguments.shard.is_none() && arguments.shards.is_none(),
             ..AutoTask::new([options.width, options.height], samples)
         };
-        auto.choose(scene, &task, &AtomicBool::new(false))?
+        let cancel = &Interruption::catch()?.cancel;
+        let choice = auto.choose(scene, &task, cancel)?;
+        interrupted = cancel.load(Ordering::Relaxed);
+        choice
     };
     let seconds = start.elapsed().as_secs_f64();
-    Ok(Some(Chosen { choice, seconds }))
-}
-
-fn bound_json(error: &TailBound) -> Value {
-    json!({"mean": error.mean, "bound": error.bound, "shape": error.shape})
+    Ok(Some(Chosen {
+        choice,
+        seconds,
+        interrupted,
+    }))
 }
 
 /// All there is to know of a choice.
@@ -71,16 +91,22 @@ pub fn choice_json(choice: &Choice) -> Value {
             "method": trial.method.to_string(),
             "frames": trial.frames,
             "cost": trial.cost,
-            "mse": bound_json(&trial.error),
-            "relative_mse": bound_json(&trial.relative),
+            "mse": trial.error,
+            "relative_mse": trial.relative,
+            "prior": trial.prior,
             "merit": trial.merit(),
         })
     };
     let left_out = choice.left_out.iter();
     json!({
         "method": choice.method.to_string(),
+        "cost": choice.cost,
         "why": choice.why,
-        "pilot": choice.pilot.map(|pilot| json!({"size": pilot.size, "seconds": pilot.seconds})),
+        "pilot": choice.pilot.map(|pilot| json!({
+            "size": pilot.size,
+            "in_blocks": pilot.in_blocks,
+            "seconds": pilot.seconds,
+        })),
         "trials": choice.trials.iter().map(trial).collect::<Value>(),
         "left_out": left_out.map(|left| json!({"method": left.method, "why": left.why})).collect::<Value>(),
     })
@@ -90,9 +116,10 @@ pub fn choice_json(choice: &Choice) -> Value {
 pub fn choice_text(choice: &Choice) -> String {
     let features = &choice.features;
     let mut text = format!(
-        "\n  chosen   {:<30} {}\n  scene    {:<30} {} finite emitters, {}, {} media, {} glossy and {} smooth materials of lobes",
+        "\n  chosen   {:<30} {}; a frame costs {:.2} samples of the plainest one\n  scene    {:<30} {} finite emitters, {}, {} media, {} glossy and {} smooth materials of lobes",
         choice.method.to_string(),
         choice.why,
+        choice.cost,
         "",
         features.area_emitters + features.delta_emitters,
         if features.surroundings {
@@ -106,19 +133,20 @@ pub fn choice_text(choice: &Choice) -> String {
     );
     if let Some(pilot) = &choice.pilot {
         let ([width, height], seconds) = (pilot.size, pilot.seconds);
+        let of = if pilot.in_blocks { " in blocks" } else { "" };
         text += &format!(
-            "\n  pilot    {:<30} {width}x{height} pixels, {seconds:.2} CPU-seconds",
+            "\n  pilot    {:<30} {width}x{height} pixels{of}, {seconds:.2} CPU-seconds",
             ""
         );
     }
     for trial in &choice.trials {
         text += &format!(
-            "\n  tried    {:<30} {} frames of cost {:.3}, squared error {:.3e} (bound {:.3e}), merit {:.3e}",
+            "\n  tried    {:<30} {} frames of cost {:.3}, squared error {:.3e}, prior {:.2}, merit {:.3e}",
             trial.method.to_string(),
             trial.frames,
             trial.cost,
-            trial.error.mean,
-            trial.error.bound,
+            trial.error,
+            trial.prior,
             trial.merit()
         );
     }

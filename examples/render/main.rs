@@ -22,6 +22,7 @@ mod error_chain;
 mod explain;
 mod failure;
 mod gpu;
+mod interruption;
 mod motion;
 mod progress;
 mod rendered;

@@ -2,12 +2,13 @@
 //! the figures.
 
 use crate::arguments::{Arguments, Device, Motion};
-use crate::chosen::{Chosen, choose};
+use crate::chosen::choose;
 use crate::emptiness::{black, empty};
 use crate::error_chain::chain;
 use crate::explain::explain;
 use crate::failure::{Failure, one_line};
 use crate::gpu::on_gpu;
+use crate::interruption::{INTERRUPTED, Interruption};
 use crate::motion::{MediaMotion, Numbered, render_sequence};
 use crate::progress::Bar;
 use crate::rendered::Rendered;
@@ -28,11 +29,8 @@ use lightshed::scene::import::ImportError;
 use lightshed::scene::{RenderSettings, Scene, SceneDescription, builtin, import};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
-
-/// Exit status after an interruption, as shells report a process ended by SIGINT.
-const INTERRUPTED: u8 = 130;
 
 /// What a second is taken for where work is planned by the number of paths.
 const PATHS_PER_SECOND: f64 = 1e6;
@@ -112,7 +110,7 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
         samples_per_pixel,
         ..
     } = *settings;
-    let samples = match frame {
+    let mut samples = match frame {
         Some(_) if capabilities.frames => 1,
         _ => arguments.samples().unwrap_or(samples_per_pixel),
     };
@@ -150,10 +148,18 @@ fn one(arguments: &Arguments, frame: Option<u32>) -> Result<ExitCode, Failure> {
     // What each task of a job spends before it renders.
     let reading_seconds = process_cpu_seconds();
     let chosen = choose(arguments, &mut scene, &options, frame)?;
-    if let Some(Chosen { choice, seconds, .. }) = &chosen {
-        arguments.method = choice.method.clone();
-        if let Budget::Seconds(budget) = &mut options.budget {
-            *budget = (*budget - seconds).max(f64::MIN_POSITIVE);
+    if let Some(chosen) = &chosen {
+        arguments.method = chosen.choice.method.clone();
+        match &mut options.budget {
+            Budget::Seconds(budget) => *budget = (*budget - chosen.seconds).max(f64::MIN_POSITIVE),
+            Budget::Samples(budget) => {
+                samples = chosen.samples(arguments, samples);
+                *budget = samples;
+            }
+        }
+        if chosen.interrupted {
+            complain("interrupted before the first pass was done; nothing was written");
+            return Ok(ExitCode::from(INTERRUPTED));
         }
     }
     let (arguments, capabilities) = (&*arguments, arguments.method.capabilities());
@@ -510,46 +516,4 @@ fn default_target(
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| Failure::because("cannot make the folder out", &e))?;
     Ok(OutputTarget::prepare(file_of(&path, frame, part))?)
-}
-
-/// Whether the program was started so that it outlives its terminal (`nohup`), which a handler
-/// would undo.
-fn ignores_hangups() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    // SIGHUP is signal 1.
-    ignored.is_some_and(|mask| mask & 1 != 0)
-}
-
-/// What interruptions do: the first cancels the rendering, the second ends the program, and none
-/// ends it while the image is being written. Before [`Interruption::catch`] the first ends the
-/// program.
-struct Interruption {
-    cancel: AtomicBool,
-    writing: AtomicBool,
-}
-
-impl Interruption {
-    /// From now on. Images after the first are heard of in the same way.
-    fn catch() -> Result<&'static Self, Failure> {
-        static ONE: Interruption = Interruption {
-            cancel: AtomicBool::new(false),
-            writing: AtomicBool::new(false),
-        };
-        static CAUGHT: AtomicBool = AtomicBool::new(false);
-        ONE.writing.store(false, Ordering::SeqCst);
-        if ignores_hangups() {
-            return Ok(&ONE);
-        }
-        if !CAUGHT.swap(true, Ordering::SeqCst) {
-            ctrlc::set_handler(|| {
-                let again = ONE.cancel.swap(true, Ordering::SeqCst);
-                if again && !ONE.writing.load(Ordering::SeqCst) {
-                    std::process::exit(i32::from(INTERRUPTED));
-                }
-            })?;
-        }
-        Ok(&ONE)
-    }
 }

@@ -241,7 +241,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
          EmitterSampler::pdf EmitterSampler::pdf_environment EmitterSampler::sample EmitterSampler::sample_endpoint \
          EmitterSampler::sample_lanes EmitterSampler::sample_many EmitterSampler::site \
          LightSelection::probability ObservedPath::arrived ObservedPath::from_sampled_emitter \
-         PathTracer::radiance RestirVolume::animated SceneWorld::arrive TailBound::of Trial::merit VolumePathTracer::radiance",
+         PathTracer::radiance RestirVolume::animated SceneWorld::arrive Trial::merit VolumePathTracer::radiance",
     ),
     (
         "lightshed-integrator",

@@ -1,5 +1,6 @@
 //! Perspective cameras with a pinhole or a thin lens.
 
+use crate::image_blocks::ImageBlocks;
 use crate::{CameraDescription, FlatCamera, Projection, Ray};
 use glam::{Affine3A, DMat3, DVec3, Quat, Vec2, Vec3, Vec3A};
 use lightshed_lanes::{Lanes, Vec3Lanes};
@@ -21,6 +22,8 @@ pub struct Camera {
     focus_distance: f32,
     near_clip: f32,
     far_clip: f32,
+    /// Which of the image's pixels there are; all without.
+    blocks: Option<ImageBlocks>,
 }
 
 /// Where points appear on the film of a [`Camera`], in exact arithmetic as far as `f64` has it.
@@ -110,24 +113,17 @@ impl Camera {
             focus_distance,
             near_clip,
             far_clip,
+            blocks: None,
         })
     }
 
-    /// The same view for images of another size: the image's edges stay where they are, so that
-    /// pixels are square no more where the sides' ratio changes.
-    ///
-    /// # Errors
-    /// [`CameraError::Size`].
-    pub fn resized(&self, from: [u32; 2], to: [u32; 2]) -> Result<Self, CameraError> {
-        let sides = 1..=MAX_IMAGE_SIDE;
-        if !from.iter().chain(&to).all(|side| sides.contains(side)) {
-            return Err(CameraError::Size);
-        }
-        let side = |size: [u32; 2]| Vec2::new(size[0] as f32, size[1] as f32);
-        Ok(Self {
-            pixel: self.pixel * side(from) / side(to),
+    /// The pixels of these blocks alone, of a camera for the image that the blocks are of.
+    #[must_use]
+    pub fn in_blocks(&self, blocks: ImageBlocks) -> Self {
+        Self {
+            blocks: Some(blocks),
             ..self.clone()
-        })
+        }
     }
 
     /// This camera moved in world space by `x ↦ rotation · x + translation`.
@@ -152,6 +148,10 @@ impl Camera {
     /// length.
     #[inline]
     pub fn ray(&self, film: Vec2, u_lens: [f32; 2]) -> Ray {
+        let film = match &self.blocks {
+            None => film,
+            Some(blocks) => blocks.in_image(film),
+        };
         let through = (self.corner + self.pixel * film).extend(1.0);
         let (origin, direction) = if self.has_lens() {
             let lens = (ConcentricDisk::sample(u_lens) * self.aperture_radius).extend(0.0);
@@ -173,7 +173,7 @@ impl Camera {
         Ray::segment(world_origin + world_direction * near, world_direction, far - near)
     }
 
-    /// The camera as a shader reads it.
+    /// The camera as a shader reads it, which knows of no blocks.
     pub(crate) fn flat(&self, size: [u32; 2]) -> FlatCamera {
         let axis = |axis: Vec3A| Vec3::from(axis);
         FlatCamera {
@@ -200,6 +200,10 @@ impl Camera {
     pub fn film_position(&self, point: Vec3) -> Option<Vec2> {
         let local = Vec3::from(self.to_local.transform_point3a(Vec3A::from(point)));
         let film = (local.truncate() / local.z - self.corner) / self.pixel;
+        let film = match &self.blocks {
+            None => film,
+            Some(blocks) => blocks.of_image(film),
+        };
         (local.z > 0.0 && film.is_finite()).then_some(film)
     }
 
@@ -224,6 +228,10 @@ impl Camera {
     #[inline(always)]
     pub fn ray_lanes<L: Lanes>(&self, film: [L; 2], u_lens: [L; 2]) -> (Vec3Lanes<L>, Vec3Lanes<L>, L) {
         let one = L::splat(1.0);
+        let film = match &self.blocks {
+            None => film,
+            Some(blocks) => blocks.in_image_lanes(film),
+        };
         let through = Vec3Lanes::new(
             L::splat(self.corner.x) + L::splat(self.pixel.x) * film[0],
             L::splat(self.corner.y) + L::splat(self.pixel.y) * film[1],

@@ -22,8 +22,8 @@ const OF_THE_JOB: [(&str, bool); 9] = [
     ("--again", false),
 ];
 
-/// Options that say how a method is to be chosen, in the same way.
-const CHOSEN: [(&str, bool); 2] = [("--method", true), ("--adaptive", false)];
+/// Options that say how a method is to be chosen and for how much work, in the same way.
+const CHOSEN: [(&str, bool); 3] = [("--method", true), ("--adaptive", false), ("--spp", true)];
 
 /// Tasks, numbered from 0, `n = ⌈shards / per_task⌉` of each frame: the shards from
 /// `per_task · (t mod n)` on of frame `first + ⌊t / n⌋`.
@@ -77,8 +77,13 @@ impl Job {
         let threads = arguments.threads.max(1);
         let mut words = vec![text(program.as_os_str())?];
         words.extend(own_words(arguments)?);
-        // `--frames N`, which is among the options left out, is a number of samples.
-        let spp = arguments.samples().filter(|_| arguments.spp.is_none());
+        // `--frames N`, which is among the options left out, is a number of samples; of a method
+        // that was chosen it is what the work is worth.
+        let is_chosen = matches!(arguments.request, MethodRequest::Auto(_)) && frames.is_none();
+        let spp = match is_chosen {
+            true => Some(samples),
+            false => arguments.samples().filter(|_| arguments.spp.is_none()),
+        };
         words.extend(
             spp.iter()
                 .flat_map(|samples| ["--spp".to_owned(), samples.to_string()]),

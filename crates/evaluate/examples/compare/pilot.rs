@@ -1,4 +1,5 @@
-//! What `auto` needs in a race: the scene at the size of its pilot, and a place for what it chose.
+//! What `auto` needs in a race: the scene in the blocks of its pilot, and a place for what it
+//! chose.
 
 use crate::arguments::Arguments;
 use crate::scenes::Subject;
@@ -12,7 +13,7 @@ use std::sync::{Arc, OnceLock};
 /// Paths that a second is taken for.
 const PATHS_PER_SECOND: f64 = 1e6;
 
-/// The scene at the size of the pilot.
+/// The scene in the blocks of the pilot.
 pub struct Pilot {
     task: AutoTask,
     scene: Scene,
@@ -35,13 +36,13 @@ impl Pilot {
         let task = AutoTask::new(size, samples.ceil() as u32);
         let is_asked = |request: &MethodRequest| matches!(request, MethodRequest::Auto(_));
         let asked = subject.methods.iter().any(is_asked);
-        let of_pilot = if asked {
-            task.pilot_size().unwrap_or(size)
-        } else {
-            [1, 1]
-        };
-        [description.settings.width, description.settings.height] = of_pilot;
-        let scene = Scene::new(&description)?;
+        if !asked {
+            [description.settings.width, description.settings.height] = [1, 1];
+        }
+        let mut scene = Scene::new(&description)?;
+        if let Some(blocks) = task.pilot_blocks().filter(|_| asked) {
+            scene = scene.into_blocks(blocks)?;
+        }
         Ok(Self { task, scene })
     }
 

@@ -22,8 +22,9 @@ pub(super) struct Family {
 
 /// Unbiased methods for stills that have been found to win somewhere, the plainest first, with
 /// whether they know media.
-const FAMILIES: [(&str, bool); 4] = [
+const FAMILIES: [(&str, bool); 5] = [
     ("path", false),
+    ("direct:light-samples=4", false),
     ("path-reuse", false),
     ("restir-pt-offline", false),
     ("volpath", true),
@@ -32,11 +33,16 @@ const FAMILIES: [(&str, bool); 4] = [
 /// Emitters from which on a tree over them may pay.
 pub(super) const TREE_EMITTERS: usize = 8;
 
-/// The family of a method with the options that were given; `None` if it does not take them.
+/// The family of a method with the options that were given; `None` if it does not take them, or has
+/// a value of its own for one.
 fn family(name: &str, given: &[(String, String)]) -> Option<Family> {
     let mut methods = Vec::new();
-    for text in [name.to_owned(), format!("{name}:bvh")] {
+    for text in [name.to_owned(), format!("{name}:lights=bvh")] {
         let mut method: Method = text.parse().ok()?;
+        let is_own = |name: &str| name != "lights" && method.options().any(|(own, _)| own.name == name);
+        if given.iter().any(|(name, _)| is_own(name)) {
+            return None;
+        }
         for (name, value) in given {
             method.set(name, value).ok()?;
         }
@@ -60,12 +66,21 @@ pub(super) fn plainest(given: &[(String, String)], media: bool) -> Option<Method
     family.methods.into_iter().next()
 }
 
+/// Chains of frames, with what was given; `None` if they do not take it.
+pub(super) fn chain(given: &[(String, String)]) -> Option<Method> {
+    family("mcmm", given)?.methods.into_iter().next()
+}
+
 /// Why a method has nothing to do in a scene of paths of so many edges.
 fn idle(name: &str, features: &SceneFeatures, max_depth: Option<u32>) -> Option<&'static str> {
     let longest = max_depth.unwrap_or(u32::MAX);
     match name {
         "path-reuse" | "restir-pt-offline" if longest < 3 => Some("there is no indirect light to share"),
         "path-reuse" | "restir-pt-offline" if !features.has_light() => Some("nothing emits"),
+        "direct:light-samples=4" if longest != 2 => Some("paths have more than two edges"),
+        "direct:light-samples=4" if features.area_emitters + features.delta_emitters == 0 => {
+            Some("there are no finite emitters")
+        }
         _ => None,
     }
 }

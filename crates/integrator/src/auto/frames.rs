@@ -23,7 +23,7 @@ pub struct AutoFrames<'b, 'a, 'p> {
 
 impl<'b, 'a, 'p> AutoFrames<'b, 'a, 'p> {
     /// Frames of `stage`'s scene; of methods of independent samples with `samples` in each pixel.
-    /// `pilot` has the scene at [`AutoTask::pilot_size`]. What is chosen is put into `chosen`.
+    /// `pilot` has the scene in [`AutoTask::pilot_blocks`]. What is chosen is put into `chosen`.
     pub fn new(
         (auto, task): (Auto, AutoTask),
         (stage, pilot): (&'b Stage<'a>, &'b Stage<'p>),

@@ -1,9 +1,10 @@
 //! A candidate's two images.
 
-use super::plan::PilotPlan;
-use super::tail::TailBound;
 use crate::registry::{Method, MethodError, Motion, Stage, Started};
-use lightshed_film::{Budget, RayCounts, RenderError, RenderOptions, RenderOutcome, render, render_frames};
+use lightshed_film::{
+    Budget, RayCounts, RenderError, RenderOptions, RenderOutcome, RgbImage, render, render_frames,
+};
+use std::fmt::Display;
 use std::sync::atomic::AtomicBool;
 
 /// Two images of a candidate, made of as many frames each.
@@ -14,16 +15,19 @@ pub(super) struct Images {
     pub rays: Option<RayCounts>,
     /// Processor seconds of both, where the platform tells, or those of the clock.
     pub seconds: f64,
-    /// Squared error of an image.
-    pub error: TailBound,
-    /// The same relative to the pixel's squared brightness.
-    pub relative: TailBound,
+    /// Mean squared error of an image.
+    pub error: f64,
+    /// The pixels of both, row by row.
+    pub means: [RgbImage; 2],
 }
 
 /// Seeds of the two images, apart from those that images are rendered with.
 const SEEDS: [u64; 2] = [0x5bd1_e995_a1f0_73c4, 0x9e6c_63d0_26b4_1d8b];
 
-/// Brightness that relative errors of darker pixels refer to, as a share of the image's.
+/// Side of the squares whose brightness relative errors refer to, in pixels.
+const CELL: usize = 8;
+
+/// Brightness that relative errors of darker squares refer to, as a share of the image's.
 const DARKEST: f64 = 0.1;
 
 /// Renders two images of `frames` frames or samples at the size of the stage's scene. `None` if it
@@ -35,49 +39,147 @@ pub(super) fn images(
     threads: usize,
     cancel: &AtomicBool,
 ) -> Result<Option<Images>, MethodError> {
-    let settings = stage.scene().settings();
+    // Independent frames are of the seed alone: both images are of one start.
+    let mut started = method.start(stage, Motion::STILL)?;
     let mut outcomes = Vec::new();
     for seed in SEEDS {
         let options = RenderOptions {
             seed,
             threads,
-            ..RenderOptions::new(settings.width, settings.height, Budget::Samples(frames))
+            ..options(stage, frames)
         };
-        let outcome: Result<RenderOutcome, RenderError> = match method.start(stage, Motion::STILL)? {
-            Started::Samples(estimator) => render(&estimator, &options, &|_| (), cancel),
-            Started::Frames(mut method) => render_frames(&mut method, &options, &|_| (), cancel),
-        };
-        let outcome = outcome.map_err(|error| MethodError::Refused {
-            method: method.name(),
-            reason: error.to_string(),
-        })?;
-        if outcome.interrupted {
-            return Ok(None);
+        match part(&mut started, method, &options, cancel)? {
+            Some(outcome) => outcomes.push(outcome),
+            None => return Ok(None),
         }
-        outcomes.push(outcome);
     }
-    let means = outcomes.iter().map(|outcome| outcome.film.mean_image());
-    let means: Vec<_> = means.collect();
-    let pixels = || means[0].pixels().iter().zip(means[1].pixels());
-    let mut errors: Vec<f64> = pixels().map(|(a, b)| half_squared_difference(a, b)).collect();
-    let brightness =
-        |(a, b): (&[f32; 3], &[f32; 3])| a.iter().chain(b).map(|v| f64::from(*v)).sum::<f64>() / 6.0;
-    let mean = pixels().map(brightness).sum::<f64>() / errors.len().max(1) as f64;
-    let squares = pixels().map(|pair| brightness(pair).powi(2) + (DARKEST * mean).powi(2));
-    let mut relative: Vec<f64> = errors
-        .iter()
-        .zip(squares)
-        .map(|(error, square)| error / square)
-        .collect();
-    let seconds = outcomes.iter().map(|o| o.cpu_seconds.unwrap_or(o.seconds)).sum();
+    let outcomes: Option<[RenderOutcome; 2]> = outcomes.try_into().ok();
+    Ok(outcomes.map(|outcomes| compared(frames, outcomes)))
+}
+
+/// The same of a method whose frames follow from each other: two images of half of the frames, and
+/// two of all.
+pub(super) fn halves(
+    stage: &Stage<'_>,
+    method: &Method,
+    frames: u32,
+    threads: usize,
+    cancel: &AtomicBool,
+) -> Result<Option<[Images; 2]>, MethodError> {
+    let half = (frames / 2).max(1);
+    let (mut first, mut whole) = (Vec::new(), Vec::new());
+    for seed in SEEDS {
+        let mut started = method.start(stage, Motion::STILL)?;
+        let mut both = Vec::new();
+        for begin in [0, half] {
+            let options = RenderOptions {
+                seed,
+                threads,
+                first: begin,
+                ..options(stage, half)
+            };
+            match part(&mut started, method, &options, cancel)? {
+                Some(outcome) => both.push(outcome),
+                None => return Ok(None),
+            }
+        }
+        let (mut all, rest) = (both.remove(0), both.remove(0));
+        first.push(all.clone());
+        all.film
+            .merge(&rest.film)
+            .map_err(|error| refused(method, &error))?;
+        all.rays = all.rays.zip(rest.rays).map(|(rays, others)| rays + others);
+        all.seconds += rest.seconds;
+        all.cpu_seconds = all.cpu_seconds.zip(rest.cpu_seconds).map(|(a, b)| a + b);
+        whole.push(all);
+    }
+    let (first, whole): (Option<[_; 2]>, Option<[_; 2]>) = (first.try_into().ok(), whole.try_into().ok());
+    let both = first.zip(whole);
+    Ok(both.map(|(first, whole)| [compared(half, first), compared(2 * half, whole)]))
+}
+
+fn options(stage: &Stage<'_>, frames: u32) -> RenderOptions {
+    let settings = stage.scene().settings();
+    RenderOptions::new(settings.width, settings.height, Budget::Samples(frames))
+}
+
+fn refused(method: &Method, error: &dyn Display) -> MethodError {
+    MethodError::Refused {
+        method: method.name(),
+        reason: error.to_string(),
+    }
+}
+
+/// What is asked of a method that is ready; `None` if it was interrupted.
+fn part(
+    started: &mut Started<'_>,
+    method: &Method,
+    options: &RenderOptions,
+    cancel: &AtomicBool,
+) -> Result<Option<RenderOutcome>, MethodError> {
+    let outcome: Result<RenderOutcome, RenderError> = match started {
+        Started::Samples(estimator) => render(&*estimator, options, &|_| (), cancel),
+        Started::Frames(method) => render_frames(method, options, &|_| (), cancel),
+    };
+    let outcome = outcome.map_err(|error| refused(method, &error))?;
+    Ok((!outcome.interrupted).then_some(outcome))
+}
+
+/// Errors of an image, by two.
+fn compared(frames: u32, outcomes: [RenderOutcome; 2]) -> Images {
     let rays: Option<RayCounts> = outcomes.iter().map(|outcome| outcome.rays).sum::<Option<_>>();
-    Ok(Some(Images {
+    let seconds = outcomes.iter().map(|o| o.cpu_seconds.unwrap_or(o.seconds)).sum();
+    let means = outcomes.map(|outcome| outcome.film.mean_image());
+    Images {
         frames,
         rays: rays.filter(|rays| *rays != RayCounts::default()),
         seconds,
-        error: TailBound::of(&mut errors),
-        relative: TailBound::of(&mut relative),
-    }))
+        error: errors(&means).sum::<f64>() / means[0].pixels().len().max(1) as f64,
+        means,
+    }
+}
+
+/// Squared error of each pixel.
+fn errors(means: &[RgbImage; 2]) -> impl Iterator<Item = f64> {
+    let pairs = means[0].pixels().iter().zip(means[1].pixels());
+    pairs.map(|(a, b)| half_squared_difference(a, b))
+}
+
+/// Inverse squares of the brightness of each pixel's neighbourhood: what relative errors are
+/// weighed with, the same for all candidates.
+///
+/// The brightness is the mean over squares of [`CELL`] pixels and over the images of these
+/// candidates. A pixel's own value would hide what matters: a bright outlier would weigh itself
+/// down, and where no image has found any light an error of zero would count in full.
+pub(super) fn weights<'i>(candidates: impl Iterator<Item = &'i Images>, width: usize) -> Vec<f64> {
+    let images: Vec<&RgbImage> = candidates.flat_map(|images| &images.means).collect();
+    let pixels = images.first().map_or(0, |image| image.pixels().len());
+    let columns = width.div_ceil(CELL).max(1);
+    let cell = |pixel: usize| pixel / width / CELL * columns + pixel % width / CELL;
+    let mut cells: Vec<(f64, f64)> = Vec::new();
+    for pixel in 0..pixels {
+        let values = images.iter().flat_map(|image| &image.pixels()[pixel]);
+        let (sum, count) = (values.map(|v| f64::from(*v)).sum::<f64>(), 3 * images.len());
+        let place = cell(pixel);
+        if cells.len() <= place {
+            cells.resize(place + 1, (0.0, 0.0));
+        }
+        cells[place].0 += sum;
+        cells[place].1 += count as f64;
+    }
+    let (sum, count) = cells.iter().fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+    let least = (DARKEST * sum / f64::max(count, 1.0)).powi(2);
+    let of = |(sum, count): (f64, f64)| 1.0 / ((sum / count).powi(2) + least).max(f64::MIN_POSITIVE);
+    (0..pixels).map(|pixel| of(cells[cell(pixel)])).collect()
+}
+
+impl Images {
+    /// Mean squared error with these weights.
+    pub fn weighed(&self, weights: &[f64]) -> f64 {
+        let errors = errors(&self.means).zip(weights);
+        let sum: f64 = errors.filter(|(error, _)| *error > 0.0).map(|(e, w)| e * w).sum();
+        sum / weights.len().max(1) as f64
+    }
 }
 
 /// Half the mean squared difference of two independent values: the variance of one, in the mean.
@@ -87,11 +189,4 @@ fn half_squared_difference(a: &[f32; 3], b: &[f32; 3]) -> f64 {
         .zip(b)
         .map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
     squares.sum::<f64>() / 6.0
-}
-
-impl PilotPlan {
-    /// Frames of an image of a method whose frames cost as much as `cost` paths of each pixel.
-    pub fn frames(&self, cost: f64) -> u32 {
-        ((f64::from(self.samples) / cost).round() as u32).max(1)
-    }
 }

@@ -1,5 +1,7 @@
 //! How much of the work goes into the pilot.
 
+use lightshed_scene::ImageBlocks;
+
 /// What is asked of the method that will be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AutoTask {
@@ -12,63 +14,124 @@ pub struct AutoTask {
     /// Whether costs are times instead of counts. The choice then depends on the machine, and may
     /// differ from run to run.
     pub by_clock: bool,
+    /// Whether frames may follow from each other: not those of an image in parts.
+    pub chains: bool,
+}
+
+/// What a chain of frames renders, and what it is compared with: two images each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ChainPlan {
+    /// Blocks of the image.
+    pub blocks: ImageBlocks,
+    /// Frames of the chain.
+    pub frames: u32,
+    /// Paths in each pixel that the other's image is worth.
+    pub samples: u32,
 }
 
 /// What each candidate renders: two images of this size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PilotPlan {
-    /// Width and height, in pixels.
-    pub size: [u32; 2],
+    /// Blocks of the image; the whole image without.
+    pub blocks: Option<ImageBlocks>,
     /// Paths in each pixel of an image that its work is worth.
     pub samples: u32,
 }
 
-/// The pilot's share of the work.
-const SHARE: f64 = 0.08;
+/// The pilot's share of the work, in paths; of more than this work a smaller one, by the power
+/// after it.
+const SHARE: f64 = 0.06;
+const WORK: f64 = 1e6;
+const SHARE_FALLS: f64 = 0.2;
 /// Candidates that share it, at most.
 const CANDIDATES: f64 = 4.0;
+/// A chain's share of the work, beside the pilot's.
+const CHAIN_SHARE: f64 = 0.04;
+/// Pixels of a chain's images, its frames, and paths in each pixel of the other's images.
+const CHAIN_PIXELS: f64 = 512.0;
+const CHAIN_FRAMES: u32 = 24;
+const CHAIN_SAMPLES: u32 = 8;
+/// What one frame may cost, in what an image is worth.
+const DEAREST: f64 = 1.5;
+/// Side of the pilot's blocks: that of the squares in which pixels share paths.
+const SIDE: u32 = 16;
 /// Pixels of a pilot's image: with fewer, what they show is chance; more say little new.
-const PIXELS: [f64; 2] = [1024.0, 16384.0];
+const PIXELS: [f64; 2] = [512.0, 16384.0];
 /// Paths in a pixel: with fewer, a frame of an expensive method costs more than that; more are for
 /// large work alone.
-const SAMPLES: [f64; 2] = [8.0, 64.0];
-/// As many paths in a pixel come before more pixels.
-const USUAL_SAMPLES: f64 = 16.0;
+const SAMPLES: [f64; 2] = [4.0, 64.0];
+/// As many pixels come before more paths in a pixel; then both grow alike.
+const USUAL_PIXELS: f64 = 1024.0;
 
 impl AutoTask {
     /// On all processors, by counted costs.
     pub fn new(size: [u32; 2], samples: u32) -> Self {
-        let (threads, by_clock) = (0, false);
+        let (threads, by_clock, chains) = (0, false, true);
         Self {
             size,
             samples,
             threads,
             by_clock,
+            chains,
         }
     }
 
-    /// Size of the pilot's images; `None` where the work is too little for a pilot.
-    pub fn pilot_size(&self) -> Option<[u32; 2]> {
-        self.plan().map(|plan| plan.size)
+    /// The blocks of the image that the pilot renders: `None` where it renders the whole, or where
+    /// the work is too little for a pilot.
+    pub fn pilot_blocks(&self) -> Option<ImageBlocks> {
+        self.plan()?.blocks
+    }
+
+    /// What a chain renders whose frames cost as much as `cost` paths; `None` where the work is too
+    /// little for that.
+    pub(super) fn chain_plan(&self, cost: f64) -> Option<ChainPlan> {
+        let [width, height] = self.size.map(f64::from);
+        let work = width * height * f64::from(self.samples);
+        let paths = cost * f64::from(CHAIN_FRAMES) + f64::from(CHAIN_SAMPLES);
+        let blocks = ImageBlocks::spread(self.size, CHAIN_PIXELS, SIDE)?;
+        (self.chains && 2.0 * CHAIN_PIXELS * paths <= CHAIN_SHARE * work).then_some(ChainPlan {
+            blocks,
+            frames: CHAIN_FRAMES,
+            samples: CHAIN_SAMPLES,
+        })
     }
 
     /// What each candidate renders; `None` where the work is too little for a pilot.
     pub(super) fn plan(&self) -> Option<PilotPlan> {
         let [width, height] = self.size.map(f64::from);
         let pixels = width * height;
+        let work = pixels * f64::from(self.samples);
+        let share = SHARE * (WORK / work).min(1.0).powf(SHARE_FALLS);
         // Of one image.
-        let paths = SHARE * pixels * f64::from(self.samples) / (2.0 * CANDIDATES);
-        if pixels < PIXELS[0] || paths < PIXELS[0] * SAMPLES[0] {
+        let paths = share * work / (2.0 * CANDIDATES);
+        if paths < PIXELS[0] * SAMPLES[0] {
             return None;
         }
-        let wanted = (paths / USUAL_SAMPLES).clamp(PIXELS[0], PIXELS[1]).min(pixels);
-        let scale = (wanted / pixels).sqrt();
-        let size = [width, height].map(|side| (side * scale).round().max(1.0));
-        let samples = (paths / (size[0] * size[1])).min(SAMPLES[1]);
-        Some(PilotPlan {
-            size: size.map(|side| side as u32),
-            samples: (samples as u32).max(1),
+        let both = paths / (USUAL_PIXELS * SAMPLES[0]);
+        let wanted = USUAL_PIXELS * if both < 1.0 { both } else { both.sqrt() };
+        let wanted = wanted.clamp(PIXELS[0], PIXELS[1]);
+        let blocks = ImageBlocks::spread(self.size, wanted, SIDE);
+        let [width, height] = blocks.map_or(self.size, |blocks| blocks.size()).map(f64::from);
+        let samples = (paths / (width * height)).min(SAMPLES[1]);
+        (samples >= 1.0).then_some(PilotPlan {
+            blocks,
+            samples: samples as u32,
         })
+    }
+}
+
+impl PilotPlan {
+    /// Width and height of the pilot of an image of this size.
+    pub fn size(&self, image: [u32; 2]) -> [u32; 2] {
+        self.blocks.map_or(image, |blocks| blocks.size())
+    }
+
+    /// Frames of an image of a method whose frames cost as much as `cost` paths of each pixel;
+    /// `None` if one costs far more than what the image is worth.
+    pub fn frames(&self, cost: f64) -> Option<u32> {
+        let frames = (f64::from(self.samples) / cost).round();
+        let most = DEAREST * f64::from(self.samples);
+        (cost <= most).then_some((frames as u32).max(1))
     }
 }
 
@@ -81,20 +144,30 @@ mod tests {
         for size in [[16, 12], [96, 96], [256, 256], [1280, 720], [4000, 30]] {
             for samples in [1, 4, 64, 1024, 1 << 20] {
                 let task = AutoTask::new(size, samples);
-                let work = f64::from(size[0]) * f64::from(size[1]) * f64::from(samples);
+                let pixels = f64::from(size[0]) * f64::from(size[1]);
+                let work = pixels * f64::from(samples);
                 let Some(plan) = task.plan() else {
-                    assert!(work < 2e6 || size[0] * size[1] < 1024, "{size:?} {samples}");
+                    assert!(work < 3e5, "{size:?} {samples}");
                     continue;
                 };
-                let [width, height] = plan.size;
+                let [width, height] = plan.size(size);
                 let paths = f64::from(width * height) * f64::from(plan.samples);
-                assert!(2.0 * 4.0 * paths < 0.09 * work, "{task:?} {plan:?}");
-                assert!(width <= size[0] && height <= size[1] && width * height >= 900);
+                assert!(2.0 * 4.0 * paths < 0.061 * work, "{task:?} {plan:?}");
+                assert!(width <= size[0] && height <= size[1]);
+                assert!(f64::from(width * height) >= pixels.min(512.0), "{plan:?}");
                 assert!((4..=64).contains(&plan.samples), "{task:?} {plan:?}");
             }
         }
         // The program's default: some per cent of a second.
-        let plan = AutoTask::new([256, 256], 64).plan().unwrap();
-        assert_eq!((plan.size, plan.samples), ([51, 51], 16));
+        let task = AutoTask::new([256, 256], 64);
+        let plan = task.plan().unwrap();
+        assert_eq!((plan.size(task.size), plan.samples), ([48, 48], 10));
+        // Frames that resample are tried where one costs no more than its share.
+        assert_eq!((plan.frames(1.8), plan.frames(9.0)), (Some(6), Some(1)));
+        // A second in a scene of many triangles.
+        let task = AutoTask::new([96, 96], 35);
+        let plan = task.plan().unwrap();
+        assert_eq!((plan.size(task.size), plan.samples), ([16, 32], 4));
+        assert_eq!(plan.frames(9.0), None);
     }
 }

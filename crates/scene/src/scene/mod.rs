@@ -12,8 +12,8 @@ use crate::accel::Accelerator;
 use crate::emitter::{EmittedRay, EmittersByPower, PowerTable, Surroundings};
 use crate::medium::{Boundaries, Medium, MediumSides};
 use crate::{
-    Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, Material, Ray, RayBatch, RenderSettings, Rgb,
-    SurfacePoint,
+    Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, ImageBlocks, Material, Ray, RayBatch, RenderSettings,
+    Rgb, SurfacePoint,
 };
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
@@ -346,20 +346,42 @@ impl Scene {
         }
     }
 
-    /// Calls `work` with the same view at another size of the image: what a look at the scene
+    /// Calls `work` with blocks of the image in place of the whole: what a look at the scene
     /// beforehand takes. Afterwards the scene is what it was, bit for bit.
     ///
     /// # Errors
-    /// [`CameraError::Size`]; `work` was not called then.
-    pub fn at_size<T>(&mut self, size: [u32; 2], work: impl FnOnce(&Self) -> T) -> Result<T, CameraError> {
-        let RenderSettings { width, height, .. } = self.settings;
-        let resized = self.camera.resized([width, height], size)?;
-        let camera = std::mem::replace(&mut self.camera, resized);
-        [self.settings.width, self.settings.height] = size;
+    /// [`CameraError::Size`] if the blocks are of an image of another size; `work` was not called
+    /// then.
+    pub fn at_blocks<T>(
+        &mut self,
+        blocks: ImageBlocks,
+        work: impl FnOnce(&Self) -> T,
+    ) -> Result<T, CameraError> {
+        let size = [self.settings.width, self.settings.height];
+        let camera = self.camera.clone();
+        self.look_at_blocks(blocks)?;
         let value = work(self);
-        [self.settings.width, self.settings.height] = [width, height];
+        [self.settings.width, self.settings.height] = size;
         self.camera = camera;
         Ok(value)
+    }
+
+    /// The scene with blocks of its image in place of the whole.
+    ///
+    /// # Errors
+    /// [`CameraError::Size`] if the blocks are of an image of another size.
+    pub fn into_blocks(mut self, blocks: ImageBlocks) -> Result<Self, CameraError> {
+        self.look_at_blocks(blocks)?;
+        Ok(self)
+    }
+
+    fn look_at_blocks(&mut self, blocks: ImageBlocks) -> Result<(), CameraError> {
+        if blocks.image() != [self.settings.width, self.settings.height] {
+            return Err(CameraError::Size);
+        }
+        self.camera = self.camera.in_blocks(blocks);
+        [self.settings.width, self.settings.height] = blocks.size();
+        Ok(())
     }
 
     /// The settings that the description requests.
@@ -400,30 +422,50 @@ mod tests {
     use crate::{Rgb, builtin};
     use lightshed_sampling::{CounterRng, UniformSphere};
 
-    /// At another size the image's edges are where they were, and afterwards everything is.
+    /// Rays of the blocks are those of their pixels in the image, alone or eight at a time, and
+    /// afterwards everything is where it was.
     #[test]
-    fn another_size_shows_the_same_view() {
+    fn blocks_show_their_part_of_the_view() {
+        struct Rays<'a>(&'a crate::Camera, [[f32; 8]; 2]);
+        impl lightshed_lanes::LaneKernel for Rays<'_> {
+            type Output = [[f32; 8]; 3];
+            #[inline(always)]
+            fn run<L: lightshed_lanes::Lanes>(self) -> Self::Output {
+                let film = [L::load(&self.1[0]), L::load(&self.1[1])];
+                let direction = self.0.ray_lanes(film, [L::splat(0.5); 2]).1;
+                [direction.x.store(), direction.y.store(), direction.z.store()]
+            }
+        }
         let mut scene = Scene::new(&builtin::cornell()).unwrap();
         let before = format!("{:?}{:?}", scene.camera(), scene.settings());
-        let size = [scene.settings().width, scene.settings().height].map(|side| side as f32);
-        let edges = |scene: &Scene, size: [f32; 2]| {
-            [[0.0, 0.0], [0.25, 0.5], [1.0, 0.3]].map(|[x, y]| {
-                scene
-                    .camera()
-                    .ray(Vec2::new(x * size[0], y * size[1]), [0.5; 2])
-                    .direction
-            })
-        };
-        let whole = edges(&scene, size);
-        let small = scene.at_size([20, 50], |scene| {
-            assert_eq!((scene.settings().width, scene.settings().height), (20, 50));
-            edges(scene, [20.0, 50.0])
+        let image = [scene.settings().width, scene.settings().height];
+        let whole = scene.camera().clone();
+        // Blocks of 16 in cells of 128 and 64 pixels.
+        let blocks = ImageBlocks::new(image, [2, 4], 16).unwrap();
+        let seen = scene.at_blocks(blocks, |scene| {
+            assert_eq!((scene.settings().width, scene.settings().height), (32, 64));
+            let mut rng = CounterRng::new(5, 0, 0);
+            let films = [(); 8].map(|()| Vec2::from(rng.next_2d()) * Vec2::new(32.0, 64.0));
+            let rays = films.map(|film| scene.camera().ray(film, [0.5; 2]).direction);
+            let lanes = lightshed_lanes::LaneChoice::best().run(Rays(
+                scene.camera(),
+                [films.map(|film| film.x), films.map(|film| film.y)],
+            ));
+            for (index, (film, ray)) in films.iter().zip(rays).enumerate() {
+                let [x, y] = [(film.x, 56.0, 128.0), (film.y, 24.0, 64.0)]
+                    .map(|(at, first, stride)| first + (at / 16.0).floor() * stride + at % 16.0);
+                assert!(whole.ray(Vec2::new(x, y), [0.5; 2]).direction.distance(ray) < 1e-6);
+                let lane = Vec3::from([0, 1, 2].map(|axis: usize| lanes[axis][index]));
+                assert_eq!(lane, ray);
+                let point = ray * 3.0 + scene.camera().ray(*film, [0.5; 2]).origin;
+                assert!(scene.camera().film_position(point).unwrap().distance(*film) < 1e-2);
+            }
         });
-        for (a, b) in whole.iter().zip(small.unwrap()) {
-            assert!(a.distance(b) < 1e-6, "{a} {b}");
-        }
+        seen.unwrap();
         assert_eq!(format!("{:?}{:?}", scene.camera(), scene.settings()), before);
-        assert!(scene.at_size([0, 5], |_| ()).is_err());
+        let other = ImageBlocks::new([64, 64], [1, 1], 16).unwrap();
+        assert!(scene.at_blocks(other, |_| ()).is_err());
+        assert!(scene.into_blocks(other).is_err());
     }
 
     /// Surface points by their coordinates are those of the hit: bit for bit on triangles, to

@@ -1,0 +1,167 @@
+//! Candidates one after the other.
+
+use super::candidates::{Family, LeftOut};
+use super::choice::{Choice, PilotRun, Trial};
+use super::cost::FrameCost;
+use super::pilot::{Images, images, weights};
+use super::plan::{AutoTask, PilotPlan};
+use super::prior::prior;
+use crate::registry::{Method, MethodError, Stage};
+use lightshed_film::{RayCounts, process_cpu_seconds};
+use lightshed_scene::SceneFeatures;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The family that is tried last, since its frames are dear.
+pub(super) const RESAMPLING: &str = "restir-pt-offline";
+
+/// Frames that show the outliers of frames that resample.
+const FEW_FRAMES: u32 = 4;
+
+/// What the cheapest candidate may cost, in samples of the plainest one.
+const MIN_COST: f64 = 0.1;
+
+/// Candidates one after the other.
+pub(super) struct Race<'r, 'a> {
+    pub stage: &'r Stage<'a>,
+    pub features: SceneFeatures,
+    pub max_depth: Option<u32>,
+    pub plan: PilotPlan,
+    pub task: &'r AutoTask,
+    pub cancel: &'r AtomicBool,
+    pub trials: Vec<Trial>,
+    pub left_out: Vec<LeftOut>,
+    pub start: f64,
+}
+
+/// Processor seconds of this process so far; zero where the platform does not tell.
+pub(super) fn clock() -> f64 {
+    process_cpu_seconds().unwrap_or_default()
+}
+
+impl Race<'_, '_> {
+    fn leave_out(&mut self, method: &Method, why: &str) {
+        self.left_out.push(LeftOut {
+            method: method.to_string(),
+            why: why.to_owned(),
+        });
+    }
+
+    /// The plain methods first, then the others by whichever way to choose emitters was better.
+    pub fn run(&mut self, families: &[Family]) -> Result<(), MethodError> {
+        let mut done: Vec<(Method, Images)> = Vec::new();
+        let (mut way, mut gains) = (0, None);
+        for (place, family) in families.iter().enumerate() {
+            // Dearer frames gain by the same light that pixels share; and by light at glossy
+            // surfaces, which tiles do not share.
+            if family.methods[0].name() == RESAMPLING && gains == Some(false) && self.features.is_diffuse() {
+                self.leave_out(&family.methods[0], "nothing is glossy, and sharing does not gain");
+                continue;
+            }
+            let all = 0..family.methods.len();
+            let same = way.min(all.end - 1);
+            let tried = if place == 0 { all } else { same..same + 1 };
+            for method in &family.methods[tried] {
+                let Some(frames) = self.plan.frames(FrameCost::at_first_sight(method)) else {
+                    self.leave_out(method, "one frame costs more than its share of the pilot");
+                    continue;
+                };
+                // Where sharing gains, so do frames that resample, or seem to while they lack their
+                // outliers.
+                if method.name() == RESAMPLING && gains == Some(true) && frames < FEW_FRAMES {
+                    self.leave_out(method, "so few frames do not show its outliers");
+                    continue;
+                }
+                match images(self.stage, method, frames, self.task.threads, self.cancel) {
+                    Ok(Some(images)) => done.push((method.clone(), images)),
+                    Ok(None) => return Ok(()),
+                    // Options that others take may have no effect here.
+                    Err(error) if place > 0 => self.leave_out(method, &error.to_string()),
+                    Err(error) => return Err(error),
+                }
+            }
+            self.judge(&done);
+            if place == 0 {
+                way = usize::from(self.best() > Some(0));
+            }
+            if family.methods[0].name() == "path-reuse" {
+                gains = self.best().map(|best| best + 1 == done.len());
+            }
+        }
+        Ok(())
+    }
+
+    /// Works out costs, for which rays of paths may have been counted late.
+    fn judge(&mut self, done: &[(Method, Images)]) {
+        let [width, height] = self.plan.size(self.task.size).map(f64::from);
+        let shared = done.iter().find(|(method, _)| method.name() == "path-reuse");
+        // A tree is a path with what it shares beside.
+        let path = shared.and_then(|(_, images)| {
+            let rays = RayCounts {
+                reconnection: 0,
+                ..images.rays?
+            };
+            Some((rays, images.frames))
+        });
+        let shown = done.iter().filter(|(method, _)| method.name() != RESAMPLING);
+        let weights = weights(shown.map(|(_, images)| images), width as usize);
+        let pixels = |frames: u32| 2.0 * width * height * f64::from(frames);
+        let trials = done.iter().map(|(method, images)| {
+            let cost = FrameCost::of(method, &self.features);
+            let cost = match (self.task.by_clock, &images.rays, &path) {
+                (true, ..) => images.seconds / pixels(images.frames),
+                (false, Some(rays), _) => cost.count(rays, pixels(images.frames)),
+                (false, None, Some((rays, frames))) => cost.of_paths(rays, pixels(*frames)),
+                (false, None, None) => cost.of_usual_paths(self.max_depth),
+            };
+            Trial {
+                method: method.clone(),
+                frames: images.frames,
+                cost,
+                error: images.error,
+                relative: images.weighed(&weights),
+                prior: prior(method, images.frames),
+            }
+        });
+        self.trials = trials.collect();
+    }
+
+    /// The number of the best trial.
+    fn best(&self) -> Option<usize> {
+        let merits = self.trials.iter().map(Trial::merit).enumerate();
+        merits
+            .min_by(|(_, a), (_, b)| a.total_cmp(b))
+            .map(|(place, _)| place)
+    }
+
+    /// The choice, or the plain one if there was none.
+    pub fn finish(self, plain: Choice) -> Choice {
+        let best = self.best().filter(|_| !self.cancel.load(Ordering::Relaxed));
+        let Some(best) = best else {
+            return plain;
+        };
+        let chosen = &self.trials[best];
+        let first = &self.trials[0];
+        let why = match best {
+            0 => "no other candidate has less error at equal cost".to_owned(),
+            _ => format!(
+                "at equal cost {} has {:.2} times its error",
+                first.method,
+                first.merit() / chosen.merit()
+            ),
+        };
+        let cost = chosen.cost / first.cost;
+        Choice {
+            method: chosen.method.clone(),
+            cost: if cost.is_finite() { cost.max(MIN_COST) } else { 1.0 },
+            why,
+            pilot: Some(PilotRun {
+                size: self.plan.size(self.task.size),
+                in_blocks: self.plan.blocks.is_some(),
+                seconds: clock() - self.start,
+            }),
+            trials: self.trials,
+            left_out: self.left_out,
+            ..plain
+        }
+    }
+}
