@@ -126,6 +126,11 @@ impl Camera {
         }
     }
 
+    /// The blocks that it sees; `None` if it is the whole image.
+    pub fn blocks(&self) -> Option<&ImageBlocks> {
+        self.blocks.as_ref()
+    }
+
     /// This camera moved in world space by `x ↦ rotation · x + translation`.
     ///
     /// # Errors
@@ -207,7 +212,8 @@ impl Camera {
         (local.z > 0.0 && film.is_finite()).then_some(film)
     }
 
-    /// The map of [`Camera::film_position`] as a matrix, whose results can be clipped.
+    /// The map of [`Camera::film_position`] as a matrix, whose results can be clipped; of the whole
+    /// image, whichever blocks the camera sees.
     pub fn film_map(&self) -> FilmMap {
         let axes = self.to_world.matrix3;
         let axis = |axis: Vec3A| Vec3::from(axis).as_dvec3();

@@ -78,6 +78,14 @@ impl ImageBlocks {
         self.count.map(|count| count * self.side)
     }
 
+    /// Column and row in the image of a pixel of the small one.
+    pub fn pixel(&self, small: [u32; 2]) -> [u32; 2] {
+        [0, 1].map(|axis| {
+            let (block, rest) = (small[axis] / self.side, small[axis] % self.side);
+            self.first[axis] + block * self.stride[axis] + rest
+        })
+    }
+
     /// What is added to a coordinate of the first block, and with each block more.
     fn shift(&self, axis: usize) -> [f32; 2] {
         [self.first[axis], self.stride[axis] - self.side].map(|pixels| pixels as f32)
@@ -166,7 +174,8 @@ mod tests {
             assert!(blocks.of_image(there).distance(film) < 1e-4, "{film} {there}");
             // Pixels go to whole pixels.
             let pixel = blocks.in_image(film.floor());
-            assert_eq!(pixel, pixel.floor());
+            let small = [film.x as u32, film.y as u32];
+            assert_eq!(pixel, Vec2::from(blocks.pixel(small).map(|place| place as f32)));
         }
         let mut before = f32::NEG_INFINITY;
         for step in -400..1600 {

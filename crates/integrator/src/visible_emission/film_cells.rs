@@ -2,7 +2,7 @@
 
 use super::film_polygon::{FilmPolygon, OnFilm};
 use super::mask::{CellMask, SIDE};
-use lightshed_scene::{Camera, Scene};
+use lightshed_scene::{Camera, ImageBlocks, Scene};
 
 /// Of each pixel, the cells in which a camera ray may meet an emitting surface: rays through other
 /// places of the film meet none.
@@ -16,9 +16,39 @@ pub struct FilmCells {
 }
 
 impl FilmCells {
-    /// For a camera without a lens and images of the size of the scene's settings.
+    /// For a camera without a lens and images of the size of the scene's settings, or blocks of
+    /// one.
     pub fn new(scene: &Scene, camera: &Camera) -> Self {
-        let size = [scene.settings().width, scene.settings().height];
+        let settings = scene.settings();
+        let blocks = camera.blocks();
+        let cells = Self::of_image(
+            scene,
+            camera,
+            blocks.map_or([settings.width, settings.height], |blocks| blocks.image()),
+        );
+        match blocks {
+            None => cells,
+            Some(blocks) => cells.in_blocks(blocks),
+        }
+    }
+
+    /// Of the pixels of these blocks alone, side by side.
+    fn in_blocks(&self, blocks: &ImageBlocks) -> Self {
+        let [width, height] = blocks.size().map(|side| side as usize);
+        let pixels = (0..width * height).map(|pixel| {
+            let [x, y] = blocks.pixel([pixel % width, pixel / width].map(|place| place as u32));
+            y as usize * self.width + x as usize
+        });
+        let pixels: Vec<usize> = pixels.collect();
+        Self {
+            width,
+            height,
+            masks: pixels.iter().map(|&pixel| self.masks[pixel]).collect(),
+            most: pixels.iter().map(|&pixel| self.most[pixel]).collect(),
+        }
+    }
+
+    fn of_image(scene: &Scene, camera: &Camera, size: [u32; 2]) -> Self {
         let [width, height] = size.map(|side| side as usize);
         let mut cells = Self {
             width,
@@ -197,6 +227,29 @@ mod tests {
         };
         (description.settings.width, description.settings.height) = (20, 14);
         Scene::new(&description).unwrap()
+    }
+
+    /// In blocks of an image the pixels have the marks that they have in the whole.
+    #[test]
+    fn blocks_have_the_marks_of_their_pixels() {
+        let mut marked = 0;
+        for seed in 0..12 {
+            let mut scene = scene(seed);
+            let whole = FilmCells::new(&scene, scene.camera());
+            let blocks = ImageBlocks::new([20, 14], [2, 2], 5).unwrap();
+            let part = scene.at_blocks(blocks, |scene| FilmCells::new(scene, scene.camera()));
+            let part = part.unwrap();
+            assert_eq!(part.masks.len(), 100);
+            for (pixel, mask) in part.masks.iter().enumerate() {
+                // Cells of 10 × 7 pixels, of which blocks are the middle.
+                let [x, y] = [(pixel % 10, 10, 2), (pixel / 10, 7, 1)]
+                    .map(|(place, stride, first)| first + place / 5 * stride + place % 5);
+                assert_eq!(*mask, whole.masks[y * 20 + x], "{x} {y}");
+                assert_eq!(part.most[pixel], whole.most[y * 20 + x]);
+                marked += usize::from(!mask.is_empty());
+            }
+        }
+        assert!(marked > 50, "{marked}");
     }
 
     /// Every camera ray that meets an emitter's shining side passes a marked cell, and marks are of
