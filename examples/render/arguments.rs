@@ -33,9 +33,9 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Device::Cpu)]
     pub device: Device,
 
-    /// Samples in every pixel, or frames of methods that make whole frames; of a method that a pilot
-    /// chose, as many as cost what this number of samples of the plainest one costs. The scene's own
-    /// number if neither this nor --seconds is given.
+    /// Samples in every pixel, or frames of methods that make whole frames; of a method that a
+    /// pilot chose, as many as cost what this number of samples of the plainest one costs. The
+    /// scene's own number if neither this nor --seconds is given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
     pub spp: Option<u32>,
 

@@ -1,7 +1,9 @@
 //! What is known of candidates beforehand.
 
-use super::race::RESAMPLING;
 use crate::registry::Method;
+
+/// The family that is tried last, since its frames are dear.
+pub(super) const RESAMPLING: &str = "restir-pt-offline";
 
 /// Emitters from which on a tree is taken without a pilot.
 pub(super) const MANY_EMITTERS: usize = 64;

@@ -5,14 +5,11 @@ use super::choice::{Choice, PilotRun, Trial};
 use super::cost::FrameCost;
 use super::pilot::{Images, images, weights};
 use super::plan::{AutoTask, PilotPlan};
-use super::prior::prior;
+use super::prior::{RESAMPLING, prior};
 use crate::registry::{Method, MethodError, Stage};
 use lightshed_film::{RayCounts, process_cpu_seconds};
 use lightshed_scene::SceneFeatures;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// The family that is tried last, since its frames are dear.
-pub(super) const RESAMPLING: &str = "restir-pt-offline";
 
 /// Frames that show the outliers of frames that resample.
 const FEW_FRAMES: u32 = 4;
