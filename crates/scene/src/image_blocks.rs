@@ -1,7 +1,5 @@
 //! Blocks of pixels of an image, side by side.
 
-use crate::CameraError;
-use crate::camera::MAX_IMAGE_SIDE;
 use glam::Vec2;
 use lightshed_lanes::Lanes;
 
@@ -20,24 +18,18 @@ pub struct ImageBlocks {
 
 impl ImageBlocks {
     /// `count` blocks of `side` × `side` pixels in an image of this size, each in the middle of its
-    /// part of the image.
-    ///
-    /// # Errors
-    /// [`CameraError::Size`] if there is no block, or if blocks would overlap.
-    pub fn new(image: [u32; 2], count: [u32; 2], side: u32) -> Result<Self, CameraError> {
+    /// part of the image; `None` if there is no block, or if blocks would overlap.
+    pub fn new(image: [u32; 2], count: [u32; 2], side: u32) -> Option<Self> {
         let (mut stride, mut first) = ([0; 2], [0; 2]);
         for axis in 0..2 {
-            if side == 0 || count[axis] == 0 || image[axis] > MAX_IMAGE_SIDE {
-                return Err(CameraError::Size);
-            }
-            stride[axis] = image[axis] / count[axis];
-            if stride[axis] < side {
-                return Err(CameraError::Size);
+            stride[axis] = image[axis].checked_div(count[axis])?;
+            if side == 0 || stride[axis] < side {
+                return None;
             }
             let all = stride[axis] * (count[axis] - 1) + side;
             first[axis] = (image[axis] - all) / 2;
         }
-        Ok(Self {
+        Some(Self {
             image,
             count,
             side,
@@ -65,7 +57,7 @@ impl ImageBlocks {
                 best = (worth, [across, down]);
             }
         }
-        Self::new(image, best.1, side).ok()
+        Self::new(image, best.1, side)
     }
 
     /// Size of the image that the blocks are of, in pixels.
@@ -157,9 +149,9 @@ mod tests {
                 }
             }
         }
-        assert!(ImageBlocks::new([96, 96], [7, 1], 16).is_err());
-        assert!(ImageBlocks::new([96, 96], [0, 1], 16).is_err());
-        assert!(ImageBlocks::new([96, 96], [1, 1], 0).is_err());
+        assert!(ImageBlocks::new([96, 96], [7, 1], 16).is_none());
+        assert!(ImageBlocks::new([96, 96], [0, 1], 16).is_none());
+        assert!(ImageBlocks::new([96, 96], [1, 1], 0).is_none());
     }
 
     #[test]
