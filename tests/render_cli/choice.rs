@@ -52,6 +52,39 @@ fn a_method_is_chosen_and_told() {
     assert_eq!(output.status.code(), Some(2));
 }
 
+/// A pilot ends when it is told to; nothing has been rendered then.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_pilot_writes_nothing() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    let folder = Folder::new("pilot");
+    let mut child = folder
+        .command(&["cornell", "--seconds", "600", "--threads", "1", "--out", "a.exr"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    super::wait_for_handler(&mut child);
+    let (signalled, process) = (Instant::now(), child.id().to_string());
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &process])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = child.wait_with_output().unwrap();
+    assert!(signalled.elapsed() < Duration::from_secs(60), "it went on");
+    assert_eq!(output.status.code(), Some(130));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.contains("interrupted before the first pass was done"),
+        "{message}"
+    );
+    assert!(folder.names().is_empty());
+}
+
 /// What is said to run or to be left out is what the counted rays say.
 #[test]
 fn explanations_are_true() {

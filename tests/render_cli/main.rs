@@ -241,20 +241,12 @@ fn catches_interrupts(process: u32) -> bool {
     mask & (1 << (2 - 1)) != 0
 }
 
+/// Waits until the process has installed its handler.
 #[cfg(target_os = "linux")]
-#[test]
-fn an_interruption_writes_the_whole_passes_done_so_far() {
-    use std::process::Stdio;
+#[track_caller]
+fn wait_for_handler(child: &mut std::process::Child) {
     use std::time::{Duration, Instant};
 
-    let folder = Folder::new("interruption");
-    let common = ["cornell", "--size", "16x16", "--threads", "1", "--json"];
-    let mut child = folder
-        .command(&[&common[..], &["--seconds", "600", "--out", "interrupted.exr"]].concat())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
     let start = Instant::now();
     while !catches_interrupts(child.id()) {
         assert!(
@@ -264,6 +256,24 @@ fn an_interruption_writes_the_whole_passes_done_so_far() {
         assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
         std::thread::sleep(Duration::from_millis(5));
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interruption_writes_the_whole_passes_done_so_far() {
+    use std::process::Stdio;
+    use std::time::{Duration, Instant};
+
+    let folder = Folder::new("interruption");
+    let work = ["cornell", "--method", "path", "--size", "16x16"];
+    let common = [&work[..], &["--threads", "1", "--json"]].concat();
+    let mut child = folder
+        .command(&[&common[..], &["--seconds", "600", "--out", "interrupted.exr"]].concat())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for_handler(&mut child);
     // Time for the first pass, which takes milliseconds.
     std::thread::sleep(Duration::from_millis(500));
     let signalled = Instant::now();

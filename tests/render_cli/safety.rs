@@ -166,6 +166,8 @@ fn a_termination_writes_the_passes_done_so_far_and_leaves_nothing_else() {
     let folder = Folder::new("termination");
     let arguments = [
         "cornell",
+        "--method",
+        "path",
         "--size",
         "16x16",
         "--threads",
@@ -181,11 +183,7 @@ fn a_termination_writes_the_passes_done_so_far_and_leaves_nothing_else() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let start = Instant::now();
-    while !super::catches_interrupts(child.id()) {
-        assert!(start.elapsed() < Duration::from_secs(120) && child.try_wait().unwrap().is_none());
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    super::wait_for_handler(&mut child);
     std::thread::sleep(Duration::from_millis(300));
     let kill = std::process::Command::new("kill")
         .args(["-TERM", &child.id().to_string()])
