@@ -94,6 +94,7 @@ pub fn choice_json(choice: &Choice) -> Value {
             "mse": trial.error,
             "relative_mse": trial.relative,
             "prior": trial.prior,
+            "is_lit": trial.is_lit,
             "merit": trial.merit(),
         })
     };

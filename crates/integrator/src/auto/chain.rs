@@ -90,6 +90,7 @@ pub(super) fn against_chain(
             error
         },
         prior: gain.powf(-TRUST * doublings),
+        is_lit: whole.is_lit(),
     };
     let ratio = best.merit() / trial.merit();
     let mut choice = Choice {

@@ -61,13 +61,18 @@ pub struct Trial {
     pub relative: f64,
     /// What is known of the candidate that the pilot is too small to show: a factor of its errors.
     pub prior: f64,
+    /// Whether its images hold any light. Without any they have no error, which proves nothing.
+    pub is_lit: bool,
 }
 
 impl Trial {
     /// Cost times error times prior, what is to be least. The error is the geometric mean of the
     /// squared and the relative one: the first is that of the brightest pixels, which the method
-    /// may not touch at all, and of rare outliers.
+    /// may not touch at all, and of rare outliers. Infinite of images without light.
     pub fn merit(&self) -> f64 {
+        if !self.is_lit {
+            return f64::INFINITY;
+        }
         self.prior * self.cost * f64::from(self.frames) * (self.error * self.relative).sqrt()
     }
 }

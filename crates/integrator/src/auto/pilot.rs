@@ -174,6 +174,12 @@ pub(super) fn weights<'i>(candidates: impl Iterator<Item = &'i Images>, width: u
 }
 
 impl Images {
+    /// Whether any pixel holds light.
+    pub fn is_lit(&self) -> bool {
+        let pixels = self.means.iter().flat_map(|mean| mean.pixels());
+        pixels.flatten().any(|&value| value != 0.0)
+    }
+
     /// Mean squared error with these weights.
     pub fn weighed(&self, weights: &[f64]) -> f64 {
         let errors = errors(&self.means).zip(weights);

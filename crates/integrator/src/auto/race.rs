@@ -117,6 +117,7 @@ impl Race<'_, '_> {
                 error: images.error,
                 relative: images.weighed(&weights),
                 prior: prior(method, images.frames),
+                is_lit: images.is_lit(),
             }
         });
         self.trials = trials.collect();
@@ -140,6 +141,7 @@ impl Race<'_, '_> {
         let first = &self.trials[0];
         let why = match best {
             0 => "no other candidate has less error at equal cost".to_owned(),
+            _ if !first.is_lit => format!("{} found no light in the pilot", first.method),
             _ => format!(
                 "at equal cost {} has {:.2} times its error",
                 first.method,

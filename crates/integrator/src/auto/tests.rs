@@ -115,6 +115,21 @@ fn options_that_are_given_hold() {
     }
 }
 
+/// A candidate that found no light in the pilot has no error, and is the worst all the same.
+#[test]
+fn darkness_has_no_merit() {
+    let choice = choose("auto", "corridor", ENOUGH, 2);
+    let lit = &choice.trials[0];
+    let dark = super::Trial {
+        error: 0.0,
+        relative: 0.0,
+        is_lit: false,
+        ..lit.clone()
+    };
+    assert!(lit.is_lit && lit.merit().is_finite());
+    assert!(dark.merit() > lit.merit());
+}
+
 /// An interruption ends the pilot, and leaves what can be said without one.
 #[test]
 fn pilots_are_interrupted() {
