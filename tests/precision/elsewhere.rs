@@ -199,6 +199,11 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ),
     (
         "lightshed-scene",
+        "chooses numbers of blocks, by the crate's tests",
+        "ImageBlocks::spread",
+    ),
+    (
+        "lightshed-scene",
         "makes meshes of built-in scenes",
         "icosphere lighthouse_at pool_at quad signed_volume tetrahedron",
     ),

@@ -161,7 +161,7 @@ fn closed_streams_are_no_reason_to_panic() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_termination_writes_the_passes_done_so_far_and_leaves_nothing_else() {
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
 
     let folder = Folder::new("termination");
     let arguments = [
