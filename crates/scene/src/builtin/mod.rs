@@ -30,7 +30,7 @@ pub use glossy_bounce::glossy_bounce;
 pub use large::{city, hairball};
 pub use lighthouse::{lighthouse, lighthouse_at};
 pub use many_lights::many_lights;
-#[cfg(any(feature = "gltf", feature = "mitsuba"))]
+#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
 pub(crate) use mesh::turn;
 pub use mesh::{cuboid, icosphere, quad, signed_volume, tetrahedron};
 pub use pool::{pool, pool_at};

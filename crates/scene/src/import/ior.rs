@@ -4,6 +4,7 @@ use crate::{ConductorIor, Rgb};
 
 /// Index of refraction of a dielectric at room conditions, by the names that Mitsuba's
 /// documentation lists.
+#[cfg(feature = "mitsuba")]
 pub(crate) fn dielectric(name: &str) -> Option<f32> {
     Some(match name {
         "vacuum" => 1.0,

@@ -26,7 +26,7 @@ pub struct Warning {
     pub message: String,
 }
 
-#[cfg(any(feature = "gltf", feature = "mitsuba"))]
+#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
 impl Warning {
     /// Most warnings that are kept.
     const MOST: usize = 256;

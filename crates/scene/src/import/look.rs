@@ -12,7 +12,9 @@ const MOST_PATCHES: usize = 4_000;
 /// Most triangles of all meshes that are looked at, but for one of each.
 const MOST_OF_ALL: usize = 200_000;
 
-/// A piece of a surface.
+/// A piece of a surface. Only the search for lamps that glTF files lack asks where it is, and of
+/// which shape.
+#[cfg_attr(not(feature = "gltf"), expect(dead_code))]
 pub(in crate::import) struct Patch {
     pub(in crate::import) position: DVec3,
     /// Unit length, on the front.

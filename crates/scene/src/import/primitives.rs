@@ -1,12 +1,16 @@
 //! Mitsuba's analytic shapes as meshes in their own space, before `to_world`.
 
 use crate::TriangleMesh;
+#[cfg(feature = "mitsuba")]
 use crate::builtin::quad;
-use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+#[cfg(feature = "mitsuba")]
+use glam::{DAffine3, DMat3, DVec3};
+use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// The square `[−1, 1]²` at z = 0, normal +Z. In Mitsuba's texture space `(0, 0)` is at (−1,
 /// −1); `v` here points upwards, so it is turned over.
+#[cfg(feature = "mitsuba")]
 pub(crate) fn rectangle() -> TriangleMesh {
     let mut mesh = quad([
         Vec3::new(-1.0, -1.0, 0.0),
@@ -22,6 +26,7 @@ pub(crate) fn rectangle() -> TriangleMesh {
 
 /// The cube `[−1, 1]³`, normals outwards, each face with the whole unit square of texture
 /// coordinates.
+#[cfg(feature = "mitsuba")]
 pub(crate) fn cube() -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     for axis in 0..3 {
@@ -137,6 +142,7 @@ pub(crate) fn sphere() -> TriangleMesh {
 }
 
 /// From the unit cylinder to one from `p0` to `p1`; `None` if they coincide.
+#[cfg(feature = "mitsuba")]
 pub(crate) fn along(p0: DVec3, p1: DVec3, radius: f64) -> Option<DAffine3> {
     let axis = p1 - p0;
     let direction = axis.try_normalize()?;
