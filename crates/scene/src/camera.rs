@@ -31,9 +31,9 @@ pub struct Camera {
 pub struct FilmMap {
     /// The centre of the lens.
     pub eye: Vec3,
-    /// `matrix · (point − eye)` is `(X, Y, Z)`: the line from the eye to the point passes the film
-    /// at `(X / Z, Y / Z)`, in pixels from the top left corner of the image. `Z` is the depth in
-    /// the camera's own units; it is positive in front of the lens.
+    /// `matrix · (point − eye)` is `(X, Y, Z)`: the line from the eye to the point passes the
+    /// film at `(X / Z, Y / Z)`, in pixels from the top left corner of the image. `Z` is the depth
+    /// in the camera's own units; it is positive in front of the lens.
     pub matrix: DMat3,
 }
 

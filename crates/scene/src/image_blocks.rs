@@ -6,7 +6,8 @@ use lightshed_lanes::Lanes;
 /// Square blocks of an image's pixels, in a regular grid over it, put side by side: a small image
 /// whose pixels are as large as the whole image's, and have the same neighbours within a block.
 ///
-/// Block `b` of an axis has the image's pixels `first + b · stride` to `first + b · stride + side`.
+/// Block `b` of an axis has the image's pixels `first + b · stride` to
+/// `first + b · stride + side`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageBlocks {
     image: [u32; 2],
@@ -17,8 +18,8 @@ pub struct ImageBlocks {
 }
 
 impl ImageBlocks {
-    /// `count` blocks of `side` × `side` pixels in an image of this size, each in the middle of its
-    /// part of the image; `None` if there is no block, or if blocks would overlap.
+    /// `count` blocks of `side` × `side` pixels in an image of this size, each in the middle of
+    /// its part of the image; `None` if there is no block, or if blocks would overlap.
     pub fn new(image: [u32; 2], count: [u32; 2], side: u32) -> Option<Self> {
         let (mut stride, mut first) = ([0; 2], [0; 2]);
         for axis in 0..2 {
@@ -38,8 +39,8 @@ impl ImageBlocks {
         })
     }
 
-    /// At most `pixels` pixels in blocks of `side` × `side`, spread over the image as evenly as its
-    /// sides' ratio allows; `None` if they would be the whole image, or less than a block.
+    /// At most `pixels` pixels in blocks of `side` × `side`, spread over the image as evenly as
+    /// its sides' ratio allows; `None` if they would be the whole image, or less than a block.
     pub fn spread(image: [u32; 2], pixels: f64, side: u32) -> Option<Self> {
         let [width, height] = image.map(f64::from);
         if pixels >= width * height || side == 0 {

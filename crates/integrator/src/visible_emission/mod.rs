@@ -21,9 +21,9 @@ use std::sync::Arc;
 ///
 /// A lamp is brighter by orders of magnitude than the surfaces it lights, so lamps in view hold
 /// most of the error of a mean, and a ray to a lamp is cheap compared with a path that ends there.
-/// Emitters are projected to the film. They mark the cells of an 8 × 8 grid in each pixel that they
-/// may cover; rays through other cells meet no emitter for certain. So the rays of a pixel go to
-/// the region of its marked cells, and the estimate is
+/// Emitters are projected to the film. They mark the cells of an 8 × 8 grid in each pixel that
+/// they may cover; rays through other cells meet no emitter for certain. So the rays of a pixel go
+/// to the region of its marked cells, and the estimate is
 ///
 /// ```text
 /// A / n · Σ L_e(ray i)      A the region's share of the pixel, n its number of rays.

@@ -203,7 +203,7 @@ fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
 }
 
 #[test]
-#[ignore = "some scenes fail for reasons in docs/scene.md: cargo test -p lightshed-integrator --test it foreign -- --ignored"]
+#[ignore = "takes a minute: cargo test -p lightshed-integrator --test it foreign -- --ignored"]
 fn mitsubas_test_scenes_look_as_its_references() {
     let Some(folder) = data_folder("LIGHTSHED_FOREIGN") else {
         return;

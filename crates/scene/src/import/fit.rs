@@ -128,9 +128,9 @@ pub(super) const STUDIO: &str = "grey surroundings, brighter behind the camera, 
 /// Radiance of the surroundings, but for the side behind the camera.
 const SURROUNDINGS: f64 = 0.5;
 
-/// Adds light from all around: radiance `½ + ½ max(0, cos θ)²` about an axis that points from the
-/// scene back to the camera, and up and to the left of it. What the camera sees behind the scene is
-/// grey, and a white surface that faces the axis sends radiance ¾.
+/// Adds light from all around: radiance `½ + ½ max(0, cos θ)²` about an axis that points from
+/// the scene back to the camera, and up and to the left of it. What the camera sees behind the
+/// scene is grey, and a white surface that faces the axis sends radiance ¾.
 pub(super) fn studio(scene: &mut SceneDescription) {
     const ROWS: u32 = 65;
     let texel = |row: u32| {
@@ -229,8 +229,8 @@ mod tests {
         assert!(forward.abs_diff_eq(-Vec3::new(1.0, 0.6, 1.4).normalize(), 1e-5));
     }
 
-    /// A white wall that faces the axis sends `½ + ½ ∫ cos³ θ dω/π = ¾`, one that looks away ½;
-    /// and the camera sees ½ behind the scene.
+    /// A white wall that faces the axis sends `½ + ½ ∫ cos³ θ dω/π = ¾`, one that looks
+    /// away ½; and the camera sees ½ behind the scene.
     #[test]
     fn the_studio_is_brightest_behind_the_camera() {
         let mut scene = builtin::furnace();

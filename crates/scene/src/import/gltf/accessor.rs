@@ -102,11 +102,7 @@ impl Buffers {
         };
         let count = accessor.count();
         let mut values = match accessor.view() {
-            Some(view) => {
-                let stride = view.stride().unwrap_or(accessor.size());
-                let items = self.items(&view, accessor.offset(), count, accessor.size(), stride)?;
-                items.map(item).collect()
-            }
+            Some(view) => self.items_of(accessor, &view)?.map(item).collect(),
             // Without a view all items are zero, to be replaced by the sparse ones: so many at most
             // make sense.
             None => {
@@ -142,6 +138,16 @@ impl Buffers {
         Ok(values)
     }
 
+    /// The bytes of each item of an accessor in its view.
+    fn items_of<'s>(
+        &'s self,
+        accessor: &gltf::Accessor,
+        view: &View,
+    ) -> Result<impl Iterator<Item = &'s [u8]> + use<'s>, String> {
+        let stride = view.stride().unwrap_or(accessor.size());
+        self.items(view, accessor.offset(), accessor.count(), accessor.size(), stride)
+    }
+
     /// An accessor of 4 × 4 matrices of floats, column by column.
     pub(super) fn matrices(&self, accessor: &gltf::Accessor) -> Result<Vec<[f32; 16]>, String> {
         let (Dimensions::Mat4, DataType::F32, Some(view)) =
@@ -149,14 +155,7 @@ impl Buffers {
         else {
             return Err(format!("accessor {} is no list of matrices", accessor.index()));
         };
-        let stride = view.stride().unwrap_or(accessor.size());
-        let items = self.items(
-            &view,
-            accessor.offset(),
-            accessor.count(),
-            accessor.size(),
-            stride,
-        )?;
+        let items = self.items_of(accessor, &view)?;
         let item =
             |bytes: &[u8]| std::array::from_fn(|i| component(&bytes[4 * i..4 * i + 4], DataType::F32, false));
         Ok(items.map(item).collect())
@@ -179,14 +178,7 @@ impl Buffers {
                 accessor.index()
             ));
         };
-        let stride = view.stride().unwrap_or(accessor.size());
-        let items = self.items(
-            &view,
-            accessor.offset(),
-            accessor.count(),
-            accessor.size(),
-            stride,
-        )?;
+        let items = self.items_of(accessor, &view)?;
         Ok(items.map(|bytes| index(bytes, kind)).collect())
     }
 }
