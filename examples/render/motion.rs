@@ -57,6 +57,11 @@ impl MediaMotion {
                     least = least.min(sphere.center - sphere.radius);
                     greatest = greatest.max(sphere.center + sphere.radius);
                 }
+                Geometry::Instances(instances) => {
+                    for corner in instances.box_corners() {
+                        (least, greatest) = (least.min(corner), greatest.max(corner));
+                    }
+                }
             }
         }
         Ok(Self {
@@ -119,6 +124,11 @@ impl MediaMotion {
                     }
                 }
                 Some(Geometry::Sphere(sphere)) => sphere.center = by.transform_point3(sphere.center),
+                Some(Geometry::Instances(instances)) => {
+                    for map in &mut instances.to_world {
+                        *map = by * *map;
+                    }
+                }
                 None => (),
             }
         }

@@ -12,8 +12,7 @@ use lightshed_spatial::Bounds;
 /// Number of instances for one thread to find boxes for at once.
 const CHUNK: usize = 1 << 9;
 
-/// Boxes of an object that the box of an instance is made from: those of the upper nodes of its
-/// tree, since a rotated box is larger than its contents.
+/// Boxes of an object that the box of an instance is made from.
 const PARTS: usize = 16;
 
 /// A copy of an object, placed in the world.
@@ -23,6 +22,60 @@ pub struct Instance {
     pub object: u32,
     /// From the object's space to the world.
     pub to_world: Affine3A,
+}
+
+impl Instance {
+    /// The box of the instance in the world, widened for rounding. `parts` are boxes in the object's
+    /// space that together contain the object ([`Bvh::upper_boxes`]). The box is not finite if there
+    /// are none.
+    pub fn bounds(&self, parts: &[Bounds]) -> Bounds {
+        let Affine3A { matrix3, translation } = self.to_world;
+        let mut all = Bounds::EMPTY;
+        for part in parts {
+            let half = (part.max - part.min) * 0.5;
+            let center = part.center();
+            let middle = Vec3::from(matrix3 * glam::Vec3A::from(center)) + Vec3::from(translation);
+            let reach = |axis: usize, of: Vec3| {
+                matrix3.x_axis[axis].abs() * of.x
+                    + matrix3.y_axis[axis].abs() * of.y
+                    + matrix3.z_axis[axis].abs() * of.z
+            };
+            let extent = Vec3::new(reach(0, half), reach(1, half), reach(2, half));
+            // Sums of four terms, each off by less than an ulp or two of the largest.
+            let far = center.abs() + half;
+            let size = Vec3::new(reach(0, far), reach(1, far), reach(2, far)) + Vec3::from(translation).abs();
+            let widened = extent + size * (8.0 * f32::EPSILON);
+            all = all.union(&Bounds::new(middle - widened, middle + widened));
+        }
+        all
+    }
+}
+
+impl Bvh {
+    /// Appends at most `count` boxes that together contain the whole tree: those of its largest
+    /// nodes, none of them below another. A box around such parts of a turned object is smaller
+    /// than one around its turned box.
+    pub fn upper_boxes(&self, count: usize, boxes: &mut Vec<Bounds>) {
+        let mut chosen = Vec::new();
+        if !self.is_empty() {
+            chosen.push(0);
+        }
+        while chosen.len() < count {
+            let inner = chosen
+                .iter()
+                .enumerate()
+                .filter(|&(_, &node)| !self.nodes()[node].is_leaf());
+            let area = |node: usize| self.nodes()[node].bounds().half_area();
+            let Some((place, &node)) = inner.max_by(|a, b| area(*a.1).total_cmp(&area(*b.1))) else {
+                break;
+            };
+            if let Some([low, high]) = self.children(node) {
+                chosen[place] = low;
+                chosen.push(high);
+            }
+        }
+        boxes.extend(chosen.iter().map(|&node| self.nodes()[node].bounds()));
+    }
 }
 
 /// A tree over instances. The caller owns the objects' trees: they do not change when the instances
@@ -74,14 +127,16 @@ impl InstanceTree {
         self.first_parts.clear();
         for object in objects {
             self.first_parts.push(self.parts.len() as u32);
-            upper_boxes(object, &mut self.parts);
+            object.upper_boxes(PARTS, &mut self.parts);
         }
         self.first_parts.push(self.parts.len() as u32);
         let mut boxes = core::mem::take(&mut self.boxes);
         boxes.resize(instances.len(), Bounds::EMPTY);
         for_each_chunk(&mut boxes, CHUNK, |start, boxes| {
             for (bounds, instance) in boxes.iter_mut().zip(&instances[start..]) {
-                *bounds = self.placed(instance);
+                let object = instance.object as usize;
+                let range = self.first_parts[object] as usize..self.first_parts[object + 1] as usize;
+                *bounds = instance.bounds(&self.parts[range]);
             }
         });
         self.boxes = boxes;
@@ -97,32 +152,6 @@ impl InstanceTree {
     /// The tree over the instances; its primitives are their indices.
     pub fn top(&self) -> &Bvh {
         &self.top
-    }
-
-    /// The box of an instance in the world, widened for rounding; not finite for an object without
-    /// primitives.
-    fn placed(&self, instance: &Instance) -> Bounds {
-        let object = instance.object as usize;
-        let range = self.first_parts[object] as usize..self.first_parts[object + 1] as usize;
-        let Affine3A { matrix3, translation } = instance.to_world;
-        let mut all = Bounds::EMPTY;
-        for part in &self.parts[range] {
-            let half = (part.max - part.min) * 0.5;
-            let center = part.center();
-            let middle = Vec3::from(matrix3 * glam::Vec3A::from(center)) + Vec3::from(translation);
-            let reach = |axis: usize, of: Vec3| {
-                matrix3.x_axis[axis].abs() * of.x
-                    + matrix3.y_axis[axis].abs() * of.y
-                    + matrix3.z_axis[axis].abs() * of.z
-            };
-            let extent = Vec3::new(reach(0, half), reach(1, half), reach(2, half));
-            // Sums of four terms, each off by less than an ulp or two of the largest.
-            let far = center.abs() + half;
-            let size = Vec3::new(reach(0, far), reach(1, far), reach(2, far)) + Vec3::from(translation).abs();
-            let widened = extent + size * (8.0 * f32::EPSILON);
-            all = all.union(&Bounds::new(middle - widened, middle + widened));
-        }
-        all
     }
 
     /// The first hit of a ray: instance, primitive of its object, and place along the ray.
@@ -153,28 +182,4 @@ impl InstanceTree {
         })?;
         Some((instance, primitive, t))
     }
-}
-
-/// Appends boxes that together contain a whole tree: those of its largest nodes, none of them below
-/// another.
-fn upper_boxes(tree: &Bvh, boxes: &mut Vec<Bounds>) {
-    let mut chosen = Vec::new();
-    if !tree.is_empty() {
-        chosen.push(0);
-    }
-    while chosen.len() < PARTS {
-        let inner = chosen
-            .iter()
-            .enumerate()
-            .filter(|&(_, &node)| !tree.nodes()[node].is_leaf());
-        let area = |node: usize| tree.nodes()[node].bounds().half_area();
-        let Some((place, &node)) = inner.max_by(|a, b| area(*a.1).total_cmp(&area(*b.1))) else {
-            break;
-        };
-        if let Some([low, high]) = tree.children(node) {
-            chosen[place] = low;
-            chosen.push(high);
-        }
-    }
-    boxes.extend(chosen.iter().map(|&node| tree.nodes()[node].bounds()));
 }

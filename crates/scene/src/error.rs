@@ -51,6 +51,14 @@ pub enum SceneError {
         /// How many triangles there are.
         triangles: usize,
     },
+    /// The map of an instance is not finite or flattens the mesh.
+    #[error("shape '{shape}': instance {instance} is placed by a map that is not finite or not regular")]
+    Instance {
+        /// Name of the shape.
+        shape: String,
+        /// Index of the instance.
+        instance: usize,
+    },
     /// A sphere's centre or radius is not finite, or its radius not positive.
     #[error("shape '{shape}': a sphere needs a finite centre and a positive, finite radius")]
     Sphere {

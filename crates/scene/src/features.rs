@@ -11,6 +11,8 @@ pub struct SceneFeatures {
     pub triangles: usize,
     /// Spheres.
     pub spheres: usize,
+    /// Instances of meshes.
+    pub instances: usize,
     /// Whether rays go through a tree; few triangles have none.
     pub tree: bool,
     /// Participating media.
@@ -42,6 +44,7 @@ impl SceneFeatures {
         let mut features = Self {
             triangles: scene.triangle_count(),
             spheres: scene.sphere_count(),
+            instances: scene.instance_count(),
             tree: scene.accelerator().has_tree(),
             media: scene.media().len(),
             emitting_media: scene

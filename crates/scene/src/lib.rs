@@ -27,8 +27,9 @@ pub use accel::{Accelerator, AcceleratorKind, Hit, HitBatch, Ray, RayBatch, Sphe
 pub use camera::{Camera, CameraError, FilmMap, MAX_IMAGE_SIDE};
 pub use description::{
     CameraDescription, DensityDescription, EmissionDescription, EmitterDescription, EnvironmentMap, FovAxis,
-    Geometry, GridDescription, GridFilter, MediumBoundary, MediumDescription, PhaseDescription, Projection,
-    RenderSettings, SceneDescription, ShapeDescription, SphereGeometry, TriangleMesh,
+    Geometry, GridDescription, GridFilter, MediumBoundary, MediumDescription, MeshInstances,
+    PhaseDescription, Projection, RenderSettings, SceneDescription, ShapeDescription, SphereGeometry,
+    TriangleMesh,
 };
 pub use emitter::{
     EmittedRay, EmitterConnection, EmitterEndpoint, EmitterExtent, EmitterLanes, EmitterOrientation,

@@ -175,9 +175,10 @@ impl Nearest {
         self.weights = if found { [a, b] } else { self.weights };
     }
 
-    /// A hit with a sphere of this index must lie before this.
+    /// A hit with a sphere of this index, or in an instance whose first primitive has it, must lie
+    /// before this.
     #[inline(always)]
-    pub fn bound_of_sphere(&self, primitive: u32) -> f32 {
+    pub fn bound_of_other(&self, primitive: u32) -> f32 {
         if primitive < self.primitive {
             self.bound
         } else {
@@ -185,7 +186,7 @@ impl Nearest {
         }
     }
 
-    /// Takes in a hit with a sphere, before [`Nearest::bound_of_sphere`].
+    /// Takes in a hit with a sphere, before [`Nearest::bound_of_other`].
     #[inline(always)]
     pub fn take_sphere(&mut self, t: f32, primitive: u32) {
         *self = Self {
@@ -194,6 +195,18 @@ impl Nearest {
             primitive,
             weights: [1.0, 0.0],
         };
+    }
+
+    /// Takes in what was found in an instance, whose primitives begin at `first`, before
+    /// [`Nearest::bound_of_other`].
+    #[inline(always)]
+    pub fn take_other(&mut self, found: Self, first: u32) {
+        if found.primitive != u32::MAX {
+            *self = Self {
+                primitive: first + found.primitive,
+                ..found
+            };
+        }
     }
 
     /// The hit, if there was any.

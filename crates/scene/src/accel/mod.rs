@@ -28,8 +28,8 @@ pub use triangle::intersect_triangle;
 use by_obvhs::ObvhsTree;
 use flat::Flat;
 use glam::Vec3;
-use lightshed_bvh::{Bounds, Bvh, Preset, Primitive};
-use wide::{Primitives, WideBvh};
+use lightshed_bvh::{Bounds, Bvh, Instance, Preset, Primitive};
+use wide::{Instances, Placed, Primitives, WideBvh};
 
 /// The tree through which rays are traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,6 +64,9 @@ enum Tree {
     Empty,
 }
 
+/// Boxes of an object that the box of an instance is made from.
+const PARTS: usize = 16;
+
 /// A tree over triangles and spheres. Primitives are numbered triangles first, then spheres.
 pub struct Accelerator {
     tree: Tree,
@@ -79,6 +82,65 @@ impl Accelerator {
             build_tree(triangles, spheres, kind, preset)
         };
         Self { tree }
+    }
+
+    /// Builds a tree with placed copies of objects below it, which are not made: a tree for each
+    /// object, and one over everything. Primitives are numbered triangles first, then spheres, then
+    /// for each instance the triangles of its object. The kind is `Wide`.
+    ///
+    /// `objects` are lists of triangles, none of them empty; instances must name them, by regular
+    /// maps, and the numbers of all primitives must be less than `u32::MAX` (`Scene` checks).
+    pub fn with_instances(
+        triangles: &[[Vec3; 3]],
+        spheres: &[Sphere],
+        objects: &[&[[Vec3; 3]]],
+        instances: &[Instance],
+        preset: Preset,
+    ) -> Self {
+        if instances.is_empty() {
+            return Self::build(triangles, spheres, AcceleratorKind::Wide, preset);
+        }
+        let (mut of_objects, mut parts) = (Vec::new(), Vec::new());
+        for &corners in objects {
+            // Corners are finite: there is a tree.
+            let tree = Bvh::build(corners, preset.options()).unwrap_or_default();
+            let mut boxes = Vec::new();
+            tree.upper_boxes(PARTS, &mut boxes);
+            parts.push(boxes);
+            let primitives = Primitives {
+                triangles: corners,
+                spheres: &[],
+                instances: Instances::default(),
+            };
+            of_objects.push(wide::build(tree, corners, primitives));
+        }
+        let mut first = (triangles.len() + spheres.len()) as u32;
+        let placed = instances.iter().map(|instance| {
+            let own = first;
+            first += objects[instance.object as usize].len() as u32;
+            Placed {
+                to_object: instance.to_world.inverse(),
+                object: instance.object,
+                first: own,
+            }
+        });
+        let below = Instances {
+            placed: placed.collect(),
+            objects: of_objects,
+        };
+        let boxes = instances
+            .iter()
+            .map(|instance| Shape::Instance(instance.bounds(&parts[instance.object as usize])));
+        let shapes: Vec<Shape> = shapes(triangles, spheres).chain(boxes).collect();
+        let primitives = Primitives {
+            triangles,
+            spheres,
+            instances: below,
+        };
+        let tree = Bvh::build(&shapes, preset.options()).map(|tree| wide::build(tree, &shapes, primitives));
+        Self {
+            tree: tree.map_or(Tree::Empty, Tree::Wide),
+        }
     }
 
     /// The nearest hit in the open segment.
@@ -209,14 +271,18 @@ fn build_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], kind: AcceleratorKind
 }
 
 fn wide_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], preset: Preset) -> Tree {
-    let primitives = Primitives { triangles, spheres };
+    let primitives = Primitives {
+        triangles,
+        spheres,
+        instances: Instances::default(),
+    };
     let options = preset.options();
     // Corners are finite and radii positive: there is a tree.
     let wide = if spheres.is_empty() {
-        Bvh::build(triangles, options).map(|tree| wide::build(tree, triangles, &primitives))
+        Bvh::build(triangles, options).map(|tree| wide::build(tree, triangles, primitives))
     } else {
         let shapes: Vec<Shape> = shapes(triangles, spheres).collect();
-        Bvh::build(&shapes, options).map(|tree| wide::build(tree, &shapes, &primitives))
+        Bvh::build(&shapes, options).map(|tree| wide::build(tree, &shapes, primitives))
     };
     wide.map_or(Tree::Empty, Tree::Wide)
 }
@@ -225,12 +291,15 @@ fn wide_tree(triangles: &[[Vec3; 3]], spheres: &[Sphere], preset: Preset) -> Tre
 enum Shape<'a> {
     Triangle(&'a [Vec3; 3]),
     Sphere(&'a Sphere),
+    /// The box around an instance.
+    Instance(Bounds),
 }
 
 impl Primitive for Shape<'_> {
     fn bounds(&self) -> Bounds {
         match self {
             Self::Triangle(corners) => corners.bounds(),
+            Self::Instance(bounds) => *bounds,
             Self::Sphere(sphere) => {
                 // A hit may lie an ulp outside the exact box.
                 let radius = Vec3::splat(sphere.radius * (1.0 + 4.0 * f32::EPSILON));

@@ -2,7 +2,7 @@
 
 use super::{
     DensityDescription, EmissionDescription, EmitterDescription, EnvironmentMap, Geometry, GridDescription,
-    MediumDescription, RenderSettings, SceneDescription, ShapeDescription, TriangleMesh,
+    MediumDescription, MeshInstances, RenderSettings, SceneDescription, ShapeDescription, TriangleMesh,
 };
 use crate::fingerprint::Fingerprint;
 
@@ -61,24 +61,31 @@ fn add_shape(sum: &mut Fingerprint, shape: &ShapeDescription) {
     sum.shown(&(material, emission));
     match geometry {
         Geometry::Sphere(sphere) => sum.shown(sphere),
-        Geometry::Mesh(mesh) => {
-            let TriangleMesh {
-                positions,
-                normals,
-                uvs,
-                indices,
-                colors,
-                glow,
-            } = mesh;
-            sum.reals(positions.iter().map(|position| position.to_array()));
-            sum.reals(normals.iter().map(|normal| normal.to_array()));
-            sum.reals(uvs.iter().map(|uv| uv.to_array()));
-            sum.words(indices.as_flattened().iter().copied());
-            if !(colors.is_empty() && glow.is_empty()) {
-                sum.reals(colors.iter().map(|color| color.to_array()));
-                sum.reals(glow.iter().map(|share| share.to_array()));
-            }
+        Geometry::Mesh(mesh) => add_mesh(sum, mesh),
+        Geometry::Instances(MeshInstances { mesh, to_world }) => {
+            sum.shown(&"instances");
+            add_mesh(sum, mesh);
+            sum.reals(to_world.iter().map(|map| map.to_cols_array()));
         }
+    }
+}
+
+fn add_mesh(sum: &mut Fingerprint, mesh: &TriangleMesh) {
+    let TriangleMesh {
+        positions,
+        normals,
+        uvs,
+        indices,
+        colors,
+        glow,
+    } = mesh;
+    sum.reals(positions.iter().map(|position| position.to_array()));
+    sum.reals(normals.iter().map(|normal| normal.to_array()));
+    sum.reals(uvs.iter().map(|uv| uv.to_array()));
+    sum.words(indices.as_flattened().iter().copied());
+    if !(colors.is_empty() && glow.is_empty()) {
+        sum.reals(colors.iter().map(|color| color.to_array()));
+        sum.reals(glow.iter().map(|share| share.to_array()));
     }
 }
 
@@ -152,6 +159,7 @@ mod tests {
         ("vertex", |scene| match &mut scene.shapes[0].geometry {
             Geometry::Mesh(mesh) => mesh.positions[0].x = f32::from_bits(mesh.positions[0].x.to_bits() ^ 1),
             Geometry::Sphere(sphere) => sphere.radius *= 2.0,
+            Geometry::Instances(_) => unreachable!("the box has none"),
         }),
         ("emitter", |scene| {
             scene.emitters.push(EmitterDescription::Constant {

@@ -54,6 +54,40 @@ pub enum Geometry {
     Mesh(TriangleMesh),
     /// A sphere.
     Sphere(SphereGeometry),
+    /// Copies of a mesh that are not made.
+    Instances(MeshInstances),
+}
+
+/// A mesh in a space of its own, and the places where it is.
+///
+/// Rays are taken to the mesh, so that memory holds it once. Shapes that emit, bound media or let
+/// all light pass are copied all the same when a scene is built, and so are all for
+/// [accelerators](crate::AcceleratorKind) without instances.
+#[derive(Clone, Debug, Default)]
+pub struct MeshInstances {
+    /// The mesh. A map that mirrors turns its winding over, as if its vertices were moved.
+    pub mesh: TriangleMesh,
+    /// From the mesh's space to the world, for each instance: finite and regular.
+    pub to_world: Vec<Affine3A>,
+}
+
+impl MeshInstances {
+    /// Corners of the mesh's box in the world, eight of each instance; none of an empty mesh.
+    pub fn box_corners(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let boxes = self.mesh.positions.iter().map(|&position| [position; 2]);
+        let bounds = boxes.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
+        bounds.into_iter().flat_map(|[least, greatest]| {
+            self.to_world.iter().flat_map(move |map| {
+                (0..8).map(move |corner| {
+                    let take = |axis: usize| {
+                        let end = if corner >> axis & 1 == 1 { greatest } else { least };
+                        end[axis]
+                    };
+                    map.transform_point3(Vec3::new(take(0), take(1), take(2)))
+                })
+            })
+        })
+    }
 }
 
 /// An indexed triangle mesh in world space. Counter-clockwise order seen from the side the

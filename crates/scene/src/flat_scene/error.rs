@@ -8,6 +8,8 @@ use std::fmt;
 pub enum FlatError {
     /// It has spheres.
     Spheres,
+    /// It has instances of meshes that are not copied.
+    Instances,
     /// It has participating media.
     Media,
     /// The material of this index lets light pass, has textures of something else than the
@@ -20,6 +22,7 @@ impl fmt::Display for FlatError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Spheres => write!(f, "spheres have no flat form"),
+            Self::Instances => write!(f, "instances have no flat form"),
             Self::Media => write!(f, "participating media have no flat form"),
             Self::Material(index) => write!(
                 f,

@@ -75,6 +75,9 @@ impl FlatScene {
         if scene.sphere_count() > 0 {
             return Err(FlatError::Spheres);
         }
+        if scene.instance_count() > 0 {
+            return Err(FlatError::Instances);
+        }
         let mut materials = FlatMaterials::default();
         for (index, material) in scene.materials().iter().enumerate() {
             if !materials.push(material) {

@@ -24,6 +24,12 @@ pub(super) fn bounds(scene: &SceneDescription) -> Option<(Vec3, Vec3)> {
                 low = low.min(sphere.center - sphere.radius);
                 high = high.max(sphere.center + sphere.radius);
             }
+            Geometry::Instances(instances) => {
+                for corner in instances.box_corners() {
+                    low = low.min(corner);
+                    high = high.max(corner);
+                }
+            }
         }
     }
     low.cmple(high).all().then_some((low, high))

@@ -16,8 +16,12 @@ use std::path::PathBuf;
 pub struct LoadLimits {
     /// Bytes read from files, of text that definitions produce, and of decoded images.
     pub bytes: u64,
-    /// Vertices and triangles together, counted for every placed mesh.
+    /// Vertices and triangles together, counted for every copy of a mesh.
     pub vertices: u64,
+    /// Vertices and triangles of meshes that are placed again and copied. What is placed beyond them
+    /// becomes instances ([`MeshInstances`](crate::MeshInstances)), which take little memory and
+    /// whose rays cost more. This is no limit: nothing is refused.
+    pub copies: u64,
     /// XML elements, objects of a glTF document, BSDFs after references are followed.
     pub nodes: u64,
     /// Included files.
@@ -35,6 +39,7 @@ impl Default for LoadLimits {
         Self {
             bytes: 2 << 30,
             vertices: 30_000_000,
+            copies: 4_000_000,
             nodes: 1_000_000,
             includes: 1_000,
             depth: 256,
@@ -46,7 +51,9 @@ impl Default for LoadLimits {
 
 impl LoadLimits {
     /// Names of the limits, as [`set`](Self::set) takes them.
-    pub const NAMES: [&'static str; 6] = ["bytes", "vertices", "nodes", "includes", "depth", "seconds"];
+    pub const NAMES: [&'static str; 7] = [
+        "bytes", "vertices", "copies", "nodes", "includes", "depth", "seconds",
+    ];
 
     /// Sets the limit of this name, as a command line gives it. Says whether there is one of this
     /// name and `value` is not negative.
@@ -60,6 +67,7 @@ impl LoadLimits {
         match name {
             "bytes" => self.bytes = count,
             "vertices" => self.vertices = count,
+            "copies" => self.copies = count,
             "nodes" => self.nodes = count,
             "includes" => self.includes = count,
             "depth" => self.depth = count,

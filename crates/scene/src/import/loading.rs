@@ -16,6 +16,7 @@ pub(crate) struct Loading {
     limits: LoadLimits,
     bytes: Cell<u64>,
     vertices: Cell<u64>,
+    copies: Cell<u64>,
     nodes: Cell<u64>,
     includes: Cell<u64>,
     start: Instant,
@@ -54,6 +55,7 @@ impl Loading {
             limits: limits.clone(),
             bytes: Cell::new(0),
             vertices: Cell::new(0),
+            copies: Cell::new(0),
             nodes: Cell::new(0),
             includes: Cell::new(0),
             start: Instant::now(),
@@ -134,6 +136,18 @@ impl Loading {
     ) -> Result<(), ImportError> {
         let count = (vertices as u64).saturating_add(triangles as u64);
         self.spend(LoadResource::Vertices, count, location)
+    }
+
+    /// Whether a mesh that is placed again is copied; if not, it becomes an instance.
+    #[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
+    pub(crate) fn copies(&self, vertices: usize, triangles: usize) -> bool {
+        let count = (vertices as u64).saturating_add(triangles as u64);
+        let total = self.copies.get().saturating_add(count);
+        let copied = total <= self.limits.copies;
+        if copied {
+            self.copies.set(total);
+        }
+        copied
     }
 
     /// Bytes that may still come.

@@ -3,8 +3,8 @@
 //! Triangles are taken one by one, without regard to what hides them: an estimate that costs
 //! nothing beside reading a file.
 
-use crate::{Geometry, Material, SceneDescription};
-use glam::DVec3;
+use crate::{Geometry, Material, MeshInstances, SceneDescription};
+use glam::{DVec3, Vec3};
 
 /// Most triangles of a mesh that are looked at.
 const MOST_PATCHES: usize = 4_000;
@@ -31,6 +31,11 @@ pub(in crate::import) fn patches(scene: &SceneDescription) -> Vec<Patch> {
     let triangles = scene.shapes.iter().map(|shape| match &shape.geometry {
         Geometry::Mesh(mesh) => mesh.indices.len(),
         Geometry::Sphere(_) => 6,
+        Geometry::Instances(instances) => instances
+            .mesh
+            .indices
+            .len()
+            .saturating_mul(instances.to_world.len()),
     });
     let step_of_all = triangles.sum::<usize>().div_ceil(MOST_OF_ALL);
     for (index, shape) in scene.shapes.iter().enumerate() {
@@ -56,20 +61,36 @@ pub(in crate::import) fn patches(scene: &SceneDescription) -> Vec<Patch> {
                 let step = mesh.indices.len().div_ceil(MOST_PATCHES).max(step_of_all).max(1);
                 for triangle in mesh.indices.iter().step_by(step) {
                     let corners = triangle.map(|i| mesh.positions.get(i as usize).copied());
-                    let [Some(a), Some(b), Some(c)] = corners else {
-                        continue;
-                    };
-                    let [a, b, c] = [a, b, c].map(|corner| corner.as_dvec3());
-                    let double = (b - a).cross(c - a);
-                    if let Some(normal) = double.try_normalize() {
-                        let area = 0.5 * double.length() * step as f64;
-                        patches.push(patch((a + b + c) / 3.0, normal, area));
+                    let corners = corners.map(|corner| corner.map(|corner| corner.as_dvec3()));
+                    if let Some((middle, normal, area)) = middle(corners) {
+                        patches.push(patch(middle, normal, area * step as f64));
+                    }
+                }
+            }
+            Geometry::Instances(MeshInstances { mesh, to_world }) => {
+                let count = mesh.indices.len();
+                let all = count.saturating_mul(to_world.len());
+                let step = all.div_ceil(MOST_PATCHES).max(step_of_all).max(1);
+                for index in (0..all).step_by(step) {
+                    let map = &to_world[index / count];
+                    let corners = mesh.indices[index % count].map(|i| mesh.positions.get(i as usize));
+                    let moved = |corner: &Vec3| map.transform_point3(*corner).as_dvec3();
+                    if let Some((middle, normal, area)) = middle(corners.map(|corner| corner.map(moved))) {
+                        patches.push(patch(middle, normal, area * step as f64));
                     }
                 }
             }
         }
     }
     patches
+}
+
+/// Middle, unit normal and area of a triangle; `None` without a corner or area.
+fn middle(corners: [Option<DVec3>; 3]) -> Option<(DVec3, DVec3, f64)> {
+    let [a, b, c] = corners;
+    let (a, b, c) = (a?, b?, c?);
+    let double = (b - a).cross(c - a);
+    Some(((a + b + c) / 3.0, double.try_normalize()?, 0.5 * double.length()))
 }
 
 fn is_two_sided(material: &Material) -> bool {

@@ -26,6 +26,8 @@ mod normals;
 mod obj;
 #[cfg(feature = "pbrt")]
 mod pbrt;
+#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
+mod placed;
 mod ply;
 mod polygon;
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
@@ -51,4 +53,5 @@ pub use loaded::{Defines, Loaded, Warning};
 pub use mitsuba::{parse_mitsuba, parse_mitsuba_with};
 pub use obj::{parse_obj, read_obj};
 pub use ply::{parse_ply, read_ply};
+pub(crate) use transform::move_mesh;
 pub use vol::{VolumeGrid, parse_vol, read_vol};

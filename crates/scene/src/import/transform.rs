@@ -1,6 +1,5 @@
 //! Affine maps in `f64` and what they do to meshes.
 
-#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
 use crate::TriangleMesh;
 #[cfg(feature = "mitsuba")]
 use crate::builtin::turn;
@@ -11,7 +10,6 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Moves a mesh by `map`, in `f64` with one rounding a coordinate. Normals move by the inverse
 /// transpose; where `map` mirrors they are negated, so that they stay on the side that the winding
 /// calls the front. `None` if `map` is singular or a vertex leaves the range of `f32`.
-#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
 pub(crate) fn move_mesh(mesh: &mut TriangleMesh, map: &DAffine3) -> Option<()> {
     if *map == DAffine3::IDENTITY {
         return Some(());
@@ -35,7 +33,6 @@ pub(crate) fn move_mesh(mesh: &mut TriangleMesh, map: &DAffine3) -> Option<()> {
 
 /// Cofactor matrix `det(M) M⁻ᵀ`: maps normals, and turns them where `M` mirrors, as
 /// `M a × M b` does.
-#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
 pub(crate) fn normal_map(map: &DAffine3) -> DMat3 {
     let [a, b, c] = map.matrix3.to_cols_array_2d().map(DVec3::from_array);
     DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b))

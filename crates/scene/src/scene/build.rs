@@ -1,5 +1,6 @@
 //! From a description to a scene: validation, flattening, acceleration structure.
 
+use super::copies::Copies;
 use super::lanes::DiffuseRow;
 use super::primitive::{NONE, SphereRecord, TriangleRecord};
 use super::touching::{OpaqueSurfaces, touching};
@@ -8,12 +9,13 @@ use crate::RenderSettings;
 use crate::SceneError;
 use crate::accel::Accelerator;
 use crate::emitter::{AreaEmitter, PowerTable};
+use crate::import::move_mesh;
 use crate::medium::build_media;
 use crate::{
-    AcceleratorKind, Camera, EmitterDescription, Emitters, Geometry, Material, Rgb, SceneDescription,
-    ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
+    AcceleratorKind, Camera, EmitterDescription, Emitters, Geometry, Material, MeshInstances, Rgb,
+    SceneDescription, ShapeDescription, Sphere, SphereGeometry, TriangleMesh,
 };
-use glam::Vec3;
+use glam::{DAffine3, Vec3};
 use lightshed_bvh::Preset;
 use std::ops::Range;
 
@@ -51,6 +53,7 @@ struct Flattened {
     /// Colours at the corners of the first triangles that have texture coordinates.
     colors: Vec<[Rgb; 3]>,
     spheres: Vec<SphereRecord>,
+    copies: Copies,
     emitters: Vec<AreaEmitter>,
     dropped: usize,
 }
@@ -99,9 +102,15 @@ impl Scene {
         let mut flat = Flattened::default();
         // The primitives of each shape; for spheres the number among spheres until later.
         let mut primitives = Vec::with_capacity(shapes.len());
-        for shape in shapes {
+        for (index, shape) in (0..).zip(shapes) {
             let before = [flat.triangles.len(), flat.spheres.len()];
-            flat.add(shape, materials.len())?;
+            let bounds_medium = || description.boundaries.iter().any(|b| b.shape == index);
+            let is_passed = || matches!(materials.get(shape.material as usize), Some(Material::Null));
+            let stays = matches!(shape.geometry, Geometry::Instances(_))
+                && options.accelerator == AcceleratorKind::Wide
+                && !is_passed()
+                && !bounds_medium();
+            flat.add(shape, materials.len(), stays)?;
             primitives.push((before, [flat.triangles.len(), flat.spheres.len()]));
         }
         let triangles = flat.triangles.len();
@@ -117,22 +126,37 @@ impl Scene {
             .collect();
         let mut media = build_media(description, &primitives)?;
         let count = flat.triangles.len() + flat.spheres.len();
-        if count >= 1 << 30 {
-            return Err(SceneError::TooManyPrimitives(count));
+        let numbered = count as u64 + flat.copies.count();
+        if count + flat.copies.places() >= 1 << 30 || numbered >= u64::from(u32::MAX) {
+            return Err(SceneError::TooManyPrimitives(numbered as usize));
         }
+        flat.copies.number(count as u32);
         let corners: Vec<[Vec3; 3]> = flat.triangles.iter().map(|triangle| triangle.corners).collect();
         let spheres: Vec<Sphere> = flat.spheres.iter().map(|record| record.sphere).collect();
-        media.look_for_surfaces(&corners, &spheres);
-        let bounds = bounds(&corners, &spheres);
+        let of_copies = flat.copies.bounds();
+        if of_copies.is_none() {
+            media.look_for_surfaces(&corners, &spheres);
+        }
+        let bounds = bounds(&corners, &spheres, of_copies);
         let camera = Camera::new(camera, settings.width, settings.height)?;
         let build = |corners: &[[Vec3; 3]], spheres: &[Sphere]| {
             let preset = options.preset(settings, corners.len() + spheres.len());
             Accelerator::build(corners, spheres, options.accelerator, preset)
         };
+        let (objects, instances) = flat.copies.for_tree();
+        let objects: Vec<&[[Vec3; 3]]> = objects.iter().map(Vec::as_slice).collect();
+        let build_all = |corners: &[[Vec3; 3]], spheres: &[Sphere]| {
+            if instances.is_empty() {
+                return build(corners, spheres);
+            }
+            let in_objects = objects.iter().map(|corners| corners.len()).sum::<usize>();
+            let preset = options.preset(settings, corners.len() + spheres.len() + in_objects);
+            Accelerator::with_instances(corners, spheres, &objects, &instances, preset)
+        };
         let emitting = EmittingSurfaces::build(&flat, build);
         let emitters = Emitters::new(flat.emitters, emitters)?;
         let mut scene = Self {
-            accelerator: build(&corners, &spheres),
+            accelerator: build_all(&corners, &spheres),
             opaque: None,
             has_clear_grid_alone: false,
             touching: Vec::new(),
@@ -143,6 +167,7 @@ impl Scene {
             colors: flat.colors,
             turned: turned(materials),
             spheres: flat.spheres,
+            copies: flat.copies,
             diffuse_rows: materials.iter().map(DiffuseRow::new).collect(),
             materials: materials.clone(),
             by_power: PowerTable::new(&emitters)?,
@@ -162,13 +187,14 @@ impl Scene {
             .collect();
         scene.media.keep_clear_within(&around);
         scene.has_clear_grid_alone = scene.media.media.len() == 1 && scene.media.is_clear(0);
-        scene.touching = touching(&scene.triangles, &scene.spheres, materials);
+        let has_copies = scene.copies.places() > 0;
+        scene.touching = touching(&scene.triangles, &scene.spheres, materials, has_copies);
         if scene.has_clear_grid_alone || !scene.touching.is_empty() {
             scene.opaque = Some(OpaqueSurfaces::new(
                 &scene.triangles,
                 &scene.spheres,
                 materials,
-                build,
+                build_all,
             ));
         }
         Ok(scene)
@@ -186,14 +212,18 @@ fn turned(materials: &[Material]) -> Vec<bool> {
 }
 
 /// The box around everything.
-fn bounds(corners: &[[Vec3; 3]], spheres: &[Sphere]) -> [Vec3; 2] {
+fn bounds(corners: &[[Vec3; 3]], spheres: &[Sphere], of_copies: Option<[Vec3; 2]>) -> [Vec3; 2] {
     let triangles = corners.iter().flatten().map(|&corner| [corner; 2]);
     let spheres = spheres.iter().map(|sphere| {
         let radius = Vec3::splat(sphere.radius);
         [sphere.center - radius, sphere.center + radius]
     });
     let union = |[a, b]: [Vec3; 2], [c, d]: [Vec3; 2]| [a.min(c), b.max(d)];
-    triangles.chain(spheres).reduce(union).unwrap_or_default()
+    triangles
+        .chain(spheres)
+        .chain(of_copies)
+        .reduce(union)
+        .unwrap_or_default()
 }
 
 impl EmittingSurfaces {
@@ -230,7 +260,8 @@ impl EmittingSurfaces {
 }
 
 impl Flattened {
-    fn add(&mut self, shape: &ShapeDescription, materials: usize) -> Result<(), SceneError> {
+    /// Adds a shape. Whether instances of it may stay what they are, if it does not emit.
+    fn add(&mut self, shape: &ShapeDescription, materials: usize, may_stay: bool) -> Result<(), SceneError> {
         let name = || shape.name.clone();
         if shape.material as usize >= materials {
             return Err(SceneError::MaterialIndex {
@@ -258,7 +289,40 @@ impl Flattened {
                 self.add_sphere(sphere, shape.material, emission);
                 Ok(())
             }
+            Geometry::Instances(instances) => self.add_instances(instances, shape, emission, may_stay),
         }
+    }
+
+    fn add_instances(
+        &mut self,
+        MeshInstances { mesh, to_world }: &MeshInstances,
+        shape: &ShapeDescription,
+        emission: Option<Rgb>,
+        may_stay: bool,
+    ) -> Result<(), SceneError> {
+        let error = |instance| SceneError::Instance {
+            shape: shape.name.clone(),
+            instance,
+        };
+        let is_regular = |map: &glam::Affine3A| map.is_finite() && map.inverse().is_finite();
+        if let Some(instance) = to_world.iter().position(|map| !is_regular(map)) {
+            return Err(error(instance));
+        }
+        if may_stay && emission.is_none() {
+            let before = self.triangles.len();
+            self.add_mesh(mesh, &shape.name, shape.material, None)?;
+            let object = self.triangles.split_off(before);
+            self.copies.add(object, to_world);
+            return Ok(());
+        }
+        validate_mesh(mesh, &shape.name)?;
+        for (instance, map) in to_world.iter().enumerate() {
+            let mut copy = mesh.clone();
+            let map = DAffine3::from_cols_array(&map.to_cols_array().map(f64::from));
+            move_mesh(&mut copy, &map).ok_or_else(|| error(instance))?;
+            self.add_mesh(&copy, &shape.name, shape.material, emission)?;
+        }
+        Ok(())
     }
 
     fn add_sphere(&mut self, geometry: &SphereGeometry, material: u32, emission: Option<Rgb>) {
@@ -406,7 +470,7 @@ fn validate_mesh(mesh: &TriangleMesh, name: &str) -> Result<(), SceneError> {
 
 /// Unit normal by the winding, in `f64` so that small triangles far from the origin keep theirs;
 /// `None` if the triangle has no area.
-fn unit_normal(corners: &[Vec3; 3]) -> Option<Vec3> {
+pub(super) fn unit_normal(corners: &[Vec3; 3]) -> Option<Vec3> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a).try_normalize()?;
     Some(normal.as_vec3())

@@ -1,6 +1,7 @@
 //! A scene that rays can be traced against.
 
 mod build;
+mod copies;
 mod lanes;
 mod primitive;
 mod shading;
@@ -15,6 +16,7 @@ use crate::{
     Bsdf, Camera, CameraError, Emitters, Hit, HitBatch, ImageBlocks, Material, Ray, RayBatch, RenderSettings,
     Rgb, SurfacePoint,
 };
+use copies::Copies;
 use glam::{Vec2, Vec3};
 use lanes::DiffuseRow;
 use lightshed_sampling::{octahedral_decode, octahedral_encode};
@@ -45,6 +47,8 @@ pub struct Scene {
     /// By material, whether its shading frames are more than normals; empty where none is.
     turned: Vec<bool>,
     spheres: Vec<SphereRecord>,
+    /// Instances: the primitives behind the spheres.
+    copies: Copies,
     materials: Vec<Material>,
     /// The materials as lanes read them.
     diffuse_rows: Vec<DiffuseRow>,
@@ -88,15 +92,25 @@ impl Scene {
         self.triangles.get(primitive as usize)
     }
 
+    /// The sphere that a primitive is, unless it is part of an instance.
+    #[inline(always)]
+    fn sphere(&self, primitive: u32) -> Option<&SphereRecord> {
+        let index = primitive as usize - self.triangles.len();
+        if cfg!(lightshed_without = "instances") {
+            return Some(&self.spheres[index]);
+        }
+        self.spheres.get(index)
+    }
+
     /// The surface point of a hit that [`Scene::accelerator`] returned for `ray`.
     #[inline(always)]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.turned(match self.triangle(hit.primitive) {
             Some(triangle) => triangle.surface(hit, &self.normals, &self.uvs),
-            None => {
-                let sphere = &self.spheres[hit.primitive as usize - self.triangles.len()];
-                sphere.surface(sphere.outward(ray, hit), hit.primitive)
-            }
+            None => match self.sphere(hit.primitive) {
+                Some(sphere) => sphere.surface(sphere.outward(ray, hit), hit.primitive),
+                None => self.copies.surface(hit, &self.normals, &self.uvs),
+            },
         })
     }
 
@@ -105,9 +119,10 @@ impl Scene {
     /// map of the direction from the centre, in the unit square.
     #[inline]
     pub fn coordinates(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
-        match (hit.primitive as usize).checked_sub(self.triangles.len()) {
+        let index = (hit.primitive as usize).checked_sub(self.triangles.len());
+        match index.and_then(|index| self.spheres.get(index)) {
             None => hit.barycentric,
-            Some(sphere) => octahedral_encode(self.spheres[sphere].outward(ray, hit)).into(),
+            Some(sphere) => octahedral_encode(sphere.outward(ray, hit)).into(),
         }
     }
 
@@ -119,19 +134,17 @@ impl Scene {
     /// If the scene has no such primitive.
     #[inline]
     pub fn locate(&self, primitive: u32, coordinates: [f32; 2]) -> SurfacePoint {
+        let hit = Hit {
+            t: 0.0,
+            primitive,
+            barycentric: coordinates,
+        };
         self.turned(match self.triangle(primitive) {
-            Some(triangle) => {
-                let hit = Hit {
-                    t: 0.0,
-                    primitive,
-                    barycentric: coordinates,
-                };
-                triangle.surface(&hit, &self.normals, &self.uvs)
-            }
-            None => {
-                let outward = octahedral_decode(coordinates.into());
-                self.spheres[primitive as usize - self.triangles.len()].surface(outward, primitive)
-            }
+            Some(triangle) => triangle.surface(&hit, &self.normals, &self.uvs),
+            None => match self.sphere(primitive) {
+                Some(sphere) => sphere.surface(octahedral_decode(coordinates.into()), primitive),
+                None => self.copies.surface(&hit, &self.normals, &self.uvs),
+            },
         })
     }
 
@@ -165,7 +178,9 @@ impl Scene {
     pub fn primitive_emitter(&self, primitive: u32) -> u32 {
         match self.triangle(primitive) {
             Some(triangle) => triangle.emitter,
-            None => self.spheres[primitive as usize - self.triangles.len()].emitter,
+            None => self
+                .sphere(primitive)
+                .map_or(SurfacePoint::NO_EMITTER, |sphere| sphere.emitter),
         }
     }
 
@@ -177,7 +192,10 @@ impl Scene {
     pub fn primitive_material(&self, primitive: u32) -> u32 {
         match self.triangle(primitive) {
             Some(triangle) => triangle.material,
-            None => self.spheres[primitive as usize - self.triangles.len()].material,
+            None => match self.sphere(primitive) {
+                Some(sphere) => sphere.material,
+                None => self.copies.material(primitive),
+            },
         }
     }
 
@@ -400,7 +418,7 @@ impl Scene {
         (greatest - least).length()
     }
 
-    /// Number of triangles that rays can hit.
+    /// Number of triangles that rays can hit, without those of instances.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
@@ -408,6 +426,11 @@ impl Scene {
     /// Number of spheres.
     pub fn sphere_count(&self) -> usize {
         self.spheres.len()
+    }
+
+    /// Number of instances, whose triangles are counted with none of the above.
+    pub fn instance_count(&self) -> usize {
+        self.copies.places()
     }
 
     /// Number of triangles without area that were left out.

@@ -75,10 +75,10 @@ impl Scene {
         }
         let along = match self.triangle(point.primitive) {
             Some(triangle) => triangle.along(&self.uvs),
-            None => {
-                let sphere = &self.spheres[point.primitive as usize - self.triangles.len()];
-                Some(sphere.along(point.geometric_normal * sphere.orientation))
-            }
+            None => match self.sphere(point.primitive) {
+                Some(sphere) => Some(sphere.along(point.geometric_normal * sphere.orientation)),
+                None => self.copies.in_world(point.primitive).along(&self.uvs),
+            },
         };
         let Some(along) = along else { return point };
         point.shading = Frame::from_normal_and_tangent(point.shading.normal, along.u);
@@ -92,7 +92,12 @@ impl Scene {
     /// What textures are looked up by at a surface point.
     #[inline(never)]
     pub(super) fn place(&self, point: &SurfacePoint) -> Place {
-        let colors = self.triangle(point.primitive).and_then(|triangle| {
+        let own = self.triangle(point.primitive).copied();
+        let triangle = own.or_else(|| match self.sphere(point.primitive) {
+            Some(_) => None,
+            None => Some(self.copies.in_world(point.primitive)),
+        });
+        let colors = triangle.and_then(|triangle| {
             let colors = self.colors.get(triangle.uvs as usize)?;
             let [v, w] = triangle.weights(point.position);
             Some(colors[0] * (1.0 - v - w) + colors[1] * v + colors[2] * w)

@@ -56,6 +56,7 @@ pub(super) fn touching(
     triangles: &[TriangleRecord],
     spheres: &[SphereRecord],
     materials: &[Material],
+    has_instances: bool,
 ) -> Vec<f32> {
     let is_passed = |material: u32| matches!(materials[material as usize], Material::Null);
     let boxes = |triangle: &TriangleRecord| {
@@ -80,7 +81,8 @@ pub(super) fn touching(
             .iter()
             .filter(|t| !is_passed(t.material) && overlap(boxes(t), around, 2.0 * offset_of(t)))
             .collect();
-        let all = passed.len().saturating_mul(opaque.len()) > MOST_PAIRS;
+        // Triangles of instances are not compared one by one.
+        let all = has_instances || passed.len().saturating_mul(opaque.len()) > MOST_PAIRS;
         for (index, boundary) in &passed {
             if all {
                 slacks[*index] = 4.0 * offset_of(boundary);
@@ -155,7 +157,8 @@ impl Scene {
     /// The surface that a boundary lies on, where it is met.
     #[inline(never)]
     fn beneath(&self, ray: &Ray, hit: &Hit) -> Option<Hit> {
-        let slack = self.touching[hit.primitive as usize];
+        // Instances are no boundaries.
+        let slack = self.touching.get(hit.primitive as usize).copied().unwrap_or(0.0);
         let opaque = self.opaque.as_ref().filter(|_| slack > 0.0)?;
         let across = self.surface(ray, hit).geometric_normal.dot(ray.direction).abs();
         let segment = Ray {
@@ -163,8 +166,11 @@ impl Scene {
             ..*ray
         };
         let below = opaque.accelerator.intersect(&segment)?;
+        let own = opaque.primitives.get(below.primitive as usize).copied();
+        // Instances come after all others, here as there.
+        let of_instance = || below.primitive - opaque.primitives.len() as u32 + self.copies.first();
         Some(Hit {
-            primitive: opaque.primitives[below.primitive as usize],
+            primitive: own.unwrap_or_else(of_instance),
             ..below
         })
     }

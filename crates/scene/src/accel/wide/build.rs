@@ -211,7 +211,10 @@ impl Emitter<'_> {
         let members = &self.tree.order()[range];
         let triangles = self.primitives.triangles;
         if let Some(sphere) = (members[0] as usize).checked_sub(triangles.len()) {
-            return Child::new(ChildKind::Sphere, sphere);
+            return match sphere.checked_sub(self.primitives.spheres.len()) {
+                None => Child::new(ChildKind::Sphere, sphere),
+                Some(instance) => Child::new(ChildKind::Instance, instance),
+            };
         }
         // In the order of their indices: at equal distances the first is taken.
         let mut sorted = [u32::MAX; LEAF_TRIANGLES];
@@ -261,23 +264,26 @@ fn collapse<'a>(tree: &'a Bvh, plans: &'a [Shares], primitives: &'a Primitives) 
     emitter
 }
 
-/// Collapses `tree`, which was built over `shapes` (triangles, then spheres, at least one).
-pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: &Primitives) -> WideBvh {
+/// Collapses `tree`, which was built over `shapes` (triangles, spheres, then instances, at least
+/// one).
+pub fn build<P: Primitive>(tree: Bvh, shapes: &[P], primitives: Primitives) -> WideBvh {
     let first_sphere = primitives.triangles.len() as u32;
-    let plans = plan(&tree, primitives);
-    let mut emitted = collapse(&tree, &plans, primitives);
+    let plans = plan(&tree, &primitives);
+    let mut emitted = collapse(&tree, &plans, &primitives);
     // Input on which the heuristic's tree degenerates (a million equal triangles, say) would be too
     // deep to traverse.
     let (balanced, plans);
     if emitted.depth > MAX_DEPTH {
         balanced = Bvh::balanced(shapes).unwrap_or_default();
-        plans = plan(&balanced, primitives);
-        emitted = collapse(&balanced, &plans, primitives);
+        plans = plan(&balanced, &primitives);
+        emitted = collapse(&balanced, &plans, &primitives);
     }
+    let (nodes, blocks) = (emitted.nodes, emitted.blocks);
     WideBvh::from_parts(
-        emitted.nodes,
-        emitted.blocks,
+        nodes,
+        blocks,
         primitives.spheres.to_vec(),
         first_sphere,
+        primitives.instances,
     )
 }

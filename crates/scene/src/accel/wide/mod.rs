@@ -1,10 +1,12 @@
 //! A tree with eight children a node and watertight tests of eight triangles at a time.
 
 mod build;
+mod instances;
 mod node;
 mod traverse;
 
 pub use build::build;
+pub use instances::{Instances, Placed};
 
 use super::block::TriangleBlock;
 use super::sphere::Sphere;
@@ -16,6 +18,8 @@ pub struct Primitives<'a> {
     pub triangles: &'a [[glam::Vec3; 3]],
     /// Spheres; primitive `triangles.len() + i` is sphere `i`.
     pub spheres: &'a [Sphere],
+    /// Instances; in the tree's order, shape `triangles.len() + spheres.len() + i` is instance `i`.
+    pub instances: Instances,
 }
 
 /// The tree. Not empty.
@@ -26,6 +30,7 @@ pub struct WideBvh {
     spheres: Vec<Sphere>,
     /// Primitive index of the first sphere.
     first_sphere: u32,
+    instances: Instances,
     lanes: lightshed_lanes::LaneChoice,
 }
 
@@ -35,19 +40,24 @@ impl WideBvh {
         blocks: Vec<TriangleBlock>,
         spheres: Vec<Sphere>,
         first_sphere: u32,
+        instances: Instances,
     ) -> Self {
         Self {
             nodes,
             blocks,
             spheres,
             first_sphere,
+            instances,
             lanes: lightshed_lanes::LaneChoice::best(),
         }
     }
 
     /// Bytes of the tree and the triangles in it.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..]) + size_of_val(&self.spheres[..])
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.blocks[..])
+            + size_of_val(&self.spheres[..])
+            + self.instances.bytes()
     }
 
     /// The same tree on the lanes of the specification.

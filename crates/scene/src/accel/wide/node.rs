@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Reference to a child: a node, a block of triangles, a sphere, or nothing.
+/// Reference to a child: a node, a block of triangles, a sphere, an instance, or nothing.
 ///
 /// The two top bits are the kind, the others an index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -15,6 +15,7 @@ pub enum ChildKind {
     Node,
     Triangles,
     Sphere,
+    Instance,
 }
 
 impl Child {
@@ -32,6 +33,7 @@ impl Child {
             ChildKind::Node => 0,
             ChildKind::Triangles => 1,
             ChildKind::Sphere => 2,
+            ChildKind::Instance => 3,
         };
         Self(kind << Self::KIND_SHIFT | index as u32)
     }
@@ -41,8 +43,10 @@ impl Child {
         match self.0 >> Self::KIND_SHIFT {
             0 => ChildKind::Node,
             1 => ChildKind::Triangles,
-            _ if cfg!(lightshed_without = "spheres") => ChildKind::Triangles,
-            _ => ChildKind::Sphere,
+            2 | 3 if cfg!(lightshed_without = "spheres") => ChildKind::Triangles,
+            2 => ChildKind::Sphere,
+            _ if cfg!(lightshed_without = "instances") => ChildKind::Sphere,
+            _ => ChildKind::Instance,
         }
     }
 

@@ -171,11 +171,13 @@ impl Query for Nearest {
     ) -> bool {
         if child.kind() == ChildKind::Triangles {
             self.take_block::<L>(&constants.triangle, &bvh.blocks[child.index()]);
+        } else if child.kind() == ChildKind::Instance {
+            self.take_instance(bvh, &rays.get(index), child.index());
         } else {
             let ray = rays.get(index);
             let sphere = &bvh.spheres[child.index()];
             let primitive = bvh.first_sphere + child.index() as u32;
-            let bound = self.bound_of_sphere(primitive);
+            let bound = self.bound_of_other(primitive);
             if let Some(t) = sphere.intersect(ray.origin, ray.direction, bound) {
                 self.take_sphere(t, primitive);
             }
@@ -191,6 +193,21 @@ impl Query for Nearest {
     #[inline(always)]
     fn answer(&self) -> Option<Hit> {
         self.hit()
+    }
+}
+
+impl Nearest {
+    /// Takes in the nearest hit within an instance.
+    #[inline(never)]
+    fn take_instance(&mut self, bvh: &WideBvh, ray: &Ray, instance: usize) {
+        let (object, mut local, first) = bvh.instances.enter(instance, ray);
+        local.t_max = self.bound_of_other(first);
+        let found = object.lanes.run(One {
+            bvh: object,
+            ray: &local,
+            query: PhantomData::<Self>,
+        });
+        self.take_other(found, first);
     }
 }
 
@@ -226,6 +243,9 @@ impl Query for Any {
             constants
                 .triangle
                 .any::<L>(&bvh.blocks[child.index()], self.t_max)
+        } else if child.kind() == ChildKind::Instance {
+            let (object, local, _) = bvh.instances.enter(child.index(), &rays.get(index));
+            object.occluded(&local)
         } else {
             let ray = rays.get(index);
             bvh.spheres[child.index()]
@@ -348,17 +368,18 @@ struct One<'a, Q> {
     query: PhantomData<Q>,
 }
 
+/// The query at its end.
 impl<Q: Query> LaneKernel for One<'_, Q> {
-    type Output = Q::Answer;
+    type Output = Q;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Q::Answer {
+    fn run<L: Lanes>(self) -> Q {
         let rays = core::slice::from_ref(self.ray);
         let mut traversal = Traversal::<Q>::new(self.ray, 0);
         let mut memory = StackMemory::new();
         let mut stack = Stack::new(&mut memory);
         while !traversal.step::<L>(&mut stack, self.bvh, rays) {}
-        traversal.query.answer()
+        traversal.query
     }
 }
 
@@ -425,21 +446,23 @@ impl WideBvh {
     /// The nearest hit.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.lanes.run(One {
+        let query = self.lanes.run(One {
             bvh: self,
             ray,
             query: PhantomData::<Nearest>,
-        })
+        });
+        query.answer()
     }
 
     /// Whether there is any hit.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.lanes.run(One {
+        let query = self.lanes.run(One {
             bvh: self,
             ray,
             query: PhantomData::<Any>,
-        })
+        });
+        query.answer()
     }
 
     #[inline(always)]

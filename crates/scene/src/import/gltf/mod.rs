@@ -7,8 +7,7 @@
 //! `KHR_materials_pbrSpecularGlossiness`, `KHR_materials_sheen`, `KHR_materials_specular`,
 //! `KHR_materials_transmission`, `KHR_materials_unlit`, `KHR_materials_volume` (what transmits all
 //! light and has a thickness refracts, and absorbs at its boundaries what the thickness would),
-//! `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_mesh_gpu_instancing` (a copy for each
-//! instance), `EXT_meshopt_compression` and `EXT_texture_webp`; of `KHR_materials_variants` the
+//! `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression` and `EXT_texture_webp`; of `KHR_materials_variants` the
 //! material that a primitive has without a choice. Skins and morph targets have the pose and the
 //! weights that the file gives its nodes. What is left out (animations, other extensions whether
 //! required or not, images that cannot be found) is a warning.
@@ -166,6 +165,8 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         unlit_both: HashSet::new(),
         culled: HashMap::new(),
         images: HashMap::new(),
+        placed: HashSet::new(),
+        instances: HashMap::new(),
         visited: vec![false; document.nodes().len()],
         has_camera: false,
         marks: Vec::new(),
@@ -228,6 +229,10 @@ struct Importer<'a> {
     /// Materials that light passes from behind, by those that are black from there.
     culled: HashMap<u32, u32>,
     images: HashMap<(usize, Encoding), Arc<Image>>,
+    /// Primitives that some node has placed.
+    placed: HashSet<(usize, usize)>,
+    /// Shapes of instances by mesh, primitive and whether they are mirrored.
+    instances: HashMap<(usize, usize, bool), u32>,
     /// Nodes already walked.
     visited: Vec<bool>,
     has_camera: bool,

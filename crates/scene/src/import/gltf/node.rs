@@ -7,12 +7,14 @@ use super::{Importer, Known};
 use crate::builtin::turn;
 use crate::import::error::ImportError;
 use crate::import::normals::mend_normals;
+use crate::import::placed::instance_map;
 use crate::import::transform::{move_mesh, orthonormal};
 use crate::import::{fit, glow};
 use crate::{
-    CameraDescription, EmitterDescription, FovAxis, Geometry, Projection, Rgb, ShapeDescription, TriangleMesh,
+    CameraDescription, EmitterDescription, FovAxis, Geometry, MeshInstances, Projection, Rgb,
+    ShapeDescription, TriangleMesh,
 };
-use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3};
 use gltf::accessor::Dimensions;
 use gltf::camera;
 use gltf::khr_lights_punctual::Kind;
@@ -103,7 +105,6 @@ impl Importer<'_> {
                 self.mark(&primitive, &placed.to_world, name, &element)?;
                 continue;
             }
-            // Each node that has the mesh has it placed anew.
             let vertices = primitive.get(&gltf::Semantic::Positions).map_or(0, |a| a.count());
             let triangles = match (
                 primitive.indices().map_or(vertices, |a| a.count()),
@@ -112,6 +113,22 @@ impl Importer<'_> {
                 (corners, Mode::Triangles) => corners / 3,
                 (corners, _) => corners,
             };
+            // Each node that has the mesh has it placed anew: copied, or as an instance.
+            let key = (mesh.index(), primitive.index());
+            let is_again = !self.placed.insert(key);
+            let as_instance = is_again && !self.loading.copies(vertices, triangles);
+            let instance = if as_instance {
+                self.instance_map(placed)
+            } else {
+                None
+            };
+            let mirrors = placed.to_world.matrix3.determinant() < 0.0;
+            if let Some(map) = instance
+                && let Some(&shape) = self.instances.get(&(key.0, key.1, mirrors))
+            {
+                self.description.place_again(shape, map);
+                continue;
+            }
             self.loading
                 .spend_mesh(vertices, triangles, || self.location(&element))?;
             let Known {
@@ -136,6 +153,29 @@ impl Importer<'_> {
                     Ok(()) => is_skinned = true,
                     Err(what) => self.warn(&element, format!("the skin is left out: {what}")),
                 }
+            }
+            // What emits is copied: each of its triangles is a light.
+            let instance = instance.filter(|_| emission.is_none() && !self.unlit_both.contains(&material));
+            if let Some(map) = instance {
+                if shows_back(&geometry) {
+                    material = self.culled(material);
+                }
+                if mirrors {
+                    // Its map turns it over again.
+                    turn(&mut geometry);
+                }
+                let shape = self.description.shapes.len() as u32;
+                self.instances.insert((key.0, key.1, mirrors), shape);
+                self.description.shapes.push(ShapeDescription {
+                    name: format!("{}.{}", short(mesh.name()), primitive.index()),
+                    geometry: Geometry::Instances(MeshInstances {
+                        mesh: geometry,
+                        to_world: vec![map],
+                    }),
+                    material,
+                    emission: None,
+                });
+                continue;
             }
             if !is_skinned {
                 if move_mesh(&mut geometry, &placed.to_world).is_none() {
@@ -169,6 +209,12 @@ impl Importer<'_> {
             });
         }
         Ok(())
+    }
+
+    /// The map of an instance of a mesh that has no pose of its own.
+    fn instance_map(&self, placed: &Placed) -> Option<Affine3A> {
+        let is_plain = placed.skin.is_none() && placed.weights.is_empty();
+        instance_map(&placed.to_world).filter(|_| is_plain)
     }
 
     /// The material of a surface that shows its back, which glTF does not draw.

@@ -2,7 +2,7 @@
 //!
 //! | element | types |
 //! |---|---|
-//! | `shape` | `ply`, `obj`, `serialized`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `cylinder` (128 sides), `sphere` (a mesh where it is an ellipsoid, or textured and turned), `linearcurve` and `bsplinecurve` (tubes), `shapegroup` and `instance` (a copy each), `merge` |
+//! | `shape` | `ply`, `obj`, `serialized`, `rectangle`, `cube`, `disk` (128 triangles of the disk's area), `cylinder` (128 sides), `sphere` (a mesh where it is an ellipsoid, or textured and turned), `linearcurve` and `bsplinecurve` (tubes), `shapegroup` and `instance`, `merge` |
 //! | `bsdf` | `diffuse`, `conductor`, `roughconductor`, `dielectric`, `roughdielectric`, `thindielectric`, `plastic`, `roughplastic`, `pplastic`, `blendbsdf`, `mask`, `twosided`, `null`, `normalmap`, `bumpmap`; `principled` by base colour, roughness, metalness and transmission; `polarizer`, `retarder`, `circular` as nothing |
 //! | `texture` | `bitmap`, `checkerboard`, `rawconstant`, `mesh_attribute` of a PLY file (one a surface) |
 //! | `emitter` | `area`, also with a texture, `point`, `spot`, `directional`, `constant`, `envmap` |
@@ -112,6 +112,11 @@ struct Importer<'a> {
     /// The attribute of meshes that a material asks for.
     attributes: HashMap<u32, String>,
     default_material: Option<u32>,
+    /// Vertices and triangles of the shapes of groups, once they are placed; none for shapes whose
+    /// instances are always copied.
+    placed: HashMap<*const Node, Option<[usize; 2]>>,
+    /// Shapes of instances by the element in the group.
+    instances: HashMap<*const Node, u32>,
     /// Nesting of BSDFs.
     depth: u32,
 }
@@ -147,6 +152,8 @@ fn import(root: &Node, loading: &Loading) -> Result<Loaded, ImportError> {
         attribute: None,
         attributes: HashMap::new(),
         default_material: None,
+        placed: HashMap::new(),
+        instances: HashMap::new(),
         depth: 0,
     };
     importer.collect_ids(root)?;

@@ -7,12 +7,14 @@ use crate::builtin::turn;
 use crate::import::error::ImportError;
 use crate::import::glow;
 use crate::import::normals::angle_weighted_normals;
+use crate::import::placed::{instance_map, may_stay};
 use crate::import::primitives;
 use crate::import::transform::{face_towards, move_mesh, normal_map};
 use crate::import::xml::Node;
 use crate::import::{obj, ply};
 use crate::{
-    Geometry, ImageTexture, Material, MediumBoundary, Rgb, ShapeDescription, SphereGeometry, TriangleMesh,
+    Geometry, ImageTexture, Material, MediumBoundary, MeshInstances, Rgb, ShapeDescription, SphereGeometry,
+    TriangleMesh,
 };
 use glam::{DAffine3, DVec3};
 
@@ -116,7 +118,7 @@ impl<'a> Importer<'a> {
         properties.finish()?;
         let mut emission = emission;
         match (&mut geometry, &emission_texture) {
-            (_, None) => {}
+            (_, None) | (Geometry::Instances(_), _) => {}
             (Geometry::Mesh(mesh), Some(texture)) => {
                 let before = mesh.positions.len() + mesh.indices.len();
                 glow::spread(mesh, texture);
@@ -150,7 +152,7 @@ impl<'a> Importer<'a> {
         Ok(())
     }
 
-    /// Copies of the shapes of a group.
+    /// The shapes of a group, copied or as instances.
     fn instance(&mut self, properties: &Properties<'a>, outer: &DAffine3) -> Result<(), ImportError> {
         let node = properties.node;
         let to_world = *outer * properties.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
@@ -171,10 +173,52 @@ impl<'a> Importer<'a> {
                 ("shape", Some("instance" | "shapegroup")) => {
                     return Err(child.unsupported("groups within groups are not supported"));
                 }
-                ("shape", _) => self.shape(child, &to_world)?,
+                ("shape", _) => self.shape_of_group(child, &to_world)?,
                 _ => return Err(child.unsupported("a shape group holds shapes alone")),
             }
         }
+        Ok(())
+    }
+
+    /// A shape of a group at a place: a copy, or an instance.
+    fn shape_of_group(&mut self, node: &'a Node, to_world: &DAffine3) -> Result<(), ImportError> {
+        let key = std::ptr::from_ref(node);
+        let map = instance_map(to_world);
+        let shapes = self.description.shapes.len();
+        if let Some(&Some([vertices, triangles])) = self.placed.get(&key)
+            && let Some(map) = map
+            && !self.loading.copies(vertices, triangles)
+        {
+            self.spend_node(node)?;
+            if let Some(&shape) = self.instances.get(&key) {
+                self.description.place_again(shape, map);
+                return Ok(());
+            }
+            // In the group's space.
+            self.shape(node, &DAffine3::IDENTITY)?;
+            let shape = &mut self.description.shapes[shapes];
+            let geometry =
+                std::mem::replace(&mut shape.geometry, Geometry::Instances(MeshInstances::default()));
+            if let Some(instances) = MeshInstances::once(geometry, map) {
+                shape.geometry = Geometry::Instances(instances);
+            }
+            self.instances.insert(key, shapes as u32);
+            return Ok(());
+        }
+        let boundaries = self.description.boundaries.len();
+        self.shape(node, to_world)?;
+        let is_single = self.description.shapes.len() == shapes + 1;
+        let is_boundary = self.description.boundaries.len() > boundaries;
+        let size = match self.description.shapes.get(shapes) {
+            Some(shape) if is_single && !is_boundary && may_stay(&self.description, shape) => {
+                match &shape.geometry {
+                    Geometry::Mesh(mesh) => Some([mesh.positions.len(), mesh.indices.len()]),
+                    _ => None,
+                }
+            }
+            _ => None,
+        };
+        self.placed.insert(key, size);
         Ok(())
     }
 

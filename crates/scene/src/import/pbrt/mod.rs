@@ -10,7 +10,7 @@
 //! | `MakeNamedMedium` | `homogeneous`, `uniformgrid` |
 //! | `Camera` | `perspective`, `orthographic` (from afar) |
 //!
-//! Transforms, attributes, `Include`, `Import` and objects with instances (a copy each) work as in
+//! Transforms, attributes, `Include`, `Import` and objects with instances work as in
 //! pbrt; files are looked for beside the scene's own. What is left out or taken otherwise is a
 //! warning; what is not known of the above, and a directive that is not pbrt's, is an error with
 //! file and line. Spectra become RGB, those of lights are scaled to luminance 1 as in pbrt.
@@ -33,7 +33,7 @@ use crate::{
 };
 use glam::{DAffine3, DMat3, DVec3};
 use parameters::{Parameter, Parameters, number};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokens::{Token, Word, tokens};
@@ -81,6 +81,8 @@ fn parse_within(bytes: &[u8], path: &Path, loading: &Loading) -> Result<Loaded, 
         camera: None,
         object: None,
         objects: HashMap::new(),
+        placed: HashSet::new(),
+        instances: HashMap::new(),
     };
     importer.file(bytes, path, 0)?;
     importer.finish(path)?;
@@ -146,6 +148,10 @@ struct Importer<'a> {
     /// The object that is being described.
     object: Option<(String, Vec<Part>)>,
     objects: HashMap<String, Vec<Part>>,
+    /// Objects that some instance has placed.
+    placed: HashSet<String>,
+    /// Shapes of instances by object, part and whether they are mirrored.
+    instances: HashMap<(String, usize, bool), u32>,
 }
 
 impl Importer<'_> {

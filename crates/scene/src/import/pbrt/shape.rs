@@ -5,10 +5,12 @@ use super::{Directive, Importer, Part};
 use crate::builtin::turn;
 use crate::import::error::ImportError;
 use crate::import::normals::{angle_weighted_normals, mend_normals};
+use crate::import::placed::{instance_map, may_stay};
 use crate::import::transform::move_mesh;
 use crate::import::{ply, primitives};
 use crate::{
-    FloatTexture, Geometry, Material, MediumBoundary, ShapeDescription, SphereGeometry, TriangleMesh,
+    FloatTexture, Geometry, Material, MediumBoundary, MeshInstances, ShapeDescription, SphereGeometry,
+    TriangleMesh,
 };
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -63,33 +65,78 @@ impl Importer<'_> {
         self.description.shapes.push(shape);
     }
 
-    /// Puts a copy of an object into the scene, moved by the current map.
+    /// Puts an object into the scene, moved by the current map: copied, or as an instance.
     pub(super) fn instance(&mut self, directive: &Directive, name: &str) -> Result<(), ImportError> {
         if self.object.is_some() {
             return Err(directive.malformed("an instance within an object"));
         }
-        let parts = self.objects.get(name).cloned();
+        let parts = self.objects.remove(name);
         let parts = parts.ok_or_else(|| directive.malformed(format!("no object is named `{name}`")))?;
+        let is_again = !self.placed.insert(name.to_owned());
+        let placed = (0..)
+            .zip(&parts)
+            .try_for_each(|(index, part)| self.part_of_instance(directive, (name, index), part, is_again));
+        self.objects.insert(name.to_owned(), parts);
+        placed
+    }
+
+    fn part_of_instance(
+        &mut self,
+        directive: &Directive,
+        (name, index): (&str, usize),
+        part: &Part,
+        is_again: bool,
+    ) -> Result<(), ImportError> {
         let map = self.state.map;
+        let mirrors = map.matrix3.determinant() < 0.0;
         let parameters = Parameters::none(directive.path, directive.line, directive.name);
-        for mut part in parts {
-            match &mut part.shape.geometry {
-                Geometry::Mesh(mesh) => {
-                    self.loading
-                        .spend_mesh(mesh.positions.len(), mesh.indices.len(), || directive.location())?;
-                    self.place(&parameters, mesh, &map)?;
-                    if map.matrix3.determinant() < 0.0 {
-                        turn(mesh);
-                    }
-                }
-                Geometry::Sphere(sphere) => {
-                    let center = DAffine3::from_translation(sphere.center.as_dvec3());
-                    let own = center * DAffine3::from_scale(DVec3::splat(f64::from(sphere.radius)));
-                    part.shape.geometry = self.ball(&parameters, &(map * own), sphere.flip_normals)?;
+        if let Geometry::Mesh(mesh) = &part.shape.geometry
+            && is_again
+            && part.sides[0] == part.sides[1]
+            && may_stay(&self.description, &part.shape)
+            && !self.loading.copies(mesh.positions.len(), mesh.indices.len())
+            && let Some(to_world) = instance_map(&map)
+        {
+            let key = (name.to_owned(), index, mirrors);
+            if let Some(&shape) = self.instances.get(&key) {
+                self.description.place_again(shape, to_world);
+                return Ok(());
+            }
+            self.loading
+                .spend_mesh(mesh.positions.len(), mesh.indices.len(), || directive.location())?;
+            let mut mesh = mesh.clone();
+            if mirrors {
+                turn(&mut mesh);
+            }
+            self.instances.insert(key, self.description.shapes.len() as u32);
+            self.description.shapes.push(ShapeDescription {
+                geometry: Geometry::Instances(MeshInstances {
+                    mesh,
+                    to_world: vec![to_world],
+                }),
+                name: part.shape.name.clone(),
+                ..part.shape
+            });
+            return Ok(());
+        }
+        let mut part = part.clone();
+        match &mut part.shape.geometry {
+            Geometry::Mesh(mesh) => {
+                self.loading
+                    .spend_mesh(mesh.positions.len(), mesh.indices.len(), || directive.location())?;
+                self.place(&parameters, mesh, &map)?;
+                if map.matrix3.determinant() < 0.0 {
+                    turn(mesh);
                 }
             }
-            self.add(part);
+            Geometry::Sphere(sphere) => {
+                let center = DAffine3::from_translation(sphere.center.as_dvec3());
+                let own = center * DAffine3::from_scale(DVec3::splat(f64::from(sphere.radius)));
+                part.shape.geometry = self.ball(&parameters, &(map * own), sphere.flip_normals)?;
+            }
+            Geometry::Instances(_) => {}
         }
+        self.add(part);
         Ok(())
     }
 
