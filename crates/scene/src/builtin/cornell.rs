@@ -175,7 +175,7 @@ mod tests {
     fn mesh(shape: &ShapeDescription) -> &crate::TriangleMesh {
         match &shape.geometry {
             Geometry::Mesh(mesh) => mesh,
-            Geometry::Sphere(_) => panic!("{} is no mesh", shape.name),
+            _ => panic!("{} is no mesh", shape.name),
         }
     }
 

@@ -104,7 +104,7 @@ mod tests {
                 .iter()
                 .map(|shape| match &shape.geometry {
                     crate::Geometry::Mesh(mesh) => mesh.indices.len(),
-                    crate::Geometry::Sphere(_) => 0,
+                    _ => 0,
                 })
                 .sum();
             assert!((18_000..=20_100).contains(&triangles), "{name}: {triangles}");

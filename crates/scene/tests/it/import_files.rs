@@ -324,7 +324,7 @@ fn texture_coordinates_and_normals_follow_mitsubas_defaults() {
             parse_mitsuba(&text, folder.join("s.xml"), &[]).unwrap_or_else(|e| panic!("{}", e.chain()));
         match &loaded.description.shapes[0].geometry {
             Geometry::Mesh(mesh) => mesh.clone(),
-            Geometry::Sphere(_) => panic!("{kind} is no mesh"),
+            _ => panic!("{kind} is no mesh"),
         }
     };
     let flag = |name: &str, value: bool| format!(r#"<boolean name="{name}" value="{value}"/>"#);

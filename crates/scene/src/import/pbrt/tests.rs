@@ -24,7 +24,7 @@ fn message(text: &str) -> String {
 fn mesh(shape: &ShapeDescription) -> &TriangleMesh {
     match &shape.geometry {
         Geometry::Mesh(mesh) => mesh,
-        Geometry::Sphere(_) => panic!("{} is no mesh", shape.name),
+        _ => panic!("{} is no mesh", shape.name),
     }
 }
 

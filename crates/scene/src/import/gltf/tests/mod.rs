@@ -101,7 +101,7 @@ fn message(json: &str) -> String {
 fn mesh(shape: &ShapeDescription) -> &TriangleMesh {
     match &shape.geometry {
         Geometry::Mesh(mesh) => mesh,
-        Geometry::Sphere(_) => panic!("{} is no mesh", shape.name),
+        _ => panic!("{} is no mesh", shape.name),
     }
 }
 
