@@ -2,7 +2,7 @@
 //!
 //! PLY, OBJ and Mitsuba's volume grids are always read. The rest are features, off by default,
 //! since their decoders take longer to compile than all other code here: `mitsuba` (Mitsuba 3 XML),
-//! `pbrt` (pbrt-v4), `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR, OpenEXR; both need
+//! `pbrt` (pbrt-v4, NanoVDB), `gltf` (glTF and GLB), `images` (PNG, JPEG, Radiance HDR, OpenEXR; both need
 //! it), and `importers` for all.
 
 mod error;
@@ -22,6 +22,8 @@ mod loading;
 mod look;
 #[cfg(feature = "mitsuba")]
 mod mitsuba;
+#[cfg(feature = "pbrt")]
+mod nanovdb;
 mod normals;
 mod obj;
 #[cfg(feature = "pbrt")]
@@ -51,6 +53,8 @@ pub use load::{load, load_with};
 pub use loaded::{Defines, Loaded, Warning};
 #[cfg(feature = "mitsuba")]
 pub use mitsuba::{parse_mitsuba, parse_mitsuba_with};
+#[cfg(feature = "pbrt")]
+pub use nanovdb::parse_nanovdb;
 pub use obj::{parse_obj, read_obj};
 pub use ply::{parse_ply, read_ply};
 pub(crate) use transform::move_mesh;

@@ -45,11 +45,6 @@ impl TriangleRecord {
         bytemuck::cast_ref(self)
     }
 
-    /// Whether it has normals at its corners.
-    pub(crate) fn has_normals(&self) -> bool {
-        self.normals != NONE
-    }
-
     /// Texture coordinates at the weights of the second and third vertex.
     #[inline(always)]
     pub(crate) fn uv(&self, [v, w]: [f32; 2], uvs: &[[Vec2; 3]]) -> Vec2 {

@@ -18,7 +18,7 @@
 //! are left out.
 //!
 //! `default`, `$name`, `include`, `alias`, `path`, ids and references work as in Mitsuba; spectra
-//! (by wavelength, `uniform`, `d65`, `regular`, `irregular`, `blackbody`, `srgb`) become RGB.
+//! (by wavelength, from `.spd` files, `uniform`, `d65`, `regular`, `irregular`, `blackbody`, `srgb`) become RGB.
 //! Whatever is not known is an error that names the file, the line and the element: nothing is left
 //! out in silence.
 //!
@@ -37,6 +37,7 @@ mod properties;
 mod sensor;
 mod serialized;
 mod shape;
+mod spd;
 mod stand_in;
 mod texture;
 mod values;
@@ -51,6 +52,7 @@ use super::{Loaded, Warning};
 use crate::{Image, RenderSettings, SceneDescription};
 use glam::DAffine3;
 use properties::check_tree;
+use spd::read_spectra;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -62,7 +64,7 @@ pub(super) fn load(
     loading: &Loading,
 ) -> Result<Loaded, ImportError> {
     let bytes = loading.read_main(path)?;
-    import(&parse_xml(&bytes, path, defines, loading)?, loading)
+    import(parse_xml(&bytes, path, defines, loading)?, loading)
 }
 
 /// Parses a Mitsuba 3 scene in memory within the default limits, as [`parse_mitsuba_with`].
@@ -92,7 +94,7 @@ pub fn parse_mitsuba_with(
 ) -> Result<Loaded, ImportError> {
     let path = path.as_ref();
     let loading = Loading::new(path, limits);
-    import(&parse_xml(text.as_bytes(), path, defines, &loading)?, &loading)
+    import(parse_xml(text.as_bytes(), path, defines, &loading)?, &loading)
 }
 
 /// State of an import.
@@ -121,7 +123,7 @@ struct Importer<'a> {
     depth: u32,
 }
 
-fn import(root: &Node, loading: &Loading) -> Result<Loaded, ImportError> {
+fn import(mut root: Node, loading: &Loading) -> Result<Loaded, ImportError> {
     if root.tag != "scene" {
         return Err(root.malformed(format!("the root is <{}>, expected <scene>", root.tag)));
     }
@@ -134,7 +136,9 @@ fn import(root: &Node, loading: &Loading) -> Result<Loaded, ImportError> {
     if !matches!(version.split('.').next(), Some("2" | "3")) {
         return Err(root.unsupported(format!("scene version {version} is not supported, only 2 and 3")));
     }
-    check_tree(root)?;
+    check_tree(&root)?;
+    read_spectra(&mut root, loading)?;
+    let root = &root;
     let mut importer = Importer {
         loading,
         description: SceneDescription {

@@ -60,9 +60,6 @@ pub(super) fn vector(node: &Node, default: f64) -> Result<DVec3, ImportError> {
 /// A colour from an `rgb`, `spectrum` or `float` element: one number, three, `#rrggbb`, whose codes
 /// are taken as sRGB-encoded, or values by wavelength.
 pub(super) fn color(node: &Node, of: SpectrumOf) -> Result<Rgb, ImportError> {
-    if node.attribute("filename").is_some() {
-        return Err(node.unsupported("spectra in files are not supported, only values"));
-    }
     let text = node.require("value")?;
     if let Some(hex) = text.trim().strip_prefix('#') {
         let code = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6);

@@ -3,6 +3,7 @@
 use super::parameters::{Parameters, Values};
 use super::{Directive, Importer};
 use crate::import::error::ImportError;
+use crate::import::nanovdb;
 use crate::import::spectrum::{self, SpectrumOf};
 use crate::{
     DensityDescription, EmissionDescription, GridDescription, GridFilter, MediumDescription,
@@ -71,6 +72,7 @@ impl Importer<'_> {
         let density = match kind {
             "homogeneous" => DensityDescription::Homogeneous,
             "uniformgrid" => DensityDescription::Grid(self.density(parameters)?),
+            "nanovdb" => DensityDescription::Grid(self.nanovdb(parameters)?),
             _ => return Err(parameters.unsupported(format!("the medium `{kind}` is not supported"))),
         };
         let emission = (emitted != Rgb::ZERO && emitted.is_finite() && emitted.min_element() >= 0.0)
@@ -91,6 +93,33 @@ impl Importer<'_> {
         let index = self.description.media.len() as u32 - 1;
         self.media.insert(name.to_owned(), index);
         Ok(())
+    }
+
+    /// The grid `density` of a file.
+    fn nanovdb(&mut self, parameters: &Parameters) -> Result<GridDescription, ImportError> {
+        let file = parameters.text("filename")?;
+        let file = file.ok_or_else(|| parameters.malformed("`filename` is missing"))?;
+        if parameters.float("Lescale", 1.0)? > 0.0 && parameters.get("Lescale").is_some() {
+            self.warn(
+                parameters,
+                "a grid of temperatures is left out: the medium emits nothing by it",
+            );
+        }
+        parameters.ignore(&["temperatureoffset", "temperaturescale", "temperaturecutoff"]);
+        let (bytes, path) = self.bytes_of(parameters, file)?;
+        let found = nanovdb::parse_within(&bytes, Some("density"), &path, self.loading);
+        let mut grid = found.map_err(|source| ImportError::Referenced {
+            location: parameters.location(),
+            source: Box::new(source),
+        })?;
+        let own = DAffine3::from_cols_array(&grid.to_world.to_cols_array().map(f64::from));
+        let to_world = self.state.map * own;
+        if !(to_world.is_finite() && to_world.inverse().is_finite() && to_world.matrix3.determinant() != 0.0)
+        {
+            return Err(parameters.malformed("the grid's box is flat or out of range"));
+        }
+        grid.to_world = to_world.as_affine3a();
+        Ok(grid)
     }
 
     /// The grid of densities in the box from `p0` to `p1`.

@@ -7,7 +7,7 @@
 //! | `Texture` | `constant`, `imagemap`, `checkerboard` and `scale` of constants |
 //! | `LightSource` | `point`, `spot`, `distant`, `infinite` |
 //! | `AreaLightSource` | `diffuse` |
-//! | `MakeNamedMedium` | `homogeneous`, `uniformgrid` |
+//! | `MakeNamedMedium` | `homogeneous`, `uniformgrid`, `nanovdb` (the grid `density`) |
 //! | `Camera` | `perspective`, `orthographic` (from afar) |
 //!
 //! Transforms, attributes, `Include`, `Import` and objects with instances work as in
