@@ -1,6 +1,6 @@
 //! Meshes that a file places many times: the first times copied, then instances.
 
-use crate::{Geometry, Material, MeshInstances, SceneDescription, ShapeDescription};
+use crate::{Geometry, Material, SceneDescription, ShapeDescription};
 use glam::{Affine3A, DAffine3};
 
 /// The map of an instance in single precision; `None` if it is singular there, so that the mesh is
@@ -25,19 +25,6 @@ impl SceneDescription {
             .map(|shape| &mut shape.geometry)
         {
             instances.to_world.push(map);
-        }
-    }
-}
-
-impl MeshInstances {
-    /// One instance of the mesh of a shape; `None` if it is none.
-    pub(super) fn once(geometry: Geometry, map: Affine3A) -> Option<Self> {
-        match geometry {
-            Geometry::Mesh(mesh) => Some(Self {
-                mesh,
-                to_world: vec![map],
-            }),
-            _ => None,
         }
     }
 }

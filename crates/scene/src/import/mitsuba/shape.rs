@@ -196,14 +196,16 @@ impl<'a> Importer<'a> {
             }
             // In the group's space.
             self.shape(node, &DAffine3::IDENTITY)?;
-            let shape = &mut self.description.shapes[shapes];
-            let geometry =
-                std::mem::replace(&mut shape.geometry, Geometry::Instances(MeshInstances::default()));
-            if let Some(instances) = MeshInstances::once(geometry, map) {
-                shape.geometry = Geometry::Instances(instances);
+            if let Some(mut shape) = self.description.shapes.pop() {
+                if let Geometry::Mesh(mesh) = shape.geometry {
+                    let to_world = vec![map];
+                    shape.geometry = Geometry::Instances(MeshInstances { mesh, to_world });
+                    self.description.shapes.push(shape);
+                    self.instances.insert(key, shapes as u32);
+                    return Ok(());
+                }
             }
-            self.instances.insert(key, shapes as u32);
-            return Ok(());
+            // A sphere, which only some maps make a mesh of.
         }
         let boundaries = self.description.boundaries.len();
         self.shape(node, to_world)?;
