@@ -14,12 +14,14 @@
 //!   `α` is the square of the sheen's roughness, at least 0.02.
 //! - `S = min(1 − max(s) E(n_o), 1 − max(s) E(n_i))`, `E(n) = ∫ f_s cos θ_i dω_i`, tabulated.
 //!
-//! The sheen belongs to the diffuse lobe, and is sampled as that is.
+//! The sheen belongs to the diffuse lobe. With a sheen, one half of that lobe's samples is uniform
+//! over the hemisphere: towards the horizon `f_s` grows as `1/(n_o + n_i)`, which the density
+//! `n_i / π` would turn into rare bright dots.
 
 use super::{Draw, LobeEvaluation, MAX_COMPONENT_LOBES, MetallicRoughness, Scatter};
 use crate::Rgb;
 use glam::{Vec2, Vec3};
-use lightshed_sampling::Ggx;
+use lightshed_sampling::{Ggx, UniformHemisphere};
 use std::f32::consts::{PI, TAU};
 use std::sync::LazyLock;
 
@@ -204,6 +206,7 @@ impl Scatter for Layered {
         found.value *= both;
         if lobe == 1 && self.sheen != Rgb::ZERO {
             found.value += self.sheen * (coat * sheen_lobe(wo, wi, self.sheen_alpha) * wi.z);
+            found.pdf = 0.5 * (found.pdf + 1.0 / TAU);
         }
         found
     }
@@ -217,6 +220,14 @@ impl Scatter for Layered {
                     ..self.base()
                 };
                 coat.sample(0, wo, u, inside)
+            }
+            1 if self.sheen != Rgb::ZERO => {
+                let u_half = Vec2::new(2.0 * u.x - f32::from(u8::from(u.x >= 0.5)), u.y);
+                if u.x < 0.5 {
+                    return self.base().sample(lobe, wo, u_half, inside);
+                }
+                let wi = UniformHemisphere::sample(u_half.to_array());
+                Some(Draw::Direction { wi, eta: 1.0 })
             }
             _ => self.base().sample(lobe, wo, u, inside),
         }
@@ -302,6 +313,36 @@ mod tests {
             let ratio = f64::from(below.value.x / bare.value.x);
             assert!((ratio - (1.0 - share)).abs() < 1e-5, "{degrees}: {ratio}");
         }
+    }
+
+    /// A sample of the sheen is bounded however close to the horizon it is seen: `2π D V n_i` of
+    /// the uniform half, twice. By the cosine alone it is not.
+    #[test]
+    fn samples_of_a_sheen_are_bounded() {
+        let mut velvet = layered(0.0, 1.0, 0.0);
+        velvet.sheen_alpha = LEAST_SHEEN_ALPHA;
+        check_faults(&["by the cosine alone"], |fault| {
+            let mut greatest = 0.0_f32;
+            for (wo, steps) in [89.9, 89.0, 80.0, 45.0].map(|degrees| (direction(degrees), 200)) {
+                for i in 0..steps * steps {
+                    let u = Vec2::new((i % steps) as f32 + 0.5, (i / steps) as f32 + 0.5) / steps as f32;
+                    if let Some(Draw::Direction { wi, .. }) = velvet.sample(1, wo, u, false) {
+                        let found = velvet.evaluate(1, wo, wi, false);
+                        let pdf = match fault {
+                            Some(_) => wi.z / PI,
+                            None => found.pdf,
+                        };
+                        greatest = greatest.max(found.value.x / pdf);
+                    }
+                }
+            }
+            let most = 2.0 * TAU * (2.0 + 1.0 / LEAST_SHEEN_ALPHA) / TAU / 4.0;
+            match greatest < most {
+                true => Ok(()),
+                false => Err(format!("{greatest} beyond {most}")),
+            }
+        })
+        .unwrap();
     }
 
     /// All that is scattered from `wo`.
