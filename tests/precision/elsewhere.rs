@@ -167,7 +167,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     (
         "lightshed-scene",
         "gives what it holds, or checks and stores",
-        "Channel::of DiffuseLanes::origin_towards DiffuseLanes::seen_from EmitterOutline::radiance Environment::constant_radiance FlatScene::corners GridField::clip \
+        "Channel::of DiffuseLanes::origin_towards DiffuseLanes::seen_from EmitterOutline::radiance Environment::constant_radiance FlatScene::corners MeshInstances::box_corners GridField::clip \
          GridField::field_ray HitBatch::get HitBatch::set Image::from_linear Image::texels LoadLimits::set Material::at Medium::albedo Medium::albedo_at Medium::emission_per_collision \
          Medium::extinction MediumEmission::radiance MediumSides::towards Ray::new Ray::segment RayBatch::fill RayBatch::get RayBatch::load RayBatch::set \
          RayBatch::store RayBatch::store_compressed Scene::bounds Scene::bsdf Scene::coordinates Scene::diffuse_lanes Scene::extent \

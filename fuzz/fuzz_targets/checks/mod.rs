@@ -9,6 +9,8 @@ pub fn limits() -> LoadLimits {
     LoadLimits {
         bytes: 32 << 20,
         vertices: 100_000,
+        // Few, so that there are instances.
+        copies: 8,
         nodes: 50_000,
         includes: 10,
         depth: 100,

@@ -90,7 +90,7 @@ impl Accelerator {
     ///
     /// `objects` are lists of triangles, none of them empty; instances must name them, by regular
     /// maps, and the numbers of all primitives must be less than `u32::MAX` (`Scene` checks).
-    pub fn with_instances(
+    pub(crate) fn with_instances(
         triangles: &[[Vec3; 3]],
         spheres: &[Sphere],
         objects: &[&[[Vec3; 3]]],

@@ -11,7 +11,7 @@
 //! sets, and data compressed by blosc are refused. Every offset is checked.
 
 use super::error::{ImportError, Location};
-use super::limits::LoadResource;
+use super::limits::{LoadLimits, LoadResource};
 use super::loading::Loading;
 use crate::{GridDescription, GridFilter};
 use glam::{DAffine3, DMat3, DVec3, IVec3};
@@ -63,13 +63,16 @@ const LOWER: Level = Level {
 /// # Errors
 ///
 /// Another format or version, no such grid, a grid of another type than 32-bit floats, a level set,
-/// data compressed by blosc, offsets that lead nowhere, negative or infinite values.
+/// data compressed by blosc, offsets that lead nowhere, negative or infinite values, more bytes than
+/// `limits` allow: the box of active voxels is one grid here, however few they are.
 pub fn parse_nanovdb(
     bytes: &[u8],
     name: Option<&str>,
     path: impl AsRef<Path>,
+    limits: &LoadLimits,
 ) -> Result<GridDescription, ImportError> {
-    parse_within(bytes, name, path.as_ref(), &Loading::of_file())
+    let path = path.as_ref();
+    parse_within(bytes, name, path, &Loading::new(path, limits))
 }
 
 pub(super) fn parse_within(
@@ -382,6 +385,10 @@ mod tests {
     use super::*;
     use lightshed_testkit::check_faults;
 
+    fn read(bytes: &[u8], name: Option<&str>) -> Result<GridDescription, ImportError> {
+        parse_nanovdb(bytes, name, "f.nvdb", &LoadLimits::default())
+    }
+
     fn put(bytes: &mut [u8], at: usize, value: &[u8]) {
         bytes[at..at + value.len()].copy_from_slice(value);
     }
@@ -515,7 +522,7 @@ mod tests {
         let zipped = miniz_oxide::deflate::compress_to_vec_zlib(&data, 6);
         let framed = [&(zipped.len() as u64).to_le_bytes()[..], &zipped].concat();
         for file in [file(&data, 0, 1, 2), file(&framed, 1, 1, 2)] {
-            let grid = parse_nanovdb(&file, Some("density"), "f.nvdb").unwrap();
+            let grid = read(&file, Some("density")).unwrap();
             assert_eq!(grid.resolution, [140, 26, 138]);
             check_faults(&["axes exchanged", "a voxel beside"], |fault| {
                 for (index, &value) in grid.values.iter().enumerate() {
@@ -546,7 +553,7 @@ mod tests {
     #[test]
     fn what_cannot_be_read_is_refused() {
         let data = grid();
-        let error = |file: &[u8], name| parse_nanovdb(file, name, "f.nvdb").unwrap_err().to_string();
+        let error = |file: &[u8], name| read(file, name).unwrap_err().to_string();
         assert!(error(&file(&data, 2, 1, 2), None).contains("blosc"));
         assert!(error(&file(&data, 0, 2, 2), None).contains("type 2"));
         assert!(error(&file(&data, 0, 1, 1), None).contains("level set"));
@@ -554,7 +561,7 @@ mod tests {
         assert!(error(b" BDV\0\0\0\0", None).contains("OpenVDB"));
         let sound = file(&data, 0, 1, 2);
         for length in (0..sound.len()).step_by(997) {
-            assert!(parse_nanovdb(&sound[..length], None, "f.nvdb").is_err());
+            assert!(read(&sound[..length], None).is_err());
         }
         let start = SEGMENT + METADATA + 8;
         let root = start + GRID + TREE;
@@ -563,7 +570,7 @@ mod tests {
                 let mut broken = sound.clone();
                 put(&mut broken, at, &value.to_le_bytes());
                 // Some lead to other bytes of the file: values, or an error.
-                let _ = parse_nanovdb(&broken, None, "f.nvdb");
+                let _ = read(&broken, None);
             }
         }
         let mut large = sound.clone();
