@@ -11,6 +11,8 @@ mod fit;
 mod glow;
 #[cfg(feature = "gltf")]
 mod gltf;
+#[cfg(feature = "pbrt")]
+mod gz;
 #[cfg(feature = "images")]
 mod image;
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
@@ -34,6 +36,8 @@ mod ply;
 mod polygon;
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
 mod primitives;
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+mod spd;
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
 mod spectrum;
 mod transform;

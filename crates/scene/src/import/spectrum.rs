@@ -88,6 +88,14 @@ pub(crate) fn color(points: &[(f64, f64)], of: SpectrumOf) -> Rgb {
     .as_vec3()
 }
 
+/// The levels of a spectrum of numbers that are no light, such as indices of refraction: the same
+/// at all wavelengths is that number.
+#[cfg(feature = "pbrt")]
+pub(crate) fn levels(points: &[(f64, f64)]) -> Rgb {
+    let even = [(FIRST, 1.0), (FIRST + 400.0, 1.0)];
+    color(points, SpectrumOf::Emission) / color(&even, SpectrumOf::Emission)
+}
+
 /// The colour of the radiance of a black body of `temperature` kelvin per nanometre (Planck's law,
 /// in W/(m² sr nm)).
 pub(crate) fn blackbody(temperature: f64) -> Rgb {
@@ -122,6 +130,11 @@ mod tests {
         let equal = color(&ALL, SpectrumOf::Emission);
         let expected = Rgb::new(1.2048, 0.9483, 0.9089);
         assert!((equal - expected).abs().max_element() < 0.01, "{equal}");
+        #[cfg(feature = "pbrt")]
+        {
+            let index = levels(&ALL.map(|(at, _)| (at, 2.5)));
+            assert!((index - Rgb::splat(2.5)).abs().max_element() < 1e-5, "{index}");
+        }
         let of_value = |value: f64| color(&ALL.map(|(at, _)| (at, value)), SpectrumOf::Reflectance);
         assert!((of_value(0.5) - 2.0 * of_value(0.25)).abs().max_element() < 1e-6);
     }

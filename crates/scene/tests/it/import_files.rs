@@ -2,7 +2,7 @@
 //! of broken ones.
 
 use lightshed_scene::import::{Encoding, ImportError, load, parse_image, parse_mitsuba, read_image};
-use lightshed_scene::{Geometry, Scene, builtin};
+use lightshed_scene::{DensityDescription, Geometry, Material, Rgb, Scene, builtin};
 use std::path::PathBuf;
 
 /// A fresh folder for one test.
@@ -351,4 +351,92 @@ fn texture_coordinates_and_normals_follow_mitsubas_defaults() {
             "{kind}"
         );
     }
+}
+
+/// Spectra, compressed meshes and grids of densities in files that scenes name.
+#[test]
+fn spectra_grids_and_compressed_files_are_found() {
+    let folder = folder("spectra_and_grids");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
+    // A constant index, and one that is written out.
+    write("two.spd", b"# index\n300 2.5\n900 2.5\n");
+    write("green.spd", b"380 0\n500 0\n520 1\n560 1\n580 0\n780 0\n");
+    write(
+        "tile.nvdb",
+        include_bytes!("../../../../fuzz/seeds/nanovdb/tile.nvdb"),
+    );
+    // Stored without compression: a head, one last block, sums that nobody checks.
+    let length = TRIANGLE_PLY.len() as u16;
+    let mut gz = vec![0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 255, 1];
+    gz.extend(length.to_le_bytes());
+    gz.extend((!length).to_le_bytes());
+    gz.extend(TRIANGLE_PLY.as_bytes());
+    gz.extend([0; 8]);
+    write("tri.ply.gz", &gz);
+    write("no.tga", b"");
+    write(
+        "s.pbrt",
+        br#"WorldBegin
+        MakeNamedMedium "cloud" "string type" "nanovdb" "string filename" "tile.nvdb" "rgb sigma_s" [1 1 1] "rgb sigma_a" [0 0 0]
+        MakeNamedMedium "sky" "string type" "cloud"
+        MakeNamedMedium "dye" "string type" "rgbgrid" "integer nx" 2 "rgb sigma_a" [0 0 0 2 2 2] "rgb sigma_s" [1 1 1 1 1 1]
+        MakeNamedMedium "milk" "string preset" "Wholemilk" "string type" "homogeneous"
+        Texture "t" "spectrum" "imagemap" "string filename" "no.tga"
+        Material "conductor" "spectrum eta" "two.spd" "spectrum k" "two.spd"
+        Shape "plymesh" "string filename" "tri.ply.gz"
+        Material "diffuse" "spectrum reflectance" "green.spd"
+        Shape "sphere""#,
+    );
+    let loaded = load(folder.join("s.pbrt"), &[]).unwrap_or_else(|error| panic!("{}", error.chain()));
+    let scene = &loaded.description;
+    assert!(Scene::new(scene).is_ok());
+    let said: String = loaded.warnings.iter().map(|w| w.message.clone() + "\n").collect();
+    for what in [
+        "`cloud` is homogeneous",
+        "`rgbgrid` is homogeneous",
+        "substance",
+        "`no.tga`",
+    ] {
+        assert!(said.contains(what), "{what}: {said}");
+    }
+    let DensityDescription::Grid(grid) = &scene.media[0].density else {
+        panic!("a grid is a grid")
+    };
+    // Four voxels a side, and one more at each end; all in a tile of 2.
+    assert_eq!(grid.resolution, [6; 3]);
+    assert_eq!((grid.values[0], grid.values[6 * 36 / 2 + 20]), (0.5, 2.0));
+    assert!((scene.media[2].extinction - Rgb::splat(2.0)).abs().max_element() < 1e-6);
+    let material = |shape: usize| {
+        let Material::TwoSided { front, .. } = &scene.materials[scene.shapes[shape].material as usize] else {
+            panic!("seen from both sides")
+        };
+        front
+    };
+    let Material::Conductor { ior, .. } = &**material(0) else {
+        panic!("a metal")
+    };
+    assert!(
+        (ior.eta - Rgb::splat(2.5)).abs().max_element() < 1e-4,
+        "{}",
+        ior.eta
+    );
+    let Material::Diffuse { reflectance } = &**material(1) else {
+        panic!("diffuse")
+    };
+    let green = reflectance.mean();
+    assert!(green.y > 2.0 * green.x.max(green.z), "{green}");
+    // The same spectrum in a Mitsuba scene.
+    write(
+        "s.xml",
+        br#"<scene version="3.0.0"><shape type="sphere"><bsdf type="diffuse"><spectrum name="reflectance" filename="green.spd"/></bsdf></shape></scene>"#,
+    );
+    let loaded = load(folder.join("s.xml"), &[]).unwrap_or_else(|error| panic!("{}", error.chain()));
+    let shape = &loaded.description.shapes[0];
+    let Material::Diffuse { reflectance } = &loaded.description.materials[shape.material as usize] else {
+        panic!("diffuse")
+    };
+    assert_eq!(reflectance.mean(), green);
+    write("s.pbrt", br#"Material "matte""#);
+    let said = load(folder.join("s.pbrt"), &[]).unwrap_err().chain();
+    assert!(said.contains("pbrt --upgrade"), "{said}");
 }

@@ -37,7 +37,6 @@ mod properties;
 mod sensor;
 mod serialized;
 mod shape;
-mod spd;
 mod stand_in;
 mod texture;
 mod values;
@@ -47,12 +46,12 @@ use super::fit;
 use super::image::Encoding;
 use super::limits::{LoadLimits, LoadResource};
 use super::loading::Loading;
+use super::spd;
 use super::xml::{Node, parse_xml};
 use super::{Loaded, Warning};
 use crate::{Image, RenderSettings, SceneDescription};
 use glam::DAffine3;
 use properties::check_tree;
-use spd::read_spectra;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -279,6 +278,25 @@ impl<'a> Importer<'a> {
         }
         Ok(())
     }
+}
+
+/// Puts the values of spectra that stand in files in place of the files' names.
+fn read_spectra(node: &mut Node, loading: &Loading) -> Result<(), ImportError> {
+    let file = node.attribute("filename").filter(|_| node.tag == "spectrum");
+    if let Some(path) = file.map(|file| node.resolve(file, loading)) {
+        let values = (loading.read(&path)).and_then(|bytes| spd::values(&bytes, &path));
+        let values = values.map_err(|source| Importer::referenced(node, source))?;
+        let pairs = values
+            .iter()
+            .map(|[wavelength, value]| format!("{wavelength}:{value} "));
+        let text: String = pairs.collect();
+        let mut attributes = node.attributes.iter_mut();
+        if let Some(attribute) = attributes.find(|(name, _)| name == "filename") {
+            *attribute = ("value".to_owned(), text);
+        }
+    }
+    let mut children = node.children.iter_mut();
+    children.try_for_each(|child| read_spectra(child, loading))
 }
 
 #[cfg(test)]

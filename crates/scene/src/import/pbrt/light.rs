@@ -32,6 +32,10 @@ impl Importer<'_> {
                     of_luminance_one(spectrum::color(&points, SpectrumOf::Emission))
                 }
                 Values::Numbers(numbers) => parameters.color_of(name, numbers)?,
+                Values::Texts(texts) if texts.first().is_some_and(|file| file.ends_with(".spd")) => {
+                    let points = self.spectrum_file(parameters, &texts[0])?;
+                    of_luminance_one(spectrum::color(&points, SpectrumOf::Emission))
+                }
                 // Named illuminants are scaled to luminance 1.
                 Values::Texts(_) => Rgb::ONE,
                 Values::Flags(_) => return Err(parameters.malformed(format!("`{name}` is no colour"))),

@@ -1,7 +1,7 @@
 //! Materials and textures.
 
-use super::Importer;
 use super::parameters::{Parameter, Parameters, Values};
+use super::{Importer, UPGRADE};
 use crate::import::error::ImportError;
 use crate::import::image::{Encoding, read_within};
 use crate::import::ior;
@@ -106,7 +106,11 @@ impl Importer<'_> {
                     reflectance: color(self, "reflectance", 0.25)?,
                 })
             }
-            _ => return Err(parameters.unsupported(format!("the material `{kind}` is not supported"))),
+            _ => {
+                return Err(
+                    parameters.unsupported(format!("the material `{kind}` is not supported{UPGRADE}"))
+                );
+            }
         };
         if let Some(relief) = self.relief(parameters)?
             && !matches!(material, Material::Null)
@@ -170,7 +174,17 @@ impl Importer<'_> {
                     "CuZn" => ior::conductor("Cu"),
                     metal => ior::conductor(metal).or_else(|| ior::roughly(metal)),
                 };
-                known.ok_or_else(|| parameters.unsupported(format!("no figures for the metal `{metal}`")))?
+                match known.or_else(|| ior::conductor("Al")) {
+                    Some(ior) if known.is_none() => {
+                        self.warn(
+                            parameters,
+                            format!("no figures for the metal `{metal}`: aluminium is taken"),
+                        );
+                        ior
+                    }
+                    Some(ior) => ior,
+                    None => return Err(parameters.unsupported(format!("no figures for the metal `{metal}`"))),
+                }
             }
             _ => ConductorIor {
                 eta: self.constant(parameters, &eta, 1.0)?,
@@ -186,6 +200,19 @@ impl Importer<'_> {
 
     /// A colour that does not vary; spectra by wavelength keep their level.
     fn constant(&mut self, parameters: &Parameters, name: &str, default: f32) -> Result<Rgb, ImportError> {
+        if let Some(parameter) = parameters.get(name).filter(|of| of.kind == "spectrum") {
+            let points = match &parameter.values {
+                Values::Numbers(numbers) => super::light::spectrum_points(numbers),
+                Values::Texts(texts) => match texts.first() {
+                    Some(file) => Some(self.spectrum_file(parameters, file)?),
+                    None => None,
+                },
+                Values::Flags(_) => None,
+            };
+            let points = points
+                .ok_or_else(|| parameters.malformed(format!("the wavelengths of `{name}` must ascend")))?;
+            return Ok(spectrum::levels(&points));
+        }
         Ok(self.color(parameters, name, default)?.mean())
     }
 
@@ -203,7 +230,10 @@ impl Importer<'_> {
                     "glass-SF10" => 1.7283,
                     "glass-SF11" => 1.7847,
                     "diamond" => 2.417,
-                    _ => return Err(parameters.unsupported(format!("no index for `{glass}`"))),
+                    _ => {
+                        self.warn(parameters, format!("no index for `{glass}`: 1.5 is taken"));
+                        1.5
+                    }
                 }
             }
             Some(Values::Numbers(numbers)) if numbers.len() > 1 => {
@@ -269,6 +299,12 @@ impl Importer<'_> {
                 let points = points.ok_or_else(|| {
                     parameters.malformed(format!("the wavelengths of `{name}` must ascend"))
                 })?;
+                Ok(spectrum::color(&points, SpectrumOf::Reflectance).into())
+            }
+            (Values::Texts(texts), "spectrum")
+                if texts.first().is_some_and(|file| file.ends_with(".spd")) =>
+            {
+                let points = self.spectrum_file(parameters, &texts[0])?;
                 Ok(spectrum::color(&points, SpectrumOf::Reflectance).into())
             }
             (Values::Numbers(numbers), _) => Ok(parameters.color_of(name, numbers)?.into()),
@@ -384,11 +420,20 @@ impl Importer<'_> {
         let image: Arc<Image> = match self.images.get(&key) {
             Some(image) => image.clone(),
             None => {
-                let image = read_within(&key.0, encoding, self.loading);
-                let image = image.map_err(|source| ImportError::Referenced {
-                    location: parameters.location(),
-                    source: Box::new(source),
-                })?;
+                let image = match read_within(&key.0, encoding, self.loading) {
+                    Err(ImportError::UnknownFormat { .. } | ImportError::Unsupported { .. }) => {
+                        self.warn(
+                            parameters,
+                            format!("the format of `{file}` is not supported: grey is taken"),
+                        );
+                        Image::from_linear(1, 1, vec![[0.5; 3]])
+                            .ok_or_else(|| parameters.malformed("an empty image"))?
+                    }
+                    image => image.map_err(|source| ImportError::Referenced {
+                        location: parameters.location(),
+                        source: Box::new(source),
+                    })?,
+                };
                 let image = Arc::new(image);
                 self.images.insert(key, image.clone());
                 image

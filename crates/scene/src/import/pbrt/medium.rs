@@ -4,7 +4,7 @@ use super::parameters::{Parameters, Values};
 use super::{Directive, Importer};
 use crate::import::error::ImportError;
 use crate::import::nanovdb;
-use crate::import::spectrum::{self, SpectrumOf};
+use crate::import::spectrum;
 use crate::{
     DensityDescription, EmissionDescription, GridDescription, GridFilter, MediumDescription,
     PhaseDescription, Rgb,
@@ -35,15 +35,24 @@ impl Importer<'_> {
                     let points = points.ok_or_else(|| {
                         parameters.malformed(format!("the wavelengths of `{name}` must ascend"))
                     })?;
-                    // The mean over the visible range serves for all that may exceed 1.
-                    Ok(spectrum::color(&points, SpectrumOf::Emission))
+                    Ok(spectrum::levels(&points))
+                }
+                // A colour for each voxel.
+                Values::Numbers(numbers) if kind == "rgbgrid" && !numbers.is_empty() => {
+                    let sums = (numbers.as_chunks::<3>().0.iter())
+                        .fold(DVec3::ZERO, |sum, &color| sum + DVec3::from_array(color));
+                    let mean = sums * (3.0 / numbers.len() as f64);
+                    parameters.color_of(name, &mean.to_array())
                 }
                 Values::Numbers(numbers) => parameters.color_of(name, numbers),
                 _ => Err(parameters.unsupported(format!("`{name}` must be numbers"))),
             }
         };
         if parameters.get("preset").is_some() {
-            return Err(parameters.unsupported("media by the name of a substance are not supported"));
+            self.warn(
+                parameters,
+                "media by the name of a substance are not known: the default coefficients are taken",
+            );
         }
         let absorbed = coefficient("sigma_a", [0.0011, 0.0024, 0.014])?;
         let scattered = coefficient("sigma_s", [2.55, 3.21, 3.77])?;
@@ -72,6 +81,22 @@ impl Importer<'_> {
         let density = match kind {
             "homogeneous" => DensityDescription::Homogeneous,
             "uniformgrid" => DensityDescription::Grid(self.density(parameters)?),
+            "cloud" | "rgbgrid" => {
+                parameters.ignore(&[
+                    "density",
+                    "wispiness",
+                    "frequency",
+                    "p0",
+                    "p1",
+                    "nx",
+                    "ny",
+                    "nz",
+                    "sigma_a",
+                    "sigma_s",
+                ]);
+                self.warn(parameters, format!("a medium of type `{kind}` is homogeneous"));
+                DensityDescription::Homogeneous
+            }
             "nanovdb" => DensityDescription::Grid(self.nanovdb(parameters)?),
             _ => return Err(parameters.unsupported(format!("the medium `{kind}` is not supported"))),
         };

@@ -27,7 +27,7 @@ use super::error::{ImportError, Location};
 use super::image::Encoding;
 use super::limits::{LoadLimits, LoadResource};
 use super::loading::Loading;
-use super::{Loaded, Warning, fit};
+use super::{Loaded, Warning, fit, gz, spd};
 use crate::{
     ColorTexture, FloatTexture, Image, Material, RenderSettings, SceneDescription, ShapeDescription,
 };
@@ -37,6 +37,9 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokens::{Token, Word, tokens};
+
+/// What is said of names that version 4 does not have.
+const UPGRADE: &str = " (`pbrt --upgrade` changes files of version 3)";
 
 /// Reads a pbrt scene.
 pub(super) fn load(path: &Path, loading: &Loading) -> Result<Loaded, ImportError> {
@@ -169,14 +172,30 @@ impl Importer<'_> {
     /// The bytes of a file that a directive names.
     fn bytes_of(&self, parameters: &Parameters, file: &str) -> Result<(Vec<u8>, PathBuf), ImportError> {
         let path = self.folder.join(file);
-        let bytes = self
-            .loading
-            .read(&path)
+        let read = self.loading.read(&path);
+        let bytes = read
+            .and_then(|bytes| gz::contents(bytes, &path, self.loading))
             .map_err(|source| ImportError::Referenced {
                 location: parameters.location(),
                 source: Box::new(source),
             })?;
         Ok((bytes, path))
+    }
+
+    /// A spectrum in a file: values by wavelength.
+    fn spectrum_file(&self, parameters: &Parameters, file: &str) -> Result<Vec<(f64, f64)>, ImportError> {
+        let (bytes, path) = self.bytes_of(parameters, file)?;
+        let values = spd::values(&bytes, &path).map_err(|source| ImportError::Referenced {
+            location: parameters.location(),
+            source: Box::new(source),
+        })?;
+        let numbers = values.iter().flatten().map(|text| text.parse().ok());
+        let numbers: Option<Vec<f64>> = numbers.collect();
+        let points = numbers
+            .filter(|numbers| numbers.iter().all(|number| number.is_finite()))
+            .and_then(|numbers| light::spectrum_points(&numbers));
+        points
+            .ok_or_else(|| parameters.malformed(format!("`{file}` is no spectrum: wavelengths must ascend")))
     }
 
     fn file(&mut self, bytes: &[u8], path: &Path, depth: u64) -> Result<(), ImportError> {
@@ -363,7 +382,11 @@ impl Importer<'_> {
                 rest = after;
                 self.object_of(directive, &parameters)?;
             }
-            other => return Err(directive.unsupported(format!("the directive `{other}` is not supported"))),
+            other => {
+                return Err(
+                    directive.unsupported(format!("the directive `{other}` is not supported{UPGRADE}"))
+                );
+            }
         }
         Ok(rest)
     }
