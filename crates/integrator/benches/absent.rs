@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Features, and methods with built-in scenes that lack them.
-const FEATURES: [(&str, &[[&str; 2]]); 12] = [
+const FEATURES: [(&str, &[[&str; 2]]); 13] = [
     (
         "media",
         &[
@@ -83,6 +83,14 @@ const FEATURES: [(&str, &[[&str; 2]]); 12] = [
         &[
             ["path", "cornell"],
             ["path", "many-lights"],
+            ["restir-pt", "cornell-glossy"],
+        ],
+    ),
+    (
+        "instances",
+        &[
+            ["path", "many-lights"],
+            ["path", "candles"],
             ["restir-pt", "cornell-glossy"],
         ],
     ),
